@@ -1,0 +1,214 @@
+"""The result schema: every variable's name, dimensions, type, units and CF attributes, in one table.
+
+Datasets are built from the table and checked against it, so that a name means one thing everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+
+class SchemaError(ValueError):
+    """A dataset that does not keep the schema; the message is one line."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One row of the schema."""
+
+    dims: tuple[str, ...]
+    dtype: str
+    units: str
+    long_name: str
+    standard_name: str | None = None
+    required: bool = True
+
+    def attributes(self) -> dict[str, Any]:
+        attributes: dict[str, Any] = {"long_name": self.long_name, "units": self.units}
+        if self.standard_name:
+            attributes["standard_name"] = self.standard_name
+        return attributes
+
+
+QUALITY_FLAGS = {
+    "no_echo": 1,
+    "low_coherence": 2,
+    "ambiguous": 4,
+    "partly_shadowed": 8,
+    "saturated": 16,
+    "blind": 32,
+    "submerged": 64,
+}
+
+_POLAR = ("turn", "azimuth", "range")
+_GROUND = ("turn", "y", "x")
+_SEA_HEIGHT = "sea_surface_height_above_mean_sea_level"
+
+_POLAR_COORDS = {
+    "turn": Variable(("turn",), "int32", "1", "turn of the antenna"),
+    "azimuth": Variable(("azimuth",), "float64", "degree", "azimuth of the look, clockwise from north"),
+    "range": Variable(("range",), "float64", "m", "slant range of the gate, c t/2"),
+}
+_GROUND_COORDS = {
+    "turn": Variable(("turn",), "int32", "1", "turn of the antenna"),
+    "y": Variable(("y",), "float64", "m", "north of the origin", "projection_y_coordinate"),
+    "x": Variable(("x",), "float64", "m", "east of the origin", "projection_x_coordinate"),
+}
+
+SCHEMA: dict[str, dict[str, Variable]] = {
+    "echoes": {
+        "pulse": Variable(("pulse",), "int64", "1", "number of the pulse since the start"),
+        "range": Variable(("range",), "float64", "m", "range of the gate, c t/2"),
+        "time": Variable(("pulse",), "float64", "s", "time of the pulse"),
+        "azimuth": Variable(("pulse",), "float64", "degree", "true boresight azimuth at the pulse's middle"),
+        "transmitter": Variable(("pulse",), "int8", "1", "antenna that transmits: 0 lower, 1 upper"),
+        "turn": Variable(("pulse",), "int32", "1", "turn of the antenna"),
+        "voltage": Variable(("pulse", "receiver", "range"), "complex64", "W^0.5", "complex receiver voltage"),
+        "position": Variable(
+            ("pulse", "antenna", "xyz"), "float64", "m", "measured phase centres, east north up"
+        ),
+        "attitude": Variable(("pulse", "rpy"), "float64", "degree", "measured roll, pitch, yaw of the boat"),
+        "flag": Variable(
+            ("pulse",), "int16", "1", "quality flags that the radar itself knows", required=False
+        ),
+    },
+    "expected": {
+        "azimuth": _POLAR_COORDS["azimuth"],
+        "range": _POLAR_COORDS["range"],
+        "transmitter": Variable(("transmitter",), "int32", "1", "antenna that transmits"),
+        "receiver": Variable(("receiver",), "int32", "1", "antenna that receives"),
+        "power": Variable(
+            ("transmitter", "receiver", "azimuth", "range"), "float64", "W", "expected echo power"
+        ),
+        "covariance": Variable(("azimuth", "range"), "complex128", "W", "expected ⟨V_lower V_upper*⟩"),
+    },
+    "maps/polar": {
+        **_POLAR_COORDS,
+        "height": Variable(_POLAR, "float32", "m", "retrieved height of the sea surface", _SEA_HEIGHT),
+        "height_std": Variable(_POLAR, "float32", "m", "standard error of the height"),
+        "slope_range": Variable(_POLAR, "float32", "1", "slope along the look, outward"),
+        "slope_azimuth": Variable(_POLAR, "float32", "1", "slope across the look, clockwise"),
+        "ground_range": Variable(_POLAR, "float32", "m", "horizontal distance at which the echo was placed"),
+        "coherence": Variable(_POLAR, "float32", "1", "magnitude of the coherence of the two receivers"),
+        "phase": Variable(_POLAR, "float32", "radian", "interferometric phase, wrapped, not flattened"),
+        "phase_unwrapped": Variable(
+            _POLAR, "float32", "radian", "interferometric phase with its ambiguity resolved"
+        ),
+        "snr_db": Variable(_POLAR, "float32", "dB", "signal to noise ratio of one pulse"),
+        "time": Variable(_POLAR[:2], "float64", "s", "time when the beam passes the look"),
+        "quality": Variable(_POLAR, "int16", "1", "quality flags"),
+    },
+    "maps/ground": {
+        **_GROUND_COORDS,
+        "height": Variable(_GROUND, "float32", "m", "retrieved height of the sea surface", _SEA_HEIGHT),
+        "height_std": Variable(_GROUND, "float32", "m", "standard error of the height"),
+        "slope_x": Variable(_GROUND, "float32", "1", "slope towards east"),
+        "slope_y": Variable(_GROUND, "float32", "1", "slope towards north"),
+        "time": Variable(_GROUND, "float64", "s", "time when the beam passes the cell"),
+    },
+    "truth/polar": {
+        **_POLAR_COORDS,
+        "height": Variable(_POLAR, "float32", "m", "true mean height of the cell, lit or not", _SEA_HEIGHT),
+        "height_weighted": Variable(_POLAR, "float32", "m", "true height weighted by beam and gate"),
+        "height_visible": Variable(_POLAR, "float32", "m", "true mean height of the cell's lit part"),
+        "visible_fraction": Variable(
+            _POLAR, "float32", "1", "share of the cell's horizontal area lit for both antennas"
+        ),
+        "slope_range": Variable(_POLAR, "float32", "1", "true mean slope along the look, outward"),
+        "slope_azimuth": Variable(_POLAR, "float32", "1", "true mean slope across the look, clockwise"),
+        "nrcs_db": Variable(
+            _POLAR, "float32", "dB", "normalised radar cross section of the cell, dark parts included"
+        ),
+        "time": Variable(_POLAR[:2], "float64", "s", "time when the beam passes the look"),
+    },
+    "truth/ground": {
+        **_GROUND_COORDS,
+        "height": Variable(_GROUND, "float32", "m", "true mean height of the cell", _SEA_HEIGHT),
+        "slope_x": Variable(_GROUND, "float32", "1", "true mean slope towards east"),
+        "slope_y": Variable(_GROUND, "float32", "1", "true mean slope towards north"),
+        "time": Variable(_GROUND, "float64", "s", "time when the beam passes the cell"),
+    },
+}
+
+# What a retrieval needs of the radar, carried as attributes of the echoes: name → units and meaning.
+ECHO_ATTRIBUTES: dict[str, str] = {
+    "frequency_hz": "Hz, carrier",
+    "pulse_width_s": "s, transmitted pulse",
+    "bandwidth_hz": "Hz, noise bandwidth of the receiver",
+    "prf_hz": "Hz, pulses per second",
+    "rotation_rpm": "turns per minute",
+    "sector_deg": "degree, start and stop azimuth of the sector that is looked at",
+    "height_m": "m, mean height of the two phase centres above mean sea level",
+    "baseline_m": "m, distance between the phase centres",
+    "tilt_deg": "degree, lean of the baseline, top towards the look",
+    "azimuth_beamwidth_deg": "degree, one-way −3 dB",
+    "elevation_beamwidth_deg": "degree, one-way −3 dB",
+    "polarization": "VV or HH",
+    "transmit": "single or switched",
+    "interferogram": "single_pulse or alternating_pulse",
+    "noise_power_w": "W, expected thermal noise of one gate and receiver; 0 when no noise was added",
+    "complete_turns": "turns that are whole in this file",
+}
+
+
+def build(
+    product: str,
+    values: Mapping[str, Any],
+    coords: Mapping[str, Any],
+    attrs: Mapping[str, Any] | None = None,
+) -> xr.Dataset:
+    """A dataset of `product` from plain arrays: types cast, dimensions and CF attributes from the schema.
+
+    Raises SchemaError for a name that the schema does not know, a missing one, or a wrong number of dimensions.
+    """
+    schema = SCHEMA[product]
+    unknown = sorted((set(values) | set(coords)) - set(schema))
+    if unknown:
+        raise SchemaError(f"{product}: '{unknown[0]}' is not in the schema; it has {', '.join(schema)}")
+
+    def row(name: str, value: Any) -> tuple[tuple[str, ...], np.ndarray, dict[str, Any]]:
+        variable = schema[name]
+        array = np.asarray(value).astype(variable.dtype, copy=False)
+        if array.ndim != len(variable.dims):
+            raise SchemaError(
+                f"{product}: '{name}' has {array.ndim} dimensions; the schema says {variable.dims}"
+            )
+        attributes = variable.attributes()
+        if name in ("quality", "flag"):
+            attributes["flag_masks"] = np.array(list(QUALITY_FLAGS.values()), dtype=np.int16)
+            attributes["flag_meanings"] = " ".join(QUALITY_FLAGS)
+        return variable.dims, array, attributes
+
+    dataset = xr.Dataset(
+        {name: row(name, value) for name, value in values.items()},
+        {name: row(name, value) for name, value in coords.items()},
+        {"Conventions": "CF-1.11", **(attrs or {})},
+    )
+    check(product, dataset)
+    return dataset
+
+
+def check(product: str, dataset: xr.Dataset) -> None:
+    """Raise SchemaError, in one line, unless `dataset` keeps the schema of `product`."""
+    for name, variable in SCHEMA[product].items():
+        if name not in dataset.variables:
+            if variable.required:
+                raise SchemaError(f"{product}: variable '{name}' is missing; add it, dims {variable.dims}")
+            continue
+        found = dataset[name]
+        if found.dims != variable.dims:
+            raise SchemaError(f"{product}: '{name}' has dims {found.dims}; the schema says {variable.dims}")
+        kind = np.dtype(variable.dtype).kind
+        if found.dtype.kind != kind and not (kind == "f" and found.dtype.kind in "iu"):
+            raise SchemaError(f"{product}: '{name}' has type {found.dtype}; the schema says {variable.dtype}")
+    if product == "echoes":
+        for name, meaning in ECHO_ATTRIBUTES.items():
+            if name not in dataset.attrs:
+                raise SchemaError(f"echoes: attribute '{name}' is missing; add it ({meaning})")
+        if dataset.sizes["receiver"] != 2 or dataset.sizes["antenna"] != 2 or dataset.sizes["xyz"] != 3:
+            raise SchemaError("echoes: receiver and antenna must have size 2, xyz size 3")

@@ -1,0 +1,275 @@
+"""One frozen model per section of a scene file. Each limit carries its reason; unknown keys are refused.
+
+Keys carry their unit as a suffix. Checks that need only one section live here; checks across sections live in scene.py.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, model_validator
+
+
+def limited(
+    reason: str,
+    *,
+    above: float | None = None,
+    least: float | None = None,
+    below: float | None = None,
+    most: float | None = None,
+    infinite: bool = False,
+) -> AfterValidator:
+    """A validator for a number within limits, whose message gives the limit and why it is there."""
+
+    def check(value: float) -> float:
+        if math.isnan(value):
+            raise ValueError("is not a number; give a finite value")
+        if math.isinf(value) and not infinite:
+            raise ValueError("must be finite")
+        for limit, broken, words in (
+            (above, above is not None and value <= above, "must be greater than"),
+            (least, least is not None and value < least, "must be at least"),
+            (below, below is not None and value >= below, "must be less than"),
+            (most, most is not None and value > most, "must be at most"),
+        ):
+            if broken:
+                raise ValueError(f"{words} {limit:g} ({reason})")
+        return value
+
+    return AfterValidator(check)
+
+
+def _as_tuple(value: object) -> object:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _pair(
+    check: Callable[[tuple[float, float]], tuple[float, float]],
+) -> tuple[BeforeValidator, AfterValidator]:
+    return BeforeValidator(_as_tuple), AfterValidator(check)
+
+
+class Section(BaseModel):
+    """A section of a scene file: frozen, strict about types, and closed to unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, validate_default=False)
+
+
+# ---------------------------------------------------------------------------------------------------- sea
+
+Direction = Annotated[float, limited("a compass direction", least=-360.0, most=360.0)]
+
+
+class FlatWaves(Section):
+    """No waves at all."""
+
+    spectrum: Literal["flat"]
+
+
+class SinusoidWaves(Section):
+    """One regular wave, η = (height_m/2) cos(k·x − ωt + phase)."""
+
+    spectrum: Literal["sinusoid"]
+    height_m: Annotated[float, limited("crest to trough; 0 is flat", least=0.0, most=50.0)]
+    wavelength_m: Annotated[float, limited("a wave has a length", above=0.0, most=1e5)]
+    phase_deg: Annotated[float, limited("a phase", least=-3600.0, most=3600.0)] = 0.0
+    wave_from_deg: Direction = 270.0
+
+    @model_validator(mode="after")
+    def _not_broken(self) -> Self:
+        if self.height_m / self.wavelength_m > 0.142:
+            raise ValueError(
+                f"height_m/wavelength_m = {self.height_m / self.wavelength_m:.3g}: must be at most 0.142 "
+                "(a steeper wave breaks, Michell 1893)"
+            )
+        return self
+
+
+class SpectralWaves(Section):
+    """What every random wave system has: a size, a direction and a spreading."""
+
+    significant_wave_height_m: (
+        Annotated[float, limited("0 is flat; no sea above 30 m", least=0.0, most=30.0)] | None
+    ) = None
+    peak_period_s: (
+        Annotated[float, limited("wind waves and swell lie between 0.3 and 40 s", least=0.3, most=40.0)]
+        | None
+    ) = None
+    wind_speed_m_s: Annotated[float, limited("10 m above the sea", above=0.0, most=60.0)] | None = None
+    wave_from_deg: Direction = 270.0
+    spreading: Literal["cos2s", "long_crested"] = "cos2s"
+    spreading_exponent: Annotated[float, limited("the s of cos^2s(θ/2)", above=0.0, most=500.0)] = 10.0
+
+    @model_validator(mode="after")
+    def _one_way_to_say_its_size(self) -> Self:
+        by_height = (self.significant_wave_height_m is not None, self.peak_period_s is not None)
+        by_wind = self.wind_speed_m_s is not None
+        if by_wind == all(by_height) or any(by_height) != all(by_height):
+            raise ValueError(
+                "give either significant_wave_height_m and peak_period_s, or wind_speed_m_s "
+                "(and fetch_m for jonswap), not a mixture"
+            )
+        return self
+
+
+class PiersonMoskowitzWaves(SpectralWaves):
+    """A fully developed sea (Pierson & Moskowitz 1964), by wind speed or scaled to Hs and Tp."""
+
+    spectrum: Literal["pierson_moskowitz"]
+
+
+class JonswapWaves(SpectralWaves):
+    """A growing sea (Hasselmann et al. 1973), by wind and fetch or scaled to Hs, Tp and γ."""
+
+    spectrum: Literal["jonswap"]
+    peak_enhancement: Annotated[float, limited("γ of the JONSWAP spectrum", least=1.0, most=20.0)] = 3.3
+    fetch_m: Annotated[float, limited("distance to the windward shore", above=0.0, most=5e6)] | None = None
+
+    @model_validator(mode="after")
+    def _wind_needs_fetch(self) -> Self:
+        if (self.wind_speed_m_s is None) != (self.fetch_m is None):
+            raise ValueError("give wind_speed_m_s and fetch_m together: jonswap by wind needs both")
+        return self
+
+
+WaveSystem = Annotated[
+    FlatWaves | SinusoidWaves | PiersonMoskowitzWaves | JonswapWaves, Discriminator("spectrum")
+]
+
+
+class SeaSettings(Section):
+    """The water: its depth, its wave systems, and the finest wave that is resolved."""
+
+    model: Literal["linear"] = "linear"
+    depth_m: Annotated[float, limited("water has a depth; inf is deep", least=0.05, infinite=True)] = math.inf
+    resolution_m: Annotated[float, limited("spacing of the resolved waves' grid", least=0.05, most=100.0)] = (
+        0.8
+    )
+    extent_m: Annotated[float, limited("side of the periodic patch", least=10.0, most=20_000.0)] = 1024.0
+    waves: Annotated[tuple[WaveSystem, ...], BeforeValidator(_as_tuple)] = ()
+
+    @model_validator(mode="after")
+    def _grid_fits_memory(self) -> Self:
+        side = self.extent_m / self.resolution_m
+        if side > 4096:
+            raise ValueError(
+                f"extent_m/resolution_m = {side:.0f}: must be at most 4096 (a grid of {side:.0f}² points would take "
+                f"{side**2 * 100 / 1e9:.0f} GB); raise resolution_m or lower extent_m"
+            )
+        if side < 8:
+            raise ValueError(f"extent_m/resolution_m = {side:.1f}: must be at least 8; lower resolution_m")
+        return self
+
+
+# ------------------------------------------------------------------------------------------------ scattering
+
+
+class ScatteringSettings(Section):
+    """How the sea's surface returns the radar's power."""
+
+    nrcs: Literal["two_scale", "nrl", "constant"] = "two_scale"
+    nrcs_db: Annotated[float, limited("σ0 of nrcs = 'constant'", least=-120.0, most=30.0)] = -40.0
+    polarization: Literal["VV", "HH"] = "VV"
+    wind_speed_m_s: Annotated[
+        float, limited("10 m above the sea; drives the short waves", least=0.5, most=40.0)
+    ] = 8.0
+    wind_from_deg: Direction = 270.0
+    decorrelation_time_s: Annotated[
+        float, limited("5 to 33 ms for a 3 m X-band cell in the literature", least=1e-3, infinite=True)
+    ] = 0.010
+    temperature_c: Annotated[float, limited("range of the permittivity model", least=-2.0, most=34.0)] = 20.0
+    salinity_psu: Annotated[float, limited("range of the permittivity model", least=0.0, most=40.0)] = 35.0
+
+
+# ----------------------------------------------------------------------------------------------------- radar
+
+
+class AntennaSettings(Section):
+    """One of the two identical antennas."""
+
+    pattern: Literal["slotted_waveguide", "gaussian", "isotropic"] = "slotted_waveguide"
+    azimuth_beamwidth_deg: Annotated[float, limited("one-way, −3 dB", above=0.05, most=60.0)] = 1.8
+    elevation_beamwidth_deg: Annotated[float, limited("one-way, −3 dB", above=0.5, most=120.0)] = 18.0
+    width_m: Annotated[float, limited("aperture width", above=0.0, most=20.0)] = 1.0
+    height_m: Annotated[float, limited("aperture height", above=0.0, most=5.0)] = 0.1
+    ohmic_loss_db: Annotated[float, limited("a loss is not negative", least=0.0, most=20.0)] = 0.0
+    gain_dbi: (
+        Annotated[float, limited("overrides directivity − ohmic loss", least=-20.0, most=60.0)] | None
+    ) = None
+
+
+def _sector(value: tuple[float, float]) -> tuple[float, float]:
+    start, stop = value
+    if not (math.isfinite(start) and math.isfinite(stop)) or abs(start) > 360.0:
+        raise ValueError("must be two finite angles, the first within ±360")
+    if not 0.0 < stop - start <= 360.0:
+        raise ValueError("must be [start, stop] with stop above start by at most 360")
+    return value
+
+
+def _range_window(value: tuple[float, float]) -> tuple[float, float]:
+    near, far = value
+    if not (math.isfinite(near) and math.isfinite(far)) or near <= 0.0 or far <= near or far > 20_000.0:
+        raise ValueError("must be [near, far] with 0 < near < far ≤ 20000")
+    return value
+
+
+class RadarSettings(Section):
+    """Waveform, scan, the two antennas and the receiver."""
+
+    frequency_hz: Annotated[float, limited("range of the scattering models", least=3e9, most=35e9)] = 10e9
+    pulse_width_s: Annotated[float, limited("a plain rectangular pulse", least=1e-9, most=1e-5)] = 20e-9
+    bandwidth_hz: Annotated[float, limited("noise bandwidth of the receiver", least=1e5, most=1e9)] = 50e6
+    prf_hz: Annotated[float, limited("pulses per second", least=10.0, most=1e5)] = 10e3
+    transmit_power_w: Annotated[float, limited("peak power", above=0.0, most=1e6)] = 1.0
+    noise_figure_db: Annotated[float, limited("a receiver adds noise", least=0.0, most=40.0)] = 3.0
+    losses_db: Annotated[float, limited("a loss is not negative", least=0.0, most=60.0)] = 2.0
+    noise: bool = True
+    rotation_rpm: Annotated[float, limited("the antenna turns", least=1.0, most=120.0)] = 60.0
+    sector_deg: Annotated[tuple[float, float], *_pair(_sector)] = (0.0, 360.0)
+    range_m: Annotated[tuple[float, float], *_pair(_range_window)] = (15.0, 400.0)
+    range_sampling_m: Annotated[float, limited("spacing of the range gates", least=0.05, most=100.0)] = 1.5
+    height_m: Annotated[
+        float, limited("mean height of the phase centres over the sea", above=0.0, most=1000.0)
+    ] = 5.0
+    baseline_m: Annotated[float, limited("distance between the phase centres", least=0.0, most=20.0)] = 0.2
+    tilt_deg: Annotated[
+        float, limited("beyond it the antennas lie on their backs", least=-60.0, most=60.0)
+    ] = 0.0
+    transmit: Literal["single", "switched"] = "switched"
+    interferogram: Literal["single_pulse"] = "single_pulse"
+    antenna: AntennaSettings = AntennaSettings()
+
+
+# --------------------------------------------------------------------------------- platform, tracing, retrieval
+
+
+class PlatformSettings(Section):
+    """The boat. Only a boat at rest is modelled so far."""
+
+    motion: Literal["fixed"] = "fixed"
+    speed_m_s: Annotated[float, limited("a moving boat is not modelled yet", least=0.0, most=0.0)] = 0.0
+    heading_deg: Direction = 0.0
+
+
+class TracingSettings(Section):
+    """How the lit part of the sea is found, and how finely the sea is meshed."""
+
+    tracer: Literal["facets", "horizon"] = "facets"
+    facet_m: Annotated[float, limited("spacing of the mesh along the look", least=0.02, most=20.0)] = 0.5
+    columns_per_beam: Annotated[
+        int, limited("fewer than 3 alias the two-way pattern, more than 64 gain nothing", least=3, most=64)
+    ] = 4
+
+
+class RetrievalSettings(Section):
+    """How echoes become heights. `window_*` is the sliding average of the covariance, the same as the cell if 0."""
+
+    cell_range_m: Annotated[float, limited("a cell has a length", above=0.0, most=1000.0)] = 3.0
+    cell_azimuth_deg: Annotated[float, limited("a cell has a width", above=0.0, most=45.0)] = 1.8
+    window_range_m: Annotated[float, limited("0 is the cell's own length", least=0.0, most=1000.0)] = 0.0
+    window_azimuth_deg: Annotated[float, limited("0 is the cell's own width", least=0.0, most=45.0)] = 0.0
+    min_snr_db: Annotated[float, limited("below it a cell has no echo", least=-30.0, most=60.0)] = 0.0
+    ground_m: Annotated[float, limited("side of a ground cell", above=0.0, most=1000.0)] = 3.0
