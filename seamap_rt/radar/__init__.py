@@ -1,0 +1,1 @@
+"""The radar as built: waveform, antennas, scan timing, receiver."""

@@ -1,0 +1,55 @@
+"""Watts: the radar equation's constant factor and the receiver's thermal noise."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..conventions import BOLTZMANN, REFERENCE_TEMPERATURE, SPEED_OF_LIGHT, from_db
+from ..settings import RadarSettings
+from .antenna import antenna
+from .waveform import RangeResponse
+
+
+def amplitude_constant(radar: RadarSettings) -> float:
+    """√(Pt G² λ² / ((4π)³ L)) [√W m]: times √(rcs)/(R_tx R_rx) and the patterns it is the echo's voltage."""
+    wavelength = SPEED_OF_LIGHT / radar.frequency_hz
+    loss = float(from_db(radar.losses_db))
+    gain = antenna(radar).gain
+    return float(np.sqrt(radar.transmit_power_w * gain**2 * wavelength**2 / ((4.0 * np.pi) ** 3 * loss)))
+
+
+def noise_power(radar: RadarSettings) -> float:
+    """kTBF [W], the mean thermal noise power of one gate of one receiver."""
+    return BOLTZMANN * REFERENCE_TEMPERATURE * radar.bandwidth_hz * float(from_db(radar.noise_figure_db))
+
+
+def thermal_noise(
+    radar: RadarSettings, pulses: int, gates: int, random: np.random.Generator
+) -> NDArray[np.complex64]:
+    """Noise voltages (pulses, 2, gates): complex Gaussian, independent from pulse to pulse and receiver to receiver,
+    correlated along the gates as the receiver's filter makes it when the gates lie closer than its resolution."""
+    white = random.standard_normal((pulses, 2, gates, 2), dtype=np.float32).view(np.complex64)[..., 0]
+    correlation = RangeResponse.of(radar).noise_correlation(radar.range_sampling_m * np.arange(gates))
+    reach = int(np.count_nonzero(correlation > 1e-7))
+    scale = np.sqrt(0.5 * noise_power(radar))
+    if reach > 1:
+        taps = _colouring_taps(correlation[:reach])
+        padded = np.concatenate((white[..., -(reach - 1) :], white, white[..., : reach - 1]), axis=-1)
+        mixed = np.zeros_like(white)
+        for shift, tap in enumerate(taps):
+            mixed += np.float32(tap) * padded[..., shift : shift + gates]
+        white = mixed
+    return (white * np.float32(scale)).astype(np.complex64, copy=False)
+
+
+def _colouring_taps(correlation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Symmetric taps whose autocorrelation is the given one: the square root of its spectrum, back in lags."""
+    reach = correlation.size
+    lags = np.zeros(64 * reach)
+    lags[:reach] = correlation
+    lags[-(reach - 1) :] = correlation[1:][::-1]
+    root = np.sqrt(np.maximum(np.fft.fft(lags).real, 0.0))
+    taps = np.fft.ifft(root).real
+    taps = np.concatenate((taps[-(reach - 1) :], taps[:reach]))
+    return taps / np.sqrt(np.sum(taps**2))
