@@ -1,0 +1,319 @@
+"""A polar mesh of one turn: radial lines meshed at the moment when the beam passes them, rungs at equal ground ranges.
+
+Between two neighbouring lines lies a *column*. Each of its quadrilaterals is cut from the near corner of its first line
+to the far corner of its second, which gives two facets per rung spacing:
+
+    line i ──── A ────    "near" facet: rung j and the diagonal   (two corners on line i+1)
+           ╲    far       "far"  facet: the diagonal and rung j+1 (two corners on line i)
+     near    ╲
+    line i+1 ────────
+
+A vertical plane through the antenna's axis cuts every rung's chord of a column at the same fraction. The far facets are
+tested and placed on the plane of fraction 1/3, the near ones on that of 2/3: within a facet each such point is the middle
+of the plane's path, the centroid to order (spacing/range). So a whole column has just two profiles, each exact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from ..conventions import unit_from_azimuth
+from ..radar.scan import phase_centres, sector_width, turn_duration
+from ..radar.waveform import RangeResponse
+from ..settings import RadarSettings, TracingSettings
+
+BEAMS_BEYOND = 3.0  # beam widths by which the columns run on before and after the sector
+FAR_FRACTION, NEAR_FRACTION = 1.0 / 3.0, 2.0 / 3.0
+_INNERMOST = 1.0  # m, ground range of the first rung
+
+
+class MovingSurface(Protocol):
+    """What the mesher asks of a sea."""
+
+    def elevation_and_velocity(
+        self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float32]]: ...
+
+
+@dataclass(frozen=True)
+class PolarGrid:
+    """Lines and rungs of one turn. Lines are numbered from `first`; line 0 starts the sector."""
+
+    turn: int
+    spacing_deg: float  # between neighbouring lines
+    first: int  # number of the first line (negative: it lies before the sector)
+    per_circle: int  # columns of a full circle: makes column numbers unique over turns
+    sweep: NDArray[np.float64]  # (line,) deg from the start of the sector
+    azimuth: NDArray[np.float64]  # (line,) deg, not wrapped
+    time: NDArray[np.float64]  # (line,) s, when the beam passes the line
+    ground_range: NDArray[np.float64]  # (rung,) m
+
+    @property
+    def columns(self) -> int:
+        return self.sweep.size - 1
+
+    @cached_property
+    def column_sweep(self) -> NDArray[np.float64]:
+        """Sweep of the columns' middles (deg)."""
+        return 0.5 * (self.sweep[1:] + self.sweep[:-1])
+
+    @cached_property
+    def column_time(self) -> NDArray[np.float64]:
+        return 0.5 * (self.time[1:] + self.time[:-1])
+
+    @cached_property
+    def column_azimuth(self) -> NDArray[np.float64]:
+        return 0.5 * (self.azimuth[1:] + self.azimuth[:-1])
+
+    @property
+    def column_number(self) -> NDArray[np.int64]:
+        """A number for each column that stays the same where the end of a turn is the start of the next."""
+        return (self.turn + 1) * self.per_circle + self.first + np.arange(self.columns, dtype=np.int64)
+
+
+def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int) -> PolarGrid:
+    """The grid of a turn: columns a fraction of the beam wide, rungs `facet_m` apart over the range window."""
+    beam = radar.antenna.azimuth_beamwidth_deg
+    per_circle = int(np.ceil(360.0 / (beam / tracing.columns_per_beam)))
+    spacing = 360.0 / per_circle
+    beyond = int(np.ceil(BEAMS_BEYOND * beam / spacing))
+    inside = int(np.ceil(sector_width(radar) / spacing - 1e-9))
+    sweep = spacing * np.arange(-beyond, inside + beyond + 1)
+    period = turn_duration(radar)
+    # From the foot of the mast on, though the gates may start further out: what is near can shadow what is far.
+    far = radar.range_m[1] + RangeResponse.of(radar).support_m
+    rungs = int(np.ceil((far - _INNERMOST) / tracing.facet_m)) + 1
+    return PolarGrid(
+        turn=turn,
+        spacing_deg=spacing,
+        first=-beyond,
+        per_circle=per_circle,
+        sweep=sweep,
+        azimuth=radar.sector_deg[0] + sweep,
+        time=(turn + sweep / 360.0) * period,
+        ground_range=_INNERMOST + tracing.facet_m * np.arange(rungs),
+    )
+
+
+@dataclass(frozen=True)
+class SurfaceMesh:
+    """The triangulated sea of one turn, in a frame centred on the middle of the baseline at each column's own time."""
+
+    grid: PolarGrid
+    height_m: float  # of the frame's origin above mean sea level
+    baseline_m: float
+    tilt_deg: float
+    elevation: NDArray[np.float64]  # (line, rung) m above mean sea level
+    velocity_look: NDArray[np.float32]  # (line, rung) m/s, horizontal, outward
+    velocity_up: NDArray[np.float32]  # (line, rung) m/s
+
+    def sheets(self) -> list[tuple[slice, ...]]:
+        """Column slices grouped so that those of a group do not overlap in azimuth.
+
+        The first group is the turn itself. The second, where the turn overlaps its own beginning, is what runs on beyond
+        it: the same places at other times, which must not be traced together with the first.
+        """
+        grid = self.grid
+        if grid.columns <= grid.per_circle:
+            return [(slice(0, grid.columns),)]
+        start = -grid.first
+        stop = start + grid.per_circle
+        return [(slice(start, stop),), (slice(0, start), slice(stop, grid.columns))]
+
+    def triangles(self, sheet: tuple[slice, ...]) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+        """Vertices (n, 3) in the antenna's frame and faces (m, 3), counter-clockwise seen from above.
+
+        Slices are not joined. Faces come column by column and from near to far, near facet before far facet.
+        """
+        ranges = self.grid.ground_range
+        all_vertices, all_faces, offset = [], [], 0
+        for columns in sheet:
+            lines = slice(columns.start, columns.stop + 1)
+            east, north = unit_from_azimuth(self.grid.azimuth[lines])
+            vertices = np.empty((east.size, ranges.size, 3))
+            vertices[..., 0] = east[:, None] * ranges
+            vertices[..., 1] = north[:, None] * ranges
+            vertices[..., 2] = self.elevation[lines] - self.height_m
+            corner = np.arange(columns.stop - columns.start)[:, None] * ranges.size + np.arange(
+                ranges.size - 1
+            )
+            corner = (corner + offset).astype(np.int32)
+            across, out, both = corner + ranges.size, corner + 1, corner + ranges.size + 1
+            near, far = np.stack((corner, across, both), axis=-1), np.stack((corner, both, out), axis=-1)
+            all_vertices.append(vertices.reshape(-1, 3))
+            all_faces.append(np.stack((near, far), axis=2).reshape(-1, 3))
+            offset += east.size * ranges.size
+        return np.concatenate(all_vertices), np.concatenate(all_faces)
+
+    @cached_property
+    def trimesh(self) -> trimesh.Trimesh:
+        """The turn as one trimesh, z above mean sea level, east north up from the antenna's foot."""
+        vertices, faces = self.triangles(self.sheets()[0])
+        vertices[:, 2] += self.height_m
+        return trimesh.Trimesh(vertices=vertices, faces=faces, process=False, validate=False)
+
+    def write(self, path: str | Path) -> Path:
+        """Write the turn as PLY or GLB, by the file's ending."""
+        path = Path(path)
+        if path.suffix.lower() not in (".ply", ".glb"):
+            raise ValueError(f"mesh file '{path}': the ending must be .ply or .glb")
+        self.trimesh.export(path)
+        return path
+
+    def antennas(self) -> NDArray[np.float64]:
+        """(antenna, 2): distance along the look and height of each phase centre, relative to the frame's origin."""
+        tilt = np.radians(self.tilt_deg)
+        half = 0.5 * self.baseline_m * np.array([-1.0, 1.0])
+        return np.stack((half * np.sin(tilt), half * np.cos(tilt)), axis=1)
+
+    @cached_property
+    def facets(self) -> Facets:
+        """The facets' geometry, without light."""
+        return _facets(self)
+
+
+@dataclass(frozen=True)
+class Facets:
+    """What the echoes need to know of each facet: plain arrays, (facet,) along a column or (column, facet).
+
+    A column's facets alternate near, far, near, far … outward. The point of a facet is where it is tested for light and
+    from where its range is reckoned. Slopes are in the frame of the column's middle azimuth.
+    """
+
+    grid: PolarGrid
+    distance: NDArray[np.float64]  # (facet,) m, horizontal, from the frame's origin
+    horizontal_area: NDArray[np.float64]  # (facet,) m²
+    angle: NDArray[np.float64]  # (facet,) rad, of the point from the column's middle azimuth, clockwise
+    height: NDArray[np.float64]  # (column, facet) m above mean sea level
+    slope_look: NDArray[np.float32]  # (column, facet)
+    slope_cross: NDArray[np.float32]  # (column, facet)
+    velocity_look: NDArray[np.float32]  # (column, facet) m/s
+    velocity_up: NDArray[np.float32]  # (column, facet) m/s
+    lit: NDArray[np.bool_] | None = field(default=None)  # (antenna, column, facet)
+
+    @property
+    def lit_both(self) -> NDArray[np.bool_]:
+        """(column, facet): lit for both antennas."""
+        if self.lit is None:
+            raise ValueError("these facets have not been traced; call a tracer first")
+        return self.lit[0] & self.lit[1]
+
+
+def mesh_turn(sea: MovingSurface, radar: RadarSettings, tracing: TracingSettings, turn: int) -> SurfaceMesh:
+    """Mesh the sea of one turn, each line at the time when the beam passes it."""
+    grid = polar_grid(radar, tracing, turn)
+    east, north = unit_from_azimuth(grid.azimuth)
+    x = east[:, None] * grid.ground_range
+    y = north[:, None] * grid.ground_range
+    elevation, velocity = sea.elevation_and_velocity(x, y, np.broadcast_to(grid.time[:, None], x.shape))
+    look = velocity[..., 0] * east[:, None].astype(np.float32) + velocity[..., 1] * north[:, None].astype(
+        np.float32
+    )
+    return SurfaceMesh(
+        grid,
+        radar.height_m,
+        radar.baseline_m,
+        radar.tilt_deg,
+        elevation,
+        look,
+        np.ascontiguousarray(velocity[..., 2]),
+    )
+
+
+def submerged_lines(mesh: SurfaceMesh, sea: MovingSurface, radar: RadarSettings) -> NDArray[np.bool_]:
+    """(line,): the sea covers a phase centre, at its own place, when the beam passes the line."""
+    centres = phase_centres(radar, mesh.grid.azimuth)
+    time = np.broadcast_to(mesh.grid.time[:, None], centres.shape[:2])
+    elevation, _ = sea.elevation_and_velocity(centres[..., 0], centres[..., 1], time)
+    return (elevation >= centres[..., 2]).any(axis=1)
+
+
+# ------------------------------------------------------------------------------------------------- profiles
+
+
+def chord_point(fraction: float, spacing_deg: float) -> tuple[float, float]:
+    """Distance (of a rung at 1 m) and angle (rad from the first line) at which a plane cuts a rung's chord."""
+    angle = np.radians(spacing_deg)
+    across, along = fraction * np.sin(angle), 1.0 - fraction + fraction * np.cos(angle)
+    return float(np.hypot(across, along)), float(np.arctan2(across, along))
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The triangulated surface along one plane of every column: rungs and diagonals, alternating outward."""
+
+    rung_distance: NDArray[np.float64]  # (rung,)
+    diagonal_distance: NDArray[np.float64]  # (rung − 1,)
+    rung_height: NDArray[np.float64]  # (column, rung)
+    diagonal_height: NDArray[np.float64]  # (column, rung − 1)
+
+
+def profile(elevation: NDArray[np.float64], grid: PolarGrid, fraction: float) -> Profile:
+    """The profile at `fraction` of each column's width, from the lines' elevations (line, rung). Exact."""
+    ranges = grid.ground_range
+    stretch, _ = chord_point(fraction, grid.spacing_deg)
+    near, far = ranges[:-1], ranges[1:]
+    # On the diagonal (1 − s) near·e₀ + s far·e₁ the plane asks for s far / ((1 − s) near + s far) = fraction.
+    share = fraction * near / ((1.0 - fraction) * far + fraction * near)
+    first, second = elevation[:-1], elevation[1:]
+    return Profile(
+        rung_distance=stretch * ranges,
+        diagonal_distance=stretch * ((1.0 - share) * near + share * far),
+        rung_height=(1.0 - fraction) * first + fraction * second,
+        diagonal_height=(1.0 - share) * first[:, :-1] + share * second[:, 1:],
+    )
+
+
+def _interleave(near: NDArray, far: NDArray) -> NDArray:
+    """near, far, near, far … along the last axis."""
+    return np.stack((near, far), axis=-1).reshape(*near.shape[:-1], -1)
+
+
+def _facets(mesh: SurfaceMesh) -> Facets:
+    grid, z = mesh.grid, mesh.elevation
+    ranges = grid.ground_range
+    step = np.diff(ranges)
+    half = 0.5 * np.radians(grid.spacing_deg)
+    near_plane = profile(z, grid, NEAR_FRACTION)
+    far_plane = profile(z, grid, FAR_FRACTION)
+
+    # Gradient of each triangle's plane, from its rung edge (purely across) and its radial edge (half a column askew).
+    across = (z[1:] - z[:-1]) / (2.0 * ranges * np.sin(half))
+    near_cross, far_cross = across[:, :-1], across[:, 1:]
+    near_look = ((z[1:, 1:] - z[1:, :-1]) / step - near_cross * np.sin(half)) / np.cos(half)
+    far_look = ((z[:-1, 1:] - z[:-1, :-1]) / step + far_cross * np.sin(half)) / np.cos(half)
+
+    def corner_mean(field: NDArray[np.float32]) -> NDArray[np.float32]:
+        first, second = field[:-1], field[1:]
+        near = (first[:, :-1] + second[:, :-1] + second[:, 1:]) / np.float32(3.0)
+        far = (first[:, :-1] + first[:, 1:] + second[:, 1:]) / np.float32(3.0)
+        return _interleave(near, far)
+
+    double_area = np.sin(2.0 * half) * step  # twice the area of a triangle per metre of its rung edge
+    count = step.size
+    return Facets(
+        grid=grid,
+        distance=_interleave(
+            0.5 * (near_plane.rung_distance[:-1] + near_plane.diagonal_distance),
+            0.5 * (far_plane.diagonal_distance + far_plane.rung_distance[1:]),
+        ),
+        horizontal_area=_interleave(0.5 * double_area * ranges[:-1], 0.5 * double_area * ranges[1:]),
+        angle=np.tile(
+            [chord_point(f, grid.spacing_deg)[1] - half for f in (NEAR_FRACTION, FAR_FRACTION)], count
+        ),
+        height=_interleave(
+            0.5 * (near_plane.rung_height[:, :-1] + near_plane.diagonal_height),
+            0.5 * (far_plane.diagonal_height + far_plane.rung_height[:, 1:]),
+        ),
+        slope_look=_interleave(near_look, far_look).astype(np.float32),
+        slope_cross=_interleave(near_cross, far_cross).astype(np.float32),
+        velocity_look=corner_mean(mesh.velocity_look),
+        velocity_up=corner_mean(mesh.velocity_up),
+    )
