@@ -1,0 +1,139 @@
+"""Echoes as a dataset that keeps the schema, and the Zarr store into which a run streams them turn by turn."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+import zarr
+from numpy.typing import NDArray
+
+from ..dataset import SCHEMA, build, check
+from ..radar.receiver import noise_power
+from ..radar.scan import Pulses, phase_centres
+from ..radar.waveform import gates
+from ..settings import RadarSettings
+
+_PULSES_A_CHUNK = 2000
+
+
+def echo_attributes(radar: RadarSettings, complete_turns: int) -> dict[str, Any]:
+    """What a retrieval may know of the radar; nothing of the sea."""
+    return {
+        "frequency_hz": radar.frequency_hz,
+        "pulse_width_s": radar.pulse_width_s,
+        "bandwidth_hz": radar.bandwidth_hz,
+        "prf_hz": radar.prf_hz,
+        "rotation_rpm": radar.rotation_rpm,
+        "sector_deg": list(radar.sector_deg),
+        "height_m": radar.height_m,
+        "baseline_m": radar.baseline_m,
+        "tilt_deg": radar.tilt_deg,
+        "azimuth_beamwidth_deg": radar.antenna.azimuth_beamwidth_deg,
+        "elevation_beamwidth_deg": radar.antenna.elevation_beamwidth_deg,
+        "transmit": radar.transmit,
+        "interferogram": radar.interferogram,
+        "noise_power_w": noise_power(radar) if radar.noise else 0.0,
+        "complete_turns": complete_turns,
+    }
+
+
+def echo_dataset(
+    radar: RadarSettings,
+    turns: Sequence[Pulses],
+    voltages: Sequence[NDArray[np.complex64]],
+    polarization: str = "VV",
+    submerged: Sequence[NDArray[np.bool_]] | None = None,
+    first_turn: int = 0,
+) -> xr.Dataset:
+    """The schema's `echoes` from the pulses and voltages of whole turns. The boat is at rest and its sensors perfect."""
+    azimuth = np.concatenate([turn.azimuth for turn in turns])
+    numbers = np.concatenate([turn.number for turn in turns])
+    flags = np.zeros(numbers.size, dtype=np.int16)
+    if submerged is not None:
+        flags[np.concatenate(list(submerged))] = 64
+    return build(
+        "echoes",
+        {
+            "voltage": np.concatenate(list(voltages)),
+            "position": phase_centres(radar, azimuth),
+            "attitude": np.zeros((numbers.size, 3)),
+            "flag": flags,
+        },
+        {
+            "pulse": numbers,
+            "range": gates(radar),
+            "time": np.concatenate([turn.time for turn in turns]),
+            "azimuth": azimuth,
+            "transmitter": np.concatenate([turn.transmitter for turn in turns]),
+            "turn": np.concatenate(
+                [np.full(turn.number.size, first_turn + i, dtype=np.int32) for i, turn in enumerate(turns)]
+            ),
+        },
+        {**echo_attributes(radar, first_turn + len(turns)), "polarization": polarization},
+    )
+
+
+class EchoStore:
+    """A Zarr group that grows by whole turns. The attribute `complete_turns` is raised only when a turn is all there."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._group: zarr.Group | None = None
+
+    def append(self, turn: xr.Dataset) -> None:
+        """Append one turn's echoes."""
+        if self._group is None:
+            self._group = self._create(turn)
+            start = 0
+        else:
+            start = int(self._group["time"].shape[0])  # type: ignore[union-attr]
+        for name, variable in turn.variables.items():
+            if variable.dims[0] != "pulse":
+                continue
+            array = self._group[str(name)]
+            array.resize((start + variable.shape[0], *array.shape[1:]))  # type: ignore[union-attr]
+            array[start:] = variable.values  # type: ignore[index]
+        self._group.attrs["complete_turns"] = turn.attrs["complete_turns"]
+
+    def _create(self, turn: xr.Dataset) -> zarr.Group:
+        if self.path.exists():
+            shutil.rmtree(self.path)
+        group = zarr.open_group(self.path, mode="w", zarr_format=3)
+        for name, variable in turn.variables.items():
+            rolling = variable.dims[0] == "pulse"
+            shape = (0, *variable.shape[1:]) if rolling else variable.shape
+            chunks = (_PULSES_A_CHUNK, *variable.shape[1:]) if rolling else variable.shape
+            array = group.create_array(
+                str(name),
+                shape=shape,
+                dtype=variable.dtype,
+                chunks=chunks,
+                compressors=None,  # noise does not compress, and a turn must be written in a fraction of a second
+                dimension_names=[str(d) for d in variable.dims],
+                attributes={
+                    k: (v.tolist() if isinstance(v, np.ndarray) else v) for k, v in variable.attrs.items()
+                },
+            )
+            if not rolling:
+                array[...] = variable.values
+        group.attrs.update({**turn.attrs, "complete_turns": 0, "coordinates": _coordinate_names()})
+        return group
+
+
+def _coordinate_names() -> str:
+    return "time azimuth transmitter turn"
+
+
+def open_echoes(path: str | Path) -> xr.Dataset:
+    """Echoes from a Zarr store, whole turns only; raises SchemaError if the store does not keep the schema."""
+    dataset = xr.open_zarr(path, consolidated=False, zarr_format=3)
+    coords = [name for name in SCHEMA["echoes"] if name in dataset and name in _coordinate_names().split()]
+    dataset = dataset.set_coords(coords)
+    check("echoes", dataset)
+    whole = np.flatnonzero(dataset["turn"].values < dataset.attrs["complete_turns"])
+    return dataset.isel(pulse=slice(0, int(whole.size)))
