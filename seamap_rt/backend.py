@@ -132,9 +132,7 @@ def _candidates(notes: list[str]) -> Iterator[_Candidate]:
     elif "drjit" in sys.modules:  # too late to choose: judge what it has loaded
         for library in _loaded_llvm():
             yield _Candidate("llvm", library, "already loaded")
-        notes.append(
-            f"Dr.Jit was imported before an LLVM was chosen for it: set {VARIABLE}, or prepare() first"
-        )
+        notes.append(f"Dr.Jit was imported before an LLVM was chosen for it: set {VARIABLE}, or prepare() first")
     else:
         system = _system_llvm()
         for library in system:
@@ -150,9 +148,7 @@ def _adopt(candidate: _Candidate, verdict: _Verdict, notes: list[str]) -> Backen
     if candidate.kind == "llvm":
         os.environ[VARIABLE] = str(candidate.library)
         version = verdict.detail
-    return Backend(
-        candidate.kind, candidate.library, version, candidate.source, VARIANTS[candidate.kind], tuple(notes)
-    )
+    return Backend(candidate.kind, candidate.library, version, candidate.source, VARIANTS[candidate.kind], tuple(notes))
 
 
 def _explain(notes: list[str]) -> str:
@@ -576,9 +572,7 @@ def _check_cache() -> Check:
     try:
         return Check("cache", str(cache_folder()), True)
     except OSError as error:
-        return Check(
-            "cache", f"{_one_line(error)}: set XDG_CACHE_HOME to a folder that can be written", False
-        )
+        return Check("cache", f"{_one_line(error)}: set XDG_CACHE_HOME to a folder that can be written", False)
 
 
 def _one_line(error: Exception) -> str:

@@ -69,22 +69,16 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "transmitter": Variable(("pulse",), "int8", "1", "antenna that transmits: 0 lower, 1 upper"),
         "turn": Variable(("pulse",), "int32", "1", "turn of the antenna"),
         "voltage": Variable(("pulse", "receiver", "range"), "complex64", "W^0.5", "complex receiver voltage"),
-        "position": Variable(
-            ("pulse", "antenna", "xyz"), "float64", "m", "measured phase centres, east north up"
-        ),
+        "position": Variable(("pulse", "antenna", "xyz"), "float64", "m", "measured phase centres, east north up"),
         "attitude": Variable(("pulse", "rpy"), "float64", "degree", "measured roll, pitch, yaw of the boat"),
-        "flag": Variable(
-            ("pulse",), "int16", "1", "quality flags that the radar itself knows", required=False
-        ),
+        "flag": Variable(("pulse",), "int16", "1", "quality flags that the radar itself knows", required=False),
     },
     "expected": {
         "azimuth": _POLAR_COORDS["azimuth"],
         "range": _POLAR_COORDS["range"],
         "transmitter": Variable(("transmitter",), "int32", "1", "antenna that transmits"),
         "receiver": Variable(("receiver",), "int32", "1", "antenna that receives"),
-        "power": Variable(
-            ("transmitter", "receiver", "azimuth", "range"), "float64", "W", "expected echo power"
-        ),
+        "power": Variable(("transmitter", "receiver", "azimuth", "range"), "float64", "W", "expected echo power"),
         "covariance": Variable(("azimuth", "range"), "complex128", "W", "expected ⟨V_lower V_upper*⟩"),
     },
     "maps/polar": {
@@ -96,9 +90,7 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "ground_range": Variable(_POLAR, "float32", "m", "horizontal distance at which the echo was placed"),
         "coherence": Variable(_POLAR, "float32", "1", "magnitude of the coherence of the two receivers"),
         "phase": Variable(_POLAR, "float32", "radian", "interferometric phase, wrapped, not flattened"),
-        "phase_unwrapped": Variable(
-            _POLAR, "float32", "radian", "interferometric phase with its ambiguity resolved"
-        ),
+        "phase_unwrapped": Variable(_POLAR, "float32", "radian", "interferometric phase with its ambiguity resolved"),
         "snr_db": Variable(_POLAR, "float32", "dB", "signal to noise ratio of one pulse"),
         "time": Variable(_POLAR[:2], "float64", "s", "time when the beam passes the look"),
         "quality": Variable(_POLAR, "int16", "1", "quality flags"),
@@ -121,9 +113,7 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         ),
         "slope_range": Variable(_POLAR, "float32", "1", "true mean slope along the look, outward"),
         "slope_azimuth": Variable(_POLAR, "float32", "1", "true mean slope across the look, clockwise"),
-        "nrcs_db": Variable(
-            _POLAR, "float32", "dB", "normalised radar cross section of the cell, dark parts included"
-        ),
+        "nrcs_db": Variable(_POLAR, "float32", "dB", "normalised radar cross section of the cell, dark parts included"),
         "time": Variable(_POLAR[:2], "float64", "s", "time when the beam passes the look"),
     },
     "truth/ground": {
@@ -175,9 +165,7 @@ def build(
         variable = schema[name]
         array = np.asarray(value).astype(variable.dtype, copy=False)
         if array.ndim != len(variable.dims):
-            raise SchemaError(
-                f"{product}: '{name}' has {array.ndim} dimensions; the schema says {variable.dims}"
-            )
+            raise SchemaError(f"{product}: '{name}' has {array.ndim} dimensions; the schema says {variable.dims}")
         attributes = variable.attributes()
         if name in ("quality", "flag"):
             attributes["flag_masks"] = np.array(list(QUALITY_FLAGS.values()), dtype=np.int16)

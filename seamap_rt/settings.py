@@ -94,8 +94,7 @@ class SpectralWaves(Section):
         Annotated[float, limited("0 is flat; no sea above 30 m", least=0.0, most=30.0)] | None
     ) = None
     peak_period_s: (
-        Annotated[float, limited("wind waves and swell lie between 0.3 and 40 s", least=0.3, most=40.0)]
-        | None
+        Annotated[float, limited("wind waves and swell lie between 0.3 and 40 s", least=0.3, most=40.0)] | None
     ) = None
     wind_speed_m_s: Annotated[float, limited("10 m above the sea", above=0.0, most=60.0)] | None = None
     wave_from_deg: Direction = 270.0
@@ -134,9 +133,7 @@ class JonswapWaves(SpectralWaves):
         return self
 
 
-WaveSystem = Annotated[
-    FlatWaves | SinusoidWaves | PiersonMoskowitzWaves | JonswapWaves, Discriminator("spectrum")
-]
+WaveSystem = Annotated[FlatWaves | SinusoidWaves | PiersonMoskowitzWaves | JonswapWaves, Discriminator("spectrum")]
 
 
 class SeaSettings(Section):
@@ -144,9 +141,7 @@ class SeaSettings(Section):
 
     model: Literal["linear"] = "linear"
     depth_m: Annotated[float, limited("water has a depth; inf is deep", least=0.05, infinite=True)] = math.inf
-    resolution_m: Annotated[float, limited("spacing of the resolved waves' grid", least=0.05, most=100.0)] = (
-        0.8
-    )
+    resolution_m: Annotated[float, limited("spacing of the resolved waves' grid", least=0.05, most=100.0)] = 0.8
     extent_m: Annotated[float, limited("side of the periodic patch", least=10.0, most=20_000.0)] = 1024.0
     waves: Annotated[tuple[WaveSystem, ...], BeforeValidator(_as_tuple)] = ()
 
@@ -172,9 +167,7 @@ class ScatteringSettings(Section):
     nrcs: Literal["two_scale", "nrl", "constant"] = "two_scale"
     nrcs_db: Annotated[float, limited("σ0 of nrcs = 'constant'", least=-120.0, most=30.0)] = -40.0
     polarization: Literal["VV", "HH"] = "VV"
-    wind_speed_m_s: Annotated[
-        float, limited("10 m above the sea; drives the short waves", least=0.5, most=40.0)
-    ] = 8.0
+    wind_speed_m_s: Annotated[float, limited("10 m above the sea; drives the short waves", least=0.5, most=40.0)] = 8.0
     wind_from_deg: Direction = 270.0
     decorrelation_time_s: Annotated[
         float, limited("5 to 33 ms for a 3 m X-band cell in the literature", least=1e-3, infinite=True)
@@ -195,9 +188,7 @@ class AntennaSettings(Section):
     width_m: Annotated[float, limited("aperture width", above=0.0, most=20.0)] = 1.0
     height_m: Annotated[float, limited("aperture height", above=0.0, most=5.0)] = 0.1
     ohmic_loss_db: Annotated[float, limited("a loss is not negative", least=0.0, most=20.0)] = 0.0
-    gain_dbi: (
-        Annotated[float, limited("overrides directivity − ohmic loss", least=-20.0, most=60.0)] | None
-    ) = None
+    gain_dbi: Annotated[float, limited("overrides directivity − ohmic loss", least=-20.0, most=60.0)] | None = None
 
 
 def _sector(value: tuple[float, float]) -> tuple[float, float]:
@@ -231,13 +222,9 @@ class RadarSettings(Section):
     sector_deg: Annotated[tuple[float, float], *_pair(_sector)] = (0.0, 360.0)
     range_m: Annotated[tuple[float, float], *_pair(_range_window)] = (15.0, 400.0)
     range_sampling_m: Annotated[float, limited("spacing of the range gates", least=0.05, most=100.0)] = 1.5
-    height_m: Annotated[
-        float, limited("mean height of the phase centres over the sea", above=0.0, most=1000.0)
-    ] = 5.0
+    height_m: Annotated[float, limited("mean height of the phase centres over the sea", above=0.0, most=1000.0)] = 5.0
     baseline_m: Annotated[float, limited("distance between the phase centres", least=0.0, most=20.0)] = 0.2
-    tilt_deg: Annotated[
-        float, limited("beyond it the antennas lie on their backs", least=-60.0, most=60.0)
-    ] = 0.0
+    tilt_deg: Annotated[float, limited("beyond it the antennas lie on their backs", least=-60.0, most=60.0)] = 0.0
     transmit: Literal["single", "switched"] = "switched"
     interferogram: Literal["single_pulse"] = "single_pulse"
     antenna: AntennaSettings = AntennaSettings()

@@ -65,9 +65,7 @@ def expected_look_gates(
                 column_covariance[transmitter, :, block.gates] = np.sum(product * phase, axis=1)
             area = heard[1] ** 2 * facets.horizontal_area[block.facets][:, None]
             column_weight[:, block.gates] = area.sum(axis=1)
-            column_moment[:, block.gates] = np.einsum(
-                "cfg,cf->cg", area, facets.height[columns, block.facets]
-            )
+            column_moment[:, block.gates] = np.einsum("cfg,cf->cg", area, facets.height[columns, block.facets])
         for column in range(count):
             sweep = facets.grid.column_sweep[columns.start + column]
             near, beam = look_beams(radar, sweeps, cell_azimuth_deg, sweep, level)

@@ -12,7 +12,7 @@ import xarray as xr
 import zarr
 from numpy.typing import NDArray
 
-from ..dataset import SCHEMA, build, check
+from ..dataset import build
 from ..radar.receiver import noise_power
 from ..radar.scan import Pulses, phase_centres
 from ..radar.waveform import gates
@@ -115,9 +115,7 @@ class EchoStore:
                 chunks=chunks,
                 compressors=None,  # noise does not compress, and a turn must be written in a fraction of a second
                 dimension_names=[str(d) for d in variable.dims],
-                attributes={
-                    k: (v.tolist() if isinstance(v, np.ndarray) else v) for k, v in variable.attrs.items()
-                },
+                attributes={k: (v.tolist() if isinstance(v, np.ndarray) else v) for k, v in variable.attrs.items()},
             )
             if not rolling:
                 array[...] = variable.values
@@ -127,13 +125,3 @@ class EchoStore:
 
 def _coordinate_names() -> str:
     return "time azimuth transmitter turn"
-
-
-def open_echoes(path: str | Path) -> xr.Dataset:
-    """Echoes from a Zarr store, whole turns only; raises SchemaError if the store does not keep the schema."""
-    dataset = xr.open_zarr(path, consolidated=False, zarr_format=3)
-    coords = [name for name in SCHEMA["echoes"] if name in dataset and name in _coordinate_names().split()]
-    dataset = dataset.set_coords(coords)
-    check("echoes", dataset)
-    whole = np.flatnonzero(dataset["turn"].values < dataset.attrs["complete_turns"])
-    return dataset.isel(pulse=slice(0, int(whole.size)))

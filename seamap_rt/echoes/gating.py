@@ -35,9 +35,7 @@ class Gating:
         self.range = gates(radar)
         self.response = RangeResponse.of(radar)
         self._support = self.response.support_m
-        grid = np.arange(
-            0.5 * _STEP, self._support + 2.0 * _STEP, _STEP
-        )  # middles: an index is cut, not rounded
+        grid = np.arange(0.5 * _STEP, self._support + 2.0 * _STEP, _STEP)  # middles: an index is cut, not rounded
         self._table = np.append(self.response(grid), 0.0).astype(np.float32)
         self.blocks = list(self._blocks(radar, facets))
 

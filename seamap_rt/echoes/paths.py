@@ -26,9 +26,7 @@ class FacetPaths:
     length: NDArray[np.float64]  # (pair, column, facet) half the path transmitter → facet → receiver [m]
     difference: NDArray[np.float64]  # R₁ − R₀ [m]
     radial_velocity: NDArray[np.float64]  # m/s, positive away
-    amplitude: NDArray[
-        np.float32
-    ]  # (pair, column, facet) voltage at boresight azimuth, before the range response [√W]
+    amplitude: NDArray[np.float32]  # (pair, column, facet) voltage at boresight azimuth, before the range response [√W]
 
     @property
     def lower(self) -> NDArray[np.float64]:
@@ -66,9 +64,7 @@ def facet_paths(
         length=np.stack((lower, middle, upper)[:pairs]),
         difference=difference,
         radial_velocity=velocity,
-        amplitude=np.stack(
-            [np.where(seen[m], reach / spreading[m], 0.0).astype(np.float32) for m in range(pairs)]
-        ),
+        amplitude=np.stack([np.where(seen[m], reach / spreading[m], 0.0).astype(np.float32) for m in range(pairs)]),
     )
 
 

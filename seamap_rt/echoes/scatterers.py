@@ -19,9 +19,7 @@ from .paths import wavenumber
 from .turn import add_noise
 
 
-def from_scatterers(
-    scene: Scene, xyz: ArrayLike, rcs: ArrayLike, velocity: ArrayLike | None = None
-) -> xr.Dataset:
+def from_scatterers(scene: Scene, xyz: ArrayLike, rcs: ArrayLike, velocity: ArrayLike | None = None) -> xr.Dataset:
     """Echoes (schema `echoes`) of point scatterers at xyz (n, 3) [m] at time 0, of rcs (n,) [m²], that move at
     velocity (n, 3) [m/s]. Thermal noise is added if radar.noise.
 
@@ -29,9 +27,7 @@ def from_scatterers(
     """
     places = np.atleast_2d(np.asarray(xyz, dtype=np.float64))
     areas = np.broadcast_to(np.asarray(rcs, dtype=np.float64), places.shape[:1])
-    speeds = (
-        np.zeros_like(places) if velocity is None else np.atleast_2d(np.asarray(velocity, dtype=np.float64))
-    )
+    speeds = np.zeros_like(places) if velocity is None else np.atleast_2d(np.asarray(velocity, dtype=np.float64))
     if places.ndim != 2 or places.shape[1] != 3 or speeds.shape != places.shape:
         raise ValueError(f"xyz {places.shape}, velocity {speeds.shape}: both must be (n, 3)")
     if not (np.isfinite(places).all() and np.isfinite(areas).all() and np.isfinite(speeds).all()):

@@ -17,9 +17,7 @@ def speckle_basis(knots: int, spacing_s: float, decorrelation_time_s: float) -> 
     lag = spacing_s * np.arange(knots)
     covariance = np.exp(-(((lag[:, None] - lag[None, :]) / decorrelation_time_s) ** 2))
     variance, modes = np.linalg.eigh(covariance)
-    kept = (
-        np.cumsum(variance) > 1e-6 * knots
-    )  # ascending: drop the smallest until 1e-6 of the variance is gone
+    kept = np.cumsum(variance) > 1e-6 * knots  # ascending: drop the smallest until 1e-6 of the variance is gone
     kept[-1] = True
     basis = (modes[:, kept] * np.sqrt(np.maximum(variance[kept], 0.0))).T
     basis /= np.sqrt(np.sum(basis**2, axis=0))  # unit variance at every knot, exactly

@@ -29,9 +29,7 @@ from .paths import FacetPaths, facet_paths, pair_count, wavenumber
 from .speckle import speckle_basis, speckle_weights
 
 _TAPS = 12
-_OVERSAMPLING = (
-    1.6  # knots per Nyquist interval: with 12 taps the interpolation errs by some 1e-4 of the voltage
-)
+_OVERSAMPLING = 1.6  # knots per Nyquist interval: with 12 taps the interpolation errs by some 1e-4 of the voltage
 _CHUNK = 4  # columns worked on at a time: their phasors stay near the cache
 _NOISE_STAGE, _NOISE_CHUNK = 3, 1000
 
@@ -126,14 +124,10 @@ class ColumnKernel:
         half = BEAMS_BEYOND * self.radar.antenna.azimuth_beamwidth_deg
         first = np.ceil((sweep - half - self.knots.sweep[0]) / self.knots.spacing_deg).astype(int)
         offset = (
-            self.knots.sweep[0]
-            + (first[:, None] + np.arange(self.window)) * self.knots.spacing_deg
-            - sweep[:, None]
+            self.knots.sweep[0] + (first[:, None] + np.arange(self.window)) * self.knots.spacing_deg - sweep[:, None]
         )
         gated = self._gated(paths, columns, offset)
-        span = np.zeros(
-            (int(first[-1] - first[0]) + self.window, pairs, self.gating.range.size), dtype=np.complex64
-        )
+        span = np.zeros((int(first[-1] - first[0]) + self.window, pairs, self.gating.range.size), dtype=np.complex64)
         for column, start in enumerate(first - first[0]):
             beam = self.beam(np.sin(np.radians(offset[column]))[:, None] * self.level)
             span[start : start + self.window] += beam[:, None, :] * gated[column].transpose(1, 0, 2)
@@ -150,9 +144,7 @@ class ColumnKernel:
             gated[..., block.gates] = heard.transpose(1, 0, 2, 3)
         return gated
 
-    def _phasors(
-        self, paths: FacetPaths, columns: slice, offset: NDArray[np.float64]
-    ) -> NDArray[np.complex64]:
+    def _phasors(self, paths: FacetPaths, columns: slice, offset: NDArray[np.float64]) -> NDArray[np.complex64]:
         """(pair, column, knot, facet): speckle × exp(−jk(R_tx + R_rx)) at the knots.
 
         Phases are reduced in float64; from knot to knot they turn by a constant factor (a rotation of some 50 steps in
@@ -253,9 +245,7 @@ def _windowed_sinc(offset: float) -> float:
     return float(np.sinc(offset) * np.i0(beta * np.sqrt(max(0.0, 1.0 - (offset / half) ** 2))) / np.i0(beta))
 
 
-def add_noise(
-    voltages: NDArray[np.complex64], radar: RadarSettings, pulses: Pulses, seed: int, workers: int
-) -> None:
+def add_noise(voltages: NDArray[np.complex64], radar: RadarSettings, pulses: Pulses, seed: int, workers: int) -> None:
     """Add thermal noise in place; chunks have random numbers of their own, so that threads do not matter."""
     first = int(pulses.number[0])
 

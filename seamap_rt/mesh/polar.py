@@ -141,9 +141,7 @@ class SurfaceMesh:
             vertices[..., 0] = east[:, None] * ranges
             vertices[..., 1] = north[:, None] * ranges
             vertices[..., 2] = self.elevation[lines] - self.height_m
-            corner = np.arange(columns.stop - columns.start)[:, None] * ranges.size + np.arange(
-                ranges.size - 1
-            )
+            corner = np.arange(columns.stop - columns.start)[:, None] * ranges.size + np.arange(ranges.size - 1)
             corner = (corner + offset).astype(np.int32)
             across, out, both = corner + ranges.size, corner + 1, corner + ranges.size + 1
             near, far = np.stack((corner, across, both), axis=-1), np.stack((corner, both, out), axis=-1)
@@ -206,25 +204,28 @@ class Facets:
         return self.lit[0] & self.lit[1]
 
 
-def mesh_turn(sea: MovingSurface, radar: RadarSettings, tracing: TracingSettings, turn: int) -> SurfaceMesh:
-    """Mesh the sea of one turn, each line at the time when the beam passes it."""
-    grid = polar_grid(radar, tracing, turn)
+def sea_on_grid(sea: MovingSurface, grid: PolarGrid) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+    """Elevation (line, rung) and velocity (line, rung, 3), each line at the time when the beam passes it."""
     east, north = unit_from_azimuth(grid.azimuth)
     x = east[:, None] * grid.ground_range
     y = north[:, None] * grid.ground_range
-    elevation, velocity = sea.elevation_and_velocity(x, y, np.broadcast_to(grid.time[:, None], x.shape))
-    look = velocity[..., 0] * east[:, None].astype(np.float32) + velocity[..., 1] * north[:, None].astype(
-        np.float32
-    )
-    return SurfaceMesh(
-        grid,
-        radar.height_m,
-        radar.baseline_m,
-        radar.tilt_deg,
-        elevation,
-        look,
-        np.ascontiguousarray(velocity[..., 2]),
-    )
+    return sea.elevation_and_velocity(x, y, np.broadcast_to(grid.time[:, None], x.shape))
+
+
+def surface_mesh(
+    grid: PolarGrid, elevation: NDArray[np.float64], velocity: NDArray[np.float32], radar: RadarSettings
+) -> SurfaceMesh:
+    """The mesh of a turn from the sea on its grid."""
+    east, north = (axis[:, None].astype(np.float32) for axis in unit_from_azimuth(grid.azimuth))
+    look = velocity[..., 0] * east + velocity[..., 1] * north
+    up = np.ascontiguousarray(velocity[..., 2])
+    return SurfaceMesh(grid, radar.height_m, radar.baseline_m, radar.tilt_deg, elevation, look, up)
+
+
+def mesh_turn(sea: MovingSurface, radar: RadarSettings, tracing: TracingSettings, turn: int) -> SurfaceMesh:
+    """Mesh the sea of one turn."""
+    grid = polar_grid(radar, tracing, turn)
+    return surface_mesh(grid, *sea_on_grid(sea, grid), radar)
 
 
 def submerged_lines(mesh: SurfaceMesh, sea: MovingSurface, radar: RadarSettings) -> NDArray[np.bool_]:
@@ -305,9 +306,7 @@ def _facets(mesh: SurfaceMesh) -> Facets:
             0.5 * (far_plane.diagonal_distance + far_plane.rung_distance[1:]),
         ),
         horizontal_area=_interleave(0.5 * double_area * ranges[:-1], 0.5 * double_area * ranges[1:]),
-        angle=np.tile(
-            [chord_point(f, grid.spacing_deg)[1] - half for f in (NEAR_FRACTION, FAR_FRACTION)], count
-        ),
+        angle=np.tile([chord_point(f, grid.spacing_deg)[1] - half for f in (NEAR_FRACTION, FAR_FRACTION)], count),
         height=_interleave(
             0.5 * (near_plane.rung_height[:, :-1] + near_plane.diagonal_height),
             0.5 * (far_plane.diagonal_height + far_plane.rung_height[:, 1:]),

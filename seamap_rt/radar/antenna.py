@@ -54,9 +54,7 @@ def _line_source(aperture_m: float, wavelength_m: float, beamwidth_deg: float) -
 def _gaussian(beamwidth_deg: float) -> Cut:
     width = np.radians(beamwidth_deg)
     return lambda cosine: np.exp(
-        -2.0
-        * np.log(2.0)
-        * (np.arcsin(np.clip(np.asarray(cosine, dtype=np.float64), -1.0, 1.0)) / width) ** 2
+        -2.0 * np.log(2.0) * (np.arcsin(np.clip(np.asarray(cosine, dtype=np.float64), -1.0, 1.0)) / width) ** 2
     )
 
 
@@ -76,9 +74,7 @@ class Antenna:
     gain: float  # linear
     tilt: float  # rad, top towards the look: the boresight points down by it
 
-    def cosines(
-        self, offset: ArrayLike, elevation: ArrayLike
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def cosines(self, offset: ArrayLike, elevation: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Direction cosines (l, n) of a direction `offset` rad clockwise of the look and `elevation` rad up."""
         offset, elevation = np.asarray(offset, dtype=np.float64), np.asarray(elevation, dtype=np.float64)
         level = np.cos(elevation)
@@ -131,7 +127,5 @@ def directivity(azimuth: Cut, elevation: Cut) -> float:
     for angle, weight in zip(up, weights, strict=True):
         level = np.cos(angle)
         cut = azimuth(level * np.sin(across)) ** 2 @ jacobian
-        total += (
-            0.5 * np.pi * weight * level * float(elevation(np.array([np.sin(angle)]))[0]) ** 2 * float(cut)
-        )
+        total += 0.5 * np.pi * weight * level * float(elevation(np.array([np.sin(angle)]))[0]) ** 2 * float(cut)
     return 4.0 * np.pi / total

@@ -24,9 +24,7 @@ def noise_power(radar: RadarSettings) -> float:
     return BOLTZMANN * REFERENCE_TEMPERATURE * radar.bandwidth_hz * float(from_db(radar.noise_figure_db))
 
 
-def thermal_noise(
-    radar: RadarSettings, pulses: int, gates: int, random: np.random.Generator
-) -> NDArray[np.complex64]:
+def thermal_noise(radar: RadarSettings, pulses: int, gates: int, random: np.random.Generator) -> NDArray[np.complex64]:
     """Noise voltages (pulses, 2, gates): complex Gaussian, independent from pulse to pulse and receiver to receiver,
     correlated along the gates as the receiver's filter makes it when the gates lie closer than its resolution."""
     white = random.standard_normal((pulses, 2, gates, 2), dtype=np.float32).view(np.complex64)[..., 0]

@@ -60,9 +60,7 @@ class SeaScene:
     only their places matter.
     """
 
-    def __init__(
-        self, mesh: SurfaceMesh, sheet: tuple[slice, ...], frequency_hz: float, permittivity: complex
-    ) -> None:
+    def __init__(self, mesh: SurfaceMesh, sheet: tuple[slice, ...], frequency_hz: float, permittivity: complex) -> None:
         self.backend = prepare()
         import mitsuba as mi
 
@@ -72,9 +70,7 @@ class SeaScene:
 
         self._mi = mi
         vertices, faces = mesh.triangles(sheet)
-        shape = mi.Mesh(
-            "sea", len(vertices), len(faces), has_vertex_normals=False, has_vertex_texcoords=False
-        )
+        shape = mi.Mesh("sea", len(vertices), len(faces), has_vertex_normals=False, has_vertex_texcoords=False)
         parameters = mi.traverse(shape)
         parameters["vertex_positions"] = _flat(mi.Float, vertices)
         parameters["faces"] = mi.UInt32(faces.astype(np.uint32).ravel())
@@ -82,9 +78,7 @@ class SeaScene:
         self._shape = (len(vertices), len(faces))
 
         conductivity = -permittivity.imag * 2.0 * np.pi * frequency_hz * VACUUM_PERMITTIVITY
-        water = rt.RadioMaterial(
-            "sea-water", relative_permittivity=permittivity.real, conductivity=float(conductivity)
-        )
+        water = rt.RadioMaterial("sea-water", relative_permittivity=permittivity.real, conductivity=float(conductivity))
         self.scene: Any = rt.Scene()
         self.scene.frequency = frequency_hz
         self.scene.edit(add=rt.SceneObject(mi_mesh=shape, name="sea", radio_material=water))
@@ -115,9 +109,7 @@ class SeaScene:
         y = point_north * facets.distance - along * look_north[:, None]
 
         # The front test and the ray's length in float64; the ray itself in float32.
-        slope = facets.slope_look[columns] * np.cos(facets.angle) + facets.slope_cross[columns] * np.sin(
-            facets.angle
-        )
+        slope = facets.slope_look[columns] * np.cos(facets.angle) + facets.slope_cross[columns] * np.sin(facets.angle)
         front = slope * (facets.distance - along) - height > 0.0
         level = np.hypot(x, y)
         distance = np.hypot(level, height)

@@ -1,0 +1,29 @@
+"""Closed-form answers that the simulator is held against. Nothing here uses the simulator's own formulas."""
+
+from seamap_rt.analytic.geometry import (
+    ground_position_from_range_difference,
+    height_from_range_difference,
+    range_difference,
+)
+from seamap_rt.analytic.phase import cramer_rao_phase_std, phase_pdf_lee94, phase_std_lee94
+from seamap_rt.analytic.shadowing import (
+    shadowing_smith67,
+    shadowing_wagner67,
+    sinusoid_shadowed_fraction,
+    sinusoid_visible_intervals,
+    visible_share,
+)
+
+__all__ = [
+    "cramer_rao_phase_std",
+    "ground_position_from_range_difference",
+    "height_from_range_difference",
+    "phase_pdf_lee94",
+    "phase_std_lee94",
+    "range_difference",
+    "shadowing_smith67",
+    "shadowing_wagner67",
+    "sinusoid_shadowed_fraction",
+    "sinusoid_visible_intervals",
+    "visible_share",
+]

@@ -1,0 +1,5 @@
+"""Echoes → phase, height and slope, on the ground. Reads echoes and the radar's own description, nothing else."""
+
+from .retrieval import open_echoes, retrieve
+
+__all__ = ["open_echoes", "retrieve"]

@@ -1,0 +1,119 @@
+"""Covariance of the two receivers over a look's dwell and a window of gates and looks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import correlate1d
+
+
+@dataclass(frozen=True)
+class Covariance:
+    """Sums over windows; arrays (look, gate). A look without pulses has count 0."""
+
+    cross: NDArray[np.complex128]  # ⟨V_lower V_upper*⟩ [W]
+    lower: NDArray[np.float64]  # ⟨|V_lower|²⟩ [W], noise included
+    upper: NDArray[np.float64]
+
+    def windowed(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> Covariance:
+        """Power-weighted: the sums themselves are averaged, so a strong cell counts for more than a weak neighbour."""
+
+        def smooth(field: NDArray) -> NDArray:
+            out = correlate1d(field, range_weights / range_weights.sum(), axis=1, mode="nearest")
+            return correlate1d(out, look_weights / look_weights.sum(), axis=0, mode="nearest")
+
+        return Covariance(
+            smooth(self.cross.real) + 1j * smooth(self.cross.imag), smooth(self.lower), smooth(self.upper)
+        )
+
+    @property
+    def coherence(self) -> NDArray[np.float64]:
+        """Sample coherence |⟨V₀V₁*⟩| / √(⟨|V₀|²⟩⟨|V₁|²⟩), NaN where there is no power."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.abs(self.cross) / np.sqrt(self.lower * self.upper)
+
+
+def dwell_covariance(voltage: NDArray[np.complex64], look: NDArray[np.intp], looks: int) -> Covariance:
+    """Mean over each look's pulses, whatever antenna transmitted: with one pulse for both receivers p = 1 for either.
+
+    voltage (pulse, receiver, gate); look (pulse,) the number of the look to which the pulse belongs, or −1. Pulses with
+    a voltage that is not finite are left out, gate by gate.
+    """
+    inside = look >= 0
+    if not inside.all():
+        voltage, look = voltage[inside], look[inside]
+    order = np.argsort(look, kind="stable")
+    if not np.array_equal(order, np.arange(order.size)):
+        voltage, look = voltage[order], look[order]
+    lower, upper = voltage[:, 0], voltage[:, 1]
+    cross = lower * upper.conj()
+    power_lower = lower.real**2 + lower.imag**2
+    power_upper = upper.real**2 + upper.imag**2
+    good = np.isfinite(power_lower) & np.isfinite(power_upper)
+    whole = bool(good.all())
+    if not whole:
+        cross, power_lower, power_upper = (np.where(good, f, 0.0) for f in (cross, power_lower, power_upper))
+    shape = (looks, voltage.shape[2])
+    sums = [np.zeros(shape, dtype=d) for d in (np.complex128, np.float64, np.float64)]
+    present, starts = np.unique(look, return_index=True)
+    counts = np.zeros(shape)
+    if present.size:
+        for total, field in zip(sums, (cross, power_lower, power_upper), strict=True):
+            total[present] = np.add.reduceat(field, starts, axis=0)
+        pulses = np.diff(np.append(starts, look.size))[:, None]
+        counts[present] = pulses if whole else np.add.reduceat(good.astype(np.float64), starts, axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return Covariance(sums[0] / counts, sums[1] / counts, sums[2] / counts)
+
+
+def window_weights(width: float, spacing: float) -> NDArray[np.float64]:
+    """Weights of samples `spacing` apart under a window of `width` centred on one of them: each by its overlap.
+
+    Symmetric by construction: half a gate's shift would cost centimetres, since lit cells face the radar.
+    """
+    reach = max(0, int(np.ceil(0.5 * width / spacing - 0.5 - 1e-9)))
+    offset = spacing * np.arange(-reach, reach + 1)
+    high = np.minimum(offset + 0.5 * spacing, 0.5 * width)
+    low = np.maximum(offset - 0.5 * spacing, -0.5 * width)
+    return np.maximum(high - low, 0.0) / spacing
+
+
+def independent_looks(weights: NDArray[np.float64], correlation: NDArray[np.float64]) -> float:
+    """How many independent samples a weighted mean is worth: (Σw)² / ΣΣ w_i w_j |ρ(i−j)|²."""
+    lag = np.abs(np.arange(weights.size)[:, None] - np.arange(weights.size)[None, :])
+    return float(weights.sum() ** 2 / (weights @ np.abs(correlation[lag]) ** 2 @ weights))
+
+
+def pulse_correlation(
+    voltage: NDArray[np.complex64], look: NDArray[np.intp], noise_power: float, most_lag: int
+) -> NDArray[np.float64]:
+    """|ρ| of the echo between pulses 0 … most_lag apart, estimated from the strongest tenth of the cells.
+
+    It tells how many independent samples of speckle a dwell holds, which neither the scene nor the radar can say.
+    """
+    rows = np.flatnonzero(look >= 0)
+    if rows.size == 0:
+        return np.ones(most_lag + 1)
+    power = np.nanmean(np.abs(voltage[rows[:: max(1, rows.size // 500)], 0]) ** 2, axis=0)
+    gates = np.argsort(power)[::-1][: max(1, power.size // 10)]
+    series = voltage[rows][:, 0, gates].astype(np.complex128)
+    number = look[rows]
+    series = np.where(np.isfinite(series), series, 0.0)
+    floor = noise_power * series.shape[0]
+    energy = np.maximum(np.sum(np.abs(series) ** 2, axis=0) - floor, 0.0).sum()
+    correlation = np.ones(most_lag + 1)
+    starts = np.flatnonzero(np.r_[True, np.diff(number) != 0])
+    lags = np.unique(np.linspace(1, most_lag, min(most_lag, 16)).astype(int)) if most_lag else np.array([], dtype=int)
+    values = []
+    for lag in lags:
+        product = np.zeros_like(series)
+        product[:-lag] = series[:-lag] * series[lag:].conj()
+        product[:-lag][number[:-lag] != number[lag:]] = 0.0
+        kept = np.count_nonzero(number[:-lag] == number[lag:]) / number.size
+        total = np.abs(np.add.reduceat(product, starts, axis=0)).sum()
+        values.append(min(1.0, total / max(energy * kept, 1e-300)) if kept > 0 else 0.0)
+    if values:
+        correlation[1:] = np.interp(np.arange(1, most_lag + 1), lags, values)
+    return correlation

@@ -1,0 +1,70 @@
+"""The map on the ground: each look's cells are laid where their own heights put them, then sampled on a square grid."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..radar.grid import LookFan
+
+
+def resample_looks(
+    ground_range: NDArray[np.float64],
+    fields: dict[str, NDArray[np.float64]],
+    distance: NDArray[np.float64],
+    widest_gap: float,
+) -> dict[str, NDArray[np.float64]]:
+    """Fields (look, gate) at equal ground ranges (look, distance): linear between valid cells of a look, NaN across gaps.
+
+    Cells are sorted by ground range first: on a steep face a nearer gate can lie further out.
+    """
+    out = {name: np.full((ground_range.shape[0], distance.size), np.nan) for name in fields}
+    for look, places in enumerate(ground_range):
+        valid = np.isfinite(places)
+        if np.count_nonzero(valid) < 2:
+            continue
+        order = np.flatnonzero(valid)[np.argsort(places[valid], kind="stable")]
+        known = places[order]
+        after = np.clip(np.searchsorted(known, distance), 1, known.size - 1)
+        inside = (distance >= known[0]) & (distance <= known[-1])
+        inside &= known[after] - known[after - 1] <= widest_gap
+        for name, field in fields.items():
+            out[name][look, inside] = np.interp(distance[inside], known, field[look, order])
+    return out
+
+
+def sample_fan(
+    fan: LookFan,
+    resampled: dict[str, NDArray[np.float64]],
+    distance: NDArray[np.float64],
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+) -> dict[str, NDArray[np.float64]]:
+    """Fields at places, bilinear in look and ground range; NaN unless all that is used is known.
+
+    The first and the last look of a full circle lie a turn apart in time and are not blended: each serves its own side.
+    """
+    looks = fan.sweep.size
+    number, _ = fan.place(x, y)
+    if fan.closed:
+        number = np.clip(np.where(number > looks - 0.5, looks - 1.0, number), 0.0, looks - 1.0)
+        outside = np.zeros(np.shape(number), dtype=bool)
+    else:
+        outside = (number < -0.5) | (number > looks - 0.5)
+        number = np.clip(number, 0.0, looks - 1.0)
+    step = distance[1] - distance[0]
+    reach = (np.hypot(x, y) - distance[0]) / step
+    outside |= (reach < 0.0) | (reach > distance.size - 1.0)
+    low = np.clip(number.astype(int), 0, max(looks - 2, 0))
+    near = np.clip(reach.astype(int), 0, distance.size - 2)
+    high = np.minimum(low + 1, looks - 1)
+    across, along = number - low, reach - near
+    out = {}
+    for name, field in resampled.items():
+        first = field[low, near] * (1.0 - along) + field[low, near + 1] * along
+        second = field[high, near] * (1.0 - along) + field[high, near + 1] * along
+        blended = np.where(
+            across <= 0.0, first, np.where(across >= 1.0, second, first * (1.0 - across) + second * across)
+        )
+        out[name] = np.where(outside, np.nan, blended)
+    return out

@@ -1,0 +1,109 @@
+"""Maps against truth: errors by range, and the headline figures for 50 to 200 m."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+BIN_M = 25.0
+HEADLINE_M = (50.0, 200.0)
+HALF_VISIBLE = 0.5
+
+
+def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
+    """The `metrics.json` part that judges maps: lists per range bin, and `overall`; None where not defined.
+
+    Cells count if they are more than half visible and the retrieval gave a height that it does not call ambiguous or
+    folded; `cells` says how many, `answered` what share of the visible cells that is.
+    """
+    got, true = maps["polar"].to_dataset(), truth["polar"].to_dataset()
+    if got["height"].shape != true["height"].shape:
+        raise ValueError(
+            f"maps {got['height'].shape} and truth {true['height'].shape} have different cells; "
+            "retrieve with the cell size that the truth was made with"
+        )
+    ranges = got["range"].values
+    visible = true["visible_fraction"].values > HALF_VISIBLE
+    height, real = got["height"].values.astype(np.float64), true["height"].values.astype(np.float64)
+    error = height - real
+    known = visible & np.isfinite(error)
+    seen_error = height - true["height_visible"].values
+    slope_error = got["slope_range"].values.astype(np.float64) - true["slope_range"].values
+    edges = np.arange(np.floor(ranges[0] / BIN_M) * BIN_M, ranges[-1] + BIN_M, BIN_M)
+    number = np.digitize(ranges, edges) - 1
+    rows = []
+    for index in range(edges.size - 1):
+        inside = number == index
+        if not inside.any():
+            continue
+        cells = known[..., inside]
+        rows.append(
+            {
+                "range_m": 0.5 * (edges[index] + edges[index + 1]),
+                **_errors(error[..., inside][cells]),
+                "height_bias_visible_m": _mean(seen_error[..., inside][cells]),
+                "slope_rmse": _rms(slope_error[..., inside][cells]),
+                "visible_fraction": _mean(true["visible_fraction"].values[..., inside]),
+                "answered": _ratio(cells.sum(), visible[..., inside].sum()),
+                "cells": int(cells.sum()),
+            }
+        )
+    headline = (ranges >= HEADLINE_M[0]) & (ranges <= HEADLINE_M[1])
+    cells = known[..., headline]
+    overall = {
+        **_errors(error[..., headline][cells]),
+        "height_bias_visible_m": _mean(seen_error[..., headline][cells]),
+        "height_correlation": _correlation(height[..., headline][cells], real[..., headline][cells]),
+        "slope_rmse": _rms(slope_error[..., headline][cells]),
+        "hs_true_m": _hs(real[..., headline]),
+        "hs_retrieved_m": _hs(height[..., headline]),
+        "visible_fraction": _mean(true["visible_fraction"].values[..., headline]),
+        "cells": int(cells.sum()),
+    }
+    by_range = {key: [row[key] for row in rows] for key in (rows[0] if rows else {"range_m": None})}
+    return {**by_range, "overall": overall, "slope_rms_look": _rms(true["slope_range"].values)}
+
+
+def _finite(values: NDArray) -> NDArray[np.float64]:
+    values = np.asarray(values, dtype=np.float64)
+    return values[np.isfinite(values)]
+
+
+def _mean(values: NDArray) -> float | None:
+    values = _finite(values)
+    return float(values.mean()) if values.size else None
+
+
+def _rms(values: NDArray) -> float | None:
+    values = _finite(values)
+    return float(np.sqrt(np.mean(values**2))) if values.size else None
+
+
+def _hs(values: NDArray) -> float | None:
+    values = _finite(values)
+    return float(4.0 * values.std()) if values.size > 1 else None
+
+
+def _ratio(part: float, whole: float) -> float | None:
+    return float(part / whole) if whole else None
+
+
+def _errors(error: NDArray) -> dict[str, float | None]:
+    """RMSE, robust spread (1.4826 MAD about the median) and bias."""
+    error = _finite(error)
+    if not error.size:
+        return {"height_rmse_m": None, "height_robust_m": None, "height_bias_m": None}
+    return {
+        "height_rmse_m": float(np.sqrt(np.mean(error**2))),
+        "height_robust_m": float(1.4826 * np.median(np.abs(error - np.median(error)))),
+        "height_bias_m": float(error.mean()),
+    }
+
+
+def _correlation(a: NDArray, b: NDArray) -> float | None:
+    if a.size < 3 or a.std() == 0.0 or b.std() == 0.0:
+        return None
+    return float(np.corrcoef(a, b)[0, 1])

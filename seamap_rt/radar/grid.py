@@ -1,0 +1,58 @@
+"""The grids on which maps and truth are laid, so that both mean the same cells: a fan of looks, squares on the ground."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class GroundGrid:
+    """Centres of square cells around the origin; y runs north, x east."""
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    side: float
+
+    def points(self, per_side: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(y, x, point) places that sample each cell evenly, per_side² of them."""
+        step = self.side * ((np.arange(per_side) + 0.5) / per_side - 0.5)
+        dy, dx = np.meshgrid(step, step, indexing="ij")
+        shape = (self.y.size, self.x.size, per_side * per_side)
+        x = np.broadcast_to(self.x[None, :, None] + dx.ravel(), shape)
+        y = np.broadcast_to(self.y[:, None, None] + dy.ravel(), shape)
+        return x, y
+
+
+def ground_grid(far_range: float, side: float) -> GroundGrid:
+    """Cells that cover the range circle, one centred on the origin."""
+    count = int(np.ceil(far_range / side))
+    centres = side * np.arange(-count, count + 1)
+    return GroundGrid(centres, centres.copy(), side)
+
+
+@dataclass(frozen=True)
+class LookFan:
+    """Where the looks point: `sweep` (look,) deg from the start of the sector, and what closes the circle."""
+
+    sweep: NDArray[np.float64]
+    start_deg: float
+    closed: bool
+    period_s: float
+    turn: int
+
+    @property
+    def spacing(self) -> float:
+        return float(self.sweep[1] - self.sweep[0]) if self.sweep.size > 1 else 360.0
+
+    def place(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Fractional look number and sweep (deg) of places. The sweep runs 0 … 360 from the sector's start."""
+        azimuth = np.degrees(np.arctan2(x, y))
+        sweep = (azimuth - self.start_deg) % 360.0
+        return (sweep - self.sweep[0]) / self.spacing, sweep
+
+    def time(self, sweep: NDArray[np.float64]) -> NDArray[np.float64]:
+        """When the beam passes a sweep angle [s]."""
+        return (self.turn + sweep / 360.0) * self.period_s

@@ -1,0 +1,127 @@
+"""The facets' share keeps the modulation, a measured model sets the mean: one smooth scale between them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+_RIDGE = 1e-4  # pull towards a constant scale, as a share of the data's weight: settles what they leave open
+_MARGIN = np.log(2.0)  # the factor stays within 3 dB of what some bin asks for, however few are lit
+_NEWTON_STEPS = 50
+_LEAST_GRAZING = 1e-4  # rad; a ray that meets the sea from below the horizon counts as this one
+
+
+def calibration_scale(
+    raw_power: ArrayLike,
+    horizontal_area: ArrayLike,
+    target_nrcs: ArrayLike,
+    grazing: ArrayLike,
+    wind_angle: ArrayLike,
+    *,
+    degree: int = 3,
+    bins: tuple[int, int] = (24, 24),
+) -> NDArray[np.floating]:
+    """Factor per facet, so that over any broad patch Σ raw_power · scale = Σ target_nrcs · horizontal_area.
+
+    raw_power: m², a facet's radar cross-section before calibration, 0 where dark: dark facets count in the
+    area, since a measured σ0 contains shadowing. horizontal_area: m². target_nrcs: linear, per horizontal
+    area. grazing: rad, of the ray against mean sea level. wind_angle: rad between the look and the wind's
+    axis. They broadcast to one shape; the factor has that shape and raw_power's kind of float. ValueError for
+    a negative or non-finite power, area or target. Where nothing at all is lit or wanted, the factor is 1.
+
+    The factor is exp(P(log grazing) + a cos φ + b cos 2φ), P a polynomial of `degree`: as smooth as the
+    measured model and far too smooth to take out a wave, which a factor gate by gate would do. The facets are
+    summed in broad bins of grazing and wind angle. With r = Σ raw/Σ target of a bin and w = √area, the fit of
+    η = log factor starts from the weighted least squares of −log r and minimises Σ w (r e^η − η), which is
+    convex: at its minimum Σ w r e^η = Σ w, so that a bin that lies in shadow (log r = −∞) pulls its weight.
+    Rings and sectors in which nothing is lit do not count. What a narrow sector cannot tell, a ridge sets to
+    0.
+    """
+    power, area, target = (np.asarray(each) for each in (raw_power, horizontal_area, target_nrcs))
+    for name, values in (("raw_power", power), ("horizontal_area", area), ("target_nrcs", target)):
+        if values.size and not (values.min() >= 0.0 and np.isfinite(values.max())):
+            raise ValueError(f"{name}: must be finite and not negative; give 0 for a facet without echo")
+    depth = _scaled(np.log(np.maximum(np.asarray(grazing), np.float32(_LEAST_GRAZING))))
+    cosine = np.cos(np.asarray(wind_angle))  # the factor is even in the angle, so ±φ share a bin
+    kind = power.dtype if np.issubdtype(power.dtype, np.floating) else np.dtype(np.float64)
+    wanted, power, area, depth, cosine = np.broadcast_arrays(target * area, power, area, depth, cosine)
+
+    cell = (_bin(depth, bins[0]) * bins[1] + _bin(cosine, bins[1])).ravel()
+    members = np.bincount(cell, minlength=bins[0] * bins[1])
+    raw_sum, wanted_sum, area_sum, depth_sum, cosine_sum = (
+        np.bincount(cell, weights=each.ravel(), minlength=members.size) for each in (power, wanted, area, depth, cosine)
+    )
+    used = (wanted_sum > 0.0) & _in_lit_ring_and_sector(np.reshape(raw_sum > 0.0, bins))
+    if not np.any(raw_sum[used]):
+        return np.ones(power.shape, dtype=kind)
+    ratio = raw_sum[used] / wanted_sum[used]
+    basis = _basis(depth_sum[used] / members[used], cosine_sum[used] / members[used], degree)
+    coefficients = _fit(basis, ratio, np.sqrt(area_sum[used]))
+
+    exponent = _exponent(coefficients, depth, cosine)
+    asked = -np.log(ratio[ratio > 0.0])
+    exponent = np.clip(exponent, asked.min() - _MARGIN, asked.max() + _MARGIN)
+    return np.exp(exponent).astype(kind, copy=False)
+
+
+def _scaled(value: NDArray[np.floating]) -> NDArray[np.floating]:
+    """A quantity brought linearly to [−1, 1]; all −1 if it does not vary."""
+    if value.size == 0:
+        return value
+    low, span = value.min(), value.max() - value.min()
+    return (value - low) * (2.0 / max(float(span), 1e-6)) - 1.0
+
+
+def _bin(value: NDArray[np.floating], count: int) -> NDArray[np.int32]:
+    """The bin, 0 to count − 1, of each value in [−1, 1]."""
+    return np.clip(((value + 1.0) * (0.5 * count)).astype(np.int32), 0, count - 1)
+
+
+def _in_lit_ring_and_sector(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which bins, flattened, share their grazing with some lit bin and their wind angle with some lit bin."""
+    return np.logical_and.outer(lit.any(axis=1), lit.any(axis=0)).ravel()
+
+
+def _basis(depth: NDArray[np.floating], cosine: NDArray[np.floating], degree: int) -> NDArray[np.floating]:
+    """Columns: Legendre polynomials of the scaled log grazing, cos φ, cos 2φ."""
+    legendre = np.polynomial.legendre.legvander(depth, degree)
+    return np.column_stack((legendre, cosine, 2.0 * cosine**2 - 1.0))
+
+
+def _exponent(
+    coefficients: NDArray[np.floating], depth: NDArray[np.floating], cosine: NDArray[np.floating]
+) -> NDArray[np.floating]:
+    """`_basis` times the coefficients, without the matrix, in the facets' own precision."""
+    *legendre, first, second = coefficients
+    polynomial = np.polynomial.legendre.leg2poly(legendre).astype(depth.dtype)
+    harmonics = cosine * (float(first) + float(2.0 * second) * cosine) - float(second)
+    return np.polynomial.polynomial.polyval(depth, polynomial) + harmonics
+
+
+def _fit(basis: NDArray[np.floating], ratio: NDArray[np.float64], weight: NDArray[np.float64]) -> NDArray[np.floating]:
+    """Coefficients β that minimise Σ w (ratio e^{Xβ} − Xβ) plus the ridge, by damped Newton steps."""
+    weight = weight / weight.sum()
+    level = np.log(weight @ ratio)  # taken out first, so that units and absolute levels do not matter
+    ratio = ratio / np.exp(level)
+    ridge = np.diag([0.0] + [_RIDGE] * (basis.shape[1] - 1))
+
+    def cost(beta: NDArray[np.floating]) -> float:
+        exponent = basis @ beta
+        with np.errstate(over="ignore"):
+            return float(weight @ (ratio * np.exp(exponent) - exponent) + 0.5 * beta @ ridge @ beta)
+
+    lit = ratio > 0.0
+    weighted = basis[lit] * weight[lit, None]
+    start = np.linalg.solve(weighted.T @ basis[lit] + ridge, -weighted.T @ np.log(ratio[lit]))
+    beta = min((start, np.zeros_like(start)), key=cost)
+    for _ in range(_NEWTON_STEPS):
+        model = weight * ratio * np.exp(basis @ beta)
+        step = np.linalg.solve(basis.T @ (model[:, None] * basis) + ridge, basis.T @ (weight - model) - ridge @ beta)
+        length, here = 1.0, cost(beta)
+        while cost(beta + length * step) > here and length > 1e-6:
+            length *= 0.5
+        beta = beta + length * step
+        if np.max(np.abs(step)) < 1e-10:
+            break
+    beta[0] -= level
+    return beta

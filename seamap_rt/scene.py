@@ -1,0 +1,224 @@
+"""A scene: every section of one run, validated together.
+
+Checks across sections live here; each refusal gives key, value, limit, reason and remedy in one sentence.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, model_validator
+
+from .conventions import SPEED_OF_LIGHT
+from .io import scenefile
+from .radar.scan import sector_width, turn_duration
+from .settings import (
+    PlatformSettings,
+    RadarSettings,
+    RetrievalSettings,
+    ScatteringSettings,
+    SeaSettings,
+    Section,
+    SpectralWaves,
+    TracingSettings,
+    limited,
+)
+
+PATCH_MARGIN_M = 30.0  # the mesh runs on beyond the far gate by it
+RUN_ON_BEAMS = 3.0  # beam widths by which the mesh runs on before and after the sector
+MOST_TRIANGLES = 2e7
+BYTES_PER_TRIANGLE = 600.0  # vertices, the tracer's tree and the facets' arrays
+HALF_POWER = 0.442947  # sinc² is ½ there: half a uniform aperture's beam, as (aperture/λ) · direction cosine
+
+
+def _file_name(name: str) -> str:
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,99}", name):
+        raise ValueError(
+            "must be 1 to 100 letters, digits and . _ + -, the first a letter or digit (it names the results' folder)"
+        )
+    return name
+
+
+class Scene(Section):
+    """All that a run depends on."""
+
+    name: Annotated[str, AfterValidator(_file_name)]
+    title: str = ""
+    seed: Annotated[int, limited("seeds of the random source count from 0", least=0)] = 1
+    turns: Annotated[int, limited("turns of the antenna", least=1, most=1_000_000)] = 1
+    earth: Literal["flat"] = "flat"
+    sea: SeaSettings = SeaSettings()
+    scattering: ScatteringSettings = ScatteringSettings()
+    radar: RadarSettings = RadarSettings()
+    platform: PlatformSettings = PlatformSettings()
+    tracing: TracingSettings = TracingSettings()
+    retrieval: RetrievalSettings = RetrievalSettings()
+
+    @property
+    def wavelength_m(self) -> float:
+        """The radar's wavelength."""
+        return SPEED_OF_LIGHT / self.radar.frequency_hz
+
+    @property
+    def turn_duration_s(self) -> float:
+        """How long one turn of the antenna lasts."""
+        return turn_duration(self.radar)
+
+    @property
+    def far_ground_range(self) -> float:
+        """Horizontal distance [m] at which the far end of the range window meets mean sea level."""
+        return math.sqrt(self.radar.range_m[1] ** 2 - self.radar.height_m**2)
+
+    def to_toml(self) -> str:
+        """The scene file with every key resolved: it reads back to an equal scene."""
+        return scenefile.to_toml(self)
+
+    # The checks run in this order; a limit that they name passes when typed in.
+
+    @model_validator(mode="after")
+    def _sea_is_in_the_range_window(self) -> Self:
+        (near, far), height = self.radar.range_m, self.radar.height_m
+        if far <= height:
+            raise ValueError(
+                f"radar.range_m = [{near:.10g}, {far:.10g}]: its far end must be greater than radar.height_m "
+                f"= {height:.10g} (the sea lies farther below the antenna, so nothing is seen); raise the "
+                "far end or lower radar.height_m"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _antennas_are_above_water(self) -> Self:
+        height, baseline = self.radar.height_m, self.radar.baseline_m
+        reach = 0.5 * baseline * math.cos(math.radians(self.radar.tilt_deg))
+        if height <= reach:
+            raise ValueError(
+                f"radar.height_m = {height:.10g}: must be greater than {_up(reach)} (the lower phase centre, "
+                f"half of radar.baseline_m = {baseline:.10g} further down, would be under water); raise "
+                "radar.height_m or shorten radar.baseline_m"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _range_circle_fits_the_patch(self) -> Self:
+        needed, extent = 2.0 * (self.radar.range_m[1] + PATCH_MARGIN_M), self.sea.extent_m
+        repeats = any(
+            isinstance(waves, SpectralWaves) and waves.spreading != "long_crested" for waves in self.sea.waves
+        )
+        if repeats and extent < needed:
+            room = 0.5 * extent - PATCH_MARGIN_M
+            nearer = f" or lower the far end of radar.range_m to {_down(room)}" if room > 0.0 else ""
+            raise ValueError(
+                f"sea.extent_m = {extent:.10g}: must be at least {_up(needed)} (the range circle, 2 × (far "
+                f"end of radar.range_m + {PATCH_MARGIN_M:g} m), must fit in the periodic patch, or the same "
+                f"waves are seen twice); raise sea.extent_m{nearer}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _beam_is_not_narrower_than_the_aperture_allows(self) -> Self:
+        antenna = self.radar.antenna
+        if antenna.pattern != "slotted_waveguide":
+            return self
+        for beam_key, beam_deg, aperture_key, aperture in (
+            ("azimuth_beamwidth_deg", antenna.azimuth_beamwidth_deg, "width_m", antenna.width_m),
+            ("elevation_beamwidth_deg", antenna.elevation_beamwidth_deg, "height_m", antenna.height_m),
+        ):
+            # 0.886 λ/aperture in its exact form, which holds for small apertures too.
+            needed = HALF_POWER * self.wavelength_m / math.sin(math.radians(0.5 * beam_deg))
+            if aperture < needed:
+                cosine = HALF_POWER * self.wavelength_m / aperture
+                narrowest = 2.0 * math.degrees(math.asin(min(1.0, cosine)))
+                raise ValueError(
+                    f"radar.antenna.{beam_key} = {beam_deg:.10g}: must be at least {_up(narrowest)} (the "
+                    f"beam of a uniform aperture of radar.antenna.{aperture_key} = {aperture:.10g}, and a "
+                    f"taper only widens it); widen the beam, or raise radar.antenna.{aperture_key} to "
+                    f"{_up(needed)}"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _gates_are_close_enough(self) -> Self:
+        sampling, cell = self.radar.range_sampling_m, self.retrieval.cell_range_m
+        if sampling > cell:
+            raise ValueError(
+                f"radar.range_sampling_m = {sampling:.10g}: must be at most retrieval.cell_range_m = "
+                f"{cell:.10g} (else cells hold no gate); lower radar.range_sampling_m or lengthen "
+                "retrieval.cell_range_m"
+            )
+        bandwidth = min(self.radar.bandwidth_hz, 1.0 / self.radar.pulse_width_s)
+        resolution = SPEED_OF_LIGHT / (2.0 * bandwidth)
+        if sampling > resolution:
+            raise ValueError(
+                f"radar.range_sampling_m = {sampling:.10g}: must be at most the range resolution of "
+                f"{_down(resolution)} m (c/2 over the lesser of radar.bandwidth_hz and "
+                "1/radar.pulse_width_s; the sea between the gates would be missed); lower "
+                f"radar.range_sampling_m to {_down(resolution)}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _looks_hold_pulses(self) -> Self:
+        prf, rpm = self.radar.prf_hz, self.radar.rotation_rpm
+        cell, sector = self.retrieval.cell_azimuth_deg, sector_width(self.radar)
+        if cell > sector:
+            raise ValueError(
+                f"retrieval.cell_azimuth_deg = {cell:.10g}: must be at most {_down(sector)} "
+                "(radar.sector_deg holds not one whole look); narrow retrieval.cell_azimuth_deg or widen "
+                "radar.sector_deg"
+            )
+        pulses = prf * self.turn_duration_s * cell / 360.0
+        if pulses < 2.0 - 1e-9:
+            raise ValueError(
+                f"retrieval.cell_azimuth_deg = {cell:.10g}: must be at least {_up(2.0 * cell / pulses)} (a "
+                f"look holds {pulses:.3g} pulses and needs 2); widen retrieval.cell_azimuth_deg, raise "
+                f"radar.prf_hz to {_up(2.0 * prf / pulses)} or slow radar.rotation_rpm to "
+                f"{_down(rpm * pulses / 2.0)}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _mesh_fits_memory(self) -> Self:
+        (near, far), facet = self.radar.range_m, self.tracing.facet_m
+        beams = sector_width(self.radar) / self.radar.antenna.azimuth_beamwidth_deg + 2.0 * RUN_ON_BEAMS
+        columns = self.tracing.columns_per_beam * beams
+        rungs = (far - near + 2.0 * PATCH_MARGIN_M) / facet
+        triangles = 2.0 * columns * rungs
+        if triangles > MOST_TRIANGLES:
+            raise ValueError(
+                f"tracing.facet_m = {facet:.10g}: must be at least {_up(facet * triangles / MOST_TRIANGLES)} "
+                f"for this sector and range (the mesh would have {triangles:.3g} triangles, "
+                f"{_gigabytes(triangles)}, and may have {MOST_TRIANGLES:.3g}, {_gigabytes(MOST_TRIANGLES)}); "
+                "raise tracing.facet_m, lower tracing.columns_per_beam, narrow radar.sector_deg or shorten "
+                "radar.range_m"
+            )
+        return self
+
+
+def load_scene(path_or_name: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None) -> Scene:
+    """The scene of a file, or a shipped one by its name, with keys overridden as {"radar.height_m": 10.0}."""
+    tree = scenefile.read_toml(scenefile.find_scene(path_or_name))
+    return scenefile.validate(Scene, scenefile.apply_overrides(tree, overrides or {}))
+
+
+def _up(value: float) -> str:
+    """Four digits, rounded up: a limit that satisfies its check when it is typed in."""
+    return _four_digits(value, math.ceil)
+
+
+def _down(value: float) -> str:
+    return _four_digits(value, math.floor)
+
+
+def _four_digits(value: float, towards: Callable[[float], int]) -> str:
+    if value == 0.0:
+        return "0"
+    scale = 10.0 ** (3 - math.floor(math.log10(abs(value))))
+    return f"{towards(value * scale) / scale:.6g}"
+
+
+def _gigabytes(triangles: float) -> str:
+    return f"{triangles * BYTES_PER_TRIANGLE / 1e9:.3g} GB"

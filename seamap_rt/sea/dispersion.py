@@ -1,0 +1,83 @@
+"""Linear dispersion of gravity–capillary waves on water of any depth: ω² = (g k + (T/ρ) k³) tanh(k h).
+
+Airy (1845) for gravity, Kelvin (1871) for surface tension. Wavenumbers in rad/m, angular frequencies in rad/s, depths
+in metres (`inf` is deep water); every function broadcasts its arguments and returns float64.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..conventions import GRAVITY, SURFACE_TENSION, WATER_DENSITY
+
+_NEWTON_STEPS = 12  # 7 suffice from 0.05 m to deep water and from swell to millimetre ripples; more cost nothing
+
+
+def angular_frequency(
+    k: ArrayLike, depth: ArrayLike = np.inf, *, surface_tension: float = SURFACE_TENSION
+) -> NDArray[np.float64]:
+    """Angular frequency ω [rad/s] of wavenumber k ≥ 0 [rad/m]. Raises ValueError for k < 0 or depth ≤ 0."""
+    k, depth = _checked(k, "k", depth)
+    tension = surface_tension / WATER_DENSITY
+    # Two roots, not the root of the product: the product underflows long before its root does.
+    return np.sqrt(k * (GRAVITY + tension * k**2)) * np.sqrt(np.tanh(_relative_depth(k, depth)))
+
+
+def wavenumber(
+    omega: ArrayLike, depth: ArrayLike = np.inf, *, surface_tension: float = SURFACE_TENSION
+) -> NDArray[np.float64]:
+    """Wavenumber k [rad/m] of angular frequency ω ≥ 0 [rad/s], to about 1e-14 of itself.
+
+    Newton's method on ln ω as a function of ln k: its slope lies between ½ (deep gravity waves) and 2 (shallow
+    capillary ones), so no start is bad. Raises ValueError for ω < 0 or depth ≤ 0.
+    """
+    omega, depth = _checked(omega, "omega", depth)
+    moving = omega > 0.0
+    target = np.where(moving, omega, 1.0)
+    deep = target**2 / GRAVITY
+    k = np.maximum(deep, target / np.sqrt(GRAVITY * depth))  # exact in the deep and in the shallow limit
+    for _ in range(_NEWTON_STEPS):
+        miss = target / angular_frequency(k, depth, surface_tension=surface_tension)
+        k = k * miss ** (1.0 / _log_slope(k, depth, surface_tension))
+    return np.where(moving, k, 0.0)
+
+
+def group_speed(
+    k: ArrayLike, depth: ArrayLike = np.inf, *, surface_tension: float = SURFACE_TENSION
+) -> NDArray[np.float64]:
+    """Group speed dω/dk [m/s]; √(g h) at k = 0 (infinite in deep water). Raises as `angular_frequency`."""
+    k, depth = _checked(k, "k", depth)
+    tension = surface_tension / WATER_DENSITY
+    x = _relative_depth(k, depth)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        finite = depth * np.where(x > 0.0, np.tanh(x) / x, 1.0)
+        tanh_over_k = np.where(np.isinf(depth), 1.0 / k, finite)
+    return np.sqrt((GRAVITY + tension * k**2) * tanh_over_k) * _log_slope(k, depth, surface_tension)
+
+
+def orbital_ratio(k: ArrayLike, depth: ArrayLike) -> NDArray[np.float64]:
+    """Horizontal over vertical amplitude of the water's orbit at the surface, coth kh (Airy 1845); for k > 0."""
+    return 1.0 / np.tanh(np.asarray(k, dtype=np.float64) * np.asarray(depth, dtype=np.float64))
+
+
+def _log_slope(k: NDArray[np.float64], depth: NDArray[np.float64], surface_tension: float) -> NDArray[np.float64]:
+    """d ln ω / d ln k, the ratio of group to phase speed."""
+    tension = surface_tension / WATER_DENSITY
+    double = 2.0 * np.clip(_relative_depth(k, depth), 1e-100, 300.0)  # beyond, x/sinh x is 1 or 0 to the last digit
+    capillary = tension * k**2
+    return 0.5 * ((GRAVITY + 3.0 * capillary) / (GRAVITY + capillary) + double / np.sinh(double))
+
+
+def _relative_depth(k: NDArray[np.float64], depth: NDArray[np.float64]) -> NDArray[np.float64]:
+    """k h, with 0 · ∞ = ∞: deep water stays deep for the longest wave."""
+    return np.where(np.isinf(depth), np.inf, k * np.where(np.isinf(depth), 1.0, depth))
+
+
+def _checked(value: ArrayLike, name: str, depth: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    value, depth = np.asarray(value, dtype=np.float64), np.asarray(depth, dtype=np.float64)
+    if np.any(~(value >= 0.0)):
+        raise ValueError(f"{name}: must not be negative or nan")
+    if np.any(~(depth > 0.0)):
+        raise ValueError("depth: must be positive, in metres; inf is deep water")
+    return value, depth

@@ -1,0 +1,178 @@
+"""A directional spectrum on the wavenumbers of a periodic plane (or line), and random amplitudes drawn from it.
+
+The plane of side L carries the wave vectors (2π/L)(i, j) shorter than a limit, the same in all directions. The variance
+of a system's waves below that limit is put on them exactly, so neither the side nor the number of points changes it.
+Arrays are (row j, column i), from −m to m on each axis. A line is a lattice of one row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .dispersion import angular_frequency
+
+Radial = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""S(k) [m³], with ∫ S dk the variance."""
+Spreading = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""Density over angle [1/rad], as a function of the cosine of the angle from the mean direction."""
+
+_FINE_RADIUS = (
+    64  # wavenumber steps within which a cell's variance is integrated, not sampled: swell can be that narrow
+)
+_FINE_NODES = 6  # Gauss–Legendre nodes per side of such a cell
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """The wave vectors of a periodic plane of side `length` [m] with |k| < `limit` [rad/m]; `line` keeps one row."""
+
+    length: float
+    limit: float
+    depth: float
+    line: bool = False
+
+    @property
+    def step(self) -> float:
+        """Spacing of the wavenumbers (rad/m)."""
+        return 2.0 * np.pi / self.length
+
+    @property
+    def reach(self) -> tuple[int, int]:
+        """The largest index m of rows and of columns."""
+        most = int(np.ceil(self.limit / self.step - 1e-9)) - 1
+        return (0 if self.line else most), most
+
+    @cached_property
+    def north(self) -> NDArray[np.float64]:
+        """ky of the rows (rad/m)."""
+        return self.step * np.arange(-self.reach[0], self.reach[0] + 1.0)
+
+    @cached_property
+    def east(self) -> NDArray[np.float64]:
+        """kx of the columns (rad/m)."""
+        return self.step * np.arange(-self.reach[1], self.reach[1] + 1.0)
+
+    def quadrant(self, function: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> NDArray[np.float64]:
+        """A function of |k| on the quadrant of indices ≥ 0, (m + 1, m + 1): all that an isotropic function needs."""
+        rows, columns = self.reach
+        return function(np.hypot(self.north[rows:, None], self.east[None, columns:]))
+
+    @cached_property
+    def omega(self) -> NDArray[np.float64]:
+        """Angular frequency on the quadrant (rad/s)."""
+        return self.quadrant(lambda k: angular_frequency(k, self.depth))
+
+    def unfold(self, quadrant: NDArray) -> NDArray:
+        """From the quadrant to the whole lattice."""
+        rows, columns = (np.abs(np.arange(-most, most + 1)) for most in self.reach)
+        return quadrant[np.ix_(rows, columns)]
+
+    def fold(self, whole: NDArray) -> NDArray:
+        """Sums over the waves of like |i| and |j|, onto the quadrant."""
+        rows, columns = self.reach
+        half = whole[rows:].copy()
+        half[1:] += whole[:rows][::-1]
+        quadrant = half[:, columns:].copy()
+        quadrant[:, 1:] += half[:, :columns][:, ::-1]
+        return quadrant
+
+    @cached_property
+    def inside(self) -> NDArray[np.bool_]:
+        """Where a wave may be: 0 < |k| < limit."""
+        k = self.quadrant(lambda k: k)
+        return self.unfold((k > 0.0) & (k < self.limit))
+
+
+def plane_variance(
+    lattice: Lattice, radial: Radial, spreading: Spreading, toward: tuple[float, float], total: float
+) -> NDArray[np.float64]:
+    """Expected variance of each wave of a plane [m²], adding up to `total`.
+
+    toward: unit vector east, north. Raises ValueError where the plane is too small to carry the waves at all.
+    """
+    k = lattice.quadrant(lambda k: k)
+    safe = np.where(k > 0.0, k, 1.0)
+    density = lattice.unfold(np.where(k > 0.0, radial(safe) / safe, 0.0))
+    inverse = lattice.unfold(1.0 / safe)
+    cosine = (toward[0] * lattice.east + toward[1] * lattice.north[:, None]) * inverse
+    variance = density * spreading(cosine) * lattice.step**2
+    variance[_near(lattice)] = _integrated(lattice, radial, spreading, toward)
+    return _scaled(np.where(lattice.inside, variance, 0.0), total, lattice)
+
+
+def line_variance(lattice: Lattice, radial: Radial, total: float) -> NDArray[np.float64]:
+    """Expected variance of each wave of a line [m²], (1, column), all forward. Raises as `plane_variance`."""
+    nodes, weights = np.polynomial.legendre.leggauss(16)
+    k = np.maximum(lattice.east[:, None] + 0.5 * lattice.step * nodes, 0.0)
+    variance = radial(k) @ (0.5 * lattice.step * weights)
+    return _scaled(np.where(lattice.east > 0.0, variance, 0.0)[None, :], total, lattice)
+
+
+def draw_amplitudes(
+    lattice: Lattice, variance: NDArray[np.float64], seed: np.random.SeedSequence
+) -> NDArray[np.complex128]:
+    """Complex Gaussian amplitudes a with ⟨|a|²⟩ = 2 × variance, for η = Re Σ a exp(i(k·x − ωt)).
+
+    Drawn shell by shell outward, so that a finer resolution adds waves and keeps the random numbers of those it had.
+    """
+    order = _shell_order(lattice)
+    drawn = np.random.default_rng(seed).standard_normal(2 * order.size).view(np.complex128)
+    return np.sqrt(variance) * drawn[order]
+
+
+def _near(lattice: Lattice) -> tuple[slice, slice]:
+    """The cells around k = 0 whose variance is integrated."""
+    rows, columns = lattice.reach
+    fine_rows, fine_columns = min(rows, _FINE_RADIUS), min(columns, _FINE_RADIUS)
+    return slice(rows - fine_rows, rows + fine_rows + 1), slice(columns - fine_columns, columns + fine_columns + 1)
+
+
+def _integrated(
+    lattice: Lattice, radial: Radial, spreading: Spreading, toward: tuple[float, float]
+) -> NDArray[np.float64]:
+    """Integrals of the spectrum over the cells of `_near`, by Gauss–Legendre nodes in each."""
+    rows, columns = _near(lattice)
+    nodes, weights = np.polynomial.legendre.leggauss(_FINE_NODES)
+    total = np.zeros((rows.stop - rows.start, columns.stop - columns.start))
+    half = 0.5 * lattice.step
+    for node_north, weight_north in zip(nodes, weights, strict=True):
+        for node_east, weight_east in zip(nodes, weights, strict=True):
+            north = lattice.north[rows, None] + half * node_north
+            east = lattice.east[None, columns] + half * node_east
+            k = np.hypot(north, east)
+            cosine = (toward[0] * east + toward[1] * north) / k
+            total += half**2 * weight_north * weight_east * radial(k) / k * spreading(cosine)
+    return total
+
+
+def _scaled(variance: NDArray[np.float64], total: float, lattice: Lattice) -> NDArray[np.float64]:
+    """Scale the sum to the integral. The rule of sums is off by a little where a spectrum is narrow."""
+    found = float(variance.sum())
+    if total <= 0.0:
+        return np.zeros_like(variance)
+    if found < 0.5 * total:
+        raise ValueError(
+            f"extent_m: a periodic sea of {lattice.length:.4g} m carries {found / total:.0%} of this wave system's "
+            "variance, must be at least 50%; raise extent_m or shorten peak_period_s"
+        )
+    return variance * (total / found)
+
+
+def _shell_order(lattice: Lattice) -> NDArray[np.int64]:
+    """Place of each wave in the drawing order: square shells max(|i|, |j|) = s outward from 0, one after the other."""
+    rows, columns = lattice.reach
+    if lattice.line:  # forward waves by length, then the backward ones that a line never uses
+        i = np.arange(-columns, columns + 1)
+        return np.where(i >= 0, i, columns - i)[None, :]
+    j = np.arange(-rows, rows + 1)[:, None]
+    i = np.arange(-columns, columns + 1)[None, :]
+    shell = np.maximum(np.abs(i), np.abs(j))
+    on_rows = (j > 0) * (2 * shell + 1) + i + shell
+    on_columns = 2 * (2 * shell + 1) + (i > 0) * (2 * shell - 1) + j + shell - 1
+    place = (2 * shell - 1) ** 2 + np.where(np.abs(j) == shell, on_rows, on_columns)
+    return np.where(shell == 0, 0, place)

@@ -1,0 +1,150 @@
+"""The parts of a sea: a regular wave, a plane of short-crested waves, a line of long-crested ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .components import Components
+from .dispersion import angular_frequency, orbital_ratio
+from .lattice import Lattice
+from .moving_field import MovingField, Term
+
+Quantity = Literal["elevation", "rate", "slope_east", "slope_north", "flow_east", "flow_north"]
+Points = NDArray[np.float64]
+
+
+class Waves(Protocol):
+    """One part of the sea; parts add."""
+
+    def sample(self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
+        """The quantities (quantity, n) at n points."""
+        ...
+
+    def components(self) -> Components: ...
+
+    def slope_variance(self) -> tuple[float, float]:
+        """Expected ⟨(∂η/∂x)²⟩ and ⟨(∂η/∂y)²⟩."""
+        ...
+
+
+@dataclass(frozen=True)
+class SinusoidPart:
+    """One regular wave in closed form, η = a cos(k·x − ωt + phase)."""
+
+    amplitude: float  # m
+    wavenumber: float  # rad/m
+    phase: float  # rad
+    toward: tuple[float, float]
+    depth: float
+
+    def sample(self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
+        east, north = self.toward
+        omega = float(angular_frequency(self.wavenumber, self.depth))
+        angle = self.wavenumber * (east * x + north * y) - np.remainder(omega * t, 2.0 * np.pi) + self.phase
+        cosine, sine = self.amplitude * np.cos(angle), self.amplitude * np.sin(angle)
+        flow = omega * float(orbital_ratio(self.wavenumber, self.depth))
+        values = {
+            "elevation": (1.0, cosine),
+            "rate": (omega, sine),
+            "slope_east": (-self.wavenumber * east, sine),
+            "slope_north": (-self.wavenumber * north, sine),
+            "flow_east": (flow * east, cosine),
+            "flow_north": (flow * north, cosine),
+        }
+        return np.stack([values[name][0] * values[name][1] for name in quantities])
+
+    def components(self) -> Components:
+        k = np.array([self.wavenumber])
+        return Components(
+            k * self.toward[0],
+            k * self.toward[1],
+            angular_frequency(k, self.depth),
+            orbital_ratio(k, self.depth),
+            np.array([self.amplitude * np.exp(1j * self.phase)]),
+        )
+
+    def slope_variance(self) -> tuple[float, float]:
+        mean_square = 0.5 * (self.amplitude * self.wavenumber) ** 2
+        return mean_square * self.toward[0] ** 2, mean_square * self.toward[1] ** 2
+
+
+@dataclass(frozen=True)
+class PlanePart:
+    """All short-crested systems together, on the periodic plane."""
+
+    lattice: Lattice
+    variance: NDArray[np.float64]  # (ky, kx) m², expected of each wave
+    amplitude: NDArray[np.complex128]  # (ky, kx) m
+    field: MovingField
+
+    _TERMS = {  # noqa: RUF012  (a constant table)
+        "elevation": Term("elevation"),
+        "rate": Term("elevation", time=1),
+        "slope_east": Term("elevation", column=1),
+        "slope_north": Term("elevation", row=1),
+        "flow_east": Term("east"),
+        "flow_north": Term("north"),
+    }
+
+    def sample(self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
+        return self.field.evaluate(x, y, t, [self._TERMS[name] for name in quantities])
+
+    def components(self) -> Components:
+        return _lattice_components(self.lattice, self.amplitude, (1.0, 0.0))
+
+    def slope_variance(self) -> tuple[float, float]:
+        return (
+            float(np.sum(self.variance * self.lattice.east**2)),
+            float(np.sum(self.variance * self.lattice.north[:, None] ** 2)),
+        )
+
+
+@dataclass(frozen=True)
+class LinePart:
+    """One long-crested system: a function of time and of the distance along its direction."""
+
+    lattice: Lattice
+    variance: NDArray[np.float64]  # (1, k) m²
+    amplitude: NDArray[np.complex128]  # (1, k) m
+    field: MovingField
+    toward: tuple[float, float]
+
+    def sample(self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
+        east, north = self.toward
+        term: dict[Quantity, tuple[float, Term]] = {
+            "elevation": (1.0, Term("elevation")),
+            "rate": (1.0, Term("elevation", time=1)),
+            "slope_east": (east, Term("elevation", column=1)),
+            "slope_north": (north, Term("elevation", column=1)),
+            "flow_east": (east, Term("east")),
+            "flow_north": (north, Term("east")),
+        }
+        terms = list(dict.fromkeys(term[name][1] for name in quantities))
+        along = self.field.evaluate(east * x + north * y, y, t, terms)
+        return np.stack([term[name][0] * along[terms.index(term[name][1])] for name in quantities])
+
+    def components(self) -> Components:
+        return _lattice_components(self.lattice, self.amplitude, self.toward)
+
+    def slope_variance(self) -> tuple[float, float]:
+        mean_square = float(np.sum(self.variance * self.lattice.east**2))
+        return mean_square * self.toward[0] ** 2, mean_square * self.toward[1] ** 2
+
+
+def _lattice_components(lattice: Lattice, amplitude: NDArray[np.complex128], axis: tuple[float, float]) -> Components:
+    """The waves of a lattice whose columns run along the unit vector `axis` (a plane's: east)."""
+    rows, columns = np.nonzero(amplitude)
+    along, across = lattice.east[columns], lattice.north[rows]
+    k = np.hypot(along, across)
+    return Components(
+        along * axis[0] - across * axis[1],
+        along * axis[1] + across * axis[0],
+        angular_frequency(k, lattice.depth),
+        orbital_ratio(k, lattice.depth),
+        amplitude[rows, columns],
+    )

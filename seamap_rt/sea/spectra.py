@@ -1,0 +1,127 @@
+"""Frequency spectra of the sea's elevation, S(ω) [m² s], with ∫ S dω the variance; and their wavenumber form S(k) [m³].
+
+ω in rad/s, any shape; S = 0 where ω ≤ 0. Speeds in m/s at 10 m height, lengths in metres, periods in seconds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..conventions import GRAVITY
+from .dispersion import angular_frequency, group_speed, wavenumber
+from .elfouhaily import elfouhaily97
+
+__all__ = [
+    "elfouhaily97",
+    "jonswap",
+    "jonswap_fetch",
+    "pierson_moskowitz",
+    "pierson_moskowitz_scaled",
+    "tma",
+    "tma_depth_factor",
+    "wavenumber_spectrum",
+]
+
+
+def pierson_moskowitz(omega: ArrayLike, *, wind_speed: float) -> NDArray[np.float64]:
+    """Fully developed sea: α g² ω⁻⁵ exp(−β (g/(U ω))⁴), U at 19.5 m height (Pierson & Moskowitz 1964)."""
+    _require_positive(wind_speed=wind_speed)
+    level, decay, wind_height_ratio = 8.1e-3, 0.74, 1.026
+    omega, waves = _positive(omega)
+    cut = decay * (GRAVITY / (wind_height_ratio * wind_speed * omega)) ** 4
+    return np.where(waves, level * GRAVITY**2 * omega**-5 * np.exp(-cut), 0.0)
+
+
+def pierson_moskowitz_scaled(omega: ArrayLike, hs: float, tp: float) -> NDArray[np.float64]:
+    """Pierson–Moskowitz shape scaled to Hs and Tp (Bretschneider 1959; also ITTC's two-parameter form)."""
+    return jonswap(omega, hs, tp, 1.0)
+
+
+def jonswap(omega: ArrayLike, hs: float, tp: float, gamma: float = 3.3) -> NDArray[np.float64]:
+    """Growing sea (Hasselmann et al. 1973) scaled so that 4 √m0 = Hs, the integral running over all ω."""
+    _require_positive(tp=tp, gamma=gamma)
+    if not hs >= 0.0:
+        raise ValueError(f"hs = {hs}: must not be negative")
+    peak = 2.0 * math.pi / tp
+    variance = (hs / 4.0) ** 2
+    return variance / (peak * _jonswap_shape_integral(gamma)) * _jonswap_shape(omega, peak, gamma)
+
+
+def jonswap_fetch(omega: ArrayLike, wind_speed: float, fetch: float, gamma: float = 3.3) -> NDArray[np.float64]:
+    """Growing sea by wind and fetch: α = 0.076 ξ^−0.22, fp U/g = 3.5 ξ^−0.33, ξ = gF/U² (Hasselmann et al. 1973)."""
+    _require_positive(wind_speed=wind_speed, fetch=fetch, gamma=gamma)
+    relative_fetch = GRAVITY * fetch / wind_speed**2
+    level = 0.076 * relative_fetch**-0.22
+    peak = 2.0 * math.pi * 3.5 * relative_fetch**-0.33 * GRAVITY / wind_speed
+    return level * GRAVITY**2 * peak**-5 * _jonswap_shape(omega, peak, gamma)
+
+
+def tma(omega: ArrayLike, hs: float, tp: float, gamma: float, depth: float) -> NDArray[np.float64]:
+    """Sea in water of finite depth: JONSWAP × Φ (Bouws, Günther, Rosenthal & Vincent 1985).
+
+    hs, tp and gamma are those of the deep-water JONSWAP spectrum; the product's own height is lower.
+    """
+    return jonswap(omega, hs, tp, gamma) * tma_depth_factor(omega, depth)
+
+
+def tma_depth_factor(omega: ArrayLike, depth: float) -> NDArray[np.float64]:
+    """Φ = tanh²(kh)/(1 + 2kh/sinh 2kh), k by gravity alone (Kitaigorodskii, Krasitskii & Zaslavskii 1975)."""
+    omega, waves = _positive(omega)
+    x = np.minimum(wavenumber(omega, depth, surface_tension=0.0) * depth, 300.0)
+    return np.where(waves, np.tanh(x) ** 2 / (1.0 + 2.0 * x / np.sinh(2.0 * x)), 0.0)
+
+
+def wavenumber_spectrum(
+    frequency_spectrum: Callable[[NDArray[np.float64]], NDArray[np.float64]], k: ArrayLike, depth: float
+) -> NDArray[np.float64]:
+    """S(k) = S(ω) dω/dk [m³] with the dispersion of the depth; 0 where k ≤ 0."""
+    k, waves = _positive(k)
+    return np.where(waves, frequency_spectrum(angular_frequency(k, depth)) * group_speed(k, depth), 0.0)
+
+
+# ------------------------------------------------------------------------------------------------- JONSWAP's shape
+
+
+def _jonswap_shape(omega: ArrayLike, peak: float, gamma: float) -> NDArray[np.float64]:
+    """(ω/ωp)⁻⁵ exp(−1.25 (ωp/ω)⁴) γ^r, without a unit."""
+    omega, waves = _positive(omega)
+    ratio = omega / peak
+    inverse4 = ratio**-4
+    return np.where(waves, inverse4 / ratio * np.exp(-1.25 * inverse4) * _enhancement(ratio, gamma), 0.0)
+
+
+def _enhancement(ratio: NDArray[np.float64], gamma: float) -> NDArray[np.float64]:
+    """γ^r: the peak's enhancement, 7 % wide below the peak and 9 % above."""
+    width = np.where(ratio <= 1.0, 0.07, 0.09)
+    return np.exp(math.log(gamma) * np.exp(-0.5 * ((ratio - 1.0) / width) ** 2))
+
+
+@lru_cache(maxsize=256)
+def _jonswap_shape_integral(gamma: float) -> float:
+    """∫ of the shape over ω/ωp, to 1e-12: with u = (ωp/ω)⁴ it is ¼ ∫ exp(−1.25 u) γ^r du over u > 0.
+
+    Gauss–Legendre panels; u = 1, where the peak's width jumps, is an edge. γ = 1 gives 1/5.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    edges = np.array([0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0, 6.0, 12.0, 30.0])
+    half = 0.5 * np.diff(edges)[:, None]
+    u = edges[:-1, None] + half * (1.0 + nodes)
+    return float(np.sum(half * weights * 0.25 * np.exp(-1.25 * u) * _enhancement(u**-0.25, gamma)))
+
+
+def _positive(value: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Where waves are, and values that are safe to divide by everywhere; below 1e-30 every spectrum here is 0."""
+    value = np.asarray(value, dtype=np.float64)
+    waves = value > 1e-30
+    return np.where(waves, value, 1.0), waves
+
+
+def _require_positive(**values: float) -> None:
+    for name, value in values.items():
+        if not (value > 0.0 and math.isfinite(value)):
+            raise ValueError(f"{name} = {value}: must be positive and finite")

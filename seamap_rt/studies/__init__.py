@@ -1,0 +1,1 @@
+"""Loops over simulate: shadowing range, antenna-height trade, speed against error. None yet."""

@@ -1,0 +1,152 @@
+"""What the radar should have seen: the same sea, averaged over the cells of the maps.
+
+Facets are gathered into fine bins of slant range, column by column; cells are then sums of bins and columns, by overlap.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from .conventions import db
+from .dataset import build
+from .mesh import Facets
+from .radar.antenna import antenna
+from .radar.grid import LookFan, ground_grid
+from .radar.scan import look_sweeps, turn_duration
+from .radar.waveform import RangeResponse, gates
+from .sea import Sea
+from .settings import RadarSettings, RetrievalSettings
+
+_BINS_PER_GATE = 6
+_GAUSS = 0.5 / np.sqrt(3.0)  # of a cell's side: two-point Gauss quadrature, exact for cubics
+
+
+def polar_truth(
+    facets: Facets, rcs: NDArray[np.float32], radar: RadarSettings, retrieval: RetrievalSettings, turn: int
+) -> xr.Dataset:
+    """The schema's `truth/polar` of one turn, from the traced facets."""
+    ranges = gates(radar)
+    sweeps = look_sweeps(radar.sector_deg, retrieval.cell_azimuth_deg)
+    lit = facets.lit_both
+    area = np.broadcast_to(facets.horizontal_area, facets.height.shape)
+    slant = np.hypot(facets.distance, facets.height - radar.height_m)
+    reach = max(RangeResponse.of(radar).support_m, 0.5 * retrieval.cell_range_m)
+    bins = _Bins(ranges, radar.range_sampling_m / _BINS_PER_GATE, reach, slant)
+
+    box = bins.box(ranges, retrieval.cell_range_m)
+    looks = _look_columns(facets, sweeps, retrieval.cell_azimuth_deg)
+
+    def cells(values: NDArray) -> NDArray[np.float64]:
+        return looks @ (bins.gather(values) @ box)
+
+    whole = cells(area)
+    seen = cells(area * lit)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        values = {
+            "height": cells(area * facets.height) / whole,
+            "height_visible": cells(area * lit * facets.height) / seen,
+            "visible_fraction": seen / whole,
+            "slope_range": cells(area * facets.slope_look) / whole,
+            "slope_azimuth": cells(area * facets.slope_cross) / whole,
+            "nrcs_db": db(cells(rcs) / whole),
+        }
+        gate = bins.response(ranges, RangeResponse.of(radar))
+        beam = _beam_columns(facets, sweeps, retrieval.cell_azimuth_deg, radar)
+        heard = beam @ (bins.gather(area) @ gate)
+        values["height_weighted"] = (beam @ (bins.gather(area * facets.height) @ gate)) / heard
+    empty = whole <= 0.0
+    fields = {name: np.where(empty | ~np.isfinite(field), np.nan, field)[None] for name, field in values.items()}
+    fields["time"] = ((turn + sweeps / 360.0) * turn_duration(radar))[None]
+    azimuth = (radar.sector_deg[0] + sweeps) % 360.0
+    return build("truth/polar", fields, {"turn": [turn], "azimuth": azimuth, "range": ranges})
+
+
+def ground_truth(sea: Sea, radar: RadarSettings, retrieval: RetrievalSettings, turn: int) -> xr.Dataset:
+    """The schema's `truth/ground` of one turn: each square cell's mean at the time when the beam passes its centre."""
+    grid = ground_grid(radar.range_m[1], retrieval.ground_m)
+    closed = bool(np.isclose(radar.sector_deg[1] - radar.sector_deg[0], 360.0))
+    fan = LookFan(
+        look_sweeps(radar.sector_deg, retrieval.cell_azimuth_deg),
+        radar.sector_deg[0],
+        closed,
+        turn_duration(radar),
+        turn,
+    )
+    x, y = np.meshgrid(grid.x, grid.y)
+    _, sweep = fan.place(x, y)
+    inside = np.hypot(x, y) <= radar.range_m[1]
+    if not closed:
+        inside &= sweep <= radar.sector_deg[1] - radar.sector_deg[0]
+    time = np.where(inside, fan.time(sweep), np.nan)
+    step = _GAUSS * retrieval.ground_m
+    signs = np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]])  # west–east, south–north
+    corners = sea.elevation(
+        x[inside][:, None] + step * signs[:, 0], y[inside][:, None] + step * signs[:, 1], time[inside][:, None]
+    )
+
+    def field(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        out = np.full(inside.shape, np.nan)
+        out[inside] = values
+        return out[None]
+
+    return build(
+        "truth/ground",
+        {
+            "height": field(corners.mean(axis=1)),
+            "slope_x": field(corners @ signs[:, 0] / (4.0 * step)),
+            "slope_y": field(corners @ signs[:, 1] / (4.0 * step)),
+            "time": time[None],
+        },
+        {"turn": [turn], "y": grid.y, "x": grid.x},
+    )
+
+
+class _Bins:
+    """Fine bins of slant range, (column, bin)."""
+
+    def __init__(self, ranges: NDArray[np.float64], width: float, reach: float, slant: NDArray[np.float64]) -> None:
+        self.width = width
+        self.start = ranges[0] - reach - width
+        self.count = int(np.ceil((ranges[-1] + reach + width - self.start) / width))
+        self.columns = slant.shape[0]
+        number = np.clip((slant - self.start) / width, -1.0, self.count).astype(np.int32)
+        self._kept = (slant >= self.start) & (number < self.count)
+        self._index = (number + np.arange(self.columns)[:, None] * self.count)[self._kept]
+        self.centre = self.start + width * (np.arange(self.count) + 0.5)
+
+    def gather(self, values: NDArray) -> NDArray[np.float64]:
+        """Sums (column, bin) of values (column, facet)."""
+        weights = values[self._kept]
+        return np.bincount(self._index, weights=weights, minlength=self.columns * self.count).reshape(
+            self.columns, self.count
+        )
+
+    def box(self, ranges: NDArray[np.float64], length: float) -> NDArray[np.float64]:
+        """(bin, gate): share of each bin within `length` centred on the gate."""
+        low = np.maximum(self.centre[:, None] - 0.5 * self.width, ranges - 0.5 * length)
+        high = np.minimum(self.centre[:, None] + 0.5 * self.width, ranges + 0.5 * length)
+        return np.maximum(high - low, 0.0) / self.width
+
+    def response(self, ranges: NDArray[np.float64], pulse: RangeResponse) -> NDArray[np.float64]:
+        """(bin, gate): |h|² of the gate to the bin's middle."""
+        return pulse(ranges - self.centre[:, None]) ** 2
+
+
+def _look_columns(facets: Facets, sweeps: NDArray[np.float64], cell_deg: float) -> NDArray[np.float64]:
+    """(look, column): share of each column within the look."""
+    width, middle = facets.grid.spacing_deg, facets.grid.column_sweep
+    low = np.maximum(middle - 0.5 * width, sweeps[:, None] - 0.5 * cell_deg)
+    high = np.minimum(middle + 0.5 * width, sweeps[:, None] + 0.5 * cell_deg)
+    return np.maximum(high - low, 0.0) / width
+
+
+def _beam_columns(
+    facets: Facets, sweeps: NDArray[np.float64], cell_deg: float, radar: RadarSettings
+) -> NDArray[np.float64]:
+    """(look, column): two-way power pattern towards the column, averaged over the look's dwell."""
+    dwell = cell_deg * ((np.arange(24) + 0.5) / 24 - 0.5)
+    offset = np.clip(sweeps[:, None, None] + dwell - facets.grid.column_sweep[None, :, None], -89.0, 89.0)
+    table = np.linspace(-1.0, 1.0, 40_001)
+    return np.interp(np.sin(np.radians(offset)), table, antenna(radar).azimuth(table) ** 4).mean(axis=2)

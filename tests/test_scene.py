@@ -1,0 +1,326 @@
+"""Scenes: the shipped ones are sound, and every check refuses in one line with a remedy that works."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import BaseModel, ValidationError
+
+from seamap_rt.conventions import SPEED_OF_LIGHT
+from seamap_rt.io.scenefile import InputError, list_shipped, read_toml
+from seamap_rt.radar.antenna import antenna
+from seamap_rt.scene import Scene, load_scene
+from seamap_rt.settings import JonswapWaves, RadarSettings, SeaSettings
+
+SHIPPED = ["calm", "choppy_sea", "flat", "long_crested_swell", "sinusoid", "tiny", "wide_baseline"]
+
+
+def floats(value: object) -> list[str]:
+    """Every float of a scene with all its bits, in order."""
+    if isinstance(value, BaseModel):
+        return [text for name in type(value).model_fields for text in floats(getattr(value, name))]
+    if isinstance(value, tuple):
+        return [text for entry in value for text in floats(entry)]
+    return [value.hex()] if isinstance(value, float) else []
+
+
+def refusal(overrides: dict[str, Any], name: str = "choppy_sea") -> str:
+    with pytest.raises(InputError) as caught:
+        load_scene(name, overrides)
+    line = str(caught.value)
+    assert line.isprintable(), line
+    return line
+
+
+# -------------------------------------------------------------------------------------------- shipped scenes
+
+
+def test_the_shipped_scenes_are_those_of_the_manual() -> None:
+    assert sorted(list_shipped()) == SHIPPED
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_shipped_scene_reads_back_to_the_same_bits(name: str, tmp_path: Path) -> None:
+    scene = load_scene(name)
+    assert scene.name == name
+    assert scene.title
+    file = tmp_path / "scene.toml"
+    file.write_text(scene.to_toml(), encoding="utf-8")
+    again = load_scene(file)
+    assert again == scene
+    assert floats(again) == floats(scene)
+    assert len(floats(scene)) > 30
+    assert again.to_toml() == scene.to_toml()
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_shipped_scene_has_one_key_per_line_and_says_what_it_shows(name: str) -> None:
+    lines = list_shipped()[name].read_text(encoding="utf-8").splitlines()
+    assert lines[0].startswith("# ")
+    for line in lines:
+        code = line.split("#")[0].strip()
+        assert code == "" or re.fullmatch(r"\[\[?[a-z_.]+\]\]?|[a-z_0-9]+ = [^=]+", code), line
+
+
+def test_choppy_sea_is_the_default_scene_and_leaves_little_unsaid() -> None:
+    scene = load_scene("choppy_sea")
+    waves = JonswapWaves(
+        spectrum="jonswap",
+        significant_wave_height_m=1.4,
+        peak_period_s=5.5,
+        spreading="cos2s",
+        spreading_exponent=10.0,
+        wave_from_deg=270.0,
+    )
+    assert scene == Scene(name="choppy_sea", title=scene.title, sea=SeaSettings(waves=(waves,)))
+    said = set(flat_keys(read_toml(list_shipped()["choppy_sea"])))
+    unsaid = set(flat_keys(tomllib.loads(scene.to_toml()))) - said
+    assert unsaid == {
+        "scattering.nrcs_db",
+        "tracing.columns_per_beam",
+        "retrieval.window_range_m",
+        "retrieval.window_azimuth_deg",
+        "retrieval.min_snr_db",
+        "retrieval.ground_m",
+    }
+
+
+def flat_keys(tree: dict[str, Any], prefix: str = "") -> list[str]:
+    keys: list[str] = []
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            keys += flat_keys(value, f"{prefix}{key}.")
+        else:
+            keys.append(prefix + key)
+    return keys
+
+
+def test_wide_baseline_is_choppy_sea_but_for_its_baseline() -> None:
+    choppy, wide = load_scene("choppy_sea"), load_scene("wide_baseline")
+    assert wide.sea == choppy.sea
+    assert wide.radar == choppy.radar.model_copy(update={"baseline_m": 0.9})
+
+
+def test_the_sinusoid_is_a_thirtieth_of_its_length_high() -> None:
+    (waves,) = load_scene("sinusoid").sea.waves
+    assert waves.spectrum == "sinusoid"
+    np.testing.assert_allclose(waves.height_m, waves.wavelength_m / 30.0, rtol=1e-15)
+
+
+def test_a_scene_derives_its_plain_quantities() -> None:
+    scene = load_scene("choppy_sea", {"radar.rotation_rpm": 48})
+    np.testing.assert_allclose(scene.wavelength_m, 0.0299792458, rtol=1e-15)
+    np.testing.assert_allclose(scene.turn_duration_s, 1.25, rtol=1e-15)
+    np.testing.assert_allclose(math.hypot(scene.far_ground_range, 5.0), 400.0, rtol=1e-15)
+
+
+def test_a_scene_is_frozen_and_hashable() -> None:
+    scene = load_scene("tiny")
+    with pytest.raises(ValidationError):
+        scene.seed = 2  # type: ignore[misc]
+    assert hash(scene) == hash(load_scene("tiny"))
+
+
+def test_overrides_are_part_of_the_resolved_scene(tmp_path: Path) -> None:
+    scene = load_scene(
+        "tiny", {"radar.height_m": "10", "seed": np.int64(7), "sea.waves.0.peak_period_s": "6"}
+    )
+    assert (scene.radar.height_m, scene.seed) == (10.0, 7)
+    file = tmp_path / "again.toml"
+    file.write_text(scene.to_toml(), encoding="utf-8")
+    assert load_scene(file) == scene
+    assert load_scene("tiny") != scene
+
+
+# ---------------------------------------------------------------------------------------------------- limits
+
+
+@pytest.mark.parametrize(
+    ("overrides", "parts"),
+    [
+        (
+            {"radar.range_m": [1.0, 5.0]},
+            [
+                "radar.range_m = [1, 5]",
+                "greater than radar.height_m = 5",
+                "nothing is seen",
+                "lower radar.height_m",
+            ],
+        ),
+        (
+            {"radar.baseline_m": 11.0},
+            ["radar.height_m = 5: ", "greater than 5.5", "under water", "shorten radar.baseline_m"],
+        ),
+        (
+            {"sea.extent_m": 859.9},
+            ["sea.extent_m = 859.9: ", "at least 860", "range circle", "far end of radar.range_m to 399.9"],
+        ),
+        (
+            {"radar.antenna.azimuth_beamwidth_deg": 1.5},
+            [
+                "radar.antenna.azimuth_beamwidth_deg = 1.5",
+                "at least 1.522",
+                "taper",
+                "radar.antenna.width_m to 1.015",
+            ],
+        ),
+        (
+            {"radar.antenna.elevation_beamwidth_deg": 5.0},
+            [
+                "radar.antenna.elevation_beamwidth_deg = 5: ",
+                "at least 15.27",
+                "radar.antenna.height_m to 0.3045",
+            ],
+        ),
+        (
+            {"radar.range_sampling_m": 3.1},
+            ["radar.range_sampling_m = 3.1: ", "at most retrieval.cell_range_m = 3 ", "lengthen"],
+        ),
+        (
+            {"radar.range_sampling_m": 3.0},
+            [
+                "radar.range_sampling_m = 3: ",
+                "range resolution of 2.997 m",
+                "lower radar.range_sampling_m to 2.997",
+            ],
+        ),
+        (
+            {"radar.sector_deg": [10.0, 11.5]},
+            ["retrieval.cell_azimuth_deg = 1.8: ", "at most 1.5", "widen radar.sector_deg"],
+        ),
+        (
+            {"retrieval.cell_azimuth_deg": 0.05},
+            [
+                "retrieval.cell_azimuth_deg = 0.05: ",
+                "at least 0.072",
+                "1.39 pulses and needs 2",
+                "radar.prf_hz to",
+            ],
+        ),
+        (
+            {"tracing.facet_m": 0.02},
+            [
+                "tracing.facet_m = 0.02: ",
+                "at least 0.03667",
+                "3.67e+07 triangles, 22 GB",
+                "raise tracing.facet_m",
+            ],
+        ),
+        ({"seed": -1}, ["seed = -1: must be at least 0"]),
+        ({"turns": 0}, ["turns = 0: must be at least 1"]),
+        ({"turns": 1.5}, ["turns = 1.5: must be a whole number"]),
+        ({"earth": "four_thirds"}, ['earth = "four_thirds": must be "flat"']),
+        ({"name": "../up"}, ['name = "../up": must be', "names the results' folder"]),
+        ({"name": None}, ["name: is missing", "text in quotes"]),
+        ({"height_m": 3.0}, ["height_m = 3.0: unknown key", "radar.height_m"]),
+        ({"radar.heihgt_m": 3.0}, ["radar.heihgt_m = 3.0: unknown key", "did you mean height_m?"]),
+        ({"radar.height_m": "nan"}, ["radar.height_m = nan: is not a number"]),
+        ({"sea.waves.0.peak_period_s": "-inf"}, ["sea.waves.0.peak_period_s = -inf: must be finite"]),
+        ({"sea.waves.0.peak_period_s": 0.1}, ["sea.waves.0.peak_period_s = 0.1: must be at least 0.3"]),
+    ],
+)
+def test_a_refusal_names_key_value_limit_and_remedy(overrides: dict[str, Any], parts: list[str]) -> None:
+    line = refusal(overrides)
+    for part in parts:
+        assert part in line, line
+    assert line.startswith(parts[0])
+
+
+@pytest.mark.parametrize(
+    ("refused", "remedy"),
+    [
+        ({"radar.range_m": [15.0, 900.0]}, {"sea.extent_m": 1860}),
+        ({"radar.range_m": [15.0, 482.0], "sea.extent_m": 1000.0}, {"radar.range_m": [15.0, 470.0]}),
+        ({"radar.antenna.azimuth_beamwidth_deg": 1.2}, {"radar.antenna.azimuth_beamwidth_deg": 1.522}),
+        ({"radar.antenna.azimuth_beamwidth_deg": 1.2}, {"radar.antenna.width_m": 1.269}),
+        ({"radar.range_sampling_m": 3.0}, {"radar.range_sampling_m": 2.997}),
+        ({"retrieval.cell_azimuth_deg": 0.01}, {"retrieval.cell_azimuth_deg": 0.072}),
+        ({"retrieval.cell_azimuth_deg": 0.01}, {"radar.prf_hz": 72000}),
+        ({"retrieval.cell_azimuth_deg": 0.01}, {"radar.rotation_rpm": 8.333}),
+        ({"tracing.facet_m": 0.02}, {"tracing.facet_m": 0.03667}),
+    ],
+)
+def test_the_remedy_that_a_refusal_names_works(refused: dict[str, Any], remedy: dict[str, Any]) -> None:
+    line = refusal(refused)
+    last = next(iter(remedy.values()))
+    assert f" {last[1] if isinstance(last, list) else last:g}" in line
+    load_scene("choppy_sea", {**refused, **remedy})
+
+
+@given(st.floats(0.1, 10.0), st.floats(0.1, 40.0), st.sampled_from([3e9, 10e9, 35e9]))
+@settings(max_examples=60, deadline=None)
+def test_the_width_that_a_narrow_beam_needs_satisfies_the_antenna_too(
+    width: float, beam: float, frequency: float
+) -> None:
+    changes = {
+        "radar.frequency_hz": frequency,
+        "radar.antenna.width_m": width,
+        "radar.antenna.azimuth_beamwidth_deg": beam,
+        "radar.antenna.height_m": 0.1 * 10e9 / frequency,
+        "tracing.facet_m": 20.0,
+    }
+    line = refusal_or_none(changes)
+    if line is None:
+        return
+    found = re.match(r"radar.antenna.azimuth_beamwidth_deg = .*raise radar.antenna.width_m to (\S+)$", line)
+    assert found, line
+    needed = float(found[1])
+    assert needed > width
+    # The rule of thumb, 0.886 λ/width, takes the sine of half the beam for the angle: 2 % at 40°.
+    np.testing.assert_allclose(needed, 0.886 * SPEED_OF_LIGHT / frequency / math.radians(beam), rtol=0.03)
+    if needed <= 20.0:  # the widest that the settings allow
+        radar = load_scene("flat", {**changes, "radar.antenna.width_m": needed}).radar
+        antenna(radar)  # type: ignore[arg-type]  # raises if the beam is too narrow
+
+
+def refusal_or_none(overrides: dict[str, Any]) -> str | None:
+    try:
+        load_scene("flat", overrides)
+    except InputError as error:
+        return str(error)
+    return None
+
+
+@pytest.mark.parametrize("pattern", ["gaussian", "isotropic"])
+def test_only_a_slotted_waveguide_ties_the_beam_to_the_aperture(pattern: str) -> None:
+    changes = {"radar.antenna.pattern": pattern, "radar.antenna.azimuth_beamwidth_deg": 1.2}
+    assert load_scene("choppy_sea", changes).radar.antenna.pattern == pattern
+
+
+@pytest.mark.parametrize("name", ["flat", "sinusoid", "long_crested_swell"])
+def test_seas_that_do_not_repeat_need_no_patch_as_wide_as_the_range_circle(name: str) -> None:
+    assert load_scene(name, {"sea.extent_m": 512.0}).sea.extent_m == 512.0
+
+
+@pytest.mark.parametrize("name", ["choppy_sea", "calm"])
+def test_the_range_circle_just_fits(name: str) -> None:
+    assert load_scene(name, {"sea.extent_m": 860.0}).sea.extent_m == 860.0
+    assert "at least 860" in refusal({"sea.extent_m": 859.99}, name)
+
+
+def test_a_tilted_baseline_reaches_less_far_down() -> None:
+    low = {"radar.height_m": 0.4, "radar.baseline_m": 0.9}
+    assert "greater than 0.45" in refusal(low)
+    assert load_scene("choppy_sea", {**low, "radar.tilt_deg": 60.0}).radar.tilt_deg == 60.0
+
+
+def test_checks_hold_for_scenes_made_in_python_too() -> None:
+    with pytest.raises(ValidationError, match=r"shorten radar\.baseline_m"):
+        Scene(name="made", radar=RadarSettings(baseline_m=11.0))
+
+
+def test_a_file_that_is_not_toml_is_one_line(tmp_path: Path) -> None:
+    file = tmp_path / "bad.toml"
+    file.write_text("name = choppy_sea")
+    with pytest.raises(InputError, match=r"bad\.toml: is not TOML: .*line 1"):
+        load_scene(file)
+    with pytest.raises(InputError, match=r"did you mean the shipped choppy_sea\?"):
+        load_scene("chopy_sea")
