@@ -32,6 +32,8 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
     known = visible & np.isfinite(error)
     seen_error = height - true["height_visible"].values
     slope_error = got["slope_range"].values.astype(np.float64) - true["slope_range"].values
+    # Hs from the map as its user sees it: unflagged cells, whether or not they were in sight.
+    sound = got["quality"].values == 0
     edges = np.arange(np.floor(ranges[0] / BIN_M) * BIN_M, ranges[-1] + BIN_M, BIN_M)
     number = np.digitize(ranges, edges) - 1
     rows = []
@@ -59,7 +61,7 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
         "height_correlation": _correlation(height[..., headline][cells], real[..., headline][cells]),
         "slope_rmse": _rms(slope_error[..., headline][cells]),
         "hs_true_m": _hs(real[..., headline]),
-        "hs_retrieved_m": _hs(height[..., headline]),
+        "hs_retrieved_m": _hs(height[..., headline][sound[..., headline]]),
         "visible_fraction": _mean(true["visible_fraction"].values[..., headline]),
         "cells": int(cells.sum()),
     }

@@ -175,6 +175,16 @@ class ScatteringSettings(Section):
     temperature_c: Annotated[float, limited("range of the permittivity model", least=-2.0, most=34.0)] = 20.0
     salinity_psu: Annotated[float, limited("range of the permittivity model", least=0.0, most=40.0)] = 35.0
 
+    @model_validator(mode="after")
+    def _wind_within_the_clutter_model(self) -> Self:
+        # Sea state (U/3.16)^1.25 ≤ 6, the end of the NRL 2012 model that sets the mean.
+        if self.nrcs != "constant" and self.wind_speed_m_s > 13.2:
+            raise ValueError(
+                f"wind_speed_m_s = {self.wind_speed_m_s:g}: must be at most 13.2 (sea state 6, the end of the NRL 2012 "
+                f"model that sets the mean of nrcs = '{self.nrcs}'); lower it, or use nrcs = 'constant'"
+            )
+        return self
+
 
 # ----------------------------------------------------------------------------------------------------- radar
 
@@ -252,11 +262,16 @@ class TracingSettings(Section):
 
 
 class RetrievalSettings(Section):
-    """How echoes become heights. `window_*` is the sliding average of the covariance, the same as the cell if 0."""
+    """How echoes become heights.
+
+    `single_cell` averages the covariance over one cell. `sliding_plane` takes the slopes from that first map and averages
+    along them over a wider window: less speckle, at the price of a resolution of about the window.
+    """
 
     cell_range_m: Annotated[float, limited("a cell has a length", above=0.0, most=1000.0)] = 3.0
     cell_azimuth_deg: Annotated[float, limited("a cell has a width", above=0.0, most=45.0)] = 1.8
-    window_range_m: Annotated[float, limited("0 is the cell's own length", least=0.0, most=1000.0)] = 0.0
-    window_azimuth_deg: Annotated[float, limited("0 is the cell's own width", least=0.0, most=45.0)] = 0.0
+    estimator: Literal["sliding_plane", "single_cell"] = "sliding_plane"
+    window_range_m: Annotated[float, limited("length of the sliding window", above=0.0, most=1000.0)] = 4.5
+    window_azimuth_deg: Annotated[float, limited("width of the sliding window", above=0.0, most=45.0)] = 2.7
     min_snr_db: Annotated[float, limited("below it a cell has no echo", least=-30.0, most=60.0)] = 0.0
     ground_m: Annotated[float, limited("side of a ground cell", above=0.0, most=1000.0)] = 3.0

@@ -135,7 +135,7 @@ class Simulator:
 
     def _sea_facts(self) -> dict[str, Any]:
         resolved = self.sea.resolved
-        names = [name for name in getattr(resolved, "__dataclass_fields__", {})]
+        names = list(getattr(resolved, "__dataclass_fields__", {}))
         return {name: _plain(getattr(resolved, name)) for name in names}
 
     def _refuse_if_under_water(self) -> None:

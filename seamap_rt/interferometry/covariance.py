@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,16 +17,49 @@ class Covariance:
     lower: NDArray[np.float64]  # ⟨|V_lower|²⟩ [W], noise included
     upper: NDArray[np.float64]
 
+    def turned(self, phase: NDArray[np.float64]) -> Covariance:
+        """With a phase (look, gate) taken off the cross term."""
+        return replace(self, cross=self.cross * np.exp(-1j * phase))
+
     def windowed(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> Covariance:
-        """Power-weighted: the sums themselves are averaged, so a strong cell counts for more than a weak neighbour."""
+        """Power-weighted: the sums themselves are averaged, so a strong cell counts for more than a weak neighbour.
+
+        Take the flat sea's phase off first: it turns by up to a radian from gate to gate, and an echo's centre of power
+        that lies off the window's middle would carry it into the height.
+        """
 
         def smooth(field: NDArray) -> NDArray:
             out = correlate1d(field, range_weights / range_weights.sum(), axis=1, mode="nearest")
             return correlate1d(out, look_weights / look_weights.sum(), axis=0, mode="nearest")
 
-        return Covariance(
-            smooth(self.cross.real) + 1j * smooth(self.cross.imag), smooth(self.lower), smooth(self.upper)
-        )
+        return Covariance(smooth(self.cross.real) + 1j * smooth(self.cross.imag), smooth(self.lower), smooth(self.upper))
+
+    def windowed_along(
+        self,
+        range_weights: NDArray[np.float64],
+        look_weights: NDArray[np.float64],
+        phase_per_gate: NDArray[np.float64],
+        phase_per_look: NDArray[np.float64],
+        closed: bool,
+    ) -> Covariance:
+        """As `windowed`, but along a plane: a neighbour's phase is first brought to the cell by the local phase slopes
+        (look, gate) [rad per gate, rad per look]. A wider window then averages speckle without flattening the waves."""
+        looks, gates = self.cross.shape
+        total = Covariance(np.zeros_like(self.cross), np.zeros_like(self.lower), np.zeros_like(self.upper))
+        half_range, half_look = range_weights.size // 2, look_weights.size // 2
+        for look in range(-half_look, half_look + 1):
+            rows = np.arange(looks) + look
+            rows = rows % looks if closed else np.clip(rows, 0, looks - 1)
+            for gate in range(-half_range, half_range + 1):
+                columns = np.clip(np.arange(gates) + gate, 0, gates - 1)
+                there = np.ix_(rows, columns)
+                weight = range_weights[gate + half_range] * look_weights[look + half_look]
+                turn = np.exp(-1j * (gate * phase_per_gate + look * phase_per_look))
+                total.cross[...] += weight * self.cross[there] * turn
+                total.lower[...] += weight * self.lower[there]
+                total.upper[...] += weight * self.upper[there]
+        norm = range_weights.sum() * look_weights.sum()
+        return Covariance(total.cross / norm, total.lower / norm, total.upper / norm)
 
     @property
     def coherence(self) -> NDArray[np.float64]:

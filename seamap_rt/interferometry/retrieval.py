@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..analytic.phase import phase_std_lee94
 from ..conventions import SPEED_OF_LIGHT, db, unit_from_azimuth, wrap_degrees, wrap_phase
-from ..dataset import QUALITY_FLAGS, build, check
+from ..dataset import QUALITY_FLAGS, SchemaError, build, check
 from ..radar.grid import LookFan, ground_grid
 from ..radar.scan import look_sweeps
 from ..radar.waveform import RangeResponse
@@ -36,21 +36,28 @@ def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None
     if not isinstance(echoes, xr.Dataset):
         echoes = open_echoes(echoes)
     check("echoes", echoes)
-    radar = RadarDescription.of(echoes)
-    polar, ground = [], []
+    turns = []
     for turn in range(int(echoes.attrs["complete_turns"])):
         members = np.flatnonzero(echoes["turn"].values == turn)
-        if members.size == 0:
-            continue
-        part = echoes.isel(pulse=slice(int(members[0]), int(members[-1]) + 1))
-        cells = retrieve_turn(part, radar, settings, turn)
-        polar.append(cells)
-        ground.append(ground_map(cells, radar, settings, turn))
-    if not polar:
-        raise ValueError("the echoes hold no complete turn; simulate or record at least one")
+        if members.size:
+            turns.append(retrieve_one(echoes.isel(pulse=slice(int(members[0]), int(members[-1]) + 1)), settings))
+    if not turns:
+        raise SchemaError("the echoes hold no complete turn; simulate or record at least one")
     return xr.DataTree.from_dict(
-        {"/polar": xr.concat(polar, "turn", data_vars="all"), "/ground": xr.concat(ground, "turn", data_vars="all")}
+        {
+            f"/{group}": xr.concat([t[group].to_dataset() for t in turns], "turn", data_vars="minimal")
+            for group in ("polar", "ground")
+        }
     )
+
+
+def retrieve_one(echoes: xr.Dataset, settings: RetrievalSettings | None = None) -> xr.DataTree:
+    """Maps of the single turn that these echoes hold."""
+    settings = settings or RetrievalSettings()
+    radar = RadarDescription.of(echoes)
+    turn = int(echoes["turn"].values[0])
+    cells = retrieve_turn(echoes, radar, settings, turn)
+    return xr.DataTree.from_dict({"/polar": cells, "/ground": ground_map(cells, radar, settings, turn)})
 
 
 def open_echoes(path: str | Path) -> xr.Dataset:
@@ -123,36 +130,51 @@ def retrieve_turn(echoes: xr.Dataset, radar: RadarDescription, settings: Retriev
     time = np.asarray(echoes["time"].values, dtype=np.float64)
     geometry = _look_geometry(echoes, look, azimuth)
 
-    dwell = dwell_covariance(voltage, look, sweeps.size)
-    range_weights = window_weights(settings.window_range_m or settings.cell_range_m, radar.spacing)
-    look_weights = window_weights(settings.window_azimuth_deg or settings.cell_azimuth_deg, width)
-    cells = dwell.windowed(range_weights, look_weights)
-
     share = path_share(radar.transmit)
-    phase = np.angle(cells.cross)
-    flat = difference_at_height(radar.ranges, 0.0, geometry.baseline, geometry.lower_height, geometry.tilt, share)
     wavenumber = 2.0 * np.pi / radar.wavelength
-    # Flattening: the phase against that of mean sea level. Heights beyond half an ambiguity stay folded, and are flagged.
-    departure = wrap_phase(phase - wavenumber * flat)
-    unwrapped = wavenumber * flat + departure
-    difference = unwrapped / wavenumber
-    height, ground_range = height_and_ground_range(
-        radar.ranges, difference, geometry.baseline, geometry.lower_height, geometry.tilt, share
+    flat = wavenumber * difference_at_height(
+        radar.ranges, 0.0, geometry.baseline, geometry.lower_height, geometry.tilt, share
     )
-    gain = height_per_phase(radar.ranges, difference, geometry.baseline, geometry.tilt, radar.wavelength)
+
+    def invert(departure: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Height, ground range and |dz/dφ| from the phase's departure from that of mean sea level. Departures beyond
+        half an ambiguity are folded so far; `ambiguous` flags where the sea may be that high."""
+        difference = (flat + departure) / wavenumber
+        height, place = height_and_ground_range(
+            radar.ranges, difference, geometry.baseline, geometry.lower_height, geometry.tilt, share
+        )
+        return height, place, height_per_phase(
+            radar.ranges, difference, geometry.baseline, geometry.tilt, radar.wavelength
+        )
+
+    dwell = dwell_covariance(voltage, look, sweeps.size)
+    flattened = dwell.turned(flat)
+    own = (window_weights(settings.cell_range_m, radar.spacing), window_weights(settings.cell_azimuth_deg, width))
+    window = (
+        window_weights(settings.window_range_m, radar.spacing),
+        window_weights(settings.window_azimuth_deg, width),
+    )
+    cells = flattened.windowed(*own)
+    height, ground_range, gain = invert(np.angle(cells.cross))
+    if settings.estimator == "sliding_plane":
+        outward, clockwise = _slopes(height, ground_range, cells.lower, radar, settings, width)
+        per_height = np.nan_to_num(1.0 / gain, posinf=0.0, neginf=0.0)
+        cells = flattened.windowed_along(
+            *window,
+            phase_per_gate=_phase_slope(outward * radar.spacing, per_height),
+            phase_per_look=_phase_slope(clockwise * radar.ranges * np.radians(width), per_height),
+            closed=radar.closed,
+        )
+        height, ground_range, gain = invert(np.angle(cells.cross))
+    else:
+        window = own
+    unwrapped = flat + np.angle(cells.cross)
 
     echo_power = 0.5 * (cells.lower + cells.upper) - radar.noise_power
     heard = _has_echo(cells, echo_power, radar, settings) & np.isfinite(height)
-    spread = _height_std(voltage, look, dwell, gain, radar, range_weights, look_weights)
+    spread = _height_std(voltage, look, flattened, gain, radar, *window)
     height, ground_range, spread = (np.where(heard, f, np.nan) for f in (height, ground_range, spread))
-    outward, clockwise = local_plane(
-        height,
-        np.where(heard, 1.0 / np.maximum(spread, 0.02) ** 2, 0.0),
-        ground_range,
-        np.where(np.isfinite(ground_range), ground_range, radar.ranges) * np.radians(width),
-        reach=(1, max(1, round(0.75 * settings.cell_range_m / radar.spacing))),
-        closed=radar.closed,
-    )
+    outward, clockwise = _slopes(height, ground_range, cells.lower, radar, settings, width)
     quality = _flags(echoes, look, sweeps.size, cells, heard, echo_power, gain, height, radar)
     with np.errstate(invalid="ignore", divide="ignore"):
         snr = (
@@ -178,7 +200,7 @@ def retrieve_turn(echoes: xr.Dataset, radar: RadarDescription, settings: Retriev
             "slope_azimuth": one(clockwise),
             "ground_range": one(ground_range + geometry.offset),
             "coherence": one(cells.coherence),
-            "phase": one(phase),
+            "phase": one(wrap_phase(unwrapped)),
             "phase_unwrapped": one(np.where(heard, unwrapped, np.nan)),
             "snr_db": one(snr),
             "time": one(look_time),
@@ -188,8 +210,9 @@ def retrieve_turn(echoes: xr.Dataset, radar: RadarDescription, settings: Retriev
         {
             "cell_range_m": settings.cell_range_m,
             "cell_azimuth_deg": settings.cell_azimuth_deg,
-            "window_range_m": settings.window_range_m or settings.cell_range_m,
-            "window_azimuth_deg": settings.window_azimuth_deg or settings.cell_azimuth_deg,
+            "estimator": settings.estimator,
+            "window_range_m": settings.window_range_m,
+            "window_azimuth_deg": settings.window_azimuth_deg,
         },
     )
 
@@ -267,6 +290,29 @@ def _look_geometry(echoes: xr.Dataset, look: NDArray[np.intp], azimuth: NDArray[
     return LookGeometry(mean[0], mean[1], np.arctan2(mean[2], mean[3]), mean[4])
 
 
+def _slopes(
+    height: NDArray[np.float64],
+    ground_range: NDArray[np.float64],
+    power: NDArray[np.float64],
+    radar: RadarDescription,
+    settings: RetrievalSettings,
+    width: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Slopes outward and clockwise by planes over three looks and three cells; strong echoes count for more, up to a
+    few times the gate's median."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        relative = power / np.nanmedian(power, axis=0, keepdims=True) if np.isfinite(power).any() else power
+    weight = np.where(np.isfinite(height), np.clip(np.nan_to_num(relative), 0.0, 3.0), 0.0)
+    across = np.where(np.isfinite(ground_range), ground_range, radar.ranges) * np.radians(width)
+    reach = (1, max(1, round(1.5 * settings.cell_range_m / radar.spacing)))
+    return local_plane(height, weight, ground_range, across, reach, radar.closed)
+
+
+def _phase_slope(rise: NDArray[np.float64], per_height: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Height difference to the neighbour as phase; 0 where the slope is unknown. A rise turns the phase back."""
+    return -np.nan_to_num(rise) * per_height
+
+
 def _has_echo(
     cells: Covariance, echo_power: NDArray[np.float64], radar: RadarDescription, settings: RetrievalSettings
 ) -> NDArray[np.bool_]:
@@ -342,4 +388,4 @@ def _flags(
     return quality
 
 
-__all__ = ["RadarDescription", "ground_map", "open_echoes", "retrieve", "retrieve_turn"]
+__all__ = ["RadarDescription", "ground_map", "open_echoes", "retrieve", "retrieve_one", "retrieve_turn"]

@@ -21,22 +21,18 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from .accuracy import TIME_ORDER, InterpolationError, interpolation_error, longest_time_step
 from .dispersion import orbital_ratio
 from .lattice import Lattice
-from .spline import bspline_image_error, bspline_transform, bspline_weights, interpolation_matrix
+from .spline import bspline_transform, bspline_weights, interpolation_matrix
 
 Kind = Literal["elevation", "east", "north"]  # elevation [m], the water's horizontal velocity [m/s]
 Knot = tuple[int, Kind]  # number of the time step, field
 Run = tuple[int, int, int]  # time interval, first and last + 1 of its points
 
-TIME_ORDER = 3
 TAPS = (-1, 0, 1, 2)  # the knots around an interval that its points take from
-TIME_STEP_CYCLES = 0.375  # of the fastest wave, at most: beyond ½ a knot no longer tells a wave from its image
-ELEVATION_BUDGET = 3e-4  # m rms, what interpolation in time may cost
-VELOCITY_BUDGET = 5e-3  # m/s rms
-RELATIVE_BUDGETS = 1e-3, 2e-2  # of the rms elevation and of the rms vertical velocity, for small seas
-CACHE_BYTES = 280_000_000  # six knots of the default sea
-_CHUNK = 1 << 15  # points per task: their interpolation matrix stays in the processor's cache
+CACHE_BYTES = 190_000_000  # six knots of the default sea
+_CHUNK = 1 << 14  # points per task: their interpolation matrix stays in the processor's cache
 
 
 @dataclass(frozen=True)
@@ -47,15 +43,6 @@ class Term:
     row: int = 0
     column: int = 0
     time: int = 0
-
-
-@dataclass(frozen=True)
-class InterpolationError:
-    """Expected rms error of the spline against the exact sum of waves."""
-
-    elevation: float  # m
-    vertical_velocity: float  # m/s
-    slope: float  # along x or y, the larger
 
 
 class MovingField:
@@ -80,38 +67,15 @@ class MovingField:
             _grid_size(columns, oversampling, order),
         )
         self._variance = lattice.fold(variance)
-        self.time_step = time_step or _time_step(*_by_frequency(lattice.omega, self._variance))
+        self.time_step = time_step or longest_time_step(lattice, self._variance)
         self._ahead, self._behind = self._coefficient_amplitudes(amplitude)
         self._cache: OrderedDict[Knot, NDArray[np.float32]] = OrderedDict()
         self._lock = Lock()
 
     @cached_property
     def error(self) -> InterpolationError:
-        """Expected rms errors, from the spectrum: images in x, y and t are independent waves."""
-        omega, by_frequency = _by_frequency(self.lattice.omega, self._variance)
-        quadrant = self.lattice
-        rows, columns = quadrant.reach
-        k_east, k_north = quadrant.east[columns:], quadrant.north[rows:]
-        by_east, by_north = self._variance.sum(axis=0), self._variance.sum(axis=1)
-        in_time = bspline_image_error(TIME_ORDER, omega * self.time_step / (2.0 * np.pi)) ** 2
-        rate_in_time = bspline_image_error(TIME_ORDER, omega * self.time_step / (2.0 * np.pi), 1) ** 2
-        cycles_east, cycles_north = k_east * self._grid_step(1), k_north * self._grid_step(0)
-        east, east_slope = (bspline_image_error(self.order, cycles_east, d) ** 2 for d in (0, 1))
-        north, north_slope = (bspline_image_error(self.order, cycles_north, d) ** 2 for d in (0, 1))
-        elevation = by_frequency @ in_time + by_east @ east + by_north @ north
-        # The vertical velocity's images in space weigh as the elevation's do, wave for wave.
-        omega2 = self.lattice.omega**2
-        velocity = (
-            by_frequency @ (omega**2 * rate_in_time)
-            + np.sum(self._variance * omega2 * east)
-            + np.sum(self._variance * omega2 * north[:, None])
-        )
-        slope = max(by_east @ (k_east**2 * east_slope), by_north @ (k_north**2 * north_slope))
-        return InterpolationError(*(float(np.sqrt(square)) for square in (elevation, velocity, slope)))
-
-    def _grid_step(self, axis: int) -> float:
-        """Spacing of the grid in units of 2π metres: times a wavenumber it gives cycles per step."""
-        return self.lattice.length / (2.0 * np.pi * self.shape[axis])
+        """Expected rms errors against the exact sum of waves."""
+        return interpolation_error(self.lattice, self._variance, self.shape, self.order, self.time_step)
 
     def evaluate(
         self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64], terms: Sequence[Term]
@@ -292,34 +256,6 @@ def _grid_size(reach: int, oversampling: float, order: int) -> int:
     """A size that FFTs like, large enough for the waves and for the spline's support."""
     least = max(int(np.ceil(oversampling * (2 * reach + 2))), 2 * (order + 1))
     return int(scipy.fft.next_fast_len(least, real=True))  # type: ignore[arg-type]
-
-
-def _by_frequency(
-    omega: NDArray[np.float64], variance: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Variance summed over narrow bands of frequency: upper edges (rad/s), variances."""
-    bands = 4096
-    edges = float(omega.max()) * np.arange(1, bands + 1) / bands
-    number = np.minimum((omega * (bands / omega.max())).astype(np.int64), bands - 1)
-    return edges, np.bincount(number.ravel(), variance.ravel(), minlength=bands).astype(np.float64)
-
-
-def _time_step(omega: NDArray[np.float64], variance: NDArray[np.float64]) -> float:
-    """The longest step 1/n second that keeps the spline in time within its error budgets."""
-    carries = variance > 0.0
-    if not carries.any():
-        return 1.0
-    omega, variance = omega[carries], variance[carries]
-    elevation = min(ELEVATION_BUDGET, RELATIVE_BUDGETS[0] * np.sqrt(variance.sum()))
-    velocity = min(VELOCITY_BUDGET, RELATIVE_BUDGETS[1] * np.sqrt(np.sum(variance * omega**2)))
-    count = max(1, int(np.ceil(omega[-1] / (2.0 * np.pi * TIME_STEP_CYCLES))))
-    while True:
-        cycles = omega / (2.0 * np.pi * count)
-        misses = np.sum(variance * bspline_image_error(TIME_ORDER, cycles) ** 2) > elevation**2
-        blurs = np.sum(variance * (omega * bspline_image_error(TIME_ORDER, cycles, 1)) ** 2) > velocity**2
-        if not (misses or blurs):
-            return 1.0 / count
-        count += 1
 
 
 def _threads() -> int:

@@ -21,7 +21,7 @@ from .moving_field import MovingField
 from .parts import LinePart, PlanePart, Quantity, SinusoidPart, Waves
 from .systems import SpectralSystem, spectral_system, travel_direction
 
-SPLINE_ORDER, OVERSAMPLING = 3, 1.5  # chosen from validation/sea_speed.py
+SPLINE_ORDER, OVERSAMPLING = 5, 1.25  # chosen from validation/sea_speed.py
 LINE_ORDER, LINE_OVERSAMPLING = 5, 2.0  # a line costs next to nothing
 LINE_REPEATS = 4.0  # repeat length of a long-crested system, in sides of the plane
 
@@ -30,7 +30,7 @@ class Sea:
     """A realised sea. x, y, t broadcast; results carry the broadcast shape first. Asking changes nothing."""
 
     def __init__(self, parts: Sequence[Waves], resolved: Resolved) -> None:
-        self._parts = tuple(parts)
+        self.parts = tuple(parts)
         self.resolved = resolved
 
     def elevation(self, x: ArrayLike, y: ArrayLike, t: ArrayLike) -> NDArray[np.float64]:
@@ -61,24 +61,24 @@ class Sea:
 
     def components(self) -> Components:
         """Every wave of this realisation, for `direct_sum`."""
-        return Components.joined([part.components() for part in self._parts])
+        return Components.joined([part.components() for part in self.parts])
 
     @cached_property
     def spectrum(self) -> xr.Dataset:
         """The directional spectrum that was realised, as expected before the dice; see `facts.spectrum_dataset`."""
-        return spectrum_dataset(self._parts, self.resolved)
+        return spectrum_dataset(self.parts, self.resolved)
 
     def _sample(self, x: ArrayLike, y: ArrayLike, t: ArrayLike, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
         """Sum of all parts, (quantity, …)."""
         points = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in (x, y, t)))
         shape = (len(quantities), *points[0].shape)
-        if not self._parts or points[0].size == 0:
+        if not self.parts or points[0].size == 0:
             return np.zeros(shape)
         east, north, time = (point.ravel() for point in points)
         if not (np.isfinite(east).all() and np.isfinite(north).all() and np.isfinite(time).all()):
             raise ValueError("x, y, t: must be finite")
-        total = self._parts[0].sample(east, north, time, quantities)
-        for part in self._parts[1:]:
+        total = self.parts[0].sample(east, north, time, quantities)
+        for part in self.parts[1:]:
             total += part.sample(east, north, time, quantities)
         return total.reshape(shape)
 

@@ -1,0 +1,68 @@
+"""What an X-band interferometric radar on a small boat's mast can see of the sea around it.
+
+    scene = load_scene("scenes/choppy_sea.toml")
+    simulation = simulate(scene)                 # echoes and truth
+    maps = retrieve(simulation.echoes)           # heights and slopes; never sees the truth
+    metrics = compare(maps, simulation.truth)
+
+Names are loaded when first used, so that a retrieval loads neither Dr.Jit nor Mitsuba.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from . import analytic, echoes, scattering, sea, studies
+    from .backend import NoBackend
+    from .interferometry import retrieve
+    from .io.scenefile import InputError
+    from .metrics import compare
+    from .run import run
+    from .scene import Scene, load_scene
+    from .simulation import Simulation, expected, simulate
+
+_HOMES = {
+    "InputError": "io.scenefile",
+    "NoBackend": "backend",
+    "Scene": "scene",
+    "Simulation": "simulation",
+    "compare": "metrics",
+    "expected": "simulation",
+    "load_scene": "scene",
+    "retrieve": "interferometry",
+    "run": "run",
+    "simulate": "simulation",
+}
+_PACKAGES = ("analytic", "echoes", "scattering", "sea", "studies")
+
+__all__ = [
+    "InputError",
+    "NoBackend",
+    "Scene",
+    "Simulation",
+    "analytic",
+    "compare",
+    "echoes",
+    "expected",
+    "load_scene",
+    "retrieve",
+    "run",
+    "scattering",
+    "sea",
+    "simulate",
+    "studies",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _PACKAGES:
+        return importlib.import_module(f".{name}", __name__)
+    if name in _HOMES:
+        value = getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)
+        globals()[name] = value  # a function named like its module (run) must win over the module
+        return value
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

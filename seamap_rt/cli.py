@@ -1,0 +1,215 @@
+"""The command line: a thin shell over the package. Bad input is one line and exit 2; no usable backend, exit 3."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import App, Parameter
+from rich.console import Console
+
+from . import __version__
+from .backend import NoBackend, doctor, doctor_lines
+from .dataset import SchemaError
+from .io.scenefile import InputError, list_shipped, read_toml
+
+BAD_INPUT, NO_BACKEND, INTERRUPTED = 2, 3, 130
+
+app = App(
+    name="seamap-rt",
+    version=__version__,
+    help="What an interferometric radar on a small boat's mast can see of the sea around it.",
+)
+Settings = Annotated[list[str], Parameter(name="--set", negative=(), consume_multiple=False)]
+_errors = Console(stderr=True, soft_wrap=True, highlight=False)
+_out = Console(soft_wrap=True, highlight=False)
+
+
+def _overrides(pairs: list[str] | None, **direct: Any) -> dict[str, Any]:
+    """KEY=VALUE strings, and options that stand for a key, as one mapping."""
+    found: dict[str, Any] = {}
+    for pair in pairs or []:
+        key, equals, value = pair.partition("=")
+        if not equals or not key.strip():
+            raise InputError(f"--set {pair}: must be KEY=VALUE, as in --set radar.height_m=10")
+        found[key.strip()] = value.strip()
+    return found | {key: value for key, value in direct.items() if value is not None}
+
+
+def _scene(name: str, pairs: list[str] | None, **direct: Any):
+    from .scene import load_scene
+
+    return load_scene(name, overrides=_overrides(pairs, **{k.replace("__", "."): v for k, v in direct.items()}))
+
+
+def _progress() -> tuple[Callable[[str], None], Callable[[], None]]:
+    """A status line on a terminal, nothing elsewhere."""
+    if not _errors.is_terminal:
+        return (lambda _: None), (lambda: None)
+    status = _errors.status("starting")
+    status.start()
+    return status.update, status.stop
+
+
+def _headline(metrics: dict[str, Any]) -> str:
+    overall = metrics.get("overall", {})
+
+    def number(key: str, digits: int = 2) -> str:
+        value = overall.get(key)
+        return "—" if value is None else f"{value:.{digits}f}"
+
+    return (
+        f"50–200 m, cells more than half visible: height error {number('height_rmse_m', 3)} m rms "
+        f"({number('height_robust_m', 3)} robust, bias {number('height_bias_m', 3)}), "
+        f"correlation {number('height_correlation')}; visible share {number('visible_fraction')}; "
+        f"Hs true {number('hs_true_m')} m, retrieved {number('hs_retrieved_m')} m"
+    )
+
+
+@app.command
+def run(
+    scene: str,
+    *,
+    out: Path | None = None,
+    turns: int | None = None,
+    seed: int | None = None,
+    tracer: str | None = None,
+    overwrite: bool = False,
+    set_: Settings | None = None,
+) -> int:
+    """Simulate a scene, retrieve its heights, compare them with the truth, and draw a report.
+
+    Parameters
+    ----------
+    scene: path of a scene file, or the name of a shipped scene (see `scenes`).
+    out: folder for the results; default runs/<scene>-<seed>.
+    turns: turns of the antenna. seed: of all random numbers. tracer: facets or horizon.
+    overwrite: replace another run's results in that folder.
+    set_: KEY=VALUE, any key of the scene file, as often as wanted.
+    """
+    loaded = _scene(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
+    from .run import run as run_scene
+
+    say, stop = _progress()
+    try:
+        result = run_scene(loaded, out, overwrite=overwrite, progress=say)
+    finally:
+        stop()
+    _out.print(_headline(result.metrics))
+    _out.print(f"{result.folder / 'report.html'} (with maps.nc, truth.nc, echoes.zarr, metrics.json, scene.toml)")
+    return 0
+
+
+@app.command
+def simulate(scene: str, *, out: Path, overwrite: bool = False, set_: Settings | None = None) -> int:
+    """Simulate a scene's echoes and the truth beside them: echoes.zarr and truth.nc.
+
+    Parameters
+    ----------
+    scene: path of a scene file, or the name of a shipped scene. out: folder for the results.
+    overwrite: replace earlier results in that folder. set_: KEY=VALUE, any key of the scene file.
+    """
+    loaded = _scene(scene, set_)
+    from .run import prepare_folder
+    from .simulation import simulate as simulate_scene
+
+    prepare_folder(out, overwrite, ("echoes.zarr", "truth.nc"))
+    say, stop = _progress()
+    try:
+        say(f"simulating {loaded.name}")
+        simulate_scene(loaded, out)
+    finally:
+        stop()
+    _out.print(f"{out / 'echoes.zarr'}, {out / 'truth.nc'}")
+    return 0
+
+
+@app.command
+def retrieve(echoes: Path, *, out: Path | None = None, overwrite: bool = False, set_: Settings | None = None) -> int:
+    """Heights and slopes (maps.nc) from echoes that keep the schema. Never opens a truth file.
+
+    Parameters
+    ----------
+    echoes: a Zarr store. out: folder for maps.nc; default beside the echoes.
+    overwrite: replace an earlier maps.nc. set_: retrieval.KEY=VALUE.
+    """
+    from .interferometry import retrieve as retrieve_echoes
+    from .io.scenefile import apply_overrides, validate
+    from .io.turnfile import TurnFile
+    from .run import prepare_folder
+    from .settings import RetrievalSettings
+
+    overrides = _overrides(set_)
+    for key in overrides:
+        if not key.startswith("retrieval."):
+            raise InputError(f"--set {key}: retrieve takes only retrieval.KEY, as in --set retrieval.cell_range_m=3")
+    tree = apply_overrides({}, {key.removeprefix("retrieval."): value for key, value in overrides.items()})
+    settings = validate(RetrievalSettings, tree)
+    if not echoes.exists():
+        raise InputError(f"ECHOES = '{echoes}': no such file or folder; give the path of an echoes.zarr")
+    folder = out or echoes.parent
+    prepare_folder(folder, overwrite, ("maps.nc",))
+    maps = retrieve_echoes(echoes, settings)
+    with TurnFile(folder / "maps.nc") as file:
+        for turn in range(maps["polar"].sizes["turn"]):
+            file.append(maps.isel(turn=slice(turn, turn + 1)))
+    _out.print(str(folder / "maps.nc"))
+    return 0
+
+
+@app.command
+def scenes() -> int:
+    """List the shipped scenes, a line each."""
+    for name, path in list_shipped().items():
+        _out.print(f"{name:20} {read_toml(path).get('title', '')}")
+    return 0
+
+
+@app.command(name="doctor")
+def doctor_command() -> int:
+    """Tell which backend is used, what was found, and what mends what is missing."""
+    for line in doctor_lines():
+        _out.print(line)
+    return 0 if all(check.ok for check in doctor() if check.item == "backend") else NO_BACKEND
+
+
+def _terminated(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point of `seamap-rt`."""
+    signal.signal(signal.SIGTERM, _terminated)
+    try:
+        code = app(arguments, exit_on_error=False, print_error=False)
+    except InputError as error:
+        code = _refuse(str(error), BAD_INPUT)
+    except SchemaError as error:
+        code = _refuse(str(error), BAD_INPUT)
+    except NoBackend as error:
+        code = _refuse(str(error), NO_BACKEND)
+    except KeyboardInterrupt:
+        code = _refuse("interrupted: complete turns are kept in the output folder; later files are missing", INTERRUPTED)
+    except OSError as error:
+        code = _refuse(f"'{error.filename}': {error.strerror}; free the space or choose another --out", BAD_INPUT)
+    except Exception as error:
+        if type(error).__module__.startswith("cyclopts"):
+            code = _refuse(" ".join(str(error).split()), BAD_INPUT)
+        else:
+            raise
+    sys.stdout.flush()
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _refuse(line: str, code: int) -> int:
+    print(f"seamap-rt: {line}", file=sys.stderr)
+    return code
+
+
+if __name__ == "__main__":
+    os.environ.setdefault("COLUMNS", "120")
+    main()

@@ -1,0 +1,149 @@
+"""One run: simulate, retrieve, compare, draw, into a folder that no other run's results are lost in."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import resource
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from .echoes.files import EchoStore
+from .interferometry import open_echoes, retrieve_one
+from .io.scenefile import InputError
+from .io.turnfile import TurnFile
+from .metrics import compare
+from .radar.scan import sector_width, turn_duration
+from .report import write_report
+from .scene import Scene
+from .simulation import Simulator, Stopwatch
+
+_PRODUCTS = ("scene.toml", "echoes.zarr", "maps.nc", "truth.nc", "metrics.json", "report.html")
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What a run left behind."""
+
+    folder: Path
+    metrics: dict[str, Any]
+
+
+def prepare_folder(folder: Path, overwrite: bool, products: tuple[str, ...] = _PRODUCTS) -> None:
+    """Make the folder, or say in one line why not: unwritable, a file, or another run's results without overwrite."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"--out = '{folder}': cannot be made ({error.strerror or error}); choose a folder that you can write to"
+        ) from None
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"--out = '{folder}': cannot be written to; choose a folder that you can write to")
+    found = [name for name in products if (folder / name).exists()]
+    if found and not overwrite:
+        raise InputError(
+            f"--out = '{folder}': holds another run's {found[0]}; choose another folder, or give --overwrite"
+        )
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file that appears whole or not at all."""
+    part = path.with_name(f".{path.name}.part")
+    part.write_text(text, encoding="utf-8")
+    os.replace(part, path)
+
+
+def run(
+    scene: Scene, out: str | Path | None = None, *, overwrite: bool = False, progress: Progress | None = None
+) -> RunResult:
+    """Simulate, retrieve, compare and draw all turns of a scene into a folder (default `runs/<scene>-<seed>`).
+
+    Results stream turn by turn, so memory holds one turn. Interrupted, complete turns stay readable.
+    Raises InputError for bad input, NoBackend if rays cannot be traced.
+    """
+    say = progress or (lambda _: None)
+    start = time.perf_counter()
+    folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-{scene.seed}"
+    prepare_folder(folder, overwrite)
+    say("preparing the sea and the tracer")
+    simulator = Simulator(scene)
+    write_whole(folder / "scene.toml", scene.to_toml())
+    timings: list[dict[str, float]] = []
+    store = EchoStore(folder / "echoes.zarr")
+    counts = {"facets": 0, "rays": 0}
+    with TurnFile(folder / "truth.nc") as truth_file, TurnFile(folder / "maps.nc") as maps_file:
+        for number in range(scene.turns):
+            say(f"turn {number + 1} of {scene.turns}: simulating")
+            turn = simulator.turn(number)
+            clock = Stopwatch(dict(turn.timing))
+            say(f"turn {number + 1} of {scene.turns}: retrieving")
+            with clock("retrieve"):
+                maps = retrieve_one(turn.echoes, scene.retrieval)
+            with clock("write"):
+                truth_file.append(turn.truth)
+                maps_file.append(maps)
+                store.append(turn.echoes)
+            clock.seconds["total"] += clock.seconds["retrieve"] + clock.seconds["write"]
+            timings.append(clock.seconds)
+            counts = {"facets": turn.facets, "rays": turn.rays}
+    say("comparing and drawing")
+    with xr.open_datatree(folder / "maps.nc") as maps, xr.open_datatree(folder / "truth.nc") as truth:
+        metrics = {
+            "scene": scene.name,
+            "seed": scene.seed,
+            **compare(maps, truth),
+            "timing_s": _timing(timings),
+            "real_time_factor": _real_time_factor(scene, timings),
+            **counts,
+            "peak_memory_bytes": _peak_memory(),
+            **simulator.facts(),
+        }
+        metrics["run_s"] = time.perf_counter() - start
+        write_report(folder, scene, maps, truth, metrics, open_echoes(folder / "echoes.zarr"))
+    metrics["run_s"] = time.perf_counter() - start
+    metrics["peak_memory_bytes"] = _peak_memory()
+    write_whole(folder / "metrics.json", json.dumps(_json(metrics), indent=1, allow_nan=False))
+    return RunResult(folder, metrics)
+
+
+def _timing(timings: list[dict[str, float]]) -> dict[str, Any]:
+    """The first turn (which compiles and builds), and the mean of the warm ones if there are any."""
+    warm = timings[1:]
+    mean = {step: sum(t.get(step, 0.0) for t in warm) / len(warm) for step in timings[0]} if warm else None
+    return {"first": timings[0], "warm": mean}
+
+
+def _real_time_factor(scene: Scene, timings: list[dict[str, float]]) -> float | None:
+    """The turn's own duration over the wall time of sea, mesh, trace and echoes of a warm turn; None without one."""
+    warm = _timing(timings)["warm"]
+    if warm is None:
+        return None
+    busy = sum(warm[step] for step in ("sea", "mesh", "trace", "echoes"))
+    return turn_duration(scene.radar) * sector_width(scene.radar) / 360.0 / busy
+
+
+def _peak_memory() -> int:
+    """Most memory that this process has held, in bytes."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return int(peak if sys.platform == "darwin" else 1024 * peak)
+
+
+def _json(value: Any) -> Any:
+    """Plain JSON values; what is not finite becomes null."""
+    if isinstance(value, dict):
+        return {str(k): _json(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_json(v) for v in value]
+    if hasattr(value, "item"):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
