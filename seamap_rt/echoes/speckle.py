@@ -1,7 +1,7 @@
 """Speckle: unit complex Gaussian per facet, correlated in slow time as exp(−(τ/τc)²).
 
 Over the few milliseconds for which the beam dwells on a column the process has few degrees of freedom: it is drawn in the
-basis of its own covariance matrix, truncated where the discarded variance is below 1e-6.
+basis of its own covariance matrix, truncated where the discarded variance is below 1e-4.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ def speckle_basis(knots: int, spacing_s: float, decorrelation_time_s: float) -> 
     lag = spacing_s * np.arange(knots)
     covariance = np.exp(-(((lag[:, None] - lag[None, :]) / decorrelation_time_s) ** 2))
     variance, modes = np.linalg.eigh(covariance)
-    kept = np.cumsum(variance) > 1e-6 * knots  # ascending: drop the smallest until 1e-6 of the variance is gone
+    kept = np.cumsum(variance) > 1e-4 * knots  # ascending: drop the smallest until 1e-4 of the variance is gone
     kept[-1] = True
     basis = (modes[:, kept] * np.sqrt(np.maximum(variance[kept], 0.0))).T
     basis /= np.sqrt(np.sum(basis**2, axis=0))  # unit variance at every knot, exactly
@@ -26,7 +26,7 @@ def speckle_basis(knots: int, spacing_s: float, decorrelation_time_s: float) -> 
 
 def speckle_weights(seed: int, column_number: int, modes: int, facets: int) -> NDArray[np.complex64]:
     """(mode, facet) unit complex Gaussians of one column; a column keeps its numbers however the work is cut up."""
-    random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_STAGE, column_number)))
+    random = np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=(_STAGE, column_number))))
     draws = random.standard_normal((modes, facets, 2), dtype=np.float32)
     draws *= np.float32(np.sqrt(0.5))
     return draws.view(np.complex64)[..., 0]

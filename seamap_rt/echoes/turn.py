@@ -66,15 +66,15 @@ def turn_voltages(
     level = np.sqrt(np.maximum(1.0 - (radar.height_m / gating.range) ** 2, 0.0))
     kernel = ColumnKernel(facets, rcs, radar, gating, knots, window, basis, TwoWayBeam(radar), level, seed)
 
-    echo = np.zeros((knots.count, pair_count(radar), gating.range.size), dtype=np.complex64)
+    echo = np.zeros((pair_count(radar), knots.count, gating.range.size), dtype=np.complex64)
     edges = [*range(0, facets.grid.columns, _CHUNK), facets.grid.columns]
     chunks = [slice(a, b) for a, b in pairwise(edges)]
     with ThreadPoolExecutor(workers) as pool:
         # Chunks are added in their own order, whoever finishes first: the sum keeps its bits.
         for start, part in pool.map(kernel, chunks):
-            low, high = max(start, 0), min(start + part.shape[0], knots.count)
+            low, high = max(start, 0), min(start + part.shape[1], knots.count)
             if high > low:
-                echo[low:high] += part[low - start : high - start]
+                echo[:, low:high] += part[:, low - start : high - start]
     voltages = _pulses_from_knots(echo, knots, pulses)
     if radar.noise:
         add_noise(voltages, radar, pulses, seed, workers)
@@ -117,7 +117,7 @@ class ColumnKernel:
     seed: int
 
     def __call__(self, columns: slice) -> tuple[int, NDArray[np.complex64]]:
-        """First knot's index and the chunk's sum (knot, pair, gate)."""
+        """First knot's index and the chunk's sum (pair, knot, gate)."""
         pairs = pair_count(self.radar)
         paths = facet_paths(self.facets, self.rcs, self.radar, columns, pairs)
         sweep = self.facets.grid.column_sweep[columns]
@@ -127,10 +127,10 @@ class ColumnKernel:
             self.knots.sweep[0] + (first[:, None] + np.arange(self.window)) * self.knots.spacing_deg - sweep[:, None]
         )
         gated = self._gated(paths, columns, offset)
-        span = np.zeros((int(first[-1] - first[0]) + self.window, pairs, self.gating.range.size), dtype=np.complex64)
+        span = np.zeros((pairs, int(first[-1] - first[0]) + self.window, self.gating.range.size), dtype=np.complex64)
         for column, start in enumerate(first - first[0]):
-            beam = self.beam(np.sin(np.radians(offset[column]))[:, None] * self.level)
-            span[start : start + self.window] += beam[:, None, :] * gated[column].transpose(1, 0, 2)
+            gated[column] *= self.beam(np.sin(np.radians(offset[column]))[:, None] * self.level)
+            span[:, start : start + self.window] += gated[column]
         return int(first[0]), span
 
     def _gated(self, paths: FacetPaths, columns: slice, offset: NDArray[np.float64]) -> NDArray[np.complex64]:
@@ -212,7 +212,8 @@ class TwoWayBeam:
 
 
 def _pulses_from_knots(echo: NDArray[np.complex64], knots: Knots, pulses: Pulses) -> NDArray[np.complex64]:
-    """Voltages (pulse, receiver, gate) from the pairs' sums (knot, pair, gate)."""
+    """Voltages (pulse, receiver, gate) from the pairs' sums (pair, knot, gate)."""
+    echo = np.ascontiguousarray(echo.transpose(1, 0, 2))
     count = pulses.number.size
     voltages = np.zeros((count, 2, echo.shape[2]), dtype=np.complex64)
     if knots.stride == 1:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -352,9 +353,14 @@ def _height_std(
         np.ones(2 * max(2, range_weights.size // 2 + 1) + 1), np.ones(2 * (look_weights.size // 2) + 3)
     )
     coherence = np.clip(np.nan_to_num(wide.coherence), 0.0, 0.999999)
-    table = np.concatenate((np.linspace(0.0, 0.95, 20), 1.0 - np.geomspace(0.045, 1e-6, 24)))
-    spread = phase_std_lee94(table, looks)
-    return gain * np.interp(coherence, table, spread)
+    return gain * np.interp(coherence, *_lee_table(round(looks, 1)))
+
+
+@lru_cache(maxsize=64)
+def _lee_table(looks: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Coherences, and the phase's standard deviation at them for a number of looks."""
+    coherence = np.concatenate((np.linspace(0.0, 0.95, 16), 1.0 - np.geomspace(0.04, 1e-6, 16)))
+    return coherence, phase_std_lee94(coherence, looks)
 
 
 def _flags(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .lattice import Lattice
 from .spline import bspline_image_error
 
-TIME_ORDER = 1
+TIME_ORDER = 3
 TIME_STEP_CYCLES = 0.375  # of the fastest wave, at most: beyond ½ a knot no longer tells a wave from its image
 ELEVATION_BUDGET = 3e-4  # m rms, what interpolation in time may cost
 VELOCITY_BUDGET = 5e-3  # m/s rms

@@ -1,0 +1,314 @@
+"""The evolving surface: statistics, kinematics, direction of travel, and the fast evaluation against the exact sum."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from seamap_rt.sea import direct_sum, realize, spectra
+from seamap_rt.sea import moving_field as moving_field_module
+from seamap_rt.sea.dispersion import angular_frequency, wavenumber
+from seamap_rt.sea.spline import bspline_weights, interpolation_matrix
+from seamap_rt.settings import FlatWaves, JonswapWaves, PiersonMoskowitzWaves, SeaSettings, SinusoidWaves
+
+HALF_DAY = 12.0 * 3600.0
+
+
+def jonswap(**changes):
+    return JonswapWaves(**{"spectrum": "jonswap", "significant_wave_height_m": 1.4, "peak_period_s": 5.5, **changes})
+
+
+def sinusoid(**changes):
+    return SinusoidWaves(**{"spectrum": "sinusoid", "height_m": 1.0, "wavelength_m": 20.0, **changes})
+
+
+def sea_of(*waves, **changes):
+    return SeaSettings(**{"resolution_m": 1.0, "extent_m": 256.0, "waves": waves, **changes})
+
+
+def scattered(count, seed, extent=400.0, duration=1.0):
+    rng = np.random.default_rng(seed)
+    return rng.uniform(-extent, extent, count), rng.uniform(-extent, extent, count), rng.uniform(0.0, duration, count)
+
+
+@pytest.fixture(scope="module")
+def wind_sea():
+    return realize(sea_of(jonswap()), seed=1)
+
+
+# ------------------------------------------------------------------------------------------------- statistics
+
+
+@pytest.mark.parametrize("changes", [{}, {"resolution_m": 0.5}, {"extent_m": 512.0}, {"extent_m": 300.0}])
+def test_expected_variance_depends_on_the_resolution_only(changes):
+    sea = realize(sea_of(jonswap(), **changes), seed=1)
+    spectrum = sea.spectrum
+    step = float(spectrum.kx[1] - spectrum.kx[0])
+    limit = np.pi / changes.get("resolution_m", 1.0)
+    # The same integral in the other variable, to the frequency of k = π/resolution.
+    omega = np.linspace(1e-3, float(angular_frequency(limit, np.inf)), 200_001)
+    expected = np.trapezoid(spectra.jonswap(omega, 1.4, 5.5, 3.3), omega)
+    np.testing.assert_allclose(float(spectrum.variance_density.sum()) * step**2, expected, rtol=1e-5)
+    np.testing.assert_allclose(sea.resolved.variance, expected, rtol=1e-5)
+    np.testing.assert_allclose(sea.resolved.variance_share, expected / (1.4 / 4.0) ** 2, rtol=1e-5)
+
+
+def test_slope_variance_agrees_with_its_integral_for_any_extent():
+    found = [
+        realize(sea_of(jonswap(), extent_m=extent), seed=1).resolved.mean_square_slope
+        for extent in (256.0, 410.0, 512.0)
+    ]
+    # The lattice's rim is ragged: the number of waves within r steps wanders by about r^(2/3), at r = 128 (the smallest
+    # plane) by 25 of 51,000. Nearer in, a cell's mean slope differs from its middle's by (step/k)²: 1e-3 at the peak.
+    np.testing.assert_allclose(found, found[-1], rtol=3e-3)
+
+
+def test_height_of_many_realisations_within_its_statistical_interval():
+    settings_ = sea_of(jonswap(peak_period_s=3.0), extent_m=128.0)
+    seas = [realize(settings_, seed=n) for n in range(60)]
+    variances = [0.5 * np.sum(np.abs(sea.components().amplitude) ** 2) for sea in seas]
+    each = seas[0].spectrum.variance_density.to_numpy() * (2.0 * np.pi / 128.0) ** 2
+    # |a|²/2 is exponential with mean `each`, so the sum's variance is Σ each²: four standard errors of the mean.
+    interval = 4.0 * np.sqrt(np.sum(each**2) / len(seas))
+    assert abs(np.mean(variances) - seas[0].resolved.variance) < interval
+    assert interval < 0.1 * seas[0].resolved.variance
+
+
+def test_two_systems_add_their_variances():
+    swell = jonswap(significant_wave_height_m=0.8, peak_period_s=7.0, wave_from_deg=200.0, spreading_exponent=50.0)
+    crested = jonswap(significant_wave_height_m=0.5, peak_period_s=4.0, spreading="long_crested")
+    regular = sinusoid(height_m=0.4)
+    together = realize(sea_of(jonswap(), swell, crested, regular), seed=3)
+    alone = [realize(sea_of(one), seed=3).resolved for one in (jonswap(), swell, crested, regular)]
+    np.testing.assert_allclose(together.resolved.variance, sum(one.variance for one in alone), rtol=1e-12)
+    # Independent draws: the plane's systems are not copies of one another's random numbers.
+    twice = realize(sea_of(jonswap(), jonswap()), seed=3).components().amplitude
+    once = realize(sea_of(jonswap()), seed=3).components().amplitude
+    assert np.sum(np.abs(twice) ** 2) < 3.0 * np.sum(np.abs(once) ** 2)  # copies would give 4, independent ones 2
+
+
+def test_turning_the_wind_by_90_degrees_turns_the_statistics():
+    west, south = (realize(sea_of(jonswap(wave_from_deg=d)), seed=1) for d in (270.0, 180.0))
+    # The lattice has the symmetry itself, so only rounding is left.
+    np.testing.assert_allclose(west.resolved.slope_std_east, south.resolved.slope_std_north, rtol=1e-9)
+    np.testing.assert_allclose(west.resolved.slope_std_north, south.resolved.slope_std_east, rtol=1e-9)
+    density = west.spectrum.variance_density.to_numpy()
+    turned = south.spectrum.variance_density.to_numpy()
+    np.testing.assert_allclose(turned, density.T, rtol=1e-9, atol=1e-15)
+
+
+def test_finer_resolution_keeps_the_waves_it_had():
+    coarse, fine = (realize(sea_of(jonswap(), resolution_m=r), seed=5).components() for r in (2.0, 1.0))
+    kept = {
+        (round(a, 9), round(b, 9)): value for a, b, value in zip(fine.east, fine.north, fine.amplitude, strict=True)
+    }
+    same = np.array([kept[round(a, 9), round(b, 9)] for a, b in zip(coarse.east, coarse.north, strict=True)])
+    # Up to the rescaling of sums to integrals, which is common to all waves.
+    np.testing.assert_allclose(same / coarse.amplitude, (same / coarse.amplitude)[0], rtol=1e-9)
+    np.testing.assert_allclose(np.abs(same / coarse.amplitude), 1.0, atol=1e-2)
+
+
+# ------------------------------------------------------------------------------------------------- reproducibility
+
+
+def test_same_seed_same_bits_whatever_the_threads_and_the_chunks(wind_sea, monkeypatch):
+    x, y, t = scattered(5000, seed=2, duration=3.0)
+    elevation, velocity = wind_sea.elevation_and_velocity(x, y, t)
+    monkeypatch.setattr(moving_field_module, "_threads", lambda: 1)
+    monkeypatch.setattr(moving_field_module, "_CHUNK", 777)
+    again = realize(sea_of(jonswap()), np.random.SeedSequence(1))
+    np.testing.assert_array_equal(again.elevation_and_velocity(x, y, t)[0], elevation)
+    np.testing.assert_array_equal(again.elevation_and_velocity(x, y, t)[1], velocity)
+    np.testing.assert_array_equal(again.elevation(x[17], y[17], t[17]), elevation[17])
+    np.testing.assert_array_equal(again.velocity(x[::-7], y[::-7], t[::-7]).astype(np.float32), velocity[::-7])
+
+
+def test_one_seed_sequence_gives_one_sea_and_another_seed_another():
+    seed = np.random.SeedSequence(7)
+    first, second = realize(sea_of(jonswap()), seed), realize(sea_of(jonswap()), seed)
+    np.testing.assert_array_equal(first.components().amplitude, second.components().amplitude)
+    other = realize(sea_of(jonswap()), 8).components().amplitude
+    correlation = np.vdot(first.components().amplitude, other) / np.sum(np.abs(other) ** 2)
+    assert abs(correlation) < 0.2  # about 300 waves carry the variance: 1/√300 = 0.06
+
+
+# ------------------------------------------------------------------------------------------------- nothing moves
+
+
+@pytest.mark.parametrize(
+    "waves",
+    [(), (FlatWaves(spectrum="flat"),), (jonswap(significant_wave_height_m=0.0),), (sinusoid(height_m=0.0),)],
+)
+def test_no_waves_are_zeros_of_the_right_shape(waves):
+    sea = realize(sea_of(*waves), seed=1)
+    x, y = np.zeros((3, 1)), np.zeros(4)
+    assert sea.elevation(x, y, 0.0).shape == (3, 4)
+    assert sea.slopes(x, y, 0.0).shape == (3, 4, 2)
+    assert sea.velocity(x, y, 0.0).shape == (3, 4, 3)
+    elevation, velocity = sea.elevation_and_velocity(x, y, 1.0)
+    assert (elevation.dtype, velocity.dtype, velocity.shape) == (np.float64, np.float32, (3, 4, 3))
+    assert not elevation.any()
+    assert not velocity.any()
+    assert not sea.slopes(x, y, 2.0).any()
+    assert sea.resolved.elevation_std == 0.0
+    assert sea.components().amplitude.size == 0
+    assert sea.spectrum.sizes["kx"] == 0
+
+
+def test_a_plane_too_small_for_its_waves_is_refused():
+    with pytest.raises(ValueError, match="extent_m"):
+        realize(sea_of(jonswap(peak_period_s=15.0), extent_m=20.0), seed=1)
+    with pytest.raises(ValueError, match="finite"):
+        realize(sea_of(jonswap()), seed=1).elevation(np.nan, 0.0, 0.0)
+
+
+# ------------------------------------------------------------------------------------------------- the sinusoid
+
+
+@given(
+    st.floats(0.05, 30.0).filter(lambda depth: depth > 0.05),
+    st.floats(-360.0, 360.0),
+    st.floats(-HALF_DAY, HALF_DAY),
+    st.floats(-180.0, 180.0),
+)
+@settings(max_examples=50, deadline=None)
+def test_sinusoid_is_its_closed_form(depth, wave_from, time, phase):
+    sea = realize(sea_of(sinusoid(wave_from_deg=wave_from, phase_deg=phase), depth_m=depth), seed=1)
+    k = 2.0 * np.pi / 20.0
+    omega = float(angular_frequency(k, depth))
+    x, y, _ = scattered(20, seed=4)
+    east, north = -np.sin(np.radians(wave_from)), -np.cos(np.radians(wave_from))
+    angle = k * (east * x + north * y) - omega * time + np.radians(phase)
+    # 12 h of phase is 1e5 rad, its rounding 1e-11.
+    tolerance = 1e-9
+    np.testing.assert_allclose(sea.elevation(x, y, time), 0.5 * np.cos(angle), rtol=0.0, atol=tolerance)
+    np.testing.assert_allclose(sea.elevation_rate(x, y, time), 0.5 * omega * np.sin(angle), rtol=0.0, atol=tolerance)
+    slope = -0.5 * k * np.sin(angle)
+    np.testing.assert_allclose(
+        sea.slopes(x, y, time), np.stack((slope * east, slope * north), axis=-1), rtol=0.0, atol=tolerance
+    )
+    flow = 0.5 * omega / np.tanh(k * depth) * np.cos(angle)
+    expected = np.stack((flow * east, flow * north, 0.5 * omega * np.sin(angle)), axis=-1)
+    np.testing.assert_allclose(sea.velocity(x, y, time), expected, rtol=1e-12, atol=1e-9)
+
+
+def test_sinusoid_turned_by_90_degrees_is_the_same_wave_turned():
+    west, south = (realize(sea_of(sinusoid(wave_from_deg=d)), seed=1) for d in (270.0, 180.0))
+    x, y, t = scattered(50, seed=5)
+    np.testing.assert_allclose(west.elevation(x, y, t), south.elevation(-y, x, t), atol=1e-12)
+
+
+def test_time_reversed_sinusoid_is_the_wave_from_the_other_side():
+    west, east = (realize(sea_of(sinusoid(wave_from_deg=d)), seed=1) for d in (270.0, 90.0))
+    x, y, t = scattered(50, seed=6, duration=100.0)
+    np.testing.assert_allclose(west.elevation(x, y, -t), east.elevation(x, y, t), atol=1e-11)
+    np.testing.assert_allclose(west.elevation_rate(x, y, -t), -east.elevation_rate(x, y, t), atol=1e-11)
+
+
+# ------------------------------------------------------------------------------------------------- travel and laws
+
+
+@pytest.mark.parametrize(
+    ("waves", "agreement"),
+    [(sinusoid(), 1.0 - 1e-9), (jonswap(spreading="long_crested"), 0.4), (jonswap(spreading_exponent=100.0), 0.4)],
+)
+def test_waves_from_the_west_travel_east(waves, agreement):
+    sea = realize(sea_of(waves), seed=1)
+    length = 20.0 if waves.spectrum == "sinusoid" else 2.0 * np.pi / float(wavenumber(2.0 * np.pi / 5.5, np.inf))
+    period = 2.0 * np.pi / float(angular_frequency(2.0 * np.pi / length, np.inf))
+    x, y = np.meshgrid(np.arange(0.0, 256.0, 2.0), np.arange(0.0, 256.0, 8.0))
+    before = sea.elevation(x, y, 0.0).ravel()
+
+    def correlation(distance):
+        return np.corrcoef(before, sea.elevation(x + distance, y, period / 4.0).ravel())[0, 1]
+
+    # A quarter period carries the crests a quarter length: downwind they meet, upwind they are in antiphase. A wind
+    # sea is broad and one realisation short: its correlation is less than 1, but of the same sign.
+    assert correlation(length / 4.0) > agreement
+    assert correlation(-length / 4.0) < -agreement
+
+
+SEAS = {
+    "plane": sea_of(jonswap()),
+    "shallow": sea_of(jonswap(significant_wave_height_m=0.1, peak_period_s=3.0), depth_m=0.5),
+    "line": sea_of(jonswap(spreading="long_crested", wave_from_deg=230.0)),
+    "mixed": sea_of(
+        jonswap(), sinusoid(wave_from_deg=10.0), PiersonMoskowitzWaves(spectrum="pierson_moskowitz", wind_speed_m_s=5.0)
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SEAS)
+def test_fast_path_agrees_with_the_exact_sum_even_after_12_hours(name):
+    sea = realize(SEAS[name], seed=1)
+    waves = sea.components()
+    for start in (0.0, HALF_DAY):
+        x, y, t = scattered(150, seed=3)
+        t = np.round(start + t, 1)  # few distinct times, on no knot in general
+        exact = direct_sum(waves, x, y, t)
+        elevation, velocity = sea.elevation_and_velocity(x, y, t)
+        assert np.sqrt(np.mean((elevation - exact.elevation) ** 2)) < 1e-3
+        assert np.all(np.sqrt(np.mean((velocity - exact.velocity) ** 2, axis=0)) < 1e-2)
+        assert np.sqrt(np.mean((sea.slopes(x, y, t) - exact.slopes) ** 2)) < 5e-3
+        np.testing.assert_array_equal(sea.velocity(x, y, t)[..., 2], sea.elevation_rate(x, y, t))
+        np.testing.assert_array_equal(velocity, sea.velocity(x, y, t).astype(np.float32))
+        # What the sea says of its own error is right: an rms of 150 points, ±6 %, doubled for the realisation.
+        assert np.sqrt(np.mean((elevation - exact.elevation) ** 2)) < 2.0 * sea.resolved.elevation_error + 1e-6
+
+
+@pytest.mark.parametrize("name", SEAS)
+def test_slopes_and_rate_are_the_elevations_derivatives(name):
+    sea = realize(SEAS[name], seed=1)
+    x, y, t = scattered(300, seed=8)
+
+    def misfit(step):
+        east = (sea.elevation(x + step, y, t) - sea.elevation(x - step, y, t)) / (2.0 * step)
+        north = (sea.elevation(x, y + step, t) - sea.elevation(x, y - step, t)) / (2.0 * step)
+        rate = (sea.elevation(x, y, t + step / 4.0) - sea.elevation(x, y, t - step / 4.0)) / (0.5 * step)
+        slopes = sea.slopes(x, y, t)
+        found = (east - slopes[..., 0], north - slopes[..., 1], rate - sea.elevation_rate(x, y, t))
+        return np.array([np.sqrt(np.mean(difference**2)) for difference in found])
+
+    coarse, fine = misfit(0.2), misfit(0.1)
+    # Central differences of a smooth function: halving the step leaves a quarter. The spline in time is cubic: its
+    # third derivative jumps at the knots, which blurs the exact 4; rounding (1e-7 m over 0.2 m) stays far below.
+    assert np.all(coarse / fine > 3.3)
+    assert np.all(coarse / fine < 4.7)
+    assert np.all(fine < 0.01)
+
+
+def test_orbits_are_circles_in_deep_water_and_flat_in_shallow_water():
+    x, y, t = scattered(4000, seed=9)
+    wave = jonswap(significant_wave_height_m=0.1, peak_period_s=3.0, spreading="long_crested")
+    deep = realize(sea_of(wave), seed=1).velocity(x, y, t)
+    np.testing.assert_allclose(deep[..., 0].std(), deep[..., 2].std(), rtol=0.1)
+    shallow = realize(sea_of(wave, depth_m=0.5), seed=1).velocity(x, y, t)
+    assert shallow[..., 0].std() > 1.5 * shallow[..., 2].std()
+    # The water under a crest runs with the wave, in every depth.
+    for depth in (np.inf, 0.5):
+        sea = realize(sea_of(jonswap(significant_wave_height_m=0.1, peak_period_s=3.0), depth_m=depth), seed=1)
+        assert np.corrcoef(sea.elevation(x, y, t), sea.velocity(x, y, t)[..., 0])[0, 1] > 0.9
+
+
+# ------------------------------------------------------------------------------------------------- the spline
+
+
+@pytest.mark.parametrize("order", [3, 5, 7])
+def test_spline_weights_reproduce_polynomials(order):
+    fraction = np.linspace(0.0, 1.0, 11, endpoint=False)
+    points = np.arange(order + 1) - (order - 1) // 2
+    weights, slopes = np.array(bspline_weights(order, fraction)), np.array(bspline_weights(order, fraction, 1))
+    np.testing.assert_allclose(weights.sum(axis=0), 1.0, rtol=1e-14)
+    np.testing.assert_allclose(points @ weights, fraction, atol=1e-14)
+    np.testing.assert_allclose(slopes.sum(axis=0), 0.0, atol=1e-14)
+    np.testing.assert_allclose(points @ slopes, 1.0, rtol=1e-13)
+
+
+def test_interpolation_wraps_around_the_plane():
+    grid = np.random.default_rng(1).standard_normal((16, 12)).astype(np.float32)
+    rows, columns = np.array([0.2, 15.9, -31.8]), np.array([11.7, 0.1, 23.7])
+    value = interpolation_matrix(3, rows, columns, grid.shape) @ grid.ravel()
+    np.testing.assert_allclose(value[0], value[2], rtol=1e-4)
+    moved = np.roll(grid, (3, 5), axis=(0, 1))
+    shifted = interpolation_matrix(3, rows + 3, columns + 5, grid.shape) @ moved.ravel()
+    np.testing.assert_allclose(value, shifted, rtol=1e-4, atol=1e-5)
