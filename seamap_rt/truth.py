@@ -65,7 +65,8 @@ def polar_truth(
 
 def ground_truth(sea: Sea, radar: RadarSettings, retrieval: RetrievalSettings, turn: int) -> xr.Dataset:
     """The schema's `truth/ground` of one turn: each square cell's mean at the time when the beam passes its centre."""
-    grid = ground_grid(radar.range_m[1], retrieval.ground_m)
+    far = float(gates(radar)[-1])  # as the maps see it: the last gate, not the end of the window
+    grid = ground_grid(far, retrieval.ground_m)
     closed = bool(np.isclose(radar.sector_deg[1] - radar.sector_deg[0], 360.0))
     fan = LookFan(
         look_sweeps(radar.sector_deg, retrieval.cell_azimuth_deg),
@@ -76,7 +77,7 @@ def ground_truth(sea: Sea, radar: RadarSettings, retrieval: RetrievalSettings, t
     )
     x, y = np.meshgrid(grid.x, grid.y)
     _, sweep = fan.place(x, y)
-    inside = np.hypot(x, y) <= radar.range_m[1]
+    inside = np.hypot(x, y) <= far
     if not closed:
         inside &= sweep <= radar.sector_deg[1] - radar.sector_deg[0]
     time = np.where(inside, fan.time(sweep), np.nan)
@@ -119,9 +120,8 @@ class _Bins:
     def gather(self, values: NDArray) -> NDArray[np.float64]:
         """Sums (column, bin) of values (column, facet)."""
         weights = values[self._kept]
-        return np.bincount(self._index, weights=weights, minlength=self.columns * self.count).reshape(
-            self.columns, self.count
-        )
+        sums = np.bincount(self._index, weights=weights, minlength=self.columns * self.count)
+        return sums.reshape(self.columns, self.count).astype(np.float64, copy=False)
 
     def box(self, ranges: NDArray[np.float64], length: float) -> NDArray[np.float64]:
         """(bin, gate): share of each bin within `length` centred on the gate."""

@@ -59,7 +59,9 @@ class Covariance:
                 total.lower[...] += weight * self.lower[there]
                 total.upper[...] += weight * self.upper[there]
         norm = range_weights.sum() * look_weights.sum()
-        return Covariance(total.cross / norm, total.lower / norm, total.upper / norm)
+        for field in (total.cross, total.lower, total.upper):
+            field /= norm
+        return total
 
     @property
     def coherence(self) -> NDArray[np.float64]:
@@ -89,16 +91,19 @@ def dwell_covariance(voltage: NDArray[np.complex64], look: NDArray[np.intp], loo
     if not whole:
         cross, power_lower, power_upper = (np.where(good, f, 0.0) for f in (cross, power_lower, power_upper))
     shape = (looks, voltage.shape[2])
-    sums = [np.zeros(shape, dtype=d) for d in (np.complex128, np.float64, np.float64)]
+    total = Covariance(np.zeros(shape, dtype=np.complex128), np.zeros(shape), np.zeros(shape))
+    sums = (total.cross, total.lower, total.upper)
     present, starts = np.unique(look, return_index=True)
     counts = np.zeros(shape)
     if present.size:
-        for total, field in zip(sums, (cross, power_lower, power_upper), strict=True):
-            total[present] = np.add.reduceat(field, starts, axis=0)
+        for held, field in zip(sums, (cross, power_lower, power_upper), strict=True):
+            held[present] = np.add.reduceat(field, starts, axis=0)
         pulses = np.diff(np.append(starts, look.size))[:, None]
         counts[present] = pulses if whole else np.add.reduceat(good.astype(np.float64), starts, axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        return Covariance(sums[0] / counts, sums[1] / counts, sums[2] / counts)
+        for held in sums:
+            held /= counts
+    return total
 
 
 def window_weights(width: float, spacing: float) -> NDArray[np.float64]:

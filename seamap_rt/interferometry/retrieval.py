@@ -302,7 +302,7 @@ def _slopes(
     """Slopes outward and clockwise by planes over three looks and three cells; strong echoes count for more, up to a
     few times the gate's median."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        relative = power / np.nanmedian(power, axis=0, keepdims=True) if np.isfinite(power).any() else power
+        relative = power / _gate_median(power, np.isfinite(power))
     weight = np.where(np.isfinite(height), np.clip(np.nan_to_num(relative), 0.0, 3.0), 0.0)
     across = np.where(np.isfinite(ground_range), ground_range, radar.ranges) * np.radians(width)
     reach = (1, max(1, round(1.5 * settings.cell_range_m / radar.spacing)))
@@ -314,6 +314,15 @@ def _phase_slope(rise: NDArray[np.float64], per_height: NDArray[np.float64]) -> 
     return -np.nan_to_num(rise) * per_height
 
 
+def _gate_median(power: NDArray[np.float64], known: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Median over the looks of each gate's known cells (1, gate); 0 where none is known."""
+    median = np.zeros((1, power.shape[1]))
+    some = known.any(axis=0)
+    if some.any():
+        median[0, some] = np.nanmedian(np.where(known, power, np.nan)[:, some], axis=0)
+    return median
+
+
 def _has_echo(
     cells: Covariance, echo_power: NDArray[np.float64], radar: RadarDescription, settings: RetrievalSettings
 ) -> NDArray[np.bool_]:
@@ -322,9 +331,7 @@ def _has_echo(
         heard = np.isfinite(cells.cross) & (echo_power > 0.0)
         if radar.noise_power:
             heard &= db(np.maximum(echo_power, 0.0) / radar.noise_power) >= settings.min_snr_db
-        if not heard.any():
-            return heard
-        typical = np.nanmedian(np.where(heard, echo_power, np.nan), axis=0, keepdims=True) if heard.any() else 0.0
+        typical = _gate_median(echo_power, heard)
         return heard & (echo_power > typical * 10.0 ** (-_SHADOW_DB / 10.0))
 
 
@@ -382,7 +389,7 @@ def _flags(
         # Half an ambiguity is π·gain. The sea's own size, as far as it shows, says where heights may lie beyond it.
         size = 1.4826 * np.nanmedian(np.abs(height - np.nanmedian(height))) if heard.any() else 0.0
         quality[heard & (np.pi * gain < 3.0 * size)] |= QUALITY_FLAGS["ambiguous"]
-        typical = np.nanmedian(np.where(heard, echo_power, np.nan), axis=0, keepdims=True) if heard.any() else 0.0
+        typical = _gate_median(echo_power, heard)
         weak = echo_power < typical * 10.0 ** (-_PARTLY_SHADOWED_DB / 10.0)
         quality[heard & weak] |= QUALITY_FLAGS["partly_shadowed"]
     # The receiver is blind while the pulse goes out.

@@ -85,7 +85,7 @@ def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int) -> Pol
     spacing = 360.0 / per_circle
     beyond = int(np.ceil(BEAMS_BEYOND * beam / spacing))
     inside = int(np.ceil(sector_width(radar) / spacing - 1e-9))
-    sweep = spacing * np.arange(-beyond, inside + beyond + 1)
+    sweep = spacing * np.arange(-beyond, inside + beyond + 1, dtype=np.float64)
     period = turn_duration(radar)
     # From the foot of the mast on, though the gates may start further out: what is near can shadow what is far.
     far = radar.range_m[1] + RangeResponse.of(radar).support_m
@@ -98,7 +98,7 @@ def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int) -> Pol
         sweep=sweep,
         azimuth=radar.sector_deg[0] + sweep,
         time=(turn + sweep / 360.0) * period,
-        ground_range=_INNERMOST + tracing.facet_m * np.arange(rungs),
+        ground_range=_INNERMOST + tracing.facet_m * np.arange(rungs, dtype=np.float64),
     )
 
 
@@ -124,8 +124,9 @@ class SurfaceMesh:
         if grid.columns <= grid.per_circle:
             return [(slice(0, grid.columns),)]
         start = -grid.first
-        stop = start + grid.per_circle
-        return [(slice(start, stop),), (slice(0, start), slice(stop, grid.columns))]
+        stop = min(start + grid.per_circle, grid.columns)  # a sector just short of the circle runs on for less
+        rest = (slice(0, start), slice(stop, grid.columns))
+        return [(slice(start, stop),), tuple(columns for columns in rest if columns.stop > columns.start)]
 
     def triangles(self, sheet: tuple[slice, ...]) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
         """Vertices (n, 3) in the antenna's frame and faces (m, 3), counter-clockwise seen from above.
@@ -217,7 +218,7 @@ def surface_mesh(
 ) -> SurfaceMesh:
     """The mesh of a turn from the sea on its grid."""
     east, north = (axis[:, None].astype(np.float32) for axis in unit_from_azimuth(grid.azimuth))
-    look = velocity[..., 0] * east + velocity[..., 1] * north
+    look = (velocity[..., 0] * east + velocity[..., 1] * north).astype(np.float32, copy=False)
     up = np.ascontiguousarray(velocity[..., 2])
     return SurfaceMesh(grid, radar.height_m, radar.baseline_m, radar.tilt_deg, elevation, look, up)
 
@@ -233,7 +234,7 @@ def submerged_lines(mesh: SurfaceMesh, sea: MovingSurface, radar: RadarSettings)
     centres = phase_centres(radar, mesh.grid.azimuth)
     time = np.broadcast_to(mesh.grid.time[:, None], centres.shape[:2])
     elevation, _ = sea.elevation_and_velocity(centres[..., 0], centres[..., 1], time)
-    return (elevation >= centres[..., 2]).any(axis=1)
+    return np.any(elevation >= centres[..., 2], axis=1)
 
 
 # ------------------------------------------------------------------------------------------------- profiles

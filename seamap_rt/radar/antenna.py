@@ -21,13 +21,20 @@ Cut = Callable[[NDArray[np.float64]], NDArray[np.float64]]  # direction cosine �
 
 
 def _one_parameter(u: NDArray[np.float64], taper: float) -> NDArray[np.float64]:
-    """Taylor's one-parameter voltage pattern, 1 at u = 0. np.sinc of an imaginary argument is sinh."""
+    """Taylor's one-parameter voltage pattern, 1 at u = 0: sinh inside |u| < taper, sin beyond.
+
+    Both are divided by sinh(π taper)/(π taper); exponents are subtracted first, so that strong tapers do not overflow.
+    """
     inside = taper**2 - u**2
-    root = np.pi * np.sqrt(np.abs(inside))
-    safe = np.where(root > 1e-8, root, 1.0)
-    wave = np.where(inside > 0.0, np.sinh(np.minimum(safe, 700.0)), np.sin(safe)) / safe
-    peak = np.sinh(np.pi * taper) / (np.pi * taper) if taper > 1e-8 else 1.0
-    return np.where(root > 1e-8, wave, 1.0) / peak
+    root = np.maximum(np.pi * np.sqrt(np.abs(inside)), 1e-8)
+    whole = max(np.pi * taper, 1e-8)
+    scale = 2.0 * whole / -np.expm1(-2.0 * whole)
+    wave = np.where(
+        inside > 0.0,
+        0.5 * np.exp(np.minimum(root - whole, 0.0)) * -np.expm1(-2.0 * root),
+        np.exp(-whole) * np.sin(root),
+    )
+    return scale * wave / root
 
 
 def _line_source(aperture_m: float, wavelength_m: float, beamwidth_deg: float) -> Cut:
@@ -88,28 +95,35 @@ class Antenna:
         return np.where(front, self.azimuth(across) * self.elevation(up), 0.0)
 
 
-@lru_cache(maxsize=16)
 def antenna(radar: RadarSettings) -> Antenna:
     """The antenna of a radar. Its gain is the pattern's own directivity less the ohmic loss, unless gain_dbi is given."""
-    settings, wavelength = radar.antenna, SPEED_OF_LIGHT / radar.frequency_hz
-    if settings.pattern == "isotropic":
-        azimuth: Cut = _everywhere
-        elevation: Cut = _everywhere
-        power = 1.0
-    else:
-        if settings.pattern == "gaussian":
-            azimuth, elevation = (
-                _gaussian(settings.azimuth_beamwidth_deg),
-                _gaussian(settings.elevation_beamwidth_deg),
-            )
-        else:
-            azimuth = _line_source(settings.width_m, wavelength, settings.azimuth_beamwidth_deg)
-            elevation = _line_source(settings.height_m, wavelength, settings.elevation_beamwidth_deg)
-        power = directivity(azimuth, elevation)
-    gain = power * float(from_db(-settings.ohmic_loss_db))
+    settings = radar.antenna
+    azimuth, elevation, gain = _pattern(
+        settings.pattern,
+        SPEED_OF_LIGHT / radar.frequency_hz,
+        (settings.width_m, settings.height_m),
+        (settings.azimuth_beamwidth_deg, settings.elevation_beamwidth_deg),
+    )
+    gain *= float(from_db(-settings.ohmic_loss_db))
     if settings.gain_dbi is not None:
         gain = float(from_db(settings.gain_dbi))
     return Antenna(azimuth, elevation, gain, float(np.radians(radar.tilt_deg)))
+
+
+@lru_cache(maxsize=16)
+def _pattern(
+    name: str, wavelength: float, aperture: tuple[float, float], beamwidth_deg: tuple[float, float]
+) -> tuple[Cut, Cut, float]:
+    """The two cuts and the directivity; (azimuth, elevation) pairs."""
+    if name == "isotropic":
+        return _everywhere, _everywhere, 1.0
+    if name == "gaussian":
+        azimuth, elevation = (_gaussian(beam) for beam in beamwidth_deg)
+    else:
+        azimuth, elevation = (
+            _line_source(size, wavelength, beam) for size, beam in zip(aperture, beamwidth_deg, strict=True)
+        )
+    return azimuth, elevation, directivity(azimuth, elevation)
 
 
 def directivity(azimuth: Cut, elevation: Cut) -> float:

@@ -29,7 +29,7 @@ class GroundGrid:
 def ground_grid(far_range: float, side: float) -> GroundGrid:
     """Cells that cover the range circle, one centred on the origin."""
     count = int(np.ceil(far_range / side))
-    centres = side * np.arange(-count, count + 1)
+    centres = side * np.arange(-count, count + 1, dtype=np.float64)
     return GroundGrid(centres, centres.copy(), side)
 
 

@@ -57,7 +57,7 @@ def look_sweeps(sector_deg: tuple[float, float], cell_azimuth_deg: float) -> NDA
         count = max(1, round(360.0 / cell_azimuth_deg))
         return (np.arange(count) + 0.5) * 360.0 / count
     count = max(1, int(np.floor(width / cell_azimuth_deg + 1e-9)))
-    return (np.arange(count) + 0.5) * cell_azimuth_deg
+    return (np.arange(count, dtype=np.float64) + 0.5) * cell_azimuth_deg
 
 
 def phase_centres(radar: RadarSettings, azimuth_deg: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -51,4 +51,4 @@ def gates(radar: RadarSettings) -> NDArray[np.float64]:
     """Slant ranges of the gates [m], from the near end of the window to the far one."""
     near, far = radar.range_m
     count = int(np.floor((far - near) / radar.range_sampling_m + 1e-9)) + 1
-    return near + radar.range_sampling_m * np.arange(count)
+    return near + radar.range_sampling_m * np.arange(count, dtype=np.float64)

@@ -8,6 +8,7 @@ along an edge.
 
 from __future__ import annotations
 
+import importlib
 from dataclasses import replace
 from typing import Any
 
@@ -62,11 +63,11 @@ class SeaScene:
 
     def __init__(self, mesh: SurfaceMesh, sheet: tuple[slice, ...], frequency_hz: float, permittivity: complex) -> None:
         self.backend = prepare()
-        import mitsuba as mi
-
+        # Late, and untyped: what they hold depends on the backend's variant.
+        mi: Any = importlib.import_module("mitsuba")
         if mi.variant() is None:
             mi.set_variant(self.backend.variant)
-        import sionna.rt as rt
+        rt: Any = importlib.import_module("sionna.rt")
 
         self._mi = mi
         vertices, faces = mesh.triangles(sheet)
@@ -110,7 +111,8 @@ class SeaScene:
 
         # The front test and the ray's length in float64; the ray itself in float32.
         slope = facets.slope_look[columns] * np.cos(facets.angle) + facets.slope_cross[columns] * np.sin(facets.angle)
-        front = slope * (facets.distance - along) - height > 0.0
+        reach = facets.distance - along
+        front = (reach > 0.0) & (slope * reach - height > 0.0)
         level = np.hypot(x, y)
         distance = np.hypot(level, height)
         spacing = mesh.grid.ground_range[1] - mesh.grid.ground_range[0]
