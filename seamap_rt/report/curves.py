@@ -1,0 +1,280 @@
+"""Graphs: error and visibility against range, true against retrieved height, and where the time went."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator, StrMethodFormatter
+
+from ..analytic import shadowing_smith67, shadowing_wagner67
+from ..scene import Scene
+from . import reduce, style
+from .reduce import Array
+
+STAGES = ("sea", "mesh", "trace", "echoes", "retrieve", "write")
+REAL_TIME_STAGES = ("sea", "mesh", "trace", "echoes")
+SECTOR_BINS = 60
+
+
+@style.styled
+def error_against_range(maps: xr.DataTree, truth: xr.DataTree, metrics: Mapping[str, Any]) -> Figure:
+    """Height error, bias and slope error per range bin, beside the standard error that the retrieval states."""
+    centres = reduce.series(metrics.get("range_m"))
+    rmse, robust, bias, slope = (
+        reduce.series(metrics.get(name), centres.size)
+        for name in ("height_rmse_m", "height_robust_m", "height_bias_m", "slope_rmse")
+    )
+    stated = stated_error(maps, truth, centres)
+    figure = style.new_figure(4.75)
+    left, wide = 0.62, style.WIDTH - 0.62 - 0.12
+    first = style.place(figure, left, 0.28, wide, 1.75)
+    second = style.place(figure, left, 2.4, wide, 0.72, sharex=first)
+    third = style.place(figure, left, 3.49, wide, 0.82, sharex=first)
+    style.graph(first, "", "Height error (m)", "(a) Height error")
+    style.graph(second, "", "Bias (m)", "(b) Mean height error, retrieved − true")
+    style.graph(third, "Range (m)", "Slope error (m/m)", "(c) Slope error, rms")
+    for axes in (first, second):
+        axes.tick_params(labelbottom=False)
+    for axes in (first, second, third):
+        axes.yaxis.set_label_coords(-0.065, 0.5)
+        axes.yaxis.set_major_locator(MaxNLocator(7 if axes is first else 4, steps=[1, 2, 2.5, 5, 10]))
+    if centres.size == 0:
+        for axes in (first, second, third):
+            style.note(axes, "no cells more than half visible")
+        return figure
+    for values, colour, dash, marker, label in (
+        (rmse, style.BLACK, "-", "o", "rms"),
+        (robust, style.BLUE, "-", "s", "robust, 1.4826 × median absolute deviation"),
+        (stated, style.VERMILION, "--", "", "standard error stated by the retrieval, median"),
+    ):
+        first.plot(centres, values, color=colour, linestyle=dash, marker=marker, markersize=2.5, label=label)
+    first.set_ylim(0.0, _top(rmse, robust, stated, least=0.01))
+    first.legend(loc="best")
+    second.axhline(0.0, color=style.BLACK, linewidth=0.6)
+    second.plot(centres, bias, color=style.BLACK, marker="o", markersize=2.5)
+    reach = _top(np.abs(bias), least=0.01)
+    second.set_ylim(-reach, reach)
+    third.plot(centres, slope, color=style.BLACK, marker="o", markersize=2.5)
+    third.set_ylim(0.0, _top(slope, least=0.001))
+    if not np.isfinite(rmse).any():
+        style.note(first, "no cells more than half visible")
+    borders = reduce.edges(centres)
+    first.set_xlim(max(0.0, float(borders[0])), float(borders[-1]))
+    return figure
+
+
+def stated_error(maps: xr.DataTree, truth: xr.DataTree, centres: Array) -> Array:
+    """Median of the retrieval's standard error per range bin, over cells more than half visible."""
+    if centres.size == 0:
+        return centres
+    gates = reduce.coordinate(maps, "polar", "range")
+    spread = np.where(reduce.judged(maps, truth), reduce.polar(maps, "height_std"), np.nan)
+    borders = reduce.edges(centres, only=float(np.ptp(gates)) + 1.0)
+    index = np.searchsorted(borders, gates, side="right") - 1
+    return np.array([reduce.quantile(spread[:, :, index == bin_], 0.5) for bin_ in range(centres.size)])
+
+
+@style.styled
+def visible_share(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> Figure:
+    """Visible share of the sea against ground range, over all looks and by direction, with Smith and Wagner."""
+    azimuth = reduce.coordinate(truth, "polar", "azimuth")
+    height = scene.radar.height_m
+    ground = reduce.ground_range(reduce.coordinate(truth, "polar", "range"), height)
+    visible = reduce.polar(truth, "visible_fraction")
+    figure = style.new_figure(3.35)
+    axes = style.place(figure, 0.62, 0.28, style.WIDTH - 0.62 - 0.12, 2.6)
+    style.graph(
+        axes,
+        "Ground range (m)",
+        "Visible share of the sea (%)",
+        "Share of the sea's horizontal area that both antennas see",
+    )
+
+    for name, colour, dash, looks in _sectors(scene, azimuth):
+        distance, share = _binned(ground, reduce.mean(visible[:, looks, :], axis=(0, 1)))
+        axes.plot(distance, 100.0 * share, color=colour, linestyle=dash, linewidth=1.0, label=f"{name} ±22.5°")
+    axes.plot(ground, 100.0 * reduce.mean(visible, axis=(0, 1)), color=style.BLACK, linewidth=1.5, label="all looks")
+    slope, _ = reduce.slope_rms_along_look(truth, metrics)
+    beyond = ground[ground > 0.0]
+    if np.isfinite(slope) and beyond.size:
+        smith, wagner = analytic_share(beyond, height, slope)
+        label = f"(rms slope {slope:.3f})"
+        axes.plot(
+            beyond, 100.0 * wagner, color=style.PURPLE, linestyle="-.", linewidth=1.0, label=f"Wagner 1967 {label}"
+        )
+        axes.plot(beyond, 100.0 * smith, color=style.ORANGE, linestyle="--", linewidth=1.0, label=f"Smith 1967 {label}")
+    axes.set_ylim(0.0, 104.0)
+    axes.set_xlim(0.0, 1.01 * float(ground.max()) if ground.max() > 0.0 else 1.0)
+    axes.legend(loc="lower left" if np.nan_to_num(visible[..., -1]).mean() > 0.6 else "upper right")
+    if not np.isfinite(visible).any():
+        style.note(axes, "visible share unknown")
+    return figure
+
+
+def analytic_share(ground_m: Array, height_m: float, slope_rms: float) -> tuple[Array, Array]:
+    """Smith's and Wagner's visible share at ground ranges, for grazing angles atan(height/ground range)."""
+    if slope_rms <= 0.0:
+        return np.ones_like(ground_m), np.ones_like(ground_m)
+    v = height_m / ground_m / (np.sqrt(2.0) * slope_rms)
+    return shadowing_smith67(v), shadowing_wagner67(v)
+
+
+def _sectors(scene: Scene, azimuth: Array) -> list[tuple[str, str, Any, Any]]:
+    """Name, colour, dash and looks of the directions that the scene covers, relative to the highest waves."""
+    waves = reduce.main_waves(scene)
+    if waves is None:
+        return []
+    cross = reduce.near_azimuth(azimuth, waves.wave_from_deg + 90.0)
+    cross |= reduce.near_azimuth(azimuth, waves.wave_from_deg - 90.0)
+    sectors = (
+        ("looking up-wave", style.BLUE, "-", reduce.near_azimuth(azimuth, waves.wave_from_deg)),
+        ("looking down-wave", style.VERMILION, "-", reduce.near_azimuth(azimuth, waves.wave_from_deg + 180.0)),
+        ("looking across", style.GREEN, "-", cross),
+    )
+    return [sector for sector in sectors if sector[3].any()]
+
+
+def _binned(x: Array, y: Array) -> tuple[Array, Array]:
+    """Means of x and y over neighbouring samples, about SECTOR_BINS of them."""
+    size = max(1, x.size // SECTOR_BINS)
+    starts = np.arange(0, x.size, size)
+    return (
+        np.array([reduce.mean(x[start : start + size]) for start in starts]),
+        np.array([reduce.mean(y[start : start + size]) for start in starts]),
+    )
+
+
+@style.styled
+def height_scatter(maps: xr.DataTree, truth: xr.DataTree) -> Figure:
+    """Retrieved against true height, and the error over its stated standard error beside the normal distribution.
+
+    Cells at 50–200 m that are more than half visible.
+    """
+    cells = reduce.judged(maps, truth) & reduce.at_judged_ranges(maps)
+    true, retrieved, spread = (
+        reduce.polar(tree, name)[cells] for tree, name in ((truth, "height"), (maps, "height"), (maps, "height_std"))
+    )
+    figure = style.new_figure(3.4)
+    left = style.place(figure, 0.62, 0.28, 2.65, 2.65)
+    right = style.place(figure, 4.75, 0.28, style.WIDTH - 4.75 - 0.12, 2.65)
+    left.set_aspect("equal")
+    style.graph(left, "True height (m)", "Retrieved height (m)", "(a) Retrieved against true height")
+    style.graph(right, "Error / stated standard error", "Density", "(b) Is the stated error right?")
+    if true.size == 0:
+        for axes in (left, right):
+            style.note(axes, "no cells more than half visible\nbetween 50 and 200 m")
+        return figure
+
+    figures = reduce.error_figures(true, retrieved)
+    of_truth = max(0.05, reduce.quantile(np.abs(true), 0.999))
+    limit = 1.15 * max(of_truth, min(reduce.quantile(np.abs(retrieved), 0.98), 2.0 * of_truth))
+    count, _, _ = np.histogram2d(retrieved, true, bins=np.linspace(-limit, limit, 71))
+    image = left.imshow(
+        np.ma.masked_less(count, 0.5), origin="lower", extent=(-limit, limit, -limit, limit), zorder=1.5,
+        cmap=style.colours(style.COUNT_COLOURS), norm=LogNorm(1.0, max(10.0, float(count.max()))),
+        interpolation="nearest",
+    )  # fmt: skip
+    left.plot(
+        (-limit, limit), (-limit, limit), color=style.VERMILION, linewidth=0.9, linestyle="--", label="one to one"
+    )
+    left.legend(loc="lower right")
+    style.few_ticks(left)
+    bar_axes = style.place(figure, 3.4, 0.28, 0.1, 2.65)
+    bar = figure.colorbar(image, cax=bar_axes, format=StrMethodFormatter("{x:g}"))
+    bar.set_label("Cells per square")
+    bar_axes.tick_params(labelsize=style.FONT - 0.5)
+    lines = [f"{true.size} cells"]
+    if np.isfinite(figures["correlation"]):
+        lines.append(f"correlation {figures['correlation']:.3f}")
+    if true.size > count.sum():
+        lines.append(f"{true.size - count.sum():.0f} outside the frame")
+    _corner(left, lines)
+
+    known = np.isfinite(true) & (spread > 0.0)
+    ratio = (retrieved[known] - true[known]) / spread[known]
+    if ratio.size == 0:
+        style.note(right, "no standard error was stated")
+        return figure
+    borders = np.linspace(-5.0, 5.0, 51)
+    inside, _ = np.histogram(ratio, bins=borders)
+    right.stairs(inside / (ratio.size * np.diff(borders)), borders, fill=True, color=style.SKY, label="cells")
+    right.plot(
+        borders, np.exp(-0.5 * borders**2) / np.sqrt(2.0 * np.pi), color=style.BLACK, linewidth=1.0, label="normal"
+    )
+    right.set_xlim(-5.0, 5.0)
+    right.set_ylim(0.0, 1.3 * right.get_ylim()[1])
+    right.legend(loc="upper right")
+    _corner(
+        right,
+        [
+            f"within ±1: {100.0 * np.mean(np.abs(ratio) <= 1.0):.0f} %",
+            f"within ±2: {100.0 * np.mean(np.abs(ratio) <= 2.0):.0f} %",
+            f"beyond ±5: {100.0 * np.mean(np.abs(ratio) > 5.0):.1f} %",
+        ],
+    )
+    return figure
+
+
+def _corner(axes: Axes, lines: list[str]) -> None:
+    """A few words in the upper left corner."""
+    axes.text(
+        0.03, 0.97, "\n".join(lines), transform=axes.transAxes, va="top", ha="left", fontsize=style.FONT - 0.5,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}, zorder=5.0,
+    )  # fmt: skip
+
+
+@style.styled
+def timing(scene: Scene, metrics: Mapping[str, Any]) -> Figure:
+    """Wall time of each stage, first turn and warm turns apart."""
+    runs = timing_runs(metrics)
+    stages = [stage for stage in STAGES if any(np.isfinite(reduce.number(run.get(stage))) for _, run in runs)]
+    figure = style.new_figure(0.28 + max(1.0, 0.3 * len(stages)) + 0.5)
+    axes = style.place(figure, 0.95, 0.28, style.WIDTH - 0.95 - 0.12, max(1.0, 0.3 * len(stages)))
+    factor = reduce.number(metrics.get("real_time_factor"))
+    title = "Wall time of a turn"
+    if np.isfinite(factor):
+        title += f"; real-time factor {factor:.3g} (a turn lasts {scene.turn_duration_s:.3g} s)"
+    style.graph(axes, "Wall time (s)", "", title)
+    if not stages:
+        axes.set_yticks([])
+        style.note(axes, "no times were recorded")
+        return figure
+    thick = 0.76 / len(runs)
+    longest = 0.0
+    for index, (name, run) in enumerate(runs):
+        seconds = np.array([reduce.number(run.get(stage)) for stage in stages])
+        y = np.arange(len(stages)) - 0.38 + (index + 0.5) * thick
+        total = reduce.number(run.get("total"))
+        label = name + (f", {total:.3g} s in all" if np.isfinite(total) else "")
+        axes.barh(y, np.nan_to_num(seconds), height=0.92 * thick, color=(style.SKY, style.BLUE)[index % 2], label=label)
+        for place, value in zip(y, seconds, strict=True):
+            if np.isfinite(value):
+                axes.text(value, place, f" {value:.3g}", va="center", ha="left", fontsize=style.FONT - 1.0)
+        longest = max(longest, float(np.nan_to_num(seconds).max()))
+    axes.set_yticks(range(len(stages)), stages)
+    axes.set_ylim(len(stages) - 0.5, -0.5)
+    axes.set_xlim(0.0, 1.1 * longest if longest > 0.0 else 1.0)
+    axes.grid(False, axis="y")
+    axes.legend(loc="best")
+    return figure
+
+
+def timing_runs(metrics: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
+    """The recorded times by kind of turn: first and warm, or one kind if they are not told apart."""
+    times = metrics.get("timing_s")
+    if not isinstance(times, Mapping):
+        return [("turn", {})]
+    nested = [(f"{name} turn", run) for name, run in times.items() if isinstance(run, Mapping)]
+    return nested or [("turn", times)]
+
+
+def _top(*values: Array, least: float) -> float:
+    """The upper end of an axis from 0 that holds all values."""
+    highest = max((float(np.nanmax(v)) for v in values if np.isfinite(v).any()), default=0.0)
+    return 1.12 * max(highest, least)

@@ -1,0 +1,190 @@
+"""Datasets → the few numbers that are drawn. Missing values drop out in silence; nothing left gives NaN."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from ..conventions import db, wrap_degrees
+from ..scene import Scene
+from ..settings import SinusoidWaves, SpectralWaves
+
+Array = NDArray[np.float64]
+
+HALF_VISIBLE = 0.5  # accuracy is judged on cells of which more than this share is lit
+JUDGED_M = (50.0, 200.0)  # and, for the overall figures, at these ranges
+SECTOR_HALF_WIDTH_DEG = 22.5
+MAD_TO_STD = 1.4826  # of a normal distribution
+
+
+# ------------------------------------------------------------------------------------------------ plain numbers
+
+
+def number(value: Any) -> float:
+    """A float; NaN for what is missing or not a number."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return float("nan")
+
+
+def series(values: Any, size: int | None = None) -> Array:
+    """A list with nulls as an array with NaN; all NaN when it is missing or not `size` long."""
+    array = np.array([number(value) for value in values] if isinstance(values, Sequence | np.ndarray) else [])
+    if size is not None and array.size != size:
+        return np.full(size, np.nan)
+    return array.astype(np.float64)
+
+
+def mean(values: NDArray[Any], axis: int | tuple[int, ...] | None = None) -> Array:
+    """Mean of the finite values; NaN where there are none."""
+    finite = np.isfinite(values)
+    count = finite.sum(axis=axis)
+    total = np.where(finite, values, 0.0).sum(axis=axis, dtype=np.float64)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def quantile(values: NDArray[Any], share: float) -> float:
+    """Quantile of the finite values; NaN if there are none."""
+    finite = values[np.isfinite(values)]
+    return float(np.quantile(finite, share)) if finite.size else float("nan")
+
+
+def error_figures(true: NDArray[Any], retrieved: NDArray[Any]) -> dict[str, float]:
+    """RMSE, robust error, bias, correlation, and Hs = 4 std of both, of the cells that have both heights."""
+    both = np.isfinite(true) & np.isfinite(retrieved)
+    t, r = true[both].astype(np.float64), retrieved[both].astype(np.float64)
+    error = r - t
+    names = ("rmse", "robust", "bias", "correlation", "hs_true", "hs_retrieved")
+    figures: dict[str, float] = {name: float("nan") for name in names}
+    figures["cells"] = float(t.size)
+    if t.size:
+        figures["rmse"] = float(np.sqrt(np.mean(error**2)))
+        figures["robust"] = float(MAD_TO_STD * np.median(np.abs(error - np.median(error))))
+        figures["bias"] = float(error.mean())
+        figures["hs_true"], figures["hs_retrieved"] = float(4.0 * t.std()), float(4.0 * r.std())
+    if t.size > 1 and t.std() > 0.0 and r.std() > 0.0:
+        figures["correlation"] = float(np.corrcoef(t, r)[0, 1])
+    return figures
+
+
+# ------------------------------------------------------------------------------------------------------ geometry
+
+
+def ground_range(slant_m: ArrayLike, height_m: float) -> Array:
+    """Horizontal distance at which a slant range meets mean sea level; 0 short of it."""
+    slant = np.asarray(slant_m, dtype=np.float64)
+    return np.sqrt(np.maximum(slant**2 - height_m**2, 0.0))
+
+
+def edges(centres: ArrayLike, only: float = 1.0) -> Array:
+    """Edges halfway between rising centres; one centre gets a cell of width `only`."""
+    centres = np.asarray(centres, dtype=np.float64)
+    if centres.size == 1:
+        return np.array([centres[0] - 0.5 * only, centres[0] + 0.5 * only])
+    middle = 0.5 * (centres[1:] + centres[:-1])
+    return np.concatenate(([2.0 * centres[0] - middle[0]], middle, [2.0 * centres[-1] - middle[-1]]))
+
+
+def look_edges(azimuth_deg: ArrayLike, only: float) -> tuple[NDArray[np.int64], Array]:
+    """Order of the looks as they follow each other clockwise, and their edges in that order, never wrapped [deg].
+
+    The start is behind the widest gap, so that a sector across north stays one piece.
+    """
+    azimuth = np.asarray(azimuth_deg, dtype=np.float64) % 360.0
+    order = np.argsort(azimuth)
+    gap = np.diff(azimuth[order], append=azimuth[order[0]] + 360.0)
+    if azimuth.size > 1 and np.ptp(gap) > 0.5 * np.median(gap):
+        order = np.roll(order, -int(np.argmax(gap)) - 1)
+    onward = np.diff(azimuth[order]) % 360.0
+    return order, edges(azimuth[order[0]] + np.concatenate(([0.0], np.cumsum(onward))), only)
+
+
+def near_azimuth(azimuth_deg: ArrayLike, centre_deg: float) -> NDArray[np.bool_]:
+    """Which looks lie within ±22.5° of an azimuth."""
+    return np.abs(wrap_degrees(np.asarray(azimuth_deg) - centre_deg)) <= SECTOR_HALF_WIDTH_DEG
+
+
+def main_waves(scene: Scene) -> SinusoidWaves | SpectralWaves | None:
+    """The highest of the wave systems that have a direction; those sized by wind count as they come."""
+    systems = [waves for waves in scene.sea.waves if isinstance(waves, SinusoidWaves | SpectralWaves)]
+
+    def height(waves: SinusoidWaves | SpectralWaves) -> float:
+        size = waves.height_m if isinstance(waves, SinusoidWaves) else waves.significant_wave_height_m
+        return -1.0 if size is None else size
+
+    return max(systems, key=height, default=None)
+
+
+# ---------------------------------------------------------------------------------------------------- the datasets
+
+
+def polar(tree: xr.DataTree, name: str) -> Array:
+    """A polar variable as an array (turn, azimuth, range)."""
+    return np.asarray(tree["polar"].dataset[name].values, dtype=np.float64)
+
+
+def coordinate(tree: xr.DataTree, group: str, name: str) -> Array:
+    return np.asarray(tree[group].dataset[name].values, dtype=np.float64)
+
+
+def judged(maps: xr.DataTree, truth: xr.DataTree) -> NDArray[np.bool_]:
+    """Polar cells (turn, azimuth, range) that have a height and are more than half visible."""
+    return np.isfinite(polar(maps, "height")) & (polar(truth, "visible_fraction") > HALF_VISIBLE)
+
+
+def at_judged_ranges(tree: xr.DataTree) -> NDArray[np.bool_]:
+    """Gates between 50 and 200 m."""
+    gates = coordinate(tree, "polar", "range")
+    return (gates >= JUDGED_M[0]) & (gates <= JUDGED_M[1])
+
+
+def visible_at(truth: xr.DataTree, height_m: float, distance_m: float, half_width_m: float = 5.0) -> float:
+    """Visible share of the sea around a ground range, over all looks and turns; NaN outside the range window."""
+    ground = ground_range(coordinate(truth, "polar", "range"), height_m)
+    spacing = float(np.diff(ground).max()) if ground.size > 1 else 0.0
+    if not ground.min() - spacing <= distance_m <= ground.max() + spacing:
+        return float("nan")
+    inside = np.abs(ground - distance_m) <= max(half_width_m, spacing)
+    return float(mean(polar(truth, "visible_fraction")[:, :, inside]))
+
+
+def slope_rms_along_look(truth: xr.DataTree, metrics: Mapping[str, Any]) -> tuple[float, bool]:
+    """Rms slope along the look, and whether it had to be taken from the cells' mean slopes."""
+    given = metrics.get("slope_rms_look")
+    value = float(np.sqrt(mean(series(given) ** 2))) if isinstance(given, list | tuple) else number(given)
+    if np.isfinite(value):
+        return value, False
+    return float(np.sqrt(mean(polar(truth, "slope_range") ** 2))), True
+
+
+def mean_power(echoes: xr.Dataset, azimuth_deg: ArrayLike, turn: int, only: float) -> tuple[Array, Array]:
+    """Mean of |V|² [W] per look and gate of one turn, over its pulses and receivers; with the looks' edges [deg].
+
+    The looks are in the order of `look_edges`; one look alone is `only` degrees wide.
+    """
+    order, borders = look_edges(azimuth_deg, only)
+    power = np.full((order.size, echoes.sizes["range"]), np.nan)
+    pulse = np.flatnonzero(echoes["turn"].values == turn)
+    if pulse.size == 0:
+        return power, borders
+    span = slice(int(pulse[0]), int(pulse[-1]) + 1)
+    voltage: NDArray[np.complex64] = echoes["voltage"].isel(pulse=span).values[pulse - pulse[0]]
+    sweep = (echoes["azimuth"].values[pulse] - borders[0] + 1e-9) % 360.0  # a pulse on an edge opens its look
+    look = np.searchsorted(borders - borders[0], sweep, side="right") - 1
+    sampled = np.isfinite(voltage[:, :, 0])  # a receiver samples a whole pulse or none of it
+    for index in range(order.size):
+        of_look = voltage[look == index][sampled[look == index]]
+        if of_look.size:
+            power[index] = mean(of_look.real**2 + of_look.imag**2, axis=0)
+    return power, borders
+
+
+def power_db(power: Array, noise_power_w: float) -> Array:
+    """Power in dB over the noise, or over 1 W where no noise was added; NaN where there is none."""
+    level = db(np.where(power > 0.0, power, np.nan) / (noise_power_w if noise_power_w > 0.0 else 1.0))
+    return np.where(np.isfinite(level), level, np.nan)

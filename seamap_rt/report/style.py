@@ -1,0 +1,157 @@
+"""What all figures share: size, type, colours, and placing by inches.
+
+Figures are matplotlib `Figure`s on the Agg canvas: no pyplot, no window, no global state.
+"""
+
+from __future__ import annotations
+
+import functools
+import io
+from collections.abc import Callable
+from typing import Any, ParamSpec, TypeVar
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import Colormap
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+DPI = 130
+WIDTH = 7.2  # inches: two columns of a journal
+FONT = 7.5  # points
+
+# Okabe & Ito's palette: told apart by all common kinds of colour vision, and by lightness in print.
+BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE, GREY = (
+    "#000000",
+    "#e69f00",
+    "#56b4e9",
+    "#009e73",
+    "#0072b2",
+    "#d55e00",
+    "#cc79a7",
+    "#767676",
+)
+BLANK = "#c3c0b6"  # where the radar looked and got no height
+GRID = "#dcdcdc"
+
+HEIGHT_COLOURS = "RdBu_r"  # both ends dark and of different hue, the middle light: safe for colour-blind readers
+SLOPE_COLOURS = "PuOr_r"
+SPREAD_COLOURS = "viridis"
+COUNT_COLOURS = "cividis_r"
+POWER_COLOURS = "viridis"
+
+_STYLE: dict[str, Any] = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],  # comes with matplotlib: the same on every machine
+    "font.size": FONT,
+    "text.usetex": False,
+    "mathtext.fontset": "dejavusans",
+    "axes.labelsize": FONT,
+    "axes.titlesize": FONT + 0.5,
+    "axes.titlelocation": "left",
+    "axes.titleweight": "normal",
+    "axes.titlepad": 4.0,
+    "axes.linewidth": 0.6,
+    "axes.grid": False,
+    "axes.unicode_minus": True,
+    "axes.facecolor": "white",
+    "axes.edgecolor": "black",
+    "xtick.labelsize": FONT - 0.5,
+    "ytick.labelsize": FONT - 0.5,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "legend.fontsize": FONT - 0.5,
+    "legend.frameon": False,
+    "lines.linewidth": 1.3,
+    "figure.facecolor": "white",
+    "figure.autolayout": False,
+    "figure.constrained_layout.use": False,
+    "savefig.bbox": None,
+    "savefig.facecolor": "white",
+    "savefig.transparent": False,
+}
+
+Parameters = ParamSpec("Parameters")
+Result = TypeVar("Result")
+
+
+def styled(draw: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
+    """The function, run under the report's own style whatever the user's matplotlibrc says."""
+
+    @functools.wraps(draw)
+    def drawn(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
+        with matplotlib.rc_context(_STYLE):  # pyright: ignore[reportArgumentType]
+            return draw(*args, **kwargs)
+
+    return drawn
+
+
+@styled
+def png(figure: Figure) -> bytes:
+    """The figure as a PNG."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=DPI)
+    return buffer.getvalue()
+
+
+def new_figure(height: float) -> Figure:
+    """An empty figure as wide as the page, `height` inches high."""
+    figure = Figure(figsize=(WIDTH, height))
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def place(figure: Figure, left: float, top: float, width: float, height: float, **options: Any) -> Axes:
+    """Axes of a size in inches, `left` from the left edge and `top` from the upper edge of the figure."""
+    wide, high = figure.get_size_inches()
+    return figure.add_axes((left / wide, 1.0 - (top + height) / high, width / wide, height / high), **options)
+
+
+def graph(axes: Axes, x_label: str, y_label: str, title: str) -> None:
+    """Labels, title and a faint grid for a graph."""
+    axes.set_xlabel(x_label, labelpad=2.0)
+    axes.set_ylabel(y_label)
+    axes.set_title(title)
+    axes.grid(True, color=GRID, linewidth=0.5)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(labelsize=FONT - 0.5)
+
+
+def few_ticks(axes: Axes, most: int = 6) -> None:
+    axes.xaxis.set_major_locator(MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]))
+    axes.yaxis.set_major_locator(MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]))
+
+
+def note(axes: Axes, text: str) -> None:
+    """A sentence in the middle of axes that have nothing to show."""
+    if not axes.lines:
+        axes.set_xticks([])
+        axes.set_yticks([])
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=GREY, fontsize=FONT)
+
+
+def colour_bar(figure: Figure, mappable: Any, left: float, top: float, width: float, label: str, extend: str) -> None:
+    """A horizontal colour bar, placed by inches."""
+    axes = place(figure, left, top, width, 0.1)
+    bar = figure.colorbar(mappable, cax=axes, orientation="horizontal", extend=extend)
+    bar.set_label(label, labelpad=2.0)
+    bar.locator = MaxNLocator(7 if width > 2.0 else 4, steps=[1, 2, 2.5, 5, 10])
+    bar.update_ticks()
+    bar.outline.set_linewidth(0.5)  # pyright: ignore
+    axes.tick_params(labelsize=FONT - 0.5, width=0.5)
+
+
+def colours(name: str) -> Colormap:
+    """A colour map whose missing values let the background show."""
+    return matplotlib.colormaps[name].with_extremes(bad=(0.0, 0.0, 0.0, 0.0))
+
+
+def masked(values: NDArray[Any]) -> np.ma.MaskedArray[Any, Any]:
+    """The values with what is not finite left out."""
+    return np.ma.masked_invalid(values)
