@@ -66,7 +66,7 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
         "cells": int(cells.sum()),
     }
     by_range = {key: [row[key] for row in rows] for key in (rows[0] if rows else {"range_m": None})}
-    return {**by_range, "overall": overall, "slope_rms_look": _rms(true["slope_range"].values)}
+    return {**by_range, "overall": overall}
 
 
 def _finite(values: NDArray) -> NDArray[np.float64]:

@@ -18,7 +18,7 @@ import xarray as xr
 from .echoes.files import EchoStore
 from .interferometry import open_echoes, retrieve_one
 from .io.scenefile import InputError
-from .io.turnfile import TurnFile
+from .io.turnfile import TurnFile, uninterrupted
 from .metrics import compare
 from .radar.scan import sector_width, turn_duration
 from .report import write_report
@@ -78,7 +78,7 @@ def run(
     write_whole(folder / "scene.toml", scene.to_toml())
     timings: list[dict[str, float]] = []
     store = EchoStore(folder / "echoes.zarr")
-    counts = {"facets": 0, "rays": 0}
+    counts: dict[str, float] = {}
     with TurnFile(folder / "truth.nc") as truth_file, TurnFile(folder / "maps.nc") as maps_file:
         for number in range(scene.turns):
             say(f"turn {number + 1} of {scene.turns}: simulating")
@@ -87,13 +87,13 @@ def run(
             say(f"turn {number + 1} of {scene.turns}: retrieving")
             with clock("retrieve"):
                 maps = retrieve_one(turn.echoes, scene.retrieval)
-            with clock("write"):
+            with clock("write"), uninterrupted():
                 truth_file.append(turn.truth)
                 maps_file.append(maps)
                 store.append(turn.echoes)
             clock.seconds["total"] += clock.seconds["retrieve"] + clock.seconds["write"]
             timings.append(clock.seconds)
-            counts = {"facets": turn.facets, "rays": turn.rays}
+            counts = {"facets": turn.facets, "rays": turn.rays, "slope_rms_look": turn.slope_rms_look}
     say("comparing and drawing")
     with xr.open_datatree(folder / "maps.nc") as maps, xr.open_datatree(folder / "truth.nc") as truth:
         metrics = {

@@ -19,7 +19,7 @@ from .echoes import expected_look_gates, turn_voltages
 from .echoes.files import EchoStore, echo_dataset
 from .echoes.radar_cross_section import facet_rcs
 from .io.scenefile import InputError
-from .io.turnfile import TurnFile
+from .io.turnfile import TurnFile, uninterrupted
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
 from .mesh.polar import sea_on_grid, submerged_lines
 from .radar.scan import Pulses, phase_centres, pulses
@@ -55,6 +55,7 @@ class Turn:
     timing: dict[str, float]
     facets: int
     rays: int
+    slope_rms_look: float  # of the facets, along the look
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,8 @@ class Simulator:
         count = int(facets.height.size)
         timing = {**clock.seconds, "total": time.perf_counter() - start}
         rays = 2 * count if scene.tracing.tracer == "facets" else 0
-        return Turn(number, echoes, truth, timing, count, rays)
+        slope = float(np.sqrt(np.mean(np.square(facets.slope_look, dtype=np.float64))))
+        return Turn(number, echoes, truth, timing, count, rays, slope)
 
     def facts(self) -> dict[str, Any]:
         """What was modelled, what was left out and why, and which waves are resolved."""
@@ -177,8 +179,9 @@ def simulate(scene: Scene, out: str | Path | None = None) -> Simulation:
     with TurnFile(folder / "truth.nc") as truth_file:
         for number in range(scene.turns):
             turn = simulator.turn(number)
-            store.append(turn.echoes)
-            truth_file.append(turn.truth)
+            with uninterrupted():
+                store.append(turn.echoes)
+                truth_file.append(turn.truth)
             timing.append(turn.timing)
     from .interferometry import open_echoes
 

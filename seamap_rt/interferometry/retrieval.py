@@ -173,7 +173,7 @@ def retrieve_turn(echoes: xr.Dataset, radar: RadarDescription, settings: Retriev
 
     echo_power = 0.5 * (cells.lower + cells.upper) - radar.noise_power
     heard = _has_echo(cells, echo_power, radar, settings) & np.isfinite(height)
-    spread = _height_std(voltage, look, flattened, gain, radar, *window)
+    spread = _height_std(voltage, look, flattened, echo_power, gain, radar, *window)
     height, ground_range, spread = (np.where(heard, f, np.nan) for f in (height, ground_range, spread))
     outward, clockwise = _slopes(height, ground_range, cells.lower, radar, settings, width)
     quality = _flags(echoes, look, sweeps.size, cells, heard, echo_power, gain, height, radar)
@@ -339,28 +339,39 @@ def _height_std(
     voltage: NDArray[np.complex64],
     look: NDArray[np.intp],
     dwell: Covariance,
+    echo_power: NDArray[np.float64],
     gain: NDArray[np.float64],
     radar: RadarDescription,
     range_weights: NDArray[np.float64],
     look_weights: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Standard error of the height: Lee's phase statistics with the coherence of a wider window (one look's own says
-    nothing) and the number of independent samples that the dwell's measured correlation leaves."""
-    pulses = int(np.median(np.bincount(look[look >= 0]))) if (look >= 0).any() else 1
-    correlation = pulse_correlation(voltage, look, radar.noise_power, max(pulses - 1, 0))
-    in_dwell = independent_looks(np.ones(max(pulses, 1)), correlation)
+    """Standard error of the height: speckle and noise, which average at different rates, added in square.
+
+    Speckle: Lee's statistics with the coherence that is left when the noise's share is taken out, from a wider window
+    (one look's own coherence says nothing), and as many samples as the dwell's measured correlation leaves. Noise: it is
+    new at every pulse; phase variance (2/SNR + 1/SNR²)/2N with the cell's own, faded SNR.
+    """
+    pulses = max(1, int(np.median(np.bincount(look[look >= 0])))) if (look >= 0).any() else 1
+    correlation = pulse_correlation(voltage, look, radar.noise_power, pulses - 1)
     lags = radar.spacing * np.arange(range_weights.size)
     fine = np.linspace(-2.0 * radar.response.support_m, 2.0 * radar.response.support_m, 801)
     pulse = radar.response(fine)
     echo_lag = np.array([pulse @ radar.response(fine + lag) for lag in lags]) / (pulse @ pulse)
-    in_range = independent_looks(range_weights, echo_lag)
     in_azimuth = independent_looks(look_weights, np.eye(1, look_weights.size).ravel())
-    looks = max(1.0, in_dwell * in_range * in_azimuth)
+    looks = independent_looks(np.ones(pulses), correlation) * independent_looks(range_weights, echo_lag) * in_azimuth
+    samples = pulses * independent_looks(range_weights, radar.response.noise_correlation(lags)) * in_azimuth
+
     wide = dwell.windowed(
         np.ones(2 * max(2, range_weights.size // 2 + 1) + 1), np.ones(2 * (look_weights.size // 2) + 3)
     )
-    coherence = np.clip(np.nan_to_num(wide.coherence), 0.0, 0.999999)
-    return gain * np.interp(coherence, *_lee_table(round(looks, 1)))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        clean = np.maximum(wide.lower - radar.noise_power, 0.0) * np.maximum(wide.upper - radar.noise_power, 0.0)
+        coherence = np.clip(np.nan_to_num(np.abs(wide.cross) / np.sqrt(clean), posinf=1.0), 0.0, 0.999999)
+        noise = radar.noise_power / np.maximum(echo_power, 0.0)
+        from_noise = (2.0 * noise + noise**2) / (2.0 * samples)
+    speckle = np.interp(coherence, *_lee_table(round(max(1.0, looks), 1)))
+    # A phase cannot be worse known than not at all: uniform over the circle.
+    return gain * np.sqrt(np.minimum(speckle**2 + from_noise, np.pi**2 / 3.0))
 
 
 @lru_cache(maxsize=64)
