@@ -23,6 +23,7 @@ app = App(
     name="seamap-rt",
     version=__version__,
     help="What an interferometric radar on a small boat's mast can see of the sea around it.",
+    suppress_keyboard_interrupt=False,  # `main` says what an interrupted run leaves
 )
 Settings = Annotated[list[str], Parameter(name="--set", negative=(), consume_multiple=False)]
 _errors = Console(stderr=True, soft_wrap=True, highlight=False)
@@ -137,6 +138,7 @@ def retrieve(echoes: Path, *, out: Path | None = None, overwrite: bool = False, 
     echoes: a Zarr store. out: folder for maps.nc; default beside the echoes.
     overwrite: replace an earlier maps.nc. set_: retrieval.KEY=VALUE.
     """
+    from .interferometry import open_echoes
     from .interferometry import retrieve as retrieve_echoes
     from .io.scenefile import apply_overrides, validate
     from .io.turnfile import TurnFile
@@ -153,7 +155,13 @@ def retrieve(echoes: Path, *, out: Path | None = None, overwrite: bool = False, 
         raise InputError(f"ECHOES = '{echoes}': no such file or folder; give the path of an echoes.zarr")
     folder = out or echoes.parent
     prepare_folder(folder, overwrite, ("maps.nc",))
-    maps = retrieve_echoes(echoes, settings)
+    try:
+        recorded = open_echoes(echoes)
+    except SchemaError:
+        raise
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(f"ECHOES = '{echoes}': is not an echo store ({error}); give an echoes.zarr") from None
+    maps = retrieve_echoes(recorded, settings)
     with TurnFile(folder / "maps.nc") as file:
         for turn in range(maps["polar"].sizes["turn"]):
             file.append(maps.isel(turn=slice(turn, turn + 1)))
@@ -193,9 +201,12 @@ def main(arguments: list[str] | None = None) -> None:
     except NoBackend as error:
         code = _refuse(str(error), NO_BACKEND)
     except KeyboardInterrupt:
-        code = _refuse("interrupted: complete turns are kept in the output folder; later files are missing", INTERRUPTED)
+        code = _refuse(
+            "interrupted: complete turns are kept in the output folder; later files are missing", INTERRUPTED
+        )
     except OSError as error:
-        code = _refuse(f"'{error.filename}': {error.strerror}; free the space or choose another --out", BAD_INPUT)
+        what = f"'{error.filename}': {error.strerror}" if error.filename else " ".join(str(error).split())
+        code = _refuse(f"{what}; free the space or choose another --out", BAD_INPUT)
     except Exception as error:
         if type(error).__module__.startswith("cyclopts"):
             code = _refuse(" ".join(str(error).split()), BAD_INPUT)

@@ -264,8 +264,8 @@ class TracingSettings(Section):
 class RetrievalSettings(Section):
     """How echoes become heights.
 
-    `single_cell` averages the covariance over one cell. `sliding_plane` takes the slopes from that first map and averages
-    along them over a wider window: less speckle, at the price of a resolution of about the window.
+    `single_cell` averages the covariance over one cell. `sliding_plane` takes the slopes from that first map and
+    averages along them over a wider window: less speckle, at the price of a resolution of about the window.
     """
 
     cell_range_m: Annotated[float, limited("a cell has a length", above=0.0, most=1000.0)] = 3.0

@@ -1,6 +1,7 @@
 """What the radar should have seen: the same sea, averaged over the cells of the maps.
 
-Facets are gathered into fine bins of slant range, column by column; cells are then sums of bins and columns, by overlap.
+Facets are gathered into fine bins of slant range, column by column; cells are then sums of bins and columns, by
+overlap.
 """
 
 from __future__ import annotations
@@ -76,7 +77,7 @@ def ground_truth(sea: Sea, radar: RadarSettings, retrieval: RetrievalSettings, t
         turn,
     )
     x, y = np.meshgrid(grid.x, grid.y)
-    _, sweep = fan.place(x, y)
+    sweep = fan.sweep_of(x, y)
     inside = np.hypot(x, y) <= far
     if not closed:
         inside &= sweep <= radar.sector_deg[1] - radar.sector_deg[0]

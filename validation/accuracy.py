@@ -18,7 +18,14 @@ from seamap_rt.simulation import Simulator
 
 CASES = (("VV", False), ("VV", True), ("HH", False), ("HH", True))
 ESTIMATORS = ("single_cell", "sliding_plane")
-FIELDS = ("height_rmse_m", "height_robust_m", "height_bias_m", "height_bias_visible_m", "height_correlation", "slope_rmse")
+FIELDS = (
+    "height_rmse_m",
+    "height_robust_m",
+    "height_bias_m",
+    "height_bias_visible_m",
+    "height_correlation",
+    "slope_rmse",
+)
 
 
 def main() -> None:

@@ -1,6 +1,6 @@
 """How fast a turn is: seconds per stage of warm turns of a scene, medians over turns, each tracer in turn.
 
-    python validation/speed.py [--scene choppy_sea] [--turns 5]
+python validation/speed.py [--scene choppy_sea] [--turns 5]
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ def main() -> None:
             middle = {stage: statistics.median(row[stage] for row in chosen) for stage in STAGES}
             busy = sum(middle[stage] for stage in ("sea", "mesh", "trace", "echoes"))
             factor = scene.turn_duration_s / busy
-            print(f"{tracer:8} {label:>6} " + " ".join(f"{middle[stage]:9.3f}" for stage in STAGES) + f" {factor:10.2f}")
+            shown = " ".join(f"{middle[stage]:9.3f}" for stage in STAGES)
+            print(f"{tracer:8} {label:>6} {shown} {factor:10.2f}")
     print(f"peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.2f} GiB")
 
 

@@ -1,5 +1,6 @@
 """Closed-form answers that the simulator is held against. Nothing here uses the simulator's own formulas."""
 
+from seamap_rt.analytic.clutter import flat_sea_gate_height, flat_sea_power, flat_sea_power_textbook
 from seamap_rt.analytic.geometry import (
     ground_position_from_range_difference,
     height_from_range_difference,
@@ -16,6 +17,9 @@ from seamap_rt.analytic.shadowing import (
 
 __all__ = [
     "cramer_rao_phase_std",
+    "flat_sea_gate_height",
+    "flat_sea_power",
+    "flat_sea_power_textbook",
     "ground_position_from_range_difference",
     "height_from_range_difference",
     "phase_pdf_lee94",

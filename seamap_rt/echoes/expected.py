@@ -44,7 +44,6 @@ def expected_look_gates(
     power = np.zeros((3, looks, gates))
     covariance = np.zeros((2, looks, gates), dtype=np.complex128)
     weight, moment = np.zeros((looks, gates)), np.zeros((looks, gates))
-    level = np.sqrt(np.maximum(1.0 - (radar.height_m / gating.range) ** 2, 0.0))
     k = wavenumber(radar)
     for begin in range(0, facets.grid.columns, _CHUNK):
         columns = slice(begin, min(begin + _CHUNK, facets.grid.columns))
@@ -68,7 +67,7 @@ def expected_look_gates(
             column_moment[:, block.gates] = np.einsum("cfg,cf->cg", area, facets.height[columns, block.facets])
         for column in range(count):
             sweep = facets.grid.column_sweep[columns.start + column]
-            near, beam = look_beams(radar, sweeps, cell_azimuth_deg, sweep, level)
+            near, beam = look_beams(radar, sweeps, cell_azimuth_deg, sweep, gating.level)
             power[:, near] += beam * column_power[:, column, None, :]
             covariance[:, near] += beam * column_covariance[:, column, None, :]
             weight[near] += beam * column_weight[column]

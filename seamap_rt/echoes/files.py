@@ -50,7 +50,7 @@ def echo_dataset(
     submerged: Sequence[NDArray[np.bool_]] | None = None,
     first_turn: int = 0,
 ) -> xr.Dataset:
-    """The schema's `echoes` from the pulses and voltages of whole turns. The boat is at rest and its sensors perfect."""
+    """The schema's `echoes` from the pulses and voltages of whole turns; the boat at rest, its sensors perfect."""
     azimuth = np.concatenate([turn.azimuth for turn in turns])
     numbers = np.concatenate([turn.number for turn in turns])
     flags = np.zeros(numbers.size, dtype=np.int16)
@@ -79,7 +79,7 @@ def echo_dataset(
 
 
 class EchoStore:
-    """A Zarr group that grows by whole turns. The attribute `complete_turns` is raised only when a turn is all there."""
+    """A Zarr group that grows by whole turns; its attribute `complete_turns` counts those that are all there."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -92,12 +92,17 @@ class EchoStore:
             start = 0
         else:
             start = int(self._group["time"].shape[0])  # type: ignore[union-attr]
-        for name, variable in turn.variables.items():
-            if variable.dims[0] != "pulse":
-                continue
-            array = self._group[str(name)]
-            array.resize((start + variable.shape[0], *array.shape[1:]))  # type: ignore[union-attr]
-            array[start:] = variable.values  # type: ignore[index]
+        rolling = {str(n): v.values for n, v in turn.variables.items() if v.dims[0] == "pulse"}
+        try:
+            for name, values in rolling.items():
+                array = self._group[name]
+                array.resize((start + values.shape[0], *array.shape[1:]))  # type: ignore[union-attr]
+                array[start:] = values  # type: ignore[index]
+        except BaseException:  # interrupted, or no space left: arrays of unlike length could not be read any more
+            for name in rolling:
+                array = self._group[name]
+                array.resize((start, *array.shape[1:]))  # type: ignore[union-attr]
+            raise
         self._group.attrs["complete_turns"] = turn.attrs["complete_turns"]
 
     def _create(self, turn: xr.Dataset) -> zarr.Group:

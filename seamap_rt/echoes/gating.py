@@ -1,7 +1,7 @@
 """Facets into gates: which facets a block of gates can hear, and with what weight.
 
-A gate hears facets within the range response's support. Along a column slant range follows ground range, so a block of a
-few gates hears one contiguous run of facets, the same for all columns: small dense products instead of scattering.
+A gate hears facets within the range response's support. Along a column slant range follows ground range, so a block
+of a few gates hears one contiguous run of facets, the same for all columns: small dense products, not scattering.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import Facets
+from ..radar.antenna import antenna
 from ..radar.waveform import RangeResponse, gates
 from ..settings import RadarSettings
 
@@ -38,6 +39,19 @@ class Gating:
         grid = np.arange(0.5 * _STEP, self._support + 2.0 * _STEP, _STEP)  # middles: an index is cut, not rounded
         self._table = np.append(self.response(grid), 0.0).astype(np.float32)
         self.blocks = list(self._blocks(radar, facets))
+        self.level = self._level(radar)
+
+    def _level(self, radar: RadarSettings) -> NDArray[np.float64]:
+        """(gate,) cosine of the elevation of the mean sea that a gate hears: at its centre of power, which on the
+        flank of the elevation pattern lies metres off its middle (0.2 dB where the sea lies 60 dB below the beam)."""
+        slant = self.range[:, None] + self._support * np.linspace(-1.0, 1.0, 201)
+        sine = np.clip(radar.height_m / np.maximum(slant, 1e-9), 0.0, 1.0 - 1e-6)
+        pattern, cosine = antenna(radar), np.sqrt(1.0 - sine**2)
+        cut = pattern.elevation(np.sin(pattern.tilt) * cosine - np.cos(pattern.tilt) * sine)
+        power = np.where(slant > radar.height_m, (self.response(slant - self.range[:, None]) * cut**2) ** 2, 0.0)
+        power /= np.maximum(slant, radar.height_m) ** 3 * cosine
+        total = power.sum(axis=1)
+        return np.where(total > 0.0, (power * cosine).sum(axis=1) / np.where(total > 0.0, total, 1.0), 0.0)
 
     def _blocks(self, radar: RadarSettings, facets: Facets) -> Iterator[GateBlock]:
         margin = self._support + 0.5 * radar.baseline_m

@@ -39,7 +39,8 @@ def facet_paths(
 ) -> FacetPaths:
     """Paths of the facets of `columns` for the pairs m < `pairs` (2 for a single transmitter, 3 for switched).
 
-    rcs (column, facet) [m²] is that of all columns; a facet echoes in pair m only if it is lit for both of its antennas.
+    rcs (column, facet) [m²] is that of all columns; a facet echoes in pair m only if it is lit for both of its
+    antennas.
     """
     if facets.lit is None:
         raise ValueError("these facets have not been traced; call a tracer first")

@@ -1,4 +1,4 @@
-"""Point scatterers through the radar: exact geometry in float64, no speckle, no shadow. The yardstick of the echo chain."""
+"""Point scatterers through the radar: exact float64 geometry, no speckle, no shadow. The echo chain's yardstick."""
 
 from __future__ import annotations
 

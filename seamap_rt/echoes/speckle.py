@@ -1,7 +1,7 @@
 """Speckle: unit complex Gaussian per facet, correlated in slow time as exp(−(τ/τc)²).
 
-Over the few milliseconds for which the beam dwells on a column the process has few degrees of freedom: it is drawn in the
-basis of its own covariance matrix, truncated where the discarded variance is below 1e-4.
+Over the few milliseconds for which the beam dwells on a column the process has few degrees of freedom: it is drawn in
+the basis of its own covariance matrix, truncated where the discarded variance is below 1e-4.
 """
 
 from __future__ import annotations

@@ -2,10 +2,10 @@
 
     V(p, rx, g) = Σ_columns E²(beam − column) Σ_facets a h(r_g − R) s(t) exp(−jk(R_tx + R_rx)(t))
 
-While the beam passes a column (30 ms) a facet moves by centimetres: its range response stays, its phase turns at the rate
-of its radial velocity, its speckle s(t) decorrelates. The echo is band-limited in slow time: rotation of the aperture,
-Doppler and speckle together span some ±500 Hz, far less than the PRF. So the sum is formed at *knots* a few pulses apart,
-and the pulses between are interpolated by a windowed sinc.
+While the beam passes a column (30 ms) a facet moves by centimetres: its range response stays, its phase turns at the
+rate of its radial velocity, its speckle s(t) decorrelates. The echo is band-limited in slow time: rotation of the aperture,
+Doppler and speckle together span some ±500 Hz, far less than the PRF. So the sum is formed at *knots* a few pulses
+apart, and the pulses between are interpolated by a windowed sinc.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from ..mesh import Facets
 from ..mesh.polar import BEAMS_BEYOND
@@ -63,13 +64,13 @@ def turn_voltages(
     knots = choose_knots(facets, radar, pulses, decorrelation_time_s)
     window = int(np.floor(2.0 * BEAMS_BEYOND * radar.antenna.azimuth_beamwidth_deg / knots.spacing_deg)) + 1
     basis = speckle_basis(window, knots.spacing_s, decorrelation_time_s)
-    level = np.sqrt(np.maximum(1.0 - (radar.height_m / gating.range) ** 2, 0.0))
-    kernel = ColumnKernel(facets, rcs, radar, gating, knots, window, basis, TwoWayBeam(radar), level, seed)
+    kernel = ColumnKernel(facets, rcs, radar, gating, knots, window, basis, TwoWayBeam(radar), gating.level, seed)
 
     echo = np.zeros((pair_count(radar), knots.count, gating.range.size), dtype=np.complex64)
     edges = [*range(0, facets.grid.columns, _CHUNK), facets.grid.columns]
     chunks = [slice(a, b) for a, b in pairwise(edges)]
-    with ThreadPoolExecutor(workers) as pool:
+    # BLAS's own threads would fight with ours over small products, and could change the bits.
+    with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(workers) as pool:
         # Chunks are added in their own order, whoever finishes first: the sum keeps its bits.
         for start, part in pool.map(kernel, chunks):
             low, high = max(start, 0), min(start + part.shape[1], knots.count)
@@ -113,7 +114,7 @@ class ColumnKernel:
     window: int
     basis: NDArray[np.float32]
     beam: TwoWayBeam
-    level: NDArray[np.float64]  # (gate,) cosine of the elevation of the mean sea at each gate
+    level: NDArray[np.float64]  # (gate,) cosine of the elevation at which each gate hears the mean sea
     seed: int
 
     def __call__(self, columns: slice) -> tuple[int, NDArray[np.complex64]]:

@@ -32,7 +32,9 @@ class Covariance:
             out = correlate1d(field, range_weights / range_weights.sum(), axis=1, mode="nearest")
             return correlate1d(out, look_weights / look_weights.sum(), axis=0, mode="nearest")
 
-        return Covariance(smooth(self.cross.real) + 1j * smooth(self.cross.imag), smooth(self.lower), smooth(self.upper))
+        return Covariance(
+            smooth(self.cross.real) + 1j * smooth(self.cross.imag), smooth(self.lower), smooth(self.upper)
+        )
 
     def windowed_along(
         self,
@@ -40,27 +42,27 @@ class Covariance:
         look_weights: NDArray[np.float64],
         phase_per_gate: NDArray[np.float64],
         phase_per_look: NDArray[np.float64],
-        closed: bool,
     ) -> Covariance:
         """As `windowed`, but along a plane: a neighbour's phase is first brought to the cell by the local phase slopes
-        (look, gate) [rad per gate, rad per look]. A wider window then averages speckle without flattening the waves."""
-        looks, gates = self.cross.shape
-        total = Covariance(np.zeros_like(self.cross), np.zeros_like(self.lower), np.zeros_like(self.upper))
+        (look, gate) [rad per gate, rad per look]. A wider window then averages speckle without flattening the waves.
+
+        The window is cut off at the first and the last look: even of a full circle they lie a turn apart in time.
+        """
+        shape = self.cross.shape
+        total = Covariance(np.zeros_like(self.cross), np.zeros(shape), np.zeros(shape))
+        weights = np.zeros(shape)
         half_range, half_look = range_weights.size // 2, look_weights.size // 2
         for look in range(-half_look, half_look + 1):
-            rows = np.arange(looks) + look
-            rows = rows % looks if closed else np.clip(rows, 0, looks - 1)
             for gate in range(-half_range, half_range + 1):
-                columns = np.clip(np.arange(gates) + gate, 0, gates - 1)
-                there = np.ix_(rows, columns)
+                here, there = _overlap(shape, look, gate)
                 weight = range_weights[gate + half_range] * look_weights[look + half_look]
-                turn = np.exp(-1j * (gate * phase_per_gate + look * phase_per_look))
-                total.cross[...] += weight * self.cross[there] * turn
-                total.lower[...] += weight * self.lower[there]
-                total.upper[...] += weight * self.upper[there]
-        norm = range_weights.sum() * look_weights.sum()
+                turn = np.exp(-1j * (gate * phase_per_gate[here] + look * phase_per_look[here]))
+                total.cross[here] += weight * self.cross[there] * turn
+                total.lower[here] += weight * self.lower[there]
+                total.upper[here] += weight * self.upper[there]
+                weights[here] += weight
         for field in (total.cross, total.lower, total.upper):
-            field /= norm
+            field /= weights
         return total
 
     @property
@@ -68,6 +70,17 @@ class Covariance:
         """Sample coherence |⟨V₀V₁*⟩| / √(⟨|V₀|²⟩⟨|V₁|²⟩), NaN where there is no power."""
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.abs(self.cross) / np.sqrt(self.lower * self.upper)
+
+
+def _overlap(shape: tuple[int, ...], look: int, gate: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
+    """Slices of the cells that have a neighbour (look, gate) on, and of those neighbours."""
+
+    def pair(count: int, shift: int) -> tuple[slice, slice]:
+        low, high = max(0, -shift), count - max(0, shift)
+        return slice(low, max(high, low)), slice(low + shift, max(high, low) + shift)
+
+    (looks, looks_on), (gates, gates_on) = pair(shape[0], look), pair(shape[1], gate)
+    return (looks, gates), (looks_on, gates_on)
 
 
 def dwell_covariance(voltage: NDArray[np.complex64], look: NDArray[np.intp], looks: int) -> Covariance:
@@ -134,7 +147,7 @@ def pulse_correlation(
     rows = np.flatnonzero(look >= 0)
     if rows.size == 0:
         return np.ones(most_lag + 1)
-    power = np.nanmean(np.abs(voltage[rows[:: max(1, rows.size // 500)], 0]) ** 2, axis=0)
+    power = np.mean(np.nan_to_num(np.abs(voltage[rows[:: max(1, rows.size // 500)], 0])) ** 2, axis=0)
     gates = np.argsort(power)[::-1][: max(1, power.size // 10)]
     series = voltage[rows][:, 0, gates].astype(np.complex128)
     number = look[rows]

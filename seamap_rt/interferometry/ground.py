@@ -14,7 +14,7 @@ def resample_looks(
     distance: NDArray[np.float64],
     widest_gap: float,
 ) -> dict[str, NDArray[np.float64]]:
-    """Fields (look, gate) at equal ground ranges (look, distance): linear between valid cells of a look, NaN across gaps.
+    """Fields (look, gate) at equal ground ranges (look, distance): linear between valid cells, NaN across gaps.
 
     Cells are sorted by ground range first: on a steep face a nearer gate can lie further out.
     """
@@ -37,23 +37,22 @@ def sample_fan(
     fan: LookFan,
     resampled: dict[str, NDArray[np.float64]],
     distance: NDArray[np.float64],
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
+    sweep: NDArray[np.float64],
+    ground_range: NDArray[np.float64],
 ) -> dict[str, NDArray[np.float64]]:
-    """Fields at places, bilinear in look and ground range; NaN unless all that is used is known.
+    """Fields at places (sweep angle, ground range), bilinear in both; NaN unless all that is used is known.
 
-    The first and the last look of a full circle lie a turn apart in time and are not blended: each serves its own side.
+    Before the first look and after the last the nearest of them serves, as far as half a look; all the way in a full
+    circle, whose ends lie a turn apart in time and are not blended.
     """
     looks = fan.sweep.size
-    number, _ = fan.place(x, y)
-    if fan.closed:
-        number = np.clip(np.where(number > looks - 0.5, looks - 1.0, number), 0.0, looks - 1.0)
-        outside = np.zeros(np.shape(number), dtype=bool)
-    else:
+    number = fan.look_number(sweep)
+    outside = np.zeros(np.shape(number), dtype=bool)
+    if not fan.closed:
         outside = (number < -0.5) | (number > looks - 0.5)
-        number = np.clip(number, 0.0, looks - 1.0)
+    number = np.clip(number, 0.0, looks - 1.0)
     step = distance[1] - distance[0]
-    reach = (np.hypot(x, y) - distance[0]) / step
+    reach = (ground_range - distance[0]) / step
     outside |= (reach < 0.0) | (reach > distance.size - 1.0)
     low = np.clip(number.astype(int), 0, max(looks - 2, 0))
     near = np.clip(reach.astype(int), 0, distance.size - 2)

@@ -144,8 +144,10 @@ def retrieve_turn(echoes: xr.Dataset, radar: RadarDescription, settings: Retriev
         height, place = height_and_ground_range(
             radar.ranges, difference, geometry.baseline, geometry.lower_height, geometry.tilt, share
         )
-        return height, place, height_per_phase(
-            radar.ranges, difference, geometry.baseline, geometry.tilt, radar.wavelength
+        return (
+            height,
+            place,
+            height_per_phase(radar.ranges, difference, geometry.baseline, geometry.tilt, radar.wavelength),
         )
 
     dwell = dwell_covariance(voltage, look, sweeps.size)
@@ -164,7 +166,6 @@ def retrieve_turn(echoes: xr.Dataset, radar: RadarDescription, settings: Retriev
             *window,
             phase_per_gate=_phase_slope(outward * radar.spacing, per_height),
             phase_per_look=_phase_slope(clockwise * radar.ranges * np.radians(width), per_height),
-            closed=radar.closed,
         )
         height, ground_range, gain = invert(np.angle(cells.cross))
     else:
@@ -241,10 +242,13 @@ def ground_map(cells: xr.Dataset, radar: RadarDescription, settings: RetrievalSe
         distance,
         1.5 * settings.cell_range_m + radar.spacing,
     )
+    centre_x, centre_y = np.meshgrid(grid.x, grid.y)
+    sweep = fan.sweep_of(centre_x, centre_y)
+    inside = np.hypot(centre_x, centre_y) <= radar.ranges[-1]
     x, y = grid.points(_GROUND_SAMPLES)
-    sampled = sample_fan(fan, resampled, distance, x, y)
-    _, sweep = fan.place(*np.meshgrid(grid.x, grid.y))
-    inside = np.hypot(*np.meshgrid(grid.x, grid.y)) <= radar.ranges[-1]
+    # A cell that straddles the start of the turn stays on its centre's side: the other is a turn older or younger.
+    beside = wrap_degrees(fan.sweep_of(x, y) - sweep[..., None])
+    sampled = sample_fan(fan, resampled, distance, sweep[..., None] + beside, np.hypot(x, y))
     if not radar.closed:
         inside &= sweep <= radar.sector[1] - radar.sector[0]
 
@@ -306,7 +310,8 @@ def _slopes(
     weight = np.where(np.isfinite(height), np.clip(np.nan_to_num(relative), 0.0, 3.0), 0.0)
     across = np.where(np.isfinite(ground_range), ground_range, radar.ranges) * np.radians(width)
     reach = (1, max(1, round(1.5 * settings.cell_range_m / radar.spacing)))
-    return local_plane(height, weight, ground_range, across, reach, radar.closed)
+    # Not closed: the first and the last look of a circle are neighbours in place, but lie a turn apart in time.
+    return local_plane(height, weight, ground_range, across, reach, closed=False)
 
 
 def _phase_slope(rise: NDArray[np.float64], per_height: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -328,7 +333,8 @@ def _has_echo(
 ) -> NDArray[np.bool_]:
     """Cells with an echo of their own: above the noise, and not merely the skirts of lit neighbours."""
     with np.errstate(invalid="ignore"):
-        heard = np.isfinite(cells.cross) & (echo_power > 0.0)
+        # A dead receiver leaves no cross term, whose angle would read as a flat sea.
+        heard = np.isfinite(cells.cross) & (echo_power > 0.0) & (cells.lower > 0.0) & (cells.upper > 0.0)
         if radar.noise_power:
             heard &= db(np.maximum(echo_power, 0.0) / radar.noise_power) >= settings.min_snr_db
         typical = _gate_median(echo_power, heard)
@@ -348,8 +354,8 @@ def _height_std(
     """Standard error of the height: speckle and noise, which average at different rates, added in square.
 
     Speckle: Lee's statistics with the coherence that is left when the noise's share is taken out, from a wider window
-    (one look's own coherence says nothing), and as many samples as the dwell's measured correlation leaves. Noise: it is
-    new at every pulse; phase variance (2/SNR + 1/SNR²)/2N with the cell's own, faded SNR.
+    (one look's own coherence says nothing), and as many samples as the dwell's measured correlation leaves. Noise: it
+    is new at every pulse; phase variance (2/SNR + 1/SNR²)/2N with the cell's own, faded SNR.
     """
     pulses = max(1, int(np.median(np.bincount(look[look >= 0])))) if (look >= 0).any() else 1
     correlation = pulse_correlation(voltage, look, radar.noise_power, pulses - 1)

@@ -3,12 +3,34 @@
 from __future__ import annotations
 
 import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 
 import h5netcdf
 import numpy as np
 import xarray as xr
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Hold Ctrl-C and SIGTERM back while a turn is written, so that every file ends with the same turn."""
+    held: list[int] = []
+    before = {}
+    if threading.current_thread() is threading.main_thread():  # only there do signals interrupt
+        before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    for number in before:
+        signal.signal(number, lambda number, _: held.append(number))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for number in held[:1]:
+            signal.raise_signal(number)
 
 
 class TurnFile:
@@ -59,6 +81,8 @@ class TurnFile:
     def close(self) -> None:
         """Finish the file; nothing appears if no turn was appended."""
         if self._file is not None:
+            for group in self._file.groups.values() if self.turns else ():
+                group.resize_dimension("turn", self.turns)  # a turn that failed halfway goes
             self._file.close()
             self._file = None
             if self.turns:

@@ -9,8 +9,8 @@ to the far corner of its second, which gives two facets per rung spacing:
     line i+1 ────────
 
 A vertical plane through the antenna's axis cuts every rung's chord of a column at the same fraction. The far facets are
-tested and placed on the plane of fraction 1/3, the near ones on that of 2/3: within a facet each such point is the middle
-of the plane's path, the centroid to order (spacing/range). So a whole column has just two profiles, each exact.
+tested and placed on the plane of fraction 1/3, the near ones on that of 2/3: within a facet each such point is the
+middle of the plane's path, the centroid to order (spacing/range). So a whole column has just two profiles, each exact.
 """
 
 from __future__ import annotations
@@ -117,8 +117,8 @@ class SurfaceMesh:
     def sheets(self) -> list[tuple[slice, ...]]:
         """Column slices grouped so that those of a group do not overlap in azimuth.
 
-        The first group is the turn itself. The second, where the turn overlaps its own beginning, is what runs on beyond
-        it: the same places at other times, which must not be traced together with the first.
+        The first group is the turn itself. The second, where the turn overlaps its own beginning, is what runs on
+        beyond it: the same places at other times, which must not be traced together with the first.
         """
         grid = self.grid
         if grid.columns <= grid.per_circle:

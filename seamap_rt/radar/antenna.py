@@ -96,7 +96,7 @@ class Antenna:
 
 
 def antenna(radar: RadarSettings) -> Antenna:
-    """The antenna of a radar. Its gain is the pattern's own directivity less the ohmic loss, unless gain_dbi is given."""
+    """The antenna of a radar; its gain is the pattern's own directivity less the ohmic loss, or gain_dbi."""
     settings = radar.antenna
     azimuth, elevation, gain = _pattern(
         settings.pattern,

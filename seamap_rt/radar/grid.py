@@ -1,4 +1,4 @@
-"""The grids on which maps and truth are laid, so that both mean the same cells: a fan of looks, squares on the ground."""
+"""The grids on which both maps and truth are laid: a fan of looks, and squares on the ground."""
 
 from __future__ import annotations
 
@@ -47,11 +47,13 @@ class LookFan:
     def spacing(self) -> float:
         return float(self.sweep[1] - self.sweep[0]) if self.sweep.size > 1 else 360.0
 
-    def place(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Fractional look number and sweep (deg) of places. The sweep runs 0 … 360 from the sector's start."""
-        azimuth = np.degrees(np.arctan2(x, y))
-        sweep = (azimuth - self.start_deg) % 360.0
-        return (sweep - self.sweep[0]) / self.spacing, sweep
+    def sweep_of(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Angle from the start of the sector at which the beam passes a place, 0 … 360 deg."""
+        return (np.degrees(np.arctan2(x, y)) - self.start_deg) % 360.0
+
+    def look_number(self, sweep: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Fractional number of the look at a sweep angle; it may lie outside 0 … looks − 1."""
+        return (sweep - self.sweep[0]) / self.spacing
 
     def time(self, sweep: NDArray[np.float64]) -> NDArray[np.float64]:
         """When the beam passes a sweep angle [s]."""

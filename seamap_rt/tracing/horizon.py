@@ -1,8 +1,8 @@
 """Light by the running maximum of the elevation angle, exact on the triangulated surface, in float64.
 
 Along a plane through the antenna's axis the surface is a chain of straight segments: a facet's point is lit when it is
-seen under a steeper angle than every corner of the chain before it. That includes the facet's own near corner, so facets
-seen from behind come out dark.
+seen under a steeper angle than every corner of the chain before it. That includes the facet's own near corner, so
+facets seen from behind come out dark.
 """
 
 from __future__ import annotations
