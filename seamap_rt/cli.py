@@ -150,7 +150,10 @@ def retrieve(echoes: Path, *, out: Path | None = None, overwrite: bool = False, 
         if not key.startswith("retrieval."):
             raise InputError(f"--set {key}: retrieve takes only retrieval.KEY, as in --set retrieval.cell_range_m=3")
     tree = apply_overrides({}, {key.removeprefix("retrieval."): value for key, value in overrides.items()})
-    settings = validate(RetrievalSettings, tree)
+    try:
+        settings = validate(RetrievalSettings, tree)
+    except InputError as error:
+        raise InputError(f"retrieval.{error}") from None
     if not echoes.exists():
         raise InputError(f"ECHOES = '{echoes}': no such file or folder; give the path of an echoes.zarr")
     folder = out or echoes.parent

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import resource
+import shutil
 import sys
 import time
 from collections.abc import Callable
@@ -52,6 +53,9 @@ def prepare_folder(folder: Path, overwrite: bool, products: tuple[str, ...] = _P
         raise InputError(
             f"--out = '{folder}': holds another run's {found[0]}; choose another folder, or give --overwrite"
         )
+    for name in found:  # gone before the first turn, so that an interrupted run never stands beside an older report
+        path = folder / name
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
 def write_whole(path: Path, text: str) -> None:

@@ -34,7 +34,11 @@ def polar_truth(
     area = np.broadcast_to(facets.horizontal_area, facets.height.shape)
     slant = np.hypot(facets.distance, facets.height - radar.height_m)
     reach = max(RangeResponse.of(radar).support_m, 0.5 * retrieval.cell_range_m)
-    bins = _Bins(ranges, radar.range_sampling_m / _BINS_PER_GATE, reach, slant)
+    # Bins finer than the facets' points would stay empty here and there.
+    width = max(
+        radar.range_sampling_m / _BINS_PER_GATE, 0.5 * float(facets.grid.ground_range[1] - facets.grid.ground_range[0])
+    )
+    bins = _Bins(ranges, width, reach, slant)
 
     box = bins.box(ranges, retrieval.cell_range_m)
     looks = _look_columns(facets, sweeps, retrieval.cell_azimuth_deg)
@@ -84,9 +88,8 @@ def ground_truth(sea: Sea, radar: RadarSettings, retrieval: RetrievalSettings, t
     time = np.where(inside, fan.time(sweep), np.nan)
     step = _GAUSS * retrieval.ground_m
     signs = np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]])  # west–east, south–north
-    corners = sea.elevation(
-        x[inside][:, None] + step * signs[:, 0], y[inside][:, None] + step * signs[:, 1], time[inside][:, None]
-    )
+    corners = (x[inside][:, None] + step * signs[:, 0], y[inside][:, None] + step * signs[:, 1], time[inside][:, None])
+    height, slopes = sea.elevation(*corners).mean(axis=1), sea.slopes(*corners).mean(axis=1)
 
     def field(values: NDArray[np.float64]) -> NDArray[np.float64]:
         out = np.full(inside.shape, np.nan)
@@ -96,9 +99,9 @@ def ground_truth(sea: Sea, radar: RadarSettings, retrieval: RetrievalSettings, t
     return build(
         "truth/ground",
         {
-            "height": field(corners.mean(axis=1)),
-            "slope_x": field(corners @ signs[:, 0] / (4.0 * step)),
-            "slope_y": field(corners @ signs[:, 1] / (4.0 * step)),
+            "height": field(height),
+            "slope_x": field(slopes[:, 0]),
+            "slope_y": field(slopes[:, 1]),
             "time": time[None],
         },
         {"turn": [turn], "y": grid.y, "x": grid.x},
@@ -106,23 +109,28 @@ def ground_truth(sea: Sea, radar: RadarSettings, retrieval: RetrievalSettings, t
 
 
 class _Bins:
-    """Fine bins of slant range, (column, bin)."""
+    """Fine bins of slant range, (column, bin). A facet is shared between the two bins whose middles lie beside its
+    point: cells then have soft edges, and do not jump by a facet as the sea rises (9 mm of height becomes 2 mm)."""
 
     def __init__(self, ranges: NDArray[np.float64], width: float, reach: float, slant: NDArray[np.float64]) -> None:
         self.width = width
-        self.start = ranges[0] - reach - width
-        self.count = int(np.ceil((ranges[-1] + reach + width - self.start) / width))
+        self.start = ranges[0] - reach - 2.0 * width
+        self.count = int(np.ceil((ranges[-1] + reach + 2.0 * width - self.start) / width))
         self.columns = slant.shape[0]
-        number = np.clip((slant - self.start) / width, -1.0, self.count).astype(np.int32)
-        self._kept = (slant >= self.start) & (number < self.count)
+        place = np.clip((slant - self.start) / width - 0.5, -1.0, self.count)
+        number = place.astype(np.int32)
+        self._kept = (place >= 0.0) & (number < self.count - 1)
+        self._share = (place - number)[self._kept]  # of the farther bin
         self._index = (number + np.arange(self.columns)[:, None] * self.count)[self._kept]
         self.centre = self.start + width * (np.arange(self.count) + 0.5)
 
     def gather(self, values: NDArray) -> NDArray[np.float64]:
         """Sums (column, bin) of values (column, facet)."""
-        weights = values[self._kept]
-        sums = np.bincount(self._index, weights=weights, minlength=self.columns * self.count)
-        return sums.reshape(self.columns, self.count).astype(np.float64, copy=False)
+        near, length = values[self._kept], self.columns * self.count
+        far = near * self._share
+        total = np.bincount(self._index, weights=near - far, minlength=length).astype(np.float64)
+        total[1:] += np.bincount(self._index, weights=far, minlength=length)[:-1]
+        return total.reshape(self.columns, self.count)
 
     def box(self, ranges: NDArray[np.float64], length: float) -> NDArray[np.float64]:
         """(bin, gate): share of each bin within `length` centred on the gate."""
