@@ -86,8 +86,6 @@ def test_choppy_sea_is_the_default_scene_and_leaves_little_unsaid() -> None:
     assert unsaid == {
         "scattering.nrcs_db",
         "tracing.columns_per_beam",
-        "retrieval.window_range_m",
-        "retrieval.window_azimuth_deg",
         "retrieval.min_snr_db",
         "retrieval.ground_m",
     }
@@ -130,9 +128,7 @@ def test_a_scene_is_frozen_and_hashable() -> None:
 
 
 def test_overrides_are_part_of_the_resolved_scene(tmp_path: Path) -> None:
-    scene = load_scene(
-        "tiny", {"radar.height_m": "10", "seed": np.int64(7), "sea.waves.0.peak_period_s": "6"}
-    )
+    scene = load_scene("tiny", {"radar.height_m": "10", "seed": np.int64(7), "sea.waves.0.peak_period_s": "6"})
     assert (scene.radar.height_m, scene.seed) == (10.0, 7)
     file = tmp_path / "again.toml"
     file.write_text(scene.to_toml(), encoding="utf-8")

@@ -2,8 +2,8 @@
 
     python validation/accuracy.py [--seeds 3] [--scene choppy_sea]
 
-Single cells and the default estimator, without noise (the floor that speckle sets) and with the 1 W radar's noise, for VV
-and HH; and the same from the speckle-averaged expectation, which shows what the geometry and the waves alone cost.
+Single cells and the default estimator, without noise (the floor that speckle sets) and with the 1 W radar's noise, for
+VV and HH.
 """
 
 from __future__ import annotations

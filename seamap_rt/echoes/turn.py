@@ -3,9 +3,9 @@
     V(p, rx, g) = Σ_columns E²(beam − column) Σ_facets a h(r_g − R) s(t) exp(−jk(R_tx + R_rx)(t))
 
 While the beam passes a column (30 ms) a facet moves by centimetres: its range response stays, its phase turns at the
-rate of its radial velocity, its speckle s(t) decorrelates. The echo is band-limited in slow time: rotation of the aperture,
-Doppler and speckle together span some ±500 Hz, far less than the PRF. So the sum is formed at *knots* a few pulses
-apart, and the pulses between are interpolated by a windowed sinc.
+rate of its radial velocity, its speckle s(t) decorrelates. The echo is band-limited in slow time: rotation of the
+aperture, Doppler and speckle together span some ±500 Hz, far less than the PRF. So the sum is formed at *knots* a few
+pulses apart, and the pulses between are interpolated by a windowed sinc.
 """
 
 from __future__ import annotations
