@@ -243,9 +243,7 @@ def test_a_failure_is_remembered_for_a_while(alone: Path, monkeypatch: pytest.Mo
     assert tried == [bad, good, bad]
 
 
-def test_a_failure_is_not_remembered_where_nothing_works(
-    alone: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failure_is_not_remembered_where_nothing_works(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tried, try_out = trial(lambda path: False)
     bad = library(alone / "libLLVM-20.so")
     monkeypatch.setattr(backend, "_try_out", try_out)
@@ -269,9 +267,7 @@ def test_a_damaged_build_is_linked_anew(alone: Path, monkeypatch: pytest.MonkeyP
     assert tried == [built, built]
 
 
-def test_an_unwritable_cache_gives_way_to_a_private_temporary_one(
-    alone: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_unwritable_cache_gives_way_to_a_private_temporary_one(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(library(alone / "file")))
     monkeypatch.setattr(tempfile, "tempdir", str(alone))
     folder = backend.cache_folder()
@@ -317,9 +313,7 @@ def test_system_libraries_come_newest_first_and_old_ones_not_at_all(
 
 
 def test_the_doctor_reports_what_it_finds(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = Backend(
-        "llvm", Path("/lib/libLLVM.so.19.1"), "19.1.7", "system", "llvm_ad_mono_polarized", ("x: y",)
-    )
+    found = Backend("llvm", Path("/lib/libLLVM.so.19.1"), "19.1.7", "system", "llvm_ad_mono_polarized", ("x: y",))
     monkeypatch.setattr(backend, "prepare", lambda: found)
     checks = {check.item: check for check in backend.doctor()}
     assert checks["library"] == Check("library", "LLVM 19.1.7, /lib/libLLVM.so.19.1", True)

@@ -54,13 +54,12 @@ def flat_sea_gate_height(radar: RadarSettings, gates: ArrayLike, window_m: float
     looks leaves.
 
     A gate weighs what it hears by |h|², R⁻³ and the elevation pattern, so its centre of power R_c, 1/R_c = ⟨1/R⟩,
-    lies off
-    its middle, and the phase of R_c, read at r, is the height H (1 − r/R_c). Here the covariance itself is integrated,
-    ∫ … exp(jk ΔR), so that a phase that spreads far within the gate is kept too. `window_m`: length of the
-    retrieval's range
-    window, over which the covariances of neighbouring gates (radar.range_sampling_m apart) are added after the phase of
-    mean sea level at each one's middle has been taken off. Gates refer to the mean half path of the mode's
-    interferograms, R₁ + ΔR/2 (switched) or R₁ + ΔR/4 (single).
+    lies off its middle, and the phase of R_c, read at r, is the height H (1 − r/R_c). Here the covariance itself is
+    integrated, ∫ … exp(jk ΔR), so that a phase that spreads far within the gate is kept too. `window_m`: length of the
+    retrieval's range window, over which the covariances of neighbouring gates (radar.range_sampling_m apart) are added
+    after each has been turned along the straight line that touches the phase of mean sea level (its central
+    difference). Gates refer to the mean half path of the mode's interferograms, R₁ + ΔR/2 (switched) or R₁ + ΔR/4
+    (single).
     """
     ranges, response = np.asarray(gates, dtype=np.float64), RangeResponse.of(radar)
     share = 0.5 if radar.transmit == "switched" else 0.25
@@ -68,17 +67,21 @@ def flat_sea_gate_height(radar: RadarSettings, gates: ArrayLike, window_m: float
 
     reach = int(np.ceil(0.5 * window_m / radar.range_sampling_m))
     total = np.zeros(ranges.shape, dtype=np.complex128)
-    for shift in radar.range_sampling_m * np.arange(-reach, reach + 1):
+    spacing = radar.range_sampling_m
+    beyond, before = (_flat_difference(radar, ranges + step, share) for step in (spacing, -spacing))
+    middle = _flat_difference(radar, ranges, share)
+    for shift in spacing * np.arange(-reach, reach + 1):
         high = min(shift + 0.5 * radar.range_sampling_m, 0.5 * window_m)
         low = max(shift - 0.5 * radar.range_sampling_m, -0.5 * window_m)
         share_of_window = 1.0 if reach == 0 else max(high - low, 0.0)
         gate = ranges + shift
         slant, weight = _slant_nodes(radar, gate)
         seen = response(gate[..., None] - slant) ** 2 * _two_way_cut(radar, slant) / slant**3
-        departure = _flat_difference(radar, slant, share) - _flat_difference(radar, gate, share)[..., None]
+        line = middle + 0.5 * (beyond - before) * shift / spacing
+        departure = _flat_difference(radar, slant, share) - line[..., None]
         total += share_of_window * np.sum(weight * seen * np.exp(1j * wavenumber * departure), axis=-1)
 
-    difference = _flat_difference(radar, ranges, share) + np.angle(total) / wavenumber
+    difference = middle + np.angle(total) / wavenumber
     tilt = np.radians(radar.tilt_deg)
     lower_height = radar.height_m - 0.5 * radar.baseline_m * np.cos(tilt)
     return height_from_range_difference(ranges - share * difference, difference, radar.baseline_m, lower_height, tilt)

@@ -24,8 +24,7 @@ class Covariance:
     def windowed(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> Covariance:
         """Power-weighted: the sums themselves are averaged, so a strong cell counts for more than a weak neighbour.
 
-        Take the flat sea's phase off first: it turns by up to a radian from gate to gate, and an echo's centre of power
-        that lies off the window's middle would carry it into the height.
+        Take the flat sea's phase off first (`turned`), or it blurs what is averaged.
         """
 
         def smooth(field: NDArray) -> NDArray:
@@ -44,14 +43,19 @@ class Covariance:
         phase_per_look: NDArray[np.float64],
     ) -> Covariance:
         """As `windowed`, but along a plane: a neighbour's phase is first brought to the cell by the local phase slopes
-        (look, gate) [rad per gate, rad per look]. A wider window then averages speckle without flattening the waves.
+        [rad per gate, rad per look], which broadcast to (look, gate).
 
-        The window is cut off at the first and the last look: even of a full circle they lie a turn apart in time.
+        Turned by a straight line, a single reflector keeps its phase exactly, and the sea's own slope (that of mean
+        sea level, and of the waves if known) does not blur what is averaged. At the edges the window shrinks on both
+        sides alike: half a gate's shift would cost centimetres. The first and the last look of a circle do not meet:
+        they lie a turn apart in time.
         """
         shape = self.cross.shape
         total = Covariance(np.zeros_like(self.cross), np.zeros(shape), np.zeros(shape))
         weights = np.zeros(shape)
         half_range, half_look = range_weights.size // 2, look_weights.size // 2
+        phase_per_gate = np.broadcast_to(phase_per_gate, shape)
+        phase_per_look = np.broadcast_to(phase_per_look, shape)
         for look in range(-half_look, half_look + 1):
             for gate in range(-half_range, half_range + 1):
                 here, there = _overlap(shape, look, gate)
@@ -73,11 +77,11 @@ class Covariance:
 
 
 def _overlap(shape: tuple[int, ...], look: int, gate: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
-    """Slices of the cells that have a neighbour (look, gate) on, and of those neighbours."""
+    """Slices of the cells that have neighbours (look, gate) on and as far back, and of those that lie on."""
 
     def pair(count: int, shift: int) -> tuple[slice, slice]:
-        low, high = max(0, -shift), count - max(0, shift)
-        return slice(low, max(high, low)), slice(low + shift, max(high, low) + shift)
+        low, high = abs(shift), max(count - abs(shift), abs(shift))
+        return slice(low, high), slice(low + shift, high + shift)
 
     (looks, looks_on), (gates, gates_on) = pair(shape[0], look), pair(shape[1], gate)
     return (looks, gates), (looks_on, gates_on)

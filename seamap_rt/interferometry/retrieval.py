@@ -133,9 +133,15 @@ def retrieve_turn(echoes: xr.Dataset, radar: RadarDescription, settings: Retriev
 
     share = path_share(radar.transmit)
     wavenumber = 2.0 * np.pi / radar.wavelength
-    flat = wavenumber * difference_at_height(
-        radar.ranges, 0.0, geometry.baseline, geometry.lower_height, geometry.tilt, share
-    )
+
+    def flat_phase(offset: float) -> NDArray[np.float64]:
+        """Phase (look, gate) of mean sea level `offset` beyond each gate."""
+        return wavenumber * difference_at_height(
+            radar.ranges + offset, 0.0, geometry.baseline, geometry.lower_height, geometry.tilt, share
+        )
+
+    flat = flat_phase(0.0)
+    flat_per_gate = 0.5 * (flat_phase(radar.spacing) - flat_phase(-radar.spacing))
 
     def invert(departure: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Height, ground range and |dz/dφ| from the phase's departure from that of mean sea level. Departures beyond
@@ -151,30 +157,32 @@ def retrieve_turn(echoes: xr.Dataset, radar: RadarDescription, settings: Retriev
         )
 
     dwell = dwell_covariance(voltage, look, sweeps.size)
-    flattened = dwell.turned(flat)
     own = (window_weights(settings.cell_range_m, radar.spacing), window_weights(settings.cell_azimuth_deg, width))
     window = (
         window_weights(settings.window_range_m, radar.spacing),
         window_weights(settings.window_azimuth_deg, width),
     )
-    cells = flattened.windowed(*own)
-    height, ground_range, gain = invert(np.angle(cells.cross))
+    cells = dwell.windowed_along(*own, phase_per_gate=flat_per_gate, phase_per_look=np.zeros(1))
+    departure = wrap_phase(np.angle(cells.cross) - flat)
+    height, ground_range, gain = invert(departure)
     if settings.estimator == "sliding_plane":
         outward, clockwise = _slopes(height, ground_range, cells.lower, radar, settings, width)
         per_height = np.nan_to_num(1.0 / gain, posinf=0.0, neginf=0.0)
-        cells = flattened.windowed_along(
+        step = _ground_step(radar, ground_range, geometry.lower_height - height, outward)
+        cells = dwell.windowed_along(
             *window,
-            phase_per_gate=_phase_slope(outward * radar.spacing, per_height),
-            phase_per_look=_phase_slope(clockwise * radar.ranges * np.radians(width), per_height),
+            phase_per_gate=flat_per_gate + _phase_slope(outward * step, per_height),
+            phase_per_look=_phase_slope(clockwise * ground_range * np.radians(width), per_height),
         )
-        height, ground_range, gain = invert(np.angle(cells.cross))
+        departure = wrap_phase(np.angle(cells.cross) - flat)
+        height, ground_range, gain = invert(departure)
     else:
         window = own
-    unwrapped = flat + np.angle(cells.cross)
+    unwrapped = flat + departure
 
     echo_power = 0.5 * (cells.lower + cells.upper) - radar.noise_power
     heard = _has_echo(cells, echo_power, radar, settings) & np.isfinite(height)
-    spread = _height_std(voltage, look, flattened, echo_power, gain, radar, *window)
+    spread = _height_std(voltage, look, dwell.turned(flat), echo_power, gain, radar, *window)
     height, ground_range, spread = (np.where(heard, f, np.nan) for f in (height, ground_range, spread))
     outward, clockwise = _slopes(height, ground_range, cells.lower, radar, settings, width)
     quality = _flags(echoes, look, sweeps.size, cells, heard, echo_power, gain, height, radar)
@@ -312,6 +320,21 @@ def _slopes(
     reach = (1, max(1, round(1.5 * settings.cell_range_m / radar.spacing)))
     # Not closed: the first and the last look of a circle are neighbours in place, but lie a turn apart in time.
     return local_plane(height, weight, ground_range, across, reach, closed=False)
+
+
+def _ground_step(
+    radar: RadarDescription,
+    ground_range: NDArray[np.float64],
+    drop: NDArray[np.float64],
+    slope: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Ground range from a gate to the next along a surface of that slope: r dr = (x − drop · slope) dx.
+
+    Kept within three gates' spacing: where the surface faces the radar squarely, many places share a gate.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        step = radar.ranges / (ground_range - drop * np.nan_to_num(slope))
+    return radar.spacing * np.clip(np.where(step > 0.0, step, 3.0), 0.0, 3.0)
 
 
 def _phase_slope(rise: NDArray[np.float64], per_height: NDArray[np.float64]) -> NDArray[np.float64]:

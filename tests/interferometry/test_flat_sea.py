@@ -10,14 +10,13 @@ import pytest
 import xarray as xr
 from numpy.typing import NDArray
 
-from seamap_rt.analytic import flat_sea_gate_height, height_from_range_difference, range_difference
-from seamap_rt.conventions import SPEED_OF_LIGHT
+from seamap_rt.analytic import flat_sea_gate_height, range_difference
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes import from_scatterers, turn_voltages
 from seamap_rt.echoes.files import echo_dataset
 from seamap_rt.interferometry import retrieve
 from seamap_rt.radar.scan import pulses
-from seamap_rt.radar.waveform import RangeResponse, gates
+from seamap_rt.radar.waveform import gates
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RadarSettings, RetrievalSettings
 from seamap_rt.simulation import Simulator
@@ -85,47 +84,23 @@ def heights_at_reflectors(echoes: xr.Dataset, **settings) -> NDArray[np.float64]
 @pytest.mark.parametrize("transmit", ["single", "switched"])
 @pytest.mark.parametrize(("baseline", "height"), CORNERS)
 @pytest.mark.parametrize("estimator", ["single_cell", "sliding_plane"])
-def test_single_reflectors(baseline: float, height: float, transmit: str, estimator: str) -> None:
-    # Asked: 1 mm. Cells and windows of one gate and one look, so that a reflector is alone in its own. complex64
-    # (6e-8 rad) through λR/2πB = 38 m/rad at B = 0.05 m and 400 m is 2 µm.
+@pytest.mark.parametrize(
+    ("window", "limit"),
+    [
+        # Asked: 1 mm. A window is turned along a straight line, so that a lone reflector keeps its phase in it; left
+        # over (0.9 mm at worst) is that receivers 0.9 m apart hear it in the neighbouring gates with unlike weights.
+        pytest.param({}, 1e-3, id="default windows"),
+        # Alone in one gate and one look: complex64 (6e-8 rad) through λR/2πB = 38 m/rad at 0.05 m and 400 m is 2 µm.
+        pytest.param(ONE_GATE, 1e-5, id="one gate"),
+    ],
+)
+def test_single_reflectors(
+    baseline: float, height: float, transmit: str, estimator: str, window: dict[str, float], limit: float
+) -> None:
     _, echoes = reflectors(baseline, height, transmit)
-    found = heights_at_reflectors(echoes, estimator=estimator, **ONE_GATE)
-    assert np.abs(found).max() < 1e-5
+    found = heights_at_reflectors(echoes, estimator=estimator, **window)
+    assert np.abs(found).max() < limit
     assert found.size >= 250
-
-
-@pytest.mark.parametrize("transmit", ["single", "switched"])
-@pytest.mark.parametrize(("baseline", "height"), CORNERS)
-def test_single_reflectors_in_a_cell_of_two_gates(baseline: float, height: float, transmit: str) -> None:
-    # A cell of 3 m adds the neighbouring gates, which hear the reflector too and whose flat sea's phase is not its
-    # own: a lone
-    # reflector is no flat sea. Their phases bend as H/R: z ≈ −0.2 H (1.5/R)², 1 cm at 15 m from 3 m, and below 1 mm
-    # from 40 m (mast 3 m) or 105 m (20 m) on. The whole sum says it to 0.02 mm, gate by gate.
-    radar, echoes = reflectors(baseline, height, transmit)
-    found = heights_at_reflectors(echoes, estimator="single_cell")[1:-1]
-    gate, response = gates(radar), RangeResponse.of(radar)
-    k = 2.0 * np.pi * radar.frequency_hz / SPEED_OF_LIGHT
-    delta = range_difference(ground_range_of_gate(radar, gate), 0.0, radar.baseline_m, lower_height(radar))
-    inner, own = slice(1, -1), delta[1:-1]
-    # Half paths of the interferograms' two channels from the gate's middle: R₀ and the mixed one, and the mixed one
-    # and R₁.
-    pairs = [(0.0, 0.5), (0.5, 1.0)] if transmit == "switched" else [(0.0, 0.5)]
-    total = np.zeros(own.size, dtype=complex)
-    for shift, weight in ((-1, 0.5), (0, 1.0), (1, 0.5)):
-        beside = delta[1 + shift : gate.size - 1 + shift]
-        for pair in pairs:
-            heard = [response(1.5 * shift - (part - share_of(radar)) * own) for part in pair]
-            spread = (
-                1.0 + (pair[0] + pair[1] - 2.0 * share_of(radar)) * own / gate[inner]
-            ) ** -2  # ∝ R_tx⁻², to first order
-            total += weight * spread * heard[0] * heard[1] * np.exp(1j * k * (own - beside))
-    at, apparent = gate[inner], own + np.angle(total) / k
-    predicted = height_from_range_difference(
-        at - share_of(radar) * apparent, apparent, radar.baseline_m, lower_height(radar)
-    )
-    np.testing.assert_allclose(found, predicted, rtol=0.02, atol=2e-5)
-    beyond = at > (105.0 if height > 10.0 else 40.0)
-    assert np.abs(found[beyond]).max() < 1e-3
 
 
 @pytest.mark.parametrize("tilt", [-10.0, 10.0])
@@ -199,9 +174,8 @@ def test_height_of_each_gate_is_what_its_weighting_predicts(
     flat_sea: tuple[RadarSettings, xr.Dataset], cell: float, first: int
 ) -> None:
     # Covariances summed over 15° (8 dwells' worth of pulses in one look) and then inverted, so that no single look's
-    # heavy tail
-    # is averaged; 24 such looks give the mean and its standard error. The first gate's window would need a gate
-    # nearer still.
+    # heavy tail is averaged; 24 such looks give the mean and its standard error. The first gate's window shrinks to
+    # itself, for want of a gate nearer still.
     radar, echoes = flat_sea
     settings = RetrievalSettings.model_validate(
         {"estimator": "single_cell", "cell_range_m": cell, "cell_azimuth_deg": 15.0, "ground_m": COARSE}
@@ -220,4 +194,4 @@ def test_height_of_each_gate_is_what_its_weighting_predicts(
     assert np.abs(predicted[near]).max() > 0.1
     assert np.abs(height.mean(axis=0) - predicted)[near].max() < 0.03
     beyond = ranges[first:-1] > 50.0
-    assert np.abs(predicted[beyond]).max() < 0.006
+    assert np.abs(predicted[beyond]).max() < 0.02  # what is asked of the mean height

@@ -119,9 +119,7 @@ def test_any_value_reads_back_to_the_same_bits(
 def test_floats_of_a_wave_keep_their_bits(wavelength: float, period: float, direction: float) -> None:
     sea = SeaSettings(
         waves=(
-            SinusoidWaves(
-                spectrum="sinusoid", height_m=0.0, wavelength_m=wavelength, wave_from_deg=direction
-            ),
+            SinusoidWaves(spectrum="sinusoid", height_m=0.0, wavelength_m=wavelength, wave_from_deg=direction),
             JonswapWaves(spectrum="jonswap", significant_wave_height_m=1.0, peak_period_s=period),
         )
     )
@@ -411,9 +409,7 @@ def test_an_override_that_leads_nowhere_is_one_line(key: str, words: list[str]) 
         ({"sea": {"model": "choppy"}}, 'sea.model = "choppy": must be "linear"', "the only choice so far"),
     ],
 )
-def test_a_refusal_is_one_line_with_key_value_and_reason(
-    tree: dict[str, Any], start: str, words: str
-) -> None:
+def test_a_refusal_is_one_line_with_key_value_and_reason(tree: dict[str, Any], start: str, words: str) -> None:
     line = refusal(Outer, tree)
     assert line.startswith(start), line
     assert words in line
@@ -448,9 +444,7 @@ junk = st.recursive(
 
 @settings(deadline=None)
 @given(
-    key=st.sampled_from(
-        ["sea", "radar", "sea.waves", "sea.waves.0", "radar.range_m", "radar.antenna", "sea.depth_m"]
-    )
+    key=st.sampled_from(["sea", "radar", "sea.waves", "sea.waves.0", "radar.range_m", "radar.antenna", "sea.depth_m"])
     | st.sampled_from(["radar.noise", "radar.transmit", "sea.waves.0.spectrum", "sea.waves.0.peak_period_s"]),
     value=junk,
 )
