@@ -164,7 +164,7 @@ class Scene(Section):
     def _looks_hold_pulses(self) -> Self:
         prf, rpm = self.radar.prf_hz, self.radar.rotation_rpm
         cell, sector = self.retrieval.cell_azimuth_deg, sector_width(self.radar)
-        if cell > sector:
+        if cell > sector + 1e-9:
             raise ValueError(
                 f"retrieval.cell_azimuth_deg = {cell:.10g}: must be at most {_down(sector)} "
                 "(radar.sector_deg holds not one whole look); narrow retrieval.cell_azimuth_deg or widen "

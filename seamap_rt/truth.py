@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .conventions import db
 from .dataset import build
 from .mesh import Facets
+from .mesh.polar import BEAMS_BEYOND
 from .radar.antenna import antenna
 from .radar.grid import LookFan, ground_grid
 from .radar.scan import look_sweeps, turn_duration
@@ -155,7 +156,12 @@ def _beam_columns(
     facets: Facets, sweeps: NDArray[np.float64], cell_deg: float, radar: RadarSettings
 ) -> NDArray[np.float64]:
     """(look, column): two-way power pattern towards the column, averaged over the look's dwell."""
+    offset = sweeps[:, None] - facets.grid.column_sweep
+    # The dwell's mean depends on the offset alone: tabulated as far as the columns run on, 0 beyond.
+    reach = BEAMS_BEYOND * radar.antenna.azimuth_beamwidth_deg
+    table = np.linspace(-reach - cell_deg, reach + cell_deg, 4001)
     dwell = cell_deg * ((np.arange(24) + 0.5) / 24 - 0.5)
-    offset = np.clip(sweeps[:, None, None] + dwell - facets.grid.column_sweep[None, :, None], -89.0, 89.0)
-    table = np.linspace(-1.0, 1.0, 40_001)
-    return np.interp(np.sin(np.radians(offset)), table, antenna(radar).azimuth(table) ** 4).mean(axis=2)
+    pointing = np.clip(table[:, None] + dwell, -89.0, 89.0)
+    power = antenna(radar).azimuth(np.sin(np.radians(pointing))) ** 4
+    mean = np.where(np.abs(pointing) <= reach, power, 0.0).mean(axis=1)
+    return np.interp(offset, table, mean, left=0.0, right=0.0)

@@ -232,6 +232,11 @@ def mesh_turn(sea: MovingSurface, radar: RadarSettings, tracing: TracingSettings
 def submerged_lines(mesh: SurfaceMesh, sea: MovingSurface, radar: RadarSettings) -> NDArray[np.bool_]:
     """(line,): the sea covers a phase centre, at its own place, when the beam passes the line."""
     centres = phase_centres(radar, mesh.grid.azimuth)
+    # The first rung lies a metre from the mast: where the sea stays two metres below the antennas there, it does not
+    # reach them (that would be a slope of 2), and need not be asked for.
+    away = float(np.abs(centres[..., :2]).max()) + _INNERMOST
+    if mesh.elevation[:, 0].max() + 2.0 * away < centres[..., 2].min():
+        return np.zeros(mesh.grid.sweep.size, dtype=bool)
     time = np.broadcast_to(mesh.grid.time[:, None], centres.shape[:2])
     elevation, _ = sea.elevation_and_velocity(centres[..., 0], centres[..., 1], time)
     return np.any(elevation >= centres[..., 2], axis=1)
