@@ -11,8 +11,10 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
+import xarray as xr
 
 import seamap_rt as sr
+from seamap_rt.metrics import HEADLINE_M
 from seamap_rt.settings import RetrievalSettings
 from seamap_rt.simulation import Simulator
 
@@ -25,7 +27,19 @@ FIELDS = (
     "height_bias_visible_m",
     "height_correlation",
     "slope_rmse",
+    "error_over_std",
+    "within_1.96",
 )
+
+
+def error_bars(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, float]:
+    """How well the stated error holds over the headline's cells: 1.4826 MAD of error/stated, and the share in ±1.96."""
+    got, true = maps["polar"].to_dataset(), truth["polar"].to_dataset()
+    headline = (got["range"] >= HEADLINE_M[0]) & (got["range"] <= HEADLINE_M[1])
+    ratio = ((got["height"] - true["height"]) / got["height_std"]).where(headline & (true["visible_fraction"] > 0.5))
+    known = ratio.values[np.isfinite(ratio.values)]
+    robust = 1.4826 * np.median(np.abs(known - np.median(known)))
+    return {"error_over_std": float(robust), "within_1.96": float(np.mean(np.abs(known) < 1.96))}
 
 
 def main() -> None:
@@ -45,7 +59,8 @@ def main() -> None:
             turn = Simulator(scene).turn(0)
             for estimator in ESTIMATORS:
                 settings = RetrievalSettings(**{**scene.retrieval.model_dump(), "estimator": estimator})
-                results[estimator].append(sr.compare(sr.retrieve(turn.echoes, settings), turn.truth)["overall"])
+                maps = sr.retrieve(turn.echoes, settings)
+                results[estimator].append(sr.compare(maps, turn.truth)["overall"] | error_bars(maps, turn.truth))
         for estimator, rows in results.items():
             label = f"{polarization} {'with noise' if noise else 'no noise'} {estimator}"
             values = [[row[name] for row in rows] for name in FIELDS]
