@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .interferometry import retrieve
     from .io.scenefile import InputError
     from .metrics import compare
-    from .run import run
+    from .runs import run
     from .scene import Scene, load_scene
     from .simulation import Simulation, expected, simulate
 
@@ -34,7 +34,7 @@ _HOMES = {
     "expected": "simulation",
     "load_scene": "scene",
     "retrieve": "interferometry",
-    "run": "run",
+    "run": "runs",
     "simulate": "simulation",
 }
 _PACKAGES = ("analytic", "echoes", "scattering", "sea", "studies")
@@ -62,7 +62,5 @@ def __getattr__(name: str) -> Any:
     if name in _PACKAGES:
         return importlib.import_module(f".{name}", __name__)
     if name in _HOMES:
-        value = getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)
-        globals()[name] = value  # a function named like its module (run) must win over the module
-        return value
+        return getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)
     raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

@@ -93,7 +93,7 @@ def run(
     set_: KEY=VALUE, any key of the scene file, as often as wanted.
     """
     loaded = _scene(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
-    from .run import run as run_scene
+    from .runs import run as run_scene
 
     say, stop = _progress()
     try:
@@ -115,14 +115,14 @@ def simulate(scene: str, *, out: Path, overwrite: bool = False, set_: Settings |
     overwrite: replace earlier results in that folder. set_: KEY=VALUE, any key of the scene file.
     """
     loaded = _scene(scene, set_)
-    from .run import prepare_folder
+    from .runs import prepare_folder
     from .simulation import simulate as simulate_scene
 
     prepare_folder(out, overwrite, ("echoes.zarr", "truth.nc"))
     say, stop = _progress()
     try:
         say(f"simulating {loaded.name}")
-        simulate_scene(loaded, out)
+        simulate_scene(loaded, out, overwrite=overwrite)
     finally:
         stop()
     _out.print(f"{out / 'echoes.zarr'}, {out / 'truth.nc'}")
@@ -142,7 +142,7 @@ def retrieve(echoes: Path, *, out: Path | None = None, overwrite: bool = False, 
     from .interferometry import retrieve as retrieve_echoes
     from .io.scenefile import apply_overrides, validate
     from .io.turnfile import TurnFile
-    from .run import prepare_folder
+    from .runs import clear_folder, prepare_folder
     from .settings import RetrievalSettings
 
     overrides = _overrides(set_)
@@ -165,6 +165,7 @@ def retrieve(echoes: Path, *, out: Path | None = None, overwrite: bool = False, 
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"ECHOES = '{echoes}': is not an echo store ({error}); give an echoes.zarr") from None
     maps = retrieve_echoes(recorded, settings)
+    clear_folder(folder, ("maps.nc",))
     with TurnFile(folder / "maps.nc") as file:
         for turn in range(maps["polar"].sizes["turn"]):
             file.append(maps.isel(turn=slice(turn, turn + 1)))
@@ -203,10 +204,8 @@ def main(arguments: list[str] | None = None) -> None:
         code = _refuse(str(error), BAD_INPUT)
     except NoBackend as error:
         code = _refuse(str(error), NO_BACKEND)
-    except KeyboardInterrupt:
-        code = _refuse(
-            "interrupted: complete turns are kept in the output folder; later files are missing", INTERRUPTED
-        )
+    except KeyboardInterrupt as interruption:
+        code = _refuse(f"interrupted: {interruption or 'complete turns, if any, stay readable'}", INTERRUPTED)
     except OSError as error:
         what = f"'{error.filename}': {error.strerror}" if error.filename else " ".join(str(error).split())
         code = _refuse(f"{what}; free the space or choose another --out", BAD_INPUT)

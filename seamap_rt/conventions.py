@@ -18,7 +18,6 @@ REFERENCE_TEMPERATURE = 290.0  # K, the temperature at which noise figures are d
 GRAVITY = 9.81  # m/s²
 WATER_DENSITY = 1025.0  # kg/m³, sea water at 35 psu
 SURFACE_TENSION = 0.074  # N/m, clean sea water
-VON_KARMAN = 0.4
 EARTH_RADIUS = 6_371_000.0  # m; the 4/3 Earth of radar propagation uses 4/3 of it
 
 POLARIZATIONS = ("VV", "HH")

@@ -8,6 +8,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from .dataset import QUALITY_FLAGS
+
 BIN_M = 25.0
 HEADLINE_M = (50.0, 200.0)
 HALF_VISIBLE = 0.5
@@ -16,8 +18,8 @@ HALF_VISIBLE = 0.5
 def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
     """The `metrics.json` part that judges maps: lists per range bin, and `overall`; None where not defined.
 
-    Cells count if they are more than half visible and the retrieval gave a height that it does not call ambiguous or
-    folded; `cells` says how many, `answered` what share of the visible cells that is.
+    Cells count if they are more than half visible and the retrieval gave a height that it does not call
+    ambiguous; `cells` says how many, `answered` what share of the visible cells that is.
     """
     got, true = maps["polar"].to_dataset(), truth["polar"].to_dataset()
     if got["height"].shape != true["height"].shape:
@@ -29,12 +31,14 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
     visible = true["visible_fraction"].values > HALF_VISIBLE
     height, real = got["height"].values.astype(np.float64), true["height"].values.astype(np.float64)
     error = height - real
-    known = visible & np.isfinite(error)
+    clear = (got["quality"].values & QUALITY_FLAGS["ambiguous"]) == 0
+    known = visible & np.isfinite(error) & clear
     seen_error = height - true["height_visible"].values
     slope_error = got["slope_range"].values.astype(np.float64) - true["slope_range"].values
     # Hs from the map as its user sees it: unflagged cells, whether or not they were in sight.
     sound = got["quality"].values == 0
-    edges = np.arange(np.floor(ranges[0] / BIN_M) * BIN_M, ranges[-1] + BIN_M, BIN_M)
+    first, last = np.floor(ranges[0] / BIN_M), np.floor(ranges[-1] / BIN_M)
+    edges = BIN_M * np.arange(first, last + 2.0)  # the last gate, even one on an edge, lies below the last edge
     number = np.digitize(ranges, edges) - 1
     rows = []
     for index in range(edges.size - 1):
@@ -65,7 +69,7 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
         "visible_fraction": _mean(true["visible_fraction"].values[..., headline]),
         "cells": int(cells.sum()),
     }
-    by_range = {key: [row[key] for row in rows] for key in (rows[0] if rows else {"range_m": None})}
+    by_range = {key: [row[key] for row in rows] for key in rows[0]}
     return {**by_range, "overall": overall}
 
 

@@ -23,6 +23,7 @@ from .settings import (
     ScatteringSettings,
     SeaSettings,
     Section,
+    SinusoidWaves,
     SpectralWaves,
     TracingSettings,
     limited,
@@ -31,6 +32,9 @@ from .settings import (
 PATCH_MARGIN_M = 30.0  # the mesh runs on beyond the far gate by it
 RUN_ON_BEAMS = 3.0  # beam widths by which the mesh runs on before and after the sector
 MOST_TRIANGLES = 2e7
+BYTES_PER_VOLTAGE = 32.0  # the voltage itself, its noise and the sums it is made from
+MOST_ECHO_BYTES = 8e9
+MOST_GROUND_CELLS = 1e7
 BYTES_PER_TRIANGLE = 600.0  # vertices, the tracer's tree and the facets' arrays
 HALF_POWER = 0.442947  # sinc² is ½ there: half a uniform aperture's beam, as (aperture/λ) · direction cosine
 
@@ -181,11 +185,49 @@ class Scene(Section):
         return self
 
     @model_validator(mode="after")
+    def _a_turn_of_echoes_fits_memory(self) -> Self:
+        near, far = self.radar.range_m
+        pulses = self.radar.prf_hz * self.turn_duration_s * sector_width(self.radar) / 360.0
+        gates = (far - near) / self.radar.range_sampling_m + 1.0
+        needed = BYTES_PER_VOLTAGE * 2.0 * pulses * gates
+        if needed > MOST_ECHO_BYTES:
+            raise ValueError(
+                f"radar.prf_hz = {self.radar.prf_hz:.10g}: a turn would hold {pulses:.3g} pulses of {gates:.3g} gates "
+                f"and take {needed / 1e9:.3g} GB, and may take {MOST_ECHO_BYTES / 1e9:.3g}; lower radar.prf_hz, raise "
+                "radar.rotation_rpm or radar.range_sampling_m, narrow radar.sector_deg or shorten radar.range_m"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _ground_map_fits_memory(self) -> Self:
+        far, side = self.radar.range_m[1], self.retrieval.ground_m
+        cells = (2.0 * far / side) ** 2
+        if cells > MOST_GROUND_CELLS:
+            least = 2.0 * far / math.sqrt(MOST_GROUND_CELLS)
+            raise ValueError(
+                f"retrieval.ground_m = {side:.10g}: must be at least {_up(least)} (the ground map would have "
+                f"{cells:.3g} cells, and may have {MOST_GROUND_CELLS:.3g}); raise retrieval.ground_m"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _facets_follow_the_waves(self) -> Self:
+        facet = self.tracing.facet_m
+        for number, waves in enumerate(self.sea.waves):
+            if isinstance(waves, SinusoidWaves) and waves.height_m > 0.0 and waves.wavelength_m < 4.0 * facet:
+                raise ValueError(
+                    f"tracing.facet_m = {facet:.10g}: must be at most {_down(0.25 * waves.wavelength_m)} (a quarter of "
+                    f"sea.waves.{number}.wavelength_m = {waves.wavelength_m:.10g}, or the mesh misses the wave); lower "
+                    "tracing.facet_m or lengthen the wave"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _mesh_fits_memory(self) -> Self:
-        (near, far), facet = self.radar.range_m, self.tracing.facet_m
+        far, facet = self.radar.range_m[1], self.tracing.facet_m
         beams = sector_width(self.radar) / self.radar.antenna.azimuth_beamwidth_deg + 2.0 * RUN_ON_BEAMS
         columns = self.tracing.columns_per_beam * beams
-        rungs = (far - near + 2.0 * PATCH_MARGIN_M) / facet
+        rungs = (far + PATCH_MARGIN_M) / facet  # from the mast's foot on: what is near shadows what is far
         triangles = 2.0 * columns * rungs
         if triangles > MOST_TRIANGLES:
             raise ValueError(

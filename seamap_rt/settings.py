@@ -193,7 +193,9 @@ class AntennaSettings(Section):
     """One of the two identical antennas."""
 
     pattern: Literal["slotted_waveguide", "gaussian", "isotropic"] = "slotted_waveguide"
-    azimuth_beamwidth_deg: Annotated[float, limited("one-way, −3 dB", above=0.05, most=60.0)] = 1.8
+    azimuth_beamwidth_deg: Annotated[
+        float, limited("one-way, −3 dB; three beams to either side must look ahead", above=0.05, most=25.0)
+    ] = 1.8
     elevation_beamwidth_deg: Annotated[float, limited("one-way, −3 dB", above=0.5, most=120.0)] = 18.0
     width_m: Annotated[float, limited("aperture width", above=0.0, most=20.0)] = 1.0
     height_m: Annotated[float, limited("aperture height", above=0.0, most=5.0)] = 0.1

@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from . import sea as sea_package
+from .conventions import EARTH_RADIUS
 from .dataset import build
 from .echoes import expected_look_gates, turn_voltages
 from .echoes.files import EchoStore, echo_dataset
@@ -78,7 +79,10 @@ class Simulator:
                 "it serves from_scatterers only. Choose slotted_waveguide or gaussian to simulate a sea"
             )
         self.scene = scene
-        self.sea = sea_package.realize(scene.sea, np.random.SeedSequence(scene.seed, spawn_key=(_SEA_STAGE,)))
+        try:
+            self.sea = sea_package.realize(scene.sea, np.random.SeedSequence(scene.seed, spawn_key=(_SEA_STAGE,)))
+        except ValueError as error:
+            raise InputError(f"sea: {error}") from None
         self._trace = tracer(scene.tracing.tracer, scene.radar, scene.scattering)
         self._refuse_if_under_water()
 
@@ -127,9 +131,8 @@ class Simulator:
             )
         count = int(facets.height.size)
         timing = {**clock.seconds, "total": time.perf_counter() - start}
-        rays = 2 * count if scene.tracing.tracer == "facets" else 0
         slope = float(np.sqrt(np.mean(np.square(facets.slope_look, dtype=np.float64))))
-        return Turn(number, echoes, truth, timing, count, rays, slope)
+        return Turn(number, echoes, truth, timing, count, facets.rays, slope)
 
     def facts(self) -> dict[str, Any]:
         """What was modelled, what was left out and why, and which waves are resolved."""
@@ -154,11 +157,12 @@ class Simulator:
             )
 
 
-def simulate(scene: Scene, out: str | Path | None = None) -> Simulation:
+def simulate(scene: Scene, out: str | Path | None = None, *, overwrite: bool = False) -> Simulation:
     """Simulate all turns of a scene.
 
     out: a folder into which `echoes.zarr` and `truth.nc` are streamed turn by turn, so that memory holds one turn; the
-    datasets of the result are then read from there. Without it everything stays in memory.
+    datasets of the result are then read from there. Without it everything stays in memory. Earlier echoes or truth in
+    that folder are replaced only with `overwrite`.
     Raises InputError for a scene that cannot be simulated, NoBackend if rays are asked for and cannot be traced.
     """
     simulator = Simulator(scene)
@@ -174,6 +178,9 @@ def simulate(scene: Scene, out: str | Path | None = None) -> Simulation:
         )
         return Simulation(echoes, truth, [t.timing for t in turns], simulator.facts())
     folder = Path(out)
+    for name in ("echoes.zarr", "truth.nc"):
+        if (folder / name).exists() and not overwrite:
+            raise InputError(f"out = '{folder}': holds an earlier {name}; choose another folder, or overwrite it")
     folder.mkdir(parents=True, exist_ok=True)
     store, timing = EchoStore(folder / "echoes.zarr"), []
     with TurnFile(folder / "truth.nc") as truth_file:
@@ -226,7 +233,7 @@ def _plain(value: Any) -> Any:
 def _modelled(scene: Scene) -> list[dict[str, str]]:
     radar, scattering = scene.radar, scene.scattering
     light = {
-        "facets": "one shadow ray per facet and antenna, traced by Sionna RT/Mitsuba",
+        "facets": "a shadow ray to each facet that faces the antenna, for each antenna, traced by Sionna RT/Mitsuba",
         "horizon": "running maximum of the elevation angle, float64",
     }[scene.tracing.tracer]
     nrcs = {
@@ -251,6 +258,8 @@ def _modelled(scene: Scene) -> list[dict[str, str]]:
 
 
 def _left_out(scene: Scene) -> list[dict[str, str]]:
+    beam = np.radians(scene.radar.antenna.azimuth_beamwidth_deg)
+    facet_width = scene.radar.range_m[1] * beam / scene.tracing.columns_per_beam
     rows = [
         ("diffraction at shadow edges", "geometric shadows; an edge blurs by about 0.5 m at X band"),
         ("multiple scattering", "one bounce; the second is not traced"),
@@ -260,9 +269,18 @@ def _left_out(scene: Scene) -> list[dict[str, str]]:
         ("analogue-to-digital conversion", "ideal complex gates; no quantisation or saturation"),
         ("Bragg waves' own velocity", "facets move with the resolved waves' orbital velocity only"),
         (
+            "wind-direction contrast of the mean echo",
+            "NRL 2012 is an average over directions; the calibration is fitted to the sector and turn that are "
+            "simulated, so a narrow sector's level can differ by 1 dB from that of a full circle",
+        ),
+        (
+            "waves shorter than the mesh's columns across the look",
+            f"columns are {facet_width:.2g} m wide at the far gate",
+        ),
+        (
             "Earth curvature",
             f"flat Earth: the drop at {scene.radar.range_m[1]:g} m is "
-            f"{scene.radar.range_m[1] ** 2 / (2.0 * 4.0 / 3.0 * 6.371e6):.2g} m",
+            f"{scene.radar.range_m[1] ** 2 / (2.0 * 4.0 / 3.0 * EARTH_RADIUS):.2g} m",
         ),
     ]
     if scene.scattering.nrcs != "constant":

@@ -205,8 +205,8 @@ def test_overrides_are_part_of_the_resolved_scene(tmp_path: Path) -> None:
             {"tracing.facet_m": 0.02},
             [
                 "tracing.facet_m = 0.02: ",
-                "at least 0.03667",
-                "3.67e+07 triangles, 22 GB",
+                "at least 0.03544",
+                "3.54e+07 triangles, 21.3 GB",
                 "raise tracing.facet_m",
             ],
         ),
@@ -241,7 +241,7 @@ def test_a_refusal_names_key_value_limit_and_remedy(overrides: dict[str, Any], p
         ({"retrieval.cell_azimuth_deg": 0.01}, {"retrieval.cell_azimuth_deg": 0.072}),
         ({"retrieval.cell_azimuth_deg": 0.01}, {"radar.prf_hz": 72000}),
         ({"retrieval.cell_azimuth_deg": 0.01}, {"radar.rotation_rpm": 8.333}),
-        ({"tracing.facet_m": 0.02}, {"tracing.facet_m": 0.03667}),
+        ({"tracing.facet_m": 0.02}, {"tracing.facet_m": 0.03544}),
     ],
 )
 def test_the_remedy_that_a_refusal_names_works(refused: dict[str, Any], remedy: dict[str, Any]) -> None:
@@ -251,7 +251,7 @@ def test_the_remedy_that_a_refusal_names_works(refused: dict[str, Any], remedy: 
     load_scene("choppy_sea", {**refused, **remedy})
 
 
-@given(st.floats(0.1, 10.0), st.floats(0.1, 40.0), st.sampled_from([3e9, 10e9, 35e9]))
+@given(st.floats(0.1, 10.0), st.floats(0.1, 25.0), st.sampled_from([3e9, 10e9, 35e9]))
 @settings(max_examples=60, deadline=None)
 def test_the_width_that_a_narrow_beam_needs_satisfies_the_antenna_too(
     width: float, beam: float, frequency: float

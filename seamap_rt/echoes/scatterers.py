@@ -26,7 +26,10 @@ def from_scatterers(scene: Scene, xyz: ArrayLike, rcs: ArrayLike, velocity: Arra
     Raises ValueError, in one line, for shapes that do not fit or values that are not finite.
     """
     places = np.atleast_2d(np.asarray(xyz, dtype=np.float64))
-    areas = np.broadcast_to(np.asarray(rcs, dtype=np.float64), places.shape[:1])
+    areas = np.asarray(rcs, dtype=np.float64)
+    if areas.shape not in ((), places.shape[:1]):
+        raise ValueError(f"rcs {areas.shape}: must be one number, or one for each of the {len(places)} scatterers")
+    areas = np.broadcast_to(areas, places.shape[:1])
     speeds = np.zeros_like(places) if velocity is None else np.atleast_2d(np.asarray(velocity, dtype=np.float64))
     if places.ndim != 2 or places.shape[1] != 3 or speeds.shape != places.shape:
         raise ValueError(f"xyz {places.shape}, velocity {speeds.shape}: both must be (n, 3)")
@@ -39,7 +42,7 @@ def from_scatterers(scene: Scene, xyz: ArrayLike, rcs: ArrayLike, velocity: Arra
     if scene.radar.noise:
         for voltage, turn in zip(voltages, turns, strict=True):
             add_noise(voltage, scene.radar, turn, scene.seed, workers=1)
-    return echo_dataset(scene.radar, turns, voltages)
+    return echo_dataset(scene.radar, turns, voltages, scene.scattering.polarization)
 
 
 def scatterer_voltages(

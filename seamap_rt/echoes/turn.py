@@ -29,8 +29,8 @@ from .gating import Gating
 from .paths import FacetPaths, facet_paths, pair_count, wavenumber
 from .speckle import speckle_basis, speckle_weights
 
-_TAPS = 12
-_OVERSAMPLING = 1.6  # knots per Nyquist interval: with 12 taps the interpolation errs by some 1e-4 of the voltage
+_TAPS = 16
+_OVERSAMPLING = 1.3  # knots per Nyquist interval of a band that is a sum of worst cases
 _CHUNK = 4  # columns worked on at a time: their phasors stay near the cache
 _NOISE_STAGE, _NOISE_CHUNK = 3, 1000
 
@@ -86,7 +86,11 @@ def choose_knots(facets: Facets, radar: RadarSettings, pulses: Pulses, decorrela
     """Knots as far apart as the echo's bandwidth allows: rotation + Doppler of the fastest facet + speckle."""
     rate = 6.0 * radar.rotation_rpm  # deg/s
     wavelength = 2.0 * np.pi / wavenumber(radar)
-    rotation = 1.35 / radar.antenna.azimuth_beamwidth_deg * rate
+    # The two-way pattern is the transform of the aperture convolved with itself: strictly ±width/λ per radian. A
+    # Gaussian beam has no edge; 1.35 per beam width holds all but 1e-5 of it.
+    strict = np.radians(radar.antenna.width_m / wavelength)
+    soft = 1.35 / radar.antenna.azimuth_beamwidth_deg
+    rotation = rate * (strict if radar.antenna.pattern == "slotted_waveguide" else soft)
     fastest = float(np.max(np.hypot(facets.velocity_look, facets.velocity_up), initial=0.0))
     speckle = 3.5 / (np.sqrt(2.0) * np.pi * decorrelation_time_s)
     bandwidth = rotation + 2.0 * fastest / wavelength + speckle

@@ -21,19 +21,26 @@ class Covariance:
         """With a phase (look, gate) taken off the cross term."""
         return replace(self, cross=self.cross * np.exp(-1j * phase))
 
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Cells that hold a number: not those of a look without pulses, or of a receiver that gave NaN."""
+        return np.isfinite(self.cross) & np.isfinite(self.lower) & np.isfinite(self.upper)
+
     def windowed(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> Covariance:
         """Power-weighted: the sums themselves are averaged, so a strong cell counts for more than a weak neighbour.
 
-        Take the flat sea's phase off first (`turned`), or it blurs what is averaged.
+        Take the flat sea's phase off first (`turned`), or it blurs what is averaged. Unknown cells count nothing.
         """
+        known = self.known
 
-        def smooth(field: NDArray) -> NDArray:
-            out = correlate1d(field, range_weights / range_weights.sum(), axis=1, mode="nearest")
-            return correlate1d(out, look_weights / look_weights.sum(), axis=0, mode="nearest")
+        def smooth(field: NDArray[np.float64]) -> NDArray[np.float64]:
+            out = correlate1d(np.where(known, field, 0.0), range_weights, axis=1, mode="nearest")
+            return correlate1d(out, look_weights, axis=0, mode="nearest")
 
-        return Covariance(
-            smooth(self.cross.real) + 1j * smooth(self.cross.imag), smooth(self.lower), smooth(self.upper)
-        )
+        with np.errstate(invalid="ignore", divide="ignore"):
+            norm = 1.0 / smooth(np.ones(known.shape))
+            cross = smooth(self.cross.real) * norm + 1j * (smooth(self.cross.imag) * norm)
+            return Covariance(cross, smooth(self.lower) * norm, smooth(self.upper) * norm)
 
     def windowed_along(
         self,
@@ -46,27 +53,31 @@ class Covariance:
         [rad per gate, rad per look], which broadcast to (look, gate).
 
         Turned by a straight line, a single reflector keeps its phase exactly, and the sea's own slope (that of mean
-        sea level, and of the waves if known) does not blur what is averaged. At the edges the window shrinks on both
-        sides alike: half a gate's shift would cost centimetres. The first and the last look of a circle do not meet:
-        they lie a turn apart in time.
+        sea level, and of the waves if known) does not blur what is averaged. At the edges, and beside unknown cells,
+        the window shrinks on both sides alike: half a gate's shift would cost centimetres. The first and the last look
+        of a circle do not meet: they lie a turn apart in time. Unknown cells stay NaN.
         """
-        shape = self.cross.shape
+        shape, known = self.cross.shape, self.known
+        cross, lower, upper = (np.where(known, field, 0.0) for field in (self.cross, self.lower, self.upper))
         total = Covariance(np.zeros_like(self.cross), np.zeros(shape), np.zeros(shape))
-        weights = np.zeros(shape)
+        weights = np.where(known, 0.0, np.nan)
         half_range, half_look = range_weights.size // 2, look_weights.size // 2
         phase_per_gate = np.broadcast_to(phase_per_gate, shape)
         phase_per_look = np.broadcast_to(phase_per_look, shape)
         for look in range(-half_look, half_look + 1):
             for gate in range(-half_range, half_range + 1):
                 here, there = _overlap(shape, look, gate)
+                opposite = _overlap(shape, -look, -gate)[1]
                 weight = range_weights[gate + half_range] * look_weights[look + half_look]
+                weight = weight * (known[there] & known[opposite])
                 turn = np.exp(-1j * (gate * phase_per_gate[here] + look * phase_per_look[here]))
-                total.cross[here] += weight * self.cross[there] * turn
-                total.lower[here] += weight * self.lower[there]
-                total.upper[here] += weight * self.upper[there]
+                total.cross[here] += weight * cross[there] * turn
+                total.lower[here] += weight * lower[there]
+                total.upper[here] += weight * upper[there]
                 weights[here] += weight
-        for field in (total.cross, total.lower, total.upper):
-            field /= weights
+        with np.errstate(invalid="ignore"):
+            for field in (total.cross, total.lower, total.upper):
+                field /= weights
         return total
 
     @property

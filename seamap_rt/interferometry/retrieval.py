@@ -87,7 +87,7 @@ class RadarDescription:
     def of(cls, echoes: xr.Dataset) -> RadarDescription:
         attrs = echoes.attrs
         if attrs["interferogram"] != "single_pulse":
-            raise ValueError(
+            raise SchemaError(
                 f"interferogram = '{attrs['interferogram']}': only single_pulse echoes can be retrieved so far"
             )
         start, stop = (float(a) for a in attrs["sector_deg"])
@@ -181,11 +181,12 @@ def retrieve_turn(echoes: xr.Dataset, radar: RadarDescription, settings: Retriev
     unwrapped = flat + departure
 
     echo_power = 0.5 * (cells.lower + cells.upper) - radar.noise_power
-    heard = _has_echo(cells, echo_power, radar, settings) & np.isfinite(height)
+    echoing = _has_echo(cells, echo_power, radar, settings)
+    heard = echoing & np.isfinite(height)
     spread = _height_std(voltage, look, dwell.turned(flat), echo_power, gain, radar, *window)
     height, ground_range, spread = (np.where(heard, f, np.nan) for f in (height, ground_range, spread))
     outward, clockwise = _slopes(height, ground_range, cells.lower, radar, settings, width)
-    quality = _flags(echoes, look, sweeps.size, cells, heard, echo_power, gain, height, radar)
+    quality = _flags(echoes, look, cells, echoing, echo_power, gain, height, radar)
     with np.errstate(invalid="ignore", divide="ignore"):
         snr = (
             db(np.where(echo_power > 0.0, echo_power, np.nan) / radar.noise_power)
@@ -311,8 +312,10 @@ def _slopes(
     settings: RetrievalSettings,
     width: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Slopes outward and clockwise by planes over three looks and three cells; strong echoes count for more, up to a
-    few times the gate's median."""
+    """Slopes outward and clockwise by planes over three looks and a cell and a half to either side: 10.5 m by default.
+
+    Shorter planes would follow steeper waves, and more noise. Strong echoes count for more, up to thrice the median.
+    """
     with np.errstate(invalid="ignore", divide="ignore"):
         relative = power / _gate_median(power, np.isfinite(power))
     weight = np.where(np.isfinite(height), np.clip(np.nan_to_num(relative), 0.0, 3.0), 0.0)
@@ -413,7 +416,6 @@ def _lee_table(looks: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 def _flags(
     echoes: xr.Dataset,
     look: NDArray[np.intp],
-    looks: int,
     cells: Covariance,
     heard: NDArray[np.bool_],
     echo_power: NDArray[np.float64],
@@ -427,8 +429,9 @@ def _flags(
     with np.errstate(invalid="ignore"):
         quality[heard & (cells.coherence < _LOW_COHERENCE)] |= QUALITY_FLAGS["low_coherence"]
         # Half an ambiguity is π·gain. The sea's own size, as far as it shows, says where heights may lie beyond it.
-        size = 1.4826 * np.nanmedian(np.abs(height - np.nanmedian(height))) if heard.any() else 0.0
-        quality[heard & (np.pi * gain < 3.0 * size)] |= QUALITY_FLAGS["ambiguous"]
+        known = height[np.isfinite(height)]
+        size = 1.4826 * np.median(np.abs(known - np.median(known))) if known.size else 0.0
+        quality[heard & ((np.pi * gain < 3.0 * size) | ~np.isfinite(height))] |= QUALITY_FLAGS["ambiguous"]
         typical = _gate_median(echo_power, heard)
         weak = echo_power < typical * 10.0 ** (-_PARTLY_SHADOWED_DB / 10.0)
         quality[heard & weak] |= QUALITY_FLAGS["partly_shadowed"]

@@ -196,6 +196,7 @@ class Facets:
     velocity_look: NDArray[np.float32]  # (column, facet) m/s
     velocity_up: NDArray[np.float32]  # (column, facet) m/s
     lit: NDArray[np.bool_] | None = field(default=None)  # (antenna, column, facet)
+    rays: int = 0  # that were traced to find it
 
     @property
     def lit_both(self) -> NDArray[np.bool_]:

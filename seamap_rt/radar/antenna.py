@@ -80,6 +80,7 @@ class Antenna:
     elevation: Cut
     gain: float  # linear
     tilt: float  # rad, top towards the look: the boresight points down by it
+    everywhere: bool = False  # hears behind the aperture too
 
     def cosines(self, offset: ArrayLike, elevation: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Direction cosines (l, n) of a direction `offset` rad clockwise of the look and `elevation` rad up."""
@@ -92,7 +93,7 @@ class Antenna:
         """One-way voltage towards a direction (rad, rad), relative to boresight; 0 behind the aperture."""
         across, up = self.cosines(offset, elevation)
         front = np.cos(np.asarray(offset, dtype=np.float64)) > 0.0
-        return np.where(front, self.azimuth(across) * self.elevation(up), 0.0)
+        return np.where(front | self.everywhere, self.azimuth(across) * self.elevation(up), 0.0)
 
 
 def antenna(radar: RadarSettings) -> Antenna:
@@ -107,7 +108,8 @@ def antenna(radar: RadarSettings) -> Antenna:
     gain *= float(from_db(-settings.ohmic_loss_db))
     if settings.gain_dbi is not None:
         gain = float(from_db(settings.gain_dbi))
-    return Antenna(azimuth, elevation, gain, float(np.radians(radar.tilt_deg)))
+    everywhere = settings.pattern == "isotropic"
+    return Antenna(azimuth, elevation, gain, float(np.radians(radar.tilt_deg)), everywhere)
 
 
 @lru_cache(maxsize=16)

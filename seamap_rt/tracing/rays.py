@@ -39,12 +39,14 @@ class RayTracer:
         """The mesh's facets with `lit` (antenna, column, facet)."""
         facets = mesh.facets
         lit = np.zeros((2, *facets.height.shape), dtype=bool)
+        rays = 0
         for sheet in mesh.sheets():
             scene = self._scene(mesh, sheet)
             for columns in sheet:
                 for antenna in (0, 1):
-                    lit[antenna, columns] = scene.lit(mesh, facets, columns, antenna)
-        return replace(facets, lit=lit)
+                    lit[antenna, columns], traced = scene.lit(mesh, facets, columns, antenna)
+                    rays += traced
+        return replace(facets, lit=lit, rays=rays)
 
     def _scene(self, mesh: SurfaceMesh, sheet: tuple[slice, ...]) -> SeaScene:
         key = tuple((columns.start, columns.stop) for columns in sheet)
@@ -57,8 +59,8 @@ class RayTracer:
 class SeaScene:
     """A Sionna scene: the sea as a scene object of sea water, and the two antennas as radio devices.
 
-    The lower antenna is the transmitter and both are receivers, as in the single-transmitter mode; for light and shadow
-    only their places matter.
+    The lower antenna is the transmitter and both are receivers, as in the single-transmitter mode. They stand where
+    they are when the radar looks north; rays start from there, turned to each column's look, as a leaning baseline is.
     """
 
     def __init__(self, mesh: SurfaceMesh, sheet: tuple[slice, ...], frequency_hz: float, permittivity: complex) -> None:
@@ -83,10 +85,12 @@ class SeaScene:
         self.scene: Any = rt.Scene()
         self.scene.frequency = frequency_hz
         self.scene.edit(add=rt.SceneObject(mi_mesh=shape, name="sea", radio_material=water))
-        lower, upper = mesh.antennas()
-        self.scene.add(rt.Transmitter("lower-transmitter", position=[0.0, float(lower[0]), float(lower[1])]))
-        self.scene.add(rt.Receiver("lower", position=[0.0, float(lower[0]), float(lower[1])]))
-        self.scene.add(rt.Receiver("upper", position=[0.0, float(upper[0]), float(upper[1])]))
+        lower, upper = ([0.0, float(along), float(above)] for along, above in mesh.antennas())
+        self.scene.add(rt.Transmitter("lower-transmitter", position=lower))
+        self.scene.add(rt.Receiver("lower", position=lower))
+        self.scene.add(rt.Receiver("upper", position=upper))
+        devices = (self.scene.get(name) for name in ("lower", "upper"))
+        self._places = [(float(d.position.y[0]), float(d.position.z[0])) for d in devices]
 
     def update(self, mesh: SurfaceMesh, sheet: tuple[slice, ...]) -> bool:
         """Move the sea's vertices to those of another mesh; False if the topology differs."""
@@ -98,10 +102,10 @@ class SeaScene:
         parameters.update()
         return True
 
-    def lit(self, mesh: SurfaceMesh, facets: Facets, columns: slice, antenna: int) -> NDArray[np.bool_]:
-        """(column, facet): the antenna sees the facet's point, and sees the facet from above."""
+    def lit(self, mesh: SurfaceMesh, facets: Facets, columns: slice, antenna: int) -> tuple[NDArray[np.bool_], int]:
+        """(column, facet): the antenna sees the facet's point, and sees the facet from above. And the rays it took."""
         mi = self._mi
-        along, above = mesh.antennas()[antenna]
+        along, above = self._places[antenna]
         azimuth = mesh.grid.column_azimuth[columns]
         point_east, point_north = unit_from_azimuth(azimuth[:, None] + np.degrees(facets.angle))
         look_east, look_north = unit_from_azimuth(azimuth)
@@ -120,7 +124,7 @@ class SeaScene:
 
         rays = np.flatnonzero(front.ravel())
         if rays.size == 0:
-            return front
+            return front, 0
         scale = 1.0 / distance
         direction = mi.Vector3f(*(_flat(mi.Float, (axis * scale).ravel()[rays]) for axis in (x, y, height)))
         starts = (along * look_east[:, None], along * look_north[:, None], above)
@@ -135,7 +139,7 @@ class SeaScene:
         hit = np.array(self.scene.mi_scene.ray_test(ray))
         lit = np.zeros(front.size, dtype=bool)
         lit[rays[~hit]] = True
-        return lit.reshape(front.shape)
+        return lit.reshape(front.shape), int(rays.size)
 
 
 def _flat(kind: Any, values: NDArray[np.float64]) -> Any:

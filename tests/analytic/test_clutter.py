@@ -92,8 +92,8 @@ def test_textbook_area_and_noise_equivalent_nrcs() -> None:
 @pytest.mark.parametrize("baseline", [0.05, 0.2, 0.9])
 def test_gate_height_is_that_of_the_centre_of_power(transmit: str, baseline: float) -> None:
     # The phase goes as H/R, so that its mean is that of R_c, 1/R_c = ∫(w/R)/∫w, and z = H (1 − r/R_c). The
-    # covariance's own argument differs from the mean phase by the phase's third moment in the gate, and H/R from ΔR/B by (B/R)²: both
-    # below 0.1 mm from 57 m on; at 30 m and B = 0.9 m the phase spreads by a radian over the gate.
+    # covariance's own argument differs from the mean phase by the phase's third moment in the gate, and H/R from ΔR/B
+    # by (B/R)²: both below 0.1 mm from 57 m on; at 30 m and B = 0.9 m the phase spreads by a radian over the gate.
     radar = radar_of("slotted_waveguide", transmit=transmit, baseline_m=baseline)
     slant, weight = clutter._slant_nodes(radar, GATES)
     seen = weight * RangeResponse.of(radar)(GATES[:, None] - slant) ** 2 * clutter._two_way_cut(radar, slant) / slant**3

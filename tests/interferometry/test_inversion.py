@@ -279,7 +279,20 @@ def test_a_hole_stays_a_hole() -> None:
 def test_baseline_zero_gives_no_height() -> None:
     maps = retrieve(echoes_of(baseline_m=0.0), SETTINGS[1])["polar"].to_dataset()
     assert np.isnan(maps["height"].values).all()
-    assert (maps["quality"].values & QUALITY_FLAGS["no_echo"]).all()
+    # There is an echo, but any height would give its phase.
+    assert not (maps["quality"].values & QUALITY_FLAGS["no_echo"]).any()
+    assert (maps["quality"].values & QUALITY_FLAGS["ambiguous"]).all()
+
+
+def test_a_dead_look_leaves_its_neighbours_alone() -> None:
+    echoes = echoes_of()
+    whole = retrieve(echoes, SETTINGS[1])["polar"].to_dataset()["height"].values[0]
+    pulses_a_look = echoes.sizes["pulse"] // whole.shape[0]
+    echoes["voltage"][2 * pulses_a_look : 3 * pulses_a_look] = np.nan
+    height = retrieve(echoes, SETTINGS[1])["polar"].to_dataset()["height"].values[0]
+    alive = np.flatnonzero(np.isfinite(height).any(axis=1))
+    np.testing.assert_array_equal(alive, np.setdiff1d(np.arange(whole.shape[0]), [2]))
+    np.testing.assert_array_equal(np.isfinite(height[alive]), np.isfinite(whole[alive]))
 
 
 def test_submerged_pulses_flag_their_look() -> None:

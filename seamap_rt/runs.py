@@ -9,7 +9,8 @@ import resource
 import shutil
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -53,9 +54,20 @@ def prepare_folder(folder: Path, overwrite: bool, products: tuple[str, ...] = _P
         raise InputError(
             f"--out = '{folder}': holds another run's {found[0]}; choose another folder, or give --overwrite"
         )
-    for name in found:  # gone before the first turn, so that an interrupted run never stands beside an older report
+
+
+def clear_folder(folder: Path, products: tuple[str, ...] = _PRODUCTS) -> None:
+    """Remove an earlier run's products, figures too, so that an interrupted run never stands beside an older report.
+
+    Call it only when nothing can be refused any more.
+    """
+    figures = [path.name for path in folder.glob("*.png")] if "report.html" in products else []
+    for name in (*products, *figures):
         path = folder / name
-        shutil.rmtree(path) if path.is_dir() else path.unlink()
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
 
 
 def write_whole(path: Path, text: str) -> None:
@@ -79,11 +91,13 @@ def run(
     prepare_folder(folder, overwrite)
     say("preparing the sea and the tracer")
     simulator = Simulator(scene)
+    clear_folder(folder)
     write_whole(folder / "scene.toml", scene.to_toml())
     timings: list[dict[str, float]] = []
     store = EchoStore(folder / "echoes.zarr")
     counts: dict[str, float] = {}
-    with TurnFile(folder / "truth.nc") as truth_file, TurnFile(folder / "maps.nc") as maps_file:
+    truth_file, maps_file = TurnFile(folder / "truth.nc"), TurnFile(folder / "maps.nc")
+    with truth_file, maps_file, _told(truth_file, scene.turns):
         for number in range(scene.turns):
             say(f"turn {number + 1} of {scene.turns}: simulating")
             turn = simulator.turn(number)
@@ -116,6 +130,17 @@ def run(
     metrics["peak_memory_bytes"] = _peak_memory()
     write_whole(folder / "metrics.json", json.dumps(_json(metrics), indent=1, allow_nan=False))
     return RunResult(folder, metrics)
+
+
+@contextmanager
+def _told(file: TurnFile, turns: int) -> Iterator[None]:
+    """An interruption that says what is left."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        whole = f"{file.turns} of {turns} turns are complete"
+        rest = "and stay readable; metrics.json and report.html are missing" if file.turns else "no results are left"
+        raise KeyboardInterrupt(f"{whole}, {rest}") from None
 
 
 def _timing(timings: list[dict[str, float]]) -> dict[str, Any]:
