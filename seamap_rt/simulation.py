@@ -70,7 +70,11 @@ class Simulation:
 
 
 class Simulator:
-    """Simulates a scene turn by turn; what turns share (the sea, the traced scene) is made once."""
+    """Simulates a scene turn by turn; what turns share (the sea, the traced scene) is made once.
+
+    `sea` is the run's own sea. It is drawn from a branch of the scene's seed, SeedSequence(seed, spawn_key=(1,)), and
+    so shares no random number with speckle and noise: `sea.realize(scene.sea, scene.seed)` is another one.
+    """
 
     def __init__(self, scene: Scene) -> None:
         if scene.radar.antenna.pattern == "isotropic":

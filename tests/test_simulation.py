@@ -294,3 +294,16 @@ def test_isotropic_antenna_is_refused_for_a_sea() -> None:
     with pytest.raises(InputError, match="isotropic") as refusal:
         Simulator(scene(radar__antenna__pattern="isotropic"))
     assert "\n" not in str(refusal.value)
+
+
+def test_earlier_results_are_replaced_only_when_told(tmp_path: Path) -> None:
+    simulate(scene(), tmp_path)
+    with pytest.raises(InputError, match=r"holds an earlier echoes\.zarr"):
+        simulate(scene(seed=2), tmp_path)
+    again = simulate(scene(seed=2), tmp_path, overwrite=True)
+    assert_array_equal(again.echoes["voltage"].values, simulate(scene(seed=2)).echoes["voltage"].values)
+
+
+def test_a_sea_that_cannot_be_drawn_is_bad_input() -> None:
+    with pytest.raises(InputError, match="extent_m"):
+        Simulator(load_scene("tiny", overrides={"sea.waves.0.peak_period_s": 40.0}))

@@ -157,3 +157,29 @@ def test_phase_of_a_single_facet_through_the_echo_chain(height: float, transmit:
             phase = k * (mpmath.hypot(x, z - half) - mpmath.hypot(x, z + half))
             errors = [abs(mp_wrapped(phase, angle)) for angle in np.angle(lower * np.conj(upper))[strong]]
         assert max(errors) < 1e-5
+
+
+def test_scatterers_carry_the_scene_and_refuse_what_does_not_fit() -> None:
+    scene = Scene.model_validate(
+        {
+            "name": "one",
+            "scattering": {"polarization": "HH"},
+            "radar": {"sector_deg": (0.0, 4.0), "range_m": (15.0, 60.0), "noise": False},
+        }
+    )
+    assert from_scatterers(scene, [[0.0, 30.0, 0.0]], [1.0]).attrs["polarization"] == "HH"
+    with pytest.raises(ValueError, match=r"rcs \(3,\): must be one number, or one for each of the 1 scatterers"):
+        from_scatterers(scene, [[0.0, 30.0, 0.0]], [1.0, 2.0, 3.0])
+    with pytest.raises(ValueError, match="must be finite"):
+        from_scatterers(scene, [[0.0, np.nan, 0.0]], [1.0])
+
+
+def test_an_isotropic_antenna_hears_behind_itself() -> None:
+    scene = Scene.model_validate(
+        {
+            "name": "round",
+            "radar": {"range_m": (15.0, 60.0), "noise": False, "prf_hz": 1000.0, "antenna": {"pattern": "isotropic"}},
+        }
+    )
+    volts = np.abs(from_scatterers(scene, [[0.0, 30.0, 0.0]], [1.0])["voltage"].values[::2, 0]).max(axis=1)
+    np.testing.assert_allclose(volts, volts[0], rtol=1e-5)  # every other pulse: the lower antenna's own

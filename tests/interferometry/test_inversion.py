@@ -322,11 +322,14 @@ def broken(kind: str) -> xr.Dataset:
         case "no turn":
             echoes.attrs["complete_turns"] = 0
             return echoes
+        case "other mode":
+            echoes.attrs["interferogram"] = "alternating_pulse"
+            return echoes
     raise AssertionError(kind)
 
 
 @pytest.mark.parametrize(
-    "kind", ["no voltage", "no position", "transposed", "real", "one receiver", "no attribute", "no turn"]
+    "kind", ["no voltage", "no position", "transposed", "real", "one receiver", "no attribute", "no turn", "other mode"]
 )
 def test_broken_echoes_are_refused_in_one_line(kind: str) -> None:
     with pytest.raises(SchemaError) as caught:
