@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
-from cyclopts import App, Parameter
+from cyclopts import App, CycloptsError, Parameter
 from rich.console import Console
 
 from . import __version__
@@ -198,9 +198,7 @@ def main(arguments: list[str] | None = None) -> None:
     signal.signal(signal.SIGTERM, _terminated)
     try:
         code = app(arguments, exit_on_error=False, print_error=False)
-    except InputError as error:
-        code = _refuse(str(error), BAD_INPUT)
-    except SchemaError as error:
+    except (InputError, SchemaError) as error:
         code = _refuse(str(error), BAD_INPUT)
     except NoBackend as error:
         code = _refuse(str(error), NO_BACKEND)
@@ -209,11 +207,8 @@ def main(arguments: list[str] | None = None) -> None:
     except OSError as error:
         what = f"'{error.filename}': {error.strerror}" if error.filename else " ".join(str(error).split())
         code = _refuse(f"{what}; free the space or choose another --out", BAD_INPUT)
-    except Exception as error:
-        if type(error).__module__.startswith("cyclopts"):
-            code = _refuse(" ".join(str(error).split()), BAD_INPUT)
-        else:
-            raise
+    except CycloptsError as error:
+        code = _refuse(" ".join(str(error).split()), BAD_INPUT)
     sys.stdout.flush()
     sys.exit(code if isinstance(code, int) else 0)
 

@@ -15,7 +15,8 @@ from pydantic import AfterValidator, model_validator
 
 from .conventions import SPEED_OF_LIGHT
 from .io import scenefile
-from .radar.scan import sector_width, turn_duration
+from .radar.scan import BEAMS_BEYOND, sector_width, turn_duration
+from .radar.waveform import RangeResponse
 from .settings import (
     PlatformSettings,
     RadarSettings,
@@ -29,8 +30,7 @@ from .settings import (
     limited,
 )
 
-PATCH_MARGIN_M = 30.0  # the mesh runs on beyond the far gate by it
-RUN_ON_BEAMS = 3.0  # beam widths by which the mesh runs on before and after the sector
+LEAST_MARGIN_M = 30.0  # beyond the far gate; the mesh itself runs on by the range response's reach
 MOST_TRIANGLES = 2e7
 BYTES_PER_VOLTAGE = 32.0  # the voltage itself, its noise and the sums it is made from
 MOST_ECHO_BYTES = 8e9
@@ -108,16 +108,17 @@ class Scene(Section):
 
     @model_validator(mode="after")
     def _range_circle_fits_the_patch(self) -> Self:
-        needed, extent = 2.0 * (self.radar.range_m[1] + PATCH_MARGIN_M), self.sea.extent_m
+        margin = max(LEAST_MARGIN_M, RangeResponse.of(self.radar).support_m)
+        needed, extent = 2.0 * (self.radar.range_m[1] + margin), self.sea.extent_m
         repeats = any(
             isinstance(waves, SpectralWaves) and waves.spreading != "long_crested" for waves in self.sea.waves
         )
         if repeats and extent < needed:
-            room = 0.5 * extent - PATCH_MARGIN_M
+            room = 0.5 * extent - margin
             nearer = f" or lower the far end of radar.range_m to {_down(room)}" if room > 0.0 else ""
             raise ValueError(
                 f"sea.extent_m = {extent:.10g}: must be at least {_up(needed)} (the range circle, 2 × (far "
-                f"end of radar.range_m + {PATCH_MARGIN_M:g} m), must fit in the periodic patch, or the same "
+                f"end of radar.range_m + {margin:.10g} m), must fit in the periodic patch, or the same "
                 f"waves are seen twice); raise sea.extent_m{nearer}"
             )
         return self
@@ -225,9 +226,10 @@ class Scene(Section):
     @model_validator(mode="after")
     def _mesh_fits_memory(self) -> Self:
         far, facet = self.radar.range_m[1], self.tracing.facet_m
-        beams = sector_width(self.radar) / self.radar.antenna.azimuth_beamwidth_deg + 2.0 * RUN_ON_BEAMS
+        beams = sector_width(self.radar) / self.radar.antenna.azimuth_beamwidth_deg + 2.0 * BEAMS_BEYOND
         columns = self.tracing.columns_per_beam * beams
-        rungs = (far + PATCH_MARGIN_M) / facet  # from the mast's foot on: what is near shadows what is far
+        # From the mast's foot on, as the mesher lays them: what is near shadows what is far.
+        rungs = (far + RangeResponse.of(self.radar).support_m) / facet
         triangles = 2.0 * columns * rungs
         if triangles > MOST_TRIANGLES:
             raise ValueError(

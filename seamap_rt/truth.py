@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from .conventions import db
 from .dataset import build
 from .mesh import Facets
-from .mesh.polar import BEAMS_BEYOND
 from .radar.antenna import antenna
 from .radar.grid import LookFan, ground_grid
-from .radar.scan import look_sweeps, turn_duration
+from .radar.scan import BEAMS_BEYOND, look_sweeps, turn_duration
 from .radar.waveform import RangeResponse, gates
 from .sea import Sea
 from .settings import RadarSettings, RetrievalSettings

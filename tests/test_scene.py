@@ -205,8 +205,8 @@ def test_overrides_are_part_of_the_resolved_scene(tmp_path: Path) -> None:
             {"tracing.facet_m": 0.02},
             [
                 "tracing.facet_m = 0.02: ",
-                "at least 0.03544",
-                "3.54e+07 triangles, 21.3 GB",
+                "at least 0.03339",
+                "3.34e+07 triangles, 20 GB",
                 "raise tracing.facet_m",
             ],
         ),
@@ -241,7 +241,7 @@ def test_a_refusal_names_key_value_limit_and_remedy(overrides: dict[str, Any], p
         ({"retrieval.cell_azimuth_deg": 0.01}, {"retrieval.cell_azimuth_deg": 0.072}),
         ({"retrieval.cell_azimuth_deg": 0.01}, {"radar.prf_hz": 72000}),
         ({"retrieval.cell_azimuth_deg": 0.01}, {"radar.rotation_rpm": 8.333}),
-        ({"tracing.facet_m": 0.02}, {"tracing.facet_m": 0.03544}),
+        ({"tracing.facet_m": 0.02}, {"tracing.facet_m": 0.03339}),
     ],
 )
 def test_the_remedy_that_a_refusal_names_works(refused: dict[str, Any], remedy: dict[str, Any]) -> None:

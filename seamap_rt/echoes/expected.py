@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import Facets
-from ..mesh.polar import BEAMS_BEYOND
 from ..radar.antenna import antenna
-from ..radar.scan import look_sweeps
+from ..radar.scan import BEAMS_BEYOND, look_sweeps
 from ..settings import RadarSettings
 from .gating import Gating
 from .paths import facet_paths, wavenumber

@@ -1,4 +1,6 @@
-"""Each facet's paths to the two antennas: exact lengths, their difference, and the voltage that it returns.
+"""Each facet's paths to the two antennas: their lengths, their difference, and the voltage that it returns.
+
+A leaning baseline is taken to lean towards each column as the beam passes it; an upright one makes every length exact.
 
 Three paths serve every pair of transmitter and receiver: m = tx + rx = 0 (lower, lower), 1 (mixed), 2 (upper, upper).
 The phase of pair m is −2kR₀ − m k(R₁ − R₀); the difference is formed from the difference of squares, which keeps every

@@ -7,10 +7,9 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import wrap_degrees
-from ..mesh.polar import BEAMS_BEYOND
 from ..radar.antenna import antenna
 from ..radar.receiver import amplitude_constant
-from ..radar.scan import Pulses, phase_centres, pulses
+from ..radar.scan import BEAMS_BEYOND, Pulses, phase_centres, pulses
 from ..radar.waveform import RangeResponse, gates
 from ..scene import Scene
 from ..settings import RadarSettings

@@ -20,10 +20,9 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from ..mesh import Facets
-from ..mesh.polar import BEAMS_BEYOND
 from ..radar.antenna import antenna
 from ..radar.receiver import thermal_noise
-from ..radar.scan import Pulses
+from ..radar.scan import BEAMS_BEYOND, Pulses
 from ..settings import RadarSettings
 from .gating import Gating
 from .paths import FacetPaths, facet_paths, pair_count, wavenumber

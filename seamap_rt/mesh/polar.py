@@ -25,11 +25,10 @@ import trimesh
 from numpy.typing import NDArray
 
 from ..conventions import unit_from_azimuth
-from ..radar.scan import phase_centres, sector_width, turn_duration
+from ..radar.scan import BEAMS_BEYOND, phase_centres, sector_width, turn_duration
 from ..radar.waveform import RangeResponse
 from ..settings import RadarSettings, TracingSettings
 
-BEAMS_BEYOND = 3.0  # beam widths by which the columns run on before and after the sector
 FAR_FRACTION, NEAR_FRACTION = 1.0 / 3.0, 2.0 / 3.0
 _INNERMOST = 1.0  # m, ground range of the first rung
 

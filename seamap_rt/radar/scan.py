@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 from ..conventions import unit_from_azimuth
 from ..settings import RadarSettings
 
+# Beam widths to either side that an antenna hears; so far beyond the sector the sea is meshed.
+BEAMS_BEYOND = 3.0
+
 
 @dataclass(frozen=True)
 class Pulses:

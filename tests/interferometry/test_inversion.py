@@ -14,7 +14,7 @@ from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.dataset import QUALITY_FLAGS, SchemaError
 from seamap_rt.echoes import from_scatterers
 from seamap_rt.interferometry import retrieve
-from seamap_rt.interferometry.covariance import dwell_covariance, independent_looks, window_weights
+from seamap_rt.interferometry.covariance import Covariance, dwell_covariance, independent_looks, window_weights
 from seamap_rt.interferometry.inversion import (
     difference_at_height,
     height_and_ground_range,
@@ -374,3 +374,32 @@ print(sorted(name for name in sys.modules if name.split(".")[0] in ("drjit", "mi
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == "[]"
+
+
+def plane_of_phase(per_gate: float, per_look: float, spread: float = 1.0) -> Covariance:
+    """Cells whose phase is a plane, and whose power differs from cell to cell by up to `spread` decades."""
+    look, gate = np.meshgrid(np.arange(7), np.arange(12), indexing="ij")
+    power = 10.0 ** np.random.default_rng(3).uniform(0.0, spread, look.shape)
+    turned = np.exp(1j * (per_gate * gate + per_look * look)).astype(np.complex128)
+    return Covariance((power * turned).astype(np.complex128), power, power.copy())
+
+
+def test_a_window_along_a_plane_keeps_its_phase_whatever_the_power() -> None:
+    cells, flat = plane_of_phase(0.4, -0.3), np.zeros(1)
+    weights = window_weights(4.5, 1.5), window_weights(2.7, 1.8)
+    along = cells.windowed_along(*weights, phase_per_gate=flat + 0.4, phase_per_look=flat - 0.3)
+    np.testing.assert_allclose(np.angle(along.cross / cells.cross), 0.0, rtol=0, atol=8 * EPS)
+    np.testing.assert_allclose(along.coherence, 1.0, rtol=8 * EPS)
+    against = cells.windowed_along(*weights, phase_per_gate=flat - 0.4, phase_per_look=flat + 0.3)
+    assert np.abs(np.angle(against.cross / cells.cross)).max() > 0.1
+
+
+def test_beside_a_dead_cell_the_window_shrinks_on_both_sides() -> None:
+    # Equal powers and a slope that is not taken off: symmetric windows keep the middle's phase, one-sided ones do not.
+    cells = plane_of_phase(0.4, -0.3, spread=0.0)
+    cells.cross[3, 5] = np.nan
+    flat, weights = np.zeros(1), (window_weights(4.5, 1.5), window_weights(2.7, 1.8))
+    found = cells.windowed_along(*weights, phase_per_gate=flat, phase_per_look=flat)
+    assert np.isnan(found.cross[3, 5])
+    alive = np.isfinite(cells.cross)
+    np.testing.assert_allclose(np.angle(found.cross[alive] / cells.cross[alive]), 0.0, rtol=0, atol=8 * EPS)
