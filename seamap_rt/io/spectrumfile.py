@@ -1,0 +1,342 @@
+"""Directional spectra of the sea from files of buoys and wave models, read by the library wavespectra.
+
+Whatever is wrong with a file becomes an InputError of one line. wavespectra takes a second to import, so it is imported
+only when a file is read.
+"""
+
+from __future__ import annotations
+
+import gzip
+import os
+import re
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from .scenefile import InputError
+
+KINDS = ("ndbc", "swan", "ww3", "wavespectra")
+"""ndbc: a buoy of the US National Data Buoy Center, five text files or NetCDF; swan: SWAN's text; ww3: WAVEWATCH III's
+NetCDF; wavespectra: NetCDF as that library writes it."""
+
+_KINDS_IN_WORDS = f"kinds are {', '.join(KINDS)}"
+_NEAR = np.timedelta64(3, "h")  # a sea state is as good as the same for so long
+_NDBC_STEP = 5.0  # degrees; a buoy's density is smooth
+_NDBC_NAMES = ("spectral_wave_density", "mean_wave_dir", "principal_wave_dir", "wave_spectrum_r1", "wave_spectrum_r2")
+
+
+@dataclass(frozen=True)
+class DirectionalTable:
+    """A spectrum E(f, θ) as a table."""
+
+    frequency_hz: NDArray[np.float64]  # (f,), ascending
+    from_deg: NDArray[np.float64]  # (d,), ascending in [0, 360): where waves come from
+    density: NDArray[np.float64]  # (f, d), m²/(Hz·degree), ≥ 0
+    source: str  # file, time and site in one line
+
+
+def read_directional_spectrum(
+    path: str | os.PathLike[str], kind: str = "auto", time: str | None = None, site: int = 0
+) -> DirectionalTable:
+    """The spectrum of one time and one site of a file.
+
+    kind: one of KINDS, or "auto" to tell by the content. time: ISO text, UTC unless it says otherwise; the nearest time
+    of the file is taken, the first one for None. site: index of the station, in the file's order.
+
+    NDBC's text comes in five files, of which `path` names the one of the densities; the others must lie beside it,
+    named as NDBC names them: 46042.data_spec with .swdir, .swdir2, .swr1 and .swr2, or 46042w2019.txt with d, i, j and
+    k for the w, or any name that contains swden with those words instead. A buoy measures two harmonics of the
+    directions (Longuet-Higgins, Cartwright & Smith 1963); of all densities that have them the most even one is taken
+    (Kobune & Hashimoto 1986). A frequency without directions is spread evenly. Elsewhere missing values count as no
+    waves.
+
+    Raises InputError for a file that is missing, of another kind, damaged, without directions or without any number,
+    and for a site or time that it has not.
+    """
+    path = Path(path)
+    found = _kind_of(path) if kind in ("auto", *KINDS) else None
+    if found is None or kind not in ("auto", found):
+        what = f"is not a directional spectrum of the kind {kind}" if kind != "auto" else "is no spectrum known here"
+        told = f" but {found}" if found else ""
+        raise InputError(f"{path}: {what}{told}; {_KINDS_IN_WORDS}")
+    damage = ""
+    with warnings.catch_warnings():
+        # Of the libraries' own business a user hears nothing: readers that wavespectra cannot offer for want of another
+        # package, what they will have to change one day, and files that it leaves open where they are damaged.
+        warnings.filterwarnings("ignore", message="Cannot import function")
+        warnings.simplefilter("ignore", DeprecationWarning)
+        warnings.simplefilter("ignore", ResourceWarning)
+        # Of a line that it cannot read, wavespectra warns and takes it as missing: that is damage.
+        warnings.filterwarnings("error", category=UserWarning, module=r"wavespectra\.core")
+        try:
+            with _OPENERS[found](path) as spectra:
+                spectrum = _chosen(spectra, path, time, site)
+                return _table(_from_moments(spectrum, path) if "moment" in spectrum.dims else spectrum, path)
+        except InputError:
+            raise
+        except Exception as error:  # the parsers raise whatever they stumble over
+            damage = f"{type(error).__name__}: {error}"
+    raise InputError(f"{path}: is damaged, or not quite a spectrum of the kind {found} ({damage}); {_KINDS_IN_WORDS}")
+
+
+# ---------------------------------------------------------------------------------------------------- the file's kind
+
+
+def _kind_of(path: Path) -> str | None:
+    """The kind of a file by its content; None for a file that is no spectrum."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(8)
+        if start[:3] == b"CDF" or start == b"\x89HDF\r\n\x1a\n":
+            return _netcdf_kind(path)
+        with _text(path) as file:
+            first = file.readline(4096)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; give the path of a directional spectrum") from None
+    except IsADirectoryError:
+        raise InputError(f"{path}: is a folder, not a file; give the spectrum's file in it") from None
+    except (OSError, EOFError) as error:
+        raise InputError(f"{path}: cannot be read ({error}); give a readable file") from None
+    if first.startswith("SWAN"):
+        return "swan"
+    return "ndbc" if re.match(r"#?(YY|YYYY)\s+MM\s+DD\s+hh\b", first) else None
+
+
+def _netcdf_kind(path: Path) -> str | None:
+    try:
+        with xr.open_dataset(path, decode_times=False) as file:
+            names = {str(name) for name in (*file.variables, *file.dims)}
+    except Exception:  # a NetCDF file cut short, or of another make: each library below has its own errors
+        return None
+    marks = {
+        "wavespectra": ({"efth", "freq"},),
+        "ww3": ({"efth", "frequency"}, {"ef", "frequency", "station"}),
+        "ndbc": ({"spectral_wave_density"},),
+    }
+    return next((kind for kind, sets in marks.items() if any(mark <= names for mark in sets)), None)
+
+
+def _text(path: Path) -> IO[str]:
+    """A text file, packed or not."""
+    return (gzip.open if path.suffix == ".gz" else open)(path, "rt", encoding="utf-8", errors="replace")
+
+
+# -------------------------------------------------------------------------------------------------- one time, one site
+
+
+def _chosen(spectra: xr.DataArray, path: Path, time: str | None, site: int) -> xr.DataArray:
+    """The spectrum (freq, dir) or (freq, moment) of one time and one site, and the words for both in its attributes."""
+    if not {"dir", "moment"} & set(spectra.dims):
+        raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
+    when = ""
+    if "time" in spectra.dims:
+        index = _time_index(spectra["time"].to_numpy(), path, time)
+        when = f", {np.datetime_as_string(spectra['time'].to_numpy()[index], unit='s')}"
+        spectra = spectra.isel(time=index)
+    elif time is not None:
+        raise InputError(f"time = {time}: {path.name} has one spectrum without a time; leave time out")
+    places = [name for name in spectra.dims if name not in ("freq", "dir", "moment")]
+    stations = int(np.prod([spectra.sizes[name] for name in places]))
+    if not 0 <= site < stations:
+        held = f"sites 0 to {stations - 1}" if stations > 1 else "one site, 0"
+        raise InputError(f"site = {site}: {path.name} has {held}; choose one of them")
+    spectra = spectra.isel(
+        dict(zip(places, np.unravel_index(site, [spectra.sizes[name] for name in places]), strict=True))
+    )
+    return spectra.transpose("freq", ...).assign_attrs(source=f"{path.name}{when}, site {site}")
+
+
+def _time_index(times: NDArray[np.datetime64], path: Path, wanted: str | None) -> int:
+    """The nearest time, within a step of the file or three hours, whichever is longer."""
+    if wanted is None:
+        return int(np.argmin(times))
+    try:
+        moment = datetime.fromisoformat(wanted)
+    except ValueError:
+        raise InputError(f"time = {wanted}: is not a time; write it as 2024-05-01T12:00") from None
+    if moment.tzinfo is not None:
+        moment = moment.astimezone(UTC).replace(tzinfo=None)
+    away = np.abs(times - np.datetime64(moment))
+    index = int(np.argmin(away))
+    step = np.median(np.diff(np.sort(times))) if times.size > 1 else _NEAR
+    if away[index] > max(step, _NEAR):
+        first, last = (np.datetime_as_string(end, unit="m") for end in (times.min(), times.max()))
+        raise InputError(f"time = {wanted}: {path.name} runs from {first} to {last}; choose a time of it")
+    return index
+
+
+def _table(spectrum: xr.DataArray, path: Path) -> DirectionalTable:
+    """Ascending frequencies and directions, each once; numbers only, none negative."""
+    density = np.asarray(spectrum.to_numpy(), dtype=np.float64)
+    if not np.any(np.isfinite(density)):
+        raise InputError(f"{path}: holds no number at {spectrum.attrs['source']}; choose another time or site")
+    density = np.maximum(
+        np.nan_to_num(density, nan=0.0, posinf=0.0, neginf=0.0), 0.0
+    )  # negative: SWAN's exception value
+    # Rounded, since float32 makes 0.1 Hz 0.10000000149 and 360° may be 359.99997°.
+    frequency, rows = np.unique(np.round(spectrum["freq"].to_numpy().astype(np.float64), 7), return_index=True)
+    direction, columns = np.unique(
+        np.round(spectrum["dir"].to_numpy().astype(np.float64), 3) % 360.0, return_index=True
+    )
+    waves = frequency > 0.0
+    if np.count_nonzero(waves) < 2:
+        raise InputError(f"{path}: has fewer than two frequencies; give a spectrum")
+    if direction.size < 3:
+        raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
+    return DirectionalTable(
+        frequency[waves], direction, density[np.ix_(rows[waves], columns)], str(spectrum.attrs["source"])
+    )
+
+
+# ------------------------------------------------------------------------------------------------------- the formats
+
+
+@contextmanager
+def _open_wavespectra(path: Path) -> Iterator[xr.DataArray]:
+    with xr.open_dataset(path) as file:
+        yield file["efth"]
+
+
+@contextmanager
+def _open_ww3(path: Path) -> Iterator[xr.DataArray]:
+    """efth in m² s/rad by the direction waves go to, as WAVEWATCH III writes it, turned and scaled by wavespectra."""
+    from wavespectra.input.ww3 import from_ww3
+
+    with xr.open_dataset(path) as file:
+        if not {"efth", "direction"} <= {str(name) for name in file.variables}:
+            raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
+        yield from_ww3(file)["efth"]
+
+
+@contextmanager
+def _open_swan(path: Path) -> Iterator[xr.DataArray]:
+    with _text(path) as file:
+        header = [line[:8].strip() for line in (next(file, "") for _ in range(100_000))]
+    if not {"NDIR", "CDIR"} & set(header[: header.index("QUANT") if "QUANT" in header else None]):
+        raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
+    from wavespectra.core.swan import SwanSpecFile
+
+    swan = SwanSpecFile(path)
+    try:
+        density = np.array(list(swan.readall()))
+    finally:
+        swan.close()
+    coordinates = {"freq": swan.freqs, "dir": swan.dirs}
+    if not isinstance(swan.times, list):  # a stationary run
+        yield xr.DataArray(density[0], dims=("site", "freq", "dir"), coords=coordinates)
+    else:
+        times = np.array(swan.times, dtype="datetime64[ns]")
+        yield xr.DataArray(density, dims=("time", "site", "freq", "dir"), coords={"time": times, **coordinates})
+
+
+@contextmanager
+def _open_ndbc(path: Path) -> Iterator[xr.DataArray]:
+    start = path.read_bytes()[:3]
+    if start not in (b"CDF", b"\x89HD"):
+        yield _ndbc_text(path)
+        return
+    with xr.open_dataset(path) as file:
+        if not set(_NDBC_NAMES) <= set(file.data_vars):
+            raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
+        yield file[list(_NDBC_NAMES)].to_dataarray("moment").rename(frequency="freq")
+
+
+_OPENERS: dict[str, Callable[[Path], AbstractContextManager[xr.DataArray]]] = {
+    "ndbc": _open_ndbc,
+    "swan": _open_swan,
+    "ww3": _open_ww3,
+    "wavespectra": _open_wavespectra,
+}
+
+
+# -------------------------------------------------------------------------------------------------------- NDBC's buoys
+
+
+def _from_moments(spectrum: xr.DataArray, path: Path) -> xr.DataArray:
+    """(freq, dir) of a buoy's (freq, moment): energy [m²/Hz], mean and principal direction [deg], lengths r1 and r2."""
+    energy, mean, principal, r1, r2 = spectrum.transpose("moment", "freq").to_numpy().astype(np.float64)
+    known = (mean <= 360.0) & (principal <= 360.0) & (r1 <= 1.0) & (r2 <= 1.0)  # not so: nan, or nines
+    if np.any(np.isfinite(energy)) and not np.any(known):
+        raise InputError(
+            f"{path}: has no directions at {spectrum.attrs['source']}, only frequencies; choose another time"
+        )
+    first, second = r1 * np.exp(1j * np.radians(mean)), r2 * np.exp(2j * np.radians(principal))
+    harmonics = np.stack((first.real, first.imag, second.real, second.imag), axis=1)
+    directions = np.arange(0.0, 360.0, _NDBC_STEP)
+    shares = _most_even(np.where(known[:, None], harmonics, 0.0), np.radians(directions))
+    coordinates = {"freq": spectrum["freq"].to_numpy(), "dir": directions}
+    return xr.DataArray(energy[:, None] * shares / _NDBC_STEP, coordinates, ("freq", "dir"), attrs=spectrum.attrs)
+
+
+def _most_even(harmonics: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Shares p (f, d) ≥ 0 of sum 1 with means (f, 4) of cos θ, sin θ, cos 2θ, sin 2θ, and the greatest entropy.
+
+    That is p ∝ exp(λ · (cos θ, …)), of which λ maximises a concave function: Newton's steps, shortened where they are
+    long. The penalty ½ ε λ² keeps λ finite where noise left harmonics that no density has.
+    """
+    waves = np.stack((np.cos(angle), np.sin(angle), np.cos(2.0 * angle), np.sin(2.0 * angle)))
+    penalty = 1e-6
+    multipliers = np.zeros_like(harmonics)
+    shares = np.full((harmonics.shape[0], angle.size), 1.0 / angle.size)
+    for _ in range(200):  # ten for a real sea
+        mean = shares @ waves.T
+        uphill = harmonics - mean - penalty * multipliers
+        spread = np.einsum("fd,id,jd->fij", shares, waves, waves) - mean[:, :, None] * mean[:, None, :]
+        step = np.linalg.solve(spread + penalty * np.eye(4), uphill[:, :, None])[:, :, 0]
+        gain = np.sum(uphill * step, axis=1, keepdims=True)
+        multipliers = multipliers + step / (1.0 + np.sqrt(np.maximum(gain, 0.0)))
+        exponent = multipliers @ waves
+        shares = np.exp(exponent - exponent.max(axis=1, keepdims=True))
+        shares /= shares.sum(axis=1, keepdims=True)
+        if np.max(gain) < 1e-16:
+            break
+    return shares
+
+
+def _ndbc_text(path: Path) -> xr.DataArray:
+    """The five text files of a buoy, (time, freq, moment)."""
+    from wavespectra.input.ndbc_ascii import read_file
+
+    tables = []
+    for file in (path, *_ndbc_beside(path)):
+        table = read_file(str(file)).drop(columns="Sep_Freq", errors="ignore").astype(np.float64)
+        table.columns = [round(float(name), 7) for name in table.columns]
+        tables.append(table[~table.index.duplicated()])
+    density, mean, principal, *lengths = tables
+    density = density.mask(density >= 999.0)  # what is missing is filled with nines
+    # NDBC archives r1 and r2 in hundredths, and gives them as they are in its files of the last 45 days.
+    lengths = [table.mask(table > 100.0) for table in lengths]
+    hundredths = np.nanmedian(lengths[0].to_numpy()) > 1.0 if lengths[0].notna().to_numpy().any() else False
+    lengths = [table * (0.01 if hundredths else 1.0) for table in lengths]
+    same = [table.reindex_like(density).to_numpy() for table in (density, mean, principal, *lengths)]
+    coordinates = {"time": density.index.to_numpy(), "freq": density.columns.to_numpy(dtype=np.float64)}
+    return xr.DataArray(np.stack(same, axis=-1), coordinates, ("time", "freq", "moment"))
+
+
+def _ndbc_beside(path: Path) -> list[Path]:
+    """The files of mean direction, principal direction, r1 and r2 that belong to one of densities."""
+    words = ("swdir", "swdir2", "swr1", "swr2")
+    if re.search(r"data_spec|swden", path.name):
+        names = [re.sub(r"data_spec|swden", word, path.name, count=1) for word in words]
+    elif archived := re.fullmatch(r"(\w{5})w(\d{4}\..+)", path.name):
+        names = [f"{archived[1]}{letter}{archived[2]}" for letter in "dijk"]
+    else:
+        raise InputError(
+            f"{path}: is not named as NDBC names its densities, so the files of directions beside it are not found; "
+            "name it 46042.data_spec, 46042w2019.txt or with swden in it"
+        )
+    beside = [path.with_name(name) for name in names]
+    absent = [file.name for file in beside if not file.is_file()]
+    if absent:
+        raise InputError(
+            f"{path}: has no directions in it, nor {', '.join(absent)} beside it; put NDBC's directional files there"
+        )
+    return beside
