@@ -7,23 +7,27 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .dispersion import orbital_ratio
 from .lattice import Lattice
 from .spline import bspline_image_error
 
 TIME_ORDER = 3
 TIME_STEP_CYCLES = 0.375  # of the fastest wave, at most: beyond ½ a knot no longer tells a wave from its image
 ELEVATION_BUDGET = 3e-4  # m rms, what interpolation in time may cost
-VELOCITY_BUDGET = 5e-3  # m/s rms
+VELOCITY_BUDGET = 2.5e-3  # m/s rms
 RELATIVE_BUDGETS = 1e-3, 2e-2  # of the rms elevation and of the rms vertical velocity, for small seas
 
 
 @dataclass(frozen=True)
 class InterpolationError:
-    """Expected rms error of the spline against the exact sum of waves."""
+    """Expected rms error of the spline against the exact sum of waves; along x or y, the larger."""
 
     elevation: float  # m
     vertical_velocity: float  # m/s
-    slope: float  # along x or y, the larger
+    slope: float
+    horizontal_velocity: float  # m/s
+    shift: float  # m, horizontal displacement
+    shift_gradient: float
 
 
 def interpolation_error(
@@ -34,22 +38,35 @@ def interpolation_error(
     folded: variance on the lattice's quadrant, as `Lattice.fold` gives it.
     """
     rows, columns = lattice.reach
-    k_east, k_north = lattice.east[columns:], lattice.north[rows:]
-    cycles_east, cycles_north = (
-        k * lattice.length / (2.0 * np.pi * points) for k, points in ((k_east, shape[1]), (k_north, shape[0]))
+    east, north = lattice.east[columns:], lattice.north[rows:, None]
+    omega, _ = _by_frequency(lattice.omega, folded)
+    # Squared images relative to their wave, of its derivatives 0, 1 and 2.
+    in_x, in_y, in_t = (
+        [bspline_image_error(at_order, cycles, derivative) ** 2 for derivative in (0, 1, 2)]
+        for at_order, cycles in (
+            (order, np.arange(columns + 1.0) / shape[1]),
+            (order, np.arange(rows + 1.0) / shape[0]),
+            (TIME_ORDER, omega * time_step / (2.0 * np.pi)),
+        )
     )
-    omega, by_frequency = _by_frequency(lattice.omega, folded)
-    cycles_time = omega * time_step / (2.0 * np.pi)
-    time, rate = (bspline_image_error(TIME_ORDER, cycles_time, d) ** 2 for d in (0, 1))
-    east, east_slope = (bspline_image_error(order, cycles_east, d) ** 2 for d in (0, 1))
-    north, north_slope = (bspline_image_error(order, cycles_north, d) ** 2 for d in (0, 1))
 
-    by_east, by_north = folded.sum(axis=0), folded.sum(axis=1)
-    speed = folded * lattice.omega**2
-    elevation = by_frequency @ time + by_east @ east + by_north @ north
-    velocity = by_frequency @ (omega**2 * rate) + speed.sum(axis=0) @ east + speed.sum(axis=1) @ north
-    slope = max(by_east @ (k_east**2 * east_slope), by_north @ (k_north**2 * north_slope))
-    return InterpolationError(*(float(np.sqrt(square)) for square in (elevation, velocity, slope)))
+    def rms(variance: NDArray[np.float64], x: int = 0, y: int = 0, t: int = 0) -> float:
+        """Error of a quantity with this variance of each wave: the spline's derivative of order x, y, t."""
+        _, by_frequency = _by_frequency(lattice.omega, variance)
+        square = variance.sum(axis=0) @ in_x[x] + variance.sum(axis=1) @ in_y[y] + by_frequency @ in_t[t]
+        return float(np.sqrt(square))
+
+    k = lattice.quadrant(lambda k: np.where(k > 0.0, k, np.inf))
+    shift = folded * (orbital_ratio(k, lattice.depth) / k) ** 2
+    flow = shift * lattice.omega**2
+    return InterpolationError(
+        elevation=rms(folded),
+        vertical_velocity=rms(folded * lattice.omega**2, t=1),
+        slope=max(rms(folded * east**2, x=1), rms(folded * north**2, y=1)),
+        horizontal_velocity=max(rms(flow * east**2, x=1), rms(flow * north**2, y=1)),
+        shift=max(rms(shift * east**2, x=1), rms(shift * north**2, y=1)),
+        shift_gradient=max(rms(shift * east**4, x=2), rms(shift * north**4, y=2)),
+    )
 
 
 def longest_time_step(lattice: Lattice, folded: NDArray[np.float64]) -> float:

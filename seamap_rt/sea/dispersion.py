@@ -33,7 +33,7 @@ def wavenumber(
     capillary ones), so no start is bad. Raises ValueError for ω < 0 or depth ≤ 0.
     """
     omega, depth = _checked(omega, "omega", depth)
-    moving = omega > 0.0
+    moving = omega > 1e-150  # below, k is 0 to the last digit, and the shallow limit would divide 0 by 0
     target = np.where(moving, omega, 1.0)
     deep = target**2 / GRAVITY
     k = np.maximum(deep, target / np.sqrt(GRAVITY * depth))  # exact in the deep and in the shallow limit

@@ -2,18 +2,23 @@
 
 This is a non-uniform FFT with time as one more axis. The waves' amplitudes are divided by the B-spline's transform in
 space and time; one FFT gives the spline's coefficients at each *knot*, a multiple of a fixed time step; a point then
-takes the few coefficients around it in x, y and t. Elevation, slopes and rate are derivatives of one and the same
-function, and its value depends neither on the points that are asked with it nor on the number of threads.
+takes the few coefficients around it in x, y and t. A value depends neither on the points that are asked with it nor on
+the number of threads.
+
+Three functions hold all of first-order waves (Airy 1845): the elevation η = Re Σ a e^{iθ}, θ = k·x − ωt; χ = Re Σ a
+coth(kh)/k e^{iθ}, whose gradient is the horizontal displacement of the water at the surface; and Φ = ∂χ/∂t, the
+velocity potential there, whose gradient is the horizontal flow. Slopes, rate, flow and shift are derivatives of their
+splines.
 """
 
 from __future__ import annotations
 
 import os
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from threading import Lock
 from typing import Literal
 
@@ -24,15 +29,16 @@ from numpy.typing import NDArray
 from .accuracy import TIME_ORDER, InterpolationError, interpolation_error, longest_time_step
 from .dispersion import orbital_ratio
 from .lattice import Lattice
-from .spline import bspline_transform, bspline_weights, interpolation_matrix
+from .spline import bspline_polynomials, bspline_transform
 
-Kind = Literal["elevation", "east", "north"]  # elevation [m], the water's horizontal velocity [m/s]
+Kind = Literal["elevation", "potential", "shift"]  # η [m], Φ [m²/s], χ [m²]
 Knot = tuple[int, Kind]  # number of the time step, field
+Knots = dict[Knot, NDArray[np.float32]]
 Run = tuple[int, int, int]  # time interval, first and last + 1 of its points
 
 TAPS = (-1, 0, 1, 2)  # the knots around an interval that its points take from
-CACHE_BYTES = 190_000_000  # six knots of the default sea
-_CHUNK = 1 << 14  # points per task: their interpolation matrix stays in the processor's cache
+CACHE_BYTES = 220_000_000  # nine knots of elevation and potential of the default sea: those of one turn
+_CHUNK = 1 << 14  # points per task
 
 
 @dataclass(frozen=True)
@@ -54,7 +60,7 @@ class MovingField:
         amplitude: NDArray[np.complex128],
         variance: NDArray[np.float64],
         *,
-        order: int = 3,
+        order: int = 5,
         oversampling: float = 1.5,
         time_step: float | None = None,
     ) -> None:
@@ -81,34 +87,57 @@ class MovingField:
         self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64], terms: Sequence[Term]
     ) -> NDArray[np.float64]:
         """The terms at the points, (term, n). x, y in metres (y is ignored on a line), t in seconds, each (n,)."""
-        result = np.empty((len(terms), t.size))
+        once = list(dict.fromkeys(terms))
+        if len(once) < len(terms):
+            return self.evaluate(x, y, t, once)[[once.index(term) for term in terms]]
         knot_time = t / self.time_step
+        x, y, knot_time = (np.require(value, requirements=("C", "W")) for value in (x, y, knot_time))
         interval = np.floor(knot_time).astype(np.int64)
-        order = None if np.all(interval[1:] >= interval[:-1]) else np.argsort(interval, kind="stable")
-        in_order = interval if order is None else interval[order]
-        starts = np.flatnonzero(np.diff(in_order, prepend=in_order[:1] - 1))
-        ends = [*starts[1:].tolist(), t.size]
-        runs = [(int(in_order[a]), a, b) for a, b in zip(starts.tolist(), ends, strict=True)]
-        kinds: tuple[Kind, ...] = tuple(dict.fromkeys(term.kind for term in terms))
+        order = np.argsort(interval, kind="stable")
+        in_order = interval[order]
+        starts = np.flatnonzero(np.diff(in_order, prepend=in_order[:1] - 1)).tolist()
+        runs: list[Run] = list(zip(in_order[starts].tolist(), starts, [*starts[1:], t.size], strict=True))
+        result = np.empty((len(terms), t.size))
+        sums = self._sums(terms)
 
-        def work(first: int, start: int, stop: int, knots: dict[Knot, NDArray[np.float32]]) -> None:
-            points = slice(start, stop) if order is None else order[start:stop]
-            result[:, points] = self._at(x[points], y[points], knot_time[points] - first, first, terms, knots)
-
-        def work_batch(batch: list[Run], pool: ThreadPoolExecutor) -> None:
-            knots = self._knots(sorted({first + tap for first, _, _ in batch for tap in TAPS}), kinds, pool)
-            tasks = [
-                pool.submit(work, first, at, min(at + _CHUNK, stop), knots)
-                for first, start, stop in batch
-                for at in range(start, stop, _CHUNK)
-            ]
-            for task in tasks:
-                task.result()
+        def work(first: int, points: NDArray[np.int64], knots: Knots) -> None:
+            for kind, kernel, scale, place in sums:
+                grids = tuple(knots[first + tap, kind] for tap in TAPS)
+                kernel(grids, x, y, knot_time, self._per_metre, points, scale, place, result)
 
         with ThreadPoolExecutor(_threads()) as pool:
-            for batch in self._batches(runs, len(kinds)):
-                work_batch(batch, pool)
+            for batch in self._batches(runs, len(sums)):
+                numbers = sorted({first + tap for first, _, _ in batch for tap in TAPS})
+                knots = self._knots(numbers, tuple(kind for kind, *_ in sums), pool)
+                tasks = [
+                    pool.submit(work, first, order[at : min(at + _CHUNK, stop)], knots)
+                    for first, start, stop in batch
+                    for at in range(start, stop, _CHUNK)
+                ]
+                for task in tasks:
+                    task.result()
         return result
+
+    def _sums(self, terms: Sequence[Term]) -> list[tuple[Kind, Callable, NDArray[np.float64], NDArray[np.int64]]]:
+        """For each field: its kernel, and of each of the kernel's derivatives the scale and the place in the result."""
+        from .spline_kernel import DERIVATIVES  # numba takes half a second to import: only where it is used
+
+        sums = []
+        for kind in dict.fromkeys(term.kind for term in terms):
+            place = np.full(len(DERIVATIVES), -1)
+            for index, term in enumerate(terms):
+                if term.kind == kind:
+                    place[DERIVATIVES.index((term.row, term.column, term.time))] = index
+            most = max(term.row + term.column for term in terms if term.kind == kind)
+            steps = (*self._per_metre, 1.0 / self.time_step)
+            scale = np.prod(np.power(steps, DERIVATIVES), axis=1)
+            sums.append((kind, _kernel(0 if self.lattice.line else self.order, self.order, most), scale, place))
+        return sums
+
+    @property
+    def _per_metre(self) -> tuple[float, float]:
+        """Grid points per metre, along rows and columns."""
+        return self.shape[0] / self.lattice.length, self.shape[1] / self.lattice.length
 
     @property
     def _field_bytes(self) -> int:
@@ -117,51 +146,22 @@ class MovingField:
 
     def _batches(self, runs: list[Run], kinds: int) -> Iterator[list[Run]]:
         """Runs of neighbouring intervals whose knots fit into memory together."""
-        room = max(4, CACHE_BYTES // (self._field_bytes * kinds))
+        room = max(len(TAPS), CACHE_BYTES // (self._field_bytes * kinds))
         batch: list[Run] = []
+        needed: set[int] = set()
         for run in runs:
-            intervals = {first for first, _, _ in [*batch, run]}
-            if len({first + tap for first in intervals for tap in TAPS}) > room and batch:
+            taken = {run[0] + tap for tap in TAPS}
+            if batch and len(needed | taken) > room:
                 yield batch
-                batch = []
+                batch, needed = [], set()
             batch.append(run)
+            needed |= taken
         if batch:
             yield batch
 
-    def _at(
-        self,
-        x: NDArray[np.float64],
-        y: NDArray[np.float64],
-        fraction: NDArray[np.float64],
-        first: int,
-        terms: Sequence[Term],
-        knots: dict[Knot, NDArray[np.float32]],
-    ) -> NDArray[np.float64]:
-        """The terms at points of one time interval, from the four knots around it."""
-        per_metre = tuple(count / self.lattice.length for count in self.shape)
-        kinds: tuple[Kind, ...] = tuple(dict.fromkeys(term.kind for term in terms))
-        in_time = {d: bspline_weights(TIME_ORDER, fraction, d) for d in {term.time for term in terms}}
-        result = np.empty((len(terms), x.size))
-        # Terms of one spatial derivative share a matrix; of these, terms of one field differ only in weights.
-        for derivative in dict.fromkeys((term.row, term.column) for term in terms):
-            matrix = interpolation_matrix(self.order, y * per_metre[0], x * per_metre[1], self.shape, derivative)
-            for kind in kinds:
-                alike = [
-                    (i, term)
-                    for i, term in enumerate(terms)
-                    if (term.kind, term.row, term.column) == (kind, *derivative)
-                ]
-                values = [matrix @ knots[first + tap, kind] for tap in TAPS if alike]
-                for index, term in alike:
-                    scale = per_metre[0] ** term.row * per_metre[1] ** term.column / self.time_step**term.time
-                    result[index] = scale * sum(w * v for w, v in zip(in_time[term.time], values, strict=True))
-        return result
-
     # ------------------------------------------------------------------------------------------------- knots
 
-    def _knots(
-        self, numbers: Sequence[int], kinds: tuple[Kind, ...], pool: ThreadPoolExecutor
-    ) -> dict[Knot, NDArray[np.float32]]:
+    def _knots(self, numbers: Sequence[int], kinds: tuple[Kind, ...], pool: ThreadPoolExecutor) -> Knots:
         """Coefficients of the given knots, from the cache or made now; the cache then keeps the latest used."""
         wanted: list[Knot] = [(number, kind) for number in numbers for kind in kinds]
         with self._lock:
@@ -181,17 +181,17 @@ class MovingField:
                 self._cache[key] = found[key]
         return found
 
-    def _make_knot(self, number: int, kinds: tuple[Kind, ...]) -> dict[Knot, NDArray[np.float32]]:
+    def _make_knot(self, number: int, kinds: tuple[Kind, ...]) -> Knots:
         """The spline's coefficients at one knot, by one real FFT for each field."""
         turned = self._turn(number * self.time_step)
         forward, backward = self._ahead * turned, self._behind * np.conj(turned)
-        made: dict[Knot, NDArray[np.float32]] = {}
+        made: Knots = {}
         if "elevation" in kinds:
             made[number, "elevation"] = self._to_grid(forward + backward)
-        forward -= backward  # the flow under a wave that runs the other way is reversed
-        for kind in kinds:
-            if kind != "elevation":
-                made[number, kind] = self._to_grid(forward * self._flow[kind])
+        if "shift" in kinds:
+            made[number, "shift"] = self._to_grid((forward + backward) * self._shift)
+        if "potential" in kinds:  # ∂χ/∂t: the flow under a wave that runs the other way is reversed
+            made[number, "potential"] = self._to_grid((forward - backward) * self._shift_rate)
         return made
 
     def _turn(self, time: float) -> NDArray[np.complex64]:
@@ -230,32 +230,40 @@ class MovingField:
         return ahead.astype(np.complex64), behind.astype(np.complex64)
 
     @cached_property
-    def _flow(self) -> dict[Kind, NDArray[np.float32]]:
-        """ω coth(kh) k/|k| on the half-plane: horizontal velocity per elevation, east and north."""
-        lattice = self.lattice
-        k = lattice.quadrant(lambda k: np.where(k > 0.0, k, np.inf))
-        speed = (lattice.omega * orbital_ratio(k, lattice.depth) / k)[self._row_order()]
-        rows, columns = lattice.reach
-        north = np.concatenate((lattice.north[rows:], lattice.north[:rows]))
-        return {
-            "east": (speed * lattice.east[columns:]).astype(np.float32),
-            "north": (speed * north[:, None]).astype(np.float32),
-        }
+    def _shift(self) -> NDArray[np.float32]:
+        """coth(kh)/k on the half-plane: χ per elevation."""
+        k = self.lattice.quadrant(lambda k: np.where(k > 0.0, k, np.inf))
+        return (orbital_ratio(k, self.lattice.depth) / k)[self._row_order()].astype(np.float32)
+
+    @cached_property
+    def _shift_rate(self) -> NDArray[np.complex64]:
+        """−iω coth(kh)/k on the half-plane: Φ = ∂χ/∂t per elevation, of a wave that runs along +k."""
+        return (-1j * self.lattice.omega[self._row_order()] * self._shift).astype(np.complex64)
 
     def _to_grid(self, half: NDArray[np.complex64]) -> NDArray[np.float32]:
-        """Real field of half-plane amplitudes on the oversampled grid, flattened."""
+        """Real field of half-plane amplitudes on the oversampled grid, (row, column)."""
         most = self.lattice.reach[0]
         padded = np.zeros((self.shape[0], half.shape[1]), dtype=np.complex64)
         padded[: most + 1] = half[: most + 1]
         padded[self.shape[0] - most :] = half[most + 1 :]
         columns = scipy.fft.ifft(padded, axis=0, norm="forward", overwrite_x=True)
-        return np.asarray(scipy.fft.irfft(columns, n=self.shape[1], axis=1, norm="forward")).ravel()
+        return np.asarray(scipy.fft.irfft(columns, n=self.shape[1], axis=1, norm="forward"))
 
 
 def _grid_size(reach: int, oversampling: float, order: int) -> int:
     """A size that FFTs like, large enough for the waves and for the spline's support."""
     least = max(int(np.ceil(oversampling * (2 * reach + 2))), 2 * (order + 1))
     return int(scipy.fft.next_fast_len(least, real=True))  # type: ignore[arg-type]
+
+
+@cache
+def _kernel(row_order: int, column_order: int, most: int) -> Callable[..., None]:
+    from .spline_kernel import spline_kernel
+
+    rows, columns, time = (
+        bspline_polynomials(order).astype(np.float32) for order in (row_order, column_order, TIME_ORDER)
+    )
+    return spline_kernel(rows, columns, time, most)
 
 
 def _threads() -> int:

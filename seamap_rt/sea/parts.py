@@ -14,7 +14,19 @@ from .dispersion import angular_frequency, orbital_ratio
 from .lattice import Lattice
 from .moving_field import MovingField, Term
 
-Quantity = Literal["elevation", "rate", "slope_east", "slope_north", "flow_east", "flow_north"]
+Quantity = Literal[
+    "elevation",  # m
+    "rate",  # ∂η/∂t, m/s
+    "slope_east",
+    "slope_north",
+    "flow_east",  # the water's velocity at the surface, m/s
+    "flow_north",
+    "shift_east",  # horizontal displacement D of the water at the surface, m
+    "shift_north",
+    "shift_east_east",  # ∂D_east/∂x
+    "shift_east_north",  # ∂D_east/∂y = ∂D_north/∂x
+    "shift_north_north",  # ∂D_north/∂y
+]
 Points = NDArray[np.float64]
 
 
@@ -47,7 +59,8 @@ class SinusoidPart:
         omega = float(angular_frequency(self.wavenumber, self.depth))
         angle = self.wavenumber * (east * x + north * y) - np.remainder(omega * t, 2.0 * np.pi) + self.phase
         cosine, sine = self.amplitude * np.cos(angle), self.amplitude * np.sin(angle)
-        flow = omega * float(orbital_ratio(self.wavenumber, self.depth))
+        orbital = float(orbital_ratio(self.wavenumber, self.depth))
+        flow, strain = omega * orbital, -self.wavenumber * orbital
         values = {
             "elevation": (1.0, cosine),
             "rate": (omega, sine),
@@ -55,6 +68,11 @@ class SinusoidPart:
             "slope_north": (-self.wavenumber * north, sine),
             "flow_east": (flow * east, cosine),
             "flow_north": (flow * north, cosine),
+            "shift_east": (-orbital * east, sine),
+            "shift_north": (-orbital * north, sine),
+            "shift_east_east": (strain * east * east, cosine),
+            "shift_east_north": (strain * east * north, cosine),
+            "shift_north_north": (strain * north * north, cosine),
         }
         return np.stack([values[name][0] * values[name][1] for name in quantities])
 
@@ -87,8 +105,13 @@ class PlanePart:
         "rate": Term("elevation", time=1),
         "slope_east": Term("elevation", column=1),
         "slope_north": Term("elevation", row=1),
-        "flow_east": Term("east"),
-        "flow_north": Term("north"),
+        "flow_east": Term("potential", column=1),
+        "flow_north": Term("potential", row=1),
+        "shift_east": Term("shift", column=1),
+        "shift_north": Term("shift", row=1),
+        "shift_east_east": Term("shift", column=2),
+        "shift_east_north": Term("shift", row=1, column=1),
+        "shift_north_north": Term("shift", row=2),
     }
 
     def sample(self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
@@ -121,8 +144,13 @@ class LinePart:
             "rate": (1.0, Term("elevation", time=1)),
             "slope_east": (east, Term("elevation", column=1)),
             "slope_north": (north, Term("elevation", column=1)),
-            "flow_east": (east, Term("east")),
-            "flow_north": (north, Term("east")),
+            "flow_east": (east, Term("potential", column=1)),
+            "flow_north": (north, Term("potential", column=1)),
+            "shift_east": (east, Term("shift", column=1)),
+            "shift_north": (north, Term("shift", column=1)),
+            "shift_east_east": (east * east, Term("shift", column=2)),
+            "shift_east_north": (east * north, Term("shift", column=2)),
+            "shift_north_north": (north * north, Term("shift", column=2)),
         }
         terms = list(dict.fromkeys(term[name][1] for name in quantities))
         along = self.field.evaluate(east * x + north * y, y, t, terms)
