@@ -9,6 +9,7 @@ import math
 import os
 import re
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, model_validator
@@ -20,12 +21,12 @@ from .radar.waveform import RangeResponse
 from .settings import (
     PlatformSettings,
     RadarSettings,
+    RandomWaves,
     RetrievalSettings,
     ScatteringSettings,
     SeaSettings,
     Section,
     SinusoidWaves,
-    SpectralWaves,
     TracingSettings,
     limited,
 )
@@ -111,7 +112,8 @@ class Scene(Section):
         margin = max(LEAST_MARGIN_M, RangeResponse.of(self.radar).support_m)
         needed, extent = 2.0 * (self.radar.range_m[1] + margin), self.sea.extent_m
         repeats = any(
-            isinstance(waves, SpectralWaves) and waves.spreading != "long_crested" for waves in self.sea.waves
+            isinstance(waves, RandomWaves) and getattr(waves, "spreading", None) != "long_crested"
+            for waves in self.sea.waves
         )
         if repeats and extent < needed:
             room = 0.5 * extent - margin
@@ -243,9 +245,27 @@ class Scene(Section):
 
 
 def load_scene(path_or_name: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None) -> Scene:
-    """The scene of a file, or a shipped one by its name, with keys overridden as {"radar.height_m": 10.0}."""
-    tree = scenefile.read_toml(scenefile.find_scene(path_or_name))
-    return scenefile.validate(Scene, scenefile.apply_overrides(tree, overrides or {}))
+    """The scene of a file, or a shipped one by its name, with keys overridden as {"radar.height_m": 10.0}.
+
+    Spectrum files count from the scene file's folder, those of overrides from the working folder.
+    """
+    path, overrides = scenefile.find_scene(path_or_name), overrides or {}
+    tree = _anchored(scenefile.read_toml(path), path.parent)
+    for key, other in (("energy_fraction", "resolution_m"), ("resolution_m", "energy_fraction")):
+        # Either says the same thing: one that is asked for takes the other's place in the file.
+        if f"sea.{key}" in overrides and f"sea.{other}" not in overrides and isinstance(tree.get("sea"), dict):
+            tree["sea"].pop(other, None)
+    return scenefile.validate(Scene, _anchored(scenefile.apply_overrides(tree, overrides), Path.cwd()))
+
+
+def _anchored(tree: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The tree with the paths of its wave systems' files made absolute, so that the scene means the same everywhere."""
+    sea = tree.get("sea")
+    systems = sea.get("waves") if isinstance(sea, dict) else None
+    for waves in systems if isinstance(systems, list) else ():
+        if isinstance(waves, dict) and isinstance(waves.get("file"), str) and waves["file"]:
+            waves["file"] = str((folder / waves["file"]).resolve())
+    return tree
 
 
 def _up(value: float) -> str:

@@ -87,8 +87,33 @@ class SinusoidWaves(Section):
         return self
 
 
-class SpectralWaves(Section):
-    """What every random wave system has: a size, a direction and a spreading."""
+class RandomWaves(Section):
+    """A wave system that is drawn from a spectrum."""
+
+
+Spreading = Literal["cos2s", "mitsuyasu", "hasselmann", "donelan_banner", "elfouhaily", "long_crested"]
+WindSpeed = Annotated[float, limited("10 m above the sea", above=0.0, most=60.0)]
+Fetch = Annotated[float, limited("distance to the windward shore", above=0.0, most=5e6)]
+
+
+class SpreadWaves(RandomWaves):
+    """A main direction, and how the waves spread about it.
+
+    `inverse_wave_age` is U10 over the phase speed of the peak; mitsuyasu, hasselmann and elfouhaily depend on it. Left
+    out, it follows from the wind where the system is given by a wind, else it is 0.84, a fully developed sea.
+    """
+
+    wave_from_deg: Direction = 270.0
+    spreading: Spreading = "cos2s"
+    spreading_exponent: Annotated[float, limited("the s of cos^2s(θ/2)", above=0.0, most=500.0)] = 10.0
+    inverse_wave_age: (
+        Annotated[float, limited("U10 over the peak's phase speed; 0.84 is fully developed", least=0.1, most=10.0)]
+        | None
+    ) = None
+
+
+class SpectralWaves(SpreadWaves):
+    """A system with a peak, by its height and period or by the wind."""
 
     significant_wave_height_m: (
         Annotated[float, limited("0 is flat; no sea above 30 m", least=0.0, most=30.0)] | None
@@ -96,10 +121,7 @@ class SpectralWaves(Section):
     peak_period_s: (
         Annotated[float, limited("wind waves and swell lie between 0.3 and 40 s", least=0.3, most=40.0)] | None
     ) = None
-    wind_speed_m_s: Annotated[float, limited("10 m above the sea", above=0.0, most=60.0)] | None = None
-    wave_from_deg: Direction = 270.0
-    spreading: Literal["cos2s", "long_crested"] = "cos2s"
-    spreading_exponent: Annotated[float, limited("the s of cos^2s(θ/2)", above=0.0, most=500.0)] = 10.0
+    wind_speed_m_s: WindSpeed | None = None
 
     @model_validator(mode="after")
     def _one_way_to_say_its_size(self) -> Self:
@@ -108,7 +130,7 @@ class SpectralWaves(Section):
         if by_wind == all(by_height) or any(by_height) != all(by_height):
             raise ValueError(
                 "give either significant_wave_height_m and peak_period_s, or wind_speed_m_s "
-                "(and fetch_m for jonswap), not a mixture"
+                "(and fetch_m for jonswap and tma), not a mixture"
             )
         return self
 
@@ -119,43 +141,138 @@ class PiersonMoskowitzWaves(SpectralWaves):
     spectrum: Literal["pierson_moskowitz"]
 
 
-class JonswapWaves(SpectralWaves):
-    """A growing sea (Hasselmann et al. 1973), by wind and fetch or scaled to Hs, Tp and γ."""
+class GrowingWaves(SpectralWaves):
+    """A sea with an enhanced peak, by wind and fetch or scaled to Hs, Tp and γ."""
 
-    spectrum: Literal["jonswap"]
     peak_enhancement: Annotated[float, limited("γ of the JONSWAP spectrum", least=1.0, most=20.0)] = 3.3
-    fetch_m: Annotated[float, limited("distance to the windward shore", above=0.0, most=5e6)] | None = None
+    fetch_m: Fetch | None = None
 
     @model_validator(mode="after")
     def _wind_needs_fetch(self) -> Self:
         if (self.wind_speed_m_s is None) != (self.fetch_m is None):
-            raise ValueError("give wind_speed_m_s and fetch_m together: jonswap by wind needs both")
+            raise ValueError("give wind_speed_m_s and fetch_m together: jonswap and tma by wind need both")
         return self
 
 
-WaveSystem = Annotated[FlatWaves | SinusoidWaves | PiersonMoskowitzWaves | JonswapWaves, Discriminator("spectrum")]
+class JonswapWaves(GrowingWaves):
+    """A growing sea (Hasselmann et al. 1973)."""
+
+    spectrum: Literal["jonswap"]
+
+
+class TmaWaves(GrowingWaves):
+    """A growing sea in water of finite depth, JONSWAP × Φ (Bouws et al. 1985). Hs is that of the sea itself."""
+
+    spectrum: Literal["tma"]
+
+
+class ElfouhailyWaves(SpreadWaves):
+    """The whole wind sea, from its peak to the ripples (Elfouhaily et al. 1997), by wind and wave age or fetch."""
+
+    spectrum: Literal["elfouhaily"]
+    wind_speed_m_s: WindSpeed
+    fetch_m: Fetch | None = None
+    spreading: Spreading = "elfouhaily"
+
+    @model_validator(mode="after")
+    def _one_age(self) -> Self:
+        age = self.inverse_wave_age
+        if age is not None and self.fetch_m is not None:
+            raise ValueError("give fetch_m or inverse_wave_age, not both: each says how old the sea is")
+        if age is not None and not 0.8 <= age <= 5.0:
+            raise ValueError(
+                f"inverse_wave_age = {age:g}: must lie within 0.8 to 5 (Elfouhaily et al. 1997); "
+                "0.84 is fully developed"
+            )
+        return self
+
+
+class FileWaves(RandomWaves):
+    """A measured or modelled directional spectrum, read from a file.
+
+    A relative path counts from the scene file's folder. `time` is ISO text, the nearest one is taken (the first, if it
+    is left out); `site` numbers the stations of the file. Beyond the last frequency the spectrum goes on as
+    f^−tail_exponent; 0 ends it there.
+    """
+
+    spectrum: Literal["file"]
+    file: str
+    kind: Literal["auto", "ndbc", "swan", "ww3", "wavespectra"] = "auto"
+    time: str | None = None
+    site: Annotated[int, limited("stations are numbered from 0", least=0)] = 0
+    tail_exponent: Annotated[float, limited("a tail falls off; 0 is none", least=0.0, most=12.0)] = 5.0
+
+    @model_validator(mode="after")
+    def _tail_holds_little(self) -> Self:
+        if 0.0 < self.tail_exponent < 3.0:
+            raise ValueError(
+                f"tail_exponent = {self.tail_exponent:g}: must be 0 or at least 3 (a flatter tail would hold most "
+                "of the waves); 4 to 5 is usual"
+            )
+        return self
+
+
+WaveSystem = Annotated[
+    FlatWaves | SinusoidWaves | PiersonMoskowitzWaves | JonswapWaves | TmaWaves | ElfouhailyWaves | FileWaves,
+    Discriminator("spectrum"),
+]
+
+DEFAULT_RESOLUTION_M = 0.8
+MOST_POINTS_A_SIDE = 4096
 
 
 class SeaSettings(Section):
-    """The water: its depth, its wave systems, and the finest wave that is resolved."""
+    """The water: its depth, its current, its wave systems, and the finest wave that is resolved.
 
-    model: Literal["linear"] = "linear"
+    Waves shorter than twice `resolution_m` are not on the surface but in the scattering. `energy_fraction`, in its
+    place, asks for the resolution that keeps this share of all waves' variance.
+    """
+
+    model: Literal["linear", "choppy"] = "linear"
     depth_m: Annotated[float, limited("water has a depth; inf is deep", least=0.05, infinite=True)] = math.inf
-    resolution_m: Annotated[float, limited("spacing of the resolved waves' grid", least=0.05, most=100.0)] = 0.8
+    resolution_m: Annotated[float, limited("spacing of the resolved waves' grid", above=0.0, most=100.0)] | None = None
+    energy_fraction: (
+        Annotated[float, limited("share of the waves' variance that is resolved", above=0.0, below=1.0)] | None
+    ) = None
     extent_m: Annotated[float, limited("side of the periodic patch", least=10.0, most=20_000.0)] = 1024.0
+    current_m_s: Annotated[float, limited("a uniform current", least=0.0, most=10.0)] = 0.0
+    current_toward_deg: Direction = 0.0
     waves: Annotated[tuple[WaveSystem, ...], BeforeValidator(_as_tuple)] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _default_resolution(cls, tree: object) -> object:
+        if isinstance(tree, dict) and tree.get("resolution_m") is None and tree.get("energy_fraction") is None:
+            return {**tree, "resolution_m": DEFAULT_RESOLUTION_M}
+        return tree
+
+    @model_validator(mode="after")
+    def _one_resolution(self) -> Self:
+        if self.resolution_m is not None and self.energy_fraction is not None:
+            raise ValueError("give resolution_m or energy_fraction, not both: one follows from the other")
+        return self
 
     @model_validator(mode="after")
     def _grid_fits_memory(self) -> Self:
-        side = self.extent_m / self.resolution_m
-        if side > 4096:
-            raise ValueError(
-                f"extent_m/resolution_m = {side:.0f}: must be at most 4096 (a grid of {side:.0f}² points would take "
-                f"{side**2 * 100 / 1e9:.0f} GB); raise resolution_m or lower extent_m"
-            )
-        if side < 8:
-            raise ValueError(f"extent_m/resolution_m = {side:.1f}: must be at least 8; lower resolution_m")
+        if self.resolution_m is not None:
+            check_grid(self.extent_m, self.resolution_m, "resolution_m")
         return self
+
+
+def check_grid(extent_m: float, resolution_m: float, key: str) -> None:
+    """Raise ValueError unless the grid of resolved waves fits memory and holds waves; `key` set its resolution."""
+    side = extent_m / resolution_m
+    if side > MOST_POINTS_A_SIDE:
+        raise ValueError(
+            f"extent_m/resolution_m = {side:.0f}: must be at most {MOST_POINTS_A_SIDE} (a grid of {side:.0f}² points "
+            f"would take {side**2 * 100 / 1e9:.3g} GB); {'raise' if key == 'resolution_m' else 'lower'} {key} or lower "
+            "extent_m"
+        )
+    if side < 8:
+        raise ValueError(
+            f"extent_m/resolution_m = {side:.1f}: must be at least 8; "
+            f"{'lower' if key == 'resolution_m' else 'raise'} {key}"
+        )
 
 
 # ------------------------------------------------------------------------------------------------ scattering

@@ -89,7 +89,7 @@ def ground_truth(sea: Sea, radar: RadarSettings, retrieval: RetrievalSettings, t
     step = _GAUSS * retrieval.ground_m
     signs = np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]])  # west–east, south–north
     corners = (x[inside][:, None] + step * signs[:, 0], y[inside][:, None] + step * signs[:, 1], time[inside][:, None])
-    height, slopes = sea.elevation(*corners).mean(axis=1), sea.slopes(*corners).mean(axis=1)
+    height, slopes = (values.mean(axis=1) for values in sea.elevation_and_slopes(*corners))
 
     def field(values: NDArray[np.float64]) -> NDArray[np.float64]:
         out = np.full(inside.shape, np.nan)

@@ -65,12 +65,16 @@ def elfouhaily97_spreading(
 
     k: any shape, rad/m; 1 outside the waves' range. Raises as `elfouhaily97`.
     """
-    _, k_peak, u_star = _scales(wind_speed, inverse_wave_age)
+    return elfouhaily97_contrast(k, wind_speed, elfouhaily97_peak_wavenumber(wind_speed, inverse_wave_age))
+
+
+def elfouhaily97_contrast(k: ArrayLike, wind_speed: float, peak_wavenumber: float) -> NDArray[np.float64]:
+    """Δ(k) of `elfouhaily97_spreading` for a sea whose peak lies at `peak_wavenumber` [rad/m], whatever its age."""
     k = np.asarray(k, dtype=np.float64)
-    carries = (k > 0.01 * k_peak) & (k < 1e9)
-    speed = _phase_speed(np.where(carries, k, k_peak))
-    speed_peak = _phase_speed(np.float64(k_peak))
-    short = 0.13 * u_star / CAPILLARY_SPEED
+    carries = (k > 0.01 * peak_wavenumber) & (k < 1e9)
+    speed = _phase_speed(np.where(carries, k, peak_wavenumber))
+    speed_peak = _phase_speed(np.float64(peak_wavenumber))
+    short = 0.13 * _friction_velocity(wind_speed) / CAPILLARY_SPEED
     contrast = np.tanh(
         math.log(2.0) / 4.0 + 4.0 * (speed / speed_peak) ** 2.5 + short * (CAPILLARY_SPEED / speed) ** 2.5
     )
@@ -118,8 +122,12 @@ def _scales(wind_speed: float, inverse_wave_age: float) -> tuple[float, float, f
             f"inverse_wave_age = {inverse_wave_age}: must lie within {low}–{high} (Elfouhaily 1997); "
             "0.84 is a fully developed sea"
         )
-    u_star = wind_speed * math.sqrt(1e-3 * (0.8 + 0.065 * wind_speed))
-    return inverse_wave_age, GRAVITY * (inverse_wave_age / wind_speed) ** 2, u_star
+    return inverse_wave_age, GRAVITY * (inverse_wave_age / wind_speed) ** 2, _friction_velocity(wind_speed)
+
+
+def _friction_velocity(wind_speed: float) -> float:
+    """u* [m/s] of a wind at 10 m."""
+    return wind_speed * math.sqrt(1e-3 * (0.8 + 0.065 * wind_speed))
 
 
 def _phase_speed(k: NDArray[np.float64] | np.float64) -> NDArray[np.float64]:

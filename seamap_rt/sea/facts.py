@@ -8,19 +8,36 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import xarray as xr
 
+from .choppy import ChoppySurface
 from .parts import LinePart, PlanePart, SinusoidPart, Waves
-from .systems import GRAVITY_CAPILLARY_WAVENUMBER, SpectralSystem, azimuth_toward
+from .systems import SpectralSystem, azimuth_toward
+
+_SAMPLES = 200_000  # labels, over the whole patch
+_EVEN_STEPS = 0.7548776662466927, 0.5698402909980532  # 1/p, 1/p², p³ = p + 1: fill a square evenly, seen from any side
+
+
+@dataclass(frozen=True)
+class ChoppyFacts:
+    """What the choppy model did to this realisation, from a grid over the periodic patch at time 0."""
+
+    amplitude_scale: float  # by which the waves were made larger, so that the significant height stays
+    set_down: float  # m, by which the mean level would have sunk, put back
+    folded_share: float  # of the surface, det(I + ∇D) ≤ 0: crests that break over
+    elevation_std: float  # m, over the ground
+    skewness: float  # of the elevation over the ground; 0 in expectation at this order, see `Resolved.skewness_stokes`
+    mean_square_slope: float  # over the ground
 
 
 @dataclass(frozen=True)
 class Resolved:
     """What of the sea is resolved: expectations, before the dice. Short waves left out live in the scattering model."""
 
+    resolution_m: float  # spacing of the resolved waves' grid
     wavenumber_limit: float  # rad/m, π/resolution_m
     variance: float  # m², resolved
     variance_share: float  # of all systems' variance
     mean_square_slope: float  # resolved
-    mean_square_slope_share: float  # of the slope of the same spectra up to 369 rad/m, where ripples begin
+    mean_square_slope_share: float  # of the slope of the same spectra up to 369 rad/m (elfouhaily: all), see below
     elevation_std: float  # m
     slope_std_east: float
     slope_std_north: float
@@ -28,32 +45,85 @@ class Resolved:
     velocity_error: float  # m/s rms, of its vertical velocity
     slope_error: float  # rms, of a slope
     time_step: float  # s, between the knots of the interpolation (the shortest of all systems)
+    significant_steepness: float  # Hs over the length of the highest system's peak; above 0.06 or so a sea breaks
+    skewness_stokes: float  # 3 k σ, of a narrow-banded second-order sea with that peak (Longuet-Higgins 1963)
+    choppy: ChoppyFacts | None = None
 
 
-def resolved_facts(parts: Sequence[Waves], systems: Sequence[SpectralSystem], limit: float) -> Resolved:
-    """Expectations of the whole sea. A regular wave is resolved whatever its length: it is a closed form."""
-    regular = sum(0.5 * part.amplitude**2 for part in parts if isinstance(part, SinusoidPart))
-    regular_slope = sum(sum(part.slope_variance()) for part in parts if isinstance(part, SinusoidPart))
+def resolved_facts(
+    parts: Sequence[Waves], systems: Sequence[SpectralSystem], resolution: float, scale: float = 1.0
+) -> Resolved:
+    """Expectations of the whole sea. A regular wave is resolved whatever its length: it is a closed form.
+
+    scale: by which a choppy sea's random waves were enlarged; the facts are those of the sea that was asked for.
+    """
+    limit = np.pi / resolution
+    waves = [part for part in parts if isinstance(part, SinusoidPart)]
+    regular = sum(0.5 * part.amplitude**2 for part in waves)
+    regular_slope = np.sum([part.slope_variance() for part in waves], axis=0) if waves else np.zeros(2)
     variance = regular + sum(system.moment(0, limit) for system in systems)
-    all_variance = regular + sum(system.moment(0) for system in systems)
-    all_slope = regular_slope + sum(system.moment(2, GRAVITY_CAPILLARY_WAVENUMBER) for system in systems)
-    slopes = np.sum([part.slope_variance() for part in parts], axis=0) if parts else np.zeros(2)
-    fields = [part.field for part in parts if isinstance(part, PlanePart | LinePart)]
-    errors = [field.error for field in fields]
+    all_variance = regular + sum(system.variance for system in systems)
+    all_slope = float(regular_slope.sum()) + sum(system.slope_variance for system in systems)
+    random = [part.slope_variance() for part in parts if not isinstance(part, SinusoidPart)]
+    slopes = regular_slope + (np.sum(random, axis=0) / scale if random else 0.0)
+    errors = [part.field.error for part in parts if isinstance(part, PlanePart | LinePart)]
+    steps = [part.field.time_step for part in parts if isinstance(part, PlanePart | LinePart)]
+    peak = _main_peak(waves, systems)
+    deviation = float(np.sqrt(variance))
     return Resolved(
+        resolution_m=resolution,
         wavenumber_limit=limit,
         variance=variance,
         variance_share=variance / all_variance if all_variance > 0.0 else 1.0,
         mean_square_slope=float(slopes.sum()),
         mean_square_slope_share=float(slopes.sum()) / all_slope if all_slope > 0.0 else 1.0,
-        elevation_std=float(np.sqrt(variance)),
+        elevation_std=deviation,
         slope_std_east=float(np.sqrt(slopes[0])),
         slope_std_north=float(np.sqrt(slopes[1])),
         elevation_error=float(np.sqrt(sum(error.elevation**2 for error in errors))),
         velocity_error=float(np.sqrt(sum(error.vertical_velocity**2 for error in errors))),
         slope_error=float(np.sqrt(sum(error.slope**2 for error in errors))),
-        time_step=min((field.time_step for field in fields), default=np.inf),
+        time_step=min(steps, default=np.inf),
+        significant_steepness=4.0 * deviation * peak / (2.0 * np.pi),
+        skewness_stokes=3.0 * peak * deviation,
     )
+
+
+def choppy_facts(surface: ChoppySurface, extent: float, scale: float) -> ChoppyFacts:
+    """Statistics over the ground, from labels: a label's water covers det(I + ∇D) of the ground."""
+    number = np.arange(_SAMPLES, dtype=np.float64)
+    x, y = (extent * np.remainder(number * step, 1.0) for step in _EVEN_STEPS)
+    elevation, east, north, east_east, east_north, north_north = surface.waves.sample(
+        x,
+        y,
+        np.zeros(x.size),
+        ("elevation", "slope_east", "slope_north", "shift_east_east", "shift_east_north", "shift_north_north"),
+    )
+    area = (1.0 + east_east) * (1.0 + north_north) - east_north**2
+    upright = area > 0.0
+    # |J⁻¹ ∇η|² = |adj J ∇η|²/det²
+    steep = ((1.0 + north_north) * east - east_north * north) ** 2 + (
+        (1.0 + east_east) * north - east_north * east
+    ) ** 2
+    ground = area[upright]
+    elevation = elevation[upright]
+    elevation = elevation - np.average(elevation, weights=ground)
+    variance = float(np.average(elevation**2, weights=ground))
+    return ChoppyFacts(
+        amplitude_scale=float(np.sqrt(scale)),
+        set_down=surface.set_down,
+        folded_share=float(np.mean(~upright)),
+        elevation_std=float(np.sqrt(variance)),
+        skewness=float(np.average(elevation**3, weights=ground)) / variance**1.5 if variance > 0.0 else 0.0,
+        mean_square_slope=float(np.sum(steep[upright] / ground) / np.sum(ground)),
+    )
+
+
+def _main_peak(regular: Sequence[SinusoidPart], systems: Sequence[SpectralSystem]) -> float:
+    """Wavenumber of the peak of the highest system, rad/m; 0 without waves."""
+    candidates = [(0.5 * part.amplitude**2, part.wavenumber) for part in regular]
+    candidates += [(system.variance, system.peak_wavenumber) for system in systems if system.variance > 0.0]
+    return max(candidates, default=(0.0, 0.0))[1]
 
 
 def spectrum_dataset(parts: Sequence[Waves], resolved: Resolved) -> xr.Dataset:
@@ -102,5 +172,12 @@ def spectrum_dataset(parts: Sequence[Waves], resolved: Resolved) -> xr.Dataset:
             "ky": ("ky", ky, {"units": "rad m-1", "long_name": "wavenumber north"}),
             "k": ("k", k, {"units": "rad m-1", "long_name": "wavenumber along a line"}),
         },
-        attrs=asdict(resolved),
+        attrs=_flat(asdict(resolved)),
     )
+
+
+def _flat(facts: dict) -> dict:
+    """Facts as attributes of a file: those of a group with its name before them, what is not defined left out."""
+    plain = {name: value for name, value in facts.items() if value is not None and not isinstance(value, dict)}
+    groups = {name: value for name, value in facts.items() if isinstance(value, dict)}
+    return plain | {f"{group}_{name}": value for group, inside in groups.items() for name, value in inside.items()}

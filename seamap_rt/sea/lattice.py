@@ -18,8 +18,8 @@ from .dispersion import angular_frequency
 
 Radial = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """S(k) [m³], with ∫ S dk the variance."""
-Spreading = Callable[[NDArray[np.float64]], NDArray[np.float64]]
-"""Density over angle [1/rad], as a function of the cosine of the angle from the mean direction."""
+Spreading = Callable[[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
+"""Density over angle [1/rad] of k [rad/m], cos θ and sin θ, θ anticlockwise from the mean direction of travel."""
 
 _FINE_RADIUS = (
     64  # wavenumber steps within which a cell's variance is integrated, not sampled: swell can be that narrow
@@ -98,9 +98,9 @@ def plane_variance(
     k = lattice.quadrant(lambda k: k)
     safe = np.where(k > 0.0, k, 1.0)
     density = lattice.unfold(np.where(k > 0.0, radial(safe) / safe, 0.0))
-    inverse = lattice.unfold(1.0 / safe)
-    cosine = (toward[0] * lattice.east + toward[1] * lattice.north[:, None]) * inverse
-    variance = density * spreading(cosine) * lattice.step**2
+    whole = lattice.unfold(safe)
+    along, across = _angle(lattice.east, lattice.north[:, None], whole, toward)
+    variance = density * spreading(whole, along, across) * lattice.step**2
     variance[_near(lattice)] = _integrated(lattice, radial, spreading, toward)
     return _scaled(np.where(lattice.inside, variance, 0.0), total, lattice)
 
@@ -145,9 +145,16 @@ def _integrated(
             north = lattice.north[rows, None] + half * node_north
             east = lattice.east[None, columns] + half * node_east
             k = np.hypot(north, east)
-            cosine = (toward[0] * east + toward[1] * north) / k
-            total += half**2 * weight_north * weight_east * radial(k) / k * spreading(cosine)
+            density = radial(k) / k * spreading(k, *_angle(east, north, k, toward))
+            total += half**2 * weight_north * weight_east * density
     return total
+
+
+def _angle(
+    east: NDArray[np.float64], north: NDArray[np.float64], k: NDArray[np.float64], toward: tuple[float, float]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Cosine and sine of the angle, anticlockwise, from `toward` to the wave vectors."""
+    return (toward[0] * east + toward[1] * north) / k, (toward[0] * north - toward[1] * east) / k
 
 
 def _scaled(variance: NDArray[np.float64], total: float, lattice: Lattice) -> NDArray[np.float64]:
@@ -158,7 +165,7 @@ def _scaled(variance: NDArray[np.float64], total: float, lattice: Lattice) -> ND
     if found < 0.5 * total:
         raise ValueError(
             f"extent_m: a periodic sea of {lattice.length:.4g} m carries {found / total:.0%} of this wave system's "
-            "variance, must be at least 50%; raise extent_m or shorten peak_period_s"
+            "variance, must be at least 50%; raise extent_m or shorten the waves"
         )
     return variance * (total / found)
 

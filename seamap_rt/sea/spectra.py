@@ -20,21 +20,31 @@ __all__ = [
     "elfouhaily97",
     "jonswap",
     "jonswap_fetch",
+    "peak_frequency_jonswap",
+    "peak_frequency_pierson_moskowitz",
     "pierson_moskowitz",
     "pierson_moskowitz_scaled",
     "tma",
     "tma_depth_factor",
+    "tma_height_ratio",
     "wavenumber_spectrum",
 ]
+
+_PM_LEVEL, _PM_DECAY = 8.1e-3, 0.74  # α, β
+_PM_WIND_HEIGHT_RATIO = 1.026  # U19.5/U10
 
 
 def pierson_moskowitz(omega: ArrayLike, *, wind_speed: float) -> NDArray[np.float64]:
     """Fully developed sea: α g² ω⁻⁵ exp(−β (g/(U ω))⁴), U at 19.5 m height (Pierson & Moskowitz 1964)."""
     _require_positive(wind_speed=wind_speed)
-    level, decay, wind_height_ratio = 8.1e-3, 0.74, 1.026
     omega, waves = _positive(omega)
-    cut = decay * (GRAVITY / (wind_height_ratio * wind_speed * omega)) ** 4
-    return np.where(waves, level * GRAVITY**2 * omega**-5 * np.exp(-cut), 0.0)
+    cut = _PM_DECAY * (GRAVITY / (_PM_WIND_HEIGHT_RATIO * wind_speed * omega)) ** 4
+    return np.where(waves, _PM_LEVEL * GRAVITY**2 * omega**-5 * np.exp(-cut), 0.0)
+
+
+def peak_frequency_pierson_moskowitz(wind_speed: float) -> float:
+    """ω [rad/s] of the peak of `pierson_moskowitz`, (4β/5)^¼ g/U19.5."""
+    return (0.8 * _PM_DECAY) ** 0.25 * GRAVITY / (_PM_WIND_HEIGHT_RATIO * wind_speed)
 
 
 def pierson_moskowitz_scaled(omega: ArrayLike, hs: float, tp: float) -> NDArray[np.float64]:
@@ -55,10 +65,14 @@ def jonswap(omega: ArrayLike, hs: float, tp: float, gamma: float = 3.3) -> NDArr
 def jonswap_fetch(omega: ArrayLike, wind_speed: float, fetch: float, gamma: float = 3.3) -> NDArray[np.float64]:
     """Growing sea by wind and fetch: α = 0.076 ξ^−0.22, fp U/g = 3.5 ξ^−0.33, ξ = gF/U² (Hasselmann et al. 1973)."""
     _require_positive(wind_speed=wind_speed, fetch=fetch, gamma=gamma)
-    relative_fetch = GRAVITY * fetch / wind_speed**2
-    level = 0.076 * relative_fetch**-0.22
-    peak = 2.0 * math.pi * 3.5 * relative_fetch**-0.33 * GRAVITY / wind_speed
+    level = 0.076 * (GRAVITY * fetch / wind_speed**2) ** -0.22
+    peak = peak_frequency_jonswap(wind_speed, fetch)
     return level * GRAVITY**2 * peak**-5 * _jonswap_shape(omega, peak, gamma)
+
+
+def peak_frequency_jonswap(wind_speed: float, fetch: float) -> float:
+    """ω [rad/s] of the peak of `jonswap_fetch`."""
+    return 2.0 * math.pi * 3.5 * (GRAVITY * fetch / wind_speed**2) ** -0.33 * GRAVITY / wind_speed
 
 
 def tma(omega: ArrayLike, hs: float, tp: float, gamma: float, depth: float) -> NDArray[np.float64]:
@@ -74,6 +88,16 @@ def tma_depth_factor(omega: ArrayLike, depth: float) -> NDArray[np.float64]:
     omega, waves = _positive(omega)
     x = np.minimum(wavenumber(omega, depth, surface_tension=0.0) * depth, 300.0)
     return np.where(waves, np.tanh(x) ** 2 / (1.0 + 2.0 * x / np.sinh(2.0 * x)), 0.0)
+
+
+def tma_height_ratio(tp: float, gamma: float, depth: float) -> float:
+    """Height of the TMA spectrum over that of its JONSWAP parent, √(∫ S Φ dω/∫ S dω); 1 in deep water."""
+    _require_positive(tp=tp, gamma=gamma)
+    log_omega = np.linspace(math.log(0.05), math.log(200.0), 20_001) + math.log(2.0 * math.pi / tp)
+    omega = np.exp(log_omega)
+    parent = jonswap(omega, 1.0, tp, gamma) * omega
+    kept = np.trapezoid(parent * tma_depth_factor(omega, depth), log_omega)
+    return math.sqrt(float(kept / np.trapezoid(parent, log_omega)))
 
 
 def wavenumber_spectrum(

@@ -4,19 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import GRAVITY, SURFACE_TENSION, WATER_DENSITY, unit_from_azimuth
-from ..settings import JonswapWaves, PiersonMoskowitzWaves, SinusoidWaves, SpectralWaves
-from . import spectra
+from ..io.spectrumfile import read_directional_spectrum
+from ..settings import (
+    ElfouhailyWaves,
+    FileWaves,
+    JonswapWaves,
+    PiersonMoskowitzWaves,
+    RandomWaves,
+    SinusoidWaves,
+    SpectralWaves,
+    SpreadWaves,
+    TmaWaves,
+    WaveSystem,
+)
+from . import elfouhaily, spectra, spreading
+from .dispersion import angular_frequency, group_speed, wavenumber
 from .lattice import Radial, Spreading
-from .spreading import cos2s_of_cosine
+from .tabulated import TabulatedSpectrum
 
 GRAVITY_CAPILLARY_WAVENUMBER = float(np.sqrt(GRAVITY * WATER_DENSITY / SURFACE_TENSION))  # rad/m, 368.6
 _LONGEST, _SHORTEST = 1e-7, 1e5  # rad/m, beyond every sea wave
+_EAST = (1.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -25,7 +39,8 @@ class SpectralSystem:
 
     radial: Radial  # S(k) [m³]
     spreading: Spreading | None  # None: long-crested
-    toward: tuple[float, float]  # unit vector of travel, east north
+    toward: tuple[float, float]  # unit vector of travel, east north; the spreading's angles count from it
+    shortest: float = GRAVITY_CAPILLARY_WAVENUMBER  # rad/m, to which the spectrum means something
 
     def moment(self, power: int, limit: float = _SHORTEST) -> float:
         """∫ k^power S(k) dk up to `limit` rad/m: variance [m²] for 0, mean square slope for 2. To about 1e-7."""
@@ -33,23 +48,109 @@ class SpectralSystem:
         k = np.exp(log_k)
         return float(np.trapezoid(k ** (power + 1) * self.radial(k), log_k))
 
+    @cached_property
+    def variance(self) -> float:
+        """Variance of all its waves, m²."""
+        return self.moment(0)
 
-def spectral_system(waves: SpectralWaves, depth: float) -> SpectralSystem:
-    """The functions of one system of the scene. Raises TypeError for a spectrum that is not known here."""
-    spread = None
-    if waves.spreading == "cos2s":
-        spread = partial(cos2s_of_cosine, exponent=waves.spreading_exponent)
-    radial = partial(spectra.wavenumber_spectrum, _frequency_spectrum(waves), depth=depth)
-    return SpectralSystem(radial, spread, travel_direction(waves))
+    @cached_property
+    def slope_variance(self) -> float:
+        """Mean square slope of its waves, those of gravity only where the spectrum knows no other."""
+        return self.moment(2, self.shortest)
+
+    @cached_property
+    def peak_wavenumber(self) -> float:
+        """Wavenumber [rad/m] at which the frequency spectrum is highest."""
+        k = np.geomspace(1e-5, 1e3, 20_001)
+        # Per frequency, not per wavenumber: that is what a peak period means. In deep water dk/dω ∝ √k.
+        return float(k[np.argmax(self.radial(k) * np.sqrt(k))])
 
 
-def travel_direction(waves: SpectralWaves | SinusoidWaves) -> tuple[float, float]:
+def spectral_system(waves: RandomWaves, depth: float) -> SpectralSystem:
+    """The functions of one random system of the scene. Raises ValueError where they are not defined."""
+    match waves:
+        case FileWaves():
+            table = _table(waves, depth)
+            return SpectralSystem(table.radial, table.spreading, _EAST)
+        case ElfouhailyWaves():
+            wind, age = waves.wind_speed_m_s, _elfouhaily_age(waves)
+            radial = partial(elfouhaily.elfouhaily97, wind_speed=wind, inverse_wave_age=age)
+            peak = elfouhaily.elfouhaily97_peak_wavenumber(wind, age)
+            spread = _spreading(waves, _Peak(peak, depth, age, wind))
+            return SpectralSystem(radial, spread, travel_direction(waves), _SHORTEST)
+        case SpectralWaves():
+            radial = partial(spectra.wavenumber_spectrum, _frequency_spectrum(waves, depth), depth=depth)
+            return SpectralSystem(radial, _spreading(waves, _peak(waves, depth)), travel_direction(waves))
+    raise TypeError(f"spectrum of {type(waves).__name__}: not known to the sea")
+
+
+def travel_direction(waves: SpreadWaves | SinusoidWaves) -> tuple[float, float]:
     """Unit vector, east north, of where the waves go: opposite to where they come from."""
     east, north = unit_from_azimuth(waves.wave_from_deg + 180.0)
     return float(east), float(north)
 
 
-def _frequency_spectrum(waves: SpectralWaves) -> Callable[..., NDArray[np.float64]]:
+def azimuth_toward(direction: tuple[float, float]) -> float:
+    """Azimuth (deg) of a direction of travel."""
+    return float(np.degrees(np.arctan2(direction[0], direction[1])) % 360.0)
+
+
+def directional_density(
+    system: SpectralSystem, frequency_hz: ArrayLike, from_deg: ArrayLike, depth: float
+) -> NDArray[np.float64]:
+    """E(f, θ) [m²/(Hz·degree)] of a short-crested system; frequencies (f,) and directions it comes from (d,).
+
+    Raises ValueError for a long-crested system, whose density over directions is not finite.
+    """
+    if system.spreading is None:
+        raise ValueError("spreading = 'long_crested': has no density over directions; choose another spreading")
+    omega = 2.0 * np.pi * np.asarray(frequency_hz, dtype=np.float64)[:, None]
+    k = wavenumber(omega, depth)
+    east, north = unit_from_azimuth(np.asarray(from_deg, dtype=np.float64)[None, :] + 180.0)
+    along = system.toward[0] * east + system.toward[1] * north
+    across = system.toward[0] * north - system.toward[1] * east
+    per_radian = system.radial(k) * (2.0 * np.pi / group_speed(k, depth)) * system.spreading(k, along, across)
+    return np.asarray(per_radian * np.pi / 180.0)
+
+
+@dataclass(frozen=True)
+class WaveFacts:
+    """One wave system in the figures by which oceanographers know it."""
+
+    height: float  # m: significant, of a regular wave crest to trough
+    peak_period: float  # s
+    from_deg: float  # mean direction, clockwise from north
+
+
+def wave_facts(waves: WaveSystem, depth: float) -> WaveFacts | None:
+    """Height, period and direction of a wave system, all its waves counted; None for no waves."""
+    match waves:
+        case SinusoidWaves():
+            k = 2.0 * np.pi / waves.wavelength_m
+            period = 2.0 * np.pi / float(angular_frequency(k, depth))
+            return WaveFacts(waves.height_m, period, waves.wave_from_deg % 360.0)
+        case RandomWaves():
+            system = spectral_system(waves, depth)
+            period = 2.0 * np.pi / float(angular_frequency(system.peak_wavenumber, depth))
+            toward = travel_direction(waves) if isinstance(waves, SpreadWaves) else _mean_direction(system)
+            return WaveFacts(4.0 * float(np.sqrt(system.variance)), period, (azimuth_toward(toward) + 180.0) % 360.0)
+    return None
+
+
+def _mean_direction(system: SpectralSystem) -> tuple[float, float]:
+    """East and north components of the mean vector of travel, for a system in the frame of the east."""
+    assert system.spreading is not None
+    k = np.geomspace(1e-4, 1e2, 2001)[:, None]
+    angle = 2.0 * np.pi * np.arange(720) / 720
+    along, across = np.cos(angle), np.sin(angle)
+    weight = k * system.radial(k) * system.spreading(k, along, across)
+    return float(np.sum(weight * along)), float(np.sum(weight * across))
+
+
+# ------------------------------------------------------------------------------------------------------ spectra
+
+
+def _frequency_spectrum(waves: SpectralWaves, depth: float) -> Callable[..., NDArray[np.float64]]:
     """S(ω) of a system, by its height and period or by the wind."""
     hs, tp, wind = waves.significant_wave_height_m, waves.peak_period_s, waves.wind_speed_m_s
     match waves:
@@ -61,9 +162,98 @@ def _frequency_spectrum(waves: SpectralWaves) -> Callable[..., NDArray[np.float6
             return partial(spectra.jonswap_fetch, wind_speed=wind, fetch=waves.fetch_m, gamma=waves.peak_enhancement)
         case JonswapWaves() if hs is not None and tp is not None:
             return partial(spectra.jonswap, hs=hs, tp=tp, gamma=waves.peak_enhancement)
+        case TmaWaves() if wind is not None and waves.fetch_m is not None:
+            parent = partial(spectra.jonswap_fetch, wind_speed=wind, fetch=waves.fetch_m, gamma=waves.peak_enhancement)
+            return lambda omega: parent(omega) * spectra.tma_depth_factor(omega, depth)
+        case TmaWaves() if hs is not None and tp is not None:
+            parent_height = hs / spectra.tma_height_ratio(tp, waves.peak_enhancement, depth)
+            return partial(spectra.tma, hs=parent_height, tp=tp, gamma=waves.peak_enhancement, depth=depth)
     raise TypeError(f"spectrum of {type(waves).__name__}: not known to the sea")
 
 
-def azimuth_toward(direction: tuple[float, float]) -> float:
-    """Azimuth (deg) of a direction of travel."""
-    return float(np.degrees(np.arctan2(direction[0], direction[1])) % 360.0)
+def _elfouhaily_age(waves: ElfouhailyWaves) -> float:
+    if waves.fetch_m is None:
+        return waves.inverse_wave_age or elfouhaily.DEVELOPED_INVERSE_WAVE_AGE
+    age = elfouhaily.elfouhaily97_inverse_wave_age(waves.wind_speed_m_s, waves.fetch_m)
+    if age > 5.0:
+        raise ValueError(
+            f"fetch_m = {waves.fetch_m:g}: gives U10/cp = {age:.3g}, must be at most 5 (Elfouhaily et al. 1997); "
+            "raise fetch_m or lower wind_speed_m_s"
+        )
+    return age
+
+
+def _table(waves: FileWaves, depth: float) -> TabulatedSpectrum:
+    frequency, direction, density = _file_content(waves.file, waves.kind, waves.time, waves.site)
+    return TabulatedSpectrum(frequency, direction, density, depth, waves.tail_exponent)
+
+
+@lru_cache(maxsize=8)
+def _file_content(file: str, kind: str, time: str | None, site: int) -> tuple[NDArray[np.float64], ...]:
+    table = read_directional_spectrum(file, kind, time, site)
+    return table.frequency_hz, table.from_deg, table.density
+
+
+# ---------------------------------------------------------------------------------------------------- spreading
+
+
+@dataclass(frozen=True)
+class _Peak:
+    """What a spreading needs to know of the peak."""
+
+    wavenumber: float
+    depth: float
+    inverse_wave_age: float
+    wind_speed: float
+
+    def frequency_ratio(self, k: NDArray[np.float64]) -> NDArray[np.float64]:
+        """f/fp of wavenumbers."""
+        peak = angular_frequency(self.wavenumber, self.depth)
+        return angular_frequency(k, self.depth) / peak
+
+
+def _peak(waves: SpectralWaves, depth: float) -> _Peak:
+    """Peak and wave age of a system: U10/cp as given, else by the wind, else that of a fully developed sea."""
+    omega = _peak_frequency(waves)
+    k = float(wavenumber(omega, depth))
+    speed, wind = omega / k, waves.wind_speed_m_s
+    age = waves.inverse_wave_age or (wind / speed if wind else elfouhaily.DEVELOPED_INVERSE_WAVE_AGE)
+    return _Peak(k, depth, age, wind or age * speed)
+
+
+def _peak_frequency(waves: SpectralWaves) -> float:
+    """ω of the peak [rad/s]; of TMA, that of its parent."""
+    if waves.peak_period_s is not None:
+        return 2.0 * np.pi / waves.peak_period_s
+    wind = waves.wind_speed_m_s
+    assert wind is not None
+    fetch = getattr(waves, "fetch_m", None)
+    return (
+        spectra.peak_frequency_pierson_moskowitz(wind) if fetch is None else spectra.peak_frequency_jonswap(wind, fetch)
+    )
+
+
+def _spreading(waves: SpreadWaves, peak: _Peak) -> Spreading | None:
+    """Density over the angle [1/rad] as the lattice asks for it: of k, cos θ, sin θ."""
+    age = peak.inverse_wave_age
+    match waves.spreading:
+        case "long_crested":
+            return None
+        case "cos2s":
+            return lambda k, along, across: spreading.cos2s_of_cosine(along, waves.spreading_exponent)
+        case "mitsuyasu":
+            return lambda k, along, across: spreading.cos2s_of_cosine(
+                along, spreading.mitsuyasu_exponent(peak.frequency_ratio(k), age)
+            )
+        case "hasselmann":
+            return lambda k, along, across: spreading.cos2s_of_cosine(
+                along, spreading.hasselmann_exponent(peak.frequency_ratio(k), age)
+            )
+        case "donelan_banner":
+            return lambda k, along, across: spreading.donelan_banner(
+                np.arctan2(across, along), spreading.donelan_banner_beta(peak.frequency_ratio(k))
+            )
+        case "elfouhaily":
+            return lambda k, along, across: spreading.half_plane_elfouhaily_of_cosine(
+                along, elfouhaily.elfouhaily97_contrast(k, peak.wind_speed, peak.wavenumber)
+            )

@@ -406,7 +406,11 @@ def test_an_override_that_leads_nowhere_is_one_line(key: str, words: list[str]) 
         ({"radar": {"antenna": 3}}, "radar.antenna = 3: must be a table", "[radar.antenna]"),
         ({"radar": 3}, "radar = 3: must be a table", "[radar]"),
         ({"radar": {"transmit": "switch"}}, 'radar.transmit = "switch": must be one of', 'mean "switched"?'),
-        ({"sea": {"model": "choppy"}}, 'sea.model = "choppy": must be "linear"', "the only choice so far"),
+        (
+            {"radar": {"interferogram": "no"}},
+            'radar.interferogram = "no": must be "single_pulse"',
+            "the only choice so far",
+        ),
     ],
 )
 def test_a_refusal_is_one_line_with_key_value_and_reason(tree: dict[str, Any], start: str, words: str) -> None:

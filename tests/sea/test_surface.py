@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from seamap_rt.sea import direct_sum, realize, spectra
 from seamap_rt.sea import moving_field as moving_field_module
 from seamap_rt.sea.dispersion import angular_frequency, wavenumber
-from seamap_rt.sea.spline import bspline_weights, interpolation_matrix
 from seamap_rt.settings import FlatWaves, JonswapWaves, PiersonMoskowitzWaves, SeaSettings, SinusoidWaves
 
 HALF_DAY = 12.0 * 3600.0
@@ -288,27 +287,3 @@ def test_orbits_are_circles_in_deep_water_and_flat_in_shallow_water():
     for depth in (np.inf, 0.5):
         sea = realize(sea_of(jonswap(significant_wave_height_m=0.1, peak_period_s=3.0), depth_m=depth), seed=1)
         assert np.corrcoef(sea.elevation(x, y, t), sea.velocity(x, y, t)[..., 0])[0, 1] > 0.9
-
-
-# ------------------------------------------------------------------------------------------------- the spline
-
-
-@pytest.mark.parametrize("order", [3, 5, 7])
-def test_spline_weights_reproduce_polynomials(order):
-    fraction = np.linspace(0.0, 1.0, 11, endpoint=False)
-    points = np.arange(order + 1) - (order - 1) // 2
-    weights, slopes = np.array(bspline_weights(order, fraction)), np.array(bspline_weights(order, fraction, 1))
-    np.testing.assert_allclose(weights.sum(axis=0), 1.0, rtol=1e-14)
-    np.testing.assert_allclose(points @ weights, fraction, atol=1e-14)
-    np.testing.assert_allclose(slopes.sum(axis=0), 0.0, atol=1e-14)
-    np.testing.assert_allclose(points @ slopes, 1.0, rtol=1e-13)
-
-
-def test_interpolation_wraps_around_the_plane():
-    grid = np.random.default_rng(1).standard_normal((16, 12)).astype(np.float32)
-    rows, columns = np.array([0.2, 15.9, -31.8]), np.array([11.7, 0.1, 23.7])
-    value = interpolation_matrix(3, rows, columns, grid.shape) @ grid.ravel()
-    np.testing.assert_allclose(value[0], value[2], rtol=1e-4)
-    moved = np.roll(grid, (3, 5), axis=(0, 1))
-    shifted = interpolation_matrix(3, rows + 3, columns + 5, grid.shape) @ moved.ravel()
-    np.testing.assert_allclose(value, shifted, rtol=1e-4, atol=1e-5)

@@ -1,0 +1,52 @@
+"""The linear surface: all parts of the sea, added up."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .parts import Points, Quantity, Waves
+
+
+class Surface(Protocol):
+    """A surface at fixed places, still water otherwise: x, y [m], t [s] are (n,)."""
+
+    def sample(self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
+        """Quantities (quantity, n); "rate" is the rise of the water particle, w."""
+        ...
+
+    def elevation_rate(self, x: Points, y: Points, t: Points) -> NDArray[np.float64]:
+        """∂η/∂t at fixed places (n,) m/s."""
+        ...
+
+    def folded(self, x: Points, y: Points, t: Points) -> NDArray[np.bool_]:
+        """(n,): the surface stands there more than once."""
+        ...
+
+
+@dataclass(frozen=True)
+class LinearSurface:
+    """First-order (Airy 1845) waves."""
+
+    parts: tuple[Waves, ...]
+
+    def sample(self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
+        """Quantities (quantity, n); "rate" is ∂η/∂t, and to first order the rise of the water particle."""
+        if not self.parts or x.size == 0:
+            return np.zeros((len(quantities), x.size))
+        total = self.parts[0].sample(x, y, t, quantities)
+        for part in self.parts[1:]:
+            total += part.sample(x, y, t, quantities)
+        return total
+
+    def elevation_rate(self, x: Points, y: Points, t: Points) -> NDArray[np.float64]:
+        """∂η/∂t at fixed places (n,) m/s."""
+        return self.sample(x, y, t, ("rate",))[0]
+
+    def folded(self, x: Points, y: Points, t: Points) -> NDArray[np.bool_]:
+        """(n,): never."""
+        return np.zeros(x.size, dtype=bool)

@@ -1,0 +1,160 @@
+"""Drawing a sea: from the scene's wave systems to the waves of one realisation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from ..conventions import unit_from_azimuth
+from ..settings import RandomWaves, SeaSettings, SinusoidWaves, check_grid
+from .choppy import ChoppySurface, Displacement, check_folding, height_keeping_scale
+from .facts import choppy_facts, resolved_facts
+from .lattice import Lattice, draw_amplitudes, line_variance, plane_variance
+from .linear import LinearSurface
+from .moving_field import MovingField
+from .parts import LinePart, PlanePart, SinusoidPart, Waves
+from .surface import Sea
+from .systems import SpectralSystem, spectral_system, travel_direction
+
+SPLINE_ORDER, OVERSAMPLING = 5, 1.35  # chosen from validation/sea_speed.py
+LINE_ORDER, LINE_OVERSAMPLING = 5, 2.0  # a line costs next to nothing
+LINE_REPEATS = 4.0  # repeat length of a long-crested system, in sides of the plane
+
+
+def realize(settings: SeaSettings, seed: int | np.random.SeedSequence) -> Sea:
+    """Draw one sea. The same settings and seed give the same bits; systems draw independently of each other.
+
+    Raises ValueError where extent_m is too small for a system's waves, where energy_fraction asks for a grid beyond
+    memory, and where choppy waves would break over too much of the surface.
+    """
+    systems = {
+        number: spectral_system(waves, settings.depth_m)
+        for number, waves in enumerate(settings.waves)
+        if isinstance(waves, RandomWaves)
+    }
+    regular = [
+        _sinusoid(waves, settings.depth_m)
+        for waves in settings.waves
+        if isinstance(waves, SinusoidWaves) and waves.height_m > 0.0
+    ]
+    spacing = resolution(settings)
+    random = _draw(settings, systems, spacing, seed)
+    scale = 1.0
+    if settings.model == "choppy":
+        random, scale = _keeping_height(random, regular)
+    parts: list[Waves] = [*(waves.part() for waves in random), *regular]
+    resolved = resolved_facts(parts, list(systems.values()), spacing, scale)
+    east, north = unit_from_azimuth(settings.current_toward_deg)
+    current = (settings.current_m_s * float(east), settings.current_m_s * float(north))
+    linear = LinearSurface(tuple(parts))
+    if settings.model == "linear" or not parts:
+        return Sea(parts, linear, resolved, current)
+
+    drawn = sum((waves.displacement(expected=False) for waves in random), Displacement.none())
+    drawn = sum((Displacement.of_regular(wave) for wave in regular), drawn)
+    surface = ChoppySurface(linear, drawn, max([np.pi / spacing, *(2.0 * wave.wavenumber for wave in regular)]))
+    facts = choppy_facts(surface, settings.extent_m, scale)
+    check_folding(facts.folded_share)
+    return Sea(parts, surface, replace(resolved, choppy=facts), current)
+
+
+def resolution(settings: SeaSettings) -> float:
+    """Spacing of the resolved waves' grid [m]: as given, or such that the share `energy_fraction` of all random waves'
+    variance lies in longer waves. Raises ValueError where that grid would not fit memory."""
+    if settings.resolution_m is not None:
+        return settings.resolution_m
+    fraction = settings.energy_fraction
+    assert fraction is not None
+    systems = [spectral_system(waves, settings.depth_m) for waves in settings.waves if isinstance(waves, RandomWaves)]
+    total = sum(system.variance for system in systems)
+    if total <= 0.0:
+        return settings.extent_m / 64.0  # nothing to resolve
+
+    def missing(log_limit: float) -> float:
+        return sum(system.moment(0, float(np.exp(log_limit))) for system in systems) - fraction * total
+
+    limit = float(np.exp(brentq(missing, np.log(1e-5), np.log(1e4), xtol=1e-6)))  # pyright: ignore
+    check_grid(settings.extent_m, np.pi / limit, f"energy_fraction = {fraction:g}")
+    return np.pi / limit
+
+
+@dataclass(frozen=True)
+class _Random:
+    """The waves of a lattice, drawn: the plane of all short-crested systems, or the line of a long-crested one."""
+
+    lattice: Lattice
+    variance: NDArray[np.float64]  # (row, column) m², expected of each wave
+    amplitude: NDArray[np.complex128]  # (row, column) m
+    toward: tuple[float, float]  # unit vector along which the lattice's columns run
+
+    def part(self) -> Waves:
+        """The waves, ready to be evaluated."""
+        order, oversampling = (LINE_ORDER, LINE_OVERSAMPLING) if self.lattice.line else (SPLINE_ORDER, OVERSAMPLING)
+        field = MovingField(self.lattice, self.amplitude, self.variance, order=order, oversampling=oversampling)
+        if self.lattice.line:
+            return LinePart(self.lattice, self.variance, self.amplitude, field, self.toward)
+        return PlanePart(self.lattice, self.variance, self.amplitude, field)
+
+    def scaled(self, factor: float) -> _Random:
+        """The same waves with `factor` times the variance."""
+        return replace(self, variance=factor * self.variance, amplitude=np.sqrt(factor) * self.amplitude)
+
+    def displacement(self, *, expected: bool) -> Displacement:
+        """Moments of the waves as expected before the dice, or as drawn."""
+        variance = self.variance if expected else 0.5 * np.abs(self.amplitude) ** 2
+        along, across = self.lattice.east[None, :], self.lattice.north[:, None]
+        east = along * self.toward[0] - across * self.toward[1]
+        north = along * self.toward[1] + across * self.toward[0]
+        return Displacement.of(east, north, variance, self.lattice.depth)
+
+
+def _draw(
+    settings: SeaSettings, systems: Mapping[int, SpectralSystem], spacing: float, seed: int | np.random.SeedSequence
+) -> list[_Random]:
+    """The random waves: the plane of all short-crested systems first, then a line for each long-crested one."""
+    root = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
+    limit = np.pi / spacing
+    plane = Lattice(settings.extent_m, limit, settings.depth_m)
+    line = Lattice(LINE_REPEATS * settings.extent_m, limit, settings.depth_m, line=True)
+    lines: list[_Random] = []
+    plane_waves: list[tuple[NDArray[np.float64], NDArray[np.complex128]]] = []
+    for number, system in systems.items():
+        # As root.spawn would, but without counting in the caller's object: a second call gives the same sea.
+        child = np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, number), pool_size=root.pool_size)
+        resolved = system.moment(0, limit)
+        if resolved <= 0.0:
+            continue
+        if system.spreading is None:
+            variance = line_variance(line, system.radial, resolved)
+            lines.append(_Random(line, variance, draw_amplitudes(line, variance, child), system.toward))
+        else:
+            variance = plane_variance(plane, system.radial, system.spreading, system.toward, resolved)
+            plane_waves.append((variance, draw_amplitudes(plane, variance, child)))
+    if not plane_waves:
+        return lines
+    variance = np.sum([expected for expected, _ in plane_waves], axis=0)
+    amplitude = np.sum([drawn for _, drawn in plane_waves], axis=0)
+    return [_Random(plane, variance, amplitude, (1.0, 0.0)), *lines]
+
+
+def _keeping_height(random: list[_Random], regular: list[SinusoidPart]) -> tuple[list[_Random], float]:
+    """Random waves made larger, so that displaced sideways they still have the variance over the ground."""
+    expected = sum((waves.displacement(expected=True) for waves in random), Displacement.none())
+    beside = sum((Displacement.of_regular(wave) for wave in regular), Displacement.none())
+    variance = sum(float(waves.variance.sum()) for waves in random)
+    scale = height_keeping_scale(variance, expected.covariance, beside.covariance)
+    return [waves.scaled(scale) for waves in random], scale
+
+
+def _sinusoid(waves: SinusoidWaves, depth: float) -> SinusoidPart:
+    return SinusoidPart(
+        amplitude=0.5 * waves.height_m,
+        wavenumber=2.0 * np.pi / waves.wavelength_m,
+        phase=float(np.radians(waves.phase_deg)),
+        toward=travel_direction(waves),
+        depth=depth,
+    )
