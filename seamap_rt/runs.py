@@ -111,7 +111,12 @@ def run(
                 store.append(turn.echoes)
             clock.seconds["total"] += clock.seconds["retrieve"] + clock.seconds["write"]
             timings.append(clock.seconds)
-            counts = {"facets": turn.facets, "rays": turn.rays, "slope_rms_look": turn.slope_rms_look}
+            counts = {
+                "facets": turn.facets,
+                "rays": turn.rays,
+                "slope_rms_look": turn.slope_rms_look,
+                "folded_share": max(turn.folded_share, counts.get("folded_share", 0.0)),
+            }
     say("comparing and drawing")
     with xr.open_datatree(folder / "maps.nc") as maps, xr.open_datatree(folder / "truth.nc") as truth:
         metrics = {

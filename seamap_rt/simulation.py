@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from . import sea as sea_package
-from .conventions import EARTH_RADIUS
+from .conventions import EARTH_RADIUS, unit_from_azimuth
 from .dataset import build
 from .echoes import expected_look_gates, turn_voltages
 from .echoes.files import EchoStore, echo_dataset
@@ -24,11 +24,16 @@ from .io.turnfile import TurnFile, uninterrupted
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
 from .mesh.polar import sea_on_grid, submerged_lines
 from .radar.scan import Pulses, phase_centres, pulses
+from .scattering.short_waves import ShortWaves
 from .scene import Scene
+from .sea import Resolved, spectral_system
+from .settings import RandomWaves
 from .tracing import tracer
 from .truth import ground_truth, polar_truth
 
 _SEA_STAGE = 1  # of the scene's random source; speckle is 2, noise 3
+_BREAKING_STEEPNESS = 0.06  # Hs over the peak's length
+_FOLD_LINES = 8  # one line of the mesh in so many is searched for folds
 
 
 @dataclass
@@ -57,6 +62,7 @@ class Turn:
     facets: int
     rays: int
     slope_rms_look: float  # of the facets, along the look
+    folded_share: float  # of the mesh's points that lie under a crest which folds over; 0 for linear waves
 
 
 @dataclass(frozen=True)
@@ -108,7 +114,7 @@ class Simulator:
         with clock("trace"):
             facets = self._trace(mesh)
         with clock("echoes"):
-            rcs = facet_rcs(facets, self.scene.scattering, self.scene.radar)
+            rcs = facet_rcs(facets, self.scene.scattering, self.scene.radar, self.sea.resolved.wavenumber_limit)
         with clock("sea"):
             drowned = submerged_lines(mesh, self.sea, self.scene.radar)
         return facets, rcs, drowned
@@ -133,19 +139,51 @@ class Simulator:
                     "/ground": ground_truth(self.sea, scene.radar, scene.retrieval, number),
                 }
             )
+        with clock("sea"):
+            folded = self._folded_share(facets)
         count = int(facets.height.size)
         timing = {**clock.seconds, "total": time.perf_counter() - start}
         slope = float(np.sqrt(np.mean(np.square(facets.slope_look, dtype=np.float64))))
-        return Turn(number, echoes, truth, timing, count, facets.rays, slope)
+        return Turn(number, echoes, truth, timing, count, facets.rays, slope, folded)
+
+    def _folded_share(self, facets: Facets) -> float:
+        """Share of the mesh's points, on every eighth line, over which choppy waves fold."""
+        if self.scene.sea.model == "linear":
+            return 0.0
+        grid, lines = facets.grid, slice(None, None, _FOLD_LINES)
+        east, north = (part[:, None] * grid.ground_range for part in unit_from_azimuth(grid.azimuth[lines]))
+        return float(np.mean(self.sea.folded(east, north, grid.time[lines, None])))
 
     def facts(self) -> dict[str, Any]:
         """What was modelled, what was left out and why, and which waves are resolved."""
-        return {"modelled": _modelled(self.scene), "left_out": _left_out(self.scene), "sea": self._sea_facts()}
+        return {
+            "modelled": _modelled(self.scene, self.sea.resolved),
+            "left_out": _left_out(self.scene, self.sea.resolved),
+            "sea": self._sea_facts(),
+            "short_waves": self._short_waves(),
+        }
+
+    def _short_waves(self) -> dict[str, float] | None:
+        """What the scattering takes over from the mesh; None where its level is a given."""
+        if self.scene.scattering.nrcs != "two_scale":
+            return None
+        sea, limit = self.scene.sea, self.sea.resolved.wavenumber_limit
+        waves = ShortWaves(self.scene.scattering.wind_speed_m_s, limit)
+        systems = [spectral_system(each, sea.depth_m) for each in sea.waves if isinstance(each, RandomWaves)]
+        step = waves.level_step_db(
+            lambda k: np.asarray(sum((system.radial(k) for system in systems), np.zeros(k.size)))
+        )
+        slope = self.sea.resolved.mean_square_slope
+        return {
+            "wavenumber_from": limit,
+            "variance": waves.variance,
+            "mean_square_slope": waves.mean_square_slope,
+            "resolved_slope_share": slope / (slope + waves.mean_square_slope),
+            "level_step_db": step,
+        }
 
     def _sea_facts(self) -> dict[str, Any]:
-        resolved = self.sea.resolved
-        names = list(getattr(resolved, "__dataclass_fields__", {}))
-        return {name: _plain(getattr(resolved, name)) for name in names}
+        return {name: _plain(value) for name, value in asdict(self.sea.resolved).items()}
 
     def _refuse_if_under_water(self) -> None:
         radar = self.scene.radar
@@ -229,24 +267,29 @@ def _drowned_pulses(drowned: NDArray[np.bool_], facets: Facets, fired: Pulses) -
 def _plain(value: Any) -> Any:
     if isinstance(value, np.generic):
         return value.item()
+    if isinstance(value, dict):
+        return {name: _plain(v) for name, v in value.items()}
     if isinstance(value, tuple | list | np.ndarray):
         return [_plain(v) for v in value]
     return value
 
 
-def _modelled(scene: Scene) -> list[dict[str, str]]:
+def _modelled(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
     radar, scattering = scene.radar, scene.scattering
     light = {
         "facets": "a shadow ray to each facet that faces the antenna, for each antenna, traced by Sionna RT/Mitsuba",
         "horizon": "running maximum of the elevation angle, float64",
     }[scene.tracing.tracer]
     nrcs = {
-        "two_scale": "tilted Bragg per facet, mean calibrated to NRL 2012, shadowing counted once",
+        "two_scale": (
+            "tilted Bragg per facet by the wind's waves that are shorter than the resolved ones, mean calibrated to "
+            "NRL 2012, shadowing counted once"
+        ),
         "nrl": "NRL 2012 mean on every lit facet, shadowing counted once",
         "constant": f"{scattering.nrcs_db:g} dB per horizontal area, shadowing on top",
     }[scattering.nrcs]
     rows = [
-        ("sea", f"linear, evolving; waves longer than {2.0 * scene.sea.resolution_m:g} m resolved"),
+        ("sea", _sea_words(scene, resolved)),
         ("shadowing", light),
         ("scattering", f"{scattering.polarization}: {nrcs}"),
         ("speckle", f"complex Gaussian per facet, decorrelation time {1e3 * scattering.decorrelation_time_s:g} ms"),
@@ -261,14 +304,23 @@ def _modelled(scene: Scene) -> list[dict[str, str]]:
     return [{"what": what, "why": why} for what, why in rows]
 
 
-def _left_out(scene: Scene) -> list[dict[str, str]]:
+def _sea_words(scene: Scene, resolved: Resolved) -> str:
+    kind = {"linear": "linear", "choppy": "choppy (first-order Lagrangian)"}[scene.sea.model]
+    current = f", on a current of {scene.sea.current_m_s:g} m/s" if scene.sea.current_m_s > 0.0 else ""
+    return (
+        f"{kind}, evolving{current}; waves longer than {2.0 * resolved.resolution_m:.3g} m resolved: "
+        f"{resolved.variance_share:.2%} of the variance, {resolved.mean_square_slope_share:.0%} of the mean square "
+        "slope"
+    )
+
+
+def _left_out(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
     beam = np.radians(scene.radar.antenna.azimuth_beamwidth_deg)
     facet_width = scene.radar.range_m[1] * beam / scene.tracing.columns_per_beam
     rows = [
         ("diffraction at shadow edges", "geometric shadows; an edge blurs by about 0.5 m at X band"),
         ("multiple scattering", "one bounce; the second is not traced"),
         ("breaking waves", "no separate crest echo, so HH keeps only what the calibration of its mean supplies"),
-        ("choppy waves", "linear waves have no sharpened crests"),
         ("boat motion", "the boat is at rest"),
         ("analogue-to-digital conversion", "ideal complex gates; no quantisation or saturation"),
         ("Bragg waves' own velocity", "facets move with the resolved waves' orbital velocity only"),
@@ -287,6 +339,24 @@ def _left_out(scene: Scene) -> list[dict[str, str]]:
             f"{scene.radar.range_m[1] ** 2 / (2.0 * 4.0 / 3.0 * EARTH_RADIUS):.2g} m",
         ),
     ]
+    if scene.sea.model == "linear":
+        rows.append(("sharper crests", "waves are linear; sea.model = 'choppy' sharpens them"))
+    else:
+        rows.append(
+            (
+                "skewness of the elevation",
+                "0 at the first Lagrangian order; a narrow-banded second-order sea of this height and peak would have "
+                f"{resolved.skewness_stokes:.2g}",
+            )
+        )
+    if resolved.significant_steepness > _BREAKING_STEEPNESS:
+        rows.append(
+            (
+                "breaking, which this sea would do",
+                f"its significant height over the length of its peak is {resolved.significant_steepness:.2g}; real "
+                f"seas stay below about {_BREAKING_STEEPNESS:g}",
+            )
+        )
     if scene.scattering.nrcs != "constant":
         rows.append(("NRL outside 0.1–60° grazing", "facets beyond take the value at the edge of the model's range"))
     return [{"what": what, "why": why} for what, why in rows]

@@ -275,4 +275,4 @@ def test_facet_rcs_follows_the_light() -> None:
         np.broadcast_to(10.0**-3.5 * facets.horizontal_area, rcs.shape)[rcs > 0.0],
         rtol=1e-5,
     )
-    np.testing.assert_array_equal(rcs, facet_rcs(facets, scene.scattering, scene.radar))
+    np.testing.assert_array_equal(rcs, facet_rcs(facets, scene.scattering, scene.radar, 1.0))

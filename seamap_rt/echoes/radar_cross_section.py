@@ -17,11 +17,14 @@ from ..scattering import (
 from ..settings import RadarSettings, ScatteringSettings
 
 
-def facet_rcs(facets: Facets, scattering: ScatteringSettings, radar: RadarSettings) -> NDArray[np.float32]:
+def facet_rcs(
+    facets: Facets, scattering: ScatteringSettings, radar: RadarSettings, resolved_below: float
+) -> NDArray[np.float32]:
     """Radar cross-section (column, facet) [m²]; 0 for facets that neither antenna lights.
 
     `constant`: σ0 × horizontal area, shadowing on top. `nrl`: the measured mean, which contains shadowing, so that what
-    is lit is raised to make up for what is dark. `two_scale`: tilted Bragg per facet, scaled in the same way to `nrl`.
+    is lit is raised to make up for what is dark. `two_scale`: tilted Bragg per facet, scaled in the same way to `nrl`;
+    its waves begin at the wavenumber `resolved_below` [rad/m], where those of the mesh end.
     """
     if facets.lit is None:
         raise ValueError("these facets have not been traced; call a tracer first")
@@ -53,6 +56,7 @@ def facet_rcs(facets: Facets, scattering: ScatteringSettings, radar: RadarSettin
             wind_speed=scattering.wind_speed_m_s,
             permittivity=complex(water),
             polarization=scattering.polarization,
+            resolved_below=resolved_below,
         )
         # A local σ0 multiplies the facet's true area.
         true_area = np.sqrt(1.0 + facets.slope_look**2 + facets.slope_cross**2) * area.astype(np.float32)

@@ -130,11 +130,11 @@ def _sectors(scene: Scene, azimuth: Array) -> list[tuple[str, str, Any, Any]]:
     waves = reduce.main_waves(scene)
     if waves is None:
         return []
-    cross = reduce.near_azimuth(azimuth, waves.wave_from_deg + 90.0)
-    cross |= reduce.near_azimuth(azimuth, waves.wave_from_deg - 90.0)
+    cross = reduce.near_azimuth(azimuth, waves.from_deg + 90.0)
+    cross |= reduce.near_azimuth(azimuth, waves.from_deg - 90.0)
     sectors = (
-        ("looking up-wave", style.BLUE, "-", reduce.near_azimuth(azimuth, waves.wave_from_deg)),
-        ("looking down-wave", style.VERMILION, "-", reduce.near_azimuth(azimuth, waves.wave_from_deg + 180.0)),
+        ("looking up-wave", style.BLUE, "-", reduce.near_azimuth(azimuth, waves.from_deg)),
+        ("looking down-wave", style.VERMILION, "-", reduce.near_azimuth(azimuth, waves.from_deg + 180.0)),
         ("looking across", style.GREEN, "-", cross),
     )
     return [sector for sector in sectors if sector[3].any()]

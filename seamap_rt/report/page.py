@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 
 from ..scene import Scene
 from . import curves, maps, reduce, style
+from .sea_words import fold_warning, sea_rows
 
 REPORT = "report.html"
 _PACKAGES = ("seamap_rt", "numpy", "scipy", "xarray", "matplotlib", "sionna-rt", "mitsuba", "drjit")
@@ -87,7 +88,7 @@ def write_report(
 def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str:
     """The run in one paragraph."""
     figures = dict(headline(scene, truth, metrics))
-    waves = "; ".join(map(maps.describe_waves, scene.sea.waves)) or "no waves"
+    waves = "; ".join(maps.describe_waves(each, scene.sea.depth_m) for each in scene.sea.waves) or "no waves"
     radar = scene.radar
     return (
         f"A simulated radar {radar.height_m:g} m above the sea, with two antennas {radar.baseline_m:g} m apart, "
@@ -238,7 +239,15 @@ def pictures(
 def tables(scene: Scene, retrieved: xr.DataTree, truth: xr.DataTree, metrics: Mapping[str, Any]) -> list[Table]:
     """The tables of the page."""
     found = [_turn_table(retrieved, truth)] if retrieved["polar"].sizes["turn"] > 1 else []
-    return [*found, _range_table(metrics), _time_table(metrics), _run_table(scene, metrics)]
+    return [*found, _range_table(metrics), _sea_table(metrics), _time_table(metrics), _run_table(scene, metrics)]
+
+
+def _sea_table(metrics: Mapping[str, Any]) -> Table:
+    note = (
+        "Expectations, before the dice. Waves that are not resolved shadow nothing and have no height of their own: "
+        "which ones they are decides the shadowing. "
+    )
+    return Table("The sea", ["", ""], sea_rows(metrics), note + (fold_warning(metrics) or ""))
 
 
 def _turn_table(retrieved: xr.DataTree, truth: xr.DataTree) -> Table:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import db, wrap_degrees
 from ..scene import Scene
-from ..settings import SinusoidWaves, SpectralWaves
+from ..sea import WaveFacts, wave_facts
 
 Array = NDArray[np.float64]
 
@@ -109,15 +109,10 @@ def near_azimuth(azimuth_deg: ArrayLike, centre_deg: float) -> NDArray[np.bool_]
     return np.abs(wrap_degrees(np.asarray(azimuth_deg) - centre_deg)) <= SECTOR_HALF_WIDTH_DEG
 
 
-def main_waves(scene: Scene) -> SinusoidWaves | SpectralWaves | None:
-    """The highest of the wave systems that have a direction; those sized by wind count as they come."""
-    systems = [waves for waves in scene.sea.waves if isinstance(waves, SinusoidWaves | SpectralWaves)]
-
-    def height(waves: SinusoidWaves | SpectralWaves) -> float:
-        size = waves.height_m if isinstance(waves, SinusoidWaves) else waves.significant_wave_height_m
-        return -1.0 if size is None else size
-
-    return max(systems, key=height, default=None)
+def main_waves(scene: Scene) -> WaveFacts | None:
+    """The highest of the wave systems; None without waves."""
+    systems = [wave_facts(waves, scene.sea.depth_m) for waves in scene.sea.waves]
+    return max((waves for waves in systems if waves is not None), key=lambda waves: waves.height, default=None)
 
 
 # ---------------------------------------------------------------------------------------------------- the datasets

@@ -4,8 +4,10 @@ from seamap_rt.scattering.bragg import bragg_coefficients, nrcs_bragg, nrcs_two_
 from seamap_rt.scattering.calibration import calibration_scale
 from seamap_rt.scattering.empirical import nrcs_gregers_hansen12, sea_state_from_wind
 from seamap_rt.scattering.permittivity import fresnel, permittivity_meissner_wentz12
+from seamap_rt.scattering.short_waves import ShortWaves
 
 __all__ = [
+    "ShortWaves",
     "bragg_coefficients",
     "calibration_scale",
     "fresnel",

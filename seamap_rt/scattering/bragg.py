@@ -15,12 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from seamap_rt.conventions import POLARIZATIONS, SPEED_OF_LIGHT
 from seamap_rt.scattering.permittivity import fresnel
-from seamap_rt.sea.elfouhaily import (
-    DEVELOPED_INVERSE_WAVE_AGE,
-    elfouhaily97,
-    elfouhaily97_peak_wavenumber,
-    elfouhaily97_spreading,
-)
+from seamap_rt.scattering.short_waves import ShortWaves
+from seamap_rt.sea.elfouhaily import DEVELOPED_INVERSE_WAVE_AGE
 
 _NODES = 4096  # steps of the table in cos θi: σ0 is then good to 1e-4, and to 3e-3 within 3° of the normal
 _BLOCK = 1 << 15  # facets handled at once, so that the temporaries stay in the processor's cache
@@ -70,6 +66,7 @@ def nrcs_two_scale(
     permittivity: complex,
     polarization: str,
     inverse_wave_age: float = DEVELOPED_INVERSE_WAVE_AGE,
+    resolved_below: float = 0.0,
 ) -> NDArray[np.float32]:
     """σ0 [linear] per unit TRUE area of tilted facets that carry Elfouhaily's short waves; 0 from behind.
 
@@ -79,7 +76,8 @@ def nrcs_two_scale(
     wind_angle: look azimuth − azimuth where the wind comes from [rad], both clockwise; 0 looks into the wind.
 
     These broadcast, and may be float32. The rest are scalars: frequency [Hz], wind at 10 m [m/s], ε′ − jε″,
-    "HH" or "VV". ValueError for another polarization or a wind that Elfouhaily's spectrum refuses.
+    "HH" or "VV", and the wavenumber [rad/m] up to which waves are slopes of the facets already and not roughness
+    on them. ValueError for another polarization or a wind that Elfouhaily's spectrum refuses.
 
     With s_in and s_cross the facet's tilts, cos θi = cos(θ − s_in) cos s_cross, and (Valenzuela 1978)
       HH: |A² g_hh + B² g_vv|², VV: |A² g_vv + B² g_hh|²,
@@ -98,10 +96,9 @@ def nrcs_two_scale(
     """
     table = _two_scale_table(
         float(frequency_hz),
-        float(wind_speed),
         complex(permittivity),
         _known(polarization),
-        float(inverse_wave_age),
+        ShortWaves(float(wind_speed), float(resolved_below), float(inverse_wave_age)),
     )
     inputs = [np.asarray(each) for each in (incidence, slope_range, slope_cross, wind_angle)]
     shape = np.broadcast_shapes(*(each.shape for each in inputs))
@@ -124,26 +121,22 @@ class _Table(NamedTuple):
 
 
 @lru_cache(maxsize=32)
-def _two_scale_table(
-    frequency_hz: float, wind_speed: float, permittivity: complex, polarization: str, inverse_wave_age: float
-) -> _Table:
+def _two_scale_table(frequency_hz: float, permittivity: complex, polarization: str, waves: ShortWaves) -> _Table:
     cosine = np.minimum(np.arange(_NODES + 2) / _NODES, 1.0)
     theta = np.arccos(cosine)
     k = _wavenumber(frequency_hz)
-    peak = elfouhaily97_peak_wavenumber(wind_speed, inverse_wave_age)
-    k_bragg = np.maximum(2.0 * k * np.sin(theta), peak)
-    ring = elfouhaily97(k_bragg, wind_speed, inverse_wave_age) / (2.0 * np.pi * k_bragg)
+    k_bragg = np.maximum(2.0 * k * np.sin(theta), waves.longest)
+    ring = waves.spectrum(k_bragg) / (2.0 * np.pi * k_bragg)
     weight = 16.0 * np.pi * k**4 * ring
     g_hh, g_vv = bragg_coefficients(theta, permittivity)
     like, other = (g_hh, g_vv) if polarization == "HH" else (g_vv, g_hh)
     specular = abs(complex(fresnel(0.0, permittivity)[0])) ** 2
-    mean_square_slope = 0.003 + 0.00512 * wind_speed  # Cox & Munk 1954, clean sea
     return _Table(
         like=(weight * np.abs(like) ** 2).astype(np.float32),
         mixed=(2.0 * weight * (like * other.conj()).real).astype(np.float32),
         other=(weight * np.abs(other) ** 2).astype(np.float32),
-        spreading=elfouhaily97_spreading(k_bragg, wind_speed, inverse_wave_age).astype(np.float32),
-        ceiling=np.float32(specular / mean_square_slope),
+        spreading=waves.contrast(k_bragg).astype(np.float32),
+        ceiling=np.float32(specular / waves.mean_square_slope),
     )
 
 

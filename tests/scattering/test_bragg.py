@@ -15,7 +15,7 @@ from seamap_rt.scattering import (
     nrcs_two_scale,
     permittivity_meissner_wentz12,
 )
-from seamap_rt.sea.elfouhaily import elfouhaily97_plane
+from seamap_rt.sea.elfouhaily import elfouhaily97, elfouhaily97_plane
 
 F = 10e9
 K = 2.0 * np.pi * F / SPEED_OF_LIGHT
@@ -36,6 +36,12 @@ def two_scale(incidence, slope_range, slope_cross, wind_angle, polarization="VV"
         permittivity=EPS,
         polarization=polarization,
     )
+
+
+def mean_square_slope(wind_speed: float) -> float:
+    """∫ k² S dk of the whole wind sea."""
+    k = np.geomspace(1e-4, 1e5, 50_001)
+    return float(np.trapezoid(k**3 * elfouhaily97(k, wind_speed), np.log(k)))
 
 
 def by_vectors(theta: float, p: float, q: float, wind_angle: float, polarization: str, wind_speed: float) -> float:
@@ -59,7 +65,7 @@ def by_vectors(theta: float, p: float, q: float, wind_angle: float, polarization
     azimuth = wind_angle + np.arctan2(bragg @ clockwise, bragg @ down_range)
     psi = elfouhaily97_plane(2.0 * K * np.sin(local), azimuth, wind_speed)
     first_order = 16.0 * np.pi * K**4 * cos_local**4 * abs(g) ** 2 * psi
-    ceiling = abs(fresnel(0.0, EPS)[0]) ** 2 / (0.003 + 0.00512 * wind_speed)
+    ceiling = abs(fresnel(0.0, EPS)[0]) ** 2 / mean_square_slope(wind_speed)
     return float(first_order / (1.0 + first_order / ceiling))
 
 
@@ -144,7 +150,7 @@ def test_facets_seen_from_behind_are_dark_and_leaning_in_brightens() -> None:
 @pytest.mark.parametrize("wind_speed", [0.5, 3.0, 10.0, 40.0])
 def test_ceiling_at_the_normal_is_smooth_and_the_same_for_both_polarizations(wind_speed: float) -> None:
     theta = np.linspace(0.0, 0.6, 2001)
-    ceiling = abs(fresnel(0.0, EPS)[0]) ** 2 / (0.003 + 0.00512 * wind_speed)
+    ceiling = abs(fresnel(0.0, EPS)[0]) ** 2 / mean_square_slope(wind_speed)
     hh, vv = (two_scale(theta, 0.0, 0.0, 0.0, polarization, wind_speed) for polarization in ("HH", "VV"))
     np.testing.assert_allclose(hh[0], vv[0], rtol=1e-5)
     for sigma in (hh, vv):

@@ -1,0 +1,86 @@
+"""Where the mesh's waves end the scattering's begin: no gap, and no wave that counts twice."""
+
+import numpy as np
+import pytest
+
+from seamap_rt.scattering import ShortWaves, nrcs_two_scale, permittivity_meissner_wentz12
+from seamap_rt.sea import realize, spectral_system
+from seamap_rt.sea.elfouhaily import elfouhaily97
+from seamap_rt.settings import ElfouhailyWaves, JonswapWaves, SeaSettings
+
+EPS = complex(permittivity_meissner_wentz12(10e9, 20.0, 35.0))
+
+
+def wind_sea(wind=10.0, **changes):
+    waves = ElfouhailyWaves(spectrum="elfouhaily", wind_speed_m_s=wind, wave_from_deg=250.0)
+    return SeaSettings(**{"waves": (waves,), "extent_m": 512.0, "resolution_m": 1.0, **changes})
+
+
+@pytest.mark.parametrize("resolution", [0.5, 1.0, 4.0])
+@pytest.mark.parametrize(("wind", "height", "slope"), [(5.0, 0.648, 0.03167), (10.0, 2.634, 0.06047)])
+def test_resolved_and_short_waves_make_up_the_whole_sea(resolution, wind, height, slope):
+    resolved = realize(wind_sea(wind, resolution_m=resolution), seed=1).resolved
+    short = ShortWaves(wind, resolved.wavenumber_limit)
+    # Height and mean square slope of the spectrum, as computed from the paper's formulas (PM-developed, Ωc = 0.84).
+    np.testing.assert_allclose(4.0 * np.sqrt(resolved.variance + short.variance), height, rtol=1e-3)
+    # 3e-3 of the resolved slope: the lattice's ragged rim.
+    np.testing.assert_allclose(resolved.mean_square_slope + short.mean_square_slope, slope, rtol=2e-3)
+    share = resolved.mean_square_slope / (resolved.mean_square_slope + short.mean_square_slope)
+    np.testing.assert_allclose(resolved.mean_square_slope_share, share, rtol=3e-3)
+
+
+def test_the_hand_over_is_at_one_wavenumber_for_both():
+    resolved = realize(wind_sea(), seed=1).resolved
+    short = ShortWaves(10.0, resolved.wavenumber_limit)
+    k = resolved.wavenumber_limit * np.array([0.5, 0.999, 1.001, 3.0])
+    waves = ElfouhailyWaves(spectrum="elfouhaily", wind_speed_m_s=10.0)
+    system = spectral_system(waves, np.inf)
+    on_mesh = np.where(k < resolved.wavenumber_limit, system.radial(k), 0.0)
+    np.testing.assert_allclose(on_mesh + short.spectrum(k), elfouhaily97(k, 10.0), rtol=1e-12)
+    assert abs(short.level_step_db(system.radial)) < 1e-9
+
+
+def test_the_step_between_unlike_seas_is_told():
+    swell = JonswapWaves(spectrum="jonswap", significant_wave_height_m=1.4, peak_period_s=5.5)
+    system = spectral_system(swell, np.inf)
+    short = ShortWaves(8.0, np.pi / 0.8)
+    expected = 10.0 * np.log10(elfouhaily97(np.pi / 0.8, 8.0) / system.radial(np.array([np.pi / 0.8]))[0])
+    np.testing.assert_allclose(short.level_step_db(system.radial), expected, rtol=1e-12)
+    assert np.isnan(short.level_step_db(lambda k: np.zeros(k.size)))
+
+
+def test_slopes_split_along_and_across_the_wind_as_the_plane_spectrum_does():
+    short = ShortWaves(10.0, 2.0)
+    along, across = short.slope_variances
+    k, angle = np.geomspace(2.0, 1e5, 4001)[:, None], np.arange(360) * np.pi / 180.0
+    plane = elfouhaily97(k, 10.0) / (2.0 * np.pi) * (1.0 + short.contrast(k) * np.cos(2.0 * angle)) * np.pi / 180.0
+    for found, part in ((along, np.cos(angle)), (across, np.sin(angle))):
+        expected = np.trapezoid(np.sum(plane * (k * part) ** 2, axis=1) * k[:, 0], np.log(k[:, 0]))
+        np.testing.assert_allclose(found, expected, rtol=1e-4)
+    np.testing.assert_allclose(ShortWaves(10.0).slope_variances[0], 0.03560, rtol=1e-3)  # of the whole sea, as printed
+
+
+def test_cox_and_munk_hold_the_whole_sea_in_their_band():
+    # Cox & Munk 1954, clean sea: 0.003 + 0.00512 U ± 0.004 from photographs; the 1997 spectrum was not fitted to them.
+    for wind in (4.0, 7.0, 10.0, 13.0):
+        assert abs(ShortWaves(wind).mean_square_slope / (0.003 + 0.00512 * wind) - 1.0) < 0.25
+
+
+def test_no_resolved_wave_scatters_as_roughness():
+    """Bragg waves longer than the limit are the mesh's: they count as the longest that the facet carries."""
+
+    def sigma(theta, below):
+        return float(
+            nrcs_two_scale(
+                theta, 0.0, 0.0, 0.0, frequency_hz=10e9, wind_speed=10.0, permittivity=EPS, polarization="VV",
+                resolved_below=below,
+            )
+        )  # fmt: skip
+
+    k = 2.0 * np.pi * 10e9 / 299_792_458.0
+    theta = np.radians(30.0)
+    bragg = 2.0 * k * np.sin(theta)
+    # Away from the normal (here the ceiling takes some per cent) the limit does not matter as long as it is below k_B…
+    np.testing.assert_allclose(sigma(theta, 0.5 * bragg), sigma(theta, 0.1 * bragg), rtol=0.1)
+    # … and above it the waves at the limit scatter, weaker than those of k_B would: S/k falls as k⁻⁴.
+    assert sigma(theta, 3.0 * bragg) < 0.05 * sigma(theta, 0.5 * bragg)
