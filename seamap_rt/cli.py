@@ -71,6 +71,13 @@ def _headline(metrics: dict[str, Any]) -> str:
     )
 
 
+def _warn_of_folds(metrics: dict[str, Any]) -> None:
+    from .report import fold_warning
+
+    if warning := fold_warning(metrics):
+        _out.print(f"flag: {warning}")
+
+
 @app.command
 def run(
     scene: str,
@@ -101,6 +108,7 @@ def run(
     finally:
         stop()
     _out.print(_headline(result.metrics))
+    _warn_of_folds(result.metrics)
     _out.print(f"{result.folder / 'report.html'} (with maps.nc, truth.nc, echoes.zarr, metrics.json, scene.toml)")
     return 0
 
@@ -126,6 +134,43 @@ def simulate(scene: str, *, out: Path, overwrite: bool = False, set_: Settings |
     finally:
         stop()
     _out.print(f"{out / 'echoes.zarr'}, {out / 'truth.nc'}")
+    return 0
+
+
+@app.command
+def sea(
+    scene: str,
+    *,
+    out: Path,
+    times: str = "0:5:0.5",
+    side: float | None = None,
+    spacing: float | None = None,
+    seed: int | None = None,
+    overwrite: bool = False,
+    set_: Settings | None = None,
+) -> int:
+    """Write a scene's sea itself: heights, slopes, velocities and radar cross-sections in time, and pictures of them.
+
+    Parameters
+    ----------
+    scene: path of a scene file, or the name of a shipped scene. out: folder for the results.
+    times: START:STOP:STEP or T,T,… in seconds. side: of the square around the antenna, m; default the range circle.
+    spacing: of its points, m. seed: of all random numbers. overwrite: replace earlier results in that folder.
+    set_: KEY=VALUE, any key of the scene file. Shadows are found by the horizon; tracing.tracer=facets traces rays.
+    """
+    loaded = _scene(scene, ["tracing.tracer=horizon", *(set_ or [])], seed=seed)
+    from .products import write_sea
+
+    say, stop = _progress()
+    try:
+        made = write_sea(loaded, out, times=times, side=side, spacing=spacing, overwrite=overwrite, progress=say)
+    finally:
+        stop()
+    for note in made.notes:
+        _out.print(note)
+    _out.print(made.headline())
+    first, *others = made.files
+    _out.print(f"{made.folder / first} (with {', '.join(others)})")
     return 0
 
 

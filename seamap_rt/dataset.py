@@ -47,6 +47,7 @@ QUALITY_FLAGS = {
 
 _POLAR = ("turn", "azimuth", "range")
 _GROUND = ("turn", "y", "x")
+_MOMENT = ("time", "y", "x")
 _SEA_HEIGHT = "sea_surface_height_above_mean_sea_level"
 
 _POLAR_COORDS = {
@@ -122,6 +123,68 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "slope_x": Variable(_GROUND, "float32", "1", "true mean slope towards east"),
         "slope_y": Variable(_GROUND, "float32", "1", "true mean slope towards north"),
         "time": Variable(_GROUND, "float64", "s", "time when the beam passes the cell"),
+    },
+    "sea": {
+        # CF counts time from a date: a nominal one, the scene's time 0.
+        "time": Variable(("time",), "float64", "seconds since 2000-01-01 00:00:00", "time of the scene", "time"),
+        "y": _GROUND_COORDS["y"],
+        "x": _GROUND_COORDS["x"],
+        "sea_surface_height": Variable(_MOMENT, "float32", "m", "height of the sea surface", _SEA_HEIGHT),
+        "slope_x": Variable(_MOMENT, "float32", "1", "slope of the sea surface towards east"),
+        "slope_y": Variable(_MOMENT, "float32", "1", "slope of the sea surface towards north"),
+        "velocity_x": Variable(
+            _MOMENT, "float32", "m s-1", "the water particle's velocity at the surface, east", "sea_water_x_velocity"
+        ),
+        "velocity_y": Variable(
+            _MOMENT, "float32", "m s-1", "the water particle's velocity at the surface, north", "sea_water_y_velocity"
+        ),
+        "velocity_z": Variable(
+            _MOMENT, "float32", "m s-1", "the water particle's velocity at the surface, up", "upward_sea_water_velocity"
+        ),
+        "nrcs_db": Variable(_MOMENT, "float32", "dB", "normalised radar cross section towards the radar, where lit"),
+        "visible": Variable(_MOMENT, "int8", "1", "antennas that see the sea; -1 where the radar does not look"),
+    },
+    "sea/spectrum": {
+        "frequency": Variable(("frequency",), "float64", "Hz", "frequency in the water's frame", "wave_frequency"),
+        "direction": Variable(
+            ("direction",), "float64", "degree", "azimuth the waves come from", "sea_surface_wave_from_direction"
+        ),
+        "system": Variable(("system",), "int32", "1", "number of the wave system in the scene, from 0"),
+        "directional_spectrum": Variable(
+            ("frequency", "direction"),
+            "float64",
+            "m2 s degree-1",
+            "expected directional spectrum of the short-crested systems together",
+            "sea_surface_wave_directional_variance_spectral_density",
+        ),
+        "frequency_spectrum": Variable(
+            ("frequency",),
+            "float64",
+            "m2 s",
+            "expected spectrum of all random systems together",
+            "sea_surface_wave_variance_spectral_density",
+        ),
+        "system_spectrum": Variable(
+            ("system", "frequency"),
+            "float64",
+            "m2 s",
+            "expected spectrum of each system; 0 for a regular wave, which is a single line",
+            "sea_surface_wave_variance_spectral_density",
+        ),
+        "system_kind": Variable(("system",), "int8", "1", "what kind of system it is"),
+        "system_height": Variable(
+            ("system",), "float64", "m", "significant height, of a regular wave crest to trough; all its waves counted"
+        ),
+        "system_period": Variable(
+            ("system",),
+            "float64",
+            "s",
+            "peak period, of a regular wave its period",
+            "sea_surface_wave_period_at_variance_spectral_density_maximum",
+        ),
+        "system_direction": Variable(
+            ("system",), "float64", "degree", "mean azimuth the waves come from", "sea_surface_wave_from_direction"
+        ),
     },
 }
 

@@ -1,0 +1,96 @@
+"""A NetCDF file of moments of the sea, which grows time by time and appears whole or, interrupted, with whole times."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import h5netcdf
+import numpy as np
+import xarray as xr
+
+_LONGEST_CHUNK = 1024  # points a side
+_COMPRESSION = 4  # of zlib's levels; higher ones gain a few per cent
+
+# Rounding by units, powers of two: below what the sea itself is exact to, and the digits beyond it do not compress.
+ROUNDING = {"m": 2.0**-13, "1": 2.0**-14, "m s-1": 2.0**-11, "dB": 2.0**-6}
+
+
+class SeaFile:
+    """The fields of a sea with a leading `time` dimension at the root, appended one time at a time.
+
+    `groups` hold what does not change in time. Closing renames the file into place; so does leaving the context by an
+    exception, if at least one time is complete: what is complete stays readable.
+    """
+
+    def __init__(self, path: Path, groups: Mapping[str, xr.Dataset]) -> None:
+        self.path = path
+        self.times = 0
+        self._groups = groups
+        self._part = path.with_name(f".{path.name}.part")
+        self._part.unlink(missing_ok=True)
+        self._file: h5netcdf.File | None = None
+
+    def append(self, moment: xr.Dataset) -> None:
+        """Append one moment, a dataset with `time` of length 1."""
+        if self._file is None:
+            self._file = h5netcdf.File(self._part, "w")
+            _create(self._file, moment)
+            for name, dataset in self._groups.items():
+                _create(self._file.create_group(name), dataset)
+        self._file.resize_dimension("time", self.times + 1)
+        for name, variable in moment.variables.items():
+            if "time" in variable.dims:
+                values, step = variable.values[0], _step(variable)
+                self._file.variables[str(name)][self.times] = values if step is None else step * np.round(values / step)
+        self.times += 1
+        self._file.flush()
+
+    def close(self) -> None:
+        """Finish the file; nothing appears if no time was appended."""
+        if self._file is not None:
+            if self.times:
+                self._file.resize_dimension("time", self.times)  # a time that failed halfway goes
+            self._file.close()
+            self._file = None
+            if self.times:
+                os.replace(self._part, self.path)
+        self._part.unlink(missing_ok=True)
+
+    def __enter__(self) -> SeaFile:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _create(group: h5netcdf.Group, dataset: xr.Dataset) -> None:
+    """Dimensions, attributes and variables of a group; the values of what does not grow."""
+    group.dimensions = {str(d): (None if d == "time" else int(n)) for d, n in dataset.sizes.items()}
+    group.attrs.update({str(k): v for k, v in dataset.attrs.items()})
+    for key, variable in dataset.variables.items():
+        dims, attributes = tuple(str(d) for d in variable.dims), {str(k): v for k, v in variable.attrs.items()}
+        packing: dict[str, Any] = {}
+        if "time" in dims and len(dims) > 1:
+            chunks = (1, *(min(size, _LONGEST_CHUNK) for size in variable.shape[1:]))
+            packing = {"chunks": chunks, "compression": "gzip", "compression_opts": _COMPRESSION, "shuffle": True}
+            packing["fillvalue"] = np.nan if variable.dtype.kind == "f" else None
+        step = _step(variable)
+        if step is not None:
+            said = f"{attributes['comment']}; " if "comment" in attributes else ""
+            attributes["comment"] = f"{said}rounded to multiples of {step:.3g}"
+        made = group.create_variable(str(key), dims, variable.dtype, **packing)
+        made.attrs.update(attributes)
+        if "time" not in variable.dims:
+            made[...] = variable.values
+
+
+def _step(variable: xr.Variable) -> float | None:
+    """To whose multiples a field is rounded; None where it is kept as it is."""
+    field = "time" in variable.dims and variable.ndim > 1 and variable.dtype.kind == "f"
+    return ROUNDING.get(variable.attrs["units"]) if field else None

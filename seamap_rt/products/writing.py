@@ -1,0 +1,134 @@
+"""Writing the products: fields stream into the file time by time, then the statistics, then the pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import xarray as xr
+from matplotlib.image import imsave
+
+from ..backend import NoBackend
+from ..io.seafile import SeaFile
+from ..io.turnfile import uninterrupted
+from ..report import reduce, sea_figures, style
+from ..report.sea_statistics import Moments, asked_height, statistics_table
+from ..runs import clear_folder, prepare_folder, write_whole
+from ..scattering import ShortWaves
+from ..scene import Scene
+from ..sea import Sea
+from ..simulation import Simulator
+from ..tracing import tracer
+from .asked import refuse_if_too_large, square, step, times_of
+from .camera import Camera
+from .spectrum import directional_spectrum
+
+PRODUCTS = ("sea.nc", "statistics.txt", "directional_spectrum.png", "sea_surface.png", "sea.gif", "from_mast.png")
+DEFAULT_TIMES = "0:5:0.5"
+
+_MAST_PICTURE = (1280, 560)  # columns, rows
+_FINEST_FILM = 700  # points a side that an animation is drawn from
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class SeaProducts:
+    """What was left behind: names of files in the folder, moments of all that is on file, and what was left out."""
+
+    folder: Path
+    files: tuple[str, ...]
+    sea: Sea
+    drawn: Moments
+    notes: tuple[str, ...]
+
+    def headline(self) -> str:
+        """Height and what of the sea is resolved, in one line."""
+        resolved = self.sea.resolved
+        share = resolved.choppy.folded_share if resolved.choppy is not None else 0.0
+        folded = f"; {share:.2%} of the surface is folded" if share > 0.0 else ""
+        return (
+            f"Hs {self.drawn.significant_height:.2f} m, {asked_height(self.sea):.2f} m asked for; resolved "
+            f"{resolved.variance_share:.2%} of the variance, {resolved.mean_square_slope_share:.0%} of the mean square "
+            f"slope{folded}"
+        )
+
+
+def write_sea(
+    scene: Scene,
+    out: str | Path,
+    *,
+    times: str = DEFAULT_TIMES,
+    side: float | None = None,
+    spacing: float | None = None,
+    overwrite: bool = False,
+    progress: Progress | None = None,
+) -> SeaProducts:
+    """Write a scene's sea into a folder: sea.nc, a table of its statistics, pictures and an animation.
+
+    times: START:STOP:STEP or T,T,… [s], see `times_of`. side, spacing: of the square of points around the antenna [m];
+    default the radar's range circle, and the finest that is resolved, at most 512 points a side.
+    Times stream into the file, so memory holds one. Interrupted, complete times stay readable.
+    Raises InputError for bad input, NoBackend if the scene asks for rays and none can be traced.
+    """
+    say, folder = progress or (lambda _: None), Path(out)
+    seconds = times_of(times)
+    places = square(scene, side, spacing)
+    prepare_folder(folder, overwrite, PRODUCTS)
+    refuse_if_too_large(folder, seconds.size, places.size)
+    say("preparing the sea")
+    sea, drawn = Simulator(scene).sea, Moments()
+    camera = Camera(scene, sea, tracer(scene.tracing.tracer, scene.radar, scene.scattering), places)
+    spectrum = directional_spectrum(scene, sea)
+    clear_folder(folder, PRODUCTS)
+    with SeaFile(folder / "sea.nc", {"spectrum": spectrum}) as file:
+        try:
+            for number, t in enumerate(seconds):
+                say(f"time {number + 1} of {seconds.size}: {t:g} s")
+                moment = camera.moment(float(t))
+                with uninterrupted():
+                    file.append(moment)
+                drawn.add(*(moment[name].values for name in ("sea_surface_height", "slope_x", "slope_y")))
+        except KeyboardInterrupt:
+            rest = "and stay readable in sea.nc; the pictures are missing" if file.times else "no results are left"
+            raise KeyboardInterrupt(f"{file.times} of {seconds.size} times are complete, {rest}") from None
+    say("drawing")
+    write_whole(folder / "statistics.txt", statistics_table(scene, sea, drawn, places.size * step(places)))
+    notes = _draw(scene, sea, spectrum, folder)
+    say("rendering the sea as the mast sees it")
+    notes += _draw_from_mast(scene, sea, folder / "from_mast.png", float(seconds[0]))
+    files = tuple(name for name in PRODUCTS if (folder / name).exists())
+    return SeaProducts(folder, files, sea, drawn, notes)
+
+
+# ---------------------------------------------------------------------------------------------------- the pictures
+
+
+def _draw(scene: Scene, sea: Sea, spectrum: xr.Dataset, folder: Path) -> tuple[str, ...]:
+    """The pictures of the spectrum and of what is on file; what could not be drawn and why."""
+    figure = sea_figures.directional_spectrum(scene, spectrum, sea.resolved)
+    (folder / "directional_spectrum.png").write_bytes(style.png(figure))
+    with xr.open_dataset(folder / "sea.nc", decode_times=False) as moments:
+        (folder / "sea_surface.png").write_bytes(style.png(sea_figures.sea_surface(scene, moments.isel(time=0))))
+        if moments.sizes["time"] < 2:
+            return ("sea.gif is left out: it needs two times",)
+        every = slice(None, None, -(-moments.sizes["x"] // _FINEST_FILM))
+        (folder / "sea.gif").write_bytes(sea_figures.animation(scene, moments.isel(x=every, y=every)))
+    return ()
+
+
+def _draw_from_mast(scene: Scene, sea: Sea, path: Path, t: float) -> tuple[str, ...]:
+    """What an eye at the radar's height sees when it looks up the main waves; a note where that cannot be drawn."""
+    from ..tracing.picture import View, render_from_mast
+
+    waves = reduce.main_waves(scene)
+    azimuth = waves.from_deg if waves is not None else 0.0
+    view = View(height_m=scene.radar.height_m, azimuth_deg=azimuth, size=_MAST_PICTURE)
+    ripples = ShortWaves(scene.scattering.wind_speed_m_s, sea.resolved.wavenumber_limit).mean_square_slope
+    try:
+        picture = render_from_mast(lambda x, y: sea.elevation(x, y, t), view, unresolved_mss=min(ripples, 0.2))
+    except (NoBackend, ValueError) as reason:
+        return (f"from_mast.png is left out: {reason}",)
+    imsave(path, picture)
+    return ()

@@ -1,0 +1,339 @@
+"""Pictures of the sea itself: its spectrum, a moment of its surface and of what the radar sees of it, an animation.
+
+Maps have north up and east right; directions are those the waves come from, arrows point where they go.
+"""
+
+from __future__ import annotations
+
+import io
+import textwrap
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize, PowerNorm, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+from PIL import Image
+from scipy.ndimage import map_coordinates
+
+from ..conventions import unit_from_azimuth
+from ..scene import Scene
+from ..sea import Resolved, dispersion
+from . import reduce, style
+from .maps import describe_waves
+from .reduce import Array
+
+_COLOURS = (style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY)  # of wave systems
+_MARKERS = ("o", "s", "D")  # short-crested, long-crested, regular
+_DECADES = 5.0  # of a spectrum that are drawn
+_SHADOW = "#8f8f8f"
+_MAP = 3.02  # inches a side
+_WAVES_BESIDE = 4.0  # lengths of the main wave that the section shows to either side of the antenna
+_ARROWS = 48
+_MOST_FRAMES = 80
+_MOST_GIF_PIXELS = 8e6  # of all frames together: about 4 MB
+_GIF_SIDE = (260, 560)  # pixels, least and most
+
+
+# ----------------------------------------------------------------------------------------------------- the spectrum
+
+
+class _System(NamedTuple):
+    """One wave system as the figures draw it."""
+
+    words: str
+    colour: str
+    marker: str
+    regular: bool
+    from_deg: float
+    peak_hz: float
+    density: Array  # (frequency,) m² s
+
+
+def _systems(scene: Scene, spectrum: xr.Dataset) -> list[_System]:
+    values = {name: spectrum[name].values for name in spectrum.variables}
+    return [
+        _System(
+            describe_waves(scene.sea.waves[number], scene.sea.depth_m),
+            _COLOURS[row % len(_COLOURS)],
+            _MARKERS[values["system_kind"][row]],
+            values["system_kind"][row] == len(_MARKERS) - 1,
+            float(values["system_direction"][row]),
+            1.0 / float(values["system_period"][row]),
+            values["system_spectrum"][row],
+        )
+        for row, number in enumerate(values["system"])
+    ]
+
+
+@style.styled
+def directional_spectrum(scene: Scene, spectrum: xr.Dataset, resolved: Resolved) -> Figure:
+    """The directional spectrum over the compass, and the spectrum of each system over frequency.
+
+    spectrum: the schema's `sea/spectrum`, with its attribute `resolved_up_to_hz`.
+    """
+    systems = _systems(scene, spectrum)
+    figure = style.new_figure(4.3)
+    rose = style.place(figure, 0.38, 0.62, 2.7, 2.7, projection="polar")
+    _rose(figure, rose, spectrum, systems)
+    axes = style.place(figure, 4.0, 0.3, style.WIDTH - 4.0 - 0.12, 2.5)
+    _spectra(axes, spectrum, systems)
+    words = (
+        f"Dashed: the shortest resolved waves, {2.0 * resolved.resolution_m:.3g} m long. Resolved are "
+        f"{resolved.variance_share:.2%} of the variance and {resolved.mean_square_slope_share:.0%} of the mean square "
+        f"slope, {resolved.mean_square_slope:.3g}. Shorter waves are left to the scattering model."
+    )
+    if scene.sea.current_m_s > 0.0:
+        words += " The sea rides on a current; frequencies are those in the water's frame."
+    top = 1.0 - 3.35 / float(figure.get_size_inches()[1])
+    figure.text(3.6 / style.WIDTH, top, textwrap.fill(words, 60), va="top", fontsize=style.FONT, linespacing=1.4)
+    return figure
+
+
+def _rose(figure: Figure, axes: Any, spectrum: xr.Dataset, systems: list[_System]) -> None:
+    """E(f, θ): the radius is the frequency, the angle the azimuth the waves come from. Systems' peaks are marked."""
+    density, frequency = spectrum["directional_spectrum"].values, spectrum["frequency"].values
+    axes.set_theta_zero_location("N")
+    axes.set_theta_direction(-1)
+    axes.set_title("(a) Where the waves come from", x=-0.08, y=1.12)
+    axes.set_thetagrids(np.arange(0, 360, 45), ["N", "45°", "E", "135°", "S", "225°", "W", "315°"])
+    axes.tick_params(pad=-1.0)
+    reach = _reach(spectrum, systems)
+    colours = style.colours(style.SPREAD_COLOURS)
+    axes.set_facecolor(colours(0.0))  # below the lowest frequency
+    if density.max() > 0.0:
+        shown = frequency <= 1.1 * reach
+        drawn = axes.pcolormesh(
+            np.radians(reduce.edges(spectrum["direction"].values)), reduce.edges(frequency[shown]), density[shown],
+            cmap=colours, norm=PowerNorm(0.5, 0.0, float(density.max())), shading="flat", rasterized=True,
+        )  # fmt: skip
+        style.colour_bar(figure, drawn, 0.75, 3.72, 1.96, "Density, m²/(Hz·degree), square-root scale", "neither")
+    for system in systems:
+        axes.plot(
+            np.radians(system.from_deg), system.peak_hz, marker=system.marker, markersize=4.0, linestyle="none",
+            markerfacecolor=system.colour, markeredgecolor="white", markeredgewidth=0.7, clip_on=False, zorder=5.0,
+        )  # fmt: skip
+    axes.set_ylim(0.0, reach)
+    axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
+    axes.yaxis.set_major_formatter(lambda hertz, _: f"{hertz:g} Hz" if 0.0 < hertz < 0.85 * reach else "")
+    axes.tick_params(axis="y", labelsize=style.FONT - 1.0, colors="white")
+    axes.set_rlabel_position((systems[0].from_deg if systems else 0.0) + 157.5)
+    axes.grid(True, color="#e0e0e0", linewidth=0.35)
+
+
+def _reach(spectrum: xr.Dataset, systems: list[_System]) -> float:
+    """Frequency [Hz] up to which the compass goes: most of the variance and every peak."""
+    frequency, total = spectrum["frequency"].values, spectrum["frequency_spectrum"].values
+    below = np.cumsum(total * np.gradient(frequency))
+    most = frequency[np.searchsorted(below, 0.97 * below[-1])] if below[-1] > 0.0 else 0.0
+    peaks = [1.3 * system.peak_hz for system in systems]
+    return float(max([most, *peaks], default=0.0)) or float(frequency[-1])
+
+
+def _spectra(axes: Axes, spectrum: xr.Dataset, systems: list[_System]) -> None:
+    """S(f) of each random system and of all, a line for each regular wave, and the resolved limit."""
+    frequency, total = spectrum["frequency"].values, spectrum["frequency_spectrum"].values
+    style.graph(axes, "Frequency (Hz)", "Density (m²/Hz)", "(b) Spectrum over frequency")
+    top = 1.5 * float(total.max()) if total.max() > 0.0 else 1.0
+    random = [system for system in systems if not system.regular]
+    for system in systems:
+        words = f"{system.words} (a line)" if system.regular else system.words
+        ends = {"color": system.colour, "linewidth": 1.3, "label": words, "marker": system.marker}
+        if system.regular:
+            axes.plot([system.peak_hz, system.peak_hz], [1e-30, top], markevery=[1], markersize=4.0, **ends)
+        else:
+            peak = int(np.argmin(np.abs(frequency - system.peak_hz)))
+            axes.plot(frequency, system.density, markevery=[peak], markersize=4.0, **ends)
+    if len(random) > 1:
+        axes.plot(frequency, total, color=style.BLACK, linewidth=0.8, linestyle="-", label="random systems together")
+    axes.axvline(float(spectrum.attrs["resolved_up_to_hz"]), color=style.BLACK, linestyle="--", linewidth=0.9)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlim(float(frequency[0]), float(frequency[-1]))
+    axes.set_ylim(top / 10.0**_DECADES, top * 10.0 ** (0.1 + 0.55 * (len(systems) + 1)))  # room for the legend
+    ticks = [tick for tick in (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0) if frequency[0] <= tick <= frequency[-1]]
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.minorticks_off()
+    if systems:
+        axes.legend(loc="upper right", handlelength=1.6, frameon=True, framealpha=0.9, edgecolor="none")
+    else:
+        style.note(axes, "no waves")
+
+
+# ------------------------------------------------------------------------------------------------------ the surface
+
+
+@style.styled
+def sea_surface(scene: Scene, moment: xr.Dataset) -> Figure:
+    """Map of the elevation, map of the radar cross section with its shadows, and a section along the main waves.
+
+    moment: the schema's `sea` at one time.
+    """
+    figure = style.new_figure(6.45)
+    places, t = moment["x"].values, float(moment["time"].values)
+    lefts, top = (0.56, style.WIDTH - 0.12 - _MAP), 0.3
+    height = moment["sea_surface_height"].values
+    limit = _height_limit(height)
+    colours = ScalarMappable(Normalize(-limit, limit), style.HEIGHT_COLOURS)
+    axes = style.place(figure, lefts[0], top, _MAP, _MAP)
+    _map(axes, places, _shaded(scene, moment, colours), f"(a) Height of the sea, shaded, at {t:.4g} s")
+    axes.set_ylabel("North of antenna (m)", labelpad=1.0)
+    _arrow(axes, scene)
+    style.colour_bar(figure, colours, lefts[0] + 0.2, 3.7, _MAP - 0.4, "Height above mean sea level (m)", "both")
+
+    level, visible = moment["nrcs_db"].values, moment["visible"].values
+    low, high = (reduce.quantile(level, share) for share in (0.03, 0.995))
+    known = np.isfinite(low) and high > low
+    colours = ScalarMappable(Normalize(low, high) if known else Normalize(0.0, 1.0), style.POWER_COLOURS)
+    picture = colours.to_rgba(np.where(np.isfinite(level), level, low if known else 0.0))[..., :3]
+    picture[visible == 0] = to_rgb(_SHADOW)
+    picture[visible < 0] = 1.0
+    axes = style.place(figure, lefts[1], top, _MAP, _MAP)
+    _map(axes, places, picture, "(b) Radar cross section per area; grey: shadow")
+    style.colour_bar(figure, colours, lefts[1] + 0.2, 3.7, _MAP - 0.4, "σ⁰ towards the radar (dB)", "both")
+    _section(style.place(figure, lefts[0], 4.6, style.WIDTH - lefts[0] - 0.12, 1.35), scene, moment)
+    return figure
+
+
+def _height_limit(height: NDArray[Any]) -> float:
+    """Half the span of the height scale, m."""
+    limit = reduce.quantile(np.abs(height), 0.999)
+    return limit if limit > 1e-3 else 0.05
+
+
+def _shaded(scene: Scene, moment: xr.Dataset, colours: ScalarMappable) -> Array:
+    """Colours of the height (y, x, 3), darker where the sea leans away from a light 30° beside the main waves."""
+    waves = reduce.main_waves(scene)
+    east, north = (float(part) for part in unit_from_azimuth((waves.from_deg if waves is not None else 270.0) + 30.0))
+    towards = -(moment["slope_x"].values * east + moment["slope_y"].values * north)
+    spread = float(towards.std())
+    shade = np.clip(0.86 + 0.14 * towards / spread, 0.5, 1.0) if spread > 0.0 else np.ones_like(towards)
+    return np.asarray(colours.to_rgba(moment["sea_surface_height"].values))[..., :3] * shade[..., None]
+
+
+def _map(axes: Axes, places: Array, picture: Array, title: str) -> None:
+    """A square picture (y, x, 3), its first row the southernmost."""
+    borders = reduce.edges(places)
+    axes.imshow(
+        picture, origin="lower", extent=(borders[0], borders[-1], borders[0], borders[-1]),
+        interpolation="antialiased", interpolation_stage="rgba",
+    )  # fmt: skip
+    axes.set_aspect("equal")
+    axes.set_title(title)
+    axes.set_xlabel("East of antenna (m)", labelpad=1.0)
+    axes.plot(0.0, 0.0, marker="^", color="black", markersize=3.5, linestyle="none")
+    style.few_ticks(axes)
+
+
+def _arrow(axes: Axes, scene: Scene) -> None:
+    """Where the main waves go, in the upper left corner; north is up."""
+    waves = reduce.main_waves(scene)
+    if waves is None:
+        return
+    east, north = (0.055 * float(part) for part in unit_from_azimuth(waves.from_deg + 180.0))
+    axes.annotate(
+        "", xy=(0.09 + east, 0.91 + north), xytext=(0.09 - east, 0.91 - north), xycoords="axes fraction",
+        textcoords="axes fraction",
+        bbox={"boxstyle": "circle"}, arrowprops={"arrowstyle": "-|>", "linewidth": 1.6, "mutation_scale": 11.0},
+    )  # fmt: skip
+
+
+def _section(axes: Axes, scene: Scene, moment: xr.Dataset) -> None:
+    """Height and water velocity along the main waves through the antenna; what the radar sees is drawn thick."""
+    waves = reduce.main_waves(scene)
+    places = moment["x"].values
+    toward = (waves.from_deg + 180.0) % 360.0 if waves is not None else 90.0
+    east, north = (float(part) for part in unit_from_azimuth(toward))
+    reach = 0.98 * float(places[-1])
+    if waves is not None:
+        k = float(dispersion.wavenumber(2.0 * np.pi / waves.peak_period, scene.sea.depth_m))
+        reach = min(reach, _WAVES_BESIDE * 2.0 * np.pi / k)
+    along = np.linspace(-reach, reach, 1201)
+    line = _Line(places, along * east, along * north)
+    height, visible = line.of(moment["sea_surface_height"]), line.of(moment["visible"], nearest=True)
+    style.graph(axes, f"Distance along the main waves, towards {toward:.4g}° (m)", "Height (m)", "")
+    axes.plot(along, height, color=_SHADOW, linewidth=0.8, label="sea")
+    axes.plot(along, np.where(visible > 0, height, np.nan), color=style.BLUE, linewidth=1.8, label="seen by the radar")
+    axes.set_xlim(-reach, reach)
+    limit = 1.9 * max(float(np.abs(height).max()), 0.05)
+    axes.set_ylim(-limit, limit)
+    every = slice(along.size // (2 * _ARROWS), None, along.size // _ARROWS)
+    outward = east * line.of(moment["velocity_x"]) + north * line.of(moment["velocity_y"])
+    fastest = max(float(np.hypot(outward, line.of(moment["velocity_z"])).max()), 1e-6)
+    arrows = axes.quiver(
+        along[every], height[every], outward[every], line.of(moment["velocity_z"])[every], angles="uv",
+        scale=28.0 * fastest, width=0.0016, color=style.VERMILION, zorder=3.0,
+    )  # fmt: skip
+    key = float(f"{fastest:.1g}")
+    axes.quiverkey(
+        arrows, 0.95, 1.07, key, f"water: {key:g} m/s", labelpos="W", fontproperties={"size": style.FONT - 0.5}
+    )
+    box = axes.get_window_extent()
+    exaggeration = (box.height / limit) / (box.width / reach)
+    axes.set_title(f"(c) Section through the antenna, waves go right; heights drawn {exaggeration:.2g} times too high")
+    axes.legend(loc="lower right", ncols=2)
+
+
+class _Line:
+    """Samples fields (y, x) along a line."""
+
+    def __init__(self, places: Array, x: Array, y: Array) -> None:
+        step = places[1] - places[0]
+        self._index = np.stack(((y - places[0]) / step, (x - places[0]) / step))
+
+    def of(self, field: xr.DataArray, nearest: bool = False) -> Array:
+        values = np.asarray(field.values, dtype=np.float64)
+        return map_coordinates(values, self._index, order=0 if nearest else 1, mode="nearest")
+
+
+# ------------------------------------------------------------------------------------------------------ animation
+
+
+@style.styled
+def animation(scene: Scene, moments: xr.Dataset) -> bytes:
+    """A GIF of the elevation that plays in real time, over and over; of very many times every so-manieth is shown.
+
+    moments: the schema's `sea` with two times or more [s].
+    """
+    times = moments["time"].values
+    chosen = np.arange(0, times.size, int(np.ceil(times.size / _MOST_FRAMES)))
+    side = int(np.clip(np.sqrt(_MOST_GIF_PIXELS / chosen.size), *_GIF_SIDE))
+    frames = list(_frames(scene, moments, chosen, side))
+    # One palette for all, and no dithering: still parts stay still, and the file small.
+    palette = frames[0].quantize(256, method=Image.Quantize.MEDIANCUT, kmeans=2)
+    indexed = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    waits = np.diff(times[chosen])
+    milliseconds = [round(1e3 * float(wait)) for wait in (*waits, np.median(waits))]
+    buffer = io.BytesIO()
+    indexed[0].save(
+        buffer, format="GIF", save_all=True, append_images=indexed[1:], duration=milliseconds, loop=0, optimize=False
+    )
+    return buffer.getvalue()
+
+
+def _frames(scene: Scene, moments: xr.Dataset, chosen: NDArray[np.intp], side: int) -> Iterator[Image.Image]:
+    """The map of the elevation at the chosen times."""
+    inches = side / style.DPI
+    figure = Figure(figsize=(inches, inches + 0.12), dpi=style.DPI)
+    canvas = FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.16, 0.12, 0.81, 0.81 * inches / (inches + 0.12)))
+    limit = _height_limit(moments["sea_surface_height"].isel(time=0).values)
+    colours = ScalarMappable(Normalize(-limit, limit), style.HEIGHT_COLOURS)
+    for number, index in enumerate(chosen):
+        moment = moments.isel(time=int(index))
+        title = f"t = {float(moment['time'].values):.2f} s; colours ±{limit:.2g} m"
+        picture = _shaded(scene, moment, colours)
+        if number == 0:
+            _map(axes, moments["x"].values, picture, title)
+            axes.set_ylabel("North of antenna (m)", labelpad=1.0)
+            _arrow(axes, scene)
+        axes.images[0].set_data(picture)
+        axes.set_title(title)
+        canvas.draw()
+        yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
