@@ -253,7 +253,8 @@ def load_scene(path_or_name: str | os.PathLike[str], overrides: Mapping[str, Any
     tree = _anchored(scenefile.read_toml(path), path.parent)
     for key, other in (("energy_fraction", "resolution_m"), ("resolution_m", "energy_fraction")):
         # Either says the same thing: one that is asked for takes the other's place in the file.
-        if f"sea.{key}" in overrides and f"sea.{other}" not in overrides and isinstance(tree.get("sea"), dict):
+        asked = overrides.get(f"sea.{key}") is not None and f"sea.{other}" not in overrides
+        if asked and isinstance(tree.get("sea"), dict):
             tree["sea"].pop(other, None)
     return scenefile.validate(Scene, _anchored(scenefile.apply_overrides(tree, overrides), Path.cwd()))
 

@@ -255,24 +255,26 @@ class SeaSettings(Section):
     @model_validator(mode="after")
     def _grid_fits_memory(self) -> Self:
         if self.resolution_m is not None:
-            check_grid(self.extent_m, self.resolution_m, "resolution_m")
+            check_grid(self.extent_m, self.resolution_m)
         return self
 
 
-def check_grid(extent_m: float, resolution_m: float, key: str) -> None:
-    """Raise ValueError unless the grid of resolved waves fits memory and holds waves; `key` set its resolution."""
+def check_grid(extent_m: float, resolution_m: float, energy_fraction: float | None = None) -> None:
+    """Raise ValueError unless the grid of resolved waves fits memory and holds waves.
+
+    energy_fraction: the share that asked for the resolution, if it was not given itself.
+    """
     side = extent_m / resolution_m
+    asked = "" if energy_fraction is None else f"energy_fraction = {energy_fraction!r}: asks for {resolution_m:.3g} m, "
+    key = "resolution_m" if energy_fraction is None else "energy_fraction"
+    finer, coarser = ("lower", "raise") if energy_fraction is None else ("raise", "lower")
     if side > MOST_POINTS_A_SIDE:
         raise ValueError(
-            f"extent_m/resolution_m = {side:.0f}: must be at most {MOST_POINTS_A_SIDE} (a grid of {side:.0f}² points "
-            f"would take {side**2 * 100 / 1e9:.3g} GB); {'raise' if key == 'resolution_m' else 'lower'} {key} or lower "
-            "extent_m"
+            f"{asked}extent_m/resolution_m = {side:.0f}: must be at most {MOST_POINTS_A_SIDE} (a grid of {side:.0f}² "
+            f"points would take {side**2 * 100 / 1e9:.3g} GB); {coarser} {key} or lower extent_m"
         )
     if side < 8:
-        raise ValueError(
-            f"extent_m/resolution_m = {side:.1f}: must be at least 8; "
-            f"{'lower' if key == 'resolution_m' else 'raise'} {key}"
-        )
+        raise ValueError(f"{asked}extent_m/resolution_m = {side:.1f}: must be at least 8; {finer} {key}")
 
 
 # ------------------------------------------------------------------------------------------------ scattering

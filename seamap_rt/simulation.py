@@ -33,6 +33,7 @@ from .truth import ground_truth, polar_truth
 
 _SEA_STAGE = 1  # of the scene's random source; speckle is 2, noise 3
 _BREAKING_STEEPNESS = 0.06  # Hs over the peak's length
+_BREAKING_DEPTH = 0.6  # Hs over the depth
 _FOLD_LINES = 8  # one line of the mesh in so many is searched for folds
 
 
@@ -355,6 +356,14 @@ def _left_out(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
                 "breaking, which this sea would do",
                 f"its significant height over the length of its peak is {resolved.significant_steepness:.2g}; real "
                 f"seas stay below about {_BREAKING_STEEPNESS:g}",
+            )
+        )
+    if 4.0 * resolved.elevation_std > _BREAKING_DEPTH * scene.sea.depth_m:
+        rows.append(
+            (
+                "breaking on the bed, which this sea would do",
+                f"its significant height is {4.0 * resolved.elevation_std / scene.sea.depth_m:.2g} of the depth; real "
+                f"seas stay below about {_BREAKING_DEPTH:g}, and troughs may reach below the bed",
             )
         )
     if scene.scattering.nrcs != "constant":

@@ -1,6 +1,6 @@
 """How fast a turn is: seconds per stage of warm turns of a scene, medians over turns, each tracer in turn.
 
-python validation/speed.py [--scene choppy_sea] [--turns 5]
+python validation/speed.py [--scene choppy_sea] [--turns 5] [--set sea.model=choppy]
 """
 
 from __future__ import annotations
@@ -21,10 +21,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scene", default="choppy_sea")
     parser.add_argument("--turns", type=int, default=5)
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="any key of the scene")
     arguments = parser.parse_args()
+    changes = dict(pair.split("=", 1) for pair in arguments.set)
     print(f"{'tracer':8} {'turn':>6} " + " ".join(f"{stage:>9}" for stage in STAGES) + f" {'real time':>10}")
     for tracer in ("facets", "horizon"):
-        scene = sr.load_scene(arguments.scene, overrides={"tracing.tracer": tracer})
+        scene = sr.load_scene(arguments.scene, overrides={**changes, "tracing.tracer": tracer})
         simulator, rows = Simulator(scene), []
         for number in range(arguments.turns + 1):
             turn = simulator.turn(number)

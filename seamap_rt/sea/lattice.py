@@ -21,9 +21,8 @@ Radial = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 Spreading = Callable[[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 """Density over angle [1/rad] of k [rad/m], cos θ and sin θ, θ anticlockwise from the mean direction of travel."""
 
-_FINE_RADIUS = (
-    64  # wavenumber steps within which a cell's variance is integrated, not sampled: swell can be that narrow
-)
+LINE_REPEATS = 4.0  # repeat length of a long-crested system, in sides of the plane
+_FINE_RADIUS = 64  # wavenumber steps within which cells are integrated, not sampled: swell can be that narrow
 _FINE_NODES = 6  # Gauss–Legendre nodes per side of such a cell
 
 
@@ -108,8 +107,11 @@ def plane_variance(
 def line_variance(lattice: Lattice, radial: Radial, total: float) -> NDArray[np.float64]:
     """Expected variance of each wave of a line [m²], (1, column), all forward. Raises as `plane_variance`."""
     nodes, weights = np.polynomial.legendre.leggauss(16)
-    k = np.maximum(lattice.east[:, None] + 0.5 * lattice.step * nodes, 0.0)
-    variance = radial(k) @ (0.5 * lattice.step * weights)
+    # Each wave stands for its cell; the last one's ends at the limit, where the variance that is put on them ends too.
+    edges = np.clip(lattice.east[:, None] + 0.5 * lattice.step * np.array([-1.0, 1.0]), 0.0, lattice.limit)
+    edges[-1, 1] = lattice.limit
+    half = 0.5 * np.diff(edges, axis=1)
+    variance = (radial(edges[:, :1] + half * (1.0 + nodes)) * half) @ weights
     return _scaled(np.where(lattice.east > 0.0, variance, 0.0)[None, :], total, lattice)
 
 
@@ -163,9 +165,10 @@ def _scaled(variance: NDArray[np.float64], total: float, lattice: Lattice) -> ND
     if total <= 0.0:
         return np.zeros_like(variance)
     if found < 0.5 * total:
+        extent = lattice.length / (LINE_REPEATS if lattice.line else 1.0)
         raise ValueError(
-            f"extent_m: a periodic sea of {lattice.length:.4g} m carries {found / total:.0%} of this wave system's "
-            "variance, must be at least 50%; raise extent_m or shorten the waves"
+            f"extent_m = {extent:.10g}: carries {found / total:.0%} of this wave system's variance, must carry at "
+            "least 50%; raise extent_m or shorten the waves"
         )
     return variance * (total / found)
 

@@ -37,7 +37,7 @@ Knots = dict[Knot, NDArray[np.float32]]
 Run = tuple[int, int, int]  # time interval, first and last + 1 of its points
 
 TAPS = (-1, 0, 1, 2)  # the knots around an interval that its points take from
-CACHE_BYTES = 220_000_000  # nine knots of elevation and potential of the default sea: those of one turn
+CACHE_BYTES = 270_000_000  # nine knots of elevation and potential of the default sea: those of one turn
 _CHUNK = 1 << 14  # points per task
 
 

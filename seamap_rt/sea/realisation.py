@@ -7,22 +7,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
+from scipy.integrate import cumulative_trapezoid
 
 from ..conventions import unit_from_azimuth
 from ..settings import RandomWaves, SeaSettings, SinusoidWaves, check_grid
 from .choppy import ChoppySurface, Displacement, check_folding, height_keeping_scale
 from .facts import choppy_facts, resolved_facts
-from .lattice import Lattice, draw_amplitudes, line_variance, plane_variance
+from .lattice import LINE_REPEATS, Lattice, draw_amplitudes, line_variance, plane_variance
 from .linear import LinearSurface
 from .moving_field import MovingField
 from .parts import LinePart, PlanePart, SinusoidPart, Waves
 from .surface import Sea
 from .systems import SpectralSystem, spectral_system, travel_direction
 
-SPLINE_ORDER, OVERSAMPLING = 5, 1.35  # chosen from validation/sea_speed.py
+SPLINE_ORDER, OVERSAMPLING = 5, 1.5  # chosen from validation/sea_speed.py
 LINE_ORDER, LINE_OVERSAMPLING = 5, 2.0  # a line costs next to nothing
-LINE_REPEATS = 4.0  # repeat length of a long-crested system, in sides of the plane
+_NEGLIGIBLE = 1e-12  # of a system's variance: so little resolved is nothing
 
 
 def realize(settings: SeaSettings, seed: int | np.random.SeedSequence) -> Sea:
@@ -63,23 +63,26 @@ def realize(settings: SeaSettings, seed: int | np.random.SeedSequence) -> Sea:
 
 
 def resolution(settings: SeaSettings) -> float:
-    """Spacing of the resolved waves' grid [m]: as given, or such that the share `energy_fraction` of all random waves'
-    variance lies in longer waves. Raises ValueError where that grid would not fit memory."""
+    """Spacing of the resolved waves' grid [m]: as given, or such that the share `energy_fraction` of all waves'
+    variance is resolved. Raises ValueError where that grid would not fit memory."""
     if settings.resolution_m is not None:
         return settings.resolution_m
     fraction = settings.energy_fraction
     assert fraction is not None
     systems = [spectral_system(waves, settings.depth_m) for waves in settings.waves if isinstance(waves, RandomWaves)]
-    total = sum(system.variance for system in systems)
-    if total <= 0.0:
-        return settings.extent_m / 64.0  # nothing to resolve
-
-    def missing(log_limit: float) -> float:
-        return sum(system.moment(0, float(np.exp(log_limit))) for system in systems) - fraction * total
-
-    limit = float(np.exp(brentq(missing, np.log(1e-5), np.log(1e4), xtol=1e-6)))  # pyright: ignore
-    check_grid(settings.extent_m, np.pi / limit, f"energy_fraction = {fraction:g}")
-    return np.pi / limit
+    regular = sum(waves.height_m**2 / 8.0 for waves in settings.waves if isinstance(waves, SinusoidWaves))
+    log_k = np.linspace(np.log(1e-5), np.log(1e5), 200_001)
+    k = np.exp(log_k)
+    density = k * np.sum([system.radial(k) for system in systems] or [np.zeros(k.size)], axis=0)
+    below = cumulative_trapezoid(density, log_k, initial=0.0)
+    wanted = fraction * (regular + below[-1]) - regular
+    if wanted <= 0.0:  # regular waves, which are resolved whatever the grid, are enough
+        return settings.extent_m / 64.0
+    last = max(1, int(np.searchsorted(below, wanted)))
+    share = (wanted - below[last - 1]) / (below[last] - below[last - 1])
+    spacing = float(np.pi / np.exp(log_k[last - 1] + share * (log_k[last] - log_k[last - 1])))
+    check_grid(settings.extent_m, spacing, fraction)
+    return spacing
 
 
 @dataclass(frozen=True)
@@ -126,7 +129,7 @@ def _draw(
         # As root.spawn would, but without counting in the caller's object: a second call gives the same sea.
         child = np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, number), pool_size=root.pool_size)
         resolved = system.moment(0, limit)
-        if resolved <= 0.0:
+        if resolved <= _NEGLIGIBLE * system.variance:
             continue
         if system.spreading is None:
             variance = line_variance(line, system.radial, resolved)

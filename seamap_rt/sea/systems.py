@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,6 +41,7 @@ class SpectralSystem:
     radial: Radial  # S(k) [m³]
     spreading: Spreading | None  # None: long-crested
     toward: tuple[float, float]  # unit vector of travel, east north; the spreading's angles count from it
+    depth: float  # m
     shortest: float = GRAVITY_CAPILLARY_WAVENUMBER  # rad/m, to which the spectrum means something
 
     def moment(self, power: int, limit: float = _SHORTEST) -> float:
@@ -62,8 +64,8 @@ class SpectralSystem:
     def peak_wavenumber(self) -> float:
         """Wavenumber [rad/m] at which the frequency spectrum is highest."""
         k = np.geomspace(1e-5, 1e3, 20_001)
-        # Per frequency, not per wavenumber: that is what a peak period means. In deep water dk/dω ∝ √k.
-        return float(k[np.argmax(self.radial(k) * np.sqrt(k))])
+        # Per frequency, not per wavenumber: that is what a peak period means.
+        return float(k[np.argmax(self.radial(k) / group_speed(k, self.depth))])
 
 
 def spectral_system(waves: RandomWaves, depth: float) -> SpectralSystem:
@@ -71,16 +73,16 @@ def spectral_system(waves: RandomWaves, depth: float) -> SpectralSystem:
     match waves:
         case FileWaves():
             table = _table(waves, depth)
-            return SpectralSystem(table.radial, table.spreading, _EAST)
+            return SpectralSystem(table.radial, table.spreading, _EAST, depth)
         case ElfouhailyWaves():
             wind, age = waves.wind_speed_m_s, _elfouhaily_age(waves)
             radial = partial(elfouhaily.elfouhaily97, wind_speed=wind, inverse_wave_age=age)
             peak = elfouhaily.elfouhaily97_peak_wavenumber(wind, age)
             spread = _spreading(waves, _Peak(peak, depth, age, wind))
-            return SpectralSystem(radial, spread, travel_direction(waves), _SHORTEST)
+            return SpectralSystem(radial, spread, travel_direction(waves), depth, _SHORTEST)
         case SpectralWaves():
             radial = partial(spectra.wavenumber_spectrum, _frequency_spectrum(waves, depth), depth=depth)
-            return SpectralSystem(radial, _spreading(waves, _peak(waves, depth)), travel_direction(waves))
+            return SpectralSystem(radial, _spreading(waves, _peak(waves, depth)), travel_direction(waves), depth)
     raise TypeError(f"spectrum of {type(waves).__name__}: not known to the sea")
 
 
@@ -125,12 +127,14 @@ class WaveFacts:
 def wave_facts(waves: WaveSystem, depth: float) -> WaveFacts | None:
     """Height, period and direction of a wave system, all its waves counted; None for no waves."""
     match waves:
-        case SinusoidWaves():
+        case SinusoidWaves() if waves.height_m > 0.0:
             k = 2.0 * np.pi / waves.wavelength_m
             period = 2.0 * np.pi / float(angular_frequency(k, depth))
             return WaveFacts(waves.height_m, period, waves.wave_from_deg % 360.0)
         case RandomWaves():
             system = spectral_system(waves, depth)
+            if system.variance <= 0.0:
+                return None
             period = 2.0 * np.pi / float(angular_frequency(system.peak_wavenumber, depth))
             toward = travel_direction(waves) if isinstance(waves, SpreadWaves) else _mean_direction(system)
             return WaveFacts(4.0 * float(np.sqrt(system.variance)), period, (azimuth_toward(toward) + 180.0) % 360.0)
@@ -188,8 +192,20 @@ def _table(waves: FileWaves, depth: float) -> TabulatedSpectrum:
     return TabulatedSpectrum(frequency, direction, density, depth, waves.tail_exponent)
 
 
-@lru_cache(maxsize=8)
 def _file_content(file: str, kind: str, time: str | None, site: int) -> tuple[NDArray[np.float64], ...]:
+    try:
+        path = Path(file).resolve()
+        found = path.stat()
+    except (OSError, ValueError):  # the reader says what is wrong
+        return _read_content(file, kind, time, site, (0, 0))
+    return _read_content(str(path), kind, time, site, (found.st_mtime_ns, found.st_size))
+
+
+@lru_cache(maxsize=8)
+def _read_content(
+    file: str, kind: str, time: str | None, site: int, _version: tuple[int, int]
+) -> tuple[NDArray[np.float64], ...]:
+    """Content of a file of one version: a file that is written anew is read anew."""
     table = read_directional_spectrum(file, kind, time, site)
     return table.frequency_hz, table.from_deg, table.density
 
