@@ -224,6 +224,7 @@ MOST_POINTS_A_SIDE = 4096
 class SeaSettings(Section):
     """The water: its depth, its current, its wave systems, and the finest wave that is resolved.
 
+    Periods and spectra are those that one meets who drifts with the current.
     Waves shorter than twice `resolution_m` are not on the surface but in the scattering. `energy_fraction`, in its
     place, asks for the resolution that keeps this share of all waves' variance.
     """

@@ -33,6 +33,7 @@ from .truth import ground_truth, polar_truth
 
 _SEA_STAGE = 1  # of the scene's random source; speckle is 2, noise 3
 _BREAKING_STEEPNESS = 0.06  # Hs over the peak's length
+_CARRIED = 0.97
 _BREAKING_DEPTH = 0.6  # Hs over the depth
 _FOLD_LINES = 8  # one line of the mesh in so many is searched for folds
 
@@ -310,8 +311,8 @@ def _sea_words(scene: Scene, resolved: Resolved) -> str:
     current = f", on a current of {scene.sea.current_m_s:g} m/s" if scene.sea.current_m_s > 0.0 else ""
     return (
         f"{kind}, evolving{current}; waves longer than {2.0 * resolved.resolution_m:.3g} m resolved: "
-        f"{resolved.variance_share:.2%} of the variance, {resolved.mean_square_slope_share:.0%} of the mean square "
-        "slope"
+        f"{resolved.variance_share:.2%} of the variance, {resolved.mean_square_slope_share:.0%} of the same "
+        "spectra's mean square slope"
     )
 
 
@@ -331,8 +332,9 @@ def _left_out(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
             "simulated, so a narrow sector's level can differ by 1 dB from that of a full circle",
         ),
         (
-            "waves shorter than the mesh's columns across the look",
-            f"columns are {facet_width:.2g} m wide at the far gate",
+            "slopes of resolved waves that the mesh is too coarse for",
+            f"its columns are {facet_width:.2g} m wide at the far gate, its rungs {scene.tracing.facet_m:g} m apart; "
+            f"the shortest resolved waves are {2.0 * resolved.resolution_m:.2g} m long",
         ),
         (
             "Earth curvature",
@@ -348,6 +350,22 @@ def _left_out(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
                 "skewness of the elevation",
                 "0 at the first Lagrangian order; a narrow-banded second-order sea of this height and peak would have "
                 f"{resolved.skewness_stokes:.2g}",
+            )
+        )
+    if scene.tracing.facet_m > resolved.resolution_m:
+        rows.append(
+            (
+                f"slopes of resolved waves shorter than {2.0 * scene.tracing.facet_m:g} m along the look",
+                f"facets are {scene.tracing.facet_m:g} m apart, the waves' grid {resolved.resolution_m:.3g} m: neither "
+                "the mesh nor the scattering has all of them; lower tracing.facet_m or coarsen sea.resolution_m",
+            )
+        )
+    if resolved.carried_share < _CARRIED:
+        rows.append(
+            (
+                "the longest waves' place in the spectrum",
+                f"the periodic patch samples {resolved.carried_share:.0%} of a system's variance; the rest is spread "
+                "over its other waves; raise sea.extent_m",
             )
         )
     if resolved.significant_steepness > _BREAKING_STEEPNESS:

@@ -520,3 +520,11 @@ def test_command_writes_everything_and_says_so(call: Any, monkeypatch: pytest.Mo
     assert code == 0
     assert "sea.gif is left out: it needs two times" in out
     assert not Path("results/sea.gif").exists()
+
+
+def test_a_sea_of_which_nothing_is_resolved_can_be_written(tmp_path: Path) -> None:
+    ripples = {"spectrum": "jonswap", "significant_wave_height_m": 0.1, "peak_period_s": 0.5}
+    file, made = written(tmp_path, scene(sea__waves=[ripples], sea__resolution_m=15.0))
+    assert not file["sea_surface_height"].values.any()
+    assert_allclose(file.attrs["sea_significant_wave_height"], 0.1, rtol=1e-3)
+    assert "0.10 m asked for" in made.headline()

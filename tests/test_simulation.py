@@ -15,6 +15,7 @@ from seamap_rt.dataset import QUALITY_FLAGS, check
 from seamap_rt.interferometry import retrieve
 from seamap_rt.io.scenefile import InputError
 from seamap_rt.radar.scan import pulses
+from seamap_rt.report import fold_warning
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulation, Simulator, expected, simulate
 
@@ -307,3 +308,33 @@ def test_earlier_results_are_replaced_only_when_told(tmp_path: Path) -> None:
 def test_a_sea_that_cannot_be_drawn_is_bad_input() -> None:
     with pytest.raises(InputError, match="extent_m"):
         Simulator(load_scene("tiny", overrides={"sea.waves.0.peak_period_s": 40.0}))
+
+
+def test_a_choppy_sea_that_folds_is_flagged() -> None:
+    waves = {
+        "spectrum": "jonswap",
+        "significant_wave_height_m": 2.8,
+        "peak_period_s": 4.0,
+        "spreading": "long_crested",
+        "wave_from_deg": 265.0,
+    }
+    steep = {"sea__waves": [waves], "sea__resolution_m": 0.4, "sea__model": "choppy", "tracing__facet_m": 0.1}
+    turn = (simulator := Simulator(scene(**steep))).turn(0)
+    facts = simulator.facts()
+    assert 0.0 < facts["sea"]["choppy"]["folded_share"] < 0.02
+    assert 0.0 < turn.folded_share < 0.02
+    warning = fold_warning({**facts, "folded_share": turn.folded_share})
+    assert warning is not None
+    assert "fold" in warning
+    assert np.isfinite(turn.echoes["voltage"].values).all()
+    assert Simulator(scene(sea__model="choppy")).turn(0).folded_share == 0.0
+    assert fold_warning({"sea": {"choppy": {"folded_share": 0.0}}, "folded_share": 0.0}) is None
+    assert fold_warning({"sea": {"choppy": None}}) is None
+
+
+def test_a_choppy_run_differs_from_a_linear_one_by_sharper_crests_only() -> None:
+    linear, choppy = (Simulator(scene(sea__model=model)).turn(0) for model in ("linear", "choppy"))
+    heights = [turn.truth["polar"].to_dataset()["height"].values for turn in (linear, choppy)]
+    # −D·∇η: of the order of the rms slope, 0.1, of the height.
+    assert 0.01 < np.std(heights[1] - heights[0]) / np.std(heights[0]) < 0.3
+    assert np.corrcoef(heights[0].ravel(), heights[1].ravel())[0, 1] > 0.95

@@ -47,7 +47,7 @@ class SeaProducts:
         """Height and what of the sea is resolved, in one line."""
         resolved = self.sea.resolved
         share = resolved.choppy.folded_share if resolved.choppy is not None else 0.0
-        folded = f"; {share:.2%} of the surface is folded" if share > 0.0 else ""
+        folded = f"; {share:.2%} of the water folds over" if share > 0.0 else ""
         return (
             f"Hs {self.drawn.significant_height:.2f} m, {asked_height(self.sea):.2f} m asked for; resolved "
             f"{resolved.variance_share:.2%} of the variance, {resolved.mean_square_slope_share:.0%} of the mean square "

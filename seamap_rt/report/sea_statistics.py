@@ -69,7 +69,7 @@ def _ratio(value: float, over: float) -> float:
 
 def asked_height(sea: Sea) -> float:
     """Significant height of all waves of the scene, the short ones that are not resolved too; m."""
-    return 4.0 * math.sqrt(sea.resolved.variance / sea.resolved.variance_share)
+    return 4.0 * math.sqrt(sea.resolved.total_variance)
 
 
 def chance_of_height(sea: Sea) -> float:
@@ -156,7 +156,7 @@ def statistics_table(scene: Scene, sea: Sea, drawn: Moments, side_m: float) -> s
     ]
     if resolved.choppy is not None:
         notes.append(
-            f"Choppy waves: {resolved.choppy.folded_share:.2%} of the surface is folded; sharp crests raise the mean "
+            f"Choppy waves: {resolved.choppy.folded_share:.2%} of the water folds over; sharp crests raise the mean "
             "square slope above that of linear waves."
         )
     return "\n".join((f"{scene.name}, seed {scene.seed}", "", *lines, "", *notes, ""))

@@ -2,8 +2,9 @@
 
 The sea resolves wavenumbers below a limit (`Sea.resolved.wavenumber_limit`); the scattering's spectrum, that of
 Elfouhaily et al. (1997) for the scene's wind, counts from that limit on. So no wave is missing and none counts twice,
-as a slope of the mesh and once more as roughness of a facet. Where the sea itself is Elfouhaily's, for the same wind,
-the two make up the whole spectrum; any other sea may meet it with a step, which `level_step_db` tells.
+as a slope of the mesh and once more as roughness of a facet. Where the sea itself is Elfouhaily's, for the same wind
+and fully developed, the two make up the whole spectrum; any other sea may meet it with a step, which `level_step_db`
+tells.
 """
 
 from __future__ import annotations

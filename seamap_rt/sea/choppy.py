@@ -23,7 +23,7 @@ from .dispersion import orbital_ratio
 from .linear import LinearSurface
 from .parts import Points, Quantity, SinusoidPart
 
-MOST_FOLDED = 0.02  # of the surface: beyond it first-order Lagrangian waves say nothing sensible
+MOST_FOLDED = 0.02  # of the water, at time 0: beyond it first-order Lagrangian waves say nothing sensible
 _PHASE_ERROR = 3e-3  # rad of the shortest wave, to which labels are found
 _PASSES = 12  # of Newton's method; two do nearly everywhere
 _NEAR_A_FOLD = 0.4  # det J below which other labels are looked for,
@@ -123,12 +123,12 @@ class ChoppySurface:
         """(n,): the surface stands there more than once."""
         return self.labels(x, y, t).folded
 
-    def elevation_rate(self, x: Points, y: Points, t: Points) -> NDArray[np.float64]:
-        """∂η/∂t at fixed places (n,) m/s, by the kinematic condition w − u·∇η."""
+    def elevation_rate(self, x: Points, y: Points, t: Points, current: tuple[float, float]) -> NDArray[np.float64]:
+        """∂η/∂t (n,) m/s, by the kinematic condition w − (u + U)·∇η."""
         rise, flow_east, flow_north, slope_east, slope_north = self.sample(
             x, y, t, ("rate", "flow_east", "flow_north", "slope_east", "slope_north")
         )
-        return rise - flow_east * slope_east - flow_north * slope_north
+        return rise - (flow_east + current[0]) * slope_east - (flow_north + current[1]) * slope_north
 
     def labels(self, x: Points, y: Points, t: Points) -> Labels:
         """The labels over the places (n,), by Newton's method. Where the surface folds there are several: then that of
@@ -259,6 +259,6 @@ def check_folding(share: float) -> None:
     """Raise ValueError where too much of the surface breaks over."""
     if share > MOST_FOLDED:
         raise ValueError(
-            f"model = 'choppy': {share:.1%} of the surface would fold over itself, may be at most {MOST_FOLDED:.0%} "
+            f"model = 'choppy': {share:.1%} of the water would fold over, may be at most {MOST_FOLDED:.0%} "
             "(first-order Lagrangian waves do not break); lower the waves, coarsen resolution_m or use model = 'linear'"
         )

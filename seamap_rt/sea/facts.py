@@ -12,6 +12,7 @@ from .choppy import ChoppySurface
 from .parts import LinePart, PlanePart, SinusoidPart, Waves
 from .systems import SpectralSystem, azimuth_toward
 
+_ABOUT_TO_FOLD = 0.1
 _SAMPLES = 200_000  # labels, over the whole patch
 _EVEN_STEPS = 0.7548776662466927, 0.5698402909980532  # 1/p, 1/p², p³ = p + 1: fill a square evenly, seen from any side
 
@@ -22,10 +23,10 @@ class ChoppyFacts:
 
     amplitude_scale: float  # by which the waves were made larger, so that the significant height stays
     set_down: float  # m, by which the mean level would have sunk, put back
-    folded_share: float  # of the surface, det(I + ∇D) ≤ 0: crests that break over
+    folded_share: float  # of the water, det(I + ∇D) ≤ 0: crests that break over; a fifth or so of it in ground covered
     elevation_std: float  # m, over the ground
     skewness: float  # of the elevation over the ground; 0 in expectation at this order, see `Resolved.skewness_stokes`
-    mean_square_slope: float  # over the ground
+    mean_square_slope: float  # over the ground, but for what is about to fold (det < 0.1), where it has no bound
 
 
 @dataclass(frozen=True)
@@ -35,9 +36,11 @@ class Resolved:
     resolution_m: float  # spacing of the resolved waves' grid
     wavenumber_limit: float  # rad/m, π/resolution_m
     variance: float  # m², resolved
-    variance_share: float  # of all systems' variance
-    mean_square_slope: float  # resolved
-    mean_square_slope_share: float  # of the slope of the same spectra up to 369 rad/m (elfouhaily: all), see below
+    total_variance: float  # m², of all systems' waves, resolved or not
+    variance_share: float  # resolved of that
+    carried_share: float  # least share of a system's resolved variance that the patch's wavenumbers sample; 1 is best
+    mean_square_slope: float  # resolved, of linear waves
+    mean_square_slope_share: float  # of that of the same spectra, up to 369 rad/m (elfouhaily: all)
     elevation_std: float  # m
     slope_std_east: float
     slope_std_north: float
@@ -51,11 +54,17 @@ class Resolved:
 
 
 def resolved_facts(
-    parts: Sequence[Waves], systems: Sequence[SpectralSystem], resolution: float, scale: float = 1.0
+    parts: Sequence[Waves],
+    systems: Sequence[SpectralSystem],
+    resolution: float,
+    *,
+    scale: float = 1.0,
+    carried: float = 1.0,
 ) -> Resolved:
     """Expectations of the whole sea. A regular wave is resolved whatever its length: it is a closed form.
 
     scale: by which a choppy sea's random waves were enlarged; the facts are those of the sea that was asked for.
+    carried: see `Resolved.carried_share`.
     """
     limit = np.pi / resolution
     waves = [part for part in parts if isinstance(part, SinusoidPart)]
@@ -63,7 +72,7 @@ def resolved_facts(
     regular_slope = np.sum([part.slope_variance() for part in waves], axis=0) if waves else np.zeros(2)
     variance = regular + sum(system.moment(0, limit) for system in systems)
     all_variance = regular + sum(system.variance for system in systems)
-    all_slope = float(regular_slope.sum()) + sum(system.slope_variance for system in systems)
+    all_slope = float(regular_slope.sum()) + sum(system.moment(2, max(system.shortest, limit)) for system in systems)
     random = [part.slope_variance() for part in parts if not isinstance(part, SinusoidPart)]
     slopes = regular_slope + (np.sum(random, axis=0) / scale if random else 0.0)
     errors = [part.field.error for part in parts if isinstance(part, PlanePart | LinePart)]
@@ -74,6 +83,8 @@ def resolved_facts(
         resolution_m=resolution,
         wavenumber_limit=limit,
         variance=variance,
+        total_variance=all_variance,
+        carried_share=carried,
         variance_share=variance / all_variance if all_variance > 0.0 else 1.0,
         mean_square_slope=float(slopes.sum()),
         mean_square_slope_share=float(slopes.sum()) / all_slope if all_slope > 0.0 else 1.0,
@@ -100,7 +111,7 @@ def choppy_facts(surface: ChoppySurface, extent: float, scale: float) -> ChoppyF
         ("elevation", "slope_east", "slope_north", "shift_east_east", "shift_east_north", "shift_north_north"),
     )
     area = (1.0 + east_east) * (1.0 + north_north) - east_north**2
-    upright = area > 0.0
+    upright, steady = area > 0.0, area > _ABOUT_TO_FOLD
     # |J⁻¹ ∇η|² = |adj J ∇η|²/det²
     steep = ((1.0 + north_north) * east - east_north * north) ** 2 + (
         (1.0 + east_east) * north - east_north * east
@@ -115,7 +126,7 @@ def choppy_facts(surface: ChoppySurface, extent: float, scale: float) -> ChoppyF
         folded_share=float(np.mean(~upright)),
         elevation_std=float(np.sqrt(variance)),
         skewness=float(np.average(elevation**3, weights=ground)) / variance**1.5 if variance > 0.0 else 0.0,
-        mean_square_slope=float(np.sum(steep[upright] / ground) / np.sum(ground)),
+        mean_square_slope=float(np.sum(steep[steady] / area[steady]) / np.sum(area[steady])),
     )
 
 
@@ -127,20 +138,24 @@ def _main_peak(regular: Sequence[SinusoidPart], systems: Sequence[SpectralSystem
 
 
 def spectrum_dataset(parts: Sequence[Waves], resolved: Resolved) -> xr.Dataset:
-    """The expected spectrum of every part, labelled; waves travel along +k. attrs: the resolved facts.
+    """The expected spectrum of every part, labelled; waves travel along +k. attrs: the resolved facts. A choppy sea's
+    is the one that was asked for, before its waves were enlarged.
 
     `variance_density(ky, kx)` m⁴ of the short-crested systems together, `line_density(line, k)` m³ of the long-crested
     ones with `line_toward`, and amplitude, wavenumber and `sinusoid_toward` of the regular waves.
     """
+    scale = 1.0 if resolved.choppy is None else resolved.choppy.amplitude_scale**2
     planes = [part for part in parts if isinstance(part, PlanePart)]
     lines = [part for part in parts if isinstance(part, LinePart)]
     regular = [part for part in parts if isinstance(part, SinusoidPart)]
     kx = planes[0].lattice.east if planes else np.zeros(0)
     ky = planes[0].lattice.north if planes else np.zeros(0)
-    plane = planes[0].variance / planes[0].lattice.step ** 2 if planes else np.zeros((0, 0))
+    plane = planes[0].variance / (scale * planes[0].lattice.step ** 2) if planes else np.zeros((0, 0))
     forward = [line.lattice.east > 0.0 for line in lines]
     k = lines[0].lattice.east[forward[0]] if lines else np.zeros(0)
-    density = [line.variance[0, ahead] / line.lattice.step for line, ahead in zip(lines, forward, strict=True)]
+    density = [
+        line.variance[0, ahead] / (scale * line.lattice.step) for line, ahead in zip(lines, forward, strict=True)
+    ]
     toward = {"units": "degree", "long_name": "azimuth of travel, clockwise from north"}
     return xr.Dataset(
         {

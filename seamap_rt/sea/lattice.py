@@ -89,8 +89,9 @@ class Lattice:
 
 def plane_variance(
     lattice: Lattice, radial: Radial, spreading: Spreading, toward: tuple[float, float], total: float
-) -> NDArray[np.float64]:
-    """Expected variance of each wave of a plane [m²], adding up to `total`.
+) -> tuple[NDArray[np.float64], float]:
+    """Expected variance of each wave of a plane [m²], adding up to `total`; and the share of it that was found there
+    before it was scaled, 1 but for waves nearly as long as the plane.
 
     toward: unit vector east, north. Raises ValueError where the plane is too small to carry the waves at all.
     """
@@ -104,8 +105,8 @@ def plane_variance(
     return _scaled(np.where(lattice.inside, variance, 0.0), total, lattice)
 
 
-def line_variance(lattice: Lattice, radial: Radial, total: float) -> NDArray[np.float64]:
-    """Expected variance of each wave of a line [m²], (1, column), all forward. Raises as `plane_variance`."""
+def line_variance(lattice: Lattice, radial: Radial, total: float) -> tuple[NDArray[np.float64], float]:
+    """Expected variance of each wave of a line [m²], (1, column), all forward. As `plane_variance` otherwise."""
     nodes, weights = np.polynomial.legendre.leggauss(16)
     # Each wave stands for its cell; the last one's ends at the limit, where the variance that is put on them ends too.
     edges = np.clip(lattice.east[:, None] + 0.5 * lattice.step * np.array([-1.0, 1.0]), 0.0, lattice.limit)
@@ -159,18 +160,18 @@ def _angle(
     return (toward[0] * east + toward[1] * north) / k, (toward[0] * north - toward[1] * east) / k
 
 
-def _scaled(variance: NDArray[np.float64], total: float, lattice: Lattice) -> NDArray[np.float64]:
+def _scaled(variance: NDArray[np.float64], total: float, lattice: Lattice) -> tuple[NDArray[np.float64], float]:
     """Scale the sum to the integral. The rule of sums is off by a little where a spectrum is narrow."""
     found = float(variance.sum())
     if total <= 0.0:
-        return np.zeros_like(variance)
+        return np.zeros_like(variance), 1.0
     if found < 0.5 * total:
         extent = lattice.length / (LINE_REPEATS if lattice.line else 1.0)
         raise ValueError(
             f"extent_m = {extent:.10g}: carries {found / total:.0%} of this wave system's variance, must carry at "
             "least 50%; raise extent_m or shorten the waves"
         )
-    return variance * (total / found)
+    return variance * (total / found), found / total
 
 
 def _shell_order(lattice: Lattice) -> NDArray[np.int64]:

@@ -19,8 +19,8 @@ class Surface(Protocol):
         """Quantities (quantity, n); "rate" is the rise of the water particle, w."""
         ...
 
-    def elevation_rate(self, x: Points, y: Points, t: Points) -> NDArray[np.float64]:
-        """∂η/∂t at fixed places (n,) m/s."""
+    def elevation_rate(self, x: Points, y: Points, t: Points, current: tuple[float, float]) -> NDArray[np.float64]:
+        """∂η/∂t (n,) m/s at places that are fixed while the water is carried along by the current [m/s] east, north."""
         ...
 
     def folded(self, x: Points, y: Points, t: Points) -> NDArray[np.bool_]:
@@ -43,9 +43,12 @@ class LinearSurface:
             total += part.sample(x, y, t, quantities)
         return total
 
-    def elevation_rate(self, x: Points, y: Points, t: Points) -> NDArray[np.float64]:
-        """∂η/∂t at fixed places (n,) m/s."""
-        return self.sample(x, y, t, ("rate",))[0]
+    def elevation_rate(self, x: Points, y: Points, t: Points, current: tuple[float, float]) -> NDArray[np.float64]:
+        """∂η/∂t (n,) m/s, w − U·∇η."""
+        if current == (0.0, 0.0):
+            return self.sample(x, y, t, ("rate",))[0]
+        rise, slope_east, slope_north = self.sample(x, y, t, ("rate", "slope_east", "slope_north"))
+        return rise - current[0] * slope_east - current[1] * slope_north
 
     def folded(self, x: Points, y: Points, t: Points) -> NDArray[np.bool_]:
         """(n,): never."""

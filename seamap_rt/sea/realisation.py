@@ -47,7 +47,13 @@ def realize(settings: SeaSettings, seed: int | np.random.SeedSequence) -> Sea:
     if settings.model == "choppy":
         random, scale = _keeping_height(random, regular)
     parts: list[Waves] = [*(waves.part() for waves in random), *regular]
-    resolved = resolved_facts(parts, list(systems.values()), spacing, scale)
+    resolved = resolved_facts(
+        parts,
+        list(systems.values()),
+        spacing,
+        scale=scale,
+        carried=min((waves.carried for waves in random), default=1.0),
+    )
     east, north = unit_from_azimuth(settings.current_toward_deg)
     current = (settings.current_m_s * float(east), settings.current_m_s * float(north))
     linear = LinearSurface(tuple(parts))
@@ -93,6 +99,7 @@ class _Random:
     variance: NDArray[np.float64]  # (row, column) m², expected of each wave
     amplitude: NDArray[np.complex128]  # (row, column) m
     toward: tuple[float, float]  # unit vector along which the lattice's columns run
+    carried: float  # share of the variance that the lattice found of the spectrum, before it was scaled
 
     def part(self) -> Waves:
         """The waves, ready to be evaluated."""
@@ -125,6 +132,7 @@ def _draw(
     line = Lattice(LINE_REPEATS * settings.extent_m, limit, settings.depth_m, line=True)
     lines: list[_Random] = []
     plane_waves: list[tuple[NDArray[np.float64], NDArray[np.complex128]]] = []
+    carried = 1.0
     for number, system in systems.items():
         # As root.spawn would, but without counting in the caller's object: a second call gives the same sea.
         child = np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, number), pool_size=root.pool_size)
@@ -132,16 +140,17 @@ def _draw(
         if resolved <= _NEGLIGIBLE * system.variance:
             continue
         if system.spreading is None:
-            variance = line_variance(line, system.radial, resolved)
-            lines.append(_Random(line, variance, draw_amplitudes(line, variance, child), system.toward))
+            variance, share = line_variance(line, system.radial, resolved)
+            lines.append(_Random(line, variance, draw_amplitudes(line, variance, child), system.toward, share))
         else:
-            variance = plane_variance(plane, system.radial, system.spreading, system.toward, resolved)
+            variance, share = plane_variance(plane, system.radial, system.spreading, system.toward, resolved)
             plane_waves.append((variance, draw_amplitudes(plane, variance, child)))
+            carried = min(carried, share)
     if not plane_waves:
         return lines
     variance = np.sum([expected for expected, _ in plane_waves], axis=0)
     amplitude = np.sum([drawn for _, drawn in plane_waves], axis=0)
-    return [_Random(plane, variance, amplitude, (1.0, 0.0)), *lines]
+    return [_Random(plane, variance, amplitude, (1.0, 0.0), carried), *lines]
 
 
 def _keeping_height(random: list[_Random], regular: list[SinusoidPart]) -> tuple[list[_Random], float]:

@@ -24,6 +24,9 @@ class Sea:
 
     `elevation_rate` is ∂η/∂t at a fixed place, `velocity` the water particle's, current included; the kinematic
     condition ties them: w = ∂η/∂t + U·∇η on linear waves that ride on a current U, w = ∂η/∂t + u·∇η on choppy ones.
+
+    Made for many places at few times: each fraction of a second costs FFTs of the whole plane. For a long record at a
+    few places of a linear sea `direct_sum(sea.components(), x, y, t)` is the quicker way.
     """
 
     def __init__(
@@ -46,11 +49,7 @@ class Sea:
     def elevation_rate(self, x: ArrayLike, y: ArrayLike, t: ArrayLike) -> NDArray[np.float64]:
         """∂η/∂t at a fixed place, (…) m/s."""
         east, north, time, shape = self._riding(x, y, t)
-        rate = self.surface.elevation_rate(east, north, time)
-        if self.current != (0.0, 0.0):
-            slopes = self.surface.sample(east, north, time, ("slope_east", "slope_north"))
-            rate = rate - self.current[0] * slopes[0] - self.current[1] * slopes[1]
-        return rate.reshape(shape)
+        return self.surface.elevation_rate(east, north, time, self.current).reshape(shape)
 
     def slopes(self, x: ArrayLike, y: ArrayLike, t: ArrayLike) -> NDArray[np.float64]:
         """∂η/∂x and ∂η/∂y, (…, 2) east north."""
@@ -90,7 +89,8 @@ class Sea:
         return self.surface.folded(east, north, time).reshape(shape)
 
     def components(self) -> Components:
-        """Every wave of this realisation, for `direct_sum`: as they are without a current."""
+        """Every wave of this realisation, for `direct_sum`: as they are without a current. Of a choppy sea the waves by
+        which labels are displaced, enlarged by `ChoppyFacts.amplitude_scale`: their sum is not the surface."""
         return Components.joined([part.components() for part in self.parts])
 
     @cached_property

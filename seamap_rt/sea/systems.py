@@ -56,11 +56,6 @@ class SpectralSystem:
         return self.moment(0)
 
     @cached_property
-    def slope_variance(self) -> float:
-        """Mean square slope of its waves, those of gravity only where the spectrum knows no other."""
-        return self.moment(2, self.shortest)
-
-    @cached_property
     def peak_wavenumber(self) -> float:
         """Wavenumber [rad/m] at which the frequency spectrum is highest."""
         k = np.geomspace(1e-5, 1e3, 20_001)
@@ -88,8 +83,9 @@ def spectral_system(waves: RandomWaves, depth: float) -> SpectralSystem:
 
 def travel_direction(waves: SpreadWaves | SinusoidWaves) -> tuple[float, float]:
     """Unit vector, east north, of where the waves go: opposite to where they come from."""
-    east, north = unit_from_azimuth(waves.wave_from_deg + 180.0)
-    return float(east), float(north)
+    # Rounded, so that towards north is not a hair to the east: waves exactly across count half, to either side.
+    east, north = np.round(unit_from_azimuth(waves.wave_from_deg + 180.0), 15)
+    return float(east) + 0.0, float(north) + 0.0
 
 
 def azimuth_toward(direction: tuple[float, float]) -> float:

@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
+from seamap_rt import simulation
+from seamap_rt.echoes.radar_cross_section import facet_rcs
 from seamap_rt.scattering import ShortWaves, nrcs_two_scale, permittivity_meissner_wentz12
+from seamap_rt.scene import load_scene
 from seamap_rt.sea import realize, spectral_system
 from seamap_rt.sea.elfouhaily import elfouhaily97
 from seamap_rt.settings import ElfouhailyWaves, JonswapWaves, SeaSettings
@@ -66,6 +69,38 @@ def test_cox_and_munk_hold_the_whole_sea_in_their_band():
         assert abs(ShortWaves(wind).mean_square_slope / (0.003 + 0.00512 * wind) - 1.0) < 0.25
 
 
+def test_a_facet_seen_squarely_is_as_rough_as_its_own_waves_make_it():
+    def sigma(below):
+        return float(
+            nrcs_two_scale(
+                0.0, 0.0, 0.0, 0.0, frequency_hz=10e9, wind_speed=10.0, permittivity=EPS, polarization="VV",
+                resolved_below=below,
+            )
+        )  # fmt: skip
+
+    # At the normal σ0 is |R(0)|²/mss, mss that of the waves on the facet (Bragg's own σ0 is far above it: 1 % left).
+    expected = ShortWaves(10.0).mean_square_slope / ShortWaves(10.0, 4.0).mean_square_slope
+    np.testing.assert_allclose(sigma(4.0) / sigma(0.0), expected, rtol=0.02)
+    assert expected > 1.2
+
+
+def test_a_simulation_hands_over_where_its_sea_ends(monkeypatch):
+    asked = []
+
+    def recorded(facets, scattering, radar, resolved_below):
+        asked.append(resolved_below)
+        return facet_rcs(facets, scattering, radar, resolved_below)
+
+    monkeypatch.setattr(simulation, "facet_rcs", recorded)
+    changes = {"tracing.tracer": "horizon", "sea.resolution_m": 1.3, "radar.sector_deg": [0.0, 10.0]}
+    simulator = simulation.Simulator(load_scene("tiny", changes))
+    simulator.light(0)
+    assert asked == [np.pi / 1.3]
+    facts = simulator.facts()["short_waves"]
+    np.testing.assert_allclose(facts["wavenumber_from"], np.pi / 1.3)
+    np.testing.assert_allclose(facts["mean_square_slope"], ShortWaves(8.0, np.pi / 1.3).mean_square_slope)
+
+
 def test_no_resolved_wave_scatters_as_roughness():
     """Bragg waves longer than the limit are the mesh's: they count as the longest that the facet carries."""
 
@@ -84,3 +119,11 @@ def test_no_resolved_wave_scatters_as_roughness():
     np.testing.assert_allclose(sigma(theta, 0.5 * bragg), sigma(theta, 0.1 * bragg), rtol=0.1)
     # … and above it the waves at the limit scatter, weaker than those of k_B would: S/k falls as k⁻⁴.
     assert sigma(theta, 3.0 * bragg) < 0.05 * sigma(theta, 0.5 * bragg)
+
+
+def test_a_mesh_coarser_than_the_waves_is_told():
+    changes = {"tracing.tracer": "horizon", "tracing.facet_m": 1.0, "sea.resolution_m": 0.8}
+    simulator = simulation.Simulator(load_scene("tiny", changes))
+    assert any("shorter than 2 m along the look" in row["what"] for row in simulator.facts()["left_out"])
+    fine = simulation.Simulator(load_scene("tiny", {**changes, "tracing.facet_m": 0.5}))
+    assert not any("along the look" in row["what"] for row in fine.facts()["left_out"])

@@ -77,6 +77,25 @@ def test_a_regular_wave_is_gerstners_trochoid():
     assert np.ptp(sea.elevation(x, y, t)) <= 2.0 + 1e-9  # crest to trough it stays as high as asked
 
 
+@pytest.mark.parametrize("steepness", [0.1, 0.35])
+def test_mean_square_slope_over_the_ground_is_the_trochoids(steepness):
+    # ∫ (ka)² sin²/(1 − ka cos) dξ over a period, divided by it, is 1 − √(1 − (ka)²).
+    wave = sinusoid(height_m=2.0 * steepness * 20.0 / (2.0 * np.pi), wave_from_deg=333.0)
+    found = choppy_facts(realize(choppy(wave), seed=1)).mean_square_slope
+    np.testing.assert_allclose(found, 1.0 - np.sqrt(1.0 - steepness**2), rtol=1e-3)  # 200,000 labels, evenly strewn
+
+
+def test_facts_are_those_of_the_sea_that_was_asked_for():
+    wave = jonswap(significant_wave_height_m=2.0, peak_period_s=4.0)
+    asked = realize(choppy(wave, model="linear"), seed=1).resolved
+    enlarged = realize(choppy(wave), seed=1).resolved
+    assert enlarged.choppy is not None
+    assert enlarged.choppy.amplitude_scale > 1.003
+    np.testing.assert_allclose(enlarged.mean_square_slope, asked.mean_square_slope, rtol=1e-9)
+    np.testing.assert_allclose(enlarged.slope_std_east, asked.slope_std_east, rtol=1e-9)
+    np.testing.assert_allclose(enlarged.variance, asked.variance, rtol=1e-12)
+
+
 def test_small_waves_are_linear():
     for height, tolerance in ((0.1, 0.04), (0.01, 0.004)):
         wave = jonswap(significant_wave_height_m=height)
