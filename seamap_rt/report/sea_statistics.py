@@ -97,7 +97,7 @@ def expected_slope_variance(sea: Sea, azimuth_deg: float) -> float:
     random += float(np.sum(_lines(sea) * spectrum["k"].values ** 2 * np.cos(toward)[:, None] ** 2))
     steepness = spectrum["sinusoid_amplitude"].values * spectrum["sinusoid_wavenumber"].values
     regular = 0.5 * (steepness * np.cos(np.radians(spectrum["sinusoid_toward"].values - azimuth_deg))) ** 2
-    return random / _enlarged(sea) + float(np.sum(regular))
+    return random + float(np.sum(regular))
 
 
 def _plane(sea: Sea) -> NDArray[np.float64]:
@@ -114,14 +114,9 @@ def _lines(sea: Sea) -> NDArray[np.float64]:
     return spectrum["line_density"].values * step
 
 
-def _enlarged(sea: Sea) -> float:
-    """By which a choppy sea's random waves have more variance than was asked for."""
-    return sea.resolved.choppy.amplitude_scale**2 if sea.resolved.choppy is not None else 1.0
-
-
 def _variances(sea: Sea) -> tuple[float, float]:
     """Σ v of all waves and Σ v² of the random ones, of the sea that was asked for."""
-    random = np.concatenate((_plane(sea).ravel(), _lines(sea).ravel())) / _enlarged(sea)
+    random = np.concatenate((_plane(sea).ravel(), _lines(sea).ravel()))
     regular = float(np.sum(0.5 * sea.spectrum["sinusoid_amplitude"].values ** 2))
     return float(random.sum()) + regular, float(np.sum(random**2))
 
@@ -141,7 +136,7 @@ def statistics_table(scene: Scene, sea: Sea, drawn: Moments, side_m: float) -> s
     for name, azimuth in (("along", from_deg), ("across", from_deg + 90.0)):
         expected = expected_slope_variance(sea, azimuth)
         rows.append((f"mean square slope {name} the waves", math.nan, expected, drawn.slope_variance(azimuth)))
-    whole = resolved.mean_square_slope / resolved.mean_square_slope_share
+    whole = resolved.total_mean_square_slope
     total = drawn.slope_variance(0.0) + drawn.slope_variance(90.0)
     rows.append(("mean square slope", whole, resolved.mean_square_slope, total))
     lines = [f"{'':34}{'asked for':>12}{'resolved':>12}{'this sea':>12}"]

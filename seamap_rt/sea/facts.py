@@ -40,7 +40,8 @@ class Resolved:
     variance_share: float  # resolved of that
     carried_share: float  # least share of a system's resolved variance that the patch's wavenumbers sample; 1 is best
     mean_square_slope: float  # resolved, of linear waves
-    mean_square_slope_share: float  # of that of the same spectra, up to 369 rad/m (elfouhaily: all)
+    total_mean_square_slope: float  # of the same spectra, up to 369 rad/m or what is resolved (elfouhaily: all)
+    mean_square_slope_share: float  # resolved of that
     elevation_std: float  # m
     slope_std_east: float
     slope_std_north: float
@@ -87,6 +88,7 @@ def resolved_facts(
         carried_share=carried,
         variance_share=variance / all_variance if all_variance > 0.0 else 1.0,
         mean_square_slope=float(slopes.sum()),
+        total_mean_square_slope=all_slope,
         mean_square_slope_share=float(slopes.sum()) / all_slope if all_slope > 0.0 else 1.0,
         elevation_std=deviation,
         slope_std_east=float(np.sqrt(slopes[0])),
