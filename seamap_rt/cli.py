@@ -26,8 +26,8 @@ app = App(
     suppress_keyboard_interrupt=False,  # `main` says what an interrupted run leaves
 )
 Settings = Annotated[list[str], Parameter(name="--set", negative=(), consume_multiple=False)]
-_errors = Console(stderr=True, soft_wrap=True, highlight=False)
-_out = Console(soft_wrap=True, highlight=False)
+_errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
+_out = Console(soft_wrap=True, highlight=False, markup=False)  # a path may hold [brackets]
 
 
 def _overrides(pairs: list[str] | None, **direct: Any) -> dict[str, Any]:
@@ -93,11 +93,20 @@ def run(
 
     Parameters
     ----------
-    scene: path of a scene file, or the name of a shipped scene (see `scenes`).
-    out: folder for the results; default runs/<scene>-<seed>.
-    turns: turns of the antenna. seed: of all random numbers. tracer: facets or horizon.
-    overwrite: replace another run's results in that folder.
-    set_: KEY=VALUE, any key of the scene file, as often as wanted.
+    scene
+        Path of a scene file, or the name of a shipped scene (see `scenes`).
+    out
+        Folder for the results; default runs/<scene>-<seed>.
+    turns
+        Turns of the antenna.
+    seed
+        Of all random numbers.
+    tracer
+        facets or horizon.
+    overwrite
+        Replace another run's results in that folder.
+    set_
+        KEY=VALUE, any key of the scene file, as often as wanted.
     """
     loaded = _scene(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
     from .runs import run as run_scene
@@ -119,8 +128,14 @@ def simulate(scene: str, *, out: Path, overwrite: bool = False, set_: Settings |
 
     Parameters
     ----------
-    scene: path of a scene file, or the name of a shipped scene. out: folder for the results.
-    overwrite: replace earlier results in that folder. set_: KEY=VALUE, any key of the scene file.
+    scene
+        Path of a scene file, or the name of a shipped scene.
+    out
+        Folder for the results.
+    overwrite
+        Replace earlier results in that folder.
+    set_
+        KEY=VALUE, any key of the scene file, as often as wanted.
     """
     loaded = _scene(scene, set_)
     from .runs import prepare_folder
@@ -153,10 +168,22 @@ def sea(
 
     Parameters
     ----------
-    scene: path of a scene file, or the name of a shipped scene. out: folder for the results.
-    times: START:STOP:STEP or T,T,… in seconds. side: of the square around the antenna, m; default the range circle.
-    spacing: of its points, m. seed: of all random numbers. overwrite: replace earlier results in that folder.
-    set_: KEY=VALUE, any key of the scene file. Shadows are found by the horizon; tracing.tracer=facets traces rays.
+    scene
+        Path of a scene file, or the name of a shipped scene.
+    out
+        Folder for the results.
+    times
+        START:STOP:STEP or T,T,… in seconds; write --times=-5:0:1 for times before 0.
+    side
+        Of the square of points around the antenna, m; default the range circle.
+    spacing
+        Of the points, m; default what is resolved, at most 512 points a side.
+    seed
+        Of all random numbers.
+    overwrite
+        Replace earlier results in that folder.
+    set_
+        KEY=VALUE, any key of the scene file. Shadows are found by the horizon; tracing.tracer=facets traces rays.
     """
     loaded = _scene(scene, ["tracing.tracer=horizon", *(set_ or [])], seed=seed)
     from .products import write_sea
@@ -180,8 +207,14 @@ def retrieve(echoes: Path, *, out: Path | None = None, overwrite: bool = False, 
 
     Parameters
     ----------
-    echoes: a Zarr store. out: folder for maps.nc; default beside the echoes.
-    overwrite: replace an earlier maps.nc. set_: retrieval.KEY=VALUE.
+    echoes
+        A Zarr store.
+    out
+        Folder for maps.nc; default beside the echoes.
+    overwrite
+        Replace an earlier maps.nc.
+    set_
+        retrieval.KEY=VALUE, as often as wanted.
     """
     from .interferometry import open_echoes
     from .interferometry import retrieve as retrieve_echoes
@@ -248,7 +281,9 @@ def main(arguments: list[str] | None = None) -> None:
     except NoBackend as error:
         code = _refuse(str(error), NO_BACKEND)
     except KeyboardInterrupt as interruption:
-        code = _refuse(f"interrupted: {interruption or 'complete turns, if any, stay readable'}", INTERRUPTED)
+        code = _refuse(
+            f"interrupted: {str(interruption) or 'what is complete, if anything, stays readable'}", INTERRUPTED
+        )
     except OSError as error:
         what = f"'{error.filename}': {error.strerror}" if error.filename else " ".join(str(error).split())
         code = _refuse(f"{what}; free the space or choose another --out", BAD_INPUT)

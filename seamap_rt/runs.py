@@ -142,7 +142,11 @@ def _told(file: TurnFile, turns: int) -> Iterator[None]:
     """An interruption that says what is left."""
     try:
         yield
-    except KeyboardInterrupt:
+    except BaseException as error:
+        if not file.turns:  # a scene without results would look like another run's folder
+            file.path.with_name("scene.toml").unlink(missing_ok=True)
+        if not isinstance(error, KeyboardInterrupt):
+            raise
         whole = f"{file.turns} of {turns} turns are complete"
         rest = "and stay readable; metrics.json and report.html are missing" if file.turns else "no results are left"
         raise KeyboardInterrupt(f"{whole}, {rest}") from None

@@ -479,7 +479,7 @@ def test_no_backend_is_one_line_and_exit_3_for_rays_only() -> None:
     if answer.code == 0:
         pytest.skip("a CUDA device serves, whatever the variable says")
     assert_refused(answer, "no usable", "/nonexistent/libLLVM.so", "DRJIT_LIBLLVM_PATH", code=3)
-    assert not list(Path("rays").glob("*.nc"))
+    assert not list(Path("rays").iterdir())  # refused before anything was made, or an earlier run's results removed
     answer = ended(horizon)
     assert answer.code == 0, answer.err
     assert {path.name for path in Path("horizon").iterdir()} >= set(PRODUCTS)

@@ -20,7 +20,7 @@ from seamap_rt.radar.antenna import antenna
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.settings import JonswapWaves, RadarSettings, SeaSettings
 
-SHIPPED = ["calm", "choppy_sea", "flat", "long_crested_swell", "sinusoid", "tiny", "wide_baseline"]
+SHIPPED = ["calm", "choppy_sea", "flat", "long_crested_swell", "sinusoid", "tiny", "wide_baseline", "wind_and_swell"]
 
 
 def floats(value: object) -> list[str]:

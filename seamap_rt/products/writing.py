@@ -41,6 +41,7 @@ class SeaProducts:
     files: tuple[str, ...]
     sea: Sea
     drawn: Moments
+    side: float  # m, of the square of points
     notes: tuple[str, ...]
 
     def headline(self) -> str:
@@ -49,9 +50,10 @@ class SeaProducts:
         share = resolved.choppy.folded_share if resolved.choppy is not None else 0.0
         folded = f"; {share:.2%} of the water folds over" if share > 0.0 else ""
         return (
-            f"Hs {self.drawn.significant_height:.2f} m, {asked_height(self.sea):.2f} m asked for; resolved "
-            f"{resolved.variance_share:.2%} of the variance, {resolved.mean_square_slope_share:.0%} of the mean square "
-            f"slope{folded}"
+            f"Hs {self.drawn.significant_height:.2f} m over {self.side:.3g} m × {self.side:.3g} m, "
+            f"{asked_height(self.sea):.2f} m asked for; resolved "
+            f"{resolved.variance_share:.2%} of the variance, {resolved.mean_square_slope_share:.0%} of the same "
+            f"spectra's mean square slope{folded}"
         )
 
 
@@ -99,7 +101,18 @@ def write_sea(
     say("rendering the sea as the mast sees it")
     notes += _draw_from_mast(scene, sea, folder / "from_mast.png", float(seconds[0]))
     files = tuple(name for name in PRODUCTS if (folder / name).exists())
-    return SeaProducts(folder, files, sea, drawn, notes)
+    return SeaProducts(folder, files, sea, drawn, places.size * step(places), (*_coarse(sea, step(places)), *notes))
+
+
+def _coarse(sea: Sea, spacing: float) -> tuple[str, ...]:
+    """A note where the points are too far apart for the waves."""
+    finest = sea.resolved.resolution_m
+    if spacing <= 1.01 * finest or not sea.parts:
+        return ()
+    return (
+        f"sea.nc has a point every {spacing:.3g} m, the sea waves down to {2.0 * finest:.3g} m: values are right at "
+        f"each point, spectra and differences between them are not; --spacing {finest:.3g} holds all waves",
+    )
 
 
 # ---------------------------------------------------------------------------------------------------- the pictures

@@ -86,8 +86,8 @@ def directional_spectrum(scene: Scene, spectrum: xr.Dataset, resolved: Resolved)
     _spectra(axes, spectrum, systems)
     words = (
         f"Dashed: the shortest resolved waves, {2.0 * resolved.resolution_m:.3g} m long. Resolved are "
-        f"{resolved.variance_share:.2%} of the variance and {resolved.mean_square_slope_share:.0%} of the mean square "
-        f"slope, {resolved.mean_square_slope:.3g}. Shorter waves are left to the scattering model."
+        f"{resolved.variance_share:.2%} of the variance and {resolved.mean_square_slope_share:.0%} of these spectra's "
+        f"mean square slope, {resolved.mean_square_slope:.3g}. Shorter waves are left to the scattering model."
     )
     if scene.sea.current_m_s > 0.0:
         words += " The sea rides on a current; frequencies are those in the water's frame."

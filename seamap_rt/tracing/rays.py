@@ -34,6 +34,7 @@ class RayTracer:
             permittivity_meissner_wentz12(radar.frequency_hz, water.temperature_c, water.salinity_psu)
         )
         self._scenes: dict[tuple[tuple[int, int], ...], SeaScene] = {}
+        prepare()  # now, before anything is computed or replaced: without a backend no ray can be traced
 
     def __call__(self, mesh: SurfaceMesh) -> Facets:
         """The mesh's facets with `lit` (antenna, column, facet)."""

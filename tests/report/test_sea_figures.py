@@ -100,7 +100,7 @@ def test_spectrum_marks_what_is_resolved() -> None:
     assert_allclose(np.asarray(dashed[0].get_xdata(), dtype=float), limit, rtol=1e-3)  # the surface tension is 3e-5
     said = " ".join(" ".join(text.get_text() for text in figure.texts).split())
     assert f"{sea.resolved.variance_share:.2%} of the variance" in said
-    assert f"{sea.resolved.mean_square_slope_share:.0%} of the mean square slope" in said
+    assert f"{sea.resolved.mean_square_slope_share:.0%} of these spectra's mean square slope" in said
 
 
 def test_every_kind_of_sea_is_drawn() -> None:
