@@ -342,6 +342,14 @@ def _left_out(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
             f"{scene.radar.range_m[1] ** 2 / (2.0 * 4.0 / 3.0 * EARTH_RADIUS):.2g} m",
         ),
     ]
+    rows += _left_out_of_the_sea(scene, resolved)
+    if scene.scattering.nrcs != "constant":
+        rows.append(("NRL outside 0.1–60° grazing", "facets beyond take the value at the edge of the model's range"))
+    return [{"what": what, "why": why} for what, why in rows]
+
+
+def _left_out_of_the_sea(scene: Scene, resolved: Resolved) -> list[tuple[str, str]]:
+    rows: list[tuple[str, str]] = []
     if scene.sea.model == "linear":
         rows.append(("sharper crests", "waves are linear; sea.model = 'choppy' sharpens them"))
     else:
@@ -384,6 +392,4 @@ def _left_out(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
                 f"seas stay below about {_BREAKING_DEPTH:g}, and troughs may reach below the bed",
             )
         )
-    if scene.scattering.nrcs != "constant":
-        rows.append(("NRL outside 0.1–60° grazing", "facets beyond take the value at the edge of the model's range"))
-    return [{"what": what, "why": why} for what, why in rows]
+    return rows

@@ -71,6 +71,12 @@ class PolarGrid:
     def column_azimuth(self) -> NDArray[np.float64]:
         return 0.5 * (self.azimuth[1:] + self.azimuth[:-1])
 
+    @cached_property
+    def place_azimuth(self) -> NDArray[np.float64]:
+        """(line,) deg, the azimuth within one circle: lines over the same place have the same bits in every turn."""
+        line = self.first + np.arange(self.sweep.size)
+        return self.azimuth[-self.first] + self.spacing_deg * (line % self.per_circle)
+
     @property
     def column_number(self) -> NDArray[np.int64]:
         """A number for each column that stays the same where the end of a turn is the start of the next."""
@@ -84,7 +90,8 @@ def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int) -> Pol
     spacing = 360.0 / per_circle
     beyond = int(np.ceil(BEAMS_BEYOND * beam / spacing))
     inside = int(np.ceil(sector_width(radar) / spacing - 1e-9))
-    sweep = spacing * np.arange(-beyond, inside + beyond + 1, dtype=np.float64)
+    line = np.arange(-beyond, inside + beyond + 1)
+    sweep = spacing * line.astype(np.float64)
     period = turn_duration(radar)
     # From the foot of the mast on, though the gates may start further out: what is near can shadow what is far.
     far = radar.range_m[1] + RangeResponse.of(radar).support_m
@@ -96,7 +103,7 @@ def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int) -> Pol
         per_circle=per_circle,
         sweep=sweep,
         azimuth=radar.sector_deg[0] + sweep,
-        time=(turn + sweep / 360.0) * period,
+        time=(turn * per_circle + line) / per_circle * period,  # the same bits where a turn meets the next
         ground_range=_INNERMOST + tracing.facet_m * np.arange(rungs, dtype=np.float64),
     )
 
@@ -207,7 +214,7 @@ class Facets:
 
 def sea_on_grid(sea: MovingSurface, grid: PolarGrid) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
     """Elevation (line, rung) and velocity (line, rung, 3), each line at the time when the beam passes it."""
-    east, north = unit_from_azimuth(grid.azimuth)
+    east, north = unit_from_azimuth(grid.place_azimuth)
     x = east[:, None] * grid.ground_range
     y = north[:, None] * grid.ground_range
     return sea.elevation_and_velocity(x, y, np.broadcast_to(grid.time[:, None], x.shape))

@@ -248,9 +248,10 @@ def test_end_of_a_turn_is_the_start_of_the_next() -> None:
     first, second = (mesh_turn(water, made.radar, made.tracing, turn) for turn in (0, 1))
     lines = first.grid.columns - first.grid.per_circle + 1
     assert lines > 20
-    # Azimuths that differ by 360° and times by rounding may round the spline's float32 weights the other way: a few
-    # times 6e-8 of a metre.
-    assert_allclose(first.elevation[-lines:], second.elevation[:lines], rtol=0.0, atol=3e-7)
+    # The same places and times, to the bit; 1e-9 is a metre times the rounding of sums in another order.
+    assert_allclose(first.elevation[-lines:], second.elevation[:lines], rtol=0.0, atol=1e-9)
+    assert_array_equal(first.grid.time[-lines:], second.grid.time[:lines])
+    assert_array_equal(first.grid.place_azimuth[-lines:], second.grid.place_azimuth[:lines])
 
 
 def test_rungs_start_at_the_mast_and_hold_the_last_gate() -> None:
