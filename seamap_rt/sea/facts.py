@@ -50,7 +50,9 @@ class Resolved:
     slope_error: float  # rms, of a slope
     time_step: float  # s, between the knots of the interpolation (the shortest of all systems)
     significant_steepness: float  # Hs over the length of the highest system's peak; above 0.06 or so a sea breaks
-    skewness_stokes: float  # 3 k σ, of a narrow-banded second-order sea with that peak (Longuet-Higgins 1963)
+    skewness_stokes: (
+        float  # 3kσ, of a narrow-banded second-order sea with that peak (Longuet-Higgins 1963); regular: half
+    )
     choppy: ChoppyFacts | None = None
 
 
@@ -78,7 +80,7 @@ def resolved_facts(
     slopes = regular_slope + (np.sum(random, axis=0) / scale if random else 0.0)
     errors = [part.field.error for part in parts if isinstance(part, PlanePart | LinePart)]
     steps = [part.field.time_step for part in parts if isinstance(part, PlanePart | LinePart)]
-    peak = _main_peak(waves, systems)
+    peak, is_regular = _main_peak(waves, systems)
     deviation = float(np.sqrt(variance))
     return Resolved(
         resolution_m=resolution,
@@ -98,7 +100,7 @@ def resolved_facts(
         slope_error=float(np.sqrt(sum(error.slope**2 for error in errors))),
         time_step=min(steps, default=np.inf),
         significant_steepness=4.0 * deviation * peak / (2.0 * np.pi),
-        skewness_stokes=3.0 * peak * deviation,
+        skewness_stokes=(1.5 if is_regular else 3.0) * peak * deviation,
     )
 
 
@@ -132,11 +134,11 @@ def choppy_facts(surface: ChoppySurface, extent: float, scale: float) -> ChoppyF
     )
 
 
-def _main_peak(regular: Sequence[SinusoidPart], systems: Sequence[SpectralSystem]) -> float:
-    """Wavenumber of the peak of the highest system, rad/m; 0 without waves."""
-    candidates = [(0.5 * part.amplitude**2, part.wavenumber) for part in regular]
-    candidates += [(system.variance, system.peak_wavenumber) for system in systems if system.variance > 0.0]
-    return max(candidates, default=(0.0, 0.0))[1]
+def _main_peak(regular: Sequence[SinusoidPart], systems: Sequence[SpectralSystem]) -> tuple[float, bool]:
+    """Wavenumber of the peak of the highest system, rad/m, and whether it is a regular wave; 0 without waves."""
+    candidates = [(0.5 * part.amplitude**2, part.wavenumber, True) for part in regular]
+    candidates += [(system.variance, system.peak_wavenumber, False) for system in systems if system.variance > 0.0]
+    return max(candidates, default=(0.0, 0.0, False))[1:]
 
 
 def spectrum_dataset(parts: Sequence[Waves], resolved: Resolved) -> xr.Dataset:

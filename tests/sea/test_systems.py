@@ -8,7 +8,7 @@ import pytest
 from seamap_rt.sea import directional_density, realize, spectral_system, wave_facts
 from seamap_rt.sea.dispersion import wavenumber
 from seamap_rt.sea.elfouhaily import elfouhaily97_spreading
-from seamap_rt.settings import ElfouhailyWaves, FileWaves, JonswapWaves, SeaSettings, TmaWaves
+from seamap_rt.settings import ElfouhailyWaves, FileWaves, JonswapWaves, SeaSettings, SinusoidWaves, TmaWaves
 
 WW3 = Path(__file__).parent.parent / "io" / "spectra" / "ww3.nc"
 
@@ -80,6 +80,16 @@ def test_waves_exactly_across_an_elfouhaily_sea_are_alike_to_both_sides(wave_fro
     line = density.sel(ky=0.0) if wave_from in (0.0, 180.0) else density.sel(kx=0.0)
     np.testing.assert_allclose(line, line[::-1], rtol=1e-9)
     assert np.count_nonzero(line) == line.size - 1
+
+
+def test_skewness_of_a_regular_stokes_wave():
+    wave = SinusoidWaves(spectrum="sinusoid", height_m=0.6, wavelength_m=40.0)
+    told = realize(SeaSettings(waves=(wave,)), 1).resolved.skewness_stokes
+    k, a = 2.0 * np.pi / 40.0, 0.3
+    angle = 2.0 * np.pi * np.arange(1000) / 1000
+    eta = a * np.cos(angle) + 0.5 * k * a**2 * np.cos(2.0 * angle)
+    # To second order: the next is (ka)² = 2e-3 of it.
+    np.testing.assert_allclose(told, np.mean(eta**3) / np.mean(eta**2) ** 1.5, rtol=4e-3)
 
 
 def test_a_patch_that_samples_its_waves_badly_says_so():
