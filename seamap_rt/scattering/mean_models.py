@@ -1,0 +1,69 @@
+"""The published models of mean sea clutter by their short names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from seamap_rt.scattering import gregers_hansen12, horst78, reilly90, tsc90
+from seamap_rt.scattering.model_range import ModelRange
+from seamap_rt.scattering.sea_state import sea_state_from_wind
+
+
+@dataclass(frozen=True)
+class MeanModel:
+    """A published model, the values that it holds for, and whether it tells upwind from downwind."""
+
+    paper: str
+    grazing_deg: tuple[float, float]
+    frequency_hz: tuple[float, float]
+    sea_state: tuple[float, float]
+    function: Callable[..., NDArray[np.float64]]  # (grazing_deg, sea_state, frequency_hz, polarization, ...)
+    knows_wind_direction: bool
+
+
+def _model(
+    paper: str, holds: ModelRange, function: Callable[..., NDArray[np.float64]], knows_wind_direction: bool = True
+) -> MeanModel:
+    return MeanModel(paper, holds.grazing_deg, holds.frequency_hz, holds.sea_state, function, knows_wind_direction)
+
+
+MEAN_MODELS: dict[str, MeanModel] = {
+    "nrl": _model(
+        "Gregers-Hansen & Mittal 2012", gregers_hansen12.RANGE, gregers_hansen12.nrcs_gregers_hansen12, False
+    ),
+    "git": _model("Horst, Dyer & Tuley 1978", horst78.RANGE, horst78.nrcs_horst78),
+    "tsc": _model("Technology Service Corporation 1990", tsc90.RANGE, tsc90.nrcs_tsc90),
+    "hybrid": _model("Reilly & Dockery 1990", reilly90.RANGE, reilly90.nrcs_reilly90),
+}
+
+
+def mean_nrcs(
+    name: str,
+    grazing_deg: ArrayLike,
+    wind_speed: ArrayLike,
+    frequency_hz: ArrayLike,
+    polarization: str,
+    wind_angle: ArrayLike | None = None,
+    extrapolate: bool = False,
+    clipped: bool = False,
+) -> NDArray[np.float64]:
+    """Mean σ0 [linear, per horizontal area] by the model `name` of `MEAN_MODELS`; the arguments broadcast.
+
+    grazing_deg: °. wind_speed: U10, m/s, of a fully developed sea. wind_angle [rad]: the look's azimuth less the one
+    that the wind comes from, 0 looks into the wind; None, and any model that does not know it, gives the mean over
+    all directions. Nothing but the direction's factor is worked out at the full shape, so a row of grazing
+    angles and a column of wind angles are cheap. ValueError for an unknown name and outside the model's range, unless
+    `extrapolate` lets the formula run on; `clipped` brings the grazing angle, and only it, into the range first.
+    """
+    if name not in MEAN_MODELS:
+        raise ValueError(f"name = {name!r}: must be one of {', '.join(MEAN_MODELS)}; name one of them")
+    model = MEAN_MODELS[name]
+    direction = {"wind_angle": wind_angle} if model.knows_wind_direction else {}
+    state = sea_state_from_wind(wind_speed)
+    return model.function(
+        grazing_deg, state, frequency_hz, polarization, extrapolate=extrapolate, clipped=clipped, **direction
+    )
