@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from seamap_rt.conventions import POLARIZATIONS, SPEED_OF_LIGHT
+from seamap_rt.scattering.facet_view import facet_view
 from seamap_rt.scattering.permittivity import fresnel
 from seamap_rt.scattering.short_waves import ShortWaves
 from seamap_rt.sea.elfouhaily import DEVELOPED_INVERSE_WAVE_AGE
@@ -51,7 +52,7 @@ def nrcs_bragg(
     g_hh, g_vv = bragg_coefficients(incidence, permittivity)
     g = g_hh if _known(polarization) == "HH" else g_vv
     cosine = np.cos(np.asarray(incidence, dtype=np.float64))
-    k = _wavenumber(frequency_hz)
+    k = radar_wavenumber(frequency_hz)
     return 16.0 * np.pi * k**4 * cosine**4 * np.abs(g) ** 2 * np.asarray(spectrum_at_bragg, dtype=np.float64)
 
 
@@ -124,7 +125,7 @@ class _Table(NamedTuple):
 def _two_scale_table(frequency_hz: float, permittivity: complex, polarization: str, waves: ShortWaves) -> _Table:
     cosine = np.minimum(np.arange(_NODES + 2) / _NODES, 1.0)
     theta = np.arccos(cosine)
-    k = _wavenumber(frequency_hz)
+    k = radar_wavenumber(frequency_hz)
     k_bragg = np.maximum(2.0 * k * np.sin(theta), waves.longest)
     ring = waves.spectrum(k_bragg) / (2.0 * np.pi * k_bragg)
     weight = 16.0 * np.pi * k**4 * ring
@@ -147,28 +148,11 @@ def _two_scale_block(
     slope_cross: NDArray[np.floating],
     wind_angle: NDArray[np.floating],
 ) -> NDArray[np.floating]:
-    p, q = slope_range.astype(np.float32), slope_cross.astype(np.float32)
-    sine, cosine = np.sin(incidence).astype(np.float32), np.cos(incidence).astype(np.float32)
-    across, along = np.sin(wind_angle).astype(np.float32), np.cos(wind_angle).astype(np.float32)
-
-    # the ray along the facet's normal, its down-range and its cross-range axis: the last two make k_B
-    in_plane = np.float32(1.0) / (np.float32(1.0) + p * p)  # cos² s_in
-    normal_up = np.float32(1.0) / (np.float32(1.0) + p * p + q * q)  # (cos s_in cos s_cross)²
-    towards, away = cosine + p * sine, sine - p * cosine  # cos(θ − s_in), sin(θ − s_in), both over cos s_in
-    cos_local = np.clip(towards * np.sqrt(normal_up), 0.0, 1.0)
-    bragg_range2 = away * away * in_plane  # sin²(θ − s_in)
-    bragg_cross2 = towards * towards * in_plane * (q * q * normal_up)  # cos²(θ − s_in) sin² s_cross
-    sin_local2 = bragg_range2 + bragg_cross2
-
-    square = sin_local2 < 1e-12  # a facet seen squarely: B = 0 by convention, and σ0 does not depend on it
-    inverse = np.float32(1.0) / np.where(square, np.float32(1.0), sin_local2)
-    b2 = np.where(square, np.float32(0.0), np.minimum(q * q * normal_up * inverse, np.float32(1.0)))
-    a2 = np.float32(1.0) - b2
-
-    # cos 2(wind angle − χ) without forming an angle
-    cos_double = np.where(square, np.float32(1.0), (bragg_range2 - bragg_cross2) * inverse)
-    sin_double = np.float32(2.0) * away * towards * in_plane * q * np.sqrt(normal_up) * inverse
-    wind_axis = (along * along - across * across) * cos_double + np.float32(2.0) * along * across * sin_double
+    single = [each.astype(np.float32) for each in (np.sin(incidence), np.cos(incidence), slope_range, slope_cross)]
+    view = facet_view(*single)
+    wind_axis, _ = view.wind_double(np.cos(wind_angle).astype(np.float32), np.sin(wind_angle).astype(np.float32))
+    cos_local, a2 = np.maximum(view.cos_local, 0.0), view.a2
+    b2 = 1.0 - a2
 
     position = cos_local * np.float32(_NODES)
     index = position.astype(np.int32)
@@ -180,11 +164,12 @@ def _two_scale_block(
 
     polarized = look_up(table.like) * a2 * a2 + look_up(table.mixed) * a2 * b2 + look_up(table.other) * b2 * b2
     cos2 = cos_local * cos_local
-    sigma = cos2 * cos2 * polarized * (np.float32(1.0) + look_up(table.spreading) * wind_axis)
-    return sigma / (np.float32(1.0) + sigma / table.ceiling)
+    sigma = cos2 * cos2 * polarized * (1.0 + look_up(table.spreading) * wind_axis)
+    return sigma / (1.0 + sigma / table.ceiling)
 
 
-def _wavenumber(frequency_hz: float) -> float:
+def radar_wavenumber(frequency_hz: float) -> float:
+    """k = 2π f/c [rad/m]."""
     return 2.0 * np.pi * frequency_hz / SPEED_OF_LIGHT
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -9,6 +11,23 @@ _RIDGE = 1e-4  # pull towards a constant scale, as a share of the data's weight:
 _MARGIN = np.log(2.0)  # the factor stays within 3 dB of what some bin asks for, however few are lit
 _NEWTON_STEPS = 50
 _LEAST_GRAZING = 1e-4  # rad; a ray that meets the sea from below the horizon counts as this one
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The smooth factor exp(P(log grazing) + a cos φ + b cos 2φ); beyond the grazing of the fit, its edge value."""
+
+    log_grazing: tuple[float, float]  # fitted to
+    coefficients: NDArray[np.floating]  # of `_basis`
+    exponents: tuple[float, float]  # that some bin asks for
+
+    def __call__(self, grazing: ArrayLike, wind_angle: ArrayLike) -> NDArray[np.floating]:
+        """Factor at a grazing [rad, against mean sea level] and angle to the wind [rad]; they broadcast."""
+        angle, azimuth = np.asarray(grazing), np.asarray(wind_angle)
+        depth = _scaled(_log(angle), self.log_grazing)
+        exponent = _exponent(self.coefficients, np.clip(depth, -1.0, 1.0), np.cos(azimuth))
+        low, high = self.exponents
+        return np.exp(np.clip(exponent, low - _MARGIN, high + _MARGIN))
 
 
 def calibration_scale(
@@ -21,13 +40,32 @@ def calibration_scale(
     degree: int = 3,
     bins: tuple[int, int] = (24, 24),
 ) -> NDArray[np.floating]:
-    """Factor per facet, so that over any broad patch Σ raw_power · scale = Σ target_nrcs · horizontal_area.
+    """Factor per facet, so that over any broad patch Σ raw_power · scale = Σ target_nrcs · horizontal_area: that of
+    `fit_scale`, with the shape of all arguments together and raw_power's kind of float."""
+    power, area, target = (np.asarray(each) for each in (raw_power, horizontal_area, target_nrcs))
+    scale = fit_scale(power, area, target, grazing, wind_angle, degree=degree, bins=bins)
+    kind = power.dtype if np.issubdtype(power.dtype, np.floating) else np.dtype(np.float64)
+    shape = np.broadcast_shapes(*(np.shape(each) for each in (power, area, target, grazing, wind_angle)))
+    return np.broadcast_to(scale(grazing, wind_angle), shape).astype(kind)
+
+
+def fit_scale(
+    raw_power: ArrayLike,
+    horizontal_area: ArrayLike,
+    target_nrcs: ArrayLike,
+    grazing: ArrayLike,
+    wind_angle: ArrayLike,
+    *,
+    degree: int = 3,
+    bins: tuple[int, int] = (24, 24),
+) -> Scale:
+    """The smooth scale with which Σ raw_power · scale = Σ target_nrcs · horizontal_area over any broad patch.
 
     raw_power: m², a facet's radar cross-section before calibration, 0 where dark: dark facets count in the
     area, since a measured σ0 contains shadowing. horizontal_area: m². target_nrcs: linear, per horizontal
     area. grazing: rad, of the ray against mean sea level. wind_angle: rad between the look and the wind's
-    axis. They broadcast to one shape; the factor has that shape and raw_power's kind of float. ValueError for
-    a negative or non-finite power, area or target. Where nothing at all is lit or wanted, the factor is 1.
+    axis. They broadcast. ValueError for a negative or non-finite power, area or target. Where nothing at all is lit or
+    wanted, the factor is 1.
 
     The factor is exp(P(log grazing) + a cos φ + b cos 2φ), P a polynomial of `degree`: as smooth as the
     measured model and far too smooth to take out a wave, which a factor gate by gate would do. The facets are
@@ -41,9 +79,12 @@ def calibration_scale(
     for name, values in (("raw_power", power), ("horizontal_area", area), ("target_nrcs", target)):
         if values.size and not (values.min() >= 0.0 and np.isfinite(values.max())):
             raise ValueError(f"{name}: must be finite and not negative; give 0 for a facet without echo")
-    depth = _scaled(np.log(np.maximum(np.asarray(grazing), np.float32(_LEAST_GRAZING))))
+    log_grazing = _log(np.asarray(grazing))
+    if log_grazing.size == 0:
+        return _unity((0.0, 0.0), degree)
+    limits = (float(log_grazing.min()), float(log_grazing.max()))
+    depth = _scaled(log_grazing, limits)
     cosine = np.cos(np.asarray(wind_angle))  # the factor is even in the angle, so ±φ share a bin
-    kind = power.dtype if np.issubdtype(power.dtype, np.floating) else np.dtype(np.float64)
     wanted, power, area, depth, cosine = np.broadcast_arrays(target * area, power, area, depth, cosine)
 
     cell = (_bin(depth, bins[0]) * bins[1] + _bin(cosine, bins[1])).ravel()
@@ -53,23 +94,25 @@ def calibration_scale(
     )
     used = (wanted_sum > 0.0) & _in_lit_ring_and_sector(np.reshape(raw_sum > 0.0, bins))
     if not np.any(raw_sum[used]):
-        return np.ones(power.shape, dtype=kind)
+        return _unity(limits, degree)
     ratio = raw_sum[used] / wanted_sum[used]
     basis = _basis(depth_sum[used] / members[used], cosine_sum[used] / members[used], degree)
-    coefficients = _fit(basis, ratio, np.sqrt(area_sum[used]))
-
-    exponent = _exponent(coefficients, depth, cosine)
     asked = -np.log(ratio[ratio > 0.0])
-    exponent = np.clip(exponent, asked.min() - _MARGIN, asked.max() + _MARGIN)
-    return np.exp(exponent).astype(kind, copy=False)
+    return Scale(limits, _fit(basis, ratio, np.sqrt(area_sum[used])), (float(asked.min()), float(asked.max())))
 
 
-def _scaled(value: NDArray[np.floating]) -> NDArray[np.floating]:
-    """A quantity brought linearly to [−1, 1]; all −1 if it does not vary."""
-    if value.size == 0:
-        return value
-    low, span = value.min(), value.max() - value.min()
-    return (value - low) * (2.0 / max(float(span), 1e-6)) - 1.0
+def _unity(limits: tuple[float, float], degree: int) -> Scale:
+    return Scale(limits, np.zeros(degree + 3), (0.0, 0.0))
+
+
+def _log(grazing: NDArray[np.floating]) -> NDArray[np.floating]:
+    return np.log(np.maximum(grazing, np.float32(_LEAST_GRAZING)))
+
+
+def _scaled(value: NDArray[np.floating], limits: tuple[float, float]) -> NDArray[np.floating]:
+    """A quantity brought linearly from its limits to [−1, 1]; all −1 if it does not vary."""
+    low, high = limits
+    return (value - low) * (2.0 / max(high - low, 1e-6)) - 1.0
 
 
 def _bin(value: NDArray[np.floating], count: int) -> NDArray[np.int32]:

@@ -74,7 +74,7 @@ def elfouhaily97_contrast(k: ArrayLike, wind_speed: float, peak_wavenumber: floa
     carries = (k > 0.01 * peak_wavenumber) & (k < 1e9)
     speed = _phase_speed(np.where(carries, k, peak_wavenumber))
     speed_peak = _phase_speed(np.float64(peak_wavenumber))
-    short = 0.13 * _friction_velocity(wind_speed) / CAPILLARY_SPEED
+    short = 0.13 * friction_velocity(wind_speed) / CAPILLARY_SPEED
     contrast = np.tanh(
         math.log(2.0) / 4.0 + 4.0 * (speed / speed_peak) ** 2.5 + short * (CAPILLARY_SPEED / speed) ** 2.5
     )
@@ -122,10 +122,10 @@ def _scales(wind_speed: float, inverse_wave_age: float) -> tuple[float, float, f
             f"inverse_wave_age = {inverse_wave_age}: must lie within {low}–{high} (Elfouhaily 1997); "
             "0.84 is a fully developed sea"
         )
-    return inverse_wave_age, GRAVITY * (inverse_wave_age / wind_speed) ** 2, _friction_velocity(wind_speed)
+    return inverse_wave_age, GRAVITY * (inverse_wave_age / wind_speed) ** 2, friction_velocity(wind_speed)
 
 
-def _friction_velocity(wind_speed: float) -> float:
+def friction_velocity(wind_speed: float) -> float:
     """u* [m/s] of a wind at 10 m."""
     return wind_speed * math.sqrt(1e-3 * (0.8 + 0.065 * wind_speed))
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from seamap_rt import simulation
-from seamap_rt.echoes.radar_cross_section import facet_rcs
+from seamap_rt.echoes.radar_cross_section import SeaSurface
 from seamap_rt.scattering import ShortWaves, nrcs_two_scale, permittivity_meissner_wentz12
+from seamap_rt.scattering.modulation import approaching_share
 from seamap_rt.scene import load_scene
 from seamap_rt.sea import realize, spectral_system
 from seamap_rt.sea.elfouhaily import elfouhaily97
@@ -87,14 +88,13 @@ def test_a_facet_seen_squarely_is_as_rough_as_its_own_waves_make_it():
 def test_a_simulation_hands_over_where_its_sea_ends(monkeypatch):
     asked = []
 
-    def recorded(facets, scattering, radar, resolved_below):
+    def recorded(scattering, radar, resolved_below):
         asked.append(resolved_below)
-        return facet_rcs(facets, scattering, radar, resolved_below)
+        return SeaSurface(scattering, radar, resolved_below)
 
-    monkeypatch.setattr(simulation, "facet_rcs", recorded)
+    monkeypatch.setattr(simulation, "SeaSurface", recorded)
     changes = {"tracing.tracer": "horizon", "sea.resolution_m": 1.3, "radar.sector_deg": [0.0, 10.0]}
     simulator = simulation.Simulator(load_scene("tiny", changes))
-    simulator.light(0)
     assert asked == [np.pi / 1.3]
     facts = simulator.facts()["short_waves"]
     np.testing.assert_allclose(facts["wavenumber_from"], np.pi / 1.3)
@@ -127,3 +127,44 @@ def test_a_mesh_coarser_than_the_waves_is_told():
     assert any("shorter than 2 m along the look" in row["what"] for row in simulator.facts()["left_out"])
     fine = simulation.Simulator(load_scene("tiny", {**changes, "tracing.facet_m": 0.5}))
     assert not any("along the look" in row["what"] for row in fine.facts()["left_out"])
+
+
+@pytest.mark.parametrize("above", [0.0, 3.9, 40.0])
+@pytest.mark.parametrize("wind", [0.5, 5.0, 20.0])
+def test_each_wave_is_resolved_or_tilts_or_is_rough(above, wind):
+    short = ShortWaves(wind, above)
+    divide = short.divide(209.6)
+    k = np.geomspace(1e-3, 1e5, 200_001)
+    slope = k**3 * elfouhaily97(k, wind)
+    resolved = np.trapezoid(np.where(k < above, slope, 0.0), np.log(k))
+    rough = np.trapezoid(k**3 * short.roughness(k, divide), np.log(k))
+    # 1e-3: the two grids' cells at the limit
+    whole = ShortWaves(wind).mean_square_slope
+    np.testing.assert_allclose(resolved + sum(short.tilt_variances(divide)) + rough, whole, rtol=1e-3)
+    assert short.tilt_variances(divide)[0] >= short.tilt_variances(divide)[1] > 0.0
+    np.testing.assert_allclose(short.roughness(divide, divide), 0.5 * short.spectrum(divide), rtol=1e-12)
+
+
+def test_the_divide_is_a_quarter_of_the_radars_wavenumber_and_clear_of_the_mesh():
+    assert ShortWaves(10.0, 3.9).divide(200.0) == 50.0
+    assert ShortWaves(10.0, 30.0).divide(200.0) == 120.0
+    k = np.geomspace(0.1, 2e3, 400)
+    short = ShortWaves(10.0)
+    share = short.roughness(k, 50.0) / short.spectrum(k)
+    assert np.all(np.diff(share) >= -1e-12)  # rounding
+    # What first-order scattering has of it towards the vertical, ∝ k⁻⁴ T, stays finite: at most e^(8 · 0.35²)
+    assert np.max(share * (50.0 / k) ** 4) < np.exp(8.0 * 0.35**2)
+    assert share[0] < 1e-60
+
+
+def test_waves_approach_where_the_radar_looks_into_the_wind():
+    angle = np.radians([0.0, 90.0, 180.0, -90.0, 360.0])
+    np.testing.assert_allclose(approaching_share(angle), [1.0, 0.5, 0.0, 0.5, 1.0], atol=1e-15)
+    look = np.linspace(-np.pi, np.pi, 73)
+    np.testing.assert_allclose(approaching_share(look) + approaching_share(look + np.pi), 1.0, rtol=1e-12)
+    # its two senses together are a spreading of 1/3, near Elfouhaily's at X-band Bragg waves
+    sum_of_both = np.cos(look / 2.0) ** 4 + np.sin(look / 2.0) ** 4
+    np.testing.assert_allclose(approaching_share(look) * sum_of_both, np.cos(look / 2.0) ** 4, atol=1e-12)
+    np.testing.assert_allclose(sum_of_both / 0.75, 1.0 + np.cos(2.0 * look) / 3.0, rtol=1e-12)
+    for wind in (5.0, 8.0, 12.0):
+        assert abs(float(ShortWaves(wind).contrast(419.0)) - 1.0 / 3.0) < 0.1

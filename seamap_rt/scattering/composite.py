@@ -1,0 +1,118 @@
+"""What a facet of the mesh returns, term by term: tilted Bragg waves, mirrors and breakers.
+
+The mesh carries the waves up to a wavenumber k_m; those beyond are statistics of the facet. Up to k_d, a quarter of the
+radar's wavenumber, they tilt it, beyond they scatter (`short_waves`, `tilted_bragg`, `quasi_specular`); some of all
+lengths break (`breaking`); and the mesh's own waves gather them (`modulation`). σ0 is per unit of a facet's TRUE area.
+"""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from seamap_rt.conventions import POLARIZATIONS
+from seamap_rt.scattering.breaking import Breakers, breakers, nrcs_breaker
+from seamap_rt.scattering.facet_view import Array, facet_view
+from seamap_rt.scattering.modulation import breaking_level, breaking_share, crowding, mean_crowding
+from seamap_rt.scattering.quasi_specular import Mirror, mirror
+from seamap_rt.scattering.short_waves import ShortWaves
+from seamap_rt.scattering.tilted_bragg import TiltedBragg, tilted_bragg
+
+_BLOCK = 1 << 15  # facets handled at once, so that the temporaries stay in the processor's cache
+
+
+class FacetNrcs(NamedTuple):
+    """σ0 [linear] per unit true area of each facet, by term; float32. Their sum is the facet's."""
+
+    bragg: NDArray[np.float32]
+    specular: NDArray[np.float32]
+    breaking: NDArray[np.float32]
+
+
+def nrcs_composite(
+    incidence: ArrayLike,
+    slope_range: ArrayLike,
+    slope_cross: ArrayLike,
+    wind_angle: ArrayLike,
+    *,
+    frequency_hz: float,
+    permittivity: complex,
+    polarization: str,
+    waves: ShortWaves,
+    strain: ArrayLike | None = None,
+    strain_variance: float = 0.0,
+    breaking: bool = True,
+) -> FacetNrcs:
+    """σ0 [linear] of facets that carry the short waves given, by term.
+
+    incidence: rad between the ray and the vertical (90° − grazing), at the facet.
+    slope_range: ∂z/∂(outward ground range); positive leans towards the radar.
+    slope_cross: ∂z/∂(clockwise cross range).
+    wind_angle: look azimuth − azimuth where the wind comes from [rad], both clockwise; 0 looks into the wind.
+    strain: how the mesh's waves squeeze the water at the facet (`modulation`), None for not at all.
+
+    These broadcast. The rest are scalars: frequency [Hz], ε′ − jε″, "HH" or "VV", the waves on the facets, the variance
+    of the strain over the sea, so that the mean of the short waves and of the breaking share stays what it is without
+    strain, and whether waves break at all. ValueError for another polarization, a wind that Elfouhaily's spectrum
+    refuses or a negative variance.
+
+    With q the breaking share of a facet, σ = (1 − q)(bragg + specular) + q σ_wb (Kudryavtsev et al. 2003). The tilts
+    are turned into the facet's own plane and average Bragg amplitudes before the facet's slope mixes them. Facets seen
+    from behind fade out over the tilts' slopes; whether a ray reaches them is the tracer's matter.
+    """
+    if polarization not in POLARIZATIONS:
+        raise ValueError(f"polarization = {polarization!r}: must be one of {', '.join(POLARIZATIONS)}")
+    radar = (float(frequency_hz), complex(permittivity))
+    broken = breakers(waves.wind_speed, waves.inverse_wave_age, radar[0])
+    sea = _Sea(
+        bragg=tilted_bragg(*radar, polarization, waves),
+        mirror=mirror(*radar, waves),
+        breakers=broken,
+        mean_crowding=mean_crowding(float(strain_variance)),
+        breaking_level=breaking_level(broken.fraction if breaking else 0.0, float(strain_variance)),
+    )
+    fields = (incidence, slope_range, slope_cross, wind_angle, 0.0 if strain is None else strain)
+    inputs = [np.asarray(each) for each in fields]
+    shape = np.broadcast_shapes(*(each.shape for each in inputs))
+    flat = [each if each.ndim == 0 else np.broadcast_to(each, shape).reshape(-1) for each in inputs]
+    sigma = np.empty((len(FacetNrcs._fields), int(np.prod(shape))), dtype=np.float32)
+
+    def work(start: int) -> None:
+        block = slice(start, start + _BLOCK)
+        single = (np.asarray(each if each.ndim == 0 else each[block], dtype=np.float32) for each in flat)
+        sigma[0, block], sigma[1, block], sigma[2, block] = _block(sea, *single)
+
+    with ThreadPoolExecutor(min(16, len(os.sched_getaffinity(0)))) as pool:
+        list(pool.map(work, range(0, sigma.shape[1], _BLOCK)))
+    return FacetNrcs(*(each.reshape(shape) for each in sigma))
+
+
+class _Sea(NamedTuple):
+    """What all facets have in common."""
+
+    bragg: TiltedBragg
+    mirror: Mirror
+    breakers: Breakers
+    mean_crowding: float
+    breaking_level: float
+
+
+def _block(
+    sea: _Sea, incidence: Array, slope_range: Array, slope_cross: Array, wind_angle: Array, strain: Array
+) -> tuple[Array, Array, Array]:
+    view = facet_view(np.sin(incidence), np.cos(incidence), slope_range, slope_cross)
+    along, across = np.cos(wind_angle), np.sin(wind_angle)
+    wind_cosine, wind_sine = view.wind_double(along, across)
+    crowded = crowding(strain)
+    bragg = sea.bragg.nrcs(view, wind_cosine, wind_sine) * (crowded * (1.0 / sea.mean_crowding))
+    specular = sea.mirror.nrcs(view.cos_local, wind_cosine)
+    if sea.breaking_level == 0.0:
+        return bragg, specular, np.float32(0.0) * bragg
+    share = breaking_share(crowded, sea.breaking_level)
+    zone = nrcs_breaker(view.cos_local, view.upwind(along, across), sea.breakers.direction)
+    left = 1.0 - share
+    return bragg * left, specular * left, share * zone * sea.mirror.facing(view.cos_local)
