@@ -15,10 +15,10 @@ middle of the plane's path, the centroid to order (spacing/range). So a whole co
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, overload
 
 import numpy as np
 import trimesh
@@ -39,6 +39,14 @@ class MovingSurface(Protocol):
     def elevation_and_velocity(
         self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float32]]: ...
+
+
+class StrainingSurface(MovingSurface, Protocol):
+    """… of one whose long waves strain the short ones."""
+
+    def elevation_velocity_and_relaxed_shift(
+        self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64], rate: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float32], NDArray[np.float32]]: ...
 
 
 @dataclass(frozen=True)
@@ -74,8 +82,8 @@ class PolarGrid:
     @cached_property
     def place_azimuth(self) -> NDArray[np.float64]:
         """(line,) deg, the azimuth within one circle: lines over the same place have the same bits in every turn."""
-        line = self.first + np.arange(self.sweep.size)
-        return self.azimuth[-self.first] + self.spacing_deg * (line % self.per_circle)
+        line = np.rint(self.sweep / self.spacing_deg).astype(np.int64)
+        return (self.azimuth[0] - self.sweep[0]) + self.spacing_deg * (line % self.per_circle)
 
     @property
     def column_number(self) -> NDArray[np.int64]:
@@ -119,6 +127,7 @@ class SurfaceMesh:
     elevation: NDArray[np.float64]  # (line, rung) m above mean sea level
     velocity_look: NDArray[np.float32]  # (line, rung) m/s, horizontal, outward
     velocity_up: NDArray[np.float32]  # (line, rung) m/s
+    relaxed_shift: NDArray[np.float32] | None = None  # (line, rung, 2) m east north, if the strain is wanted
 
     def sheets(self) -> list[tuple[slice, ...]]:
         """Column slices grouped so that those of a group do not overlap in azimuth.
@@ -201,8 +210,11 @@ class Facets:
     slope_cross: NDArray[np.float32]  # (column, facet)
     velocity_look: NDArray[np.float32]  # (column, facet) m/s
     velocity_up: NDArray[np.float32]  # (column, facet) m/s
-    lit: NDArray[np.bool_] | None = field(default=None)  # (antenna, column, facet)
+    strain: NDArray[np.float32] | None = None  # (column, facet) −∂D/∂look of the relaxed shift: > 0 where ripples crowd
+    lit: NDArray[np.bool_] | None = None  # (antenna, column, facet)
     rays: int = 0  # that were traced to find it
+    field: NDArray[np.complex64] | None = None  # (antenna, column, facet) over that of free space, one way
+    ray_slope: NDArray[np.float32] | None = None  # (column, facet) tan of the angle by which the arriving ray falls
 
     @property
     def lit_both(self) -> NDArray[np.bool_]:
@@ -212,26 +224,44 @@ class Facets:
         return self.lit[0] & self.lit[1]
 
 
-def sea_on_grid(sea: MovingSurface, grid: PolarGrid) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-    """Elevation (line, rung) and velocity (line, rung, 3), each line at the time when the beam passes it."""
+@overload
+def sea_on_grid(
+    sea: MovingSurface, grid: PolarGrid, rate: None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float32]]: ...
+@overload
+def sea_on_grid(
+    sea: StrainingSurface, grid: PolarGrid, rate: float
+) -> tuple[NDArray[np.float64], NDArray[np.float32], NDArray[np.float32]]: ...
+def sea_on_grid(sea, grid: PolarGrid, rate: float | None = None):
+    """Elevation (line, rung) m and velocity (line, rung, 3) m/s, each line at the time when the beam passes it.
+
+    With the rate [1/s] at which short waves relax also their relaxed shift (line, rung, 2) m, for `Facets.strain`.
+    """
     east, north = unit_from_azimuth(grid.place_azimuth)
     x = east[:, None] * grid.ground_range
     y = north[:, None] * grid.ground_range
-    return sea.elevation_and_velocity(x, y, np.broadcast_to(grid.time[:, None], x.shape))
+    t = np.broadcast_to(grid.time[:, None], x.shape)
+    if rate is None:
+        return sea.elevation_and_velocity(x, y, t)
+    return sea.elevation_velocity_and_relaxed_shift(x, y, t, rate)
 
 
 def surface_mesh(
-    grid: PolarGrid, elevation: NDArray[np.float64], velocity: NDArray[np.float32], radar: RadarSettings
+    grid: PolarGrid,
+    elevation: NDArray[np.float64],
+    velocity: NDArray[np.float32],
+    radar: RadarSettings,
+    relaxed_shift: NDArray[np.float32] | None = None,
 ) -> SurfaceMesh:
     """The mesh of a turn from the sea on its grid."""
     east, north = (axis[:, None].astype(np.float32) for axis in unit_from_azimuth(grid.azimuth))
     look = (velocity[..., 0] * east + velocity[..., 1] * north).astype(np.float32, copy=False)
     up = np.ascontiguousarray(velocity[..., 2])
-    return SurfaceMesh(grid, radar.height_m, radar.baseline_m, radar.tilt_deg, elevation, look, up)
+    return SurfaceMesh(grid, radar.height_m, radar.baseline_m, radar.tilt_deg, elevation, look, up, relaxed_shift)
 
 
 def mesh_turn(sea: MovingSurface, radar: RadarSettings, tracing: TracingSettings, turn: int) -> SurfaceMesh:
-    """Mesh the sea of one turn."""
+    """Mesh the sea of one turn, without the strain of short waves."""
     grid = polar_grid(radar, tracing, turn)
     return surface_mesh(grid, *sea_on_grid(sea, grid), radar)
 
@@ -298,11 +328,7 @@ def _facets(mesh: SurfaceMesh) -> Facets:
     near_plane = profile(z, grid, NEAR_FRACTION)
     far_plane = profile(z, grid, FAR_FRACTION)
 
-    # Gradient of each triangle's plane, from its rung edge (purely across) and its radial edge (half a column askew).
-    across = (z[1:] - z[:-1]) / (2.0 * ranges * np.sin(half))
-    near_cross, far_cross = across[:, :-1], across[:, 1:]
-    near_look = ((z[1:, 1:] - z[1:, :-1]) / step - near_cross * np.sin(half)) / np.cos(half)
-    far_look = ((z[:-1, 1:] - z[:-1, :-1]) / step + far_cross * np.sin(half)) / np.cos(half)
+    slope_look, slope_cross = _gradient(z[:-1], z[1:], grid)
 
     def corner_mean(field: NDArray[np.float32]) -> NDArray[np.float32]:
         first, second = field[:-1], field[1:]
@@ -324,8 +350,33 @@ def _facets(mesh: SurfaceMesh) -> Facets:
             0.5 * (near_plane.rung_height[:, :-1] + near_plane.diagonal_height),
             0.5 * (far_plane.diagonal_height + far_plane.rung_height[:, 1:]),
         ),
-        slope_look=_interleave(near_look, far_look).astype(np.float32),
-        slope_cross=_interleave(near_cross, far_cross).astype(np.float32),
+        slope_look=slope_look.astype(np.float32),
+        slope_cross=slope_cross.astype(np.float32),
         velocity_look=corner_mean(mesh.velocity_look),
         velocity_up=corner_mean(mesh.velocity_up),
+        strain=None if mesh.relaxed_shift is None else _strain(mesh.relaxed_shift, grid),
     )
+
+
+def _gradient(first: NDArray, second: NDArray, grid: PolarGrid) -> tuple[NDArray, NDArray]:
+    """Gradient (column, facet) of each triangle's plane along the column's look and across it, clockwise.
+
+    first, second: what is to be differentiated, on the columns' first and second lines, (column, rung).
+    """
+    ranges = grid.ground_range
+    step, half = np.diff(ranges), 0.5 * np.radians(grid.spacing_deg)
+    # From its rung edge (purely across) and its radial edge (half a column askew).
+    across = (second - first) / (2.0 * ranges * np.sin(half))
+    near_cross, far_cross = across[:, :-1], across[:, 1:]
+    near_look = ((second[:, 1:] - second[:, :-1]) / step - near_cross * np.sin(half)) / np.cos(half)
+    far_look = ((first[:, 1:] - first[:, :-1]) / step + far_cross * np.sin(half)) / np.cos(half)
+    return _interleave(near_look, far_look), _interleave(near_cross, far_cross)
+
+
+def _strain(relaxed_shift: NDArray[np.float32], grid: PolarGrid) -> NDArray[np.float32]:
+    """−∂D/∂l (column, facet) of the relaxed shift D along each column's look l."""
+    # All corners along the column's own look: each along its line's would make a uniform shift diverge by D/range.
+    east, north = (axis[:, None].astype(np.float32) for axis in unit_from_azimuth(grid.column_azimuth))
+    first, second = (lines[..., 0] * east + lines[..., 1] * north for lines in (relaxed_shift[:-1], relaxed_shift[1:]))
+    along, _ = _gradient(first, second, grid)
+    return -along.astype(np.float32)

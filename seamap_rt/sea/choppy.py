@@ -103,12 +103,14 @@ class ChoppySurface:
         """How far the mean level would sink, m: put back, so that heights refer to mean sea level."""
         return -float(np.trace(self.displacement.covariance))
 
-    def sample(self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
-        """Quantities (quantity, n); "rate" is the rise of the water particle, w."""
+    def sample(
+        self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity], rate: float = 0.0
+    ) -> NDArray[np.float64]:
+        """Quantities (quantity, n); "rate" is the rise of the water particle, w; rate: μ of the relaxed ones, 1/s."""
         labels = self.labels(x, y, t)
         sloping = "slope_east" in quantities or "slope_north" in quantities
         wanted = tuple(dict.fromkeys((*quantities, *(_SLOPES + _GRADIENT if sloping else ()))))
-        found = dict(zip(wanted, self.waves.sample(labels.x, labels.y, t, wanted), strict=True))
+        found = dict(zip(wanted, self.waves.sample(labels.x, labels.y, t, wanted, rate), strict=True))
         if "elevation" in found:
             found["elevation"] += self.set_down
         if sloping:

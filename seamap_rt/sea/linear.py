@@ -15,8 +15,10 @@ from .parts import Points, Quantity, Waves
 class Surface(Protocol):
     """A surface at fixed places, still water otherwise: x, y [m], t [s] are (n,)."""
 
-    def sample(self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
-        """Quantities (quantity, n); "rate" is the rise of the water particle, w."""
+    def sample(
+        self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity], rate: float = 0.0
+    ) -> NDArray[np.float64]:
+        """Quantities (quantity, n); "rate" is the rise of the water particle, w; rate: μ of the relaxed ones, 1/s."""
         ...
 
     def elevation_rate(self, x: Points, y: Points, t: Points, current: tuple[float, float]) -> NDArray[np.float64]:
@@ -34,13 +36,15 @@ class LinearSurface:
 
     parts: tuple[Waves, ...]
 
-    def sample(self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
+    def sample(
+        self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity], rate: float = 0.0
+    ) -> NDArray[np.float64]:
         """Quantities (quantity, n); "rate" is ∂η/∂t, and to first order the rise of the water particle."""
         if not self.parts or x.size == 0:
             return np.zeros((len(quantities), x.size))
-        total = self.parts[0].sample(x, y, t, quantities)
+        total = self.parts[0].sample(x, y, t, quantities, rate)
         for part in self.parts[1:]:
-            total += part.sample(x, y, t, quantities)
+            total += part.sample(x, y, t, quantities, rate)
         return total
 
     def elevation_rate(self, x: Points, y: Points, t: Points, current: tuple[float, float]) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ the number of threads.
 Three functions hold all of first-order waves (Airy 1845): the elevation η = Re Σ a e^{iθ}, θ = k·x − ωt; χ = Re Σ a
 coth(kh)/k e^{iθ}, whose gradient is the horizontal displacement of the water at the surface; and Φ = ∂χ/∂t, the
 velocity potential there, whose gradient is the horizontal flow. Slopes, rate, flow and shift are derivatives of their
-splines.
+splines. A fourth, ψ with ∂ψ/∂t + μ ψ = Φ, is the shift as waves remember it that relax at the rate μ (see `Relaxed`).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from threading import Lock
 from typing import Literal
 
@@ -31,13 +31,22 @@ from .dispersion import orbital_ratio
 from .lattice import Lattice
 from .spline import bspline_polynomials, bspline_transform
 
-Kind = Literal["elevation", "potential", "shift"]  # η [m], Φ [m²/s], χ [m²]
+
+@dataclass(frozen=True)
+class Relaxed:
+    """The field ψ [m²] with ∂ψ/∂t + rate ψ = Φ; its gradient is what short waves that the flow carries along, and that
+    relax at the rate [1/s], have been moved by (Alpers & Hasselmann 1978). At rate 0 it is χ."""
+
+    rate: float
+
+
+Kind = Literal["elevation", "potential", "shift"] | Relaxed  # η [m], Φ [m²/s], χ [m²], ψ [m²]
 Knot = tuple[int, Kind]  # number of the time step, field
 Knots = dict[Knot, NDArray[np.float32]]
 Run = tuple[int, int, int]  # time interval, first and last + 1 of its points
 
 TAPS = (-1, 0, 1, 2)  # the knots around an interval that its points take from
-CACHE_BYTES = 270_000_000  # nine knots of elevation and potential of the default sea: those of one turn
+CACHE_BYTES = 400_000_000  # nine knots of three fields of the default sea: those of one turn
 _CHUNK = 1 << 14  # points per task
 
 
@@ -77,6 +86,7 @@ class MovingField:
         self._ahead, self._behind = self._coefficient_amplitudes(amplitude)
         self._cache: OrderedDict[Knot, NDArray[np.float32]] = OrderedDict()
         self._lock = Lock()
+        self._relaxed_shift = lru_cache(maxsize=2)(self._make_relaxed_shift)
 
     @cached_property
     def error(self) -> InterpolationError:
@@ -192,6 +202,9 @@ class MovingField:
             made[number, "shift"] = self._to_grid((forward + backward) * self._shift)
         if "potential" in kinds:  # ∂χ/∂t: the flow under a wave that runs the other way is reversed
             made[number, "potential"] = self._to_grid((forward - backward) * self._shift_rate)
+        for relaxed in (kind for kind in kinds if isinstance(kind, Relaxed)):
+            delayed = self._relaxed_shift(relaxed.rate)  # a wave that runs the other way lags the other way
+            made[number, relaxed] = self._to_grid(forward * delayed + backward * np.conj(delayed))
         return made
 
     def _turn(self, time: float) -> NDArray[np.complex64]:
@@ -239,6 +252,11 @@ class MovingField:
     def _shift_rate(self) -> NDArray[np.complex64]:
         """−iω coth(kh)/k on the half-plane: Φ = ∂χ/∂t per elevation, of a wave that runs along +k."""
         return (-1j * self.lattice.omega[self._row_order()] * self._shift).astype(np.complex64)
+
+    def _make_relaxed_shift(self, rate: float) -> NDArray[np.complex64]:
+        """−iω/(rate − iω) of χ on the half-plane: ψ per elevation, of a wave that runs along +k."""
+        omega = np.where(self.lattice.omega > 0.0, self.lattice.omega, 1.0)  # no wave, and no shift, at k = 0
+        return (omega / (omega + 1j * rate))[self._row_order()].astype(np.complex64) * self._shift
 
     def _to_grid(self, half: NDArray[np.complex64]) -> NDArray[np.float32]:
         """Real field of half-plane amplitudes on the oversampled grid, (row, column)."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .components import Components
 from .dispersion import angular_frequency, orbital_ratio
 from .lattice import Lattice
-from .moving_field import MovingField, Term
+from .moving_field import MovingField, Relaxed, Term
 
 Quantity = Literal[
     "elevation",  # m
@@ -26,6 +26,8 @@ Quantity = Literal[
     "shift_east_east",  # ∂D_east/∂x
     "shift_east_north",  # ∂D_east/∂y = ∂D_north/∂x
     "shift_north_north",  # ∂D_north/∂y
+    "relaxed_east",  # the shift as waves remember it that relax at a rate μ: ∂D/∂t + μ D = flow, m
+    "relaxed_north",
 ]
 Points = NDArray[np.float64]
 
@@ -33,8 +35,10 @@ Points = NDArray[np.float64]
 class Waves(Protocol):
     """One part of the sea; parts add."""
 
-    def sample(self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
-        """The quantities (quantity, n) at n points."""
+    def sample(
+        self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity], rate: float = 0.0
+    ) -> NDArray[np.float64]:
+        """The quantities (quantity, n) at n points; rate: μ of the relaxed ones, 1/s."""
         ...
 
     def components(self) -> Components: ...
@@ -54,13 +58,16 @@ class SinusoidPart:
     toward: tuple[float, float]
     depth: float
 
-    def sample(self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
+    def sample(
+        self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity], rate: float = 0.0
+    ) -> NDArray[np.float64]:
         east, north = self.toward
         omega = float(angular_frequency(self.wavenumber, self.depth))
         angle = self.wavenumber * (east * x + north * y) - np.remainder(omega * t, 2.0 * np.pi) + self.phase
         cosine, sine = self.amplitude * np.cos(angle), self.amplitude * np.sin(angle)
         orbital = float(orbital_ratio(self.wavenumber, self.depth))
         flow, strain = omega * orbital, -self.wavenumber * orbital
+        memory = flow / (rate**2 + omega**2)
         values = {
             "elevation": (1.0, cosine),
             "rate": (omega, sine),
@@ -73,6 +80,8 @@ class SinusoidPart:
             "shift_east_east": (strain * east * east, cosine),
             "shift_east_north": (strain * east * north, cosine),
             "shift_north_north": (strain * north * north, cosine),
+            "relaxed_east": (memory * east, rate * cosine - omega * sine),
+            "relaxed_north": (memory * north, rate * cosine - omega * sine),
         }
         return np.stack([values[name][0] * values[name][1] for name in quantities])
 
@@ -114,8 +123,12 @@ class PlanePart:
         "shift_north_north": Term("shift", row=2),
     }
 
-    def sample(self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
-        return self.field.evaluate(x, y, t, [self._TERMS[name] for name in quantities])
+    def sample(
+        self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity], rate: float = 0.0
+    ) -> NDArray[np.float64]:
+        relaxed = Relaxed(rate)
+        terms = self._TERMS | {"relaxed_east": Term(relaxed, column=1), "relaxed_north": Term(relaxed, row=1)}
+        return self.field.evaluate(x, y, t, [terms[name] for name in quantities])
 
     def components(self) -> Components:
         return _lattice_components(self.lattice, self.amplitude, (1.0, 0.0))
@@ -137,7 +150,9 @@ class LinePart:
     field: MovingField
     toward: tuple[float, float]
 
-    def sample(self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
+    def sample(
+        self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity], rate: float = 0.0
+    ) -> NDArray[np.float64]:
         east, north = self.toward
         term: dict[Quantity, tuple[float, Term]] = {
             "elevation": (1.0, Term("elevation")),
@@ -151,6 +166,8 @@ class LinePart:
             "shift_east_east": (east * east, Term("shift", column=2)),
             "shift_east_north": (east * north, Term("shift", column=2)),
             "shift_north_north": (north * north, Term("shift", column=2)),
+            "relaxed_east": (east, Term(Relaxed(rate), column=1)),
+            "relaxed_north": (north, Term(Relaxed(rate), column=1)),
         }
         terms = list(dict.fromkeys(term[name][1] for name in quantities))
         along = self.field.evaluate(east * x + north * y, y, t, terms)

@@ -64,10 +64,22 @@ class Sea:
     ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
         """Elevation (…) m and water velocity (…, 3) m/s in one pass: what a mesh of the moving surface needs."""
         values = self._sample(x, y, t, ("elevation", "flow_east", "flow_north", "rate"))
-        velocity = np.empty((*values.shape[1:], 3), dtype=np.float32)
-        for axis in range(3):
-            velocity[..., axis] = values[1 + axis]
-        return values[0], velocity
+        return values[0], _single(values[1:])
+
+    def elevation_velocity_and_relaxed_shift(
+        self, x: ArrayLike, y: ArrayLike, t: ArrayLike, rate: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float32], NDArray[np.float32]]:
+        """Elevation (…) m, water velocity (…, 3) m/s and relaxed shift D (…, 2) m east north, in one pass.
+
+        dD/dt + μ D = u of the water that passes, with u its horizontal velocity less the current: −∂D/∂l along a look l
+        is the strain of short waves that run along it and relax at the rate μ [1/s] (Alpers & Hasselmann 1978); μ = 0
+        makes D the water's displacement. Raises ValueError for a rate below 0 or not finite.
+        """
+        if not (0.0 <= rate < np.inf):
+            raise ValueError(f"rate = {rate}: must be 0 or more and finite; give the relaxation rate in 1/s")
+        quantities = ("elevation", "flow_east", "flow_north", "rate", "relaxed_east", "relaxed_north")
+        values = self._sample(x, y, t, quantities, rate)
+        return values[0], _single(values[1:4]), _single(values[4:])
 
     def elevation_and_slopes(
         self, x: ArrayLike, y: ArrayLike, t: ArrayLike
@@ -98,10 +110,12 @@ class Sea:
         """The directional spectrum that was realised, as expected before the dice; see `facts.spectrum_dataset`."""
         return spectrum_dataset(self.parts, self.resolved)
 
-    def _sample(self, x: ArrayLike, y: ArrayLike, t: ArrayLike, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
-        """Quantities (quantity, …) in the world's frame."""
+    def _sample(
+        self, x: ArrayLike, y: ArrayLike, t: ArrayLike, quantities: Sequence[Quantity], rate: float = 0.0
+    ) -> NDArray[np.float64]:
+        """Quantities (quantity, …) in the world's frame; rate: μ of the relaxed ones, 1/s."""
         east, north, time, shape = self._riding(x, y, t)
-        values = self.surface.sample(east, north, time, quantities)
+        values = self.surface.sample(east, north, time, quantities, rate)
         for name, speed in zip(("flow_east", "flow_north"), self.current, strict=True):
             if speed != 0.0 and name in quantities:
                 values[quantities.index(name)] += speed
@@ -116,3 +130,11 @@ class Sea:
         if self.current != (0.0, 0.0):
             east, north = east - self.current[0] * time, north - self.current[1] * time
         return east, north, time, points[0].shape
+
+
+def _single(values: NDArray[np.float64]) -> NDArray[np.float32]:
+    """(axis, …) as (…, axis) in single precision."""
+    single = np.empty((*values.shape[1:], values.shape[0]), dtype=np.float32)
+    for axis, value in enumerate(values):
+        single[..., axis] = value
+    return single
