@@ -1,4 +1,4 @@
-"""Speckle: unit complex Gaussian per facet, correlated in slow time as exp(−(τ/τc)²).
+"""Speckle: unit complex Gaussian per facet, correlated in slow time as exp(−(τ/τc)²) where nothing but time passes.
 
 Over the few milliseconds for which the beam dwells on a column the process has few degrees of freedom: it is drawn in
 the basis of its own covariance matrix, truncated where the discarded variance is below 1e-4.
@@ -6,27 +6,78 @@ the basis of its own covariance matrix, truncated where the discarded variance i
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 _STAGE = 2  # of the scene's random source; 1 is the sea, 3 the receiver's noise
 
 
+@dataclass(frozen=True)
+class StillSpeckle:
+    """Speckle of scatterers that go where the water goes."""
+
+    basis: NDArray[np.float32]  # (mode, knot)
+    seed: int
+
+    def __call__(self, column: int, column_number: int, out: NDArray[np.complex64]) -> None:
+        """Fill out (knot, facet) for one column."""
+        weights = speckle_weights(self.seed, column_number, self.basis.shape[0], out.shape[1])
+        np.matmul(self.basis.T, weights.view(np.float32), out=out.view(np.float32))
+
+
 def speckle_basis(knots: int, spacing_s: float, decorrelation_time_s: float) -> NDArray[np.float32]:
     """(mode, knot): real rows whose products with unit complex Gaussians have the asked-for covariance."""
-    lag = spacing_s * np.arange(knots)
-    covariance = np.exp(-(((lag[:, None] - lag[None, :]) / decorrelation_time_s) ** 2))
-    variance, modes = np.linalg.eigh(covariance)
-    kept = np.cumsum(variance) > 1e-4 * knots  # ascending: drop the smallest until 1e-4 of the variance is gone
-    kept[-1] = True
-    basis = (modes[:, kept] * np.sqrt(np.maximum(variance[kept], 0.0))).T
+    lag = _lags(knots, spacing_s)
+    variance, modes = _strongest_modes(np.exp(-((lag / decorrelation_time_s) ** 2)))
+    basis = (modes * np.sqrt(np.maximum(variance, 0.0))).T
     basis /= np.sqrt(np.sum(basis**2, axis=0))  # unit variance at every knot, exactly
     return basis.astype(np.float32)
 
 
-def speckle_weights(seed: int, column_number: int, modes: int, facets: int) -> NDArray[np.complex64]:
-    """(mode, facet) unit complex Gaussians of one column; a column keeps its numbers however the work is cut up."""
-    random = np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=(_STAGE, column_number))))
+def two_way_basis(
+    knots: int, spacing_s: float, decorrelation_time_s: float, turning: float
+) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+    """Modes of speckle whose phase turns at +turning [rad/s] for a share w of its power, at −turning for the rest.
+
+    Returns rows (mode, knot) and their contrasts κ (mode,) in ±1. Row m times √(1 + (2w − 1) κ_m), whatever w is, and
+    the sum over m with unit complex Gaussians has the covariance exp(−(τ/τc)²)[w e^{+jωτ} + (1 − w) e^{−jωτ}]: where
+    the sum of two covariances is made the identity, their difference can be made diagonal.
+    """
+    lag = _lags(knots, spacing_s)
+    envelope = np.exp(-((lag / decorrelation_time_s) ** 2))
+    variance, modes = _strongest_modes(envelope * np.cos(turning * lag))  # of half and half: holds all that any w needs
+    root = np.sqrt(np.maximum(variance, np.finfo(float).tiny))
+    whitened = modes / root
+    contrast, rotation = np.linalg.eigh(1j * (whitened.T @ (envelope * np.sin(turning * lag)) @ whitened))
+    return np.asarray((modes * root) @ rotation, dtype=np.complex128).T, np.clip(contrast, -1.0, 1.0)
+
+
+def _lags(knots: int, spacing_s: float) -> NDArray[np.float64]:
+    """(knot, knot) s: the row's time less the column's."""
+    time = spacing_s * np.arange(knots)
+    return time[:, None] - time[None, :]
+
+
+def _strongest_modes(covariance: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Variances (mode,) and eigenvectors (knot, mode) of a covariance of unit variance at each knot."""
+    variance, modes = np.linalg.eigh(covariance)
+    # Ascending: drop the smallest until 1e-4 of the variance is gone.
+    kept = np.cumsum(variance) > 1e-4 * variance.size
+    kept[-1] = True
+    return variance[kept], modes[:, kept]
+
+
+def speckle_weights(
+    seed: int, column_number: int, modes: int, facets: int, draw: tuple[int, ...] = ()
+) -> NDArray[np.complex64]:
+    """(mode, facet) unit complex Gaussians of one column; a column keeps its numbers however the work is cut up.
+
+    draw: names a further, independent draw of the same column.
+    """
+    key = (_STAGE, column_number, *draw)
+    random = np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=key)))
     draws = random.standard_normal((modes, facets, 2), dtype=np.float32)
     draws *= np.float32(np.sqrt(0.5))
     return draws.view(np.complex64)[..., 0]

@@ -3,9 +3,10 @@
     V(p, rx, g) = Σ_columns E²(beam − column) Σ_facets a h(r_g − R) s(t) exp(−jk(R_tx + R_rx)(t))
 
 While the beam passes a column (30 ms) a facet moves by centimetres: its range response stays, its phase turns at the
-rate of its radial velocity, its speckle s(t) decorrelates. The echo is band-limited in slow time: rotation of the
-aperture, Doppler and speckle together span some ±500 Hz, far less than the PRF. So the sum is formed at *knots* a few
-pulses apart, and the pulses between are interpolated by a windowed sinc.
+rate of its radial velocity, its speckle s(t) decorrelates, or turns by itself where its scatterers move relative to the
+water. The echo is band-limited in slow time: rotation of the aperture, Doppler and speckle together span some ±500 Hz,
+far less than the PRF. So the sum is formed at *knots* a few pulses apart, and the pulses between are interpolated by a
+windowed sinc.
 """
 
 from __future__ import annotations
@@ -25,8 +26,9 @@ from ..radar.receiver import thermal_noise
 from ..radar.scan import BEAMS_BEYOND, Pulses
 from ..settings import RadarSettings
 from .gating import Gating
+from .motion import Motion, MovingSpeckle, echo_bandwidth
 from .paths import FacetPaths, facet_paths, pair_count, wavenumber
-from .speckle import speckle_basis, speckle_weights
+from .speckle import StillSpeckle, speckle_basis
 
 _TAPS = 16
 _OVERSAMPLING = 1.3  # knots per Nyquist interval of a band that is a sum of worst cases
@@ -54,16 +56,24 @@ def turn_voltages(
     seed: int,
     decorrelation_time_s: float,
     workers: int = 2,
+    motion: Motion | None = None,
 ) -> NDArray[np.complex64]:
     """Voltages (pulse, receiver, gate) [√W] of one turn, speckle and (if radar.noise) thermal noise included.
 
-    rcs (column, facet) [m²]. The same seed gives the same bits for any number of workers.
+    rcs (column, facet) [m²]. motion: of the scatterers relative to the water; without it they go where the water goes.
+    The same seed gives the same bits for any number of workers. Raises ValueError if motion is not of these facets.
     """
+    if motion is not None:
+        motion.check(facets)
     gating = Gating(radar, facets)
-    knots = choose_knots(facets, radar, pulses, decorrelation_time_s)
+    knots = choose_knots(facets, radar, pulses, decorrelation_time_s, motion)
     window = int(np.floor(2.0 * BEAMS_BEYOND * radar.antenna.azimuth_beamwidth_deg / knots.spacing_deg)) + 1
-    basis = speckle_basis(window, knots.spacing_s, decorrelation_time_s)
-    kernel = ColumnKernel(facets, rcs, radar, gating, knots, window, basis, TwoWayBeam(radar), gating.level, seed)
+    if motion is None:
+        speckle = StillSpeckle(speckle_basis(window, knots.spacing_s, decorrelation_time_s), seed)
+    else:
+        k = wavenumber(radar)
+        speckle = MovingSpeckle.over(window, knots.spacing_s, k, decorrelation_time_s, motion, seed)
+    kernel = ColumnKernel(facets, rcs, radar, gating, knots, window, speckle, TwoWayBeam(radar), gating.level)
 
     echo = np.zeros((pair_count(radar), knots.count, gating.range.size), dtype=np.complex64)
     edges = [*range(0, facets.grid.columns, _CHUNK), facets.grid.columns]
@@ -81,8 +91,10 @@ def turn_voltages(
     return voltages
 
 
-def choose_knots(facets: Facets, radar: RadarSettings, pulses: Pulses, decorrelation_time_s: float) -> Knots:
-    """Knots as far apart as the echo's bandwidth allows: rotation + Doppler of the fastest facet + speckle."""
+def choose_knots(
+    facets: Facets, radar: RadarSettings, pulses: Pulses, decorrelation_time_s: float, motion: Motion | None = None
+) -> Knots:
+    """Knots as far apart as the echo's bandwidth allows: rotation + Doppler of the fastest scatterer + speckle."""
     rate = 6.0 * radar.rotation_rpm  # deg/s
     wavelength = 2.0 * np.pi / wavenumber(radar)
     # The two-way pattern is the transform of the aperture convolved with itself: strictly ±width/λ per radian. A
@@ -90,9 +102,7 @@ def choose_knots(facets: Facets, radar: RadarSettings, pulses: Pulses, decorrela
     strict = np.radians(radar.antenna.width_m / wavelength)
     soft = 1.35 / radar.antenna.azimuth_beamwidth_deg
     rotation = rate * (strict if radar.antenna.pattern == "slotted_waveguide" else soft)
-    fastest = float(np.max(np.hypot(facets.velocity_look, facets.velocity_up), initial=0.0))
-    speckle = 3.5 / (np.sqrt(2.0) * np.pi * decorrelation_time_s)
-    bandwidth = rotation + 2.0 * fastest / wavelength + speckle
+    bandwidth = echo_bandwidth(facets, wavenumber(radar), rotation, decorrelation_time_s, motion)
     stride = max(1, int(radar.prf_hz / (2.0 * _OVERSAMPLING * bandwidth)))
     if radar.transmit == "switched" and stride > 1:
         stride -= stride % 2  # then a pulse's transmitter depends on its place between knots alone
@@ -115,10 +125,9 @@ class ColumnKernel:
     gating: Gating
     knots: Knots
     window: int
-    basis: NDArray[np.float32]
+    speckle: StillSpeckle | MovingSpeckle
     beam: TwoWayBeam
     level: NDArray[np.float64]  # (gate,) cosine of the elevation at which each gate hears the mean sea
-    seed: int
 
     def __call__(self, columns: slice) -> tuple[int, NDArray[np.complex64]]:
         """First knot's index and the chunk's sum (pair, knot, gate)."""
@@ -144,7 +153,7 @@ class ColumnKernel:
         gated = np.zeros((phasors.shape[1], pairs, self.window, self.gating.range.size), dtype=np.complex64)
         for block in self.gating.blocks:
             weight = self.gating.weights(block, paths.length) * paths.amplitude[..., block.facets, None]
-            heard = np.matmul(phasors[..., block.facets], weight.astype(np.complex64))
+            heard = np.matmul(phasors[..., block.facets], weight.astype(np.complex64, copy=False))
             gated[..., block.gates] = heard.transpose(1, 0, 2, 3)
         return gated
 
@@ -161,21 +170,14 @@ class ColumnKernel:
         step = _unit_phasor(2.0 * k * self.knots.spacing_s * paths.radial_velocity)
         apart = _unit_phasor(k * paths.difference)
         phasors = _scratch((paths.length.shape[0], count, self.window, facets))
-        self._speckle(columns, out=phasors[0])
+        for column, number in enumerate(self.facets.grid.column_number[columns]):
+            self.speckle(columns.start + column, int(number), phasors[0, column])
         for knot in range(self.window):
             phasors[0, :, knot] *= phasor
             for pair in range(1, len(phasors)):
                 np.multiply(phasors[pair - 1, :, knot], apart, out=phasors[pair, :, knot])
             phasor *= step
         return phasors
-
-    def _speckle(self, columns: slice, out: NDArray[np.complex64]) -> None:
-        """Fill out (column, knot, facet)."""
-        numbers = self.facets.grid.column_number[columns]
-        modes = self.basis.shape[0]
-        for column, number in enumerate(numbers):
-            weights = speckle_weights(self.seed, int(number), modes, out.shape[2])
-            np.matmul(self.basis.T, weights.view(np.float32), out=out[column].view(np.float32))
 
 
 _kept = threading.local()

@@ -1,0 +1,143 @@
+"""How the scatterers on a facet move relative to its water, and the speckle that this makes.
+
+A facet's voltage turns as exp(−2jk × path): what comes nearer at speed c has the Doppler frequency +2c/λ. Bragg waves
+run both ways at their own phase speed, whether the water under them moves or not (Valenzuela & Laing 1970); breakers
+run ahead of the water with the wave that breaks, at speeds of their own (Lee et al. 1995). The two kinds are
+independent. Relative to the water, the covariance of a facet's speckle is
+
+    Bragg, share 1 − b    exp(−(τ/τc)²) [w exp(+2jkcτ) + (1 − w) exp(−2jkcτ)]
+    breakers, share b     exp(−(τ/τc)²) exp(−2jk v τ) exp(−½ (2kστ)²)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh import Facets
+from .speckle import speckle_basis, speckle_weights, two_way_basis
+
+_BREAKERS = (1,)  # the draw of a column that is theirs; the Bragg waves have its first
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How a facet's scatterers move relative to the water.
+
+    Raises ValueError for shares outside 0 to 1, speeds that are not finite, and columns that do not fit each other.
+    """
+
+    bragg_speed: float  # m/s, phase speed of the Bragg waves
+    approaching: NDArray[np.float64]  # (column,) share of the Bragg power of waves that run towards the radar
+    breaking: NDArray[np.float32] | None  # (column, facet) share of the rcs that comes from breakers
+    breaker_speed: NDArray[np.float64]  # (column,) m/s outward
+    breaker_spread: float  # m/s rms
+
+    def __post_init__(self) -> None:
+        for name in ("bragg_speed", "breaker_spread"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ValueError(f"{name} = {getattr(self, name):g}: must be finite and at least 0 m/s")
+        for name in ("approaching", "breaking"):
+            share = getattr(self, name)
+            if share is not None and share.size and not (share.min() >= 0.0 and share.max() <= 1.0):
+                raise ValueError(f"{name} = {share.min():g} … {share.max():g}: must lie within 0 to 1; it is a share")
+        if not np.isfinite(self.breaker_speed).all():
+            raise ValueError("breaker_speed: must be finite; give columns without breakers 0 m/s")
+        if self.breaker_speed.shape != self.approaching.shape:
+            raise ValueError(
+                f"breaker_speed {self.breaker_speed.shape}: must be {self.approaching.shape} as approaching is; "
+                "give one value for each column"
+            )
+
+    def check(self, facets: Facets) -> None:
+        """Raise ValueError unless the shares are those of these facets."""
+        columns, count = facets.height.shape
+        if self.approaching.shape != (columns,):
+            raise ValueError(
+                f"motion's columns = {self.approaching.size}: must be the facets' {columns}; "
+                "make it from the grid of the same turn"
+            )
+        if self.breaking is not None and self.breaking.shape != (columns, count):
+            raise ValueError(f"breaking {self.breaking.shape}: must be ({columns}, {count}), one share for each facet")
+
+    def breaker_time(self, wavenumber: float, decorrelation_time_s: float) -> float:
+        """Decorrelation time of the breakers [s]: their spread of speeds shortens that of the facet."""
+        rate = np.hypot(1.0 / decorrelation_time_s, np.sqrt(2.0) * wavenumber * self.breaker_spread)
+        return 1.0 / float(rate) if rate > 0.0 else np.inf
+
+
+def echo_bandwidth(
+    facets: Facets, wavenumber: float, rotation_hz: float, decorrelation_time_s: float, motion: Motion | None
+) -> float:
+    """Frequency [Hz] beyond which no scatterer echoes: the fastest one's Doppler, widened by speckle and rotation."""
+    water = float(np.max(np.hypot(facets.velocity_look, facets.velocity_up), initial=0.0))
+    if motion is None:
+        return rotation_hz + wavenumber * water / np.pi + _speckle_width(decorrelation_time_s)
+
+    def edge(speed: float, time_constant: float) -> float:
+        # Rotation and speckle each smear the line: their spectra are convolved, so their widths add as squares.
+        return wavenumber * speed / np.pi + float(np.hypot(rotation_hz, _speckle_width(time_constant)))
+
+    bragg = edge(water + motion.bragg_speed, decorrelation_time_s)
+    if motion.breaking is None or not motion.breaking.any():
+        return bragg
+    outward = facets.velocity_look + motion.breaker_speed[:, None].astype(np.float32)
+    breakers = float(np.max(np.hypot(outward, facets.velocity_up), initial=0.0, where=motion.breaking > 0.0))
+    return max(bragg, edge(breakers, motion.breaker_time(wavenumber, decorrelation_time_s)))
+
+
+def _speckle_width(time_constant: float) -> float:
+    """Hz, 3.5 σ of the spectrum of exp(−(τ/τc)²)."""
+    return 3.5 / (np.sqrt(2.0) * np.pi * time_constant)
+
+
+@dataclass(frozen=True)
+class MovingSpeckle:
+    """Speckle of Bragg waves and breakers, at knots `spacing_s` apart."""
+
+    motion: Motion
+    bragg: NDArray[np.complex128]  # (mode, knot)
+    contrast: NDArray[np.float64]  # (mode,) of the directions, as two_way_basis gives it
+    breakers: NDArray[np.float32]  # (mode, knot) as they would be without their mean speed
+    turning: NDArray[np.float64]  # (knot,) rad per m/s outward
+    seed: int
+
+    @classmethod
+    def over(
+        cls,
+        knots: int,
+        spacing_s: float,
+        wavenumber: float,
+        decorrelation_time_s: float,
+        motion: Motion,
+        seed: int,
+    ) -> MovingSpeckle:
+        """For a column that is heard at so many knots."""
+        bragg, contrast = two_way_basis(knots, spacing_s, decorrelation_time_s, 2.0 * wavenumber * motion.bragg_speed)
+        breakers = speckle_basis(knots, spacing_s, motion.breaker_time(wavenumber, decorrelation_time_s))
+        turning = -2.0 * wavenumber * spacing_s * np.arange(knots, dtype=np.float64)
+        return cls(motion, bragg, contrast, breakers, turning, seed)
+
+    def __call__(self, column: int, column_number: int, out: NDArray[np.complex64]) -> None:
+        """Fill out (knot, facet) for one column."""
+        modes, facets = len(self.bragg), out.shape[1]
+        basis = self.bragg_of(column)
+        weights = speckle_weights(self.seed, column_number, modes, facets)
+        share = None if self.motion.breaking is None else self.motion.breaking[column]
+        if share is not None and share.any():
+            # Both kinds of scatterers in one product: their modes side by side, each with its share of every facet.
+            others = speckle_weights(self.seed, column_number, len(self.breakers), facets, _BREAKERS)
+            basis = np.concatenate((basis, self.breakers_of(column)))
+            weights = np.concatenate((np.sqrt(1.0 - share) * weights, np.sqrt(share) * others))
+        np.matmul(basis.T, weights, out=out)
+
+    def bragg_of(self, column: int) -> NDArray[np.complex64]:
+        strength = 1.0 + (2.0 * self.motion.approaching[column] - 1.0) * self.contrast
+        rows = self.bragg * np.sqrt(strength)[:, None]
+        rows /= np.sqrt(np.sum(np.abs(rows) ** 2, axis=0))  # unit variance at every knot, exactly
+        return rows.astype(np.complex64)
+
+    def breakers_of(self, column: int) -> NDArray[np.complex64]:
+        return (self.breakers * np.exp(1j * self.motion.breaker_speed[column] * self.turning)).astype(np.complex64)
