@@ -1,6 +1,7 @@
 """The speckle-averaged echo: power of every pair and covariance of the receivers, per look and gate, without noise.
 
-Facets are independent scatterers, so their powers add, and each contributes its own interferometric phase.
+Facets are independent scatterers, so their powers add, and each contributes its own interferometric phase; where its
+field comes over an edge, that of the detour as well.
 """
 
 from __future__ import annotations
@@ -56,10 +57,10 @@ def expected_look_gates(
             heard = [gating.weights(block, length).astype(np.float64) for length in paths.length]
             volts = [h * a[:, block.facets, None] for h, a in zip(heard, paths.amplitude, strict=True)]
             for pair, voltage in enumerate(volts):
-                column_power[pair, :, block.gates] = np.einsum("cfg,cfg->cg", voltage, voltage)
+                column_power[pair, :, block.gates] = np.einsum("cfg,cfg->cg", voltage, voltage.conj()).real
             phase = turning[:, block.facets, None]
             for transmitter in (0, 1):
-                product = volts[transmitter] * volts[transmitter + 1]
+                product = volts[transmitter] * volts[transmitter + 1].conj()
                 column_covariance[transmitter, :, block.gates] = np.sum(product * phase, axis=1)
             area = heard[1] ** 2 * facets.horizontal_area[block.facets][:, None]
             column_weight[:, block.gates] = area.sum(axis=1)

@@ -28,7 +28,8 @@ class FacetPaths:
     length: NDArray[np.float64]  # (pair, column, facet) half the path transmitter → facet → receiver [m]
     difference: NDArray[np.float64]  # R₁ − R₀ [m]
     radial_velocity: NDArray[np.float64]  # m/s, positive away
-    amplitude: NDArray[np.float32]  # (pair, column, facet) voltage at boresight azimuth, before the range response [√W]
+    # (pair, column, facet) voltage at boresight azimuth, before the range response [√W]; complex where light bends
+    amplitude: NDArray[np.float32] | NDArray[np.complex64]
 
     @property
     def lower(self) -> NDArray[np.float64]:
@@ -42,7 +43,7 @@ def facet_paths(
     """Paths of the facets of `columns` for the pairs m < `pairs` (2 for a single transmitter, 3 for switched).
 
     rcs (column, facet) [m²] is that of all columns; a facet echoes in pair m only if it is lit for both of its
-    antennas.
+    antennas. With a diffracted field it echoes as far as that reaches it, lit or not, out and back alike.
     """
     if facets.lit is None:
         raise ValueError("these facets have not been traced; call a tracer first")
@@ -60,14 +61,20 @@ def facet_paths(
     sine = np.cos(tilt) * height / middle + np.sin(tilt) * distance / middle
     elevation = _tabulated(pattern.elevation, sine) ** 2
     reach = amplitude_constant(radar) * elevation * np.sqrt(rcs[columns])
-    lit = facets.lit[:, columns]
-    spreading = (lower * lower, lower * upper, upper * upper)
-    seen = (lit[0], lit[0] & lit[1], lit[1])
+    voltage = [reach / spreading for spreading in (lower * lower, lower * upper, upper * upper)[:pairs]]
+    if facets.field is None:
+        lit = facets.lit[:, columns]
+        seen = (lit[0], lit[0] & lit[1], lit[1])
+        amplitude = np.stack([np.where(seen[m], v, 0.0).astype(np.float32) for m, v in enumerate(voltage)])
+    else:
+        field = facets.field[:, columns]
+        ways = (field[0] * field[0], field[0] * field[1], field[1] * field[1])
+        amplitude = np.stack([(v * ways[m]).astype(np.complex64) for m, v in enumerate(voltage)])
     return FacetPaths(
         length=np.stack((lower, middle, upper)[:pairs]),
         difference=difference,
         radial_velocity=velocity,
-        amplitude=np.stack([np.where(seen[m], reach / spreading[m], 0.0).astype(np.float32) for m in range(pairs)]),
+        amplitude=amplitude,
     )
 
 

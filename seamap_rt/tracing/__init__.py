@@ -4,23 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ..conventions import SPEED_OF_LIGHT
 from ..mesh import Facets, SurfaceMesh
 from ..settings import RadarSettings, ScatteringSettings
 
 Tracer = Callable[[SurfaceMesh], Facets]
 
 
-def tracer(name: str, radar: RadarSettings, water: ScatteringSettings) -> Tracer:
-    """The tracer of that name: `facets` (rays through a Sionna scene) or `horizon` (running maximum, float64)."""
+def tracer(name: str, radar: RadarSettings, water: ScatteringSettings, diffraction: str = "none") -> Tracer:
+    """The tracer of that name: `facets` (rays through a Sionna scene) or `horizon` (running maximum, float64).
+
+    diffraction: `none`, or `knife_edge` for the field over the shadows' edges on top.
+    """
+    if diffraction not in ("none", "knife_edge"):
+        raise ValueError(f"diffraction = '{diffraction}': must be none or knife_edge; none leaves shadows geometric")
     if name == "facets":
         from .rays import RayTracer
 
-        return RayTracer(radar, water)
-    if name == "horizon":
+        trace: Tracer = RayTracer(radar, water)
+    elif name == "horizon":
         from .horizon import trace_horizon
 
-        return trace_horizon
-    raise ValueError(f"tracer '{name}': must be facets or horizon")
+        trace = trace_horizon
+    else:
+        raise ValueError(f"tracer '{name}': must be facets or horizon")
+    return trace if diffraction == "none" else _over_edges(trace, SPEED_OF_LIGHT / radar.frequency_hz)
+
+
+def _over_edges(trace: Tracer, wavelength_m: float) -> Tracer:
+    from .diffraction import diffract  # numba takes half a second to import: only where it is used
+
+    return lambda mesh: diffract(trace(mesh), mesh, wavelength_m)
 
 
 __all__ = ["Tracer", "tracer"]
