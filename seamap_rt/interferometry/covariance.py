@@ -155,31 +155,31 @@ def independent_looks(weights: NDArray[np.float64], correlation: NDArray[np.floa
 def pulse_correlation(
     voltage: NDArray[np.complex64], look: NDArray[np.intp], noise_power: float, most_lag: int
 ) -> NDArray[np.float64]:
-    """|ρ| of the echo between pulses 0 … most_lag apart, estimated from the strongest tenth of the cells.
+    """|ρ| of the echo between pulses 0 … most_lag apart, estimated from the strongest tenth of the gates.
 
-    It tells how many independent samples of speckle a dwell holds, which neither the scene nor the radar can say.
+    It tells how many independent samples of speckle a dwell holds, which neither the scene nor the radar can say. Taken
+    from the powers of Gaussian speckle, ⟨P P'⟩ = (w + n)² + w² |ρ|² with n the noise's: they know neither the Doppler
+    frequency, different from cell to cell, nor which antenna transmitted, and a dwell of few samples does not bias
+    them as it would |⟨V V'*⟩|.
     """
     rows = np.flatnonzero(look >= 0)
-    if rows.size == 0:
-        return np.ones(most_lag + 1)
-    power = np.mean(np.nan_to_num(np.abs(voltage[rows[:: max(1, rows.size // 500)], 0])) ** 2, axis=0)
-    gates = np.argsort(power)[::-1][: max(1, power.size // 10)]
-    series = voltage[rows][:, 0, gates].astype(np.complex128)
-    number = look[rows]
-    series = np.where(np.isfinite(series), series, 0.0)
-    floor = noise_power * series.shape[0]
-    energy = np.maximum(np.sum(np.abs(series) ** 2, axis=0) - floor, 0.0).sum()
     correlation = np.ones(most_lag + 1)
-    starts = np.flatnonzero(np.r_[True, np.diff(number) != 0])
-    lags = np.unique(np.linspace(1, most_lag, min(most_lag, 16)).astype(int)) if most_lag else np.array([], dtype=int)
+    if rows.size == 0 or most_lag == 0:
+        return correlation
+    rough = np.mean(np.nan_to_num(np.abs(voltage[rows[:: max(1, rows.size // 500)], 0])) ** 2, axis=0)
+    gates = np.argsort(rough)[::-1][: max(1, rough.size // 10)]
+    series = voltage[rows][:, 0, gates]
+    power = np.nan_to_num(np.square(series.real, dtype=np.float64) + np.square(series.imag, dtype=np.float64))
+    number = look[rows]
+    mean, square = power.mean(), 0.5 * np.mean(power**2)  # ⟨w + n⟩, ⟨(w + n)²⟩
+    echo = square - 2.0 * noise_power * mean + noise_power**2  # ⟨w²⟩
+    if not echo > 0.0:
+        return correlation
+    lags = np.unique(np.linspace(1, most_lag, min(most_lag, 16)).astype(int))
     values = []
     for lag in lags:
-        product = np.zeros_like(series)
-        product[:-lag] = series[:-lag] * series[lag:].conj()
-        product[:-lag][number[:-lag] != number[lag:]] = 0.0
-        kept = np.count_nonzero(number[:-lag] == number[lag:]) / number.size
-        total = np.abs(np.add.reduceat(product, starts, axis=0)).sum()
-        values.append(min(1.0, total / max(energy * kept, 1e-300)) if kept > 0 else 0.0)
-    if values:
-        correlation[1:] = np.interp(np.arange(1, most_lag + 1), lags, values)
+        alike = number[:-lag] == number[lag:]
+        product = np.mean(power[:-lag][alike] * power[lag:][alike]) if alike.any() else square
+        values.append(np.sqrt(np.clip((product - square) / echo, 0.0, 1.0)))
+    correlation[1:] = np.interp(np.arange(1, most_lag + 1), lags, values)
     return correlation

@@ -16,6 +16,7 @@ from .quality import gate_median
 from .slopes import local_plane
 
 Weights = tuple[NDArray[np.float64], NDArray[np.float64]]  # of a window: along range, across looks
+PhaseSlopes = tuple[NDArray[np.float64], NDArray[np.float64]]  # rad per gate, rad per look; they broadcast to a map
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,7 @@ class Heights:
     height: NDArray[np.float64]  # m
     ground_range: NDArray[np.float64]  # m, from the lower antenna
     gain: NDArray[np.float64]  # |dz/dφ| [m/rad]
+    phase_slopes: PhaseSlopes  # along which cells were averaged, of the flat sea and of the waves as far as known
 
 
 class PhaseModel:
@@ -47,7 +49,7 @@ class PhaseModel:
             self.radar.ranges + offset, 0.0, geometry.baseline, geometry.lower_height, geometry.tilt, self._share
         )
 
-    def heights(self, cells: Covariance, window: Weights) -> Heights:
+    def heights(self, cells: Covariance, window: Weights, phase_slopes: PhaseSlopes) -> Heights:
         """Invert the phase of averaged cells. Departures from mean sea level beyond half an ambiguity are folded so
         far; the flag `ambiguous` says where the sea may be that high."""
         radar, geometry = self.radar, self.geometry
@@ -57,7 +59,7 @@ class PhaseModel:
             radar.ranges, difference, geometry.baseline, geometry.lower_height, geometry.tilt, self._share
         )
         gain = height_per_phase(radar.ranges, difference, geometry.baseline, geometry.tilt, radar.wavelength)
-        return Heights(cells, window, phase, height, ground_range, gain)
+        return Heights(cells, window, phase, height, ground_range, gain, phase_slopes)
 
 
 def single_cell_heights(dwell: Covariance, model: PhaseModel, settings: RetrievalSettings, width_deg: float) -> Heights:
@@ -66,8 +68,8 @@ def single_cell_heights(dwell: Covariance, model: PhaseModel, settings: Retrieva
         window_weights(settings.cell_range_m, model.radar.spacing),
         window_weights(settings.cell_azimuth_deg, width_deg),
     )
-    cells = dwell.windowed_along(*window, phase_per_gate=model.flat_per_gate, phase_per_look=np.zeros(1))
-    return model.heights(cells, window)
+    along = (model.flat_per_gate, np.zeros(1))
+    return model.heights(dwell.windowed_along(*window, *along), window, along)
 
 
 def sliding_plane_heights(
@@ -82,12 +84,11 @@ def sliding_plane_heights(
         window_weights(settings.window_range_m, radar.spacing),
         window_weights(settings.window_azimuth_deg, width_deg),
     )
-    cells = dwell.windowed_along(
-        *window,
-        phase_per_gate=model.flat_per_gate + _phase_slope(outward * step, per_height),
-        phase_per_look=_phase_slope(clockwise * first.ground_range * np.radians(width_deg), per_height),
+    along = (
+        model.flat_per_gate + _phase_slope(outward * step, per_height),
+        _phase_slope(clockwise * first.ground_range * np.radians(width_deg), per_height),
     )
-    return model.heights(cells, window)
+    return model.heights(dwell.windowed_along(*window, *along), window, along)
 
 
 ESTIMATORS = {"single_cell": single_cell_heights, "sliding_plane": sliding_plane_heights}

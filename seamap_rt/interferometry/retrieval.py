@@ -81,7 +81,7 @@ def retrieve_turn(echoes: xr.Dataset, radar: RadarDescription, settings: Retriev
     echo_power = 0.5 * (cells.lower + cells.upper) - radar.noise_power
     echoing = has_echo(cells, echo_power, radar, settings)
     heard = echoing & np.isfinite(found.height)
-    spread = height_std(voltage, look, dwell.turned(model.flat), echo_power, found.gain, radar, *found.window)
+    spread = height_std(voltage, look, dwell, echo_power, found, radar)
     height, ground_range, spread = (np.where(heard, f, np.nan) for f in (found.height, found.ground_range, spread))
     outward, clockwise = slopes(height, ground_range, cells.lower, radar, settings, width)
     fields = {

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..analytic.phase import phase_std_lee94
 from .covariance import Covariance, independent_looks, pulse_correlation
 from .description import RadarDescription
+from .heights import Heights
 
 
 def height_std(
@@ -17,17 +18,17 @@ def height_std(
     look: NDArray[np.intp],
     dwell: Covariance,
     echo_power: NDArray[np.float64],
-    gain: NDArray[np.float64],
+    found: Heights,
     radar: RadarDescription,
-    range_weights: NDArray[np.float64],
-    look_weights: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Standard error of the height: speckle and noise, which average at different rates, added in square.
 
-    Speckle: Lee's statistics with the coherence that is left when the noise's share is taken out, from a wider window
+    Speckle: Lee's statistics with the coherence that is left when the noise's share is taken out, from a longer window
     (one look's own coherence says nothing), and as many samples as the dwell's measured correlation leaves. Noise: it
-    is new at every pulse; phase variance (2/SNR + 1/SNR²)/2N with the cell's own, faded SNR.
+    is new at every pulse; phase variance (2/SNR + 1/SNR²)/2N with the cell's own, faded SNR. The longer window follows
+    the slopes that the heights were averaged along, or the waves would count as a lack of coherence.
     """
+    range_weights, look_weights = found.window
     pulses = max(1, int(np.median(np.bincount(look[look >= 0])))) if (look >= 0).any() else 1
     correlation = pulse_correlation(voltage, look, radar.noise_power, pulses - 1)
     lags = radar.spacing * np.arange(range_weights.size)
@@ -38,8 +39,10 @@ def height_std(
     looks = independent_looks(np.ones(pulses), correlation) * independent_looks(range_weights, echo_lag) * in_azimuth
     samples = pulses * independent_looks(range_weights, radar.response.noise_correlation(lags)) * in_azimuth
 
-    wide = dwell.windowed(
-        np.ones(2 * max(2, range_weights.size // 2 + 1) + 1), np.ones(2 * (look_weights.size // 2) + 3)
+    wide = dwell.windowed_along(
+        np.ones(2 * max(2, range_weights.size // 2 + 1) + 1),
+        np.ones(look_weights.size),
+        *found.phase_slopes,
     )
     with np.errstate(invalid="ignore", divide="ignore"):
         clean = np.maximum(wide.lower - radar.noise_power, 0.0) * np.maximum(wide.upper - radar.noise_power, 0.0)
@@ -48,7 +51,7 @@ def height_std(
         from_noise = (2.0 * noise + noise**2) / (2.0 * samples)
     speckle = np.interp(coherence, *_lee_table(round(max(1.0, looks), 1)))
     # A phase cannot be worse known than not at all: uniform over the circle.
-    return gain * np.sqrt(np.minimum(speckle**2 + from_noise, np.pi**2 / 3.0))
+    return found.gain * np.sqrt(np.minimum(speckle**2 + from_noise, np.pi**2 / 3.0))
 
 
 @lru_cache(maxsize=64)

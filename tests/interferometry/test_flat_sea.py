@@ -149,9 +149,9 @@ def flat_sea() -> tuple[RadarSettings, xr.Dataset]:
             "radar": {"noise": False},
         }
     )
-    facets, rcs, _ = Simulator(scene).light(0)
+    facets, returns, _ = Simulator(scene).light(0)
     fired = pulses(scene.radar, 0)
-    voltages = turn_voltages(facets, rcs, scene.radar, fired, 1, 1e-3)
+    voltages = turn_voltages(facets, returns.rcs, scene.radar, fired, 1, 1e-3)
     return scene.radar, echo_dataset(scene.radar, [fired], [voltages])
 
 
