@@ -112,6 +112,9 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "visible_fraction": Variable(
             _POLAR, "float32", "1", "share of the cell's horizontal area lit for both antennas"
         ),
+        "illumination": Variable(
+            _POLAR, "float32", "1", "diffraction's two-way power on the cell over that without shadow", required=False
+        ),
         "slope_range": Variable(_POLAR, "float32", "1", "true mean slope along the look, outward"),
         "slope_azimuth": Variable(_POLAR, "float32", "1", "true mean slope across the look, clockwise"),
         "nrcs_db": Variable(_POLAR, "float32", "dB", "normalised radar cross section of the cell, dark parts included"),

@@ -33,6 +33,8 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
     error = height - real
     clear = (got["quality"].values & QUALITY_FLAGS["ambiguous"]) == 0
     known = visible & np.isfinite(error) & clear
+    # Where diffraction is not modelled light is straight.
+    illumination = true.get("illumination", true["visible_fraction"]).values
     seen_error = height - true["height_visible"].values
     slope_error = got["slope_range"].values.astype(np.float64) - true["slope_range"].values
     # Hs from the map as its user sees it: unflagged cells, whether or not they were in sight.
@@ -53,6 +55,7 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
                 "height_bias_visible_m": _mean(seen_error[..., inside][cells]),
                 "slope_rmse": _rms(slope_error[..., inside][cells]),
                 "visible_fraction": _mean(true["visible_fraction"].values[..., inside]),
+                "illumination": _mean(illumination[..., inside]),
                 "answered": _ratio(cells.sum(), visible[..., inside].sum()),
                 "cells": int(cells.sum()),
             }
@@ -67,6 +70,7 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
         "hs_true_m": _hs(real[..., headline]),
         "hs_retrieved_m": _hs(height[..., headline][sound[..., headline]]),
         "visible_fraction": _mean(true["visible_fraction"].values[..., headline]),
+        "illumination": _mean(illumination[..., headline]),
         "cells": int(cells.sum()),
     }
     by_range = {key: [row[key] for row in rows] for key in rows[0]}

@@ -18,6 +18,7 @@ from .conventions import SPEED_OF_LIGHT
 from .io import scenefile
 from .radar.scan import BEAMS_BEYOND, sector_width, turn_duration
 from .radar.waveform import RangeResponse
+from .scattering import MEAN_MODELS, PERMITTIVITIES, sea_state_from_wind, wind_from_sea_state
 from .settings import (
     PlatformSettings,
     RadarSettings,
@@ -37,6 +38,7 @@ BYTES_PER_VOLTAGE = 32.0  # the voltage itself, its noise and the sums it is mad
 MOST_ECHO_BYTES = 8e9
 MOST_GROUND_CELLS = 1e7
 BYTES_PER_TRIANGLE = 600.0  # vertices, the tracer's tree and the facets' arrays
+STEEPEST = math.sin(math.radians(59.9))  # sine of the grazing angle beyond which no clutter model is asked
 HALF_POWER = 0.442947  # sinc² is ½ there: half a uniform aperture's beam, as (aperture/λ) · direction cosine
 
 
@@ -212,6 +214,61 @@ class Scene(Section):
                 f"{cells:.3g} cells, and may have {MOST_GROUND_CELLS:.3g}); raise retrieval.ground_m"
             )
         return self
+
+    @model_validator(mode="after")
+    def _the_permittivity_model_holds(self) -> Self:
+        water = self.scattering
+        try:
+            PERMITTIVITIES[water.permittivity](self.radar.frequency_hz, water.temperature_c, water.salinity_psu)
+        except ValueError as error:
+            raise ValueError(f"scattering.permittivity = '{water.permittivity}': {error}") from None
+        return self
+
+    @model_validator(mode="after")
+    def _the_mean_model_holds(self) -> Self:
+        name = self.scattering.mean_model
+        if name is None or self.scattering.extrapolate:
+            return self
+        model = MEAN_MODELS[name]
+        key = "scattering.nrcs" if self.scattering.nrcs == name else "scattering.calibrated_to"
+        remedy = f"or choose another {key}, or set scattering.extrapolate = true to let its formula run on"
+        least, most = model.sea_state
+        wind = self.scattering.wind_speed_m_s
+        if not least <= sea_state_from_wind(wind) <= most:
+            limits = [float(wind_from_sea_state(state)) for state in (least, most)]
+            raise ValueError(
+                f"scattering.wind_speed_m_s = {wind:.10g}: must be {_up(limits[0])} to {_down(limits[1])} (sea state "
+                f"{least:g} to {most:g}, where {key} = '{name}' holds: {model.paper}); change it, {remedy}"
+            )
+        low, high = model.frequency_hz
+        frequency = self.radar.frequency_hz
+        if not low <= frequency <= high:
+            raise ValueError(
+                f"radar.frequency_hz = {frequency:.10g}: must be {low:g} to {high:g}, where {key} = '{name}' holds "
+                f"({model.paper}); change it, {remedy}"
+            )
+        if name != "nrl":
+            self._grazing_is_within(key, name, remedy)
+        return self
+
+    def _grazing_is_within(self, key: str, name: str, remedy: str) -> None:
+        """NRL 2012 reaches from 0.1° to 60°, and what little lies beyond takes its edge value; the others end sooner. And
+        steeper than 60°, about the mast's foot, no clutter model is asked."""
+        (near, far), height = self.radar.range_m, self.radar.height_m
+        model = MEAN_MODELS[name]
+        least, most = (math.sin(math.radians(angle)) for angle in model.grazing_deg)
+        if far > height / least:
+            raise ValueError(
+                f"radar.range_m = [{near:.10g}, {far:.10g}]: its far end must be at most {_down(height / least)} "
+                f"(there the sea is seen under {model.grazing_deg[0]:g}°, the least for which {key} = '{name}' holds: "
+                f"{model.paper}); lower it, {remedy}"
+            )
+        if near < height / most and most < STEEPEST:
+            raise ValueError(
+                f"radar.range_m = [{near:.10g}, {far:.10g}]: its near end must be at least {_up(height / most)} (there "
+                f"the sea is seen under {model.grazing_deg[1]:g}°, the most for which {key} = '{name}' holds: "
+                f"{model.paper}); raise it, {remedy}"
+            )
 
     @model_validator(mode="after")
     def _facets_follow_the_waves(self) -> Self:

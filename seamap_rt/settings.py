@@ -282,28 +282,38 @@ def check_grid(extent_m: float, resolution_m: float, energy_fraction: float | No
 
 
 class ScatteringSettings(Section):
-    """How the sea's surface returns the radar's power."""
+    """How the sea's surface returns the radar's power.
 
-    nrcs: Literal["two_scale", "nrl", "constant"] = "two_scale"
+    `two_scale` is theory, facet by facet, whose mean is brought to the measured model `calibrated_to`; `nrl`, `git`,
+    `tsc` and `hybrid` are those models' means on every facet that is seen; `constant` is `nrcs_db`.
+    """
+
+    nrcs: Literal["two_scale", "nrl", "git", "tsc", "hybrid", "constant"] = "two_scale"
     nrcs_db: Annotated[float, limited("σ0 of nrcs = 'constant'", least=-120.0, most=30.0)] = -40.0
+    calibrated_to: Literal["nrl", "git", "tsc", "hybrid", "none"] = "nrl"
+    extrapolate: bool = False
+    breaking: bool = True
+    hydrodynamic_modulation: bool = True
+    doppler: Literal["full", "orbital"] = "full"
     polarization: Literal["VV", "HH"] = "VV"
     wind_speed_m_s: Annotated[float, limited("10 m above the sea; drives the short waves", least=0.5, most=40.0)] = 8.0
     wind_from_deg: Direction = 270.0
+    inverse_wave_age: Annotated[
+        float, limited("0.84 is a fully developed sea, 5 a very young one", least=0.84, most=5.0)
+    ] = 0.84
     decorrelation_time_s: Annotated[
         float, limited("5 to 33 ms for a 3 m X-band cell in the literature", least=1e-3, infinite=True)
     ] = 0.010
+    permittivity: Literal["meissner_wentz12", "meissner_wentz04", "klein_swift77"] = "meissner_wentz12"
     temperature_c: Annotated[float, limited("range of the permittivity model", least=-2.0, most=34.0)] = 20.0
     salinity_psu: Annotated[float, limited("range of the permittivity model", least=0.0, most=40.0)] = 35.0
 
-    @model_validator(mode="after")
-    def _wind_within_the_clutter_model(self) -> Self:
-        # Sea state (U/3.16)^1.25 ≤ 6, the end of the NRL 2012 model that sets the mean.
-        if self.nrcs != "constant" and self.wind_speed_m_s > 13.2:
-            raise ValueError(
-                f"wind_speed_m_s = {self.wind_speed_m_s:g}: must be at most 13.2 (sea state 6, the end of the NRL 2012 "
-                f"model that sets the mean of nrcs = '{self.nrcs}'); lower it, or use nrcs = 'constant'"
-            )
-        return self
+    @property
+    def mean_model(self) -> str | None:
+        """The empirical model that sets the mean, if one does."""
+        if self.nrcs == "two_scale":
+            return None if self.calibrated_to == "none" else self.calibrated_to
+        return None if self.nrcs == "constant" else self.nrcs
 
 
 # ----------------------------------------------------------------------------------------------------- radar
@@ -377,6 +387,7 @@ class TracingSettings(Section):
     """How the lit part of the sea is found, and how finely the sea is meshed."""
 
     tracer: Literal["facets", "horizon"] = "facets"
+    diffraction: Literal["none", "knife_edge"] = "none"
     facet_m: Annotated[float, limited("spacing of the mesh along the look", least=0.02, most=20.0)] = 0.5
     columns_per_beam: Annotated[
         int, limited("fewer than 3 alias the two-way pattern, more than 64 gain nothing", least=3, most=64)

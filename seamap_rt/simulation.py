@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -14,21 +15,23 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from . import sea as sea_package
-from .conventions import EARTH_RADIUS, unit_from_azimuth
+from .conventions import EARTH_RADIUS, db, unit_from_azimuth
 from .dataset import build
 from .echoes import expected_look_gates, turn_voltages
 from .echoes.files import EchoStore, echo_dataset
-from .echoes.radar_cross_section import facet_rcs
+from .echoes.radar_cross_section import Returns, SeaSurface
 from .io.scenefile import InputError
 from .io.turnfile import TurnFile, uninterrupted
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
-from .mesh.polar import sea_on_grid, submerged_lines
+from .mesh.polar import PolarGrid, sea_on_grid, submerged_lines
 from .radar.scan import Pulses, phase_centres, pulses
+from .scattering import MEAN_MODELS
 from .scattering.short_waves import ShortWaves
 from .scene import Scene
 from .sea import Resolved, spectral_system
-from .settings import RandomWaves
+from .settings import RandomWaves, ScatteringSettings
 from .tracing import tracer
+from .tracing.circle import circle_grid
 from .truth import ground_truth, polar_truth
 
 _SEA_STAGE = 1  # of the scene's random source; speckle is 2, noise 3
@@ -95,40 +98,61 @@ class Simulator:
             self.sea = sea_package.realize(scene.sea, np.random.SeedSequence(scene.seed, spawn_key=(_SEA_STAGE,)))
         except ValueError as error:
             raise InputError(f"sea: {error}") from None
-        self._trace = tracer(scene.tracing.tracer, scene.radar, scene.scattering)
+        self._trace = tracer(scene.tracing.tracer, scene.radar, scene.scattering, diffraction=scene.tracing.diffraction)
+        self._scattering = SeaSurface(scene.scattering, scene.radar, self.sea.resolved.wavenumber_limit)
         self._refuse_if_under_water()
 
     def mesh(self, turn: int, clock: Stopwatch | None = None) -> SurfaceMesh:
         """The meshed sea of a turn."""
-        clock = clock or Stopwatch()
-        grid = polar_grid(self.scene.radar, self.scene.tracing, turn)
+        return self._mesh(polar_grid(self.scene.radar, self.scene.tracing, turn), clock or Stopwatch())
+
+    def _mesh(self, grid: PolarGrid, clock: Stopwatch) -> SurfaceMesh:
         with clock("sea"):
-            elevation, velocity = sea_on_grid(self.sea, grid)
+            elevation, velocity, *shift = sea_on_grid(self.sea, grid, self._scattering.memory_rate)
         with clock("mesh"):
-            mesh = surface_mesh(grid, elevation, velocity, self.scene.radar)
+            mesh = surface_mesh(grid, elevation, velocity, self.scene.radar, *shift)
             _ = mesh.facets
         return mesh
 
-    def light(self, turn: int, clock: Stopwatch | None = None) -> tuple[Facets, NDArray[np.float32], NDArray[np.bool_]]:
-        """Lit facets of a turn, their radar cross-sections, and the lines at which the antenna is under water."""
+    def light(self, turn: int, clock: Stopwatch | None = None) -> tuple[Facets, Returns, NDArray[np.bool_]]:
+        """Lit facets of a turn, what they return, and the lines at which the antenna is under water."""
         clock = clock or Stopwatch()
+        with clock("calibrate"):
+            surface = self.surface
         mesh = self.mesh(turn, clock)
         with clock("trace"):
             facets = self._trace(mesh)
         with clock("echoes"):
-            rcs = facet_rcs(facets, self.scene.scattering, self.scene.radar, self.sea.resolved.wavenumber_limit)
+            returns = surface(facets)
         with clock("sea"):
             drowned = submerged_lines(mesh, self.sea, self.scene.radar)
-        return facets, rcs, drowned
+        return facets, returns, drowned
+
+    @cached_property
+    def surface(self) -> SeaSurface:
+        """How the sea scatters, its mean found once on samples of the whole circle, for all turns and any sector."""
+        if not self._scattering.needs_calibration:
+            return self._scattering
+        grid, columns = circle_grid(self.scene.radar, self.scene.tracing)
+        light = tracer("horizon", self.scene.radar, self.scene.scattering, diffraction=self.scene.tracing.diffraction)
+        return self._scattering.calibrated(light(self._mesh(grid, Stopwatch())), columns)
 
     def turn(self, number: int) -> Turn:
         """Simulate one turn: every pulse, both receivers, and the truth in the cells of the maps."""
         scene, clock = self.scene, Stopwatch()
         start = time.perf_counter()
         fired = pulses(scene.radar, number)
-        facets, rcs, drowned = self.light(number, clock)
+        facets, returns, drowned = self.light(number, clock)
         with clock("echoes"):
-            voltages = turn_voltages(facets, rcs, scene.radar, fired, scene.seed, scene.scattering.decorrelation_time_s)
+            voltages = turn_voltages(
+                facets,
+                returns.rcs,
+                scene.radar,
+                fired,
+                scene.seed,
+                scene.scattering.decorrelation_time_s,
+                motion=returns.motion,
+            )
             under_water = _drowned_pulses(drowned, facets, fired)
             voltages[under_water] = np.nan
             echoes = echo_dataset(
@@ -137,7 +161,7 @@ class Simulator:
         with clock("truth"):
             truth = xr.DataTree.from_dict(
                 {
-                    "/polar": polar_truth(facets, rcs, scene.radar, scene.retrieval, number),
+                    "/polar": polar_truth(facets, returns.rcs, scene.radar, scene.retrieval, number),
                     "/ground": ground_truth(self.sea, scene.radar, scene.retrieval, number),
                 }
             )
@@ -163,14 +187,27 @@ class Simulator:
             "left_out": _left_out(self.scene, self.sea.resolved),
             "sea": self._sea_facts(),
             "short_waves": self._short_waves(),
+            "calibration": self._calibration(),
         }
+
+    def _calibration(self) -> dict[str, list[float]] | None:
+        """How many dB the calibration adds to what theory gives, by grazing angle and direction; None without one."""
+        scale = self.surface.scale
+        if scale is None:
+            return None
+        (near, far), height = self.scene.radar.range_m, self.scene.radar.height_m
+        grazing = np.geomspace(np.arcsin(height / far), np.arcsin(min(1.0, height / near)), 5)
+        looks = {"up_wind_db": 0.0, "cross_wind_db": 0.5 * np.pi, "down_wind_db": np.pi}
+        added = {name: db(scale(grazing, angle)).tolist() for name, angle in looks.items()}
+        return {"grazing_deg": np.degrees(grazing).tolist(), **added}
 
     def _short_waves(self) -> dict[str, float] | None:
         """What the scattering takes over from the mesh; None where its level is a given."""
         if self.scene.scattering.nrcs != "two_scale":
             return None
         sea, limit = self.scene.sea, self.sea.resolved.wavenumber_limit
-        waves = ShortWaves(self.scene.scattering.wind_speed_m_s, limit)
+        scattering = self.scene.scattering
+        waves = ShortWaves(scattering.wind_speed_m_s, limit, scattering.inverse_wave_age)
         systems = [spectral_system(each, sea.depth_m) for each in sea.waves if isinstance(each, RandomWaves)]
         step = waves.level_step_db(
             lambda k: np.asarray(sum((system.radial(k) for system in systems), np.zeros(k.size)))
@@ -244,8 +281,8 @@ def simulate(scene: Scene, out: str | Path | None = None, *, overwrite: bool = F
 def expected(scene: Scene, turn: int = 0) -> xr.Dataset:
     """Noise-free, speckle-averaged `power(transmitter, receiver, azimuth, range)` and `covariance(azimuth, range)` [W]
     of one turn, each look averaged over its dwell: what tracers and facet sizes are compared on."""
-    facets, rcs, _ = Simulator(scene).light(turn)
-    gates = expected_look_gates(facets, rcs, scene.radar, scene.retrieval.cell_azimuth_deg)
+    facets, returns, _ = Simulator(scene).light(turn)
+    gates = expected_look_gates(facets, returns.rcs, scene.radar, scene.retrieval.cell_azimuth_deg)
     return build(
         "expected",
         {"power": gates.power, "covariance": gates.covariance},
@@ -282,20 +319,14 @@ def _modelled(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
         "facets": "a shadow ray to each facet that faces the antenna, for each antenna, traced by Sionna RT/Mitsuba",
         "horizon": "running maximum of the elevation angle, float64",
     }[scene.tracing.tracer]
-    nrcs = {
-        "two_scale": (
-            "tilted Bragg per facet by the wind's waves that are shorter than the resolved ones, mean calibrated to "
-            "NRL 2012, shadowing counted once"
-        ),
-        "nrl": "NRL 2012 mean on every lit facet, shadowing counted once",
-        "constant": f"{scattering.nrcs_db:g} dB per horizontal area, shadowing on top",
-    }[scattering.nrcs]
+    if scene.tracing.diffraction == "knife_edge":
+        light += "; beyond a crest, and close above it, the field of two knife edges"
     rows = [
         ("sea", _sea_words(scene, resolved)),
         ("shadowing", light),
-        ("scattering", f"{scattering.polarization}: {nrcs}"),
+        ("scattering", f"{scattering.polarization}: {_scattering_words(scattering)}"),
         ("speckle", f"complex Gaussian per facet, decorrelation time {1e3 * scattering.decorrelation_time_s:g} ms"),
-        ("motion", "each facet's phase follows its water particle while the beam dwells on it"),
+        ("motion", _motion_words(scattering)),
         ("scan", "azimuth is time: each column of the sea is meshed when the beam passes it"),
         ("mode", f"{radar.transmit} transmitter, {radar.interferogram} interferogram"),
         (
@@ -304,6 +335,31 @@ def _modelled(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
         ),
     ]
     return [{"what": what, "why": why} for what, why in rows]
+
+
+def _scattering_words(scattering: ScatteringSettings) -> str:
+    if scattering.nrcs == "constant":
+        return f"{scattering.nrcs_db:g} dB per horizontal area, shadowing on top"
+    paper = MEAN_MODELS[scattering.mean_model].paper if scattering.mean_model else ""
+    if scattering.nrcs != "two_scale":
+        return f"the mean of {paper} on every lit facet, shadowing counted once"
+    words = ["Bragg waves and mirrors on each facet, tilted by it and by the wind's waves that the mesh does not carry"]
+    if scattering.hydrodynamic_modulation:
+        words.append("their height modulated by the strain of the resolved waves")
+    if scattering.breaking:
+        words.append("breakers, most of them where the resolved waves converge")
+    words.append(f"mean calibrated to {paper}, shadowing counted once" if paper else "theory's own mean")
+    return "; ".join(words)
+
+
+def _motion_words(scattering: ScatteringSettings) -> str:
+    water = "each facet's phase follows its water particle while the beam dwells on it"
+    if scattering.doppler == "orbital":
+        return water
+    extra = "Bragg waves of both directions run on it at their phase speed"
+    if scattering.nrcs == "two_scale" and scattering.breaking:
+        extra += ", breakers at theirs"
+    return f"{water}; {extra}"
 
 
 def _sea_words(scene: Scene, resolved: Resolved) -> str:
@@ -320,17 +376,9 @@ def _left_out(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
     beam = np.radians(scene.radar.antenna.azimuth_beamwidth_deg)
     facet_width = scene.radar.range_m[1] * beam / scene.tracing.columns_per_beam
     rows = [
-        ("diffraction at shadow edges", "geometric shadows; an edge blurs by about 0.5 m at X band"),
         ("multiple scattering", "one bounce; the second is not traced"),
-        ("breaking waves", "no separate crest echo, so HH keeps only what the calibration of its mean supplies"),
         ("boat motion", "the boat is at rest"),
         ("analogue-to-digital conversion", "ideal complex gates; no quantisation or saturation"),
-        ("Bragg waves' own velocity", "facets move with the resolved waves' orbital velocity only"),
-        (
-            "wind-direction contrast of the mean echo",
-            "NRL 2012 is an average over directions; the calibration is fitted to the sector and turn that are "
-            "simulated, so a narrow sector's level can differ by 1 dB from that of a full circle",
-        ),
         (
             "slopes of resolved waves that the mesh is too coarse for",
             f"its columns are {facet_width:.2g} m wide at the far gate, its rungs {scene.tracing.facet_m:g} m apart; "
@@ -342,10 +390,44 @@ def _left_out(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
             f"{scene.radar.range_m[1] ** 2 / (2.0 * 4.0 / 3.0 * EARTH_RADIUS):.2g} m",
         ),
     ]
+    rows += _left_out_of_the_scattering(scene)
     rows += _left_out_of_the_sea(scene, resolved)
-    if scene.scattering.nrcs != "constant":
-        rows.append(("NRL outside 0.1–60° grazing", "facets beyond take the value at the edge of the model's range"))
     return [{"what": what, "why": why} for what, why in rows]
+
+
+def _left_out_of_the_scattering(scene: Scene) -> list[tuple[str, str]]:
+    scattering, rows = scene.scattering, list[tuple[str, str]]()
+    if scene.tracing.diffraction == "none":
+        rows.append(
+            (
+                "diffraction at shadow edges",
+                "geometric shadows; an edge blurs by about 0.5 m at X band; tracing.diffraction = 'knife_edge'",
+            )
+        )
+    if scattering.doppler == "orbital":
+        rows.append(("the scatterers' own velocity", "facets move with the water only; scattering.doppler = 'full'"))
+    if scattering.nrcs == "two_scale":
+        rows.append(("shadows of waves that are not resolved", "the mesh does not carry them; a tilt may turn away"))
+        if scattering.breaking:
+            rows.append(("a breaker's life", "breakers are a share of each facet, not bursts that grow and fade"))
+        else:
+            rows.append(("breakers", "scattering.breaking = false: HH owes its mean to the calibration"))
+        if not scattering.hydrodynamic_modulation:
+            rows.append(("hydrodynamic modulation", "scattering.hydrodynamic_modulation = false: tilt alone modulates"))
+    if scattering.mean_model is not None:
+        model = MEAN_MODELS[scattering.mean_model]
+        if not model.knows_wind_direction:
+            rows.append(
+                (
+                    "wind-direction contrast of the mean echo",
+                    f"{model.paper} is an average over directions; git, tsc and hybrid know them",
+                )
+            )
+        low, high = model.grazing_deg
+        rows.append(
+            (f"the mean outside {low:g}–{high:g}° grazing", "facets beyond take the value at the edge of its range")
+        )
+    return rows
 
 
 def _left_out_of_the_sea(scene: Scene, resolved: Resolved) -> list[tuple[str, str]]:

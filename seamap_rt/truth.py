@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .conventions import db
 from .dataset import build
+from .echoes.radar_cross_section import two_way_power
 from .mesh import Facets
 from .radar.antenna import antenna
 from .radar.grid import LookFan, ground_grid
@@ -57,6 +58,10 @@ def polar_truth(
             "slope_azimuth": cells(area * facets.slope_cross) / whole,
             "nrcs_db": db(cells(rcs) / whole),
         }
+        if facets.field is not None:
+            arriving = two_way_power(facets)
+            values["illumination"] = cells(area * arriving) / whole
+            values["nrcs_db"] = db(cells(rcs * arriving) / whole)
         gate = bins.response(ranges, RangeResponse.of(radar))
         beam = _beam_columns(facets, sweeps, retrieval.cell_azimuth_deg, radar)
         heard = beam @ (bins.gather(area) @ gate)

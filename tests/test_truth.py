@@ -80,8 +80,8 @@ class Wave:
 
 
 def lit_facets(scene: Scene, turn: int = 0) -> tuple[Facets, NDArray[np.float32]]:
-    facets, rcs, _ = Simulator(scene).light(turn)
-    return facets, rcs
+    facets, returns, _ = Simulator(scene).light(turn)
+    return facets, returns.rcs
 
 
 def truth_of(scene: Scene, turn: int = 0) -> xr.Dataset:

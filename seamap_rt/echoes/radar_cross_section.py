@@ -1,65 +1,208 @@
-"""Each facet's radar cross-section: the chosen model, and for a modelled sea the calibration of its mean."""
+"""Each facet's radar cross-section and how its scatterers move: the chosen model, its mean brought to the measured one.
+
+The scale between theory and measurement is a property of the run, not of a turn: `calibrated` finds it once, on a patch
+of sea as wide as a full circle, and every turn and sector then uses the same. What a narrow sector or a single turn
+returns may differ from the mean, as nature's would.
+"""
 
 from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import from_db, wrap_degrees
+from ..conventions import SPEED_OF_LIGHT, from_db, wrap_degrees
 from ..mesh import Facets
-from ..scattering import (
-    calibration_scale,
-    nrcs_gregers_hansen12,
-    nrcs_two_scale,
-    permittivity_meissner_wentz12,
-    sea_state_from_wind,
-)
+from ..scattering import PERMITTIVITIES, ShortWaves, mean_nrcs
+from ..scattering.breaking import breaker_motion
+from ..scattering.calibration import Scale, fit_scale
+from ..scattering.composite import nrcs_composite
+from ..scattering.modulation import approaching_share, relaxation_rate
+from ..sea.dispersion import angular_frequency
 from ..settings import RadarSettings, ScatteringSettings
+from .motion import Motion
+
+_NEAREST = 0.8  # of the near gate's range, from which on facets count for the calibration
+_DEGREE = 4  # of the scale in log grazing: within 0.3 dB of the mean over two decades (`validation/nrcs.py`)
+
+
+class Returns(NamedTuple):
+    """What the facets of a turn return."""
+
+    rcs: NDArray[np.float32]  # (column, facet) m², of facets that some ray reaches, else 0
+    motion: Motion | None  # of the scatterers relative to the water; None where they move with it
+
+
+class Terms(NamedTuple):
+    """Radar cross-sections (column, facet) m² before calibration, by what scatters; 0 where no ray arrives."""
+
+    bragg: NDArray[np.float32]
+    specular: NDArray[np.float32]
+    breaking: NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class SeaSurface:
+    """How the sea of a run scatters: made once, asked turn by turn."""
+
+    scattering: ScatteringSettings
+    radar: RadarSettings
+    resolved_below: float  # rad/m, where the waves of the mesh end and those on its facets begin
+    scale: Scale | None = None
+    strain_variance: float = 0.0
+
+    def __call__(self, facets: Facets) -> Returns:
+        """Radar cross-sections and motion of traced facets."""
+        if self.scattering.nrcs == "constant":
+            area = facets.horizontal_area.astype(np.float32)
+            rcs = np.where(_reached(facets), np.float32(from_db(self.scattering.nrcs_db)) * area, np.float32(0.0))
+            return Returns(rcs, self._motion(facets, None))
+        if self.scattering.nrcs != "two_scale":
+            return Returns(self._scaled(facets, self._mean_power(facets)), self._motion(facets, None))
+        terms = self.terms(facets)
+        total = terms.bragg + terms.specular + terms.breaking
+        breaking = terms.breaking / np.maximum(total, np.float32(1e-30)) if self.scattering.breaking else None
+        return Returns(self._scaled(facets, total), self._motion(facets, breaking))
+
+    @property
+    def needs_calibration(self) -> bool:
+        """Something is to be learnt from a wide area: the scale to the measured mean, or the strain's variance."""
+        return self.scattering.nrcs != "constant"
+
+    def calibrated(self, facets: Facets, columns: NDArray[np.bool_] | slice = slice(None)) -> SeaSurface:
+        """The same surface with the scale that brings the mean echo of these facets to the empirical model.
+
+        facets: traced, of an area so wide that its mean is the sea's; columns: of these alone.
+        """
+        strain = 0.0 if facets.strain is None else float(np.mean(np.square(facets.strain[columns], dtype=np.float64)))
+        known = replace(self, strain_variance=strain)
+        if self.scattering.mean_model is None:
+            return known
+        two_scale = self.scattering.nrcs == "two_scale"
+        power = np.sum(known.terms(facets), axis=0) if two_scale else self._mean_power(facets)
+        received = power * two_way_power(facets)
+        target = np.broadcast_to(self.mean(facets), power.shape)
+        # What lies nearer than the gates is not heard, and would bend the fit.
+        heard = np.hypot(facets.distance, self.radar.height_m) >= _NEAREST * self.radar.range_m[0]
+        grazing, area = self._grazing(facets)[heard], facets.horizontal_area[heard]
+        received, target = (each[columns][:, heard] for each in (received, target))
+        scale = fit_scale(received, area, target, grazing, self._wind(facets)[columns], degree=_DEGREE)
+        return replace(known, scale=scale)
+
+    @property
+    def memory_rate(self) -> float | None:
+        """Rate [1/s] at which the short waves forget the long ones' strain; None where it does not matter."""
+        if self.scattering.nrcs != "two_scale" or not self.scattering.hydrodynamic_modulation:
+            return None
+        return relaxation_rate(self.radar.frequency_hz, self.scattering.wind_speed_m_s)
+
+    def terms(self, facets: Facets) -> Terms:
+        """What theory gives, by what scatters."""
+        height = self.radar.height_m - facets.height
+        slope = np.divide(height, facets.distance, dtype=np.float32) if facets.ray_slope is None else facets.ray_slope
+        sigma = nrcs_composite(
+            np.float32(0.5 * np.pi) - np.arctan(slope.astype(np.float32, copy=False)),
+            facets.slope_look,
+            facets.slope_cross,
+            self._wind(facets),
+            frequency_hz=self.radar.frequency_hz,
+            permittivity=self.permittivity,
+            polarization=self.scattering.polarization,
+            waves=self.short_waves,
+            strain=facets.strain,
+            strain_variance=self.strain_variance,
+            breaking=self.scattering.breaking,
+        )
+        # A local σ0 multiplies the facet's true area.
+        area = np.sqrt(np.float32(1.0) + facets.slope_look**2 + facets.slope_cross**2)
+        area *= facets.horizontal_area.astype(np.float32)
+        area *= _reached(facets)
+        return Terms(*(np.multiply(each, area, dtype=np.float32) for each in sigma))
+
+    def mean(self, facets: Facets) -> NDArray[np.float64]:
+        """The empirical model's mean σ0 (column or 1, facet), linear, at the grazing of mean sea level."""
+        model = self.scattering.mean_model
+        if model is None:
+            raise ValueError(f"scattering.nrcs = '{self.scattering.nrcs}': no empirical model sets its mean")
+        return mean_nrcs(
+            model,
+            np.degrees(self._grazing(facets))[None, :],
+            self.scattering.wind_speed_m_s,
+            self.radar.frequency_hz,
+            self.scattering.polarization,
+            self._wind(facets),
+            extrapolate=self.scattering.extrapolate,
+            clipped=True,
+        )
+
+    def _mean_power(self, facets: Facets) -> NDArray[np.float32]:
+        return np.where(_reached(facets), (self.mean(facets) * facets.horizontal_area).astype(np.float32), 0.0)
+
+    def _scaled(self, facets: Facets, power: NDArray[np.float32]) -> NDArray[np.float32]:
+        if self.scale is None:
+            return power
+        return power * self.scale(self._grazing(facets), self._wind(facets)).astype(np.float32)
+
+    def _grazing(self, facets: Facets) -> NDArray[np.float64]:
+        """(facet,) rad, to mean sea level: the scale must not follow the waves."""
+        return np.arctan2(self.radar.height_m, facets.distance)
+
+    def _wind(self, facets: Facets) -> NDArray[np.float64]:
+        """(column, 1) rad: 0 looks into the wind."""
+        return np.radians(wrap_degrees(facets.grid.column_azimuth - self.scattering.wind_from_deg))[:, None]
+
+    @cached_property
+    def permittivity(self) -> complex:
+        model = PERMITTIVITIES[self.scattering.permittivity]
+        return complex(model(self.radar.frequency_hz, self.scattering.temperature_c, self.scattering.salinity_psu))
+
+    @cached_property
+    def short_waves(self) -> ShortWaves:
+        return ShortWaves(self.scattering.wind_speed_m_s, self.resolved_below, self.scattering.inverse_wave_age)
+
+    def _motion(self, facets: Facets, breaking: NDArray[np.float32] | None) -> Motion | None:
+        if self.scattering.doppler == "orbital":
+            return None
+        wind = self._wind(facets)[:, 0]
+        bragg = 4.0 * np.pi * self.radar.frequency_hz / SPEED_OF_LIGHT  # at grazing
+        speed, spread = breaker_motion(
+            self.scattering.wind_speed_m_s, self.scattering.inverse_wave_age, self.radar.frequency_hz
+        )
+        return Motion(
+            bragg_speed=float(angular_frequency(bragg, np.inf)) / bragg,
+            approaching=approaching_share(wind),
+            breaking=breaking,
+            breaker_speed=-speed * np.cos(wind),  # they run down-wind
+            breaker_spread=spread,
+        )
 
 
 def facet_rcs(
     facets: Facets, scattering: ScatteringSettings, radar: RadarSettings, resolved_below: float
 ) -> NDArray[np.float32]:
-    """Radar cross-section (column, facet) [m²]; 0 for facets that neither antenna lights.
+    """Radar cross-section (column, facet) [m²] of facets that serve as their own calibration; 0 for dark ones.
 
-    `constant`: σ0 × horizontal area, shadowing on top. `nrl`: the measured mean, which contains shadowing, so that what
-    is lit is raised to make up for what is dark. `two_scale`: tilted Bragg per facet, scaled in the same way to `nrl`;
-    its waves begin at the wavenumber `resolved_below` [rad/m], where those of the mesh end.
+    `SeaSurface` does it for a run.
     """
+    return SeaSurface(scattering, radar, resolved_below).calibrated(facets)(facets).rcs
+
+
+def two_way_power(facets: Facets) -> NDArray[np.float32]:
+    """Share (column, facet) of the power that reaches a facet and comes back, the mean over the pairs of antennas."""
     if facets.lit is None:
         raise ValueError("these facets have not been traced; call a tracer first")
-    lit = facets.lit[0] | facets.lit[1]
-    area = facets.horizontal_area
-    if scattering.nrcs == "constant":
-        return np.where(lit, np.float32(from_db(scattering.nrcs_db)) * area.astype(np.float32), np.float32(0.0))
-    wind = np.radians(wrap_degrees(facets.grid.column_azimuth - scattering.wind_from_deg))[:, None]
-    grazing = np.arctan2(radar.height_m, facets.distance)  # to mean sea level: the scale must not follow the waves
-    target = nrcs_gregers_hansen12(
-        np.degrees(grazing),
-        sea_state_from_wind(scattering.wind_speed_m_s),
-        radar.frequency_hz,
-        scattering.polarization,
-        clipped=True,
-    )
-    if scattering.nrcs == "nrl":
-        raw = np.where(lit, (target * area).astype(np.float32), np.float32(0.0))
-    else:
-        water = permittivity_meissner_wentz12(radar.frequency_hz, scattering.temperature_c, scattering.salinity_psu)
-        height = radar.height_m - facets.height
-        incidence = (0.5 * np.pi - np.arctan(height / facets.distance)).astype(np.float32)
-        sigma = nrcs_two_scale(
-            incidence,
-            facets.slope_look,
-            facets.slope_cross,
-            wind,
-            frequency_hz=radar.frequency_hz,
-            wind_speed=scattering.wind_speed_m_s,
-            permittivity=complex(water),
-            polarization=scattering.polarization,
-            resolved_below=resolved_below,
-        )
-        # A local σ0 multiplies the facet's true area.
-        true_area = np.sqrt(1.0 + facets.slope_look**2 + facets.slope_cross**2) * area.astype(np.float32)
-        raw = np.where(lit, sigma * true_area, np.float32(0.0))
-    scale = calibration_scale(raw, area, target, grazing, wind)
-    return (raw * scale).astype(np.float32, copy=False)
+    light = facets.lit.astype(np.float32) if facets.field is None else np.square(np.abs(facets.field))
+    lower, upper = light
+    return np.square(0.5 * (lower + upper))
+
+
+def _reached(facets: Facets) -> NDArray[np.bool_]:
+    """(column, facet): a ray arrives from either antenna, straight or over an edge."""
+    if facets.lit is None:
+        raise ValueError("these facets have not been traced; call a tracer first")
+    if facets.field is not None:
+        return (facets.field[0] != 0.0) | (facets.field[1] != 0.0)
+    return facets.lit[0] | facets.lit[1]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..conventions import db
 from ..dataset import build
-from ..echoes.radar_cross_section import facet_rcs
+from ..echoes.radar_cross_section import SeaSurface
 from ..mesh import PolarGrid, polar_grid, surface_mesh
 from ..mesh.polar import sea_on_grid, submerged_lines
 from ..radar.scan import sector_width
@@ -72,13 +72,15 @@ class Camera:
         """NRCS [dB] of the facets over the points, NaN where none is lit, and how many antennas light them."""
         radar = self.scene.radar
         grid = replace(self._grid, time=np.full_like(self._grid.time, t))
-        mesh = surface_mesh(grid, *sea_on_grid(self.sea, grid), radar)
+        surface = SeaSurface(self.scene.scattering, radar, self.sea.resolved.wavenumber_limit)
+        elevation, velocity, *shift = sea_on_grid(self.sea, grid, surface.memory_rate)
+        mesh = surface_mesh(grid, elevation, velocity, radar, *shift)
         facets = self._trace(mesh)
         assert facets.lit is not None
         drowned = submerged_lines(mesh, self.sea, radar)
         lit = facets.lit & ~(drowned[1:] | drowned[:-1])[:, None]
-        finest = self.sea.resolved.wavenumber_limit
-        sigma = facet_rcs(replace(facets, lit=lit), self.scene.scattering, radar, finest) / facets.horizontal_area
+        seen = replace(facets, lit=lit)
+        sigma = surface.calibrated(seen)(seen).rcs / facets.horizontal_area
         antennas = lit.sum(axis=0, dtype=np.int8)
         visible = np.full(self._inside.shape, OUTSIDE, dtype=np.int8)
         visible[self._inside] = antennas[self._column, self._facet]

@@ -100,6 +100,9 @@ def visible_share(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) 
         distance, share = _binned(ground, reduce.mean(visible[:, looks, :], axis=(0, 1)))
         axes.plot(distance, 100.0 * share, color=colour, linestyle=dash, linewidth=1.0, label=f"{name} ±22.5°")
     axes.plot(ground, 100.0 * reduce.mean(visible, axis=(0, 1)), color=style.BLACK, linewidth=1.5, label="all looks")
+    if scene.tracing.diffraction != "none":
+        lit = reduce.mean(reduce.polar(truth, "illumination"), axis=(0, 1))
+        axes.plot(ground, 100.0 * lit, color=style.SKY, linestyle=":", linewidth=1.5, label="power, with diffraction")
     slope, _ = reduce.slope_rms_along_look(truth, metrics)
     beyond = ground[ground > 0.0]
     if np.isfinite(slope) and beyond.size:

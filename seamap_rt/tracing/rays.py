@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..backend import prepare
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets, SurfaceMesh
-from ..scattering.permittivity import permittivity_meissner_wentz12
+from ..scattering.permittivity import PERMITTIVITIES
 from ..settings import RadarSettings, ScatteringSettings
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m
@@ -30,9 +30,8 @@ class RayTracer:
 
     def __init__(self, radar: RadarSettings, water: ScatteringSettings) -> None:
         self.radar = radar
-        self.permittivity = complex(
-            permittivity_meissner_wentz12(radar.frequency_hz, water.temperature_c, water.salinity_psu)
-        )
+        model = PERMITTIVITIES[water.permittivity]
+        self.permittivity = complex(model(radar.frequency_hz, water.temperature_c, water.salinity_psu))
         self._scenes: dict[tuple[tuple[int, int], ...], SeaScene] = {}
         prepare()  # now, before anything is computed or replaced: without a backend no ray can be traced
 

@@ -1,0 +1,32 @@
+"""Samples of the sea all around the mast, lit by the horizon method: what a mean echo is taken over.
+
+Groups of neighbouring columns stand evenly around the circle, so that every direction to the wind and every distance is
+there, whatever sector the radar scans. Neighbouring columns see the same crests, so that half of them tell nearly as
+much as all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh.polar import PolarGrid, polar_grid
+from ..settings import RadarSettings, TracingSettings
+
+_GROUP = 4  # columns
+_MOST_FACETS = 1_000_000
+_LEAST_GROUPS = 12
+
+
+def circle_grid(radar: RadarSettings, tracing: TracingSettings) -> tuple[PolarGrid, NDArray[np.bool_]]:
+    """Lines of groups of columns around the circle, at turn 0, and which columns lie in a group, not between two."""
+    whole = polar_grid(radar.model_copy(update={"sector_deg": (0.0, 360.0)}), tracing, 0)
+    facets = 2 * (whole.ground_range.size - 1)
+    most = min(_MOST_FACETS // ((_GROUP + 1) * facets), whole.per_circle // (2 * _GROUP))
+    groups = min(max(most, _LEAST_GROUPS), whole.per_circle // (_GROUP + 1))
+    start = np.arange(groups) * whole.per_circle // groups - whole.first
+    lines = (start[:, None] + np.arange(_GROUP + 1)).ravel()
+    grid = replace(whole, sweep=whole.sweep[lines], azimuth=whole.azimuth[lines], time=whole.time[lines])
+    return grid, np.arange(grid.columns) % (_GROUP + 1) < _GROUP
