@@ -252,8 +252,8 @@ class Scene(Section):
         return self
 
     def _grazing_is_within(self, key: str, name: str, remedy: str) -> None:
-        """NRL 2012 reaches from 0.1° to 60°, and what little lies beyond takes its edge value; the others end sooner. And
-        steeper than 60°, about the mast's foot, no clutter model is asked."""
+        """NRL 2012 reaches from 0.1° to 60°, and what little lies beyond takes its edge value; the others end sooner.
+        Steeper than 60°, about the mast's foot, no clutter model is asked."""
         (near, far), height = self.radar.range_m, self.radar.height_m
         model = MEAN_MODELS[name]
         least, most = (math.sin(math.radians(angle)) for angle in model.grazing_deg)

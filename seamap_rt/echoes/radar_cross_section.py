@@ -64,8 +64,11 @@ class SeaSurface:
             return Returns(self._scaled(facets, self._mean_power(facets)), self._motion(facets, None))
         terms = self.terms(facets)
         total = terms.bragg + terms.specular + terms.breaking
-        breaking = terms.breaking / np.maximum(total, np.float32(1e-30)) if self.scattering.breaking else None
-        return Returns(self._scaled(facets, total), self._motion(facets, breaking))
+        least = np.float32(1e-30)
+        breaking = np.divide(terms.breaking, np.maximum(total, least), dtype=np.float32)
+        return Returns(
+            self._scaled(facets, total), self._motion(facets, breaking if self.scattering.breaking else None)
+        )
 
     @property
     def needs_calibration(self) -> bool:
