@@ -210,6 +210,37 @@ def test_overrides_are_part_of_the_resolved_scene(tmp_path: Path) -> None:
                 "raise tracing.facet_m",
             ],
         ),
+        (
+            {"scattering.wind_speed_m_s": 14.0},
+            [
+                "scattering.wind_speed_m_s = 14: ",
+                "0 to 13.24",
+                "sea state 0 to 6",
+                "scattering.calibrated_to = 'nrl'",
+                "scattering.extrapolate = true",
+            ],
+        ),
+        (
+            {"scattering.nrcs": "hybrid", "scattering.wind_speed_m_s": 2.0},
+            ["scattering.wind_speed_m_s = 2: ", "3.16 to 11.45", "sea state 1 to 5", "scattering.nrcs = 'hybrid'"],
+        ),
+        (
+            {"scattering.nrcs": "git"},
+            ["radar.range_m = [15, 400]: ", "near end must be at least 28.8 ", "under 10°", "another scattering.nrcs"],
+        ),
+        (
+            {"scattering.calibrated_to": "git", "radar.range_m": [30.0, 400.0], "radar.height_m": 0.6},
+            ["radar.range_m = [30, 400]: ", "far end must be at most 343.7", "under 0.1°"],
+        ),
+        (
+            {"scattering.permittivity": "meissner_wentz04", "scattering.temperature_c": 32.0},
+            ["scattering.permittivity = 'meissner_wentz04': temperature_c = 32: ", "-2 to 29"],
+        ),
+        (
+            {"scattering.inverse_wave_age": 0.5},
+            ["scattering.inverse_wave_age = 0.5: must be at least 0.84", "fully developed"],
+        ),
+        ({"tracing.diffraction": "utd"}, ['tracing.diffraction = "utd": must be one of "none", "knife_edge"']),
         ({"seed": -1}, ["seed = -1: must be at least 0"]),
         ({"turns": 0}, ["turns = 0: must be at least 1"]),
         ({"turns": 1.5}, ["turns = 1.5: must be a whole number"]),
@@ -242,6 +273,8 @@ def test_a_refusal_names_key_value_limit_and_remedy(overrides: dict[str, Any], p
         ({"retrieval.cell_azimuth_deg": 0.01}, {"radar.prf_hz": 72000}),
         ({"retrieval.cell_azimuth_deg": 0.01}, {"radar.rotation_rpm": 8.333}),
         ({"tracing.facet_m": 0.02}, {"tracing.facet_m": 0.03339}),
+        ({"scattering.wind_speed_m_s": 20.0}, {"scattering.wind_speed_m_s": 13.24}),
+        ({"scattering.nrcs": "git"}, {"radar.range_m": [28.8, 400.0]}),
     ],
 )
 def test_the_remedy_that_a_refusal_names_works(refused: dict[str, Any], remedy: dict[str, Any]) -> None:
@@ -249,6 +282,26 @@ def test_the_remedy_that_a_refusal_names_works(refused: dict[str, Any], remedy: 
     last = next(iter(remedy.values()))
     assert f" {last[1] if isinstance(last, list) else last:g}" in line
     load_scene("choppy_sea", {**refused, **remedy})
+
+
+@pytest.mark.parametrize(
+    "beyond",
+    [
+        {"scattering.wind_speed_m_s": 25.0},
+        {"scattering.nrcs": "git"},
+        {"scattering.nrcs": "git", "radar.range_m": [30.0, 400.0], "scattering.wind_speed_m_s": 20.0},
+        {"radar.range_m": [15.0, 400.0], "radar.height_m": 0.6, "scattering.nrcs": "tsc"},
+    ],
+)
+def test_extrapolation_is_there_for_the_asking(beyond: dict[str, Any]) -> None:
+    assert refusal(beyond)
+    assert load_scene("choppy_sea", beyond | {"scattering.extrapolate": True}).scattering.extrapolate
+
+
+def test_a_high_mast_or_a_far_gate_does_not_refuse_the_default_model() -> None:
+    # Its edges lie where little is heard: steeper than 60° about the mast's foot, and below 0.1° beyond 2.9 km.
+    load_scene("choppy_sea", {"radar.height_m": 20.0})
+    load_scene("choppy_sea", {"radar.height_m": 0.5, "radar.range_m": [15.0, 390.0]})
 
 
 @given(st.floats(0.1, 10.0), st.floats(0.1, 25.0), st.sampled_from([3e9, 10e9, 35e9]))

@@ -5,7 +5,7 @@
 Prints the mean absolute deviation, the mean and the worst one of each model at 9.3 GHz, 0.1–10° and sea states 1–5,
 averaged over wind directions; of the facets' own echo, summed over simulated seas (`nrcs_facets.py`), raw and
 calibrated to NRL 2012; and term by term what theory explains and what the calibration supplies. Draws σ0 against the
-grazing angle at three sea states. Takes some three minutes.
+grazing angle at three sea states. Takes some five minutes.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ from seamap_rt.report.style import (
     BLACK,
     BLUE,
     GREEN,
-    GREY,
     ORANGE,
     PURPLE,
     SKY,
@@ -45,7 +44,7 @@ TABLE = Path(__file__).parent / "reference" / "nathanson_9p3ghz.csv"
 FREQUENCY_HZ = 9.3e9
 SEA_STATES = range(1, 6)
 DRAWN = (1, 3, 5)
-COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, GREY)
+LINES = ((BLUE, "-"), (VERMILION, "-"), (GREEN, "-"), (PURPLE, "-"), (ORANGE, "-"), (ORANGE, ":"), (SKY, "--"))
 
 # (grazing_deg, sea_state, polarization) → linear σ0 at 9.3 GHz, mean over wind directions, NaN where it says nothing
 Curve: TypeAlias = Callable[[NDArray[np.float64], float, str], NDArray[np.float64]]
@@ -76,12 +75,22 @@ def nathanson() -> list[Measured]:
 def curves() -> list[tuple[str, Curve]]:
     """Label and σ0 of all that is compared: further ones go here."""
     published = [(model.paper, curve_of(model)) for model in MEAN_MODELS.values()]
-    return [*published, ("two_scale, raw theory", facets_raw), ("two_scale, calibrated", facets_calibrated)]
+    return [
+        *published,
+        ("two_scale, raw theory", facets_raw),
+        ("two_scale, raw, knife edges", facets_diffracted),
+        ("two_scale, calibrated", facets_calibrated),
+    ]
 
 
 def facets_raw(grazing_deg: NDArray[np.float64], sea_state: float, polarization: str) -> NDArray[np.float64]:
     """What the facets of a simulated sea return by theory alone."""
     return between_bands(grazing_deg, levels(sea_state, polarization).raw)
+
+
+def facets_diffracted(grazing_deg: NDArray[np.float64], sea_state: float, polarization: str) -> NDArray[np.float64]:
+    """By theory alone, with diffraction at the shadows' edges in place of geometric shadows."""
+    return between_bands(grazing_deg, levels(sea_state, polarization, diffraction="knife_edge").raw)
 
 
 def facets_calibrated(grazing_deg: NDArray[np.float64], sea_state: float, polarization: str) -> NDArray[np.float64]:
@@ -141,15 +150,17 @@ def print_terms(table: list[Measured]) -> None:
     """What each part of the theory adds, what calibration then adds, and how well it does what it should."""
     given = {(row.grazing_deg, row.polarization): row.level_db for row in table}
     print("\ntwo_scale by term, dB: first-order Bragg on a plane; that of the tilted facets, shadows included; with")
-    print("mirrors; with breakers: raw theory; NRL 2012; calibrated less NRL 2012; Nathanson's table")
-    names = ("plane", "tilted", "mirrors", "raw", "NRL", "cal−NRL", "table")
+    print("mirrors; with breakers: raw theory; that with knife edges for geometric shadows; NRL 2012; calibrated less")
+    print("NRL 2012; Nathanson's table")
+    names = ("plane", "tilted", "mirrors", "raw", "edges", "NRL", "cal−NRL", "table")
     print(f"{'':12}" + "".join(f"{name:>10}" for name in names))
     worst = 0.0
     for state in SEA_STATES:
         for polarization in ("HH", "VV"):
             found = levels(float(state), polarization)
             tilted = found.terms["bragg"]
-            rows = [found.flat, tilted, tilted + found.terms["specular"], found.raw, found.target]
+            edges = levels(float(state), polarization, diffraction="knife_edge").raw
+            rows = [found.flat, tilted, tilted + found.terms["specular"], found.raw, edges, found.target]
             off = db(found.calibrated / found.target)
             worst = max(worst, float(np.max(np.abs(off))))
             for band, grazing in enumerate(GRAZING_DEG):
@@ -189,8 +200,9 @@ def draw_panel(
 ) -> None:
     graph(axes, "grazing angle, °", "", f"{polarization}, sea state {state}")
     grazing = np.geomspace(0.1, 60.0, 300)
-    for (label, curve), colour in zip(compared, COLOURS, strict=False):
-        axes.semilogx(grazing, db(curve(grazing, float(state), polarization)), color=colour, label=label)
+    for (label, curve), (colour, dash) in zip(compared, LINES, strict=True):
+        level = db(curve(grazing, float(state), polarization))
+        axes.semilogx(grazing, level, color=colour, linestyle=dash, label=label)
     points = [row for row in table if row.polarization == polarization and state in row.level_db]
     axes.plot(
         [row.grazing_deg for row in points],

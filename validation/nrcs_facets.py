@@ -13,9 +13,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from seamap_rt.conventions import SPEED_OF_LIGHT
+from seamap_rt.conventions import POLARIZATIONS, SPEED_OF_LIGHT
 from seamap_rt.echoes.radar_cross_section import SeaSurface, two_way_power
-from seamap_rt.mesh import Facets
+from seamap_rt.mesh import Facets, SurfaceMesh
 from seamap_rt.mesh.polar import sea_on_grid, surface_mesh
 from seamap_rt.scattering import nrcs_bragg, wind_from_sea_state
 from seamap_rt.sea import Sea, realize
@@ -47,56 +47,63 @@ class Levels:
         return np.sum(list(self.terms.values()), axis=0)
 
 
+def levels(sea_state: float, polarization: str, diffraction: str = "none") -> Levels:
+    """Levels of one sea state. Seas share nothing between seeds, and each is calibrated to NRL 2012 as a run's is."""
+    return _all_levels(sea_state)[polarization, diffraction]
+
+
 @cache
-def levels(sea_state: float, polarization: str, calibrated_to: str = "nrl", diffraction: str = "none") -> Levels:
-    """Levels of one sea state; seas share nothing between seeds, and each calibrates itself, as a run does."""
-    scattering = ScatteringSettings(
-        polarization=polarization,  # type: ignore[arg-type]
-        wind_speed_m_s=float(wind_from_sea_state(sea_state)),
-        calibrated_to=calibrated_to,  # type: ignore[arg-type]
-    )
-    sums = [
-        np.concatenate([_of_one_sea(sea_state, scattering, *part, seed, diffraction) for part in BANDS_DEG], axis=1)
-        for seed in SEEDS
-    ]
-    area, *rest = np.sum(sums, axis=0)
-    bragg, specular, breaking, calibrated, target = (each / area for each in rest)
+def _all_levels(sea_state: float) -> dict[tuple[str, str], Levels]:
+    """By polarization and diffraction: the seas are made once for all."""
+    cases = {(p, d): _scattering(sea_state, p) for p in POLARIZATIONS for d in ("none", "knife_edge")}
+    sums: dict[tuple[str, str], list[NDArray[np.float64]]] = {case: [] for case in cases}
+    for seed in SEEDS:
+        sea = _sea(sea_state, seed)
+        parts: dict[tuple[str, str], list[NDArray[np.float64]]] = {case: [] for case in cases}
+        for radar, bands_deg in BANDS_DEG:
+            limit = sea.resolved.wavenumber_limit
+            mesh, columns = _mesh(sea, radar, SeaSurface(_scattering(sea_state, "VV"), radar, limit).memory_rate)
+            for diffraction in ("none", "knife_edge"):
+                facets = tracer("horizon", radar, ScatteringSettings(), diffraction=diffraction)(mesh)
+                for polarization in POLARIZATIONS:
+                    case = polarization, diffraction
+                    parts[case].append(_in_bands(facets, columns, SeaSurface(cases[case], radar, limit), bands_deg))
+        for case, part in parts.items():
+            sums[case].append(np.concatenate(part, axis=1))
+    return {case: _levels(cases[case], np.sum(each, axis=0)) for case, each in sums.items()}
+
+
+def _levels(scattering: ScatteringSettings, sums: NDArray[np.float64]) -> Levels:
+    bragg, specular, breaking, calibrated, target = sums[1:] / sums[0]
     return Levels(_flat(scattering), {"bragg": bragg, "specular": specular, "breaking": breaking}, calibrated, target)
 
 
-def _of_one_sea(
-    sea_state: float,
-    scattering: ScatteringSettings,
-    radar: RadarSettings,
-    bands_deg: tuple[float, ...],
-    seed: int,
-    diffraction: str,
+def _scattering(sea_state: float, polarization: str) -> ScatteringSettings:
+    wind = float(wind_from_sea_state(sea_state))
+    return ScatteringSettings.model_validate({"polarization": polarization, "wind_speed_m_s": wind})
+
+
+def _in_bands(
+    facets: Facets, columns: NDArray[np.bool_], surface: SeaSurface, bands_deg: tuple[float, ...]
 ) -> NDArray[np.float64]:
     """Area, and power by term, calibrated and wanted: (6, band), sums over the facets of a band."""
-    facets, columns, surface = _lit(sea_state, scattering, radar, seed, diffraction)
     calibrated = surface.calibrated(facets, columns)
     arriving = two_way_power(facets)
     area = np.broadcast_to(facets.horizontal_area, facets.height.shape)
     terms = [term * arriving for term in calibrated.terms(facets)]
     powers = (area, *terms, calibrated(facets).rcs * arriving, np.broadcast_to(surface.mean(facets), area.shape) * area)
-    grazing = np.degrees(np.arctan(radar.height_m / facets.distance))
+    grazing = np.degrees(np.arctan(surface.radar.height_m / facets.distance))
     bands = [np.abs(np.log(grazing / angle)) < np.log(1.2) for angle in bands_deg]
     return np.array([[power[columns][:, band].sum(dtype=np.float64) for band in bands] for power in powers])
 
 
-def _lit(
-    sea_state: float, scattering: ScatteringSettings, radar: RadarSettings, seed: int, diffraction: str
-) -> tuple[Facets, NDArray[np.bool_], SeaSurface]:
-    """Facets with light, those columns that count, and the surface as theory has it."""
-    sea = _sea(sea_state, seed)
-    surface = SeaSurface(scattering, radar, sea.resolved.wavenumber_limit)
+def _mesh(sea: Sea, radar: RadarSettings, rate: float | None) -> tuple[SurfaceMesh, NDArray[np.bool_]]:
+    """The meshed sea around the mast, and those of its columns that count."""
     grid, columns = circle_grid(radar, TracingSettings())
-    elevation, velocity, *shift = sea_on_grid(sea, grid, surface.memory_rate)
-    light = tracer("horizon", radar, scattering, diffraction=diffraction)
-    return light(surface_mesh(grid, elevation, velocity, radar, *shift)), columns, surface
+    elevation, velocity, *shift = sea_on_grid(sea, grid, rate)
+    return surface_mesh(grid, elevation, velocity, radar, *shift), columns
 
 
-@cache
 def _sea(sea_state: float, seed: int) -> Sea:
     wind = float(wind_from_sea_state(sea_state))
     waves = ElfouhailyWaves(spectrum="elfouhaily", wind_speed_m_s=wind, spreading="elfouhaily")

@@ -87,6 +87,8 @@ def main() -> None:
                 print(f"{polarization} {name:7}{label[:9]:>8}" + "".join(f"{value:9.2f}" for value in values))
                 panel.loglog(middle, values, form, color=colour, markersize=4, label=f"{name} the waves, {label}")
         panel.set(title=f"{polarization}", xlabel="Range (m)")
+        panel.set_xticks([50.0, 100.0, 200.0, 400.0], ["50", "100", "200", "400"])
+        panel.set_xticks([], minor=True)
         panel.grid(True, which="both", linewidth=0.3)
     panels[0].set_ylabel("shape parameter ν of the K-distribution")
     panels[0].legend(fontsize=7)

@@ -26,7 +26,7 @@ from ..settings import RadarSettings, ScatteringSettings
 from .motion import Motion
 
 _NEAREST = 0.8  # of the near gate's range, from which on facets count for the calibration
-_DEGREE = 4  # of the scale in log grazing: within 0.3 dB of the mean over two decades (`validation/nrcs.py`)
+_DEGREE = 5  # of the scale in log grazing: within 0.3 dB of the mean over two decades (`validation/nrcs.py`)
 
 
 class Returns(NamedTuple):

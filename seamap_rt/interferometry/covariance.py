@@ -173,8 +173,8 @@ def pulse_correlation(
     number = look[rows]
     mean, square = power.mean(), 0.5 * np.mean(power**2)  # ⟨w + n⟩, ⟨(w + n)²⟩
     echo = square - 2.0 * noise_power * mean + noise_power**2  # ⟨w²⟩
-    if not echo > 0.0:
-        return correlation
+    if not (mean > noise_power and echo > 0.0):
+        return correlation  # nothing is heard
     lags = np.unique(np.linspace(1, most_lag, min(most_lag, 16)).astype(int))
     values = []
     for lag in lags:

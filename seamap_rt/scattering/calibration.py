@@ -69,8 +69,8 @@ def fit_scale(
 
     The factor is exp(P(log grazing) + a cos φ + b cos 2φ), P a polynomial of `degree`: as smooth as the
     measured model and far too smooth to take out a wave, which a factor gate by gate would do. The facets are
-    summed in broad bins of grazing and wind angle. With r = Σ raw/Σ target of a bin and w = √area, the fit of
-    η = log factor starts from the weighted least squares of −log r and minimises Σ w (r e^η − η), which is
+    summed in broad bins of grazing and wind angle. With r = Σ raw/Σ target of a bin and w = √area · (the bin's
+    target over its ring's mean), the fit of η = log factor starts from the weighted least squares of −log r and minimises Σ w (r e^η − η), which is
     convex: at its minimum Σ w r e^η = Σ w, so that a bin that lies in shadow (log r = −∞) pulls its weight.
     Rings and sectors in which nothing is lit do not count. What a narrow sector cannot tell, a ridge sets to
     0.
@@ -98,7 +98,12 @@ def fit_scale(
     ratio = raw_sum[used] / wanted_sum[used]
     basis = _basis(depth_sum[used] / members[used], cosine_sum[used] / members[used], degree)
     asked = -np.log(ratio[ratio > 0.0])
-    return Scale(limits, _fit(basis, ratio, np.sqrt(area_sum[used])), (float(asked.min()), float(asked.max())))
+    # Within a ring bins count by what is wanted of them, so that the ring's power comes out right.
+    per_area = np.reshape(np.divide(wanted_sum, area_sum, out=np.zeros(area_sum.size), where=area_sum > 0.0), bins)
+    ring = np.sum(np.reshape(wanted_sum, bins), axis=1) / np.maximum(np.sum(np.reshape(area_sum, bins), axis=1), 1e-300)
+    share = np.divide(per_area, ring[:, None], out=np.zeros(bins), where=ring[:, None] > 0.0).ravel()
+    weight = (np.sqrt(area_sum) * share)[used]
+    return Scale(limits, _fit(basis, ratio, weight), (float(asked.min()), float(asked.max())))
 
 
 def _unity(limits: tuple[float, float], degree: int) -> Scale:

@@ -1,0 +1,229 @@
+"""The sea's surface as a run has it: its mean is the model's, its spread is the theory's, its motion the wind's."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seamap_rt.conventions import db, wrap_degrees
+from seamap_rt.echoes.radar_cross_section import SeaSurface, facet_rcs, two_way_power
+from seamap_rt.mesh import Facets
+from seamap_rt.mesh.polar import sea_on_grid, surface_mesh
+from seamap_rt.scattering import mean_nrcs
+from seamap_rt.scene import Scene, load_scene
+from seamap_rt.simulation import Simulator
+from seamap_rt.tracing import tracer
+from seamap_rt.tracing.circle import circle_grid
+
+
+def scene(**keys: Any) -> Scene:
+    """choppy_sea by the horizon tracer, with other keys."""
+    overrides = {"tracing.tracer": "horizon"} | {key.replace("__", "."): value for key, value in keys.items()}
+    return load_scene("choppy_sea", overrides)
+
+
+@cache
+def lit(diffraction: str = "none") -> Facets:
+    """The facets of a whole turn of choppy_sea."""
+    return Simulator(scene(tracing__diffraction=diffraction)).light(0)[0]
+
+
+def surface(found: Scene, facets: Facets) -> SeaSurface:
+    """As the simulator makes it, but of these facets for all directions."""
+    limit = np.pi / found.sea.resolution_m if found.sea.resolution_m else 0.0
+    return SeaSurface(found.scattering, found.radar, limit).calibrated(facets)
+
+
+@pytest.mark.parametrize("polarization", ["VV", "HH"])
+@pytest.mark.parametrize("model", ["nrl", "git", "tsc", "hybrid"])
+def test_the_mean_is_the_models_by_range_and_by_wind(model: str, polarization: str) -> None:
+    near = 29.0 if model == "git" else 15.0  # GIT ends at 10° of grazing
+    made = scene(scattering__calibrated_to=model, scattering__polarization=polarization, radar__range_m=[near, 400.0])
+    facets = lit()
+    returns = surface(made, facets)(facets)
+    power = returns.rcs * two_way_power(facets)
+    wind = np.radians(wrap_degrees(facets.grid.column_azimuth - 270.0))[:, None]
+    grazing = np.degrees(np.arctan(5.0 / facets.distance))
+    wanted = facets.horizontal_area * mean_nrcs(model, grazing[None, :], 8.0, 10e9, polarization, wind, clipped=True)
+    wanted = np.broadcast_to(wanted, power.shape)
+    looks = np.abs(wrap_degrees(facets.grid.column_azimuth)) <= 180.0  # not those that run on beyond the turn
+    for near_m, far_m in ((30.0, 60.0), (60.0, 120.0), (120.0, 240.0), (240.0, 400.0)):
+        ring = (facets.distance > near_m) & (facets.distance < far_m)
+        # 0.3 dB is what the issue asks of the calibration.
+        assert abs(float(db(power[looks][:, ring].sum() / wanted[looks][:, ring].sum()))) < 0.3
+    for middle in (0.0, 90.0, 180.0, 270.0):
+        sector = np.abs(wrap_degrees(np.degrees(wind[:, 0]) - middle)) <= 45.0
+        far = facets.distance > 30.0
+        # A quadrant holds some ten crests a side: their own scatter, beside that of a fit of two harmonics.
+        assert abs(float(db(power[sector][:, far].sum() / wanted[sector][:, far].sum()))) < 0.6
+
+
+def test_the_scale_takes_out_no_wave() -> None:
+    facets, made = lit(), scene()
+    found = surface(made, facets)
+    terms = found.terms(facets)
+    theory = terms.bragg + terms.specular + terms.breaking
+    bright = theory > 0.0
+    far = facets.distance > 15.0
+    scale = np.where(bright, found(facets).rcs / np.where(bright, theory, 1.0), np.nan)[:, far]
+    logarithm = np.log(np.nanmean(scale, axis=0))
+    # Over a quarter of the peak's wavelength, 12 m, the scale changes less than a dB beyond 30 m; the waves change
+    # what theory gives by 4 dB rms.
+    step = np.abs(logarithm[48::48] - logarithm[:-48:48])[facets.distance[far][48::48] > 30.0]
+    assert db(np.exp(step.max())) < 1.0
+    swing = np.log(np.maximum(theory[:, far].astype(np.float64), 1e-9))[bright[:, far]].std()
+    assert db(np.exp(swing)) > 3.0
+
+
+def test_facets_that_lean_towards_the_radar_return_more() -> None:
+    facets, made = lit(), scene()
+    rcs = surface(made, facets)(facets).rcs / facets.horizontal_area
+    seen = facets.lit_both & (facets.distance > 60.0) & (facets.distance < 150.0)
+    leaning = facets.slope_look[seen]
+    steep, flat = np.quantile(leaning, [0.8, 0.2])
+    assert rcs[seen][leaning > steep].mean() > 3.0 * rcs[seen][leaning < flat].mean()
+
+
+def test_strain_and_breakers_brighten_where_the_water_converges() -> None:
+    facets = lit()
+    assert facets.strain is not None
+    seen = facets.lit_both & (facets.distance > 60.0)
+    crowded, thin = (facets.strain[seen] > 0.03), (facets.strain[seen] < -0.03)
+    with_strain, without = (surface(scene(scattering__hydrodynamic_modulation=on), facets) for on in (True, False))
+    assert without.memory_rate is None
+    terms = with_strain.terms(facets)
+    share = terms.breaking[seen] / (terms.bragg + terms.specular + terms.breaking)[seen]
+    assert share[crowded].mean() > 2.0 * share[thin].mean()
+    bare = SeaSurface(without.scattering, without.radar, without.resolved_below).terms(
+        facets.__class__(**{**facets.__dict__, "strain": None})
+    )
+    ratio = terms.bragg[seen] / bare.bragg[seen]
+    assert ratio[crowded].mean() > 1.1 > 0.9 > ratio[thin].mean()  # exp(4.5 · 0.03) = 1.14
+
+
+def test_breakers_are_most_of_hh_and_little_of_vv() -> None:
+    facets, shares = lit(), {}
+    for polarization in ("HH", "VV"):
+        found = surface(scene(scattering__polarization=polarization), facets)(facets)
+        assert found.motion is not None
+        assert found.motion.breaking is not None
+        shares[polarization] = float((found.rcs * found.motion.breaking).sum() / found.rcs.sum())
+        still = surface(scene(scattering__polarization=polarization, scattering__breaking=False), facets)(facets)
+        assert still.motion is not None
+        assert still.motion.breaking is None
+    # At 12° more than 90 % of a breaker's HH and some 60 % of its VV come from the crest; of the whole sea, less.
+    assert shares["HH"] > 0.6
+    assert shares["VV"] < 0.4
+
+
+def test_scatterers_run_down_wind() -> None:
+    facets = lit()
+    motion = surface(scene(), facets)(facets).motion
+    assert motion is not None
+    wind = wrap_degrees(facets.grid.column_azimuth - 270.0)
+    into, along, across = (np.abs(wrap_degrees(wind - middle)) < 10.0 for middle in (0.0, 180.0, 90.0))
+    assert np.all(motion.approaching[into] > 0.99)  # cos⁴ 5° against sin⁴ 5°
+    assert np.all(motion.approaching[along] < 0.01)
+    np.testing.assert_allclose(motion.approaching[across].mean(), 0.5, atol=0.01)
+    assert np.all(motion.breaker_speed[into] < 0.0)  # outward: they come
+    assert np.all(motion.breaker_speed[along] > 0.0)
+    # X band's Bragg waves, 1.5 cm long: √(g/k + T k/ρ)
+    k = 4.0 * np.pi * 10e9 / 299_792_458.0
+    np.testing.assert_allclose(motion.bragg_speed, np.sqrt(9.81 / k + 0.074 / 1025.0 * k), rtol=1e-9)
+    assert surface(scene(scattering__doppler="orbital"), facets)(facets).motion is None
+
+
+def test_a_sector_is_calibrated_as_the_circle_is() -> None:
+    keys: dict[str, Any] = {"radar__range_m": [15.0, 100.0], "sea__extent_m": 300.0, "sea__resolution_m": 1.0}
+    whole, sector = (
+        Simulator(scene(**keys, radar__sector_deg=sector)).surface.scale for sector in ([0.0, 360.0], [250.0, 260.0])
+    )
+    assert whole is not None
+    assert sector is not None
+    np.testing.assert_array_equal(whole.coefficients, sector.coefficients)
+
+
+def test_a_run_of_turns_keeps_one_scale() -> None:
+    simulator = Simulator(scene(radar__range_m=[15.0, 60.0], radar__sector_deg=[250.0, 260.0], sea__extent_m=200.0))
+    first = simulator.surface
+    simulator.light(1)
+    assert simulator.surface is first
+
+
+def test_theory_alone_is_not_scaled_and_constant_is_constant() -> None:
+    facets = lit()
+    alone = surface(scene(scattering__calibrated_to="none"), facets)
+    assert alone.scale is None
+    terms = alone.terms(facets)
+    np.testing.assert_array_equal(alone(facets).rcs, terms.bragg + terms.specular + terms.breaking)
+    level = scene(scattering__nrcs="constant", scattering__nrcs_db=-30.0)
+    rcs = facet_rcs(facets, level.scattering, level.radar, 1.0)
+    assert facets.lit is not None
+    seen = facets.lit.any(axis=0)
+    np.testing.assert_allclose(rcs[seen], np.broadcast_to(1e-3 * facets.horizontal_area, rcs.shape)[seen], rtol=1e-6)
+    assert not rcs[~seen].any()
+
+
+@pytest.mark.parametrize("model", ["nrl", "tsc", "hybrid"])
+def test_a_measured_mean_on_every_lit_facet(model: str) -> None:
+    facets = lit()
+    rcs = facet_rcs(facets, scene(scattering__nrcs=model).scattering, scene().radar, 1.0)
+    assert facets.lit is not None
+    np.testing.assert_array_equal(rcs > 0.0, facets.lit.any(axis=0))
+    # What is lit makes up for what is dark: in one direction, at about one range, all that is lit is scaled alike.
+    per_area = (rcs / facets.horizontal_area)[100:104]
+    near = (facets.distance > 60.0) & (facets.distance < 63.0) & (per_area > 0.0)
+    assert near.any()
+    assert np.ptp(per_area[near]) < 0.3 * per_area[near].mean()  # 3 m of range are 0.7 dB of NRL
+
+
+def test_two_way_power_without_diffraction_is_the_pairs_that_see() -> None:
+    facets = lit()
+    assert facets.lit is not None
+    lower, upper = facets.lit.astype(np.float64)
+    pairs = (lower * lower + 2.0 * lower * upper + upper * upper) / 4.0  # (0,0), (0,1), (1,0), (1,1)
+    np.testing.assert_allclose(two_way_power(facets), pairs, atol=1e-7)
+
+
+def test_diffraction_reaches_the_dark_and_keeps_the_mean() -> None:
+    facets = lit("knife_edge")
+    assert facets.field is not None
+    made = scene(tracing__diffraction="knife_edge")
+    rcs = surface(made, facets)(facets).rcs
+    dark = ~facets.lit.any(axis=0) if facets.lit is not None else np.zeros(rcs.shape, dtype=bool)
+    assert np.any(rcs[dark] > 0.0)
+    assert not np.any(rcs[(facets.field == 0.0).all(axis=0)])
+    power = rcs * two_way_power(facets)
+    ring = (facets.distance > 120.0) & (facets.distance < 400.0)
+    wanted = facets.horizontal_area * mean_nrcs(
+        "nrl", np.degrees(np.arctan(5.0 / facets.distance)), 8.0, 10e9, "VV", clipped=True
+    )
+    assert abs(float(db(power[:, ring].sum() / (len(power) * wanted[ring].sum())))) < 0.3
+
+
+def test_the_circle_samples_every_direction_within_bounded_memory() -> None:
+    for far in (60.0, 400.0, 6000.0):
+        made = scene()
+        radar = made.radar.model_copy(update={"range_m": (15.0, far), "sector_deg": (100.0, 110.0)})
+        grid, columns = circle_grid(radar, made.tracing)
+        assert columns.shape == (grid.columns,)
+        azimuth = np.sort(grid.column_azimuth[columns] % 360.0)
+        gaps = np.diff(np.append(azimuth, azimuth[0] + 360.0))
+        np.testing.assert_allclose(np.diff(grid.azimuth)[columns], grid.spacing_deg, rtol=1e-9)
+        assert gaps.max() < 31.0  # at least twelve groups
+        assert grid.columns * 2 * (grid.ground_range.size - 1) < 2e6
+
+
+def test_the_sea_of_the_circle_is_that_of_the_turn() -> None:
+    made = scene(radar__range_m=[15.0, 60.0], sea__extent_m=200.0)
+    simulator = Simulator(made)
+    grid, columns = circle_grid(made.radar, made.tracing)
+    circle = surface_mesh(grid, *sea_on_grid(simulator.sea, grid), made.radar).facets
+    turn = simulator.mesh(0).facets
+    for number in np.flatnonzero(columns)[::7]:
+        twin = int(np.argmin(np.abs(turn.grid.column_sweep - grid.column_sweep[number])))
+        np.testing.assert_allclose(circle.height[number], turn.height[twin], atol=1e-9)
+    assert tracer("horizon", made.radar, made.scattering)(simulator.mesh(0)).lit is not None
