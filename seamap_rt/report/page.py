@@ -239,7 +239,23 @@ def pictures(
 def tables(scene: Scene, retrieved: xr.DataTree, truth: xr.DataTree, metrics: Mapping[str, Any]) -> list[Table]:
     """The tables of the page."""
     found = [_turn_table(retrieved, truth)] if retrieved["polar"].sizes["turn"] > 1 else []
-    return [*found, _range_table(metrics), _sea_table(metrics), _time_table(metrics), _run_table(scene, metrics)]
+    found += [_range_table(scene, metrics), _sea_table(metrics), *_calibration_table(metrics)]
+    return [*found, _time_table(metrics), _run_table(scene, metrics)]
+
+
+def _calibration_table(metrics: Mapping[str, Any]) -> list[Table]:
+    """What calibration adds to theory by grazing and direction; none if the metrics hold none."""
+    scale = metrics.get("calibration")
+    if not isinstance(scale, Mapping):
+        return []
+    names = ("grazing_deg", "up_wind_db", "cross_wind_db", "down_wind_db")
+    columns = [reduce.series(scale.get(name)) for name in names]
+    rows = [
+        [digits(row[0], 2), *(digits(value, 1, signed=True) for value in row[1:])] for row in zip(*columns, strict=True)
+    ]
+    head = ("Grazing (°)", "Up-wind (dB)", "Cross-wind (dB)", "Down-wind (dB)")
+    note = "What is added to the theory's mean echo to make it that of the measured model, shadows included."
+    return [Table("Calibration of the mean echo", head, rows, note)]
 
 
 def _sea_table(metrics: Mapping[str, Any]) -> Table:
@@ -280,7 +296,8 @@ def _turn_table(retrieved: xr.DataTree, truth: xr.DataTree) -> Table:
     )
 
 
-def _range_table(metrics: Mapping[str, Any]) -> Table:
+def _range_table(scene: Scene, metrics: Mapping[str, Any]) -> Table:
+    diffracted = scene.tracing.diffraction != "none"
     centres = reduce.series(metrics.get("range_m"))
     columns = [
         ("Range (m)", centres, lambda value: digits(value, 1)),
@@ -292,6 +309,7 @@ def _range_table(metrics: Mapping[str, Any]) -> Table:
                 ("Bias (m)", "height_bias_m", lambda value: digits(value, 3, signed=True)),
                 ("Slope error, rms", "slope_rmse", lambda value: digits(value, 3)),
                 ("Visible share", "visible_fraction", percent),
+                *((("Power with diffraction", "illumination", percent),) if diffracted else ()),
             )
         ),
     ]

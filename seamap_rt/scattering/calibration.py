@@ -70,10 +70,10 @@ def fit_scale(
     The factor is exp(P(log grazing) + a cos φ + b cos 2φ), P a polynomial of `degree`: as smooth as the
     measured model and far too smooth to take out a wave, which a factor gate by gate would do. The facets are
     summed in broad bins of grazing and wind angle. With r = Σ raw/Σ target of a bin and w = √area · (the bin's
-    target over its ring's mean), the fit of η = log factor starts from the weighted least squares of −log r and minimises Σ w (r e^η − η), which is
-    convex: at its minimum Σ w r e^η = Σ w, so that a bin that lies in shadow (log r = −∞) pulls its weight.
-    Rings and sectors in which nothing is lit do not count. What a narrow sector cannot tell, a ridge sets to
-    0.
+    target over its ring's mean), the fit of η = log factor starts from the weighted least squares of −log r and
+    minimises Σ w (r e^η − η), which is convex: at its minimum Σ w r e^η = Σ w, so that a bin that lies in shadow
+    (log r = −∞) pulls its weight. Rings and sectors in which nothing is lit do not count. What a narrow sector
+    cannot tell, a ridge sets to 0.
     """
     power, area, target = (np.asarray(each) for each in (raw_power, horizontal_area, target_nrcs))
     for name, values in (("raw_power", power), ("horizontal_area", area), ("target_nrcs", target)):
