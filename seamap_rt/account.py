@@ -1,0 +1,181 @@
+"""What a run modelled, and what it left out and why: the words of `metrics.json` and of the report."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .conventions import EARTH_RADIUS
+from .scattering import MEAN_MODELS
+from .scene import Scene
+from .sea import Resolved
+from .settings import ScatteringSettings
+
+_BREAKING_STEEPNESS = 0.06  # Hs over the peak's length
+_CARRIED = 0.97
+_BREAKING_DEPTH = 0.6  # Hs over the depth
+
+
+def modelled(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
+    """Rows {what, why} of what was modelled, and how."""
+    radar, scattering = scene.radar, scene.scattering
+    light = {
+        "facets": "a shadow ray to each facet that faces the antenna, for each antenna, traced by Sionna RT/Mitsuba",
+        "horizon": "running maximum of the elevation angle, float64",
+    }[scene.tracing.tracer]
+    if scene.tracing.diffraction == "knife_edge":
+        light += "; beyond a crest, and close above it, the field of two knife edges"
+    rows = [
+        ("sea", _sea_words(scene, resolved)),
+        ("shadowing", light),
+        ("scattering", f"{scattering.polarization}: {_scattering_words(scattering)}"),
+        ("speckle", f"complex Gaussian per facet, decorrelation time {1e3 * scattering.decorrelation_time_s:g} ms"),
+        ("motion", _motion_words(scattering)),
+        ("scan", "azimuth is time: each column of the sea is meshed when the beam passes it"),
+        ("mode", f"{radar.transmit} transmitter, {radar.interferogram} interferogram"),
+        (
+            "receiver",
+            "rectangular pulse through a Gaussian filter; " + ("thermal noise" if radar.noise else "no noise"),
+        ),
+    ]
+    return [{"what": what, "why": why} for what, why in rows]
+
+
+def _scattering_words(scattering: ScatteringSettings) -> str:
+    if scattering.nrcs == "constant":
+        return f"{scattering.nrcs_db:g} dB per horizontal area, shadowing on top"
+    paper = MEAN_MODELS[scattering.mean_model].paper if scattering.mean_model else ""
+    if scattering.nrcs != "two_scale":
+        return f"the mean of {paper} on every lit facet, shadowing counted once"
+    words = ["Bragg waves and mirrors on each facet, tilted by it and by the wind's waves that the mesh does not carry"]
+    if scattering.hydrodynamic_modulation:
+        words.append("their height modulated by the strain of the resolved waves")
+    if scattering.breaking:
+        words.append("breakers, most of them where the resolved waves converge")
+    words.append(f"mean calibrated to {paper}, shadowing counted once" if paper else "theory's own mean")
+    return "; ".join(words)
+
+
+def _motion_words(scattering: ScatteringSettings) -> str:
+    water = "each facet's phase follows its water particle while the beam dwells on it"
+    if scattering.doppler == "orbital":
+        return water
+    extra = "Bragg waves of both directions run on it at their phase speed"
+    if scattering.nrcs == "two_scale" and scattering.breaking:
+        extra += ", breakers at theirs"
+    return f"{water}; {extra}"
+
+
+def _sea_words(scene: Scene, resolved: Resolved) -> str:
+    kind = {"linear": "linear", "choppy": "choppy (first-order Lagrangian)"}[scene.sea.model]
+    current = f", on a current of {scene.sea.current_m_s:g} m/s" if scene.sea.current_m_s > 0.0 else ""
+    return (
+        f"{kind}, evolving{current}; waves longer than {2.0 * resolved.resolution_m:.3g} m resolved: "
+        f"{resolved.variance_share:.2%} of the variance, {resolved.mean_square_slope_share:.0%} of the same "
+        "spectra's mean square slope"
+    )
+
+
+def left_out(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
+    """Rows {what, why} of what was not, and why or by which key it would be."""
+    beam = np.radians(scene.radar.antenna.azimuth_beamwidth_deg)
+    facet_width = scene.radar.range_m[1] * beam / scene.tracing.columns_per_beam
+    rows = [
+        ("multiple scattering", "one bounce; the second is not traced"),
+        ("boat motion", "the boat is at rest"),
+        ("analogue-to-digital conversion", "ideal complex gates; no quantisation or saturation"),
+        (
+            "slopes of resolved waves that the mesh is too coarse for",
+            f"its columns are {facet_width:.2g} m wide at the far gate, its rungs {scene.tracing.facet_m:g} m apart; "
+            f"the shortest resolved waves are {2.0 * resolved.resolution_m:.2g} m long",
+        ),
+        (
+            "Earth curvature",
+            f"flat Earth: the drop at {scene.radar.range_m[1]:g} m is "
+            f"{scene.radar.range_m[1] ** 2 / (2.0 * 4.0 / 3.0 * EARTH_RADIUS):.2g} m",
+        ),
+    ]
+    rows += _left_out_of_the_scattering(scene)
+    rows += _left_out_of_the_sea(scene, resolved)
+    return [{"what": what, "why": why} for what, why in rows]
+
+
+def _left_out_of_the_scattering(scene: Scene) -> list[tuple[str, str]]:
+    scattering, rows = scene.scattering, list[tuple[str, str]]()
+    if scene.tracing.diffraction == "none":
+        rows.append(
+            (
+                "diffraction at shadow edges",
+                "geometric shadows; an edge blurs by about 0.5 m at X band; tracing.diffraction = 'knife_edge'",
+            )
+        )
+    if scattering.doppler == "orbital":
+        rows.append(("the scatterers' own velocity", "facets move with the water only; scattering.doppler = 'full'"))
+    if scattering.nrcs == "two_scale":
+        rows.append(("shadows of waves that are not resolved", "the mesh does not carry them; a tilt may turn away"))
+        if scattering.breaking:
+            rows.append(("a breaker's life", "breakers are a share of each facet, not bursts that grow and fade"))
+        else:
+            rows.append(("breakers", "scattering.breaking = false: HH owes its mean to the calibration"))
+        if not scattering.hydrodynamic_modulation:
+            rows.append(("hydrodynamic modulation", "scattering.hydrodynamic_modulation = false: tilt alone modulates"))
+    if scattering.mean_model is not None:
+        model = MEAN_MODELS[scattering.mean_model]
+        if not model.knows_wind_direction:
+            rows.append(
+                (
+                    "wind-direction contrast of the mean echo",
+                    f"{model.paper} is an average over directions; git, tsc and hybrid know them",
+                )
+            )
+        low, high = model.grazing_deg
+        rows.append(
+            (f"the mean outside {low:g}–{high:g}° grazing", "facets beyond take the value at the edge of its range")
+        )
+    return rows
+
+
+def _left_out_of_the_sea(scene: Scene, resolved: Resolved) -> list[tuple[str, str]]:
+    rows: list[tuple[str, str]] = []
+    if scene.sea.model == "linear":
+        rows.append(("sharper crests", "waves are linear; sea.model = 'choppy' sharpens them"))
+    else:
+        rows.append(
+            (
+                "skewness of the elevation",
+                "0 at the first Lagrangian order; a narrow-banded second-order sea of this height and peak would have "
+                f"{resolved.skewness_stokes:.2g}",
+            )
+        )
+    if scene.tracing.facet_m > resolved.resolution_m:
+        rows.append(
+            (
+                f"slopes of resolved waves shorter than {2.0 * scene.tracing.facet_m:g} m along the look",
+                f"facets are {scene.tracing.facet_m:g} m apart, the waves' grid {resolved.resolution_m:.3g} m: neither "
+                "the mesh nor the scattering has all of them; lower tracing.facet_m or coarsen sea.resolution_m",
+            )
+        )
+    if resolved.carried_share < _CARRIED:
+        rows.append(
+            (
+                "the longest waves' place in the spectrum",
+                f"the periodic patch samples {resolved.carried_share:.0%} of a system's variance; the rest is spread "
+                "over its other waves; raise sea.extent_m",
+            )
+        )
+    if resolved.significant_steepness > _BREAKING_STEEPNESS:
+        rows.append(
+            (
+                "breaking, which this sea would do",
+                f"its significant height over the length of its peak is {resolved.significant_steepness:.2g}; real "
+                f"seas stay below about {_BREAKING_STEEPNESS:g}",
+            )
+        )
+    if 4.0 * resolved.elevation_std > _BREAKING_DEPTH * scene.sea.depth_m:
+        rows.append(
+            (
+                "breaking on the bed, which this sea would do",
+                f"its significant height is {4.0 * resolved.elevation_std / scene.sea.depth_m:.2g} of the depth; real "
+                f"seas stay below about {_BREAKING_DEPTH:g}, and troughs may reach below the bed",
+            )
+        )
+    return rows
