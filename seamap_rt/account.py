@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .conventions import EARTH_RADIUS
-from .scattering import MEAN_MODELS
+from .scattering import MEAN_MODELS, sea_state_from_wind
 from .scene import Scene
 from .sea import Resolved
 from .settings import ScatteringSettings
@@ -118,8 +118,35 @@ def _left_out_of_the_scattering(scene: Scene) -> list[tuple[str, str]]:
             rows.append(("breakers", "scattering.breaking = false: HH owes its mean to the calibration"))
         if not scattering.hydrodynamic_modulation:
             rows.append(("hydrodynamic modulation", "scattering.hydrodynamic_modulation = false: tilt alone modulates"))
+    else:
+        rows.append(
+            (
+                "tilt, strain and breakers",
+                f"scattering.nrcs = '{scattering.nrcs}' gives every facet that is seen its mean; 'two_scale' has them, "
+                "and only it asks for calibrated_to, breaking, hydrodynamic_modulation and inverse_wave_age",
+            )
+        )
+    if scene.tracing.diffraction != "none":
+        rows.append(
+            (
+                "what diffraction does to heights",
+                "a shadow answers with its crest's height, and the fringes above a crest pull heights beside it down; "
+                "the stated error knows neither",
+            )
+        )
     if scattering.mean_model is not None:
         model = MEAN_MODELS[scattering.mean_model]
+        if scattering.extrapolate:
+            rows.append(
+                (
+                    "the clutter model's own range",
+                    f"scattering.extrapolate = true: {model.paper} holds for sea states {model.sea_state[0]:g} to "
+                    f"{model.sea_state[1]:g} and {1e-9 * model.frequency_hz[0]:g} to "
+                    f"{1e-9 * model.frequency_hz[1]:g} GHz; this scene is sea state "
+                    f"{float(sea_state_from_wind(scattering.wind_speed_m_s)):.2g} at "
+                    f"{1e-9 * scene.radar.frequency_hz:g} GHz",
+                )
+            )
         if not model.knows_wind_direction:
             rows.append(
                 (

@@ -38,6 +38,7 @@ BYTES_PER_VOLTAGE = 32.0  # the voltage itself, its noise and the sums it is mad
 MOST_ECHO_BYTES = 8e9
 MOST_GROUND_CELLS = 1e7
 BYTES_PER_TRIANGLE = 600.0  # vertices, the tracer's tree and the facets' arrays
+LEAST_WIND = 0.5  # m/s, of scattering.wind_speed_m_s
 STEEPEST = math.sin(math.radians(59.9))  # sine of the grazing angle beyond which no clutter model is asked
 HALF_POWER = 0.442947  # sinc² is ½ there: half a uniform aperture's beam, as (aperture/λ) · direction cosine
 
@@ -221,7 +222,9 @@ class Scene(Section):
         try:
             PERMITTIVITIES[water.permittivity](self.radar.frequency_hz, water.temperature_c, water.salinity_psu)
         except ValueError as error:
-            raise ValueError(f"scattering.permittivity = '{water.permittivity}': {error}") from None
+            raise ValueError(
+                f"scattering.permittivity = '{water.permittivity}': {error}, or choose another scattering.permittivity"
+            ) from None
         return self
 
     @model_validator(mode="after")
@@ -231,11 +234,12 @@ class Scene(Section):
             return self
         model = MEAN_MODELS[name]
         key = "scattering.nrcs" if self.scattering.nrcs == name else "scattering.calibrated_to"
-        remedy = f"or choose another {key}, or set scattering.extrapolate = true to let its formula run on"
+        other = f"or choose another {key}" + (" ('none' leaves theory alone)" if key.endswith("to") else "")
+        remedy = f"{other}, or set scattering.extrapolate = true to let its formula run on"
         least, most = model.sea_state
         wind = self.scattering.wind_speed_m_s
         if not least <= sea_state_from_wind(wind) <= most:
-            limits = [float(wind_from_sea_state(state)) for state in (least, most)]
+            limits = [max(LEAST_WIND, float(wind_from_sea_state(state))) for state in (least, most)]
             raise ValueError(
                 f"scattering.wind_speed_m_s = {wind:.10g}: must be {_up(limits[0])} to {_down(limits[1])} (sea state "
                 f"{least:g} to {most:g}, where {key} = '{name}' holds: {model.paper}); change it, {remedy}"
@@ -248,7 +252,7 @@ class Scene(Section):
                 f"({model.paper}); change it, {remedy}"
             )
         if name != "nrl":
-            self._grazing_is_within(key, name, remedy)
+            self._grazing_is_within(key, name, f"{other}, or set scattering.extrapolate = true to keep its edge value")
         return self
 
     def _grazing_is_within(self, key: str, name: str, remedy: str) -> None:
@@ -264,6 +268,12 @@ class Scene(Section):
                 f"{model.paper}); lower it, {remedy}"
             )
         if near < height / most and most < STEEPEST:
+            if far <= height / most:
+                raise ValueError(
+                    f"radar.range_m = [{near:.10g}, {far:.10g}]: lies wholly nearer than {_up(height / most)} (there "
+                    f"the sea is seen under {model.grazing_deg[1]:g}°, the most for which {key} = '{name}' holds: "
+                    f"{model.paper}); move it out, lower radar.height_m, {remedy}"
+                )
             raise ValueError(
                 f"radar.range_m = [{near:.10g}, {far:.10g}]: its near end must be at least {_up(height / most)} (there "
                 f"the sea is seen under {model.grazing_deg[1]:g}°, the most for which {key} = '{name}' holds: "

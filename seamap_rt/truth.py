@@ -21,6 +21,7 @@ from .radar.waveform import RangeResponse, gates
 from .sea import Sea
 from .settings import RadarSettings, RetrievalSettings
 
+FAINTEST = 1e-15  # NRCS below which a cell is dark: what is left there is rounding
 _BINS_PER_GATE = 6
 _GAUSS = 0.5 / np.sqrt(3.0)  # of a cell's side: two-point Gauss quadrature, exact for cubics
 
@@ -49,6 +50,8 @@ def polar_truth(
 
     whole = cells(area)
     seen = cells(area * lit)
+    arriving = two_way_power(facets)
+    echo = cells(rcs * arriving)
     with np.errstate(invalid="ignore", divide="ignore"):
         values = {
             "height": cells(area * facets.height) / whole,
@@ -56,12 +59,10 @@ def polar_truth(
             "visible_fraction": seen / whole,
             "slope_range": cells(area * facets.slope_look) / whole,
             "slope_azimuth": cells(area * facets.slope_cross) / whole,
-            "nrcs_db": db(cells(rcs) / whole),
+            "nrcs_db": db(np.where(echo > FAINTEST * whole, echo, 0.0) / whole),
         }
         if facets.field is not None:
-            arriving = two_way_power(facets)
             values["illumination"] = cells(area * arriving) / whole
-            values["nrcs_db"] = db(cells(rcs * arriving) / whole)
         gate = bins.response(ranges, RangeResponse.of(radar))
         beam = _beam_columns(facets, sweeps, retrieval.cell_azimuth_deg, radar)
         heard = beam @ (bins.gather(area) @ gate)

@@ -192,7 +192,7 @@ def test_long_crested_waves_go_where_they_should(tmp_path: Path, from_deg: float
 
 def test_moments_are_those_of_the_runs_own_sea(moving: Filed) -> None:
     """The branch of the seed that `run` draws from; heights are rounded by half of 2⁻¹³ m at most."""
-    fields, result, made = moving
+    fields, _, made = moving
     run = Simulator(made).sea
     other = realize(made.sea, made.seed)
     x, y = fields["x"].values[::7], fields["y"].values[::7, None]
@@ -207,7 +207,7 @@ def test_moments_are_those_of_the_runs_own_sea(moving: Filed) -> None:
 
 
 def test_opens_without_warnings_and_says_what_it_is(moving: Filed) -> None:
-    fields, result, made = moving
+    fields, _, made = moving
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         with xr.open_dataset(result.folder / "sea.nc") as dataset:
@@ -235,10 +235,16 @@ def test_opens_without_warnings_and_says_what_it_is(moving: Filed) -> None:
     assert fields.attrs["scene"] == made.to_toml()
 
 
+def camera_of(made: Scene, places: np.ndarray, sea: Sea | None = None) -> Camera:
+    """The camera of a scene, by the horizon tracer, on the run's own sea unless given another."""
+    simulator = Simulator(made)
+    return Camera(made, sea or simulator.sea, tracer("horizon", made.radar, made.scattering), places, simulator.surface)
+
+
 def test_what_is_read_is_what_was_seen(moving: Filed) -> None:
     """To the rounding that the file states; the fields are packed and stored as single precision."""
-    fields, result, made = moving
-    camera = Camera(made, result.sea, tracer("horizon", made.radar, made.scattering), fields["x"].values)
+    fields, _, made = moving
+    camera = camera_of(made, fields["x"].values)
     seen = camera.moment(float(fields["time"].values[1]))
     for name in fields.data_vars:
         found, expected = fields[name].values[1], seen[name].values[0]
@@ -293,8 +299,7 @@ def test_snapshot_does_not_know_how_fast_the_antenna_turns() -> None:
     seen = []
     for rpm in (60.0, 24.0):
         made = scene(radar__rotation_rpm=rpm)
-        camera = Camera(made, Simulator(made).sea, tracer("horizon", made.radar, made.scattering), square(made))
-        seen.append(camera.moment(3.0))
+        seen.append(camera_of(made, square(made)).moment(3.0))
     xr.testing.assert_equal(seen[0], seen[1])
 
 
@@ -340,9 +345,8 @@ def test_drowned_antennas_see_nothing() -> None:
             return elevation + 2.0 * np.exp(-((x**2 + y**2) / 0.6**2)), velocity
 
     places = square(made, 50.0, 1.0)
-    trace = tracer("horizon", made.radar, made.scattering)
-    dry = Camera(made, flat, trace, places).moment(0.0)["visible"].values
-    wet = Camera(made, Spiked(flat.parts, flat.surface, flat.resolved), trace, places).moment(0.0)["visible"].values
+    dry = camera_of(made, places).moment(0.0)["visible"].values
+    wet = camera_of(made, places, Spiked(flat.parts, flat.surface, flat.resolved)).moment(0.0)["visible"].values
     assert_array_equal(np.unique(dry), [-1, 2])
     assert_array_equal(np.unique(wet), [-1, 0])
 

@@ -214,7 +214,7 @@ def test_overrides_are_part_of_the_resolved_scene(tmp_path: Path) -> None:
             {"scattering.wind_speed_m_s": 14.0},
             [
                 "scattering.wind_speed_m_s = 14: ",
-                "0 to 13.24",
+                "0.5 to 13.24",
                 "sea state 0 to 6",
                 "scattering.calibrated_to = 'nrl'",
                 "scattering.extrapolate = true",

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import GRAVITY, SURFACE_TENSION, WATER_DENSITY
 from seamap_rt.echoes import expected_look_gates
-from seamap_rt.echoes.radar_cross_section import facet_rcs
+from seamap_rt.echoes.radar_cross_section import SeaSurface
 from seamap_rt.interferometry import retrieve
 from seamap_rt.mesh import Facets
 from seamap_rt.radar.waveform import gates as gates_of
@@ -275,4 +275,4 @@ def test_facet_rcs_follows_the_light() -> None:
         np.broadcast_to(10.0**-3.5 * facets.horizontal_area, rcs.shape)[rcs > 0.0],
         rtol=1e-5,
     )
-    np.testing.assert_array_equal(rcs, facet_rcs(facets, scene.scattering, scene.radar, 1.0))
+    np.testing.assert_array_equal(rcs, SeaSurface(scene.scattering, scene.radar, 1.0)(facets).rcs)

@@ -154,7 +154,7 @@ def print_terms(table: list[Measured]) -> None:
     print("NRL 2012; Nathanson's table")
     names = ("plane", "tilted", "mirrors", "raw", "edges", "NRL", "cal−NRL", "table")
     print(f"{'':12}" + "".join(f"{name:>10}" for name in names))
-    worst = 0.0
+    worst, by_wind = 0.0, []
     for state in SEA_STATES:
         for polarization in ("HH", "VV"):
             found = levels(float(state), polarization)
@@ -163,6 +163,7 @@ def print_terms(table: list[Measured]) -> None:
             rows = [found.flat, tilted, tilted + found.terms["specular"], found.raw, edges, found.target]
             off = db(found.calibrated / found.target)
             worst = max(worst, float(np.max(np.abs(off))))
+            by_wind.append(db(found.off_by_wind))
             for band, grazing in enumerate(GRAZING_DEG):
                 level = given.get((float(grazing), polarization), {}).get(state)
                 if level is None:
@@ -170,6 +171,11 @@ def print_terms(table: list[Measured]) -> None:
                 cells = "".join(f"{float(db(row[band])):10.1f}" for row in rows)
                 print(f"SS{state} {polarization} {grazing:4.1f}°{cells}{off[band]:+10.2f}{level:10.0f}")
     print(f"calibrated less its mean model: at most {worst:.2f} dB in any band (mean of {len(SEEDS)} seas)")
+    spread = np.array(by_wind)
+    print("and by direction, mean and rms over bands, sea states and polarizations: ", end="")
+    names = ("up-wind", "cross-wind", "down-wind")
+    rows = zip(names, spread.mean(axis=(0, 2)), np.sqrt(np.mean(spread**2, axis=(0, 2))), strict=True)
+    print("; ".join(f"{name} {mean:+.2f}, {rms:.2f} dB" for name, mean, rms in rows))
 
 
 # ------------------------------------------------------------------------------------------------------------ picture

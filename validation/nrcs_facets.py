@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from seamap_rt.conventions import POLARIZATIONS, SPEED_OF_LIGHT
+from seamap_rt.conventions import POLARIZATIONS, SPEED_OF_LIGHT, wrap_degrees
 from seamap_rt.echoes.radar_cross_section import SeaSurface, two_way_power
 from seamap_rt.mesh import Facets, SurfaceMesh
 from seamap_rt.mesh.polar import sea_on_grid, surface_mesh
@@ -40,6 +40,7 @@ class Levels:
     terms: dict[str, NDArray[np.float64]]  # of the facets, shadows included: bragg, specular, breaking
     calibrated: NDArray[np.float64]
     target: NDArray[np.float64]  # what it is calibrated to
+    off_by_wind: NDArray[np.float64]  # (up, cross, down; band) calibrated over target, ±30° about the direction
 
     @property
     def raw(self) -> NDArray[np.float64]:
@@ -74,8 +75,9 @@ def _all_levels(sea_state: float) -> dict[tuple[str, str], Levels]:
 
 
 def _levels(scattering: ScatteringSettings, sums: NDArray[np.float64]) -> Levels:
-    bragg, specular, breaking, calibrated, target = sums[1:] / sums[0]
-    return Levels(_flat(scattering), {"bragg": bragg, "specular": specular, "breaking": breaking}, calibrated, target)
+    bragg, specular, breaking, calibrated, target = sums[1:6] / sums[0]
+    terms = {"bragg": bragg, "specular": specular, "breaking": breaking}
+    return Levels(_flat(scattering), terms, calibrated, target, sums[6:9] / sums[9:12])
 
 
 def _scattering(sea_state: float, polarization: str) -> ScatteringSettings:
@@ -86,15 +88,20 @@ def _scattering(sea_state: float, polarization: str) -> ScatteringSettings:
 def _in_bands(
     facets: Facets, columns: NDArray[np.bool_], surface: SeaSurface, bands_deg: tuple[float, ...]
 ) -> NDArray[np.float64]:
-    """Area, and power by term, calibrated and wanted: (6, band), sums over the facets of a band."""
+    """Sums over the facets of a band, (12, band): area, power by term, calibrated, wanted; and these two up-, cross-
+    and down-wind."""
     calibrated = surface.calibrated(facets, columns)
     arriving = two_way_power(facets)
     area = np.broadcast_to(facets.horizontal_area, facets.height.shape)
     terms = [term * arriving for term in calibrated.terms(facets)]
-    powers = (area, *terms, calibrated(facets).rcs * arriving, np.broadcast_to(surface.mean(facets), area.shape) * area)
+    echo, wanted = calibrated(facets).rcs * arriving, np.broadcast_to(surface.mean(facets), area.shape) * area
+    wind = np.abs(wrap_degrees(facets.grid.column_azimuth - surface.scattering.wind_from_deg))
+    sectors = [columns & (np.abs(wind - middle) <= 30.0) for middle in (0.0, 90.0, 180.0)]
+    chosen = [(columns, power) for power in (area, *terms, echo, wanted)]
+    chosen += [(sector, power) for power in (echo, wanted) for sector in sectors]
     grazing = np.degrees(np.arctan(surface.radar.height_m / facets.distance))
     bands = [np.abs(np.log(grazing / angle)) < np.log(1.2) for angle in bands_deg]
-    return np.array([[power[columns][:, band].sum(dtype=np.float64) for band in bands] for power in powers])
+    return np.array([[power[rows][:, band].sum(dtype=np.float64) for band in bands] for rows, power in chosen])
 
 
 def _mesh(sea: Sea, radar: RadarSettings, rate: float | None) -> tuple[SurfaceMesh, NDArray[np.bool_]]:

@@ -1,6 +1,6 @@
 """How spiky the simulated echo is: the shape parameter ν of its K-distribution, from the resolved waves alone.
 
-    python validation/texture.py [--scene choppy_sea] [--seeds 4] [--set KEY=VALUE]…
+    python validation/texture.py [--scene choppy_sea] [--seeds 4] [--out PNG] [--set KEY=VALUE]…
 
 In the K-distribution (Ward 1981) the mean power of a cell is itself random, gamma distributed with shape ν: the
 smaller, the spikier. Here that texture is what the resolved waves do to the power of a cell, by tilt, shadow, strain
@@ -68,6 +68,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scene", default="choppy_sea")
     parser.add_argument("--seeds", type=int, default=4)
+    parser.add_argument("--out", type=Path, default=FIGURE)
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     arguments = parser.parse_args()
     overrides = dict(each.split("=", 1) for each in arguments.set)
@@ -94,8 +95,7 @@ def main() -> None:
     panels[0].legend(fontsize=7)
     figure.suptitle(f"{arguments.scene}: texture of single looks and gates; smaller is spikier", fontsize=10)
     figure.tight_layout()
-    figure.savefig(FIGURE, dpi=130)
-    print(FIGURE)
+    figure.savefig(arguments.out, dpi=130)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,9 @@ independent. Relative to the water, the covariance of a facet's speckle is
 
     Bragg, share 1 − b    exp(−(τ/τc)²) [w exp(+2jkcτ) + (1 − w) exp(−2jkcτ)]
     breakers, share b     exp(−(τ/τc)²) exp(−2jk v τ) exp(−½ (2kστ)²)
+
+Mirrors count with the Bragg waves, and speeds along the water as speeds along the ray: at grazing there are no mirrors,
+and 20° are 6 %.
 """
 
 from __future__ import annotations

@@ -183,16 +183,6 @@ class SeaSurface:
         )
 
 
-def facet_rcs(
-    facets: Facets, scattering: ScatteringSettings, radar: RadarSettings, resolved_below: float
-) -> NDArray[np.float32]:
-    """Radar cross-section (column, facet) [m²] of facets that serve as their own calibration; 0 for dark ones.
-
-    `SeaSurface` does it for a run.
-    """
-    return SeaSurface(scattering, radar, resolved_below).calibrated(facets)(facets).rcs
-
-
 def two_way_power(facets: Facets) -> NDArray[np.float32]:
     """Share (column, facet) of the power that reaches a facet and comes back, the mean over the pairs of antennas."""
     if facets.lit is None:

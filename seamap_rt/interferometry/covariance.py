@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import correlate1d
 
 
 @dataclass(frozen=True)
@@ -17,30 +16,10 @@ class Covariance:
     lower: NDArray[np.float64]  # ⟨|V_lower|²⟩ [W], noise included
     upper: NDArray[np.float64]
 
-    def turned(self, phase: NDArray[np.float64]) -> Covariance:
-        """With a phase (look, gate) taken off the cross term."""
-        return replace(self, cross=self.cross * np.exp(-1j * phase))
-
     @property
     def known(self) -> NDArray[np.bool_]:
         """Cells that hold a number: not those of a look without pulses, or of a receiver that gave NaN."""
         return np.isfinite(self.cross) & np.isfinite(self.lower) & np.isfinite(self.upper)
-
-    def windowed(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> Covariance:
-        """Power-weighted: the sums themselves are averaged, so a strong cell counts for more than a weak neighbour.
-
-        Take the flat sea's phase off first (`turned`), or it blurs what is averaged. Unknown cells count nothing.
-        """
-        known = self.known
-
-        def smooth(field: NDArray[np.float64]) -> NDArray[np.float64]:
-            out = correlate1d(np.where(known, field, 0.0), range_weights, axis=1, mode="nearest")
-            return correlate1d(out, look_weights, axis=0, mode="nearest")
-
-        with np.errstate(invalid="ignore", divide="ignore"):
-            norm = 1.0 / smooth(np.ones(known.shape))
-            cross = smooth(self.cross.real) * norm + 1j * (smooth(self.cross.imag) * norm)
-            return Covariance(cross, smooth(self.lower) * norm, smooth(self.upper) * norm)
 
     def windowed_along(
         self,
@@ -49,8 +28,8 @@ class Covariance:
         phase_per_gate: NDArray[np.float64],
         phase_per_look: NDArray[np.float64],
     ) -> Covariance:
-        """As `windowed`, but along a plane: a neighbour's phase is first brought to the cell by the local phase slopes
-        [rad per gate, rad per look], which broadcast to (look, gate).
+        """Power-weighted sums along a plane: a neighbour's phase is first brought to the cell by the local phase slopes
+        [rad per gate, rad per look], which broadcast to (look, gate). A strong cell counts for more than a weak one.
 
         Turned by a straight line, a single reflector keeps its phase exactly, and the sea's own slope (that of mean
         sea level, and of the waves if known) does not blur what is averaged. At the edges, and beside unknown cells,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..conventions import db
 from ..dataset import build
-from ..echoes.radar_cross_section import SeaSurface
+from ..echoes.radar_cross_section import SeaSurface, two_way_power
 from ..mesh import PolarGrid, polar_grid, surface_mesh
 from ..mesh.polar import sea_on_grid, submerged_lines
 from ..radar.scan import sector_width
@@ -33,9 +33,12 @@ _BLOCK = 262_144  # points asked of the sea at a time
 class Camera:
     """Takes moments of the sea at points of a square, and of what the radar would see of them in a snapshot."""
 
-    def __init__(self, scene: Scene, sea: Sea, trace: Tracer, places: NDArray[np.float64]) -> None:
+    def __init__(
+        self, scene: Scene, sea: Sea, trace: Tracer, places: NDArray[np.float64], scatterer: SeaSurface
+    ) -> None:
+        """scatterer: how the run's sea scatters, its mean calibrated."""
         self.scene, self.sea, self.places = scene, sea, places
-        self._trace = trace
+        self._trace, self._scatterer = trace, scatterer
         self._grid = polar_grid(scene.radar, scene.tracing, 0)
         x, y = np.meshgrid(places, places)
         self._inside, self._column, self._facet = facets_under(self._grid, scene.radar, x, y)
@@ -72,15 +75,17 @@ class Camera:
         """NRCS [dB] of the facets over the points, NaN where none is lit, and how many antennas light them."""
         radar = self.scene.radar
         grid = replace(self._grid, time=np.full_like(self._grid.time, t))
-        surface = SeaSurface(self.scene.scattering, radar, self.sea.resolved.wavenumber_limit)
-        elevation, velocity, *shift = sea_on_grid(self.sea, grid, surface.memory_rate)
+        elevation, velocity, *shift = sea_on_grid(self.sea, grid, self._scatterer.memory_rate)
         mesh = surface_mesh(grid, elevation, velocity, radar, *shift)
         facets = self._trace(mesh)
         assert facets.lit is not None
         drowned = submerged_lines(mesh, self.sea, radar)
-        lit = facets.lit & ~(drowned[1:] | drowned[:-1])[:, None]
-        seen = replace(facets, lit=lit)
-        sigma = surface.calibrated(seen)(seen).rcs / facets.horizontal_area
+        dry = ~(drowned[1:] | drowned[:-1])[:, None]
+        lit = facets.lit & dry
+        field = None if facets.field is None else facets.field * dry
+        seen = replace(facets, lit=lit, field=field)
+        arriving = 1.0 if field is None else two_way_power(seen)
+        sigma = self._scatterer(seen).rcs * arriving / facets.horizontal_area
         antennas = lit.sum(axis=0, dtype=np.int8)
         visible = np.full(self._inside.shape, OUTSIDE, dtype=np.int8)
         visible[self._inside] = antennas[self._column, self._facet]

@@ -80,8 +80,10 @@ def write_sea(
     prepare_folder(folder, overwrite, PRODUCTS)
     refuse_if_too_large(folder, seconds.size, places.size)
     say("preparing the sea")
-    sea, drawn = Simulator(scene).sea, Moments()
-    camera = Camera(scene, sea, tracer(scene.tracing.tracer, scene.radar, scene.scattering), places)
+    simulator, drawn = Simulator(scene), Moments()
+    sea = simulator.sea
+    trace = tracer(scene.tracing.tracer, scene.radar, scene.scattering, diffraction=scene.tracing.diffraction)
+    camera = Camera(scene, sea, trace, places, simulator.surface)
     spectrum = directional_spectrum(scene, sea)
     clear_folder(folder, PRODUCTS)
     with SeaFile(folder / "sea.nc", {"spectrum": spectrum}) as file:

@@ -17,7 +17,7 @@ from ..scene import Scene
 from . import reduce, style
 from .reduce import Array
 
-STAGES = ("sea", "mesh", "trace", "echoes", "retrieve", "write")
+STAGES = ("calibrate", "sea", "mesh", "trace", "echoes", "truth", "retrieve", "write")
 REAL_TIME_STAGES = ("sea", "mesh", "trace", "echoes")
 SECTOR_BINS = 60
 

@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 _RIDGE = 1e-4  # pull towards a constant scale, as a share of the data's weight: settles what they leave open
 _MARGIN = np.log(2.0)  # the factor stays within 3 dB of what some bin asks for, however few are lit
 _NEWTON_STEPS = 50
+_HARMONICS = 4  # coefficients of the wind's direction
 _LEAST_GRAZING = 1e-4  # rad; a ray that meets the sea from below the horizon counts as this one
 
 
 @dataclass(frozen=True)
 class Scale:
-    """The smooth factor exp(P(log grazing) + a cos φ + b cos 2φ); beyond the grazing of the fit, its edge value."""
+    """The smooth factor exp(P + a cos φ + b cos 2φ) of `fit_scale`; beyond the grazing of the fit, its edge value."""
 
     log_grazing: tuple[float, float]  # fitted to
     coefficients: NDArray[np.floating]  # of `_basis`
@@ -67,13 +68,13 @@ def fit_scale(
     axis. They broadcast. ValueError for a negative or non-finite power, area or target. Where nothing at all is lit or
     wanted, the factor is 1.
 
-    The factor is exp(P(log grazing) + a cos φ + b cos 2φ), P a polynomial of `degree`: as smooth as the
-    measured model and far too smooth to take out a wave, which a factor gate by gate would do. The facets are
-    summed in broad bins of grazing and wind angle. With r = Σ raw/Σ target of a bin and w = √area · (the bin's
-    target over its ring's mean), the fit of η = log factor starts from the weighted least squares of −log r and
-    minimises Σ w (r e^η − η), which is convex: at its minimum Σ w r e^η = Σ w, so that a bin that lies in shadow
-    (log r = −∞) pulls its weight. Rings and sectors in which nothing is lit do not count. What a narrow sector
-    cannot tell, a ridge sets to 0.
+    The factor is exp(P + a cos φ + b cos 2φ), P a polynomial of `degree` in log grazing, a and b straight lines in it
+    (theory's contrast of up- and down-wind grows towards grazing): as smooth as the measured model and far too smooth
+    to take out a wave, which a factor gate by gate would do. The facets are summed in broad bins of grazing and wind
+    angle. With r = Σ raw/Σ target of a bin and w = √area · (the bin's target over its ring's mean), the fit of
+    η = log factor starts from the weighted least squares of −log r and minimises Σ w (r e^η − η), which is convex: at
+    its minimum Σ w r e^η = Σ w, so that a bin that lies in shadow (log r = −∞) pulls its weight. Rings and sectors in
+    which nothing is lit do not count. What a narrow sector cannot tell, a ridge sets to 0.
     """
     power, area, target = (np.asarray(each) for each in (raw_power, horizontal_area, target_nrcs))
     for name, values in (("raw_power", power), ("horizontal_area", area), ("target_nrcs", target)):
@@ -107,7 +108,7 @@ def fit_scale(
 
 
 def _unity(limits: tuple[float, float], degree: int) -> Scale:
-    return Scale(limits, np.zeros(degree + 3), (0.0, 0.0))
+    return Scale(limits, np.zeros(degree + 1 + _HARMONICS), (0.0, 0.0))
 
 
 def _log(grazing: NDArray[np.floating]) -> NDArray[np.floating]:
@@ -131,19 +132,22 @@ def _in_lit_ring_and_sector(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _basis(depth: NDArray[np.floating], cosine: NDArray[np.floating], degree: int) -> NDArray[np.floating]:
-    """Columns: Legendre polynomials of the scaled log grazing, cos φ, cos 2φ."""
+    """Columns: Legendre polynomials of the scaled log grazing x, cos φ, cos 2φ, x cos φ, x cos 2φ."""
     legendre = np.polynomial.legendre.legvander(depth, degree)
-    return np.column_stack((legendre, cosine, 2.0 * cosine**2 - 1.0))
+    double = 2.0 * cosine**2 - 1.0
+    return np.column_stack((legendre, cosine, double, depth * cosine, depth * double))
 
 
 def _exponent(
     coefficients: NDArray[np.floating], depth: NDArray[np.floating], cosine: NDArray[np.floating]
 ) -> NDArray[np.floating]:
     """`_basis` times the coefficients, without the matrix, in the facets' own precision."""
-    *legendre, first, second = coefficients
+    legendre, harmonics = coefficients[:-_HARMONICS], coefficients[-_HARMONICS:].astype(depth.dtype)
     polynomial = np.polynomial.legendre.leg2poly(legendre).astype(depth.dtype)
-    harmonics = cosine * (float(first) + float(2.0 * second) * cosine) - float(second)
-    return np.polynomial.polynomial.polyval(depth, polynomial) + harmonics
+    first, second, first_slope, second_slope = harmonics
+    double = 2.0 * cosine**2 - 1.0
+    level = np.polynomial.polynomial.polyval(depth, polynomial) + (first * cosine + second * double)
+    return level + depth * (first_slope * cosine + second_slope * double)
 
 
 def _fit(basis: NDArray[np.floating], ratio: NDArray[np.float64], weight: NDArray[np.float64]) -> NDArray[np.floating]:

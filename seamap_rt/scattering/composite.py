@@ -77,6 +77,11 @@ def nrcs_composite(
     )
     fields = (incidence, slope_range, slope_cross, wind_angle, 0.0 if strain is None else strain)
     inputs = [np.asarray(each) for each in fields]
+    for name, values in zip(("incidence", "slope_range", "slope_cross", "wind_angle", "strain"), inputs, strict=True):
+        if not np.isfinite(values).all():
+            raise ValueError(f"{name}: must be finite; leave out what is not known")
+    if inputs[0].size and np.abs(inputs[0]).max() > np.pi:
+        raise ValueError(f"incidence = {np.abs(inputs[0]).max():g}: must be at most π; give radians")
     shape = np.broadcast_shapes(*(each.shape for each in inputs))
     flat = [each if each.ndim == 0 else np.broadcast_to(each, shape).reshape(-1) for each in inputs]
     sigma = np.empty((len(FacetNrcs._fields), int(np.prod(shape))), dtype=np.float32)

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seamap_rt.interferometry.covariance import independent_looks, pulse_correlation
+from seamap_rt.interferometry.covariance import Covariance, independent_looks, pulse_correlation
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.heights import Heights
+from seamap_rt.interferometry.uncertainty import height_std
+from seamap_rt.radar.waveform import RangeResponse
+from seamap_rt.scene import load_scene
 
 PULSES, LOOKS, GATES = 50, 400, 40
 
@@ -61,3 +66,26 @@ def test_odd_dwells_have_an_answer() -> None:
     assert np.isfinite(pulse_correlation(loud, np.repeat(np.arange(LOOKS), PULSES), 0.0, 49)).all()
     singles = pulse_correlation(loud[:LOOKS], np.arange(LOOKS), 0.0, 3)  # one pulse a look: nothing to compare
     assert np.isfinite(singles).all()
+
+
+def test_the_slope_of_a_wave_is_not_a_lack_of_coherence() -> None:
+    # A perfect mirror whose phase climbs by 0.5 rad from gate to gate and 0.3 rad from look to look: along those slopes
+    # nothing is uncertain; across a window of seven gates the same echo looks incoherent.
+    scene = load_scene("tiny", {"radar.noise": False})
+    shape, pulses = (20, 60), 10
+    ramp = 0.5 * np.arange(shape[1]) + 0.3 * np.arange(shape[0])[:, None]
+    one = np.ones(shape)
+    dwell = Covariance(np.exp(1j * ramp), one, one)
+    voltage = np.ones((shape[0] * pulses, 2, shape[1]), dtype=np.complex64)
+    ranges = np.asarray(20.0 + 1.5 * np.arange(shape[1]), dtype=np.float64)
+    response = RangeResponse.of(scene.radar)
+    radar = RadarDescription(0.03, 0.0, "switched", (0.0, 36.0), 1.0, 5.0, response, ranges)
+    spread = {}
+    for name, slopes in (("along", (0.5, 0.3)), ("level", (0.0, 0.0))):
+        window = (np.array([1.0, 1.0, 1.0]), np.array([0.5, 1.0, 0.5]))
+        along = (np.full(1, slopes[0]), np.full(1, slopes[1]))
+        found = Heights(dwell, window, ramp, 0.0 * one, one, one, along)
+        look = np.repeat(np.arange(shape[0]), pulses)
+        spread[name] = np.median(height_std(voltage, look, dwell, one, found, radar))
+    assert spread["along"] < 0.01
+    assert spread["level"] > 0.3
