@@ -192,7 +192,7 @@ def test_long_crested_waves_go_where_they_should(tmp_path: Path, from_deg: float
 
 def test_moments_are_those_of_the_runs_own_sea(moving: Filed) -> None:
     """The branch of the seed that `run` draws from; heights are rounded by half of 2⁻¹³ m at most."""
-    fields, _, made = moving
+    fields, result, made = moving
     run = Simulator(made).sea
     other = realize(made.sea, made.seed)
     x, y = fields["x"].values[::7], fields["y"].values[::7, None]
@@ -207,7 +207,7 @@ def test_moments_are_those_of_the_runs_own_sea(moving: Filed) -> None:
 
 
 def test_opens_without_warnings_and_says_what_it_is(moving: Filed) -> None:
-    fields, _, made = moving
+    fields, result, made = moving
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         with xr.open_dataset(result.folder / "sea.nc") as dataset:

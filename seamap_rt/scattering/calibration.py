@@ -157,20 +157,21 @@ def _fit(basis: NDArray[np.floating], ratio: NDArray[np.float64], weight: NDArra
     ratio = ratio / np.exp(level)
     ridge = np.diag([0.0] + [_RIDGE] * (basis.shape[1] - 1))
 
-    def cost(beta: NDArray[np.floating]) -> float:
-        exponent = basis @ beta
-        with np.errstate(over="ignore"):
-            return float(weight @ (ratio * np.exp(exponent) - exponent) + 0.5 * beta @ ridge @ beta)
+    lit = ratio > 0.0  # a dark bin stays dark at any scale: it only pulls
+    bright, power, pull = basis[lit], weight[lit] * ratio[lit], basis.T @ weight
 
-    lit = ratio > 0.0
-    weighted = basis[lit] * weight[lit, None]
-    start = np.linalg.solve(weighted.T @ basis[lit] + ridge, -weighted.T @ np.log(ratio[lit]))
+    def cost(beta: NDArray[np.floating]) -> float:
+        with np.errstate(over="ignore"):
+            return float(power @ np.exp(bright @ beta) - pull @ beta + 0.5 * beta @ ridge @ beta)
+
+    weighted = bright * weight[lit, None]
+    start = np.linalg.solve(weighted.T @ bright + ridge, -weighted.T @ np.log(ratio[lit]))
     beta = min((start, np.zeros_like(start)), key=cost)
     for _ in range(_NEWTON_STEPS):
-        model = weight * ratio * np.exp(basis @ beta)
-        step = np.linalg.solve(basis.T @ (model[:, None] * basis) + ridge, basis.T @ (weight - model) - ridge @ beta)
+        model = power * np.exp(bright @ beta)
+        step = np.linalg.solve(bright.T @ (model[:, None] * bright) + ridge, pull - bright.T @ model - ridge @ beta)
         length, here = 1.0, cost(beta)
-        while cost(beta + length * step) > here and length > 1e-6:
+        while not cost(beta + length * step) <= here and length > 1e-9:
             length *= 0.5
         beta = beta + length * step
         if np.max(np.abs(step)) < 1e-10:
