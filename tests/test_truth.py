@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -276,3 +278,20 @@ def test_facet_rcs_follows_the_light() -> None:
         rtol=1e-5,
     )
     np.testing.assert_array_equal(rcs, SeaSurface(scene.scattering, scene.radar, 1.0)(facets).rcs)
+
+
+def test_a_facet_that_one_antenna_sees_gives_a_quarter_of_its_power() -> None:
+    # Of the four pairs of transmitter and receiver one is left: 6.02 dB.
+    scene = wave_scene()
+    facets, rcs = lit_facets(scene)
+    assert facets.lit is not None
+    both = np.broadcast_to(facets.lit[0] & facets.lit[1], facets.lit.shape)
+    one = both.copy()
+    one[1] = False
+    whole, quarter = (
+        polar_truth(replace(facets, lit=light), rcs, scene.radar, scene.retrieval, 0)["nrcs_db"].values
+        for light in (both, one)
+    )
+    seen = np.isfinite(whole)
+    assert seen.any()
+    np.testing.assert_allclose((whole - quarter)[seen], 10.0 * np.log10(4.0), atol=1e-3)
