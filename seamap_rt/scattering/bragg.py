@@ -71,6 +71,9 @@ def nrcs_two_scale(
 ) -> NDArray[np.float32]:
     """σ0 [linear] per unit TRUE area of tilted facets that carry Elfouhaily's short waves; 0 from behind.
 
+    The law of a bare facet, in one formula; a run takes `nrcs_composite`, which adds the tilts that the mesh does not
+    carry, mirrors and breakers.
+
     incidence: rad between the ray and the vertical (90° − grazing), at the facet.
     slope_range: ∂z/∂(outward ground range); positive leans towards the radar, and θi shrinks.
     slope_cross: ∂z/∂(clockwise cross range).
