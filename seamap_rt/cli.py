@@ -96,7 +96,7 @@ def run(
     scene
         Path of a scene file, or the name of a shipped scene (see `scenes`).
     out
-        Folder for the results; default runs/<scene>-<seed>.
+        Folder for the results; default runs/SCENE-SEED.
     turns
         Turns of the antenna.
     seed

@@ -10,6 +10,7 @@ import numpy as np
 from . import reduce
 
 Row = tuple[str, str]
+NO_WAVES_DB = -60.0  # a spectrum that begins so far below the resolved waves' has none there
 
 
 def sea_rows(metrics: Mapping[str, Any]) -> list[Row]:
@@ -32,7 +33,7 @@ def sea_rows(metrics: Mapping[str, Any]) -> list[Row]:
             ("Left to the scattering: waves shorter than", f"{_length(short)} m"),
             ("Their mean square slope", _number(short, "mean_square_slope", 3)),
             ("Share of the whole mean square slope on the mesh", _share(short, "resolved_slope_share")),
-            ("Step of the spectrum where they take over", f"{_number(short, 'level_step_db', 2)} dB"),
+            ("Step of the spectrum where they take over", _step(short)),
         ]
     choppy = _group(sea, "choppy")
     if choppy:
@@ -73,6 +74,12 @@ def _number(facts: Mapping[str, Any], name: str, digits: int, factor: float = 1.
 def _share(facts: Mapping[str, Any], name: str, digits: int = 4) -> str:
     value = 100.0 * reduce.number(facts.get(name))
     return f"{value:.{digits}g} %" if np.isfinite(value) else "—"
+
+
+def _step(short: Mapping[str, Any]) -> str:
+    if reduce.number(short.get("level_step_db")) < NO_WAVES_DB:
+        return "the wind raises no waves of that length"
+    return f"{_number(short, 'level_step_db', 2)} dB"
 
 
 def _length(short: Mapping[str, Any]) -> str:
