@@ -1,6 +1,6 @@
 """What the whole chain is for: heights of `choppy_sea`, 50–200 m, cells more than half visible, against the truth.
 
-The bounds without noise are those that the issue sets for this scene. The horizon tracer stands in for the rays: they
+The bounds without noise are those that were set for this scene. The horizon tracer stands in for the rays: they
 light the same facets but for a few in a million.
 """
 

@@ -1,7 +1,7 @@
 """The echo of a flat sea by quadrature: what every gate must receive, and where a gate's echo comes from.
 
 Only the one-way pattern, its gain and the range response are taken from the radar; the sum over the sea is an
-integral of its own, PHYSICS.md section 5,
+integral of its own, the radar equation's,
 
     Pr(r) = Pt λ² σ0/((4π)³ L) ∬ G²(az, el) |h(r − R)|² R⁻⁴ dA,
 

@@ -4,7 +4,7 @@ A leaning baseline is taken to lean towards each column as the beam passes it; a
 
 Three paths serve every pair of transmitter and receiver: m = tx + rx = 0 (lower, lower), 1 (mixed), 2 (upper, upper).
 The phase of pair m is −2kR₀ − m k(R₁ − R₀); the difference is formed from the difference of squares, which keeps every
-digit (PHYSICS: 3e-7 m even in float32; here float64).
+digit (3e-7 m even in float32; here float64).
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ def test_the_textbook_form_and_where_it_differs() -> None:
 
     # 1. ∫E⁴ dα of a Gaussian beam is θ√(π/(8 ln 2)), not θ.
     azimuth = -db(np.sqrt(np.pi / (8.0 * np.log(2.0))))
-    assert azimuth == pytest.approx(1.233, abs=1e-3)  # PHYSICS.md: −1.2 dB
+    assert azimuth == pytest.approx(1.233, abs=1e-3)  # −1.2 dB, of a Gaussian beam
     # 2. The filter shortens the pulse's energy: ∫|h|² dr against cτ/2.
     response, length = RangeResponse.of(radar), 0.5 * SPEED_OF_LIGHT * radar.pulse_width_s
     heard = quad(lambda r: float(response(r)) ** 2, -response.support_m, response.support_m, epsrel=1e-10)[0]
@@ -70,7 +70,7 @@ def test_the_textbook_form_and_where_it_differs() -> None:
     # 3. Two ways through the elevation pattern at the grazing angle of the gate: 24 dB (ψ/18°)².
     grazing = np.degrees(np.arcsin(radar.height_m / GATES))
     elevation = 40.0 * np.log10(np.e) * 2.0 * np.log(2.0) * (grazing / 18.0) ** 2
-    assert elevation[0] == pytest.approx(6.87, abs=0.05)  # PHYSICS.md: −6.8 dB at 30 m
+    assert elevation[0] == pytest.approx(6.87, abs=0.05)  # −6.8 dB at 30 m
     # What is left: the variation of R⁻³ and of the elevation pattern within the gate, second order in (3 m/R).
     np.testing.assert_allclose(gap, azimuth + pulse + elevation, atol=0.15)
     np.testing.assert_allclose(gap[2:], (azimuth + pulse + elevation)[2:], atol=0.01)
@@ -78,7 +78,7 @@ def test_the_textbook_form_and_where_it_differs() -> None:
 
 
 def test_textbook_area_and_noise_equivalent_nrcs() -> None:
-    # PHYSICS.md section 5: A = 9.43 m² at 100 m; 0 dB SNR for one pulse at NRCS = −51.2 dB with 31.45 dBi.
+    # By hand: A = 9.43 m² at 100 m; 0 dB SNR for one pulse at NRCS = −51.2 dB with 31.45 dBi.
     radar = radar_of("slotted_waveguide", antenna=AntennaSettings(gain_dbi=31.45))
     power = flat_sea_power_textbook(radar, 1.0, 100.0)
     noise = -93.98 - 30.0

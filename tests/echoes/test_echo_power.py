@@ -1,4 +1,4 @@
-"""Echo power of a flat sea of constant NRCS against the integral of PHYSICS.md section 5, gate by gate."""
+"""Echo power of a flat sea of constant NRCS against the radar equation's integral, gate by gate."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def test_the_mean_is_the_models_by_range_and_by_wind(model: str, polarization: s
     looks = np.abs(wrap_degrees(facets.grid.column_azimuth)) <= 180.0  # not those that run on beyond the turn
     for near_m, far_m in ((30.0, 60.0), (60.0, 120.0), (120.0, 240.0), (240.0, 400.0)):
         ring = (facets.distance > near_m) & (facets.distance < far_m)
-        # 0.3 dB is what the issue asks of the calibration.
+        # 0.3 dB is what is asked of the calibration.
         assert abs(float(db(power[looks][:, ring].sum() / wanted[looks][:, ring].sum()))) < 0.3
     for middle in (0.0, 90.0, 180.0, 270.0):
         sector = np.abs(wrap_degrees(np.degrees(wind[:, 0]) - middle)) <= 45.0

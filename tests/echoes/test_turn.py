@@ -287,7 +287,7 @@ def noise() -> tuple[RadarSettings, NDArray[np.complex64]]:
 def test_noise_power(noise: tuple[RadarSettings, NDArray[np.complex64]]) -> None:
     radar, voltages = noise
     expected = BOLTZMANN * 290.0 * radar.bandwidth_hz * 10.0 ** (radar.noise_figure_db / 10.0)
-    assert 10.0 * np.log10(expected * 1e3) == pytest.approx(-93.98, abs=0.02)  # PHYSICS.md section 5, dBm
+    assert 10.0 * np.log10(expected * 1e3) == pytest.approx(-93.98, abs=0.02)  # dBm: kTB at 50 MHz and 3 dB
     power = np.abs(voltages) ** 2
     # 5000 pulses × 87 gates, some 40 of them independent: 0.2 %; each receiver by itself, and no gate sticks out.
     np.testing.assert_allclose(power.mean(axis=(0, 2)) / expected, 1.0, atol=5.0 / np.sqrt(5000 * 40))

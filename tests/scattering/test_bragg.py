@@ -160,8 +160,9 @@ def test_ceiling_at_the_normal_is_smooth_and_the_same_for_both_polarizations(win
 
 
 def test_grazing_level_of_a_tilted_sea() -> None:
-    # sheet: U10 = 10, 3° grazing, −48 dB HH and −27 dB VV unshadowed. Needs tilts: up-wind slope variance 0.02 (the
-    # waves longer than a few Bragg lengths); the flat facet itself is 24 and 8.5 dB lower. 1 dB: the sheet says "≈".
+    # Two-scale theory at U10 = 10 and 3° gives −48 dB HH and −27 dB VV unshadowed. It needs tilts: up-wind slope
+    # variance 0.02 (the waves longer than a few Bragg lengths); the flat facet itself is 24 and 8.5 dB lower. 1 dB:
+    # these are round figures.
     rng = np.random.default_rng(3)
     p, q = rng.normal(0.0, np.sqrt(0.02), 400_000), rng.normal(0.0, np.sqrt(0.015), 400_000)
     area = np.sqrt(1.0 + p * p + q * q)

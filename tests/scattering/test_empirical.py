@@ -15,7 +15,7 @@ TABLE = Path(__file__).parents[2] / "validation" / "reference" / "nathanson_9p3g
 
 
 def test_check_values() -> None:
-    np.testing.assert_allclose(nrcs_gregers_hansen12(10.0, 2.0, 30e9, "HH"), 2.15550e-4, rtol=1e-5)  # physics sheet
+    np.testing.assert_allclose(nrcs_gregers_hansen12(10.0, 2.0, 30e9, "HH"), 2.15550e-4, rtol=1e-5)  # by hand
     # VV, sea state 3, 3°, 10 GHz, worked term by term with 30 digits:
     # −50.796 − 33.2402587 + 29.6279/3.85 + 21.588 · 4^(1/2.354) + 0.01899 = −37.4008840 dB
     np.testing.assert_allclose(nrcs_gregers_hansen12(3.0, 3.0, 10e9, "VV"), 1.81933044e-4, rtol=1e-8)

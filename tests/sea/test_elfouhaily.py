@@ -1,4 +1,4 @@
-"""Elfouhaily et al. 1997: check values of the physics sheet, and what a spectrum must be."""
+"""Elfouhaily et al. 1997: check values, recomputed from its formulas, and what a spectrum must be."""
 
 from __future__ import annotations
 

@@ -107,7 +107,7 @@ def shares(
 @pytest.mark.parametrize("azimuth", [90.0, 270.0])
 @pytest.mark.parametrize("wavelength", [20.0, 40.0])
 class TestAgainstTheExactSinusoid:
-    """Height λ/30 from 5 m, 40–400 m, along and against the waves; the tolerances are the issue's.
+    """Height λ/30 from 5 m, 40–400 m, along and against the waves; the tolerances are those asked for.
 
     A facet is lit or dark as a whole. Near and far facets alternate, so a shadow's edge errs by up to facet_m/4, and a
     bin cuts as much off a facet at each end: at 0.2 m a bin of 20 m with two edges cannot be wrong by more than
@@ -165,7 +165,7 @@ def beside_an_edge(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def test_tracers_agree_on_a_choppy_sea(choppy: tuple[Scene, SurfaceMesh, dict[str, Facets]]) -> None:
-    """Rays are float32: they may differ where a ray grazes an edge, on 0.001–0.01 % of the facets (PHYSICS 7)."""
+    """Rays are float32: they may differ where a ray grazes an edge, on 0.001–0.01 % of the facets."""
     rays, horizon = (light(choppy[2][name]) for name in TRACERS)
     differ = rays != horizon
     assert 0.3 < horizon.mean() < 0.9  # there are shadows to differ about
