@@ -79,17 +79,20 @@ def test_reflection_meets_the_check_values(grazing_deg: float, h: float, v: floa
     np.testing.assert_allclose([abs(r_h), abs(r_v)], [h, v], atol=5e-5)  # as printed
 
 
-@EACH
+@pytest.mark.parametrize(
+    ("name", "highest", "warmest"),
+    [("klein_swift77", 35e9, 34.0), ("meissner_wentz04", 90e9, 29.0), ("meissner_wentz12", 90e9, 34.0)],
+)
 @given(
-    frequency=st.floats(1e9, 35e9),
-    temperature=st.floats(-2.0, 29.0),
+    frequency=st.floats(0.0, 1.0),  # of each model's own range
+    temperature=st.floats(0.0, 1.0),
     salinity=st.floats(0.0, 40.0),
     incidence=st.floats(0.0, np.pi / 2.0),
 )
 def test_water_absorbs_and_no_reflection_exceeds_one(
-    permittivity: Callable, frequency: float, temperature: float, salinity: float, incidence: float
+    name: str, highest: float, warmest: float, frequency: float, temperature: float, salinity: float, incidence: float
 ) -> None:
-    eps = permittivity(frequency, temperature, salinity)
+    eps = PERMITTIVITIES[name](1e9 + frequency * (highest - 1e9), -2.0 + temperature * (warmest + 2.0), salinity)
     assert eps.real > 1.0
     assert eps.imag < 0.0  # e^{+jωt}: a lossy medium lies below the real axis
     for r in fresnel(incidence, eps):
