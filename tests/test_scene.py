@@ -17,6 +17,7 @@ from pydantic import BaseModel, ValidationError
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.io.scenefile import InputError, list_shipped, read_toml
 from seamap_rt.radar.antenna import antenna
+from seamap_rt.scattering import MEAN_MODELS
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.settings import JonswapWaves, RadarSettings, SeaSettings
 
@@ -300,8 +301,12 @@ def test_extrapolation_is_there_for_the_asking(beyond: dict[str, Any]) -> None:
 
 def test_a_high_mast_or_a_far_gate_does_not_refuse_the_default_model() -> None:
     # Its edges lie where little is heard: steeper than 60° about the mast's foot, and below 0.1° beyond 2.9 km.
-    load_scene("choppy_sea", {"radar.height_m": 20.0})
-    load_scene("choppy_sea", {"radar.height_m": 0.5, "radar.range_m": [15.0, 390.0]})
+    for height, window in ((20.0, [15.0, 400.0]), (0.5, [15.0, 390.0])):
+        scene = load_scene("choppy_sea", {"radar.height_m": height, "radar.range_m": window})
+        assert scene.scattering.mean_model == "nrl"
+        least, most = MEAN_MODELS["nrl"].grazing_deg
+        steepest = math.degrees(math.asin(min(1.0, height / window[0])))
+        assert steepest > most or math.degrees(math.asin(height / window[1])) < least  # it does lie beyond
 
 
 @given(st.floats(0.1, 10.0), st.floats(0.1, 25.0), st.sampled_from([3e9, 10e9, 35e9]))

@@ -77,11 +77,7 @@ def nrcs_composite(
     )
     fields = (incidence, slope_range, slope_cross, wind_angle, 0.0 if strain is None else strain)
     inputs = [np.asarray(each) for each in fields]
-    for name, values in zip(("incidence", "slope_range", "slope_cross", "wind_angle", "strain"), inputs, strict=True):
-        if not np.isfinite(values).all():
-            raise ValueError(f"{name}: must be finite; leave out what is not known")
-    if inputs[0].size and np.abs(inputs[0]).max() > np.pi:
-        raise ValueError(f"incidence = {np.abs(inputs[0]).max():g}: must be at most π; give radians")
+    _check(*inputs)
     shape = np.broadcast_shapes(*(each.shape for each in inputs))
     flat = [each if each.ndim == 0 else np.broadcast_to(each, shape).reshape(-1) for each in inputs]
     sigma = np.empty((len(FacetNrcs._fields), int(np.prod(shape))), dtype=np.float32)
@@ -94,6 +90,15 @@ def nrcs_composite(
     with ThreadPoolExecutor(min(16, len(os.sched_getaffinity(0)))) as pool:
         list(pool.map(work, range(0, sigma.shape[1], _BLOCK)))
     return FacetNrcs(*(each.reshape(shape) for each in sigma))
+
+
+def _check(*inputs: NDArray) -> None:
+    for name, values in zip(("incidence", "slope_range", "slope_cross", "wind_angle", "strain"), inputs, strict=True):
+        if not np.isfinite(values).all():
+            raise ValueError(f"{name}: must be finite; leave out what is not known")
+    steepest = np.abs(inputs[0]).max(initial=0.0)
+    if steepest > np.pi:
+        raise ValueError(f"incidence = {steepest:g}: must be at most π; give radians")
 
 
 class _Sea(NamedTuple):

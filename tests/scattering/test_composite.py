@@ -170,3 +170,17 @@ def test_nonsense_is_refused():
         composite(1.0, wind_speed=0.0)
     with pytest.raises(ValueError, match="strain_variance"):
         composite(1.0, strain=0.0, strain_variance=-1.0)
+
+
+@pytest.mark.parametrize("name", ["incidence", "slope_range", "slope_cross", "wind_angle"])
+def test_what_is_not_a_number_is_refused_by_name(name: str) -> None:
+    place = ("incidence", "slope_range", "slope_cross", "wind_angle").index(name)
+    given = [np.full(3, 1.4), np.zeros(3), np.zeros(3), np.zeros(3)]
+    given[place][1] = np.nan
+    with pytest.raises(ValueError, match=f"^{name}: must be finite"):
+        composite(*given)
+
+
+def test_degrees_are_not_taken_for_radians() -> None:
+    with pytest.raises(ValueError, match="incidence = 85: must be at most π; give radians"):
+        composite(85.0)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_seas import PARTS
 
 from seamap_rt.sea import accuracy, moving_field, realize
 from seamap_rt.sea.lattice import Lattice
@@ -13,7 +14,6 @@ from seamap_rt.sea.moving_field import MovingField
 from seamap_rt.sea.parts import PlanePart, Quantity
 from seamap_rt.sea.spline import bspline_polynomials
 from seamap_rt.sea.spline_kernel import DERIVATIVES, spline_kernel
-from seamap_rt.settings import JonswapWaves, SeaSettings, SinusoidWaves
 
 HALF_DAY = 12.0 * 3600.0
 SAID: dict[Quantity, str] = {  # the error that the field states for each quantity
@@ -30,29 +30,6 @@ SAID: dict[Quantity, str] = {  # the error that the field states for each quanti
     "shift_north_north": "shift_gradient",
 }
 QUANTITIES: tuple[Quantity, ...] = tuple(SAID)
-
-
-def jonswap(**changes):
-    return JonswapWaves(**{"spectrum": "jonswap", "significant_wave_height_m": 1.4, "peak_period_s": 5.5, **changes})
-
-
-def sinusoid(**changes):
-    return SinusoidWaves(**{"spectrum": "sinusoid", "height_m": 1.0, "wavelength_m": 20.0, **changes})
-
-
-def sea_of(*waves, **changes):
-    return SeaSettings(**{"resolution_m": 1.0, "extent_m": 256.0, "waves": waves, **changes})
-
-
-PARTS = {
-    "regular": sea_of(sinusoid(wave_from_deg=250.0, phase_deg=40.0), depth_m=3.0),
-    "plane": sea_of(jonswap()),
-    "shallow plane": sea_of(jonswap(significant_wave_height_m=0.2, peak_period_s=4.0), depth_m=1.5),
-    "line": sea_of(jonswap(spreading="long_crested", wave_from_deg=230.0)),
-    "shallow line": sea_of(
-        jonswap(significant_wave_height_m=0.2, spreading="long_crested", wave_from_deg=20.0), depth_m=2.0
-    ),
-}
 
 
 def exact(waves, x, y, t):

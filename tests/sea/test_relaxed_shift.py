@@ -4,39 +4,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_seas import PARTS, jonswap, sea_of, sinusoid
 
 from seamap_rt.sea import realize
 from seamap_rt.sea.choppy import ChoppySurface
 from seamap_rt.sea.dispersion import angular_frequency
 from seamap_rt.sea.parts import Quantity
-from seamap_rt.settings import JonswapWaves, SeaSettings, SinusoidWaves
 
 HALF_DAY = 12.0 * 3600.0
 RELAXED: tuple[Quantity, ...] = ("relaxed_east", "relaxed_north")
 FLOW: tuple[Quantity, ...] = ("flow_east", "flow_north")
-
-
-def jonswap(**changes):
-    return JonswapWaves(**{"spectrum": "jonswap", "significant_wave_height_m": 1.4, "peak_period_s": 5.5, **changes})
-
-
-def sinusoid(**changes):
-    return SinusoidWaves(**{"spectrum": "sinusoid", "height_m": 1.0, "wavelength_m": 20.0, **changes})
-
-
-def sea_of(*waves, **changes):
-    return SeaSettings(**{"resolution_m": 1.0, "extent_m": 256.0, "waves": waves, **changes})
-
-
-PARTS = {
-    "regular": sea_of(sinusoid(wave_from_deg=250.0, phase_deg=40.0), depth_m=3.0),
-    "plane": sea_of(jonswap()),
-    "shallow plane": sea_of(jonswap(significant_wave_height_m=0.2, peak_period_s=4.0), depth_m=1.5),
-    "line": sea_of(jonswap(spreading="long_crested", wave_from_deg=230.0)),
-    "shallow line": sea_of(
-        jonswap(significant_wave_height_m=0.2, spreading="long_crested", wave_from_deg=20.0), depth_m=2.0
-    ),
-}
 
 
 def part_of(name) -> Any:
