@@ -41,14 +41,15 @@ def limited(
     return AfterValidator(check)
 
 
-def _as_tuple(value: object) -> object:
+def as_tuple(value: object) -> object:
+    """TOML has lists where the settings are frozen."""
     return tuple(value) if isinstance(value, list) else value
 
 
 def _pair(
     check: Callable[[tuple[float, float]], tuple[float, float]],
 ) -> tuple[BeforeValidator, AfterValidator]:
-    return BeforeValidator(_as_tuple), AfterValidator(check)
+    return BeforeValidator(as_tuple), AfterValidator(check)
 
 
 class Section(BaseModel):
@@ -238,7 +239,7 @@ class SeaSettings(Section):
     extent_m: Annotated[float, limited("side of the periodic patch", least=10.0, most=20_000.0)] = 1024.0
     current_m_s: Annotated[float, limited("a uniform current", least=0.0, most=10.0)] = 0.0
     current_toward_deg: Direction = 0.0
-    waves: Annotated[tuple[WaveSystem, ...], BeforeValidator(_as_tuple)] = ()
+    waves: Annotated[tuple[WaveSystem, ...], BeforeValidator(as_tuple)] = ()
 
     @model_validator(mode="before")
     @classmethod
@@ -320,9 +321,14 @@ class ScatteringSettings(Section):
 
 
 class AntennaSettings(Section):
-    """One of the two identical antennas."""
+    """What an antenna hears: its pattern and its gain.
 
-    pattern: Literal["slotted_waveguide", "gaussian", "isotropic"] = "slotted_waveguide"
+    `file` holds a measured pattern, CSV or MSI/Planet; a relative path counts from the scene file's folder. A waveguide
+    that is fed at its end looks square to its aperture at `design_frequency_hz` alone (left out: the radar's own).
+    """
+
+    pattern: Literal["slotted_waveguide", "gaussian", "isotropic", "file"] = "slotted_waveguide"
+    file: str | None = None
     azimuth_beamwidth_deg: Annotated[
         float, limited("one-way, −3 dB; three beams to either side must look ahead", above=0.05, most=25.0)
     ] = 1.8
@@ -331,6 +337,59 @@ class AntennaSettings(Section):
     height_m: Annotated[float, limited("aperture height", above=0.0, most=5.0)] = 0.1
     ohmic_loss_db: Annotated[float, limited("a loss is not negative", least=0.0, most=20.0)] = 0.0
     gain_dbi: Annotated[float, limited("overrides directivity − ohmic loss", least=-20.0, most=60.0)] | None = None
+    feed: Literal["centre", "end"] = "centre"
+    design_frequency_hz: Annotated[float, limited("of an end-fed guide", least=1e9, most=1e11)] | None = None
+    guide_width_m: Annotated[float, limited("inner width of the waveguide; WR-90", above=1e-3, most=0.2)] = 0.02286
+
+    @model_validator(mode="after")
+    def _a_file_for_its_pattern(self) -> Self:
+        if (self.pattern == "file") != bool(self.file):
+            raise ValueError("give pattern = 'file' and file = '…' together: one says what the other is for")
+        return self
+
+
+def _offset(value: tuple[float, float, float]) -> tuple[float, float, float]:
+    if not all(math.isfinite(part) and abs(part) <= 100.0 for part in value):
+        raise ValueError("must be three finite numbers within ±100 m")
+    return value
+
+
+Offset = Annotated[tuple[float, float, float], BeforeValidator(as_tuple), AfterValidator(_offset)]
+
+
+class PlacedAntenna(AntennaSettings):
+    """One of any number of antennas; pattern keys that are left out are those of [radar.antenna].
+
+    `offset_m` is that of its phase centre from the point that stands radar.height_m above the sea: along the aperture
+    to the right, along the boresight, up; `offset_error_m` what the true one has more than the one that is known. The
+    channel's gain and phase are those of its receiver, which the retrieval does not know.
+    """
+
+    offset_m: Offset
+    offset_error_m: Offset = (0.0, 0.0, 0.0)
+    role: Literal["tx", "rx", "both"] = "both"
+    bandwidth_hz: Annotated[float, limited("of the antenna itself", least=1e6, most=1e11)] | None = None
+    channel_gain_db: Annotated[float, limited("of its receiver over the others'", least=-20.0, most=20.0)] = 0.0
+    channel_phase_deg: Annotated[float, limited("of its receiver over the others'", least=-360.0, most=360.0)] = 0.0
+
+
+class ReceiverSettings(Section):
+    """From the mixer to complex gates: ideal ones (`baseband`), or by sampling the intermediate frequency (`digital`).
+
+    The converter's full scale is that of a sine at the antenna's port. Automatic gain sets it from the echoes of the
+    dwell before; the sensitivity-time control weakens what comes from nearer than `stc_range_m` by
+    (range/stc_range_m)^stc_exponent in power, and what it took is given back after the converter.
+    """
+
+    chain: Literal["baseband", "digital"] = "baseband"
+    if_hz: Annotated[float, limited("intermediate frequency", above=0.0, most=1e10)] = 160e6
+    adc_rate_hz: Annotated[float, limited("samples per second", least=1e6, most=1e10)] = 200e6
+    adc_bits: Annotated[int, limited("a converter has bits; beyond 24 it would be none", least=1, most=24)] = 12
+    full_scale_dbm: Annotated[float, limited("of a sine at the antenna's port", least=-120.0, most=30.0)] = -30.0
+    gain: Literal["fixed", "agc"] = "fixed"
+    agc_headroom_db: Annotated[float, limited("of the full scale over the strongest echo", least=0.0, most=60.0)] = 6.0
+    stc_exponent: Annotated[float, limited("0 is none; clutter falls as 3 to 7", least=0.0, most=8.0)] = 0.0
+    stc_range_m: Annotated[float, limited("from which on nothing is weakened", above=0.0, most=20_000.0)] = 100.0
 
 
 def _sector(value: tuple[float, float]) -> tuple[float, float]:
@@ -353,14 +412,21 @@ class RadarSettings(Section):
     """Waveform, scan, the two antennas and the receiver."""
 
     frequency_hz: Annotated[float, limited("range of the scattering models", least=3e9, most=35e9)] = 10e9
-    pulse_width_s: Annotated[float, limited("a plain rectangular pulse", least=1e-9, most=1e-5)] = 20e-9
+    waveform: Literal["pulse", "chirp"] = "pulse"
+    pulse_width_s: Annotated[float, limited("as long as the transmitter is on", least=1e-9, most=1e-4)] = 20e-9
+    chirp_bandwidth_hz: Annotated[float, limited("swept by a chirp", least=1e5, most=1e9)] = 50e6
+    compression_window: Literal["none", "hann", "hamming", "taylor"] = "hamming"
     bandwidth_hz: Annotated[float, limited("noise bandwidth of the receiver", least=1e5, most=1e9)] = 50e6
     prf_hz: Annotated[float, limited("pulses per second", least=10.0, most=1e5)] = 10e3
     transmit_power_w: Annotated[float, limited("peak power", above=0.0, most=1e6)] = 1.0
     noise_figure_db: Annotated[float, limited("a receiver adds noise", least=0.0, most=40.0)] = 3.0
     losses_db: Annotated[float, limited("a loss is not negative", least=0.0, most=60.0)] = 2.0
     noise: bool = True
+    scan: Literal["turning", "staring"] = "turning"
     rotation_rpm: Annotated[float, limited("the antenna turns", least=1.0, most=120.0)] = 60.0
+    stare_s: Annotated[
+        float, limited("how long a map of a staring antenna lasts; the sea is the same all along", least=1e-3, most=0.1)
+    ] = 0.05
     sector_deg: Annotated[tuple[float, float], *_pair(_sector)] = (0.0, 360.0)
     range_m: Annotated[tuple[float, float], *_pair(_range_window)] = (15.0, 400.0)
     range_sampling_m: Annotated[float, limited("spacing of the range gates", least=0.05, most=100.0)] = 1.5
@@ -368,19 +434,121 @@ class RadarSettings(Section):
     baseline_m: Annotated[float, limited("distance between the phase centres", least=0.0, most=20.0)] = 0.2
     tilt_deg: Annotated[float, limited("beyond it the antennas lie on their backs", least=-60.0, most=60.0)] = 0.0
     transmit: Literal["single", "switched"] = "switched"
-    interferogram: Literal["single_pulse"] = "single_pulse"
+    interferogram: Literal["single_pulse", "alternating_pulse"] = "single_pulse"
+    baseline_error_m: Annotated[float, limited("the true baseline's excess", least=-1.0, most=1.0)] = 0.0
+    channel_gain_db: Annotated[float, limited("upper receiver over the lower", least=-20.0, most=20.0)] = 0.0
+    channel_phase_deg: Annotated[float, limited("upper receiver over the lower", least=-360.0, most=360.0)] = 0.0
     antenna: AntennaSettings = AntennaSettings()
+    antennas: Annotated[tuple[PlacedAntenna, ...], BeforeValidator(as_tuple)] = ()
+    receiver: ReceiverSettings = ReceiverSettings()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _antennas_are_like_the_common_one(cls, tree: object) -> object:
+        if not isinstance(tree, dict) or not isinstance(tree.get("antennas"), list):
+            return tree
+        common = tree.get("antenna", {})
+        if not isinstance(common, dict) or not all(isinstance(entry, dict) for entry in tree["antennas"]):
+            return tree
+        return {**tree, "antennas": [{**common, **entry} for entry in tree["antennas"]]}
 
 
 # --------------------------------------------------------------------------------- platform, tracing, retrieval
 
 
-class PlatformSettings(Section):
-    """The boat. Only a boat at rest is modelled so far."""
+Period = Annotated[float, limited("a boat answers waves of 0.5 s and more", least=0.5, most=300.0)]
+Phase = Annotated[float, limited("a phase", least=-3600.0, most=3600.0)]
+Bias = Annotated[float, limited("a sensor that errs by more is broken", least=-45.0, most=45.0)]
+Noise = Annotated[float, limited("rms of one reading", least=0.0, most=45.0)]
 
-    motion: Literal["fixed"] = "fixed"
-    speed_m_s: Annotated[float, limited("a moving boat is not modelled yet", least=0.0, most=0.0)] = 0.0
+
+class SensorSettings(Section):
+    """How the boat measures its own motion: perfect unless said otherwise.
+
+    Each of `rate_hz` readings a second is of the motion `latency_s` before; between readings it is interpolated, the
+    retrieval being in no hurry. inf: a reading at every pulse.
+    """
+
+    roll_bias_deg: Bias = 0.0
+    pitch_bias_deg: Bias = 0.0
+    heading_bias_deg: Bias = 0.0
+    height_bias_m: Bias = 0.0
+    attitude_noise_deg: Noise = 0.0
+    heading_noise_deg: Noise = 0.0
+    position_noise_m: Noise = 0.0
+    rate_hz: Annotated[float, limited("readings a second", least=0.1, infinite=True)] = math.inf
+    latency_s: Annotated[float, limited("age of a reading", least=0.0, most=10.0)] = 0.0
+
+
+class PlatformSettings(Section):
+    """The boat: its course, how it moves about it, and what its sensors say of that.
+
+    `fixed` keeps its attitude; `sinusoidal` rolls, pitches, yaws and heaves by given amplitudes; `wave_following` goes
+    with the very waves that the radar sees, as far as its length and beam let it; `file` is a recorded motion. List and
+    trim are its attitude at rest: starboard down, bow up. `lever_arm_m` leads from the point about which the boat turns
+    to the middle of the antennas: starboard, forward, up; left out, that point lies at the waterline straight below.
+    """
+
+    motion: Literal["fixed", "sinusoidal", "wave_following", "file"] = "fixed"
+    speed_m_s: Annotated[float, limited("through the scene, along the heading", least=0.0, most=30.0)] = 0.0
     heading_deg: Direction = 0.0
+    list_deg: Annotated[float, limited("beyond it the boat capsizes", least=-45.0, most=45.0)] = 0.0
+    trim_deg: Annotated[float, limited("beyond it the boat founders", least=-45.0, most=45.0)] = 0.0
+    roll_deg: Annotated[float, limited("an amplitude", least=0.0, most=45.0)] = 0.0
+    roll_period_s: Period = 4.0
+    roll_phase_deg: Phase = 0.0
+    pitch_deg: Annotated[float, limited("an amplitude", least=0.0, most=45.0)] = 0.0
+    pitch_period_s: Period = 5.0
+    pitch_phase_deg: Phase = 0.0
+    yaw_deg: Annotated[float, limited("an amplitude", least=0.0, most=45.0)] = 0.0
+    yaw_period_s: Period = 8.0
+    yaw_phase_deg: Phase = 0.0
+    heave_m: Annotated[float, limited("an amplitude", least=0.0, most=20.0)] = 0.0
+    heave_period_s: Period = 5.0
+    heave_phase_deg: Phase = 0.0
+    file: str | None = None
+    length_m: Annotated[float, limited("of the boat's waterline", above=0.1, most=300.0)] = 7.0
+    beam_m: Annotated[float, limited("of the boat's waterline", above=0.1, most=60.0)] = 2.5
+    lever_arm_m: Offset | None = None
+    sensors: SensorSettings = SensorSettings()
+
+    @model_validator(mode="after")
+    def _says_what_it_does(self) -> Self:
+        if (self.motion == "file") != bool(self.file):
+            raise ValueError("give motion = 'file' and file = '…' together: one says what the other is for")
+        if self.motion == "file" and (self.speed_m_s or self.list_deg or self.trim_deg):
+            raise ValueError("speed_m_s, list_deg and trim_deg: must be 0 with motion = 'file'; the file holds them")
+        if self.motion != "sinusoidal":
+            for key in ("roll_deg", "pitch_deg", "yaw_deg", "heave_m"):
+                if getattr(self, key):
+                    raise ValueError(
+                        f"{key} = {getattr(self, key):g}: is an amplitude, and must be 0 unless motion = 'sinusoidal'; "
+                        "set that, or give a steady attitude by list_deg and trim_deg"
+                    )
+        return self
+
+
+class ObjectSettings(Section):
+    """A thing in the scene: it hides the sea behind it, and echoes with its radar cross-section.
+
+    `mesh` is an STL, GLB, OBJ or PLY file, z up, y ahead, in metres times `scale`; a relative path counts from the
+    scene file's folder. `rcs_dbsm` is the mean over its speckle while it is wholly in sight; left out, it echoes
+    nothing. `fixed_to` the boat, `position_m` counts from the foot of the mast in the boat's axes (starboard, forward,
+    up from the waterline) and turns with it; else east, north, up of mean sea level at the origin.
+    """
+
+    mesh: str
+    position_m: Annotated[tuple[float, float, float], BeforeValidator(as_tuple)]
+    heading_deg: Direction = 0.0
+    scale: Annotated[float, limited("metres per unit of the file", above=0.0, most=1e4)] = 1.0
+    rcs_dbsm: Annotated[float, limited("in sight as a whole", least=-100.0, most=80.0)] | None = None
+    fixed_to: Literal["world", "boat"] = "world"
+
+    @model_validator(mode="after")
+    def _stands_somewhere(self) -> Self:
+        if not all(math.isfinite(part) and abs(part) <= 30_000.0 for part in self.position_m):
+            raise ValueError("position_m: must be three finite numbers within ±30000 m")
+        return self
 
 
 class TracingSettings(Section):
@@ -399,6 +567,8 @@ class RetrievalSettings(Section):
 
     `single_cell` averages the covariance over one cell. `sliding_plane` takes the slopes from that first map and
     averages along them over a wider window: less speckle, at the price of a resolution of about the window.
+    `pulse_pairs` matters to alternating pulses alone: a lower antenna's pulse with the upper one's after it (forward),
+    with that before it, or both, whose Doppler phases cancel. `receivers` are the two that are compared.
     """
 
     cell_range_m: Annotated[float, limited("a cell has a length", above=0.0, most=1000.0)] = 3.0
@@ -406,5 +576,7 @@ class RetrievalSettings(Section):
     estimator: Literal["sliding_plane", "single_cell"] = "sliding_plane"
     window_range_m: Annotated[float, limited("length of the sliding window", above=0.0, most=1000.0)] = 4.5
     window_azimuth_deg: Annotated[float, limited("width of the sliding window", above=0.0, most=45.0)] = 2.7
+    pulse_pairs: Literal["both", "forward", "backward"] = "both"
+    receivers: Annotated[tuple[int, int], BeforeValidator(as_tuple)] = (0, 1)
     min_snr_db: Annotated[float, limited("below it a cell has no echo", least=-30.0, most=60.0)] = 0.0
     ground_m: Annotated[float, limited("side of a ground cell", above=0.0, most=1000.0)] = 3.0
