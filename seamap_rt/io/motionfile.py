@@ -1,0 +1,178 @@
+"""A recorded motion of the boat: a CSV file of times, angles and places.
+
+Its first line names the columns, in any order: time_s, and any of roll_deg, pitch_deg, heading_deg (or yaw_deg),
+heave_m (or z_m), x_m (east), y_m (north). Lines that are empty or begin with # do not count.
+
+    time_s,roll_deg,pitch_deg,heading_deg,heave_m
+    0.00,1.25,-0.40,359.8,0.113
+    0.02,1.31,-0.38,0.1,0.117
+
+Whatever is wrong with a file becomes an InputError of one line.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
+
+from .scenefile import InputError
+
+OTHER_NAMES = {"yaw_deg": "heading_deg", "z_m": "heave_m"}
+COLUMNS = ("time_s", "roll_deg", "pitch_deg", "heading_deg", "heave_m", "x_m", "y_m")
+STEEPEST_DEG = 60.0  # of roll and pitch: beyond it a boat is capsizing, or the unit is another
+LONGEST_GAP = 5.0, 0.5  # of the median step, s; a gap is refused where it is longer than both
+_BEYOND_S = 0.5  # a turn hears the sea a little beside it, before time 0 too: for so long the boat keeps its rates
+
+
+@dataclass(frozen=True)
+class MotionRecord:
+    """A motion as recorded, and its cubic spline (twice continuously differentiable) between the readings."""
+
+    name: str  # of the file
+    time: NDArray[np.float64]  # (reading,) s, increasing
+    position: NDArray[np.float64]  # (reading, 3) m east north up
+    attitude: NDArray[np.float64]  # (reading, 3) deg roll pitch heading, which does not jump at 360°
+    _spline: CubicSpline
+
+    @staticmethod
+    def of(
+        name: str, time: NDArray[np.float64], position: NDArray[np.float64], attitude: NDArray[np.float64]
+    ) -> MotionRecord:
+        spline = CubicSpline(time, np.concatenate((position, attitude), axis=1))
+        return MotionRecord(name, time, position, attitude, spline)
+
+    def at(self, times: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Positions (n, 3) and attitudes (n, 3) at times (n,) s. Raises InputError for a time beyond the record."""
+        time = np.asarray(times, dtype=np.float64)
+        beyond = ~((time >= self.time[0] - _BEYOND_S) & (time <= self.time[-1] + _BEYOND_S))
+        if beyond.any():
+            raise InputError(
+                f"file '{self.name}': time {time[beyond][0]:.10g} s was asked for: must lie within the record, "
+                f"{self.time[0]:.10g} to {self.time[-1]:.10g} s; give a longer record, or shift its times"
+            )
+        known = np.clip(time, self.time[0], self.time[-1])
+        values = self._spline(known) + (time - known)[..., None] * self._spline(known, 1)
+        return values[..., :3], values[..., 3:]
+
+
+def read_motion(path: str | os.PathLike[str], heading_deg: float = 0.0) -> MotionRecord:
+    """The motion in a file. Columns that it has not are 0, the heading `heading_deg`.
+
+    Places count from the record's at time 0 (its first, if time 0 is not in it), heights from mean level. Raises
+    InputError for a file that cannot be read, without times, with times that do not increase or leave a gap, with less
+    than two readings, with what is no number, and with a roll or pitch beyond ±60°.
+    """
+    path = Path(path)
+    lines, table = _read(path)
+    time = table.get("time_s", np.zeros(0))
+    _check_times(path, lines, time)
+    for name in ("roll_deg", "pitch_deg"):
+        steep = np.flatnonzero(np.abs(table.get(name, time * 0.0)) > STEEPEST_DEG)
+        if steep.size:
+            value = table[name][steep[0]]
+            raise _refusal(
+                path, lines[steep[0]], f"{name} = {value:g}", f"lie within ±{STEEPEST_DEG:g}", "correct it; degrees"
+            )
+    zero = np.zeros_like(time)
+    place = np.stack([table.get(name, zero) for name in ("x_m", "y_m", "heave_m")], axis=-1)
+    heading = np.unwrap(table.get("heading_deg", zero + heading_deg), period=360.0)
+    attitude = np.stack((table.get("roll_deg", zero), table.get("pitch_deg", zero), heading), axis=-1)
+    record = MotionRecord.of(str(path), time, place, attitude)
+    start = record.at([0.0])[0][0] if time[0] <= 0.0 <= time[-1] else place[0]
+    return MotionRecord.of(str(path), time, place - start * (1.0, 1.0, 0.0), attitude)
+
+
+def _read(path: Path) -> tuple[list[int], dict[str, NDArray[np.float64]]]:
+    """Line numbers (reading,) and columns (reading,) by their names in COLUMNS."""
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            rows = _rows(file)
+            number, header = next(rows, (1, []))
+            names = _names(path, number, header)
+            lines, values = [], []
+            for number, cells in rows:
+                lines.append(number)
+                values.append(_numbers(path, number, names, cells))
+    except FileNotFoundError:
+        raise InputError(f"file '{path}': no such file; give the path of a motion file") from None
+    except UnicodeDecodeError:
+        raise InputError(f"file '{path}': is not UTF-8 text; give a CSV file") from None
+    except csv.Error as error:
+        raise InputError(f"file '{path}': is not CSV ({error}); give a CSV file") from None
+    except OSError as error:
+        raise InputError(f"file '{path}': cannot be read ({error.strerror}); give a readable file") from None
+    table = np.array(values, dtype=np.float64).reshape(len(values), len(names))
+    return lines, dict(zip(names, table.T, strict=True))
+
+
+def _rows(file: Iterator[str]) -> Iterator[tuple[int, list[str]]]:
+    """Line number and cells of every line that counts."""
+    reader = csv.reader(file, skipinitialspace=True)
+    for cells in reader:
+        stripped = [cell.strip() for cell in cells]
+        if any(stripped) and not stripped[0].startswith("#"):
+            yield reader.line_num, stripped
+
+
+def _names(path: Path, line: int, header: list[str]) -> list[str]:
+    """The columns' names in COLUMNS."""
+    names = [OTHER_NAMES.get(name.lower(), name.lower()) for name in header]
+    known = f"{', '.join(COLUMNS)} (or {', '.join(OTHER_NAMES)})"
+    if "time_s" not in names:
+        raise _refusal(path, line, "no column time_s", "be there", f"name the columns, by commas, of {known}")
+    for written, name in zip(header, names, strict=True):
+        if name not in COLUMNS:
+            raise _refusal(path, line, f"column '{written}'", f"be one of {known}", "rename it or take it out")
+        if names.count(name) > 1:
+            raise _refusal(path, line, f"column {name}", "be there once, under one name", "take the other out")
+    return names
+
+
+def _numbers(path: Path, line: int, names: list[str], cells: list[str]) -> list[float]:
+    if len(cells) != len(names):
+        raise _refusal(path, line, f"{len(cells)} values", f"be {len(names)}, one a column", "mend the line")
+    numbers = []
+    for name, cell in zip(names, cells, strict=True):
+        try:
+            number = float(cell)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise _refusal(path, line, f"{name} = '{cell}'", "be a finite number", "correct it or take the line out")
+        numbers.append(number)
+    return numbers
+
+
+def _check_times(path: Path, lines: list[int], time: NDArray[np.float64]) -> None:
+    """Raise InputError unless there are two readings or more, one after the other and without a gap."""
+    if time.size < 2:
+        last = lines[-1] if lines else 1
+        raise _refusal(path, last, f"the file holds {time.size} readings", "be at least 2", "give a longer record")
+    step = np.diff(time)
+    back = np.flatnonzero(step <= 0.0)
+    if back.size:
+        raise _refusal(
+            path, lines[back[0] + 1], f"time_s = {time[back[0] + 1]:.10g}", f"be later than {time[back[0]]:.10g}, the "
+            "time before it", "sort the lines, and keep one of each time",
+        )  # fmt: skip
+    steps, seconds = LONGEST_GAP
+    longest = max(steps * float(np.median(step)), seconds)
+    gap = np.flatnonzero(step > longest * (1.0 + 1e-9))
+    if gap.size:
+        first, last = time[gap[0]], time[gap[0] + 1]
+        raise _refusal(
+            path, lines[gap[0] + 1], f"a gap of {step[gap[0]]:.4g} s from {first:.10g} to {last:.10g} s",
+            f"be at most {longest:.4g} s", "fill it, or cut the record there",
+        )  # fmt: skip
+
+
+def _refusal(path: Path, line: int, what: str, must: str, do: str) -> InputError:
+    return InputError(f"file '{path}', line {line}: {what}: must {must}; {do}")

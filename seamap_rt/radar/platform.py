@@ -1,0 +1,141 @@
+"""How the boat moves: where the point about which it turns is, and its attitude, at any time.
+
+A motion is a smooth function of time, so that its rates are differences over a millisecond. Axes, signs and the order
+of the angles are those of `pose`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..conventions import unit_from_azimuth
+from ..io.motionfile import read_motion
+from ..sea import Sea
+from ..settings import PlatformSettings
+from .pose import boat_axes
+from .wave_following import WaveFollowing
+
+
+@dataclass(frozen=True)
+class BoatState:
+    """The boat at n times."""
+
+    position: NDArray[np.float64]  # (n, 3) m east north up, of the point about which it turns, from its rest at time 0
+    attitude: NDArray[np.float64]  # (n, 3) deg roll pitch yaw; yaw is the heading, and does not jump at 360°
+
+
+BoatMotion = Callable[[ArrayLike], BoatState]
+"""The boat at times (n,) s."""
+
+
+def boat_motion(platform: PlatformSettings, sea: Sea | None = None) -> BoatMotion:
+    """The motion that the settings ask for; `wave_following` needs the sea that the radar sees.
+
+    Any time may be asked for, before 0 too, but of a recorded motion only those of its record. Raises ValueError for
+    wave_following without a sea and InputError for a file of no use.
+    """
+    if platform.motion == "file":
+        return _recorded(platform)
+    if platform.motion == "sinusoidal":
+        return _sinusoidal(platform)
+    if platform.motion == "wave_following":
+        if sea is None:
+            raise ValueError("platform.motion = 'wave_following': must have a sea to follow; give the run's own sea")
+        return _wave_following(platform, sea)
+    return _fixed(platform)
+
+
+def _fixed(platform: PlatformSettings) -> BoatMotion:
+    """A steady attitude on a steady course."""
+
+    def motion(times: ArrayLike) -> BoatState:
+        time = np.asarray(times, dtype=np.float64)
+        zero = np.zeros_like(time)
+        return BoatState(_on_course(platform, time, zero), _about_rest(platform, zero, zero, zero))
+
+    return motion
+
+
+def _sinusoidal(platform: PlatformSettings) -> BoatMotion:
+    """Roll, pitch, yaw and heave swing about the steady attitude, each with its own period; the course is steady."""
+
+    def swing(time: NDArray[np.float64], amplitude: float, period: float, phase: float) -> NDArray[np.float64]:
+        return amplitude * np.sin(2.0 * np.pi * time / period + np.radians(phase))
+
+    def motion(times: ArrayLike) -> BoatState:
+        time, p = np.asarray(times, dtype=np.float64), platform
+        roll = swing(time, p.roll_deg, p.roll_period_s, p.roll_phase_deg)
+        pitch = swing(time, p.pitch_deg, p.pitch_period_s, p.pitch_phase_deg)
+        yaw = swing(time, p.yaw_deg, p.yaw_period_s, p.yaw_phase_deg)
+        heave = swing(time, p.heave_m, p.heave_period_s, p.heave_phase_deg)
+        return BoatState(_on_course(p, time, heave), _about_rest(p, roll, pitch, yaw))
+
+    return motion
+
+
+def _wave_following(platform: PlatformSettings, sea: Sea) -> BoatMotion:
+    """The deck lies along the plane that fits the waves best within the waterline, list and trim added to its angles.
+
+    The middle of the waterline is the point about which the boat turns. On a current the boat's speed is still that
+    over the ground, and the waves are carried past it.
+    """
+    east, north = unit_from_azimuth(platform.heading_deg)
+    over_ground = platform.speed_m_s * np.array([east, north])
+    through_water = over_ground - np.array(sea.current)
+    riding = WaveFollowing(
+        sea.components(),
+        length_m=platform.length_m,
+        beam_m=platform.beam_m,
+        heading_deg=platform.heading_deg,
+        velocity=(float(through_water[0]), float(through_water[1])),
+        start=_rest(platform),
+    )
+
+    def motion(times: ArrayLike) -> BoatState:
+        time = np.asarray(times, dtype=np.float64)
+        heave, ahead, starboard = riding(time).T
+        pitch = np.arctan(ahead)
+        roll = -np.arctan(starboard * np.cos(pitch))  # about the keel, which is pitched already
+        attitude = _about_rest(platform, np.degrees(roll), np.degrees(pitch), np.zeros_like(time))
+        return BoatState(_on_course(platform, time, heave), attitude)
+
+    return motion
+
+
+def _recorded(platform: PlatformSettings) -> BoatMotion:
+    """A motion that was measured, or came from a seakeeping program."""
+    assert platform.file is not None
+    record = read_motion(platform.file, platform.heading_deg)
+
+    def motion(times: ArrayLike) -> BoatState:
+        return BoatState(*record.at(times))
+
+    return motion
+
+
+def _on_course(
+    platform: PlatformSettings, time: NDArray[np.float64], heave: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(n, 3) positions on the steady course, `heave` (n,) m above rest."""
+    east, north = unit_from_azimuth(platform.heading_deg)
+    run = platform.speed_m_s * time
+    return np.stack((run * east, run * north, heave), axis=-1)
+
+
+def _about_rest(
+    platform: PlatformSettings, roll: NDArray[np.float64], pitch: NDArray[np.float64], yaw: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(n, 3) attitudes, deg, of angles beside those at rest."""
+    return np.stack((platform.list_deg + roll, platform.trim_deg + pitch, platform.heading_deg + yaw), axis=-1)
+
+
+def _rest(platform: PlatformSettings) -> tuple[float, float]:
+    """Where the boat's middle rests at time 0, m east north: upright, its antennas are above the origin."""
+    if platform.lever_arm_m is None:
+        return 0.0, 0.0
+    lever = np.array(platform.lever_arm_m) @ boat_axes((0.0, 0.0, platform.heading_deg))
+    return -float(lever[0]), -float(lever[1])
