@@ -1,0 +1,86 @@
+"""The shape of an object from a mesh file, read by the library trimesh.
+
+In STL, OBJ and PLY files, which say nothing of it, z is up and y ahead. glTF (GLB) has axes of its own, y up and z
+ahead (Khronos glTF 2.0, section 3.4), and is turned. Whatever is wrong with a file becomes an InputError of one line.
+"""
+
+from __future__ import annotations
+
+import os
+import warnings
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from ..settings import ObjectSettings
+from .scenefile import InputError
+
+ENDINGS = (".stl", ".glb", ".gltf", ".obj", ".ply")
+MOST_TRIANGLES = 2_000_000
+MOST_EXTENT_M = 30_000.0  # a file in millimetres whose scale was forgotten
+_FROM_GLTF = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])  # rows: right, ahead, up of its x, y, z
+
+
+def load_mesh(settings: ObjectSettings, number: int = 0) -> trimesh.Trimesh:
+    """The object in its own frame: x to the right, y ahead, z up [m], `scale` applied, where the file puts it.
+
+    All parts of a file become one mesh; equal vertices are joined, so that a closed surface is known to be closed, and
+    triangles without area are dropped. `number` is the object's, for the messages.
+
+    Raises InputError for a file that is missing, of another kind or damaged, without triangles or with more than
+    `MOST_TRIANGLES`, with vertices that are not finite, and for an object larger than `MOST_EXTENT_M`.
+    """
+    what = f"objects.{number}.mesh = '{settings.mesh}'"
+    ending = os.path.splitext(settings.mesh)[1].lower()
+    if ending not in ENDINGS:
+        raise InputError(f"{what}: must be a file of the kinds {', '.join(ENDINGS)}; export the mesh as one of them")
+    vertices, faces = _read(settings.mesh, what)
+    if len(faces) == 0:
+        raise InputError(f"{what}: holds no triangles; give a surface, not points or lines")
+    if len(faces) > MOST_TRIANGLES:
+        raise InputError(f"{what}: holds {len(faces)} triangles: must be at most {MOST_TRIANGLES}; decimate the mesh")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise InputError(f"{what}: has triangles of vertices that are not there; export the mesh anew")
+    with np.errstate(over="ignore", invalid="ignore"):
+        vertices = vertices * settings.scale
+        used = vertices[np.unique(faces)]  # where the others are nobody sees
+        extent = float(np.max(np.ptp(used, axis=0)))
+    if not np.isfinite(used).all():
+        raise InputError(f"{what}: has vertices that are not finite; mend or export the mesh anew")
+    if extent > MOST_EXTENT_M:
+        raise InputError(
+            f"{what}: is {extent:.3g} m long: must be at most {MOST_EXTENT_M:g} m; set objects.{number}.scale, "
+            "0.001 for a file in millimetres"
+        )
+    if ending in (".glb", ".gltf"):
+        vertices = vertices @ _FROM_GLTF.T
+    mesh = trimesh.Trimesh(vertices=vertices, faces=faces, process=False, validate=False)
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    solid = mesh.area_faces > 1e-12 * extent**2
+    if not solid.any():
+        raise InputError(f"{what}: all its triangles are without area; give a surface")
+    mesh.update_faces(solid)
+    mesh.remove_unreferenced_vertices()
+    return mesh
+
+
+def _read(path: str, what: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Vertices (n, 3) and triangles (m, 3) of all parts of a file, each where the file's own scene puts it."""
+    try:
+        with open(path, "rb"):
+            pass
+    except FileNotFoundError:
+        raise InputError(f"{what}: no such file; give the path of a mesh") from None
+    except IsADirectoryError:
+        raise InputError(f"{what}: is a folder, not a file; give the mesh's file in it") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{what}: cannot be read ({error}); give a readable file") from None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of materials and numbers: what matters is checked after
+            mesh = trimesh.load_scene(path, process=False, skip_materials=True).to_mesh()
+        return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
+    except Exception as error:  # the parsers raise whatever they stumble over
+        damage = f"{type(error).__name__}: {error}"[:120]
+    raise InputError(f"{what}: is damaged, or not what its ending says ({damage}); export the mesh anew")
