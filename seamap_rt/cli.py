@@ -202,6 +202,41 @@ def sea(
 
 
 @app.command
+def link(
+    scene: str,
+    *,
+    ranges: str | None = None,
+    out: Path | None = None,
+    overwrite: bool = False,
+    set_: Settings | None = None,
+) -> int:
+    """Print a scene's link budget: echo, noise and the weakest sea against range, by the textbook and as simulated.
+
+    Parameters
+    ----------
+    scene
+        Path of a scene file, or the name of a shipped scene.
+    ranges
+        R,R,… slant ranges in metres; default a handful across the range window.
+    out
+        Folder for link.csv and link.png; default none.
+    overwrite
+        Replace earlier results in that folder.
+    set_
+        KEY=VALUE, any key of the scene file, as often as wanted.
+    """
+    loaded = _scene(scene, set_)
+    from .products.link import write_link
+
+    made = write_link(loaded, out, ranges=ranges, overwrite=overwrite)
+    for line in made.lines:
+        _out.print(line)
+    if made.files:
+        _out.print(", ".join(map(str, made.files)))
+    return 0
+
+
+@app.command
 def retrieve(echoes: Path, *, out: Path | None = None, overwrite: bool = False, set_: Settings | None = None) -> int:
     """Heights and slopes (maps.nc) from echoes that keep the schema. Never opens a truth file.
 

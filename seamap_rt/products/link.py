@@ -1,0 +1,212 @@
+"""A scene's link budget: the textbook's beside the simulator's, as text, as a table on file and as a figure."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..analytic import flat_sea_power
+from ..conventions import db, from_db
+from ..io.scenefile import InputError
+from ..io.turnfile import uninterrupted
+from ..radar import link
+from ..radar.antenna import antenna
+from ..radar.link import LinkBudget
+from ..radar.receiver import noise_power
+from ..radar.waveform import unambiguous_range_m
+from ..report import style
+from ..report.link_figure import draw
+from ..report.link_words import link_lines, link_table
+from ..runs import clear_folder, prepare_folder, write_whole
+from ..scattering import MEAN_MODELS, mean_nrcs
+from ..scene import STEEPEST, Scene
+from ..settings import RadarSettings
+
+PRODUCTS = ("link.csv", "link.png")
+_FURTHEST = 20_000.0  # m, the longest range window that a scene may have
+_CURVE_POINTS = 160
+
+
+# ------------------------------------------------------------------------------------------------- numbers
+
+
+def mean_sea(scene: Scene, range_m: ArrayLike) -> tuple[NDArray[np.float64], str]:
+    """Mean σ0 (range,) [ratio] of the scene at slant ranges [m], over all directions of the wind; and its name.
+
+    Beyond the model's grazing angles it keeps its edge value, as in the simulation. Theory that is calibrated to
+    nothing has a mean only facet by facet: NRL 2012 stands in for it.
+    """
+    scattering, ranges = scene.scattering, np.asarray(range_m, dtype=np.float64)
+    if scattering.nrcs == "constant":
+        return np.full(ranges.shape, from_db(scattering.nrcs_db)), "constant"
+    name = scattering.mean_model
+    if name is not None:
+        model = MEAN_MODELS[name]
+        words = f"{model.paper}, mean over wind directions" if model.knows_wind_direction else model.paper
+        return _modelled(scene, name, ranges, scattering.extrapolate), words
+    stand_in = f"{MEAN_MODELS['nrl'].paper} (NRL) as a stand-in for theory calibrated to none"
+    try:
+        return _modelled(scene, "nrl", ranges, scattering.extrapolate), stand_in
+    except ValueError:
+        return _modelled(scene, "nrl", ranges, True), f"{stand_in}, beyond its own range"
+
+
+def _modelled(scene: Scene, name: str, ranges: NDArray[np.float64], extrapolate: bool) -> NDArray[np.float64]:
+    scattering = scene.scattering
+    return mean_nrcs(
+        name,
+        np.degrees(link.grazing_angle(scene.radar, ranges)),
+        scattering.wind_speed_m_s,
+        scene.radar.frequency_hz,
+        scattering.polarization,
+        extrapolate=extrapolate,
+        clipped=True,
+    )
+
+
+def _furthest(radar: RadarSettings) -> float:
+    """Where the search for crossings ends [m]: an echo from beyond would be folded."""
+    return max(radar.range_m[1], min(_FURTHEST, unambiguous_range_m(radar)))
+
+
+def link_budget(scene: Scene, range_m: ArrayLike) -> LinkBudget:
+    """Both budgets at slant ranges (range,) [m] to mean sea level, each at least radar.height_m.
+
+    The textbook's is `radar.link.textbook_power`, the simulator's `analytic.flat_sea_power`: the integral over the
+    two-way pattern and the range response, less what of a chirp is still being sent. Neither counts shadows.
+    """
+    radar, ranges = scene.radar, np.asarray(range_m, dtype=np.float64)
+    nrcs, model = mean_sea(scene, ranges)
+    ways = link.integrations(radar, scene.scattering.decorrelation_time_s)
+    return LinkBudget(
+        range=ranges,
+        grazing=link.grazing_angle(radar, ranges),
+        gain=link.gain_towards_sea(radar, ranges),
+        area=link.cell_area(radar, ranges),
+        nrcs=nrcs,
+        nrcs_model=model,
+        noise=noise_power(radar),
+        integrations=ways,
+        budgets=(
+            link.budget(radar, "textbook", link.textbook_power(radar, 1.0, ranges), nrcs, ways),
+            link.budget(radar, "simulator", simulated_power(radar, ranges), nrcs, ways),
+        ),
+    )
+
+
+def simulated_power(radar: RadarSettings, ranges: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Echo [W] of a sea of σ0 = 1 by the simulator's own integral."""
+    return flat_sea_power(radar, 1.0, ranges) * link.eclipsed_share(radar, ranges)
+
+
+class MinimumNrcs(NamedTuple):
+    """The weakest sea that stands out of the noise, under one set of assumptions."""
+
+    assumption: str
+    gain_dbi: float
+    integration: str
+    minimum_db: float  # σ0 at the claim's range
+    met: bool
+    reached_m: float  # range at which σ0 of the claim has a signal to noise ratio of 0 dB
+
+
+def claim_minimum_nrcs(
+    radar: RadarSettings, decorrelation_time_s: float = 0.010, claim_db: float = -55.0, range_m: float = 100.0
+) -> list[MinimumNrcs]:
+    """Under which assumptions σ0 = −55 dB has 0 dB of signal to noise at 100 m, and at what range each has that.
+
+    The textbook's echo with the gain of 100 % and 60 % of the aperture's area and with that of the scene's own pattern,
+    and the simulator's echo; each for one pulse and for a dwell added without and with phase.
+    """
+    ranges = np.geomspace(1.001 * radar.height_m, _FURTHEST, 2 * _CURVE_POINTS)
+    own = antenna(radar).gain
+    echoes: list[tuple[str, float, Callable[[NDArray[np.float64]], NDArray[np.float64]]]] = [
+        (words, gain, lambda r, gain=gain: link.textbook_power(radar, 1.0, r, gain))
+        for words, gain in (
+            ("textbook, 100 % of the aperture", link.aperture_gain(radar)),
+            ("textbook, 60 % of the aperture", link.aperture_gain(radar, 0.6)),
+            ("textbook, gain of the pattern", own),
+        )
+    ]
+    echoes.append(("simulator, with its losses", own, lambda r: simulated_power(radar, r)))
+    found: list[MinimumNrcs] = []
+    for words, gain, echo in echoes:
+        there, everywhere = echo(np.array([range_m])), echo(ranges)
+        for way in link.integrations(radar, decorrelation_time_s):
+            minimum = float(db(link.minimum_nrcs(radar, there, way.gain))[0])
+            reached = link.furthest(ranges, from_db(claim_db) / link.minimum_nrcs(radar, everywhere, way.gain))
+            found.append(MinimumNrcs(words, float(db(gain)), way.name, minimum, minimum <= claim_db, reached))
+    return found
+
+
+# ------------------------------------------------------------------------------------------------ what is asked
+
+
+def ranges_of(text: str | None, scene: Scene) -> NDArray[np.float64]:
+    """Slant ranges [m] of R,R,…, or a handful across the range window; InputError for what is not on the sea."""
+    if text is None:
+        near, far = window_of(scene)
+        steps = (m * 10.0**power for power in range(-1, 5) for m in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0))
+        return np.array([near, *(step for step in steps if near < step < far), far])
+    about, form = f"--ranges = '{text}'", "write R,R,… in metres, as in 50,100,200"
+    try:
+        ranges = np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        raise InputError(f"{about}: is not ranges; {form}") from None
+    if not np.all(np.isfinite(ranges)):
+        raise InputError(f"{about}: ranges must be finite; {form}")
+    height = scene.radar.height_m
+    wrong = ranges[(ranges <= height) | (ranges > _FURTHEST)]
+    if wrong.size:
+        raise InputError(
+            f"--ranges = {wrong[0]:.10g}: must be greater than {height:.10g} and at most {_FURTHEST:.10g} (the sea "
+            "begins radar.height_m below the antenna, and no range window reaches farther); change it"
+        )
+    return ranges
+
+
+def window_of(scene: Scene) -> tuple[float, float]:
+    """The range window [m] without what lies under the mast, steeper than the clutter models go."""
+    (near, far), height = scene.radar.range_m, scene.radar.height_m
+    return min(max(near, height / STEEPEST), 0.5 * (height + far)), far
+
+
+# ------------------------------------------------------------------------------------------------- products
+
+
+class LinkProducts(NamedTuple):
+    """Lines to print, and the files that were written, if a folder was named."""
+
+    lines: list[str]
+    files: tuple[Path, ...]
+
+
+def write_link(
+    scene: Scene, out: str | Path | None = None, *, ranges: str | None = None, overwrite: bool = False
+) -> LinkProducts:
+    """Work out a scene's link budget; with a folder, write link.csv (a row per range) and link.png too.
+
+    ranges: R,R,… slant ranges [m] of the table; default a handful across the range window. Raises InputError for bad
+    input. Traces nothing and needs no backend.
+    """
+    radar = scene.radar
+    table = link_budget(scene, ranges_of(ranges, scene))
+    curve = link_budget(scene, np.geomspace(window_of(scene)[0], _furthest(radar), _CURVE_POINTS))
+    lines = link_lines(scene, table, curve)
+    if out is None:
+        return LinkProducts(lines, ())
+    folder = Path(out)
+    prepare_folder(folder, overwrite, PRODUCTS)
+    picture = style.png(draw(scene, link_budget(scene, np.geomspace(*window_of(scene), _CURVE_POINTS))))
+    clear_folder(folder, PRODUCTS)
+    with uninterrupted():
+        write_whole(folder / "link.csv", link_table(radar, table))
+        part = folder / ".link.png.part"
+        part.write_bytes(picture)
+        os.replace(part, folder / "link.png")
+    return LinkProducts(lines, tuple(folder / name for name in PRODUCTS))

@@ -1,0 +1,220 @@
+"""A link budget in words: the radar in facts, the sea that it sees, a table for each budget; and the same as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..conventions import db
+from ..radar import link
+from ..radar.antenna import antenna
+from ..radar.data_rate import data_rate
+from ..radar.link import Budget, LinkBudget
+from ..radar.receiver import noise_power
+from ..radar.waveform import (
+    RangeResponse,
+    blind_range_m,
+    gate_spacing_m,
+    straddling_loss_db,
+    unambiguous_range_m,
+)
+from ..scene import Scene
+from ..settings import RadarSettings
+
+Column = tuple[str, NDArray[np.float64], int]  # heading, values, decimals
+
+_TITLES = {
+    "textbook": "Textbook budget: the beam's peak on every cell, even over its −3 dB width, the whole pulse",
+    "simulator": "Simulator's budget: the integral over the two-way pattern and the range response",
+}
+_REFERENCE_M = 100.0  # range at which the losses are told
+
+
+def link_lines(scene: Scene, table: LinkBudget, curve: LinkBudget) -> list[str]:
+    """Aligned lines of plain text. table: the ranges to list; curve: ranges close enough to find crossings on."""
+    facts = [*_facts(scene), *_reaches(curve)]
+    wide = max(len(name) for name, _ in facts)
+    lines = [f"Link budget of {scene.name}: a level boat over mean sea level", ""]
+    lines += [f"{name:{wide}}  {value}" for name, value in facts]
+    lines += ["", f"The sea; {nrcs_words(table)}", *_aligned(_sea_columns(scene.radar, table))]
+    for each in table.budgets:
+        lines += ["", _TITLES[each.name], *_aligned(_budget_columns(table, each))]
+    notes = _notes(scene.radar, table.range)
+    return [*lines, "", *notes] if notes else lines
+
+
+def nrcs_words(budget: LinkBudget) -> str:
+    """Where the mean σ0 comes from, and what of shadows it holds."""
+    if budget.nrcs_model == "constant":
+        return "mean σ0: constant; shadows are not counted"
+    return f"mean σ0: {budget.nrcs_model}, which holds the shadows of its data; no others are counted"
+
+
+def link_table(radar: RadarSettings, table: LinkBudget) -> str:
+    """The same as CSV, a row per range: values in dB are 10 log10, cells that have none (σ0 in a null) are empty."""
+    columns: list[tuple[str, NDArray[np.float64]]] = [
+        ("range_m", table.range),
+        ("grazing_deg", np.degrees(table.grazing)),
+        ("gain_towards_sea_dbi", db(table.gain)),
+        ("footprint_m", link.footprint_m(radar, table.range)),
+        ("cell_area_m2", table.area),
+        ("nrcs_db", db(table.nrcs)),
+        ("noise_dbm", np.full(table.range.shape, _dbm(table.noise))),
+    ]
+    for each in table.budgets:
+        columns.append((f"{each.name}_echo_dbm", _dbm(each.power)))
+        for prefix, rows in (("snr", each.snr), ("minimum_nrcs", each.minimum_nrcs)):
+            for way, row in zip(table.integrations, rows, strict=True):
+                columns.append((f"{each.name}_{prefix}_{way.name.replace(' ', '_').replace('-', '')}_db", db(row)))
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([name for name, _ in columns])
+    for row in zip(*(values for _, values in columns), strict=True):
+        writer.writerow([f"{value:.10g}" if math.isfinite(value) else "" for value in row])
+    return text.getvalue()
+
+
+def _facts(scene: Scene) -> list[tuple[str, str]]:
+    """Name and value of what does not depend on range."""
+    radar = scene.radar
+    across = (link.footprint_m(radar, r) for r in (100.0, 200.0))
+    spacing, (worst, mean) = gate_spacing_m(radar), straddling_loss_db(radar)
+    gain = db(antenna(radar).gain)
+    facts = [
+        ("wavelength", f"{1e3 * link.wavelength(radar):.2f} mm"),
+        ("antenna", f"{gain:.2f} dBi; {_beam(radar)}"),
+        ("beam across the look", "{:.2f} m at 100 m, {:.2f} m at 200 m".format(*across)),
+        ("range resolution", _resolution(radar)),
+        ("gates", f"every {spacing:.3f} m; a point between two loses {worst:.2f} dB, on average {mean:.2f}"),
+        ("noise", f"{_dbm(noise_power(radar)):.2f} dBm in {radar.bandwidth_hz / 1e6:g} MHz"),
+        *_dwell(scene),
+        ("range limits", f"blind to {blind_range_m(radar):.2f} m, unambiguous to {unambiguous_range_m(radar):.0f} m"),
+        ("data rate", _data_rate(radar)),
+    ]  # fmt: skip
+    if radar.height_m < _REFERENCE_M:
+        losses = link.losses_to_textbook(radar, _REFERENCE_M)
+        elevation = float(losses.elevation) + 0.0
+        total = losses.azimuth + elevation + losses.response
+        parts = f"azimuth pattern {losses.azimuth:.2f}, elevation pattern {elevation:.2f}, filter {losses.response:.2f}"
+        facts.append(("simulator less than textbook", f"{total:.2f} dB at {_REFERENCE_M:g} m: {parts}"))
+    return facts
+
+
+def _beam(radar: RadarSettings) -> str:
+    width, height = link.beam_widths_deg(radar)
+    if np.isinf(antenna(radar).azimuth_beamwidth_deg):
+        return f"no beam: the scene's {width:.2f}° × {height:.2f}° stand for one"
+    return f"beam {width:.2f}° × {height:.2f}°, one-way −3 dB"
+
+
+def _resolution(radar: RadarSettings) -> str:
+    measured, cell = RangeResponse.of(radar).resolution_m, link.range_cell_m(radar)
+    words = f"{measured:.2f} m at −3 dB; the textbook's cell is {cell:.2f} m"
+    if radar.waveform != "chirp":
+        return words
+    return f"{words}; compression gains {db(link.compression_gain(radar)):.1f} dB at best"
+
+
+def _dwell(scene: Scene) -> list[tuple[str, str]]:
+    pulses = link.dwell(scene.radar)
+    _, loose, tight = link.integrations(scene.radar, scene.scattering.decorrelation_time_s)
+    memory, lost = 1e3 * scene.scattering.decorrelation_time_s, float(db(pulses.pulses / tight.gain))
+    return [
+        ("dwell", f"{1e3 * pulses.duration_s:.2f} ms, {pulses.pulses} pulses a receiver"),
+        (
+            "integration",
+            f"non-coherent √N {db(loose.gain):.2f} dB; coherent {db(tight.gain):.2f} dB, {lost:.2f} below N for a "
+            f"decorrelation time of {memory:g} ms",
+        ),
+    ]
+
+
+def _data_rate(radar: RadarSettings) -> str:
+    rate = data_rate(radar)
+    gates = f"gates {rate.complex_12 / 1e6:.1f} MB/s at 12 + 12 bits, {rate.complex_16 / 1e6:.1f} at 16 + 16"
+    if radar.receiver.chain != "digital":
+        return gates
+    return f"{gates}; the converters' samples {rate.raw / 1e6:.1f} at {radar.receiver.adc_bits}"
+
+
+def _reaches(curve: LinkBudget) -> list[tuple[str, str]]:
+    """The furthest range at which each budget has a signal to noise ratio of 0 dB."""
+    top = float(curve.range[-1])
+    found: list[tuple[str, str]] = []
+    for each in curve.budgets:
+        reach = [link.furthest(curve.range, row) for row in each.snr]
+        words = [f"{way.name} {_distance(r, top)}" for way, r in zip(curve.integrations, reach, strict=True)]
+        found.append((f"furthest 0 dB, {each.name}", ", ".join(words)))
+    return found
+
+
+def _distance(reach: float, top: float) -> str:
+    if math.isnan(reach):
+        return "nowhere"
+    return f"beyond {top:.0f} m" if math.isinf(reach) else f"{reach:.0f} m"
+
+
+def _sea_columns(radar: RadarSettings, table: LinkBudget) -> list[Column]:
+    return [
+        ("range m", table.range, 1),
+        ("grazing °", np.degrees(table.grazing), 2),
+        ("gain to sea dBi", db(table.gain), 2),
+        ("beam across m", link.footprint_m(radar, table.range), 2),
+        ("cell m²", table.area, 2),
+        ("mean σ0 dB", db(table.nrcs), 2),
+    ]
+
+
+def _budget_columns(table: LinkBudget, each: Budget) -> list[Column]:
+    names = [way.name for way in table.integrations]
+    return [
+        ("range m", table.range, 1),
+        ("echo dBm", _dbm(each.power), 2),
+        *((f"SNR dB {name}", row, 2) for name, row in zip(names, db(each.snr), strict=True)),
+        *((f"σ0 min dB {name}", row, 2) for name, row in zip(names, db(each.minimum_nrcs), strict=True)),
+    ]
+
+
+def _aligned(columns: Sequence[Column]) -> list[str]:
+    """Headings of two lines at most, numbers flush right."""
+    heads = [_two_lines(heading) for heading, _, _ in columns]
+    cells = [
+        [f"{value:.{digits}f}" if math.isfinite(value) else "—" for value in values] for _, values, digits in columns
+    ]
+    widths = [max(map(len, (*head, *cell))) for head, cell in zip(heads, cells, strict=True)]
+    rows = [*zip(*heads, strict=True), *zip(*cells, strict=True)]
+    return ["  ".join(f"{text:>{width}}" for text, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def _two_lines(heading: str) -> tuple[str, str]:
+    for unit in ("dBm", "dBi", "dB", "m²", "m", "°"):
+        words = heading.split(" ")
+        if unit in words:
+            words.remove(unit)
+            return " ".join(words), unit
+    return heading, ""
+
+
+def _notes(radar: RadarSettings, ranges: NDArray[np.float64]) -> list[str]:
+    notes: list[str] = []
+    if np.any(ranges < blind_range_m(radar)):
+        left = ": the simulator's budget counts what is left of it" if radar.waveform == "chirp" else ""
+        notes.append(
+            f"From nearer than {blind_range_m(radar):.4g} m the echo begins while the pulse is still sent{left}."
+        )
+    if np.any(ranges > unambiguous_range_m(radar)):
+        notes.append(f"Beyond {unambiguous_range_m(radar):.5g} m echoes fold into the gates of the next pulse.")
+    if radar.receiver.chain == "digital":
+        notes.append("The converter's own noise and its saturation are not counted.")
+    if radar.antennas:
+        notes.append("The antenna is that of [radar.antenna]; those of [[radar.antennas]] may differ.")
+    return notes
+
+
+def _dbm(power: ArrayLike) -> NDArray[np.float64]:
+    return db(1e3 * np.asarray(power, dtype=np.float64))
