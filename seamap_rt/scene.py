@@ -12,14 +12,19 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, model_validator
+from pydantic import AfterValidator, BeforeValidator, model_validator
 
 from .conventions import SPEED_OF_LIGHT
 from .io import scenefile
+from .radar.array import antenna_array
+from .radar.checks import check_radar, pulses_of_a_look, pulses_of_a_turn
+from .radar.platform import boat_motion
 from .radar.scan import BEAMS_BEYOND, sector_width, turn_duration
-from .radar.waveform import RangeResponse
+from .radar.waveform import RangeResponse, gate_spacing_m
 from .scattering import MEAN_MODELS, PERMITTIVITIES, sea_state_from_wind, wind_from_sea_state
 from .settings import (
+    AntennaSettings,
+    ObjectSettings,
     PlatformSettings,
     RadarSettings,
     RandomWaves,
@@ -29,6 +34,7 @@ from .settings import (
     Section,
     SinusoidWaves,
     TracingSettings,
+    as_tuple,
     limited,
 )
 
@@ -63,6 +69,7 @@ class Scene(Section):
     scattering: ScatteringSettings = ScatteringSettings()
     radar: RadarSettings = RadarSettings()
     platform: PlatformSettings = PlatformSettings()
+    objects: Annotated[tuple[ObjectSettings, ...], BeforeValidator(as_tuple)] = ()
     tracing: TracingSettings = TracingSettings()
     retrieval: RetrievalSettings = RetrievalSettings()
 
@@ -88,6 +95,55 @@ class Scene(Section):
     # The checks run in this order; a limit that they name passes when typed in.
 
     @model_validator(mode="after")
+    def _beam_is_not_narrower_than_the_aperture_allows(self) -> Self:
+        for key, antenna in (
+            ("radar.antenna", self.radar.antenna),
+            *((f"radar.antennas.{number}", placed) for number, placed in enumerate(self.radar.antennas)),
+        ):
+            if antenna.pattern == "slotted_waveguide":
+                self._aperture_is_wide_enough(key, antenna)
+        return self
+
+    def _aperture_is_wide_enough(self, key: str, antenna: AntennaSettings) -> None:
+        for beam_key, beam_deg, aperture_key, aperture in (
+            ("azimuth_beamwidth_deg", antenna.azimuth_beamwidth_deg, "width_m", antenna.width_m),
+            ("elevation_beamwidth_deg", antenna.elevation_beamwidth_deg, "height_m", antenna.height_m),
+        ):
+            # 0.886 λ/aperture in its exact form, which holds for small apertures too.
+            needed = HALF_POWER * self.wavelength_m / math.sin(math.radians(0.5 * beam_deg))
+            if aperture < needed:
+                cosine = HALF_POWER * self.wavelength_m / aperture
+                narrowest = 2.0 * math.degrees(math.asin(min(1.0, cosine)))
+                raise ValueError(
+                    f"{key}.{beam_key} = {beam_deg:.10g}: must be at least {_up(narrowest)} (the "
+                    f"beam of a uniform aperture of {key}.{aperture_key} = {aperture:.10g}, and a "
+                    f"taper only widens it); widen the beam, or raise {key}.{aperture_key} to "
+                    f"{_up(needed)}"
+                )
+
+    @model_validator(mode="after")
+    def _the_radar_can_work(self) -> Self:
+        check_radar(self.radar)
+        receivers = len(antenna_array(self.radar).receivers)
+        first, second = chosen = self.retrieval.receivers
+        if first == second or not all(0 <= number < receivers for number in chosen):
+            raise ValueError(
+                f"retrieval.receivers = [{first}, {second}]: must be two different ones of the {receivers} receivers, "
+                f"which are numbered from 0 to {receivers - 1}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _the_boat_is_known(self) -> Self:
+        if self.platform.motion == "file":
+            # Reads the file, says what is wrong with it, and whether it is as long as the run.
+            boat_motion(self.platform)([0.0, self.turns * self.turn_duration_s])
+        for number, thing in enumerate(self.objects):
+            if not Path(thing.mesh).is_file():
+                raise ValueError(f"objects.{number}.mesh = '{thing.mesh}': no such file; give the path of a mesh")
+        return self
+
+    @model_validator(mode="after")
     def _sea_is_in_the_range_window(self) -> Self:
         (near, far), height = self.radar.range_m, self.radar.height_m
         if far <= height:
@@ -101,12 +157,16 @@ class Scene(Section):
     @model_validator(mode="after")
     def _antennas_are_above_water(self) -> Self:
         height, baseline = self.radar.height_m, self.radar.baseline_m
-        reach = 0.5 * baseline * math.cos(math.radians(self.radar.tilt_deg))
+        tilt = math.radians(self.radar.tilt_deg)
+        offsets = antenna_array(self.radar).known_offsets
+        reach = -min(up * math.cos(tilt) - ahead * math.sin(tilt) for _, ahead, up in offsets)
         if height <= reach:
+            lowest = "the lowest of radar.antennas" if self.radar.antennas else "the lower phase centre"
+            far = f"half of radar.baseline_m = {baseline:.10g} further down" if not self.radar.antennas else "lower yet"
             raise ValueError(
-                f"radar.height_m = {height:.10g}: must be greater than {_up(reach)} (the lower phase centre, "
-                f"half of radar.baseline_m = {baseline:.10g} further down, would be under water); raise "
-                "radar.height_m or shorten radar.baseline_m"
+                f"radar.height_m = {height:.10g}: must be greater than {_up(reach)} ({lowest}, {far}, would be under "
+                "water); raise radar.height_m or "
+                + ("move it up" if self.radar.antennas else "shorten radar.baseline_m")
             )
         return self
 
@@ -129,28 +189,6 @@ class Scene(Section):
         return self
 
     @model_validator(mode="after")
-    def _beam_is_not_narrower_than_the_aperture_allows(self) -> Self:
-        antenna = self.radar.antenna
-        if antenna.pattern != "slotted_waveguide":
-            return self
-        for beam_key, beam_deg, aperture_key, aperture in (
-            ("azimuth_beamwidth_deg", antenna.azimuth_beamwidth_deg, "width_m", antenna.width_m),
-            ("elevation_beamwidth_deg", antenna.elevation_beamwidth_deg, "height_m", antenna.height_m),
-        ):
-            # 0.886 λ/aperture in its exact form, which holds for small apertures too.
-            needed = HALF_POWER * self.wavelength_m / math.sin(math.radians(0.5 * beam_deg))
-            if aperture < needed:
-                cosine = HALF_POWER * self.wavelength_m / aperture
-                narrowest = 2.0 * math.degrees(math.asin(min(1.0, cosine)))
-                raise ValueError(
-                    f"radar.antenna.{beam_key} = {beam_deg:.10g}: must be at least {_up(narrowest)} (the "
-                    f"beam of a uniform aperture of radar.antenna.{aperture_key} = {aperture:.10g}, and a "
-                    f"taper only widens it); widen the beam, or raise radar.antenna.{aperture_key} to "
-                    f"{_up(needed)}"
-                )
-        return self
-
-    @model_validator(mode="after")
     def _gates_are_close_enough(self) -> Self:
         sampling, cell = self.radar.range_sampling_m, self.retrieval.cell_range_m
         if sampling > cell:
@@ -159,20 +197,24 @@ class Scene(Section):
                 f"{cell:.10g} (else cells hold no gate); lower radar.range_sampling_m or lengthen "
                 "retrieval.cell_range_m"
             )
-        bandwidth = min(self.radar.bandwidth_hz, 1.0 / self.radar.pulse_width_s)
-        resolution = SPEED_OF_LIGHT / (2.0 * bandwidth)
-        if sampling > resolution:
+        chirp = self.radar.waveform == "chirp"
+        swept = self.radar.chirp_bandwidth_hz if chirp else 1.0 / self.radar.pulse_width_s
+        resolution = SPEED_OF_LIGHT / (2.0 * min(self.radar.bandwidth_hz, swept))
+        if gate_spacing_m(self.radar) > resolution:
             raise ValueError(
                 f"radar.range_sampling_m = {sampling:.10g}: must be at most the range resolution of "
                 f"{_down(resolution)} m (c/2 over the lesser of radar.bandwidth_hz and "
-                "1/radar.pulse_width_s; the sea between the gates would be missed); lower "
-                f"radar.range_sampling_m to {_down(resolution)}"
+                f"{'radar.chirp_bandwidth_hz' if chirp else '1/radar.pulse_width_s'}; the sea between the gates "
+                f"would be missed); lower radar.range_sampling_m to {_down(resolution)}"
             )
         return self
 
     @model_validator(mode="after")
     def _looks_hold_pulses(self) -> Self:
-        prf, rpm = self.radar.prf_hz, self.radar.rotation_rpm
+        prf, rpm, least = self.radar.prf_hz, self.radar.rotation_rpm, 2.0
+        array = antenna_array(self.radar)
+        if not array.whole:
+            least = 2.0 * len(array.cycle)  # each receiver twice
         cell, sector = self.retrieval.cell_azimuth_deg, sector_width(self.radar)
         if cell > sector + 1e-9:
             raise ValueError(
@@ -180,22 +222,39 @@ class Scene(Section):
                 "(radar.sector_deg holds not one whole look); narrow retrieval.cell_azimuth_deg or widen "
                 "radar.sector_deg"
             )
-        pulses = prf * self.turn_duration_s * cell / 360.0
-        if pulses < 2.0 - 1e-9:
+        pulses = pulses_of_a_look(self.radar, cell)
+        if pulses < least - 1e-9 and self.radar.scan == "staring":
             raise ValueError(
-                f"retrieval.cell_azimuth_deg = {cell:.10g}: must be at least {_up(2.0 * cell / pulses)} (a "
-                f"look holds {pulses:.3g} pulses and needs 2); widen retrieval.cell_azimuth_deg, raise "
-                f"radar.prf_hz to {_up(2.0 * prf / pulses)} or slow radar.rotation_rpm to "
-                f"{_down(rpm * pulses / 2.0)}"
+                f"radar.stare_s = {self.radar.stare_s:.10g}: must be at least {_up(least / prf)} (it holds "
+                f"{pulses:.3g} pulses and needs {least:g}); lengthen it or raise radar.prf_hz to "
+                f"{_up(least * prf / pulses)}"
+            )
+        if pulses < least - 1e-9:
+            raise ValueError(
+                f"retrieval.cell_azimuth_deg = {cell:.10g}: must be at least {_up(least * cell / pulses)} (a "
+                f"look holds {pulses:.3g} pulses and needs {least:g}); widen retrieval.cell_azimuth_deg, raise "
+                f"radar.prf_hz to {_up(least * prf / pulses)} or slow radar.rotation_rpm to "
+                f"{_down(rpm * pulses / least)}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _window_holds_a_cell(self) -> Self:
+        (near, far), cell = self.radar.range_m, self.retrieval.cell_range_m
+        length = max(cell, 2.0 * gate_spacing_m(self.radar))
+        if far - near < length:
+            raise ValueError(
+                f"radar.range_m = [{near:.10g}, {far:.10g}]: must be at least {length:.4g} long (a cell of "
+                "retrieval.cell_range_m, or three gates); raise its far end"
             )
         return self
 
     @model_validator(mode="after")
     def _a_turn_of_echoes_fits_memory(self) -> Self:
         near, far = self.radar.range_m
-        pulses = self.radar.prf_hz * self.turn_duration_s * sector_width(self.radar) / 360.0
-        gates = (far - near) / self.radar.range_sampling_m + 1.0
-        needed = BYTES_PER_VOLTAGE * 2.0 * pulses * gates
+        pulses = pulses_of_a_turn(self.radar)
+        gates = (far - near) / self._sample_spacing + 1.0
+        needed = BYTES_PER_VOLTAGE * len(antenna_array(self.radar).receivers) * pulses * gates
         if needed > MOST_ECHO_BYTES:
             raise ValueError(
                 f"radar.prf_hz = {self.radar.prf_hz:.10g}: a turn would hold {pulses:.3g} pulses of {gates:.3g} gates "
@@ -203,6 +262,13 @@ class Scene(Section):
                 "radar.rotation_rpm or radar.range_sampling_m, narrow radar.sector_deg or shorten radar.range_m"
             )
         return self
+
+    @property
+    def _sample_spacing(self) -> float:
+        """Of what the receiver samples [m]."""
+        if self.radar.receiver.chain == "digital":
+            return SPEED_OF_LIGHT / (2.0 * self.radar.receiver.adc_rate_hz)
+        return self.radar.range_sampling_m
 
     @model_validator(mode="after")
     def _ground_map_fits_memory(self) -> Self:
@@ -295,8 +361,10 @@ class Scene(Section):
     @model_validator(mode="after")
     def _mesh_fits_memory(self) -> Self:
         far, facet = self.radar.range_m[1], self.tracing.facet_m
-        beams = sector_width(self.radar) / self.radar.antenna.azimuth_beamwidth_deg + 2.0 * BEAMS_BEYOND
-        columns = self.tracing.columns_per_beam * beams
+        array = antenna_array(self.radar)
+        scanned = 0.0 if self.radar.scan == "staring" else sector_width(self.radar)
+        width = scanned + 2.0 * BEAMS_BEYOND * array.beam_deg
+        columns = self.tracing.columns_per_beam * width / array.narrowest_beam_deg
         # From the mast's foot on, as the mesher lays them: what is near shadows what is far.
         rungs = (far + RangeResponse.of(self.radar).support_m) / facet
         triangles = 2.0 * columns * rungs
@@ -327,13 +395,24 @@ def load_scene(path_or_name: str | os.PathLike[str], overrides: Mapping[str, Any
 
 
 def _anchored(tree: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The tree with the paths of its wave systems' files made absolute, so that the scene means the same everywhere."""
-    sea = tree.get("sea")
-    systems = sea.get("waves") if isinstance(sea, dict) else None
-    for waves in systems if isinstance(systems, list) else ():
-        if isinstance(waves, dict) and isinstance(waves.get("file"), str) and waves["file"]:
-            waves["file"] = str((folder / waves["file"]).resolve())
+    """The tree with the paths of its files made absolute, so that the scene means the same everywhere."""
+    radar = _table(tree.get("radar"))
+    holders = [("file", each) for each in _tables(_table(tree.get("sea")).get("waves"))]
+    holders += [("file", _table(tree.get("platform"))), ("file", _table(radar.get("antenna")))]
+    holders += [("file", each) for each in _tables(radar.get("antennas"))]
+    holders += [("mesh", each) for each in _tables(tree.get("objects"))]
+    for key, holder in holders:
+        if isinstance(holder.get(key), str) and holder[key]:
+            holder[key] = str((folder / holder[key]).resolve())
     return tree
+
+
+def _table(value: Any) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}
+
+
+def _tables(value: Any) -> list[dict[str, Any]]:
+    return [_table(entry) for entry in value] if isinstance(value, list | tuple) else []
 
 
 def _up(value: float) -> str:

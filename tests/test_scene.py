@@ -19,7 +19,7 @@ from seamap_rt.io.scenefile import InputError, list_shipped, read_toml
 from seamap_rt.radar.antenna import antenna
 from seamap_rt.scattering import MEAN_MODELS
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.settings import JonswapWaves, RadarSettings, SeaSettings
+from seamap_rt.settings import JonswapWaves, RadarSettings, SeaSettings, SensorSettings
 
 SHIPPED = ["calm", "choppy_sea", "flat", "long_crested_swell", "sinusoid", "tiny", "wide_baseline", "wind_and_swell"]
 
@@ -84,12 +84,30 @@ def test_choppy_sea_is_the_default_scene_and_leaves_little_unsaid() -> None:
     assert scene == Scene(name="choppy_sea", title=scene.title, sea=SeaSettings(waves=(waves,)))
     said = set(flat_keys(read_toml(list_shipped()["choppy_sea"])))
     unsaid = set(flat_keys(tomllib.loads(scene.to_toml()))) - said
+    swings = {f"platform.{name}" for way in ("roll", "pitch", "yaw") for name in (f"{way}_deg", *swing(way))}
     assert unsaid == {
         "scattering.nrcs_db",
         "tracing.columns_per_beam",
         "retrieval.min_snr_db",
         "retrieval.ground_m",
+        "retrieval.receivers",
+        "radar.chirp_bandwidth_hz",
+        "radar.compression_window",
+        "radar.stare_s",
+        "radar.antennas",
+        "radar.antenna.guide_width_m",
+        "radar.receiver.agc_headroom_db",
+        "radar.receiver.stc_range_m",
+        "objects",
+        *swings,
+        "platform.heave_m",
+        *(f"platform.{name}" for name in swing("heave")),
+        *(f"platform.sensors.{name}" for name in SensorSettings.model_fields),
     }
+
+
+def swing(way: str) -> tuple[str, str]:
+    return f"{way}_period_s", f"{way}_phase_deg"
 
 
 def flat_keys(tree: dict[str, Any], prefix: str = "") -> list[str]:

@@ -8,6 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+def look_sweeps(sector_deg: tuple[float, float], cell_azimuth_deg: float, staring: bool = False) -> NDArray[np.float64]:
+    """Centres of the looks as angles from the start of the sector (deg): as many whole cells as the sector holds, and
+    the one in its middle for a staring antenna."""
+    width = sector_deg[1] - sector_deg[0]
+    if staring:
+        return np.array([0.5 * width])
+    if np.isclose(width, 360.0):
+        count = max(1, round(360.0 / cell_azimuth_deg))
+        return (np.arange(count) + 0.5) * 360.0 / count
+    count = max(1, int(np.floor(width / cell_azimuth_deg + 1e-9)))
+    return (np.arange(count, dtype=np.float64) + 0.5) * cell_azimuth_deg
+
+
 @dataclass(frozen=True)
 class GroundGrid:
     """Centres of square cells around the origin; y runs north, x east."""

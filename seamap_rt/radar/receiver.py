@@ -8,14 +8,18 @@ from numpy.typing import NDArray
 from ..conventions import BOLTZMANN, REFERENCE_TEMPERATURE, SPEED_OF_LIGHT, from_db
 from ..settings import RadarSettings
 from .antenna import antenna
-from .waveform import RangeResponse
+from .chirp import Chirp
+from .waveform import RangeResponse, gate_spacing_m
 
 
-def amplitude_constant(radar: RadarSettings) -> float:
-    """√(Pt G² λ² / ((4π)³ L)) [√W m]: times √(rcs)/(R_tx R_rx) and the patterns it is the echo's voltage."""
+def amplitude_constant(radar: RadarSettings, gain: float | None = None) -> float:
+    """√(Pt G² λ² / ((4π)³ L)) [√W m]: times √(rcs)/(R_tx R_rx) and the patterns it is the echo's voltage.
+
+    gain: geometric mean of the two antennas' gains; left out, that of [radar.antenna].
+    """
     wavelength = SPEED_OF_LIGHT / radar.frequency_hz
     loss = float(from_db(radar.losses_db))
-    gain = antenna(radar).gain
+    gain = antenna(radar).gain if gain is None else gain
     return float(np.sqrt(radar.transmit_power_w * gain**2 * wavelength**2 / ((4.0 * np.pi) ** 3 * loss)))
 
 
@@ -24,11 +28,34 @@ def noise_power(radar: RadarSettings) -> float:
     return BOLTZMANN * REFERENCE_TEMPERATURE * radar.bandwidth_hz * float(from_db(radar.noise_figure_db))
 
 
-def thermal_noise(radar: RadarSettings, pulses: int, gates: int, random: np.random.Generator) -> NDArray[np.complex64]:
-    """Noise voltages (pulses, 2, gates): complex Gaussian, independent from pulse to pulse and receiver to receiver,
-    correlated along the gates as the receiver's filter makes it when the gates lie closer than its resolution."""
-    white = random.standard_normal((pulses, 2, gates, 2), dtype=np.float32).view(np.complex64)[..., 0]
-    correlation = RangeResponse.of(radar).noise_correlation(radar.range_sampling_m * np.arange(gates))
+def thermal_noise(
+    radar: RadarSettings,
+    pulses: int,
+    gates: int,
+    random: np.random.Generator,
+    receivers: int = 2,
+    spacing_m: float | None = None,
+) -> NDArray[np.complex64]:
+    """Noise voltages (pulses, receivers, gates): complex Gaussian, independent from pulse to pulse and receiver to
+    receiver, correlated along the gates as the receiver's filter makes it when they lie closer than its resolution.
+
+    spacing_m: of the gates, if it is another than the radar's.
+    """
+    if radar.waveform == "chirp":
+        chirp = Chirp(radar)
+        raw = _filtered_noise(radar, (pulses, receivers, chirp.samples), gate_spacing_m(radar), random)
+        return chirp.of_noise(raw).astype(np.complex64, copy=False)
+    return _filtered_noise(radar, (pulses, receivers, gates), spacing_m or gate_spacing_m(radar), random)
+
+
+def _filtered_noise(
+    radar: RadarSettings, shape: tuple[int, int, int], spacing_m: float, random: np.random.Generator
+) -> NDArray[np.complex64]:
+    """Noise behind the receiver's own filter, whose samples are `spacing_m` apart."""
+    gates = shape[-1]
+    white = random.standard_normal((*shape, 2), dtype=np.float32).view(np.complex64)[..., 0]
+    plain = RangeResponse(radar.pulse_width_s, radar.bandwidth_hz)
+    correlation = plain.noise_correlation(spacing_m * np.arange(gates))
     reach = int(np.count_nonzero(correlation > 1e-7))
     scale = np.sqrt(0.5 * noise_power(radar))
     if reach > 1:

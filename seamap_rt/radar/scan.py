@@ -1,18 +1,22 @@
 """When and where the radar looks: pulses of a turn, and the looks into which they are gathered.
 
-Pulse n is fired at n/prf. The boresight turns clockwise at a constant rate and points to sector_deg[0] at the start of
-each turn; outside the sector nothing is sent.
+Pulse n is fired at n/prf. The turntable turns clockwise at a constant rate and points to sector_deg[0] at the start of
+each turn; outside the sector nothing is sent. A staring one points to the sector's middle all the time, and a turn is a
+stretch of `stare_s` seconds.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import unit_from_azimuth
 from ..settings import RadarSettings
+from .array import antenna_array
+from .grid import look_sweeps
+from .mast import Mast, Stance, turn_duration
 
 # Beam widths to either side that an antenna hears; so far beyond the sector the sea is meshed.
 BEAMS_BEYOND = 3.0
@@ -24,14 +28,16 @@ class Pulses:
 
     number: NDArray[np.int64]
     time: NDArray[np.float64]  # s
-    sweep: NDArray[np.float64]  # deg, angle turned since the start of the sector: never wraps
+    sweep: NDArray[np.float64]  # deg, angle of the boresight since the start of the sector: never wraps
     azimuth: NDArray[np.float64]  # deg in [0, 360)
-    transmitter: NDArray[np.int8]
+    transmitter: NDArray[np.int8]  # antenna
+    slot: NDArray[np.int8]  # of the mode's cycle
+    mast: Mast
 
-
-def turn_duration(radar: RadarSettings) -> float:
-    """Seconds that one turn of the antenna lasts."""
-    return 60.0 / radar.rotation_rpm
+    @cached_property
+    def stance(self) -> Stance:
+        """How the array truly stands at each pulse."""
+        return self.mast.stance(self.time)
 
 
 def sector_width(radar: RadarSettings) -> float:
@@ -39,41 +45,45 @@ def sector_width(radar: RadarSettings) -> float:
     return radar.sector_deg[1] - radar.sector_deg[0]
 
 
-def pulses(radar: RadarSettings, turn: int) -> Pulses:
-    """The pulses of turn `turn` (0, 1, …) that fall within the sector."""
-    period, share = turn_duration(radar), sector_width(radar) / 360.0
+def scanned_share(radar: RadarSettings) -> float:
+    """Share of a turn's time in which pulses are sent."""
+    return 1.0 if radar.scan == "staring" else sector_width(radar) / 360.0
+
+
+def pulses(radar: RadarSettings, turn: int, mast: Mast | None = None) -> Pulses:
+    """The pulses of turn `turn` (0, 1, …) that fall within the sector. mast: of the boat; left out, one at rest."""
+    mast = mast or Mast(radar)
+    period, share = turn_duration(radar), scanned_share(radar)
     first = int(np.ceil(turn * period * radar.prf_hz - 1e-9))
     last = int(np.ceil((turn + share) * period * radar.prf_hz - 1e-9))
     number = np.arange(first, last, dtype=np.int64)
     time = number / radar.prf_hz
-    sweep = (time - turn * period) * 360.0 / period
+    sweep = (time - turn * period) * mast.rate + mast.swing(time)
+    if radar.scan == "staring":
+        sweep = sweep + 0.5 * sector_width(radar)
     azimuth = (radar.sector_deg[0] + sweep) % 360.0
-    # The transmitter follows the pulse number, so that it alternates across turns too.
-    transmitter = (number % 2 if radar.transmit == "switched" else np.zeros_like(number)).astype(np.int8)
-    return Pulses(number, time, sweep, azimuth, transmitter)
-
-
-def look_sweeps(sector_deg: tuple[float, float], cell_azimuth_deg: float) -> NDArray[np.float64]:
-    """Centres of the looks as angles from the start of the sector (deg): as many whole cells as the sector holds."""
-    width = sector_deg[1] - sector_deg[0]
-    if np.isclose(width, 360.0):
-        count = max(1, round(360.0 / cell_azimuth_deg))
-        return (np.arange(count) + 0.5) * 360.0 / count
-    count = max(1, int(np.floor(width / cell_azimuth_deg + 1e-9)))
-    return (np.arange(count, dtype=np.float64) + 0.5) * cell_azimuth_deg
+    # The mode's cycle follows the pulse number, so that it goes on across turns too.
+    cycle = antenna_array(radar).cycle
+    slot = number % len(cycle)
+    transmitter = np.array([each.transmitter for each in cycle])[slot]
+    return Pulses(number, time, sweep, azimuth, transmitter.astype(np.int8), slot.astype(np.int8), mast)
 
 
 def phase_centres(radar: RadarSettings, azimuth_deg: NDArray[np.float64]) -> NDArray[np.float64]:
-    """World positions (…, antenna, xyz) [m] of the two phase centres when the boresight points to an azimuth.
+    """World positions (…, antenna, xyz) [m] of the phase centres when the boresight of a boat at rest points to an
+    azimuth: the middle of the baseline above the origin, the upper antenna leaning towards the look by the tilt."""
+    azimuth = np.asarray(azimuth_deg, dtype=np.float64)
+    stance = Mast(radar).stance(np.zeros(azimuth.size), azimuth.ravel() - radar.sector_deg[0])
+    return stance.positions.reshape(*azimuth.shape, -1, 3)
 
-    The middle of the baseline stays above the origin; the upper antenna leans towards the look by the tilt.
-    """
-    east, north = unit_from_azimuth(azimuth_deg)
-    tilt = np.radians(radar.tilt_deg)
-    half = 0.5 * radar.baseline_m
-    centres = np.empty((*np.shape(azimuth_deg), 2, 3))
-    for antenna, side in ((0, -1.0), (1, 1.0)):
-        centres[..., antenna, 0] = side * half * np.sin(tilt) * east
-        centres[..., antenna, 1] = side * half * np.sin(tilt) * north
-        centres[..., antenna, 2] = radar.height_m + side * half * np.cos(tilt)
-    return centres
+
+__all__ = [
+    "BEAMS_BEYOND",
+    "Pulses",
+    "look_sweeps",
+    "phase_centres",
+    "pulses",
+    "scanned_share",
+    "sector_width",
+    "turn_duration",
+]

@@ -1,0 +1,205 @@
+"""The antennas of a radar, and which of them sends and which hear on each pulse: its mode.
+
+    transmit   interferogram       pulse n is sent by        and heard by                     p
+    single     single_pulse        the first transmitter     every receiver                   1
+    switched   single_pulse        each transmitter in turn  every receiver                   1
+    single     alternating_pulse   the first transmitter     each receiver in turn            1
+    switched   alternating_pulse   each antenna in turn      that antenna alone               2
+
+Between antennas i and j the path is the same both ways, so that one sum over the sea serves both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..settings import AntennaSettings, RadarSettings
+from .antenna import Antenna, antenna_of
+from .squint import squint_deg
+
+
+@dataclass(frozen=True)
+class Element:
+    """One antenna of the array. Offsets are (across, boresight, up) [m] from the array's own origin."""
+
+    antenna: Antenna
+    offset: tuple[float, float, float]
+    known_offset: tuple[float, float, float]  # what the boat's papers say
+    transmits: bool
+    receives: bool
+    channel: complex  # voltage factor of its receiver
+    bandwidth_hz: float
+
+
+@dataclass(frozen=True)
+class Slot:
+    """What happens on one pulse of the cycle."""
+
+    transmitter: int  # antenna
+    receivers: tuple[int, ...]  # numbers among the receivers, of those that are sampled
+
+
+@dataclass(frozen=True)
+class Array:
+    """Antennas in the order of the scene, lower before upper, and the cycle of pulses."""
+
+    elements: tuple[Element, ...]
+    receivers: tuple[int, ...]  # antenna of each receiver
+    cycle: tuple[Slot, ...]
+
+    @cached_property
+    def offsets(self) -> NDArray[np.float64]:
+        """(antenna, 3) true phase centres."""
+        return np.array([element.offset for element in self.elements])
+
+    @cached_property
+    def known_offsets(self) -> NDArray[np.float64]:
+        """(antenna, 3) phase centres as they are thought to be."""
+        return np.array([element.known_offset for element in self.elements])
+
+    @cached_property
+    def baseline_m(self) -> float:
+        """Known distance between the first two receivers."""
+        first, second = (self.known_offsets[number] for number in self.receivers[:2])
+        return float(np.linalg.norm(second - first))
+
+    @cached_property
+    def paths(self) -> tuple[tuple[int, int], ...]:
+        """Pairs of antennas, the lower number first, between which echoes are heard."""
+        found = {
+            (min(slot.transmitter, self.receivers[r]), max(slot.transmitter, self.receivers[r]))
+            for slot in self.cycle
+            for r in slot.receivers
+        }
+        return tuple(sorted(found))
+
+    def path(self, transmitter: int, receiver: int) -> int:
+        """Number of the path from an antenna to a receiver."""
+        antenna = self.receivers[receiver]
+        return self.paths.index((min(transmitter, antenna), max(transmitter, antenna)))
+
+    @cached_property
+    def transmitters(self) -> tuple[int, ...]:
+        """Antennas that send, in the order of the cycle."""
+        return tuple(dict.fromkeys(slot.transmitter for slot in self.cycle))
+
+    @property
+    def whole(self) -> bool:
+        """Every receiver is sampled on every pulse."""
+        return all(len(slot.receivers) == len(self.receivers) for slot in self.cycle)
+
+    @cached_property
+    def beam_deg(self) -> float:
+        """The widest azimuth beam: as far to its sides as this asks something is heard."""
+        return max(element.antenna.azimuth_beamwidth_deg for element in self.elements)
+
+    @cached_property
+    def narrowest_beam_deg(self) -> float:
+        return min(element.antenna.azimuth_beamwidth_deg for element in self.elements)
+
+
+def antenna_array(radar: RadarSettings) -> Array:
+    """The array of a radar. Raises ValueError, in one line, for a mode that its antennas cannot serve."""
+    return _array(cast(Hashable, radar))  # frozen, and so hashable, which pydantic does not tell
+
+
+@lru_cache(maxsize=64)
+def _array(settings: Hashable) -> Array:
+    radar = cast(RadarSettings, settings)
+    elements = tuple(_listed(radar)) if radar.antennas else tuple(_stacked(radar))
+    receivers = tuple(n for n, element in enumerate(elements) if element.receives)
+    transmitters = [n for n, element in enumerate(elements) if element.transmits]
+    if len(receivers) < 2 or not transmitters:
+        raise ValueError(
+            f"radar.antennas: {len(receivers)} receive and {len(transmitters)} transmit; at least two must receive and "
+            "one transmit; give them the role both, rx or tx"
+        )
+    everyone = tuple(range(len(receivers)))
+    if radar.interferogram == "single_pulse":
+        used = transmitters if radar.transmit == "switched" else transmitters[:1]
+        cycle = [Slot(each, everyone) for each in used]
+    elif radar.transmit == "single":
+        cycle = [Slot(transmitters[0], (number,)) for number in everyone]
+    else:
+        alone = [n for n in transmitters if n in receivers]
+        if len(alone) < 2:
+            raise ValueError(
+                "radar.interferogram = 'alternating_pulse': with switched transmitters at least two antennas must both "
+                "transmit and receive; give them the role both, or choose radar.transmit = 'single'"
+            )
+        cycle = [Slot(each, (receivers.index(each),)) for each in alone]
+    return Array(elements, receivers, tuple(cycle))
+
+
+def common_squint_deg(radar: RadarSettings) -> float:
+    """By how much [deg, clockwise] the first antenna's beam points off the normal of its aperture."""
+    return squint_deg(radar.antennas[0] if radar.antennas else radar.antenna, radar.frequency_hz)
+
+
+def as_it_looks(radar: RadarSettings) -> RadarSettings:
+    """The radar with the sector that its beam truly scans: a squint turns it, and the boresight with it."""
+    squint = common_squint_deg(radar)
+    if squint == 0.0:
+        return radar
+    start, stop = radar.sector_deg
+    return radar.model_copy(update={"sector_deg": (start + squint, stop + squint)})
+
+
+def _stacked(radar: RadarSettings) -> list[Element]:
+    """Two alike, one above the other: the keys of [radar] themselves."""
+    known, true = 0.5 * radar.baseline_m, 0.5 * (radar.baseline_m + radar.baseline_error_m)
+    upper = _channel(radar.channel_gain_db, radar.channel_phase_deg)
+    return [
+        _element(radar, radar.antenna, (0.0, 0.0, side * true), (0.0, 0.0, side * known), "both", channel)
+        for side, channel in ((-1.0, 1.0 + 0.0j), (1.0, upper))
+    ]
+
+
+def _listed(radar: RadarSettings) -> list[Element]:
+    return [
+        _element(
+            radar,
+            placed,
+            tuple(place + error for place, error in zip(placed.offset_m, placed.offset_error_m, strict=True)),
+            placed.offset_m,
+            placed.role,
+            _channel(placed.channel_gain_db, placed.channel_phase_deg),
+            placed.bandwidth_hz,
+        )
+        for placed in radar.antennas
+    ]
+
+
+def _element(
+    radar: RadarSettings,
+    settings: AntennaSettings,
+    offset: tuple[float, ...],
+    known: tuple[float, ...],
+    role: str,
+    channel: complex,
+    bandwidth_hz: float | None = None,
+) -> Element:
+    antenna = antenna_of(settings, radar.frequency_hz, radar.tilt_deg)
+    astray = squint_deg(settings, radar.frequency_hz) - common_squint_deg(radar)
+    if abs(astray) > 1e-9:
+        cut, shift = antenna.azimuth, np.sin(np.radians(astray))
+        antenna = replace(antenna, azimuth=lambda cosine: cut(np.asarray(cosine) - shift))
+    return Element(
+        antenna=antenna,
+        offset=(offset[0], offset[1], offset[2]),
+        known_offset=(known[0], known[1], known[2]),
+        transmits=role != "rx",
+        receives=role != "tx",
+        channel=channel,
+        bandwidth_hz=np.inf if bandwidth_hz is None else bandwidth_hz,
+    )
+
+
+def _channel(gain_db: float, phase_deg: float) -> complex:
+    return complex(10.0 ** (gain_db / 20.0) * np.exp(1j * np.radians(phase_deg)))

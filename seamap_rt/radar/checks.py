@@ -1,0 +1,123 @@
+"""What a radar cannot be: each refusal names key, value, limit and remedy in one line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import combinations
+from pathlib import Path
+
+from ..conventions import SPEED_OF_LIGHT
+from ..settings import RadarSettings
+from .array import antenna_array
+from .chirp import Chirp
+from .digital import DigitalReceiver
+from .scan import scanned_share, turn_duration
+from .waveform import RangeResponse, blind_range_m, unambiguous_range_m
+
+WIDEST_DEG = 25.0  # as of the other patterns' azimuth_beamwidth_deg
+
+
+def check_radar(radar: RadarSettings) -> None:
+    """Raise ValueError, in one line, for a radar that cannot work as it is set."""
+    for check in (_antennas, _mode, _pulses_do_not_overlap, _waveform, _receiver):
+        check(radar)
+
+
+def pulses_of_a_look(radar: RadarSettings, cell_azimuth_deg: float) -> float:
+    """How many pulses fall into a look, on the average."""
+    share = 1.0 if radar.scan == "staring" else cell_azimuth_deg / 360.0
+    return radar.prf_hz * turn_duration(radar) * share
+
+
+def pulses_of_a_turn(radar: RadarSettings) -> float:
+    """How many pulses are sent in a turn."""
+    return radar.prf_hz * turn_duration(radar) * scanned_share(radar)
+
+
+def _antennas(radar: RadarSettings) -> None:
+    for number, placed in enumerate(radar.antennas):
+        if placed.pattern == "file" and placed.file is not None and not Path(placed.file).is_file():
+            raise ValueError(f"radar.antennas.{number}.file = '{placed.file}': no such file; give a pattern's path")
+    if radar.antenna.pattern == "file" and radar.antenna.file is not None and not Path(radar.antenna.file).is_file():
+        raise ValueError(f"radar.antenna.file = '{radar.antenna.file}': no such file; give a pattern's path")
+    if radar.antennas:
+        for key in ("baseline_error_m", "channel_gain_db", "channel_phase_deg"):
+            if getattr(radar, key):
+                raise ValueError(
+                    f"radar.{key} = {getattr(radar, key):g}: must be 0 beside radar.antennas (it is the short form for "
+                    "two antennas, one above the other); say it of the antenna itself"
+                )
+    array = antenna_array(radar)
+    if not array.beam_deg <= WIDEST_DEG and not any(element.antenna.everywhere for element in array.elements):
+        raise ValueError(
+            f"radar.antenna.file: its azimuth beam is {array.beam_deg:.4g}° wide, and may be {WIDEST_DEG:g} (three "
+            "beams to either side must look ahead); choose an antenna with a narrower beam"
+        )
+    for first, second in combinations(array.receivers, 2):
+        if radar.antennas and math.dist(array.known_offsets[first], array.known_offsets[second]) == 0.0:
+            raise ValueError(
+                f"radar.antennas: numbers {first} and {second} receive at the same place; move one by its offset_m"
+            )
+
+
+def _mode(radar: RadarSettings) -> None:
+    array = antenna_array(radar)
+    if not array.whole and len(array.receivers) > 2:
+        raise ValueError(
+            f"radar.interferogram = 'alternating_pulse': takes two receivers in turn, and here are "
+            f"{len(array.receivers)}; choose single_pulse, or leave two antennas that receive"
+        )
+
+
+def _pulses_do_not_overlap(radar: RadarSettings) -> None:
+    far, unambiguous = radar.range_m[1], unambiguous_range_m(radar)
+    room = 1.0 / radar.prf_hz - radar.pulse_width_s
+    if room <= 0.0:
+        raise ValueError(
+            f"radar.pulse_width_s = {radar.pulse_width_s:g}: must be less than 1/radar.prf_hz = {1.0 / radar.prf_hz:g} "
+            "(the next pulse would begin before it ends); shorten it or lower radar.prf_hz"
+        )
+    if far > unambiguous:
+        raise ValueError(
+            f"radar.prf_hz = {radar.prf_hz:g}: must be at most {_down(SPEED_OF_LIGHT / (2.0 * far))} (c/2 over the "
+            f"far end of radar.range_m = {far:g}: an echo from there would come after the next pulse); lower it, or "
+            "the far end"
+        )
+
+
+def _waveform(radar: RadarSettings) -> None:
+    near, far = radar.range_m
+    if radar.waveform == "pulse":
+        return
+    RangeResponse.of(radar)
+    if radar.receiver.chain == "digital":
+        raise ValueError(
+            "radar.receiver.chain = 'digital': takes a plain pulse, and radar.waveform = 'chirp'; choose 'baseband'"
+        )
+    if far <= blind_range_m(radar):
+        raise ValueError(
+            f"radar.range_m = [{near:g}, {far:g}]: lies wholly nearer than {_up(blind_range_m(radar))} m (half the "
+            "length of the pulse: the transmitter is on while the echo begins); raise its far end or shorten "
+            "radar.pulse_width_s"
+        )
+    Chirp(radar)
+
+
+def _receiver(radar: RadarSettings) -> None:
+    if radar.receiver.chain == "digital":
+        DigitalReceiver(radar)
+
+
+def _down(value: float) -> str:
+    """Four digits, rounded down: a limit that satisfies its check when it is typed in."""
+    return _four_digits(value, math.floor)
+
+
+def _up(value: float) -> str:
+    return _four_digits(value, math.ceil)
+
+
+def _four_digits(value: float, towards: Callable[[float], int]) -> str:
+    scale = 10.0 ** (3 - math.floor(math.log10(value)))
+    return f"{towards(value * scale) / scale:.6g}"

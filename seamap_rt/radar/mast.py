@@ -1,0 +1,167 @@
+"""The turning array on the moving boat: where each antenna is at any time, and where it looks.
+
+The array's origin stands at radar.height_m above the water while the boat lies still, at the end of a lever arm from
+the point about which the boat turns; the world's origin lies below it then, at time 0. The turntable turns at a
+constant rate against the boat, so that it points to the start of the sector at the start of each turn of a boat that
+keeps its heading; a boat that rolls or yaws swings the boresight off that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..conventions import unit_from_azimuth, wrap_degrees
+from ..io.scenefile import InputError
+from ..settings import PlatformSettings, RadarSettings
+from .array import antenna_array
+from .platform import BoatMotion, boat_motion
+from .pose import antenna_axes, bearing, boat_axes
+
+_STEP = 1e-3  # s, over which positions are differenced: a jerk of 100 m/s³ errs by 0.02 mm/s
+_NEWTON_STEPS = 5  # two for a boat in waves; as many as _SLOWEST asks for
+_SLOWEST = 0.2  # of the turntable's rate: so fast at least the boresight must turn
+_ROUNDING = 1e-9  # deg; a boresight that is so little off its schedule is on it
+
+
+@dataclass(frozen=True)
+class Stance:
+    """Where the antennas are and how they stand at some moments; world axes east, north, up, metres."""
+
+    time: NDArray[np.float64]  # (n,) s
+    origin: NDArray[np.float64]  # (n, 3) of the array
+    attitude: NDArray[np.float64]  # (n, 3) deg, the boat's roll, pitch, yaw
+    axes: NDArray[np.float64]  # (n, 3, 3) rows: across, boresight, up the array
+    places: NDArray[np.float64]  # (n, antenna, 3) of the phase centres, from the origin
+
+    def __getitem__(self, index: slice | NDArray) -> Stance:
+        return Stance(self.time[index], self.origin[index], self.attitude[index], self.axes[index], self.places[index])
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """(n, antenna, 3) phase centres in the world."""
+        return self.origin[:, None] + self.places
+
+    @cached_property
+    def bearing(self) -> NDArray[np.float64]:
+        """(n,) azimuth of the boresight [deg, 0 … 360)."""
+        return bearing(self.axes)
+
+
+class Mast:
+    """Asked for any time, also a little before 0."""
+
+    def __init__(
+        self,
+        radar: RadarSettings,
+        platform: PlatformSettings | None = None,
+        motion: BoatMotion | None = None,
+        known: bool = False,
+    ) -> None:
+        """motion: of the boat, true or as measured; left out, that of `platform`, which must then not ask for a sea.
+        known: antennas stand where they are thought to, not where they do."""
+        self.radar, self.platform = radar, platform or PlatformSettings()
+        self.motion = motion or boat_motion(self.platform, None)
+        array = antenna_array(radar)
+        self.offsets = array.known_offsets if known else array.offsets
+        lever = self.platform.lever_arm_m
+        self._lever = np.array((0.0, 0.0, radar.height_m) if lever is None else lever)
+        # The heading against which the turntable is set: a sector lies where the scene says while the boat keeps to it.
+        self.heading = self.platform.heading_deg
+        if self.platform.motion == "file":
+            self.heading = float(self.motion(np.zeros(1)).attitude[0, 2])
+        upright = self._lever @ boat_axes((0.0, 0.0, self.heading))
+        self._foot = np.array((upright[0], upright[1], upright[2] - radar.height_m))
+
+    def sensed(self, motion: BoatMotion) -> Mast:
+        """The same mast as sensors have it that measure this motion: its turntable's zero stays where it is."""
+        other = Mast(self.radar, self.platform, motion, known=True)
+        other.heading, other._foot = self.heading, self._foot
+        return other
+
+    @property
+    def period(self) -> float:
+        """Seconds of a turn."""
+        return turn_duration(self.radar)
+
+    @property
+    def rate(self) -> float:
+        """Degrees that the turntable turns in a second."""
+        return 0.0 if self.radar.scan == "staring" else 360.0 / self.period
+
+    def schedule(self, time: ArrayLike) -> NDArray[np.float64]:
+        """Where the boresight would point [deg, unwrapped] if the boat kept level and on its heading."""
+        start, stop = self.radar.sector_deg
+        if self.radar.scan == "staring":
+            return np.full(np.shape(time), 0.5 * (start + stop))
+        return start + 360.0 / self.period * np.asarray(time, dtype=np.float64)
+
+    def stance(self, time: ArrayLike, sweep: ArrayLike | None = None) -> Stance:
+        """How the array stands at times (n,). sweep: of the schedule [deg from the sector's start], else the time's."""
+        time = np.asarray(time, dtype=np.float64)
+        boat = self.motion(time)
+        toward = self.schedule(time) if sweep is None else self.radar.sector_deg[0] + np.asarray(sweep)
+        axes = antenna_axes(boat.attitude, toward - self.heading, self.radar.tilt_deg)
+        origin = boat.position + self._lever @ boat_axes(boat.attitude) - self._foot
+        return Stance(time, origin, boat.attitude, axes, self.offsets @ axes)
+
+    def velocity(self, time: ArrayLike) -> NDArray[np.float64]:
+        """(n, antenna, 3) m/s of the phase centres, the turntable's turning included."""
+        time = np.asarray(time, dtype=np.float64)
+        after, before = (self.stance(time + side * _STEP).positions for side in (0.5, -0.5))
+        return (after - before) / _STEP
+
+    def swing(self, time: ArrayLike) -> NDArray[np.float64]:
+        """(n,) deg by which the boresight points clockwise of its schedule."""
+        off = wrap_degrees(self.stance(time).bearing - self.schedule(time))
+        return np.where(np.abs(off) < _ROUNDING, 0.0, off)
+
+    def passing(self, sweep: NDArray[np.float64], nominal: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Times (n,) at which the boresight passes `sweep` (n,) [deg from the start of the sector, unwrapped].
+
+        nominal (n,) s: when the schedule has it do so.
+        """
+        if self.rate == 0.0:
+            return nominal
+        time = nominal
+        for _ in range(_NEWTON_STEPS):  # so many for every place: the same bits whatever else is asked for
+            ahead, behind = (self.swing(time + side * _STEP) for side in (0.5, -0.5))
+            rate = self.rate + wrap_degrees(ahead - behind) / _STEP
+            off = self.rate * (time - nominal) + self.swing(time)
+            time = time - off / np.maximum(rate, _SLOWEST * self.rate)
+        return time
+
+    def check_that_it_sweeps(self, time: NDArray[np.float64]) -> None:
+        """Raise InputError where, about times (n,), the boat turns the boresight back about as fast as the turntable
+        turns it on: then it does not pass each place once."""
+        swing = wrap_degrees(self.swing(time + 0.5 * _STEP) - self.swing(time - 0.5 * _STEP)) / _STEP
+        back = float(-swing.min(initial=0.0))
+        if back > (1.0 - _SLOWEST) * self.rate > 0.0:
+            raise InputError(
+                f"platform: the boat swings the boresight back at {back:.3g}°/s, where the turntable turns it on at "
+                f"{self.rate:.3g}°/s: must be at most {1.0 - _SLOWEST:.0%} of that; raise radar.rotation_rpm or calm "
+                "the boat"
+            )
+
+    def lean_deg(self, time: NDArray[np.float64], depression: float) -> float:
+        """By how much [deg] at most the fan of the beam stands off its own bearing at a depression [rad]."""
+        axes = self.stance(time).axes
+        upright = np.hypot(axes[:, 0, 0], axes[:, 0, 1])
+        sine = np.tan(depression) * np.abs(axes[:, 0, 2]) / np.maximum(upright, 1e-9)
+        return float(np.degrees(np.arcsin(np.minimum(sine, 1.0))).max(initial=0.0))
+
+
+def turn_duration(radar: RadarSettings) -> float:
+    """Seconds that one turn of the antenna lasts, or one map of a staring one."""
+    return radar.stare_s if radar.scan == "staring" else 60.0 / radar.rotation_rpm
+
+
+def column_frame(azimuth_deg: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, 3, 3) rows: along the azimuth, across it clockwise, up."""
+    east, north = unit_from_azimuth(azimuth_deg)
+    zero, one = np.zeros_like(east), np.ones_like(east)
+    rows = ((east, north, zero), (north, -east, zero), (zero, zero, one))
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
