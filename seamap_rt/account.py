@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from .conventions import EARTH_RADIUS
+from .conventions import EARTH_RADIUS, db
+from .radar.array import antenna_array, common_squint_deg
+from .radar.digital import decimation
+from .radar.scan import BEAMS_BEYOND
+from .radar.waveform import blind_range_m
 from .scattering import MEAN_MODELS, sea_state_from_wind
 from .scene import Scene
 from .sea import Resolved
-from .settings import ScatteringSettings
+from .settings import PlatformSettings, RadarSettings, ScatteringSettings
 
 _BREAKING_STEEPNESS = 0.06  # Hs over the peak's length
 _CARRIED = 0.97
@@ -30,13 +34,16 @@ def modelled(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
         ("scattering", f"{scattering.polarization}: {_scattering_words(scattering)}"),
         ("speckle", f"complex Gaussian per facet, decorrelation time {1e3 * scattering.decorrelation_time_s:g} ms"),
         ("motion", _motion_words(scattering)),
-        ("scan", "azimuth is time: each column of the sea is meshed when the beam passes it"),
-        ("mode", f"{radar.transmit} transmitter, {radar.interferogram} interferogram"),
-        (
-            "receiver",
-            "rectangular pulse through a Gaussian filter; " + ("thermal noise" if radar.noise else "no noise"),
-        ),
+        ("scan", _scan_words(scene)),
+        ("mode", _mode_words(radar)),
+        ("antennas", _antenna_words(radar)),
+        ("waveform", _waveform_words(radar)),
+        ("receiver", _receiver_words(radar)),
+        ("boat", _boat_words(scene.platform)),
     ]
+    if scene.objects:
+        echoing = sum(thing.rcs_dbsm is not None for thing in scene.objects)
+        rows.append(("objects", f"{len(scene.objects)} hide the sea behind them, {echoing} of them echo themselves"))
     return [{"what": what, "why": why} for what, why in rows]
 
 
@@ -65,6 +72,69 @@ def _motion_words(scattering: ScatteringSettings) -> str:
     return f"{water}; {extra}"
 
 
+def _scan_words(scene: Scene) -> str:
+    if scene.radar.scan == "staring":
+        return f"staring for {1e3 * scene.radar.stare_s:g} ms a map, of the sea as it is half-way"
+    return "azimuth is time: each column of the sea is meshed when the beam passes it"
+
+
+def _mode_words(radar: RadarSettings) -> str:
+    array = antenna_array(radar)
+    factor = 2 if not array.whole and radar.transmit == "switched" else 1
+    return f"{radar.transmit} transmitter, {radar.interferogram} interferogram: p = {factor}"
+
+
+def _antenna_words(radar: RadarSettings) -> str:
+    array = antenna_array(radar)
+    first = array.elements[array.receivers[0]].antenna
+    words = [
+        f"{len(array.elements)}, {radar.antenna.pattern}, with sidelobes as far as ±{BEAMS_BEYOND:g} beams",
+        f"{first.azimuth_beamwidth_deg:.3g}° × {first.elevation_beamwidth_deg:.3g}°, {float(db(first.gain)):.3g} dBi",
+    ]
+    if common_squint_deg(radar):
+        words.append(f"squint {common_squint_deg(radar):.3g}°, known")
+    if any(element.channel != 1.0 for element in array.elements):
+        words.append("channels that are not alike, unknown to the retrieval")
+    if (array.offsets != array.known_offsets).any():
+        words.append("antennas that stand elsewhere than the retrieval thinks")
+    return "; ".join(words)
+
+
+def _waveform_words(radar: RadarSettings) -> str:
+    if radar.waveform == "pulse":
+        return f"rectangular pulse of {1e9 * radar.pulse_width_s:g} ns through a Gaussian filter"
+    return (
+        f"chirp of {1e6 * radar.pulse_width_s:g} µs over {1e-6 * radar.chirp_bandwidth_hz:g} MHz, matched filter with "
+        f"{radar.compression_window} window; what comes before the transmitter is off is lost "
+        f"(nearer than {blind_range_m(radar):.3g} m in part)"
+    )
+
+
+def _receiver_words(radar: RadarSettings) -> str:
+    noise = "thermal noise" if radar.noise else "no noise"
+    receiver = radar.receiver
+    if receiver.chain == "baseband":
+        return f"ideal complex gates, {noise}"
+    gain = "automatic gain" if receiver.gain == "agc" else f"full scale {receiver.full_scale_dbm:g} dBm"
+    return (
+        f"{noise}; {1e-6 * receiver.if_hz:g} MHz sampled at {1e-6 * receiver.adc_rate_hz:g} MS/s with "
+        f"{receiver.adc_bits} bits, {gain}, saturation, digital down-conversion and decimation by {decimation(radar)}"
+    )
+
+
+def _boat_words(platform: PlatformSettings) -> str:
+    words = {
+        "fixed": "steady" if platform.speed_m_s or platform.list_deg or platform.trim_deg else "at rest",
+        "sinusoidal": "rolls, pitches, yaws and heaves in sines",
+        "wave_following": f"{platform.length_m:g} m long, goes with the waves that the radar sees, without resonance",
+        "file": "moves as recorded",
+    }[platform.motion]
+    if platform.speed_m_s:
+        words += f", {platform.speed_m_s:g} m/s"
+    sensed = platform.sensors
+    return words + ("; sensors perfect" if sensed == type(sensed)() else "; its sensors err")
+
+
 def _sea_words(scene: Scene, resolved: Resolved) -> str:
     kind = {"linear": "linear", "choppy": "choppy (first-order Lagrangian)"}[scene.sea.model]
     current = f", on a current of {scene.sea.current_m_s:g} m/s" if scene.sea.current_m_s > 0.0 else ""
@@ -77,12 +147,10 @@ def _sea_words(scene: Scene, resolved: Resolved) -> str:
 
 def left_out(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
     """Rows {what, why} of what was not, and why or by which key it would be."""
-    beam = np.radians(scene.radar.antenna.azimuth_beamwidth_deg)
+    beam = np.radians(antenna_array(scene.radar).narrowest_beam_deg)
     facet_width = scene.radar.range_m[1] * beam / scene.tracing.columns_per_beam
     rows = [
         ("multiple scattering", "one bounce; the second is not traced"),
-        ("boat motion", "the boat is at rest"),
-        ("analogue-to-digital conversion", "ideal complex gates; no quantisation or saturation"),
         (
             "slopes of resolved waves that the mesh is too coarse for",
             f"its columns are {facet_width:.2g} m wide at the far gate, its rungs {scene.tracing.facet_m:g} m apart; "
@@ -94,9 +162,37 @@ def left_out(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
             f"{scene.radar.range_m[1] ** 2 / (2.0 * 4.0 / 3.0 * EARTH_RADIUS):.2g} m",
         ),
     ]
+    rows += _left_out_of_the_radar(scene)
     rows += _left_out_of_the_scattering(scene)
     rows += _left_out_of_the_sea(scene, resolved)
     return [{"what": what, "why": why} for what, why in rows]
+
+
+def _left_out_of_the_radar(scene: Scene) -> list[tuple[str, str]]:
+    radar, platform, rows = scene.radar, scene.platform, list[tuple[str, str]]()
+    if platform == PlatformSettings():
+        rows.append(("the boat's own motion", "it lies still; platform.motion = 'wave_following' lets it ride"))
+    elif platform.motion == "wave_following":
+        rows.append(("the boat's dynamics", "it follows the waves at once, as far as its size lets it: no resonance"))
+    if radar.receiver.chain == "baseband":
+        rows.append(
+            (
+                "analogue-to-digital conversion",
+                "ideal complex gates; radar.receiver.chain = 'digital' has the converter",
+            )
+        )
+    if radar.scan == "staring":
+        rows.append(("speckle from one map to the next", "each map of a staring antenna has speckle of its own"))
+    if platform.motion != "fixed" or platform.list_deg or platform.trim_deg:
+        rows.append(
+            (
+                "the waves' part in where a leaning beam meets the sea",
+                "the fan is laid on the mean sea; a crest is heard as if it lay off it by its height times the lean",
+            )
+        )
+    if any(thing.rcs_dbsm is not None for thing in scene.objects):
+        rows.append(("echoes between objects and the sea", "an object echoes by its own cross-section alone"))
+    return rows
 
 
 def _left_out_of_the_scattering(scene: Scene) -> list[tuple[str, str]]:

@@ -66,13 +66,20 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "pulse": Variable(("pulse",), "int64", "1", "number of the pulse since the start"),
         "range": Variable(("range",), "float64", "m", "range of the gate, c t/2"),
         "time": Variable(("pulse",), "float64", "s", "time of the pulse"),
-        "azimuth": Variable(("pulse",), "float64", "degree", "true boresight azimuth at the pulse's middle"),
-        "transmitter": Variable(("pulse",), "int8", "1", "antenna that transmits: 0 lower, 1 upper"),
+        "azimuth": Variable(
+            ("pulse",), "float64", "degree", "bearing of the boresight from true north at the pulse's middle"
+        ),
+        "transmitter": Variable(
+            ("pulse",), "int8", "1", "antenna that transmits: 0 lower, 1 upper; of more, in the scene's order"
+        ),
         "turn": Variable(("pulse",), "int32", "1", "turn of the antenna"),
         "voltage": Variable(("pulse", "receiver", "range"), "complex64", "W^0.5", "complex receiver voltage"),
         "position": Variable(("pulse", "antenna", "xyz"), "float64", "m", "measured phase centres, east north up"),
         "attitude": Variable(("pulse", "rpy"), "float64", "degree", "measured roll, pitch, yaw of the boat"),
         "flag": Variable(("pulse",), "int16", "1", "quality flags that the radar itself knows", required=False),
+        "saturated": Variable(
+            ("pulse", "range"), "int8", "1", "1 where the converter of a receiver was overdriven", required=False
+        ),
     },
     "expected": {
         "azimuth": _POLAR_COORDS["azimuth"],
@@ -211,6 +218,16 @@ ECHO_ATTRIBUTES: dict[str, str] = {
     "complete_turns": "turns that are whole in this file",
 }
 
+# More of the same, with what is taken where it is missing.
+FURTHER_ECHO_ATTRIBUTES: dict[str, tuple[Any, str]] = {
+    "waveform": ("pulse", "pulse or chirp"),
+    "chirp_bandwidth_hz": (0.0, "Hz, swept by a chirp"),
+    "compression_window": ("none", "none, hann, hamming or taylor: of the chirp's matched filter"),
+    "scan": ("turning", "turning or staring"),
+    "stare_s": (0.05, "s, of a map of a staring antenna"),
+    "receiver_antennas": ([0, 1], "antenna of each receiver"),
+}
+
 
 def build(
     product: str,
@@ -264,5 +281,5 @@ def check(product: str, dataset: xr.Dataset) -> None:
         for name, meaning in ECHO_ATTRIBUTES.items():
             if name not in dataset.attrs:
                 raise SchemaError(f"echoes: attribute '{name}' is missing; add it ({meaning})")
-        if dataset.sizes["receiver"] != 2 or dataset.sizes["antenna"] != 2 or dataset.sizes["xyz"] != 3:
-            raise SchemaError("echoes: receiver and antenna must have size 2, xyz size 3")
+        if dataset.sizes["receiver"] < 2 or dataset.sizes["antenna"] < 2 or dataset.sizes["xyz"] != 3:
+            raise SchemaError("echoes: receiver and antenna must have size 2 or more, xyz size 3")

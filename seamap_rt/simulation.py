@@ -14,18 +14,21 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from . import sea as sea_package
 from .account import left_out, modelled
 from .conventions import db, unit_from_azimuth
 from .dataset import build
-from .echoes import expected_look_gates, turn_voltages
+from .echoes import expected_look_gates
 from .echoes.files import EchoStore, echo_dataset
 from .echoes.radar_cross_section import Returns, SeaSurface
+from .echoes.riding import masts, run_sea
+from .echoes.scenery import Scenery
+from .echoes.turn import turn_echoes
 from .io.scenefile import InputError
 from .io.turnfile import TurnFile, uninterrupted
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
 from .mesh.polar import PolarGrid, sea_on_grid, submerged_lines
-from .radar.scan import Pulses, phase_centres, pulses
+from .radar.array import antenna_array, as_it_looks
+from .radar.scan import Pulses, pulses
 from .scattering.short_waves import ShortWaves
 from .scene import Scene
 from .sea import spectral_system
@@ -34,7 +37,6 @@ from .tracing import tracer
 from .tracing.circle import circle_grid
 from .truth import ground_truth, polar_truth
 
-_SEA_STAGE = 1  # of the scene's random source; speckle is 2, noise 3
 _FOLD_LINES = 8  # one line of the mesh in so many is searched for folds
 
 
@@ -85,44 +87,45 @@ class Simulator:
     """
 
     def __init__(self, scene: Scene) -> None:
-        if scene.radar.antenna.pattern == "isotropic":
+        if any(element.antenna.everywhere for element in antenna_array(scene.radar).elements):
             raise InputError(
                 "radar.antenna.pattern = 'isotropic': an isotropic antenna hears the whole circle at every pulse; "
-                "it serves from_scatterers only. Choose slotted_waveguide or gaussian to simulate a sea"
+                "it serves from_scatterers only. Choose slotted_waveguide, gaussian or file to simulate a sea"
             )
-        self.scene = scene
-        try:
-            self.sea = sea_package.realize(scene.sea, np.random.SeedSequence(scene.seed, spawn_key=(_SEA_STAGE,)))
-        except ValueError as error:
-            raise InputError(f"sea: {error}") from None
+        self.scene, self.radar = scene, as_it_looks(scene.radar)
+        self.sea = run_sea(scene)
+        self.mast, self.sensed = masts(scene, self.sea)
         self._trace = tracer(scene.tracing.tracer, scene.radar, scene.scattering, diffraction=scene.tracing.diffraction)
         self._scattering = SeaSurface(scene.scattering, scene.radar, self.sea.resolved.wavenumber_limit)
+        self.scenery = Scenery(scene, self.mast)
         self._refuse_if_under_water()
 
     def mesh(self, turn: int, clock: Stopwatch | None = None) -> SurfaceMesh:
         """The meshed sea of a turn."""
-        return self._mesh(polar_grid(self.scene.radar, self.scene.tracing, turn), clock or Stopwatch())
+        return self._mesh(polar_grid(self.radar, self.scene.tracing, turn, self.mast), clock or Stopwatch())
 
     def _mesh(self, grid: PolarGrid, clock: Stopwatch) -> SurfaceMesh:
         with clock("sea"):
             elevation, velocity, *shift = sea_on_grid(self.sea, grid, self._scattering.memory_rate)
         with clock("mesh"):
-            mesh = surface_mesh(grid, elevation, velocity, self.scene.radar, *shift)
+            mesh = surface_mesh(grid, elevation, velocity, *shift)
             _ = mesh.facets
         return mesh
 
-    def light(self, turn: int, clock: Stopwatch | None = None) -> tuple[Facets, Returns, NDArray[np.bool_]]:
+    def light(
+        self, turn: int, clock: Stopwatch | None = None, mesh: SurfaceMesh | None = None
+    ) -> tuple[Facets, Returns, NDArray[np.bool_]]:
         """Lit facets of a turn, what they return, and the lines at which the antenna is under water."""
         clock = clock or Stopwatch()
         with clock("calibrate"):
             surface = self.surface
-        mesh = self.mesh(turn, clock)
+        mesh = mesh or self.mesh(turn, clock)
         with clock("trace"):
-            facets = self._trace(mesh)
+            facets = self.scenery.hide(self._trace(mesh))
         with clock("echoes"):
             returns = surface(facets)
         with clock("sea"):
-            drowned = submerged_lines(mesh, self.sea, self.scene.radar)
+            drowned = submerged_lines(mesh, self.sea)
         return facets, returns, drowned
 
     @cached_property
@@ -138,28 +141,32 @@ class Simulator:
         """Simulate one turn: every pulse, both receivers, and the truth in the cells of the maps."""
         scene, clock = self.scene, Stopwatch()
         start = time.perf_counter()
-        fired = pulses(scene.radar, number)
-        facets, returns, drowned = self.light(number, clock)
+        fired = pulses(self.radar, number, self.mast)
+        mesh = self.mesh(number, clock)
+        facets, returns, drowned = self.light(number, clock, mesh)
+        with clock("objects"):
+            objects = self.scenery.voltages(mesh, fired)
         with clock("echoes"):
-            voltages = turn_voltages(
+            received = turn_echoes(
                 facets,
                 returns.rcs,
-                scene.radar,
+                self.radar,
                 fired,
                 scene.seed,
                 scene.scattering.decorrelation_time_s,
                 motion=returns.motion,
+                further=objects,
             )
             under_water = _drowned_pulses(drowned, facets, fired)
-            voltages[under_water] = np.nan
+            received.voltage[under_water] = np.nan
             echoes = echo_dataset(
-                scene.radar, [fired], [voltages], scene.scattering.polarization, [under_water], first_turn=number
+                self.radar, [fired], [received], scene.scattering.polarization, [under_water], number, self.sensed
             )
         with clock("truth"):
             truth = xr.DataTree.from_dict(
                 {
-                    "/polar": polar_truth(facets, returns.rcs, scene.radar, scene.retrieval, number),
-                    "/ground": ground_truth(self.sea, scene.radar, scene.retrieval, number),
+                    "/polar": polar_truth(facets, returns.rcs, self.radar, scene.retrieval, number),
+                    "/ground": ground_truth(self.sea, self.radar, scene.retrieval, number, self.mast),
                 }
             )
         with clock("sea"):
@@ -223,13 +230,13 @@ class Simulator:
 
     def _refuse_if_under_water(self) -> None:
         radar = self.scene.radar
-        azimuth = np.array([radar.sector_deg[0]])
-        centre = phase_centres(radar, azimuth)[0]
-        level = self.sea.elevation(centre[:, 0], centre[:, 1], np.zeros(2))
+        centre = self.mast.stance(np.zeros(1)).positions[0]
+        level = self.sea.elevation(centre[:, 0], centre[:, 1], np.zeros(len(centre)))
         if (level >= centre[:, 2]).any():
             worst = int(np.argmax(level - centre[:, 2]))
+            name = ("lower", "upper")[worst] if not radar.antennas else f"{worst}th"
             raise InputError(
-                f"radar.height_m = {radar.height_m:g}: the {('lower', 'upper')[worst]} antenna, at "
+                f"radar.height_m = {radar.height_m:g}: the {name} antenna, at "
                 f"{centre[worst, 2]:.2f} m, is under water at time 0 (the sea stands at {level[worst]:.2f} m there); "
                 "raise radar.height_m or choose another seed"
             )
@@ -278,16 +285,17 @@ def simulate(scene: Scene, out: str | Path | None = None, *, overwrite: bool = F
 def expected(scene: Scene, turn: int = 0) -> xr.Dataset:
     """Noise-free, speckle-averaged `power(transmitter, receiver, azimuth, range)` and `covariance(azimuth, range)` [W]
     of one turn, each look averaged over its dwell: what tracers and facet sizes are compared on."""
-    facets, returns, _ = Simulator(scene).light(turn)
-    gates = expected_look_gates(facets, returns.rcs, scene.radar, scene.retrieval.cell_azimuth_deg)
+    simulator = Simulator(scene)
+    facets, returns, _ = simulator.light(turn)
+    gates = expected_look_gates(facets, returns.rcs, simulator.radar, scene.retrieval.cell_azimuth_deg)
     return build(
         "expected",
         {"power": gates.power, "covariance": gates.covariance},
         {
-            "azimuth": (scene.radar.sector_deg[0] + gates.sweep) % 360.0,
+            "azimuth": (simulator.radar.sector_deg[0] + gates.sweep) % 360.0,
             "range": gates.range,
-            "transmitter": [0, 1],
-            "receiver": [0, 1],
+            "transmitter": range(gates.power.shape[0]),
+            "receiver": range(gates.power.shape[1]),
         },
     )
 

@@ -14,9 +14,10 @@ from .conventions import db
 from .dataset import build
 from .echoes.radar_cross_section import two_way_power
 from .mesh import Facets
-from .radar.antenna import antenna
-from .radar.grid import LookFan, ground_grid
-from .radar.scan import BEAMS_BEYOND, look_sweeps, turn_duration
+from .radar.array import antenna_array
+from .radar.grid import ground_grid, look_sweeps
+from .radar.mast import Mast
+from .radar.scan import BEAMS_BEYOND, sector_width
 from .radar.waveform import RangeResponse, gates
 from .sea import Sea
 from .settings import RadarSettings, RetrievalSettings
@@ -31,10 +32,11 @@ def polar_truth(
 ) -> xr.Dataset:
     """The schema's `truth/polar` of one turn, from the traced facets."""
     ranges = gates(radar)
-    sweeps = look_sweeps(radar.sector_deg, retrieval.cell_azimuth_deg)
+    staring = radar.scan == "staring"
+    sweeps = look_sweeps(radar.sector_deg, retrieval.cell_azimuth_deg, staring)
     lit = facets.lit_both
     area = np.broadcast_to(facets.horizontal_area, facets.height.shape)
-    slant = np.hypot(facets.distance, facets.height - radar.height_m)
+    slant = np.hypot(facets.distance, facets.rise)
     reach = max(RangeResponse.of(radar).support_m, 0.5 * retrieval.cell_range_m)
     # Bins finer than the facets' points would stay empty here and there.
     width = max(
@@ -64,34 +66,28 @@ def polar_truth(
         if facets.field is not None:
             values["illumination"] = cells(area * arriving) / whole
         gate = bins.response(ranges, RangeResponse.of(radar))
-        beam = _beam_columns(facets, sweeps, retrieval.cell_azimuth_deg, radar)
+        beam = _beam_columns(facets, sweeps, 0.0 if staring else retrieval.cell_azimuth_deg, radar)
         heard = beam @ (bins.gather(area) @ gate)
         values["height_weighted"] = (beam @ (bins.gather(area * facets.height) @ gate)) / heard
     empty = whole <= 0.0
     fields = {name: np.where(empty | ~np.isfinite(field), np.nan, field)[None] for name, field in values.items()}
-    fields["time"] = ((turn + sweeps / 360.0) * turn_duration(radar))[None]
+    times = np.interp(sweeps, facets.grid.sweep, facets.grid.time)
+    fields["time"] = times[None]
     azimuth = (radar.sector_deg[0] + sweeps) % 360.0
     return build("truth/polar", fields, {"turn": [turn], "azimuth": azimuth, "range": ranges})
 
 
-def ground_truth(sea: Sea, radar: RadarSettings, retrieval: RetrievalSettings, turn: int) -> xr.Dataset:
-    """The schema's `truth/ground` of one turn: each square cell's mean at the time when the beam passes its centre."""
+def ground_truth(
+    sea: Sea, radar: RadarSettings, retrieval: RetrievalSettings, turn: int, mast: Mast | None = None
+) -> xr.Dataset:
+    """The schema's `truth/ground` of one turn: each square cell's mean at the time when the beam passes its centre.
+
+    mast: where the antennas are; left out, on a boat at rest.
+    """
     far = float(gates(radar)[-1])  # as the maps see it: the last gate, not the end of the window
     grid = ground_grid(far, retrieval.ground_m)
-    closed = bool(np.isclose(radar.sector_deg[1] - radar.sector_deg[0], 360.0))
-    fan = LookFan(
-        look_sweeps(radar.sector_deg, retrieval.cell_azimuth_deg),
-        radar.sector_deg[0],
-        closed,
-        turn_duration(radar),
-        turn,
-    )
     x, y = np.meshgrid(grid.x, grid.y)
-    sweep = fan.sweep_of(x, y)
-    inside = np.hypot(x, y) <= far
-    if not closed:
-        inside &= sweep <= radar.sector_deg[1] - radar.sector_deg[0]
-    time = np.where(inside, fan.time(sweep), np.nan)
+    inside, time = _passing(mast or Mast(radar), x, y, far, turn, retrieval.cell_azimuth_deg)
     step = _GAUSS * retrieval.ground_m
     signs = np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]])  # west–east, south–north
     corners = (x[inside][:, None] + step * signs[:, 0], y[inside][:, None] + step * signs[:, 1], time[inside][:, None])
@@ -112,6 +108,29 @@ def ground_truth(sea: Sea, radar: RadarSettings, retrieval: RetrievalSettings, t
         },
         {"turn": [turn], "y": grid.y, "x": grid.x},
     )
+
+
+def _passing(
+    mast: Mast, x: NDArray[np.float64], y: NDArray[np.float64], far: float, turn: int, cell_deg: float
+) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+    """Which places the boresight passes in a turn, and when [s], NaN for the others."""
+    radar, width = mast.radar, sector_width(mast.radar)
+    moments = (turn + np.linspace(0.0, 1.0, 721)) * mast.period
+    stance = mast.stance(moments)
+    swept = (moments - moments[0]) * mast.rate + mast.swing(moments)
+    time = np.full(x.shape, moments[0])
+    inside, east, north = np.zeros(x.shape, dtype=bool), np.zeros(x.shape), np.zeros(x.shape)
+    for _ in range(1 if np.ptp(stance.origin, axis=0).max() == 0.0 else 4):  # a moving mast: where from, when it passes
+        east, north = (np.interp(time, moments, stance.origin[:, axis]) for axis in (0, 1))
+        sweep = (np.degrees(np.arctan2(x - east, y - north)) - radar.sector_deg[0]) % 360.0
+        if radar.scan == "staring":
+            inside, time = np.abs(sweep - 0.5 * width) <= 0.5 * cell_deg, np.full(x.shape, moments[360])
+        else:
+            inside = np.isclose(width, 360.0) | (sweep <= width)
+            sweep = np.where((sweep < swept[0]) & (sweep + 360.0 <= swept[-1]), sweep + 360.0, sweep)
+            time = np.interp(sweep, swept, moments)
+    inside &= np.hypot(x - east, y - north) <= far
+    return inside, np.where(inside, time, np.nan)
 
 
 class _Bins:
@@ -163,10 +182,13 @@ def _beam_columns(
     """(look, column): two-way power pattern towards the column, averaged over the look's dwell."""
     offset = sweeps[:, None] - facets.grid.column_sweep
     # The dwell's mean depends on the offset alone: tabulated as far as the columns run on, 0 beyond.
-    reach = BEAMS_BEYOND * radar.antenna.azimuth_beamwidth_deg
+    array = antenna_array(radar)
+    reach = BEAMS_BEYOND * array.beam_deg
     table = np.linspace(-reach - cell_deg, reach + cell_deg, 4001)
     dwell = cell_deg * ((np.arange(24) + 0.5) / 24 - 0.5)
     pointing = np.clip(table[:, None] + dwell, -89.0, 89.0)
-    power = antenna(radar).azimuth(np.sin(np.radians(pointing))) ** 4
+    first, second = (array.elements[n].antenna.azimuth for n in array.receivers[:2])
+    cosine = -np.sin(np.radians(pointing))
+    power = (first(cosine) * second(cosine)) ** 2
     mean = np.where(np.abs(pointing) <= reach, power, 0.0).mean(axis=1)
     return np.interp(offset, table, mean, left=0.0, right=0.0)

@@ -316,7 +316,7 @@ def test_places_find_their_facets() -> None:
     made = scene(radar__sector_deg=[350.0, 370.0], radar__range_m=[5.0, 20.0])
     sea = realize(made.sea, 1)
     grid = polar_grid(made.radar, made.tracing, 0)
-    mesh = surface_mesh(grid, *sea_on_grid(sea, grid), made.radar)
+    mesh = surface_mesh(grid, *sea_on_grid(sea, grid))
     (sheet,) = mesh.sheets()
     vertices, faces = mesh.triangles(sheet)
     corners = vertices[faces][..., :2]

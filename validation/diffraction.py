@@ -65,7 +65,7 @@ def main() -> None:
     facets = tracer("horizon", scene.radar, scene.scattering, diffraction="knife_edge")(mesh)
     assert facets.lit is not None
     assert facets.field is not None
-    plane, (along, above) = profile(mesh.elevation, mesh.grid, NEAR_FRACTION), mesh.antennas()[0]
+    plane, (along, _, above) = profile(mesh.elevation, mesh.grid, NEAR_FRACTION), mesh.grid.places[0, 0]
     sums = np.zeros((2, 3, len(BANDS_M) - 1))  # all and dark; straight, two edges, march; band
     misses = np.zeros((2, 2, len(BANDS_M) - 1))  # square and count; lit and dark
     for column in np.linspace(0, facets.grid.columns, arguments.columns, endpoint=False).astype(int):
@@ -73,7 +73,7 @@ def main() -> None:
         rise = np.empty(reach.size)
         reach[0::2], reach[1::2] = plane.rung_distance - along, plane.diagonal_distance - along
         rise[0::2], rise[1::2] = plane.rung_height[column], plane.diagonal_height[column]
-        waves = march(reach, rise - mesh.height_m - above, scene.wavelength_m)[0::2]
+        waves = march(reach, rise - mesh.grid.column_height[column] - above, scene.wavelength_m)[0::2]
         edges, lit = facets.field[0, column, 0::2], facets.lit[0, column, 0::2]
         facing, distance = edges != 0.0, facets.distance[0::2]
         band = np.digitize(distance, BANDS_M) - 1

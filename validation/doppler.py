@@ -220,10 +220,10 @@ def asked_spectra(
     radar, step = scene.radar, frequency[1] - frequency[0]
     sweep = facets.grid.column_sweep
     columns = np.flatnonzero((sweep > 0.0) & (sweep < 10.0) if chosen is None else chosen)
-    paths = facet_paths(facets, rcs, radar, slice(columns[0], columns[-1] + 1), 2)
+    paths = facet_paths(facets, rcs, radar, slice(columns[0], columns[-1] + 1))
     power = np.abs(paths.amplitude[0]).astype(np.float64) ** 2
     k, tau = wavenumber(radar), scene.scattering.decorrelation_time_s
-    gate = np.rint((paths.lower - gates(radar)[0]) / radar.range_sampling_m)
+    gate = np.rint((paths.range[0] - gates(radar)[0]) / radar.range_sampling_m)
 
     def by_doppler(share: NDArray[np.float64], outward: NDArray[np.float64] | float) -> NDArray[np.float64]:
         doppler = -k / np.pi * (paths.radial_velocity + outward)

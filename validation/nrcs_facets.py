@@ -108,7 +108,7 @@ def _mesh(sea: Sea, radar: RadarSettings, rate: float | None) -> tuple[SurfaceMe
     """The meshed sea around the mast, and those of its columns that count."""
     grid, columns = circle_grid(radar, TracingSettings())
     elevation, velocity, *shift = sea_on_grid(sea, grid, rate)
-    return surface_mesh(grid, elevation, velocity, radar, *shift), columns
+    return surface_mesh(grid, elevation, velocity, *shift), columns
 
 
 def _sea(sea_state: float, seed: int) -> Sea:

@@ -44,7 +44,7 @@ def flat_sea_power_textbook(radar: RadarSettings, nrcs: ArrayLike, gates: ArrayL
     """
     ranges = np.asarray(gates, dtype=np.float64)
     grazing = np.arcsin(radar.height_m / ranges)
-    width = np.radians(radar.antenna.azimuth_beamwidth_deg)
+    width = _beam(radar)
     area = ranges * width * 0.5 * SPEED_OF_LIGHT * radar.pulse_width_s / np.cos(grazing)
     return _constant(radar) * np.asarray(nrcs, dtype=np.float64) * area / ranges**4
 
@@ -94,6 +94,12 @@ def _constant(radar: RadarSettings) -> float:
     return radar.transmit_power_w * gain**2 * wavelength**2 / ((4.0 * np.pi) ** 3 * loss)
 
 
+def _beam(radar: RadarSettings) -> float:
+    """The azimuth beam's width [rad]; of an isotropic antenna, which has none, that of the scene."""
+    width = antenna(radar).azimuth_beamwidth_deg
+    return float(np.radians(width if np.isfinite(width) else radar.antenna.azimuth_beamwidth_deg))
+
+
 def _slant_nodes(radar: RadarSettings, gates: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Gauss–Legendre nodes and weights (…, node) over the slant ranges of the sea that each gate hears."""
     nodes, weights = np.polynomial.legendre.leggauss(_RANGE_NODES)
@@ -106,7 +112,7 @@ def _slant_nodes(radar: RadarSettings, gates: NDArray[np.float64]) -> tuple[NDAr
 def _two_way_cut(radar: RadarSettings, slant: NDArray[np.float64]) -> NDArray[np.float64]:
     """∫ E⁴(az, el) d az [rad] towards the sea at each slant range, E the one-way voltage pattern."""
     nodes, weights = np.polynomial.legendre.leggauss(_AZIMUTH_NODES)
-    half = min(np.pi, _BEAMS * np.radians(radar.antenna.azimuth_beamwidth_deg))
+    half = min(np.pi, _BEAMS * _beam(radar))
     elevation = -np.arcsin(radar.height_m / slant)
     total = np.zeros(slant.shape)
     for node, weight in zip(half * nodes, half * weights, strict=True):

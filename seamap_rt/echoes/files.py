@@ -13,16 +13,20 @@ import zarr
 from numpy.typing import NDArray
 
 from ..dataset import build
-from ..radar.receiver import noise_power
-from ..radar.scan import Pulses, phase_centres
+from ..radar.array import antenna_array
+from ..radar.mast import Mast
+from ..radar.scan import Pulses
 from ..radar.waveform import gates
 from ..settings import RadarSettings
+from .receiving import Received, gate_noise_power
 
 _PULSES_A_CHUNK = 2000
 
 
 def echo_attributes(radar: RadarSettings, complete_turns: int) -> dict[str, Any]:
     """What a retrieval may know of the radar; nothing of the sea."""
+    array = antenna_array(radar)
+    first = array.elements[array.receivers[0]].antenna
     return {
         "frequency_hz": radar.frequency_hz,
         "pulse_width_s": radar.pulse_width_s,
@@ -31,44 +35,60 @@ def echo_attributes(radar: RadarSettings, complete_turns: int) -> dict[str, Any]
         "rotation_rpm": radar.rotation_rpm,
         "sector_deg": list(radar.sector_deg),
         "height_m": radar.height_m,
-        "baseline_m": radar.baseline_m,
+        "baseline_m": array.baseline_m,
         "tilt_deg": radar.tilt_deg,
-        "azimuth_beamwidth_deg": radar.antenna.azimuth_beamwidth_deg,
-        "elevation_beamwidth_deg": radar.antenna.elevation_beamwidth_deg,
+        "azimuth_beamwidth_deg": first.azimuth_beamwidth_deg,
+        "elevation_beamwidth_deg": first.elevation_beamwidth_deg,
         "transmit": radar.transmit,
         "interferogram": radar.interferogram,
-        "noise_power_w": noise_power(radar) if radar.noise else 0.0,
+        "noise_power_w": gate_noise_power(radar),
         "complete_turns": complete_turns,
+        "waveform": radar.waveform,
+        "chirp_bandwidth_hz": radar.chirp_bandwidth_hz if radar.waveform == "chirp" else 0.0,
+        "compression_window": radar.compression_window if radar.waveform == "chirp" else "none",
+        "scan": radar.scan,
+        "stare_s": radar.stare_s,
+        "receiver_antennas": list(array.receivers),
     }
 
 
 def echo_dataset(
     radar: RadarSettings,
     turns: Sequence[Pulses],
-    voltages: Sequence[NDArray[np.complex64]],
+    voltages: Sequence[NDArray[np.complex64] | Received],
     polarization: str = "VV",
     submerged: Sequence[NDArray[np.bool_]] | None = None,
     first_turn: int = 0,
+    sensed: Mast | None = None,
 ) -> xr.Dataset:
-    """The schema's `echoes` from the pulses and voltages of whole turns; the boat at rest, its sensors perfect."""
-    azimuth = np.concatenate([turn.azimuth for turn in turns])
+    """The schema's `echoes` from the pulses and voltages of whole turns.
+
+    sensed: the mast as the boat's sensors have it; left out, as it is.
+    """
+    received = [Received(each, None) if isinstance(each, np.ndarray) else each for each in voltages]
     numbers = np.concatenate([turn.number for turn in turns])
     flags = np.zeros(numbers.size, dtype=np.int16)
     if submerged is not None:
         flags[np.concatenate(list(submerged))] = 64
+    stances = [(turn.mast if sensed is None else sensed).stance(turn.time) for turn in turns]
+    moving = sensed is not None or any(turn.mast.swing(turn.time).any() for turn in turns)
+    bearings = [stance.bearing for stance in stances] if moving else [turn.azimuth for turn in turns]
+    values = {
+        "voltage": np.concatenate([each.voltage for each in received]),
+        "position": np.concatenate([stance.positions for stance in stances]),
+        "attitude": np.concatenate([stance.attitude for stance in stances]),
+        "flag": flags,
+    }
+    if any(each.saturated is not None for each in received):
+        values["saturated"] = np.concatenate([each.saturated for each in received if each.saturated is not None])
     return build(
         "echoes",
-        {
-            "voltage": np.concatenate(list(voltages)),
-            "position": phase_centres(radar, azimuth),
-            "attitude": np.zeros((numbers.size, 3)),
-            "flag": flags,
-        },
+        values,
         {
             "pulse": numbers,
             "range": gates(radar),
             "time": np.concatenate([turn.time for turn in turns]),
-            "azimuth": azimuth,
+            "azimuth": np.concatenate(bearings),
             "transmitter": np.concatenate([turn.transmitter for turn in turns]),
             "turn": np.concatenate(
                 [np.full(turn.number.size, first_turn + i, dtype=np.int32) for i, turn in enumerate(turns)]

@@ -2,23 +2,75 @@
 
 A gate hears facets within the range response's support. Along a column slant range follows ground range, so a block
 of a few gates hears one contiguous run of facets, the same for all columns: small dense products, not scattering.
+
+What is called a gate here is a sample of the echo as facets are summed into it. With a plain pulse and an ideal
+receiver these are the gates themselves; a converter's samples lie closer, and those of a chirp are not compressed yet.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..mesh import Facets
 from ..radar.antenna import antenna
+from ..radar.array import antenna_array
+from ..radar.chirp import Chirp
+from ..radar.digital import DigitalReceiver
 from ..radar.waveform import RangeResponse, gates
 from ..settings import RadarSettings
 
 _BLOCK = 8  # gates
 _STEP = 1e-3  # m between the entries of the response's table: 2e-4 of its peak at its steepest
+
+Response = Callable[[ArrayLike], NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Where facets are summed: ranges (sample,) [m], and the response of each path's samples to a reflector."""
+
+    range: NDArray[np.float64]
+    responses: tuple[Response, ...]  # of each path; the same object where they are alike
+    support_m: float
+    compress: Chirp | None = None  # from samples to gates, at any pulse or knot
+
+
+def gate_samples(radar: RadarSettings, paths: tuple[tuple[int, int], ...] | None = None) -> Samples:
+    """The gates themselves, of a plain pulse, on the mode's paths or on others."""
+    return _plain(radar, gates(radar), paths)
+
+
+def received_samples(radar: RadarSettings) -> Samples:
+    """What the radar's receiver is given: samples of its converter, of a chirp before compression, or the gates."""
+    if radar.waveform == "chirp":
+        chirp = Chirp(radar)
+        kernels = (chirp.kernel,) * len(antenna_array(radar).paths)
+        return Samples(chirp.raw_range, kernels, chirp.kernel_support_m, chirp)
+    if radar.receiver.chain == "digital":
+        return _plain(radar, np.asarray(DigitalReceiver(radar).sample_range, dtype=np.float64))
+    return gate_samples(radar)
+
+
+def _plain(
+    radar: RadarSettings, ranges: NDArray[np.float64], paths: tuple[tuple[int, int], ...] | None = None
+) -> Samples:
+    array, made = antenna_array(radar), dict[float, RangeResponse]()
+    responses = []
+    for i, j in array.paths if paths is None else paths:
+        width = _passed(radar.bandwidth_hz, array.elements[i].bandwidth_hz, array.elements[j].bandwidth_hz)
+        responses.append(made.setdefault(width, replace(RangeResponse.of(radar), bandwidth_hz=width)))
+    return Samples(ranges, tuple(responses), max(response.support_m for response in responses))
+
+
+def _passed(*bandwidths: float) -> float:
+    """Bandwidth of Gaussian filters one after another: those of the receiver and of the antennas themselves."""
+    if all(np.isinf(width) for width in bandwidths[1:]):
+        return bandwidths[0]
+    return float(1.0 / np.sqrt(sum(1.0 / width**2 for width in bandwidths)))
 
 
 @dataclass(frozen=True)
@@ -32,30 +84,19 @@ class GateBlock:
 class Gating:
     """The range response of all gates to the facets of a turn."""
 
-    def __init__(self, radar: RadarSettings, facets: Facets) -> None:
-        self.range = gates(radar)
-        self.response = RangeResponse.of(radar)
-        self._support = self.response.support_m
+    def __init__(self, radar: RadarSettings, facets: Facets, samples: Samples | None = None) -> None:
+        samples = samples or gate_samples(radar)
+        self.range = samples.range
+        self._support = samples.support_m
         grid = np.arange(0.5 * _STEP, self._support + 2.0 * _STEP, _STEP)  # middles: an index is cut, not rounded
-        self._table = np.append(self.response(grid), 0.0).astype(np.float32)
+        tables = {response: np.append(response(grid), 0.0).astype(np.float32) for response in set(samples.responses)}
+        self._tables = [tables[response] for response in samples.responses]
         self.blocks = list(self._blocks(radar, facets))
-        self.level = self._level(radar)
-
-    def _level(self, radar: RadarSettings) -> NDArray[np.float64]:
-        """(gate,) cosine of the elevation of the mean sea that a gate hears: at its centre of power, which on the
-        flank of the elevation pattern lies metres off its middle (0.2 dB where the sea lies 60 dB below the beam)."""
-        slant = self.range[:, None] + self._support * np.linspace(-1.0, 1.0, 201)
-        sine = np.clip(radar.height_m / np.maximum(slant, 1e-9), 0.0, 1.0 - 1e-6)
-        pattern, cosine = antenna(radar), np.sqrt(1.0 - sine**2)
-        cut = pattern.elevation(np.sin(pattern.tilt) * cosine - np.cos(pattern.tilt) * sine)
-        power = np.where(slant > radar.height_m, (self.response(slant - self.range[:, None]) * cut**2) ** 2, 0.0)
-        power /= np.maximum(slant, radar.height_m) ** 3 * cosine
-        total = power.sum(axis=1)
-        return np.where(total > 0.0, (power * cosine).sum(axis=1) / np.where(total > 0.0, total, 1.0), 0.0)
+        self.level = _level(radar, self.range, samples.responses[0], self._support)
 
     def _blocks(self, radar: RadarSettings, facets: Facets) -> Iterator[GateBlock]:
-        margin = self._support + 0.5 * radar.baseline_m
-        drop = radar.height_m - facets.height
+        margin = self._support + float(np.linalg.norm(facets.grid.places, axis=-1).max())
+        drop = -facets.rise
         highest, lowest = max(float(drop.max()), 0.0), float(np.abs(drop).min())
         crosses = bool((drop.min() <= 0.0) and (drop.max() >= 0.0))
         for first in range(0, self.range.size, _BLOCK):
@@ -64,15 +105,59 @@ class Gating:
             far = self.range[block][-1] + margin
             # A point at ground distance d has slant range between hypot(d, least drop) and hypot(d, greatest drop).
             inner = np.sqrt(max(near**2 - max(highest, float(np.abs(drop).max())) ** 2, 0.0))
-            outer = np.sqrt(max(far**2 - (0.0 if crosses else lowest) ** 2, 0.0))
+            outer = np.sqrt(max(far**2 - (0.0 if crosses else lowest) ** 2, 0.0)) if far > 0.0 else 0.0
             start = int(np.searchsorted(facets.distance, inner))
             stop = int(np.searchsorted(facets.distance, outer))
             if stop > start:
                 yield GateBlock(block, slice(start, stop))
 
     def weights(self, block: GateBlock, length: NDArray[np.float64]) -> NDArray[np.float32]:
-        """h(r_gate − R) (…, facet of the block, gate) for facets of half-path length R (…, all facets)."""
+        """h(r_gate − R) (path, …, facet of the block, gate) for facets of half-path length R (path, …, all facets)."""
         scaled = (length[..., block.facets] * (1.0 / _STEP)).astype(np.float32)
         offset = np.abs(scaled[..., None] - (self.range[block.gates] * (1.0 / _STEP)).astype(np.float32))
-        np.minimum(offset, np.float32(self._table.size - 1), out=offset)
-        return self._table.take(offset.astype(np.int32))
+        np.minimum(offset, np.float32(self._tables[0].size - 1), out=offset)
+        index = offset.astype(np.int32)
+        if all(table is self._tables[0] for table in self._tables):
+            return self._tables[0].take(index)
+        return np.stack([table.take(part) for table, part in zip(self._tables, index, strict=True)])
+
+
+def _level(
+    radar: RadarSettings, ranges: NDArray[np.float64], response: Response, support: float
+) -> NDArray[np.float64]:
+    """(gate,) cosine of the elevation of the mean sea that a gate hears: at its centre of power, which on the
+    flank of the elevation pattern lies metres off its middle (0.2 dB where the sea lies 60 dB below the beam)."""
+    slant = ranges[:, None] + support * np.linspace(-1.0, 1.0, 201)
+    sine = np.clip(radar.height_m / np.maximum(slant, 1e-9), 0.0, 1.0 - 1e-6)
+    pattern, cosine = antenna(radar), np.sqrt(1.0 - sine**2)
+    cut = pattern.elevation(np.sin(pattern.tilt) * cosine - np.cos(pattern.tilt) * sine)
+    power = np.where(slant > radar.height_m, (response(slant - ranges[:, None]) * cut**2) ** 2, 0.0)
+    power /= np.maximum(slant, radar.height_m) ** 3 * cosine
+    total = power.sum(axis=1)
+    return np.where(total > 0.0, (power * cosine).sum(axis=1) / np.where(total > 0.0, total, 1.0), 0.0)
+
+
+class ProcessedGating:
+    """The same for gates that come out of processing: a chirp's after compression, each of which hears every facet and
+    near ones in part only (eclipsed), or those that a digital receiver filters once more."""
+
+    def __init__(self, radar: RadarSettings, facets: Facets) -> None:
+        self.range = gates(radar)
+        response = RangeResponse.of(radar)
+        self.level = _level(radar, self.range, response, response.support_m)
+        self._step = 0.02 * response.resolution_m
+        places = np.arange(0.0, float(self.range[-1] + response.support_m) + 2.0 * self._step, self._step)
+        if radar.waveform == "chirp":
+            table = Chirp(radar).response(places)
+        else:
+            digital = DigitalReceiver(radar)
+            heard = response(digital.sample_range - places[:, None])
+            table = digital.ideal(heard[:, None].astype(np.complex128))[:, 0]
+        self._table = table.astype(np.complex64)
+        self._table[-1] = 0.0
+        self.blocks = [GateBlock(slice(0, self.range.size), slice(0, facets.distance.size))]
+
+    def weights(self, block: GateBlock, length: NDArray[np.float64]) -> NDArray[np.complex64]:
+        """The response (…, facet, gate) to facets of half-path length R (…, facet)."""
+        index = np.rint(length[..., block.facets] * (1.0 / self._step))
+        return self._table.take(np.minimum(index, len(self._table) - 1).astype(np.int32), axis=0)

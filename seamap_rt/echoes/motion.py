@@ -72,10 +72,18 @@ class Motion:
 
 
 def echo_bandwidth(
-    facets: Facets, wavenumber: float, rotation_hz: float, decorrelation_time_s: float, motion: Motion | None
+    facets: Facets,
+    wavenumber: float,
+    rotation_hz: float,
+    decorrelation_time_s: float,
+    motion: Motion | None,
+    drift: float = 0.0,
 ) -> float:
-    """Frequency [Hz] beyond which no scatterer echoes: the fastest one's Doppler, widened by speckle and rotation."""
-    water = float(np.max(np.hypot(facets.velocity_look, facets.velocity_up), initial=0.0))
+    """Frequency [Hz] beyond which no scatterer echoes: the fastest one's Doppler, widened by speckle and rotation.
+
+    drift: of the antennas [m/s], at most.
+    """
+    water = drift + float(np.max(np.hypot(facets.velocity_look, facets.velocity_up), initial=0.0))
     if motion is None:
         return rotation_hz + wavenumber * water / np.pi + _speckle_width(decorrelation_time_s)
 
@@ -87,7 +95,7 @@ def echo_bandwidth(
     if motion.breaking is None or not motion.breaking.any():
         return bragg
     outward = facets.velocity_look + motion.breaker_speed[:, None].astype(np.float32)
-    breakers = float(np.max(np.hypot(outward, facets.velocity_up), initial=0.0, where=motion.breaking > 0.0))
+    breakers = drift + float(np.max(np.hypot(outward, facets.velocity_up), initial=0.0, where=motion.breaking > 0.0))
     return max(bragg, edge(breakers, motion.breaker_time(wavenumber, decorrelation_time_s)))
 
 

@@ -104,8 +104,9 @@ class SeaSurface:
 
     def terms(self, facets: Facets) -> Terms:
         """What theory gives, by what scatters."""
-        height = self.radar.height_m - facets.height
-        slope = np.divide(height, facets.distance, dtype=np.float32) if facets.ray_slope is None else facets.ray_slope
+        slope = facets.ray_slope
+        if slope is None:
+            slope = np.divide(-facets.rise, facets.distance, dtype=np.float32)
         sigma = nrcs_composite(
             np.float32(0.5 * np.pi) - np.arctan(slope.astype(np.float32, copy=False)),
             facets.slope_look,
@@ -188,14 +189,11 @@ def two_way_power(facets: Facets) -> NDArray[np.float32]:
     if facets.lit is None:
         raise ValueError("these facets have not been traced; call a tracer first")
     light = facets.lit.astype(np.float32) if facets.field is None else np.square(np.abs(facets.field))
-    lower, upper = light
-    return np.square(0.5 * (lower + upper))
+    return np.square(light.mean(axis=0, dtype=np.float32))
 
 
 def _reached(facets: Facets) -> NDArray[np.bool_]:
     """(column, facet): a ray arrives from either antenna, straight or over an edge."""
     if facets.lit is None:
         raise ValueError("these facets have not been traced; call a tracer first")
-    if facets.field is not None:
-        return (facets.field[0] != 0.0) | (facets.field[1] != 0.0)
-    return facets.lit[0] | facets.lit[1]
+    return np.asarray((facets.lit if facets.field is None else facets.field != 0.0).any(axis=0))

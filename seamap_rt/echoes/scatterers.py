@@ -6,16 +6,16 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from ..conventions import wrap_degrees
-from ..radar.antenna import antenna
+from ..radar.array import antenna_array, as_it_looks
 from ..radar.receiver import amplitude_constant
-from ..radar.scan import BEAMS_BEYOND, Pulses, phase_centres, pulses
-from ..radar.waveform import RangeResponse, gates
+from ..radar.scan import BEAMS_BEYOND, Pulses, pulses
 from ..scene import Scene
 from ..settings import RadarSettings
 from .files import echo_dataset
+from .gating import received_samples
 from .paths import wavenumber
-from .turn import add_noise
+from .receiving import receive
+from .riding import masts
 
 
 def from_scatterers(scene: Scene, xyz: ArrayLike, rcs: ArrayLike, velocity: ArrayLike | None = None) -> xr.Dataset:
@@ -36,12 +36,13 @@ def from_scatterers(scene: Scene, xyz: ArrayLike, rcs: ArrayLike, velocity: Arra
         raise ValueError("xyz, rcs and velocity must be finite; drop the scatterers that are not")
     if (areas < 0.0).any():
         raise ValueError(f"rcs = {areas.min():g}: must be at least 0 m²")
-    turns = [pulses(scene.radar, turn) for turn in range(scene.turns)]
-    voltages = [scatterer_voltages(scene.radar, turn, places, areas, speeds) for turn in turns]
-    if scene.radar.noise:
-        for voltage, turn in zip(voltages, turns, strict=True):
-            add_noise(voltage, scene.radar, turn, scene.seed, workers=1)
-    return echo_dataset(scene.radar, turns, voltages, scene.scattering.polarization)
+    boat, radar = masts(scene), as_it_looks(scene.radar)
+    turns = [pulses(radar, turn, boat.true) for turn in range(scene.turns)]
+    received = [
+        receive(scatterer_voltages(radar, turn, places, areas, speeds), radar, turn, scene.seed, workers=1)
+        for turn in turns
+    ]
+    return echo_dataset(radar, turns, received, scene.scattering.polarization, sensed=boat.sensed)
 
 
 def scatterer_voltages(
@@ -50,32 +51,48 @@ def scatterer_voltages(
     places: NDArray[np.float64],
     areas: NDArray[np.float64],
     speeds: NDArray[np.float64],
+    sight: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.complex64]:
-    """Voltages (pulse, receiver, gate) of point scatterers over one turn, without noise."""
-    ranges, response, pattern = gates(radar), RangeResponse.of(radar), antenna(radar)
-    k, constant = wavenumber(radar), amplitude_constant(radar)
-    reach = BEAMS_BEYOND * radar.antenna.azimuth_beamwidth_deg
-    everywhere = radar.antenna.pattern == "isotropic"
-    centres = phase_centres(radar, turn.azimuth)
-    voltages = np.zeros((turn.number.size, 2, ranges.size), dtype=np.complex128)
-    for place, area, speed in zip(places, areas, speeds, strict=True):
+    """Voltages (pulse, receiver, sample) of point scatterers at the antennas' ports over one turn; NaN where the mode
+    does not sample a receiver. places (n, 3) [m] at time 0; sight (antenna, n): which are seen; left out, all."""
+    array, samples, stance = antenna_array(radar), received_samples(radar), turn.stance
+    ranges, k = samples.range, wavenumber(radar)
+    within = np.sin(np.radians(min(90.0, BEAMS_BEYOND * array.beam_deg)))
+    everywhere = any(element.antenna.everywhere for element in array.elements)
+    centres = stance.positions
+    voltages = np.zeros((turn.number.size, len(array.receivers), ranges.size), dtype=np.complex128)
+    for scatterer, (place, area, speed) in enumerate(zip(places, areas, speeds, strict=True)):
         position = place + speed * turn.time[:, None]
-        azimuth = np.degrees(np.arctan2(position[:, 0], position[:, 1]))
-        offset = wrap_degrees(azimuth - turn.azimuth)
-        chosen = np.arange(turn.number.size) if everywhere else np.flatnonzero(np.abs(offset) <= reach)
+        away = position - stance.origin
+        across, ahead, up = np.moveaxis(np.einsum("pij,pj->pi", stance.axes, away), -1, 0)
+        distance = np.linalg.norm(away, axis=-1)
+        chosen = np.flatnonzero(everywhere | ((ahead > 0.0) & (np.abs(across) <= within * np.hypot(across, ahead))))
         if chosen.size == 0:
             continue
-        away = position[chosen, None, :] - centres[chosen]
-        length = np.linalg.norm(away, axis=-1)  # (pulse, antenna)
-        elevation = np.arcsin((position[chosen, 2] - radar.height_m) / length.mean(axis=1))
-        one_way = pattern.voltage(np.radians(offset[chosen]), elevation)
-        sender = turn.transmitter[chosen].astype(int)
-        out = np.take_along_axis(length, sender[:, None], axis=1)
-        path = out + length  # (pulse, receiver)
-        volts = constant * np.sqrt(area) * (one_way**2)[:, None] / (out * length)
-        volts = volts * np.exp(-1j * np.remainder(k * path, 2.0 * np.pi))
-        low = np.searchsorted(ranges, 0.5 * path.min() - response.support_m)
-        high = np.searchsorted(ranges, 0.5 * path.max() + response.support_m)
-        heard = response(ranges[low:high] - 0.5 * path[..., None])
-        voltages[chosen, :, low:high] += volts[..., None] * heard
-    return voltages.astype(np.complex64)
+        length = np.linalg.norm(position[chosen, None] - centres[chosen], axis=-1)  # (pulse, antenna)
+        cosines = across[chosen] / distance[chosen], up[chosen] / distance[chosen]
+        patterns = [element.antenna for element in array.elements]
+        one_way = [pattern.azimuth(cosines[0]) * pattern.elevation(cosines[1]) for pattern in patterns]
+        for number, slot in enumerate(array.cycle):
+            mine = np.flatnonzero(turn.slot[chosen] == number)
+            for receiver in slot.receivers if mine.size else ():
+                sender, hearer = slot.transmitter, array.receivers[receiver]
+                if sight is not None and not (sight[sender, scatterer] and sight[hearer, scatterer]):
+                    continue
+                gain = float(np.sqrt(array.elements[sender].antenna.gain * array.elements[hearer].antenna.gain))
+                out, back = length[mine, sender], length[mine, hearer]
+                volts = amplitude_constant(radar, gain) * np.sqrt(area) / (out * back)
+                volts = volts * one_way[sender][mine] * one_way[hearer][mine]
+                volts = volts * np.exp(-1j * np.remainder(k * (out + back), 2.0 * np.pi))
+                half, response = 0.5 * (out + back), samples.responses[array.path(sender, receiver)]
+                low = int(np.searchsorted(ranges, half.min() - samples.support_m))
+                high = int(np.searchsorted(ranges, half.max() + samples.support_m))
+                heard = response(ranges[low:high] - half[:, None])
+                voltages[chosen[mine], receiver, low:high] += volts[:, None] * heard
+    if samples.compress is not None:
+        voltages = samples.compress(voltages)
+    voltages = voltages.astype(np.complex64)
+    for number, slot in enumerate(array.cycle):
+        silent = [receiver for receiver in range(len(array.receivers)) if receiver not in slot.receivers]
+        voltages[np.ix_(turn.slot == number, silent)] = np.nan
+    return voltages

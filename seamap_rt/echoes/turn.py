@@ -1,6 +1,6 @@
-"""The voltages of every pulse of one turn, both receivers.
+"""The voltages of every pulse of one turn, as its receivers give them.
 
-    V(p, rx, g) = Σ_columns E²(beam − column) Σ_facets a h(r_g − R) s(t) exp(−jk(R_tx + R_rx)(t))
+    V(p, rx, g) = Σ_columns E(beam − column) Σ_facets a h(r_g − R) s(t) exp(−jk(R_tx + R_rx)(t))
 
 While the beam passes a column (30 ms) a facet moves by centimetres: its range response stays, its phase turns at the
 rate of its radial velocity, its speckle s(t) decorrelates, or turns by itself where its scatterers move relative to the
@@ -20,20 +20,21 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from ..conventions import unit_from_azimuth
 from ..mesh import Facets
-from ..radar.antenna import antenna
-from ..radar.receiver import thermal_noise
-from ..radar.scan import BEAMS_BEYOND, Pulses
+from ..radar.array import antenna_array
+from ..radar.scan import Pulses
 from ..settings import RadarSettings
-from .gating import Gating
+from .gating import Gating, received_samples
 from .motion import Motion, MovingSpeckle, echo_bandwidth
-from .paths import FacetPaths, facet_paths, pair_count, wavenumber
+from .paths import FacetPaths, facet_paths, wavenumber
+from .receiving import Received, receive
 from .speckle import StillSpeckle, speckle_basis
 
 _TAPS = 16
 _OVERSAMPLING = 1.3  # knots per Nyquist interval of a band that is a sum of worst cases
 _CHUNK = 4  # columns worked on at a time: their phasors stay near the cache
-_NOISE_STAGE, _NOISE_CHUNK = 3, 1000
+_TURNING = 1e-4  # rad in the beam's time by which antennas may move against each other and count as steady
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,7 @@ class Knots:
     first: int
     count: int
     spacing_s: float
-    spacing_deg: float  # sweep between knots
-    sweep: NDArray[np.float64]  # (knot,) deg
+    time: NDArray[np.float64]  # (knot,) s
 
 
 def turn_voltages(
@@ -58,24 +58,44 @@ def turn_voltages(
     workers: int = 2,
     motion: Motion | None = None,
 ) -> NDArray[np.complex64]:
-    """Voltages (pulse, receiver, gate) [√W] of one turn, speckle and (if radar.noise) thermal noise included.
+    """Voltages (pulse, receiver, gate) [√W] of one turn; see `turn_echoes`."""
+    return turn_echoes(facets, rcs, radar, pulses, seed, decorrelation_time_s, workers, motion).voltage
+
+
+def turn_echoes(
+    facets: Facets,
+    rcs: NDArray[np.float32],
+    radar: RadarSettings,
+    pulses: Pulses,
+    seed: int,
+    decorrelation_time_s: float,
+    workers: int = 2,
+    motion: Motion | None = None,
+    further: NDArray[np.complex64] | None = None,
+) -> Received:
+    """What the receivers give in one turn, speckle and (if radar.noise) thermal noise included.
 
     rcs (column, facet) [m²]. motion: of the scatterers relative to the water; without it they go where the water goes.
-    The same seed gives the same bits for any number of workers. Raises ValueError if motion is not of these facets.
+    further: voltages (pulse, receiver, sample) of other scatterers, to be added before the receiver. Receivers that the
+    mode does not sample on a pulse are NaN. The same seed gives the same bits for any number of workers.
+    Raises ValueError if motion is not of these facets.
     """
     if motion is not None:
         motion.check(facets)
-    gating = Gating(radar, facets)
+    samples = received_samples(radar)
+    gating = Gating(radar, facets, samples)
     knots = choose_knots(facets, radar, pulses, decorrelation_time_s, motion)
-    window = int(np.floor(2.0 * BEAMS_BEYOND * radar.antenna.azimuth_beamwidth_deg / knots.spacing_deg)) + 1
+    reach = _reach_s(facets, pulses)
+    window = int(np.floor(2.0 * reach / knots.spacing_s)) + 1 if np.isfinite(reach) else knots.count
     if motion is None:
         speckle = StillSpeckle(speckle_basis(window, knots.spacing_s, decorrelation_time_s), seed)
     else:
         k = wavenumber(radar)
         speckle = MovingSpeckle.over(window, knots.spacing_s, k, decorrelation_time_s, motion, seed)
-    kernel = ColumnKernel(facets, rcs, radar, gating, knots, window, speckle, TwoWayBeam(radar), gating.level)
+    across = pulses.mast.stance(knots.time).axes[:, 0]
+    kernel = ColumnKernel(facets, rcs, radar, gating, knots, window, reach, speckle, two_way_beams(radar), across)
 
-    echo = np.zeros((pair_count(radar), knots.count, gating.range.size), dtype=np.complex64)
+    echo = np.zeros((len(antenna_array(radar).paths), knots.count, gating.range.size), dtype=np.complex64)
     edges = [*range(0, facets.grid.columns, _CHUNK), facets.grid.columns]
     chunks = [slice(a, b) for a, b in pairwise(edges)]
     # BLAS's own threads would fight with ours over small products, and could change the bits.
@@ -85,34 +105,42 @@ def turn_voltages(
             low, high = max(start, 0), min(start + part.shape[1], knots.count)
             if high > low:
                 echo[:, low:high] += part[:, low - start : high - start]
-    voltages = _pulses_from_knots(echo, knots, pulses)
-    if radar.noise:
-        add_noise(voltages, radar, pulses, seed, workers)
-    return voltages
+    if samples.compress is not None:
+        echo = samples.compress(echo)
+    voltages = _pulses_from_knots(echo, knots, radar, pulses)
+    return receive(voltages, radar, pulses, seed, workers, further)
+
+
+def _reach_s(facets: Facets, pulses: Pulses) -> float:
+    """Seconds to either side of the time when the boresight passes a column, within which the beam hears of it; all of
+    them for a staring antenna."""
+    rate = pulses.mast.rate
+    return facets.grid.reach_deg / rate if rate > 0.0 else np.inf
 
 
 def choose_knots(
     facets: Facets, radar: RadarSettings, pulses: Pulses, decorrelation_time_s: float, motion: Motion | None = None
 ) -> Knots:
     """Knots as far apart as the echo's bandwidth allows: rotation + Doppler of the fastest scatterer + speckle."""
-    rate = 6.0 * radar.rotation_rpm  # deg/s
+    array = antenna_array(radar)
     wavelength = 2.0 * np.pi / wavenumber(radar)
     # The two-way pattern is the transform of the aperture convolved with itself: strictly ±width/λ per radian. A
-    # Gaussian beam has no edge; 1.35 per beam width holds all but 1e-5 of it.
-    strict = np.radians(radar.antenna.width_m / wavelength)
-    soft = 1.35 / radar.antenna.azimuth_beamwidth_deg
-    rotation = rate * (strict if radar.antenna.pattern == "slotted_waveguide" else soft)
-    bandwidth = echo_bandwidth(facets, wavenumber(radar), rotation, decorrelation_time_s, motion)
-    stride = max(1, int(radar.prf_hz / (2.0 * _OVERSAMPLING * bandwidth)))
-    if radar.transmit == "switched" and stride > 1:
-        stride -= stride % 2  # then a pulse's transmitter depends on its place between knots alone
+    # Gaussian beam has no edge; 1.35 per beam width holds all but 1e-5 of it. A measured one may be either.
+    strict, soft = np.radians(radar.antenna.width_m / wavelength), 1.35 / array.narrowest_beam_deg
+    per_degree = {"slotted_waveguide": strict, "file": max(strict, soft)}.get(radar.antenna.pattern, soft)
+    drift = float(np.max(np.linalg.norm(facets.grid.drift, axis=-1), initial=0.0))
+    bandwidth = echo_bandwidth(
+        facets, wavenumber(radar), pulses.mast.rate * per_degree, decorrelation_time_s, motion, drift
+    )
+    stride, cycle = max(1, int(radar.prf_hz / (2.0 * _OVERSAMPLING * bandwidth))), len(array.cycle)
+    # A pulse's place in the mode's cycle then depends on its place between knots alone.
+    stride = stride - stride % cycle if stride >= cycle else 1
     margin = _TAPS // 2 if stride > 1 else 0
     last = -(-pulses.number.size // stride)
     spacing_s = stride / radar.prf_hz
     first = -margin
     count = last + margin + 1 - first
-    sweep = pulses.sweep[0] + spacing_s * rate * np.arange(first, first + count)
-    return Knots(stride, first, count, spacing_s, spacing_s * rate, sweep)
+    return Knots(stride, first, count, spacing_s, pulses.time[0] + spacing_s * np.arange(first, first + count))
 
 
 @dataclass(frozen=True)
@@ -125,59 +153,107 @@ class ColumnKernel:
     gating: Gating
     knots: Knots
     window: int
+    reach_s: float
     speckle: StillSpeckle | MovingSpeckle
-    beam: TwoWayBeam
-    level: NDArray[np.float64]  # (gate,) cosine of the elevation at which each gate hears the mean sea
+    beams: list[TwoWayBeam]  # of each path; a single one for all where they are alike
+    across: NDArray[np.float64]  # (knot, 3) the aperture's axis in the world
 
     def __call__(self, columns: slice) -> tuple[int, NDArray[np.complex64]]:
-        """First knot's index and the chunk's sum (pair, knot, gate)."""
-        pairs = pair_count(self.radar)
-        paths = facet_paths(self.facets, self.rcs, self.radar, columns, pairs)
-        sweep = self.facets.grid.column_sweep[columns]
-        half = BEAMS_BEYOND * self.radar.antenna.azimuth_beamwidth_deg
-        first = np.ceil((sweep - half - self.knots.sweep[0]) / self.knots.spacing_deg).astype(int)
-        offset = (
-            self.knots.sweep[0] + (first[:, None] + np.arange(self.window)) * self.knots.spacing_deg - sweep[:, None]
-        )
-        gated = self._gated(paths, columns, offset)
-        span = np.zeros((pairs, int(first[-1] - first[0]) + self.window, self.gating.range.size), dtype=np.complex64)
-        for column, start in enumerate(first - first[0]):
-            gated[column] *= self.beam(np.sin(np.radians(offset[column]))[:, None] * self.level)
+        """First knot's index and the chunk's sum (path, knot, gate)."""
+        paths = facet_paths(self.facets, self.rcs, self.radar, columns)
+        passing = self.facets.grid.column_stance.time[columns]
+        first = np.zeros(passing.size, dtype=int)
+        if np.isfinite(self.reach_s):
+            first = np.ceil((passing - self.reach_s - self.knots.time[0]) / self.knots.spacing_s).astype(int)
+        heard = first[:, None] + np.arange(self.window)  # may lie before the first knot, or after the last
+        seconds = self.knots.time[0] + heard * self.knots.spacing_s - passing[:, None]
+        gated = self._gated(paths, columns, seconds)
+        low = int(first.min())
+        span = np.zeros((len(paths.paths), int(first.max()) - low + self.window, self.gating.range.size), np.complex64)
+        for column, start in enumerate(first - low):
+            inside = np.clip(heard[column], 0, self.knots.count - 1)  # what lies outside is dropped later
+            self._beamed(gated[column], columns.start + column, inside)
             span[:, start : start + self.window] += gated[column]
-        return int(first[0]), span
+        return low, span
 
-    def _gated(self, paths: FacetPaths, columns: slice, offset: NDArray[np.float64]) -> NDArray[np.complex64]:
-        """(column, pair, knot, gate): facets summed into gates, without the azimuth pattern."""
-        pairs = paths.length.shape[0]
-        phasors = self._phasors(paths, columns, offset)
-        gated = np.zeros((phasors.shape[1], pairs, self.window, self.gating.range.size), dtype=np.complex64)
+    def _beamed(self, gated: NDArray[np.complex64], column: int, knots: NDArray[np.intp]) -> None:
+        """Weigh (path, knot, gate) by the beam towards the mean sea of the column that each gate hears."""
+        grid, level = self.facets.grid, self.gating.level
+        east, north = unit_from_azimuth(grid.column_azimuth[column])
+        across = self.across[knots]
+        cosine = (across[:, 0] * east + across[:, 1] * north)[:, None] * level
+        if across[:, 2].any():  # the fan leans: what lies deeper below is heard off the bearing
+            drop = np.sqrt(1.0 - level**2) * grid.column_height[column] / self.radar.height_m
+            cosine = cosine - across[:, 2:] * drop
+        for path, beam in enumerate(self.beams):
+            gated[path if len(self.beams) > 1 else slice(None)] *= beam(cosine)
+
+    def _gated(self, paths: FacetPaths, columns: slice, seconds: NDArray[np.float64]) -> NDArray[np.complex64]:
+        """(column, path, knot, gate): facets summed into gates, without the azimuth pattern."""
+        phasors = self._phasors(paths, columns, seconds)
+        gated = np.zeros((phasors.shape[1], len(paths.paths), self.window, self.gating.range.size), dtype=np.complex64)
         for block in self.gating.blocks:
             weight = self.gating.weights(block, paths.length) * paths.amplitude[..., block.facets, None]
             heard = np.matmul(phasors[..., block.facets], weight.astype(np.complex64, copy=False))
             gated[..., block.gates] = heard.transpose(1, 0, 2, 3)
         return gated
 
-    def _phasors(self, paths: FacetPaths, columns: slice, offset: NDArray[np.float64]) -> NDArray[np.complex64]:
-        """(pair, column, knot, facet): speckle × exp(−jk(R_tx + R_rx)) at the knots.
+    def _phasors(self, paths: FacetPaths, columns: slice, seconds: NDArray[np.float64]) -> NDArray[np.complex64]:
+        """(path, column, knot, facet): speckle × exp(−jk(R_tx + R_rx)) at the knots.
 
         Phases are reduced in float64; from knot to knot they turn by a constant factor (a rotation of some 50 steps in
         float32 errs by 1e-5 rad).
         """
-        count, facets = paths.lower.shape
-        k = wavenumber(self.radar)
-        seconds = offset[:, 0] / (6.0 * self.radar.rotation_rpm)
-        phasor = _unit_phasor(2.0 * k * (paths.lower + paths.radial_velocity * seconds[:, None]))
-        step = _unit_phasor(2.0 * k * self.knots.spacing_s * paths.radial_velocity)
-        apart = _unit_phasor(k * paths.difference)
-        phasors = _scratch((paths.length.shape[0], count, self.window, facets))
+        k, (i, j) = wavenumber(self.radar), paths.paths[0]
+        begin = seconds[:, :1]
+        speed = paths.coming(i) + paths.coming(j)
+        phasor = _unit_phasor(k * (paths.range[i] + paths.range[j] + speed * begin))
+        step = _unit_phasor(k * self.knots.spacing_s * speed)
+        turns = self._between(paths, begin)
+        phasors = _scratch((len(paths.paths), *speed.shape[:1], self.window, speed.shape[1]))
         for column, number in enumerate(self.facets.grid.column_number[columns]):
             self.speckle(columns.start + column, int(number), phasors[0, column])
         for knot in range(self.window):
             phasors[0, :, knot] *= phasor
-            for pair in range(1, len(phasors)):
-                np.multiply(phasors[pair - 1, :, knot], apart, out=phasors[pair, :, knot])
+            for path, (apart, turning) in enumerate(turns, 1):
+                np.multiply(phasors[path - 1, :, knot], apart, out=phasors[path, :, knot])
+                if turning is not None:
+                    apart *= turning
             phasor *= step
         return phasors
+
+    def _between(
+        self, paths: FacetPaths, begin: NDArray[np.float64]
+    ) -> list[tuple[NDArray[np.complex64], NDArray[np.complex64] | None]]:
+        """From each path to the next: the phasor between them at the window's begin, and what turns it per knot."""
+        k, spacing = wavenumber(self.radar), self.knots.spacing_s
+        found: list[tuple[NDArray[np.complex64], NDArray[np.complex64] | None]] = []
+        known: dict[tuple[tuple[int, int], ...], int] = {}
+        for number, (before, path) in enumerate(pairwise(paths.paths)):
+            change = _change(before, path)
+            longer = np.sum([sign * paths.difference[antenna] for antenna, sign in change], axis=0)
+            if paths.apart_velocity is None:
+                if change not in known:
+                    known[change] = number
+                    found.append((_unit_phasor(k * longer), None))
+                else:
+                    found.append(found[known[change]])
+                continue
+            faster = np.sum([sign * paths.apart_velocity[antenna] for antenna, sign in change], axis=0)
+            if k * np.abs(faster).max() * self.window * spacing < _TURNING:
+                found.append((_unit_phasor(k * longer), None))
+            else:
+                found.append((_unit_phasor(k * (longer + faster * begin)), _unit_phasor(k * spacing * faster)))
+        return found
+
+
+def _change(before: tuple[int, int], after: tuple[int, int]) -> tuple[tuple[int, int], ...]:
+    """(antenna, ±1 or ±2) …: which ranges the path after has more than the path before."""
+    count: dict[int, int] = {}
+    for antennas, sign in ((after, 1), (before, -1)):
+        for antenna in antennas:
+            count[antenna] = count.get(antenna, 0) + sign
+    return tuple(sorted((antenna, sign) for antenna, sign in count.items() if sign))
 
 
 _kept = threading.local()
@@ -202,13 +278,16 @@ def _unit_phasor(phase: NDArray[np.float64]) -> NDArray[np.complex64]:
 
 
 class TwoWayBeam:
-    """Two-way voltage of the azimuth cut, from a table in the direction cosine so fine that the nearest entry does."""
+    """Two-way voltage of the azimuth cuts, from a table in the direction cosine so fine that the nearest entry does."""
 
-    def __init__(self, radar: RadarSettings) -> None:
-        reach = np.sin(np.radians(min(90.0, (BEAMS_BEYOND + 0.5) * radar.antenna.azimuth_beamwidth_deg)))
+    def __init__(self, radar: RadarSettings, path: tuple[int, int]) -> None:
+        array = antenna_array(radar)
+        reach = np.sin(np.radians(min(90.0, 3.5 * array.beam_deg)))
         entries = 2**16  # over ±3.5 beams: the nearest entry errs by at most 1e-4 of the peak
         cosine = np.linspace(-reach, reach, entries)
-        self._table = (antenna(radar).azimuth(cosine) ** 2).astype(np.float32)
+        one, other = (array.elements[antenna].antenna.azimuth(cosine) for antenna in path)
+        self._table = (one * other).astype(np.float32)
+        self._table[[0, -1]] = 0.0  # and beyond
         self._scale = np.float32((entries - 1) / (2.0 * reach))
         self._middle = np.float32(0.5 * entries)  # half an entry on: the cast cuts, and so rounds
 
@@ -217,31 +296,45 @@ class TwoWayBeam:
         return self._table.take(index.astype(np.int32), mode="clip")
 
 
-def _pulses_from_knots(echo: NDArray[np.complex64], knots: Knots, pulses: Pulses) -> NDArray[np.complex64]:
-    """Voltages (pulse, receiver, gate) from the pairs' sums (pair, knot, gate)."""
+def two_way_beams(radar: RadarSettings) -> list[TwoWayBeam]:
+    """The beam of each path, or a single one where all antennas have the same cut."""
+    array = antenna_array(radar)
+    if len({element.antenna.azimuth for element in array.elements}) == 1:
+        return [TwoWayBeam(radar, array.paths[0])]
+    return [TwoWayBeam(radar, path) for path in array.paths]
+
+
+def _pulses_from_knots(
+    echo: NDArray[np.complex64], knots: Knots, radar: RadarSettings, pulses: Pulses
+) -> NDArray[np.complex64]:
+    """Voltages (pulse, receiver, gate) from the paths' sums (path, knot, gate); NaN where a receiver is not sampled."""
+    array = antenna_array(radar)
     echo = np.ascontiguousarray(echo.transpose(1, 0, 2))
     count = pulses.number.size
-    voltages = np.zeros((count, 2, echo.shape[2]), dtype=np.complex64)
+    voltages = np.zeros((count, len(array.receivers), echo.shape[2]), dtype=np.complex64)
+    if not array.whole:
+        voltages[...] = np.nan
     if knots.stride == 1:
-        for transmitter in (0, 1):
-            chosen = np.flatnonzero(pulses.transmitter == transmitter)
-            voltages[chosen] = echo[chosen - knots.first, transmitter : transmitter + 2]
+        for number, slot in enumerate(array.cycle):
+            chosen = np.flatnonzero(pulses.slot == number)
+            for receiver in slot.receivers:
+                voltages[chosen, receiver] = echo[chosen - knots.first, array.path(slot.transmitter, receiver)]
         return voltages
     half = _TAPS // 2
-    for place in range(knots.stride):
-        rows = voltages[place :: knots.stride]
-        if rows.shape[0] == 0:
-            continue
-        transmitter = int(pulses.transmitter[place])
-        fraction = place / knots.stride
-        if place == 0:
-            rows[...] = echo[-knots.first :][: rows.shape[0], transmitter : transmitter + 2]
-            continue
-        for tap in range(_TAPS):
-            # Knot n + tap − half + 1 lies fraction − (tap − half + 1) knots before the pulse.
-            weight = np.float32(_windowed_sinc(fraction - (tap - half + 1)))
-            begin = tap - half + 1 - knots.first
-            rows += weight * echo[begin : begin + rows.shape[0], transmitter : transmitter + 2]
+    for place in range(min(knots.stride, count)):
+        slot, fraction = array.cycle[int(pulses.slot[place])], place / knots.stride
+        for receiver in slot.receivers:
+            path = array.path(slot.transmitter, receiver)
+            rows = voltages[place :: knots.stride, receiver]
+            if place == 0:
+                rows[...] = echo[-knots.first :, path][: rows.shape[0]]
+                continue
+            rows[...] = 0.0
+            for tap in range(_TAPS):
+                # Knot n + tap − half + 1 lies fraction − (tap − half + 1) knots before the pulse.
+                weight = np.float32(_windowed_sinc(fraction - (tap - half + 1)))
+                begin = tap - half + 1 - knots.first
+                rows += weight * echo[begin : begin + rows.shape[0], path]
     return voltages
 
 
@@ -250,16 +343,3 @@ def _windowed_sinc(offset: float) -> float:
     half = _TAPS // 2
     beta = np.pi * half * (1.0 - 1.0 / _OVERSAMPLING)
     return float(np.sinc(offset) * np.i0(beta * np.sqrt(max(0.0, 1.0 - (offset / half) ** 2))) / np.i0(beta))
-
-
-def add_noise(voltages: NDArray[np.complex64], radar: RadarSettings, pulses: Pulses, seed: int, workers: int) -> None:
-    """Add thermal noise in place; chunks have random numbers of their own, so that threads do not matter."""
-    first = int(pulses.number[0])
-
-    def add(start: int) -> None:
-        part = voltages[start : start + _NOISE_CHUNK]
-        random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_NOISE_STAGE, first + start)))
-        part += thermal_noise(radar, part.shape[0], part.shape[2], random)
-
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(add, range(0, voltages.shape[0], _NOISE_CHUNK)))

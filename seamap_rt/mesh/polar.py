@@ -25,7 +25,9 @@ import trimesh
 from numpy.typing import NDArray
 
 from ..conventions import unit_from_azimuth
-from ..radar.scan import BEAMS_BEYOND, phase_centres, sector_width, turn_duration
+from ..radar.array import antenna_array
+from ..radar.mast import Mast, Stance, column_frame
+from ..radar.scan import BEAMS_BEYOND, sector_width
 from ..radar.waveform import RangeResponse
 from ..settings import RadarSettings, TracingSettings
 
@@ -59,8 +61,12 @@ class PolarGrid:
     per_circle: int  # columns of a full circle: makes column numbers unique over turns
     sweep: NDArray[np.float64]  # (line,) deg from the start of the sector
     azimuth: NDArray[np.float64]  # (line,) deg, not wrapped
-    time: NDArray[np.float64]  # (line,) s, when the beam passes the line
+    time: NDArray[np.float64]  # (line,) s, when the boresight passes the line
     ground_range: NDArray[np.float64]  # (rung,) m
+    stance: Stance  # (line,) of the antennas at those times
+    column_stance: Stance  # (column,)
+    drift: NDArray[np.float64]  # (column, antenna, 3) m/s of the antennas along the column, across it, up
+    reach_deg: float  # to either side of the boresight, within which the beam hears something
 
     @property
     def columns(self) -> int:
@@ -80,6 +86,25 @@ class PolarGrid:
         return 0.5 * (self.azimuth[1:] + self.azimuth[:-1])
 
     @cached_property
+    def column_height(self) -> NDArray[np.float64]:
+        """(column, 1) m, of the frame's origin above mean sea level."""
+        return self.column_stance.origin[:, 2:]
+
+    @cached_property
+    def places(self) -> NDArray[np.float64]:
+        """(column, antenna, 3) m, the antennas from the frame's origin: along the column, across it, up."""
+        return self._in_columns(self.column_stance.places)
+
+    @cached_property
+    def array_up(self) -> NDArray[np.float64]:
+        """(column, 3) unit vector up the array: along the column, across it, up."""
+        return self._in_columns(self.column_stance.axes[:, 2:])[:, 0]
+
+    def _in_columns(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Vectors (column, n, 3) east north up as along, across, up."""
+        return np.einsum("cij,cnj->cni", column_frame(self.column_azimuth), vectors)
+
+    @cached_property
     def place_azimuth(self) -> NDArray[np.float64]:
         """(line,) deg, the azimuth within one circle: lines over the same place have the same bits in every turn."""
         line = np.rint(self.sweep / self.spacing_deg).astype(np.int64)
@@ -91,39 +116,60 @@ class PolarGrid:
         return (self.turn + 1) * self.per_circle + self.first + np.arange(self.columns, dtype=np.int64)
 
 
-def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int) -> PolarGrid:
-    """The grid of a turn: columns a fraction of the beam wide, rungs `facet_m` apart over the range window."""
-    beam = radar.antenna.azimuth_beamwidth_deg
-    per_circle = int(np.ceil(360.0 / (beam / tracing.columns_per_beam)))
+def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int, mast: Mast | None = None) -> PolarGrid:
+    """The grid of a turn: columns a fraction of the beam wide, rungs `facet_m` apart over the range window.
+
+    mast: where the antennas are; left out, on a boat at rest.
+    """
+    mast, array = mast or Mast(radar), antenna_array(radar)
+    per_circle = int(np.ceil(360.0 / (array.narrowest_beam_deg / tracing.columns_per_beam)))
     spacing = 360.0 / per_circle
-    beyond = int(np.ceil(BEAMS_BEYOND * beam / spacing))
-    inside = int(np.ceil(sector_width(radar) / spacing - 1e-9))
-    line = np.arange(-beyond, inside + beyond + 1)
-    sweep = spacing * line.astype(np.float64)
-    period = turn_duration(radar)
+    sector = np.linspace(0.0, sector_width(radar) / 360.0, 721)
+    scanned = (turn + sector) * mast.period
+    mast.check_that_it_sweeps(scanned)
+    # The fan of a heeled mast hears the near range well off its bearing.
+    lean = mast.lean_deg(scanned, float(np.arcsin(min(1.0, radar.height_m / radar.range_m[0]))))
+    reach = BEAMS_BEYOND * array.beam_deg + lean
+    beyond = int(np.ceil((reach + np.abs(mast.swing(scanned)).max()) / spacing))
     # From the foot of the mast on, though the gates may start further out: what is near can shadow what is far.
     far = radar.range_m[1] + RangeResponse.of(radar).support_m
     rungs = int(np.ceil((far - _INNERMOST) / tracing.facet_m)) + 1
+    if radar.scan == "staring":
+        middle = round(0.5 * sector_width(radar) / spacing)
+        line = np.arange(middle - beyond, middle + beyond + 1)
+        time = column_time = (turn + 0.5) * mast.period  # the sea as it is half-way
+        time, column_time = np.full(line.size, time), np.full(line.size - 1, column_time)
+    else:
+        inside = int(np.ceil(sector_width(radar) / spacing - 1e-9))
+        line = np.arange(-beyond, inside + beyond + 1)
+        nominal = (turn * per_circle + line) / per_circle * mast.period  # the same bits where a turn meets the next
+        time = mast.passing(spacing * line.astype(np.float64), nominal)
+        column_time = 0.5 * (time[1:] + time[:-1])
+    sweep = spacing * line.astype(np.float64)
+    middles = mast.stance(column_time)
+    azimuth = radar.sector_deg[0] + sweep
+    frame = column_frame(0.5 * (azimuth[1:] + azimuth[:-1]))
     return PolarGrid(
         turn=turn,
         spacing_deg=spacing,
-        first=-beyond,
+        first=int(line[0]),
         per_circle=per_circle,
         sweep=sweep,
-        azimuth=radar.sector_deg[0] + sweep,
-        time=(turn * per_circle + line) / per_circle * period,  # the same bits where a turn meets the next
+        azimuth=azimuth,
+        time=time,
         ground_range=_INNERMOST + tracing.facet_m * np.arange(rungs, dtype=np.float64),
+        stance=mast.stance(time),
+        column_stance=middles,
+        drift=np.einsum("cij,caj->cai", frame, mast.velocity(column_time)),
+        reach_deg=reach,
     )
 
 
 @dataclass(frozen=True)
 class SurfaceMesh:
-    """The triangulated sea of one turn, in a frame centred on the middle of the baseline at each column's own time."""
+    """The triangulated sea of one turn, in a frame centred on the middle of the array at each column's own time."""
 
     grid: PolarGrid
-    height_m: float  # of the frame's origin above mean sea level
-    baseline_m: float
-    tilt_deg: float
     elevation: NDArray[np.float64]  # (line, rung) m above mean sea level
     velocity_look: NDArray[np.float32]  # (line, rung) m/s, horizontal, outward
     velocity_up: NDArray[np.float32]  # (line, rung) m/s
@@ -156,7 +202,7 @@ class SurfaceMesh:
             vertices = np.empty((east.size, ranges.size, 3))
             vertices[..., 0] = east[:, None] * ranges
             vertices[..., 1] = north[:, None] * ranges
-            vertices[..., 2] = self.elevation[lines] - self.height_m
+            vertices[..., 2] = self.elevation[lines] - self.grid.stance.origin[lines, 2:]
             corner = np.arange(columns.stop - columns.start)[:, None] * ranges.size + np.arange(ranges.size - 1)
             corner = (corner + offset).astype(np.int32)
             across, out, both = corner + ranges.size, corner + 1, corner + ranges.size + 1
@@ -168,9 +214,11 @@ class SurfaceMesh:
 
     @cached_property
     def trimesh(self) -> trimesh.Trimesh:
-        """The turn as one trimesh, z above mean sea level, east north up from the antenna's foot."""
-        vertices, faces = self.triangles(self.sheets()[0])
-        vertices[:, 2] += self.height_m
+        """The turn as one trimesh, east, north and up of mean sea level in the world."""
+        (columns,) = self.sheets()[0]
+        vertices, faces = self.triangles((columns,))
+        origin = self.grid.stance.origin[columns.start : columns.stop + 1]
+        vertices = (vertices.reshape(origin.shape[0], -1, 3) + origin[:, None]).reshape(-1, 3)
         return trimesh.Trimesh(vertices=vertices, faces=faces, process=False, validate=False)
 
     def write(self, path: str | Path) -> Path:
@@ -180,12 +228,6 @@ class SurfaceMesh:
             raise ValueError(f"mesh file '{path}': the ending must be .ply or .glb")
         self.trimesh.export(path)
         return path
-
-    def antennas(self) -> NDArray[np.float64]:
-        """(antenna, 2): distance along the look and height of each phase centre, relative to the frame's origin."""
-        tilt = np.radians(self.tilt_deg)
-        half = 0.5 * self.baseline_m * np.array([-1.0, 1.0])
-        return np.stack((half * np.sin(tilt), half * np.cos(tilt)), axis=1)
 
     @cached_property
     def facets(self) -> Facets:
@@ -217,11 +259,16 @@ class Facets:
     ray_slope: NDArray[np.float32] | None = None  # (column, facet) tan of the angle by which the arriving ray falls
 
     @property
+    def rise(self) -> NDArray[np.float64]:
+        """(column, facet) m above the frame's origin: below it, so mostly negative."""
+        return self.height - self.grid.column_height
+
+    @property
     def lit_both(self) -> NDArray[np.bool_]:
-        """(column, facet): lit for both antennas."""
+        """(column, facet): lit for both antennas, and for all if there are more."""
         if self.lit is None:
             raise ValueError("these facets have not been traced; call a tracer first")
-        return self.lit[0] & self.lit[1]
+        return np.asarray(self.lit.all(axis=0))
 
 
 @overload
@@ -238,8 +285,8 @@ def sea_on_grid(sea, grid: PolarGrid, rate: float | None = None):
     With the rate [1/s] at which short waves relax also their relaxed shift (line, rung, 2) m, for `Facets.strain`.
     """
     east, north = unit_from_azimuth(grid.place_azimuth)
-    x = east[:, None] * grid.ground_range
-    y = north[:, None] * grid.ground_range
+    x = grid.stance.origin[:, :1] + east[:, None] * grid.ground_range
+    y = grid.stance.origin[:, 1:2] + north[:, None] * grid.ground_range
     t = np.broadcast_to(grid.time[:, None], x.shape)
     if rate is None:
         return sea.elevation_and_velocity(x, y, t)
@@ -250,28 +297,28 @@ def surface_mesh(
     grid: PolarGrid,
     elevation: NDArray[np.float64],
     velocity: NDArray[np.float32],
-    radar: RadarSettings,
     relaxed_shift: NDArray[np.float32] | None = None,
 ) -> SurfaceMesh:
     """The mesh of a turn from the sea on its grid."""
     east, north = (axis[:, None].astype(np.float32) for axis in unit_from_azimuth(grid.azimuth))
     look = (velocity[..., 0] * east + velocity[..., 1] * north).astype(np.float32, copy=False)
     up = np.ascontiguousarray(velocity[..., 2])
-    return SurfaceMesh(grid, radar.height_m, radar.baseline_m, radar.tilt_deg, elevation, look, up, relaxed_shift)
+    return SurfaceMesh(grid, elevation, look, up, relaxed_shift)
 
 
 def mesh_turn(sea: MovingSurface, radar: RadarSettings, tracing: TracingSettings, turn: int) -> SurfaceMesh:
     """Mesh the sea of one turn, without the strain of short waves."""
     grid = polar_grid(radar, tracing, turn)
-    return surface_mesh(grid, *sea_on_grid(sea, grid), radar)
+    return surface_mesh(grid, *sea_on_grid(sea, grid))
 
 
-def submerged_lines(mesh: SurfaceMesh, sea: MovingSurface, radar: RadarSettings) -> NDArray[np.bool_]:
+def submerged_lines(mesh: SurfaceMesh, sea: MovingSurface) -> NDArray[np.bool_]:
     """(line,): the sea covers a phase centre, at its own place, when the beam passes the line."""
-    centres = phase_centres(radar, mesh.grid.azimuth)
+    stance = mesh.grid.stance
+    centres = stance.positions
     # The first rung lies a metre from the mast: where the sea stays two metres below the antennas there, it does not
     # reach them (that would be a slope of 2), and need not be asked for.
-    away = float(np.abs(centres[..., :2]).max()) + _INNERMOST
+    away = float(np.abs(stance.places[..., :2]).max()) + _INNERMOST
     if mesh.elevation[:, 0].max() + 2.0 * away < centres[..., 2].min():
         return np.zeros(mesh.grid.sweep.size, dtype=bool)
     time = np.broadcast_to(mesh.grid.time[:, None], centres.shape[:2])

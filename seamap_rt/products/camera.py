@@ -73,13 +73,12 @@ class Camera:
 
     def _seen(self, t: float) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
         """NRCS [dB] of the facets over the points, NaN where none is lit, and how many antennas light them."""
-        radar = self.scene.radar
         grid = replace(self._grid, time=np.full_like(self._grid.time, t))
         elevation, velocity, *shift = sea_on_grid(self.sea, grid, self._scatterer.memory_rate)
-        mesh = surface_mesh(grid, elevation, velocity, radar, *shift)
+        mesh = surface_mesh(grid, elevation, velocity, *shift)
         facets = self._trace(mesh)
         assert facets.lit is not None
-        drowned = submerged_lines(mesh, self.sea, radar)
+        drowned = submerged_lines(mesh, self.sea)
         dry = ~(drowned[1:] | drowned[:-1])[:, None]
         lit = facets.lit & dry
         field = None if facets.field is None else facets.field * dry

@@ -17,6 +17,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from ..radar.array import antenna_array
 from ..scene import Scene
 from . import curves, maps, reduce, style
 from .sea_words import fold_warning, sea_rows
@@ -89,9 +90,15 @@ def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str
     """The run in one paragraph."""
     figures = dict(headline(scene, truth, metrics))
     waves = "; ".join(maps.describe_waves(each, scene.sea.depth_m) for each in scene.sea.waves) or "no waves"
-    radar = scene.radar
+    radar, array = scene.radar, antenna_array(scene.radar)
+    boat = {
+        "sinusoidal": " on a rolling boat",
+        "file": " on a moving boat",
+        "wave_following": " on a boat that rides it",
+    }
     return (
-        f"A simulated radar {radar.height_m:g} m above the sea, with two antennas {radar.baseline_m:g} m apart, "
+        f"A simulated radar {radar.height_m:g} m above the sea{boat.get(scene.platform.motion, '')}, "
+        f"with {_count(len(array.elements))} antennas {array.baseline_m:g} m apart, "
         f"mapped this sea: {waves}. Between {reduce.JUDGED_M[0]:g} and {reduce.JUDGED_M[1]:g} m, in cells more than "
         f"half visible, the retrieved height is off by {figures['Height error, rms']} rms "
         f"({figures['Height error, robust']} robust, bias {figures['Height bias']}), and its "
@@ -100,6 +107,10 @@ def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str
         f"{figures['Hs, retrieved']}. Both antennas see {figures['Visible at 100 m']} of the sea at 100 m and "
         f"{figures['Visible at 160 m']} at 160 m; what lies in shadow stays blank in the maps."
     )
+
+
+def _count(number: int) -> str:
+    return {2: "two", 3: "three", 4: "four"}.get(number, str(number))
 
 
 def headline(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -22,11 +22,20 @@ _LEAST_GROUPS = 12
 
 def circle_grid(radar: RadarSettings, tracing: TracingSettings) -> tuple[PolarGrid, NDArray[np.bool_]]:
     """Lines of groups of columns around the circle, all at time 0, and which columns lie in a group."""
-    whole = polar_grid(radar.model_copy(update={"sector_deg": (0.0, 360.0)}), tracing, 0)
+    around = {"sector_deg": (0.0, 360.0), "scan": "turning"}
+    whole = polar_grid(radar.model_copy(update=around), tracing, 0)
     facets = 2 * (whole.ground_range.size - 1)
     most = min(_MOST_FACETS // ((_GROUP + 1) * facets), whole.per_circle // (2 * _GROUP))
     groups = min(max(most, _LEAST_GROUPS), whole.per_circle // (_GROUP + 1))
     start = np.arange(groups) * whole.per_circle // groups - whole.first
     lines = (start[:, None] + np.arange(_GROUP + 1)).ravel()
-    grid = replace(whole, sweep=whole.sweep[lines], azimuth=whole.azimuth[lines], time=np.zeros(lines.size))
+    grid = replace(
+        whole,
+        sweep=whole.sweep[lines],
+        azimuth=whole.azimuth[lines],
+        time=np.zeros(lines.size),
+        stance=whole.stance[lines],
+        column_stance=whole.column_stance[lines[:-1]],  # a column follows its first line
+        drift=whole.drift[lines[:-1]],
+    )
     return grid, np.arange(grid.columns) % (_GROUP + 1) < _GROUP

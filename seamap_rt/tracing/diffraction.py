@@ -47,7 +47,8 @@ def diffract(facets: Facets, mesh: SurfaceMesh, wavelength_m: float) -> Facets:
     """
     if not 0.0 < wavelength_m < np.inf:
         raise ValueError(f"wavelength_m = {wavelength_m:g}: must be finite and above 0; give the radar's, c/f")
-    field = np.zeros((2, *facets.height.shape), dtype=np.complex64)
+    places = mesh.grid.places
+    field = np.zeros((places.shape[1], *facets.height.shape), dtype=np.complex64)
     ray_slope = np.zeros(facets.height.shape, dtype=np.float32)
     table = _fresnel_table()
     planes = [_chain(profile(mesh.elevation, mesh.grid, fraction)) for fraction in (NEAR_FRACTION, FAR_FRACTION)]
@@ -55,9 +56,9 @@ def diffract(facets: Facets, mesh: SurfaceMesh, wavelength_m: float) -> Facets:
     def work(start: int) -> None:
         columns = slice(start, start + _COLUMNS)
         for first, (distance, height) in enumerate(planes):
-            surface = height[columns] - mesh.height_m
-            for antenna, (along, above) in enumerate(mesh.antennas()):
-                place = (along, above, 4.0 / wavelength_m)
+            surface = height[columns] - mesh.grid.column_height[columns]
+            for antenna in range(places.shape[1]):
+                place = np.ascontiguousarray(places[columns, antenna, ::2]), 4.0 / wavelength_m, 1.0 / places.shape[1]
                 _over_edges(distance, surface, first, place, table, field[antenna, columns], ray_slope[columns])
 
     with ThreadPoolExecutor(min(16, os.cpu_count() or 1)) as pool:
@@ -92,18 +93,20 @@ def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
 
 @_compiled
 def _over_edges(distance, surface, first, place, table, field, ray_slope):
-    """Fill field (column, facet) with F of the facets first, first + 2 …, and add half their rays' slope to ray_slope.
+    """Fill field (column, facet) with F of the facets first, first + 2 …, and add this antenna's share of their rays'
+    slope to ray_slope.
 
-    distance (corner,) and surface (column, corner) are in the antennas' frame; place: where the antenna is in it, along
-    and above; and 4/λ.
+    distance (corner,) and surface (column, corner) are in the antennas' frame; place: where the antenna is in it for
+    each column, along and above; 4/λ; and that share.
     """
-    along, above, per_wavelength = place
-    reach = distance - along
-    corners = reach.size
+    standing, per_wavelength, share = place
+    corners = distance.size
     rise, tangent = np.empty(corners), np.empty(corners)
     edges = np.empty((3, corners))  # reach, rise and tangent of each
     coming = np.empty(corners, np.complex128)  # to each edge
     for column in range(surface.shape[0]):
+        along, above = standing[column, 0], standing[column, 1]
+        reach = distance - along
         for n in range(corners):
             rise[n] = surface[column, n] - above
             tangent[n] = rise[n] / reach[n] if reach[n] > 0.0 else -np.inf
@@ -120,16 +123,16 @@ def _over_edges(distance, surface, first, place, table, field, ray_slope):
             x, z = 0.5 * (reach[n] + reach[n + 1]), 0.5 * (rise[n] + rise[n + 1])
             straight = -(z + above) / (x + along)  # from the middle between the antennas
             if x <= 0.0:
-                ray_slope[column, n] += 0.5 * straight
+                ray_slope[column, n] += share * straight
                 continue
             last = _dominant(edges, count, x, z / x)
             if last >= 0 and edges[2, last] > z / x:
                 falls = (edges[1, last] - z) / (x - edges[0, last])
-                ray_slope[column, n] += 0.5 * falls
+                ray_slope[column, n] += share * falls
                 if rise[n + 1] - rise[n] > (_ALONG - falls) * (reach[n + 1] - reach[n]):  # else it leans away
                     field[column, n] = coming[last] * _past(edges, last, x, z, per_wavelength, table)
                 continue
-            ray_slope[column, n] += 0.5 * straight
+            ray_slope[column, n] += share * straight
             over = edges[0, last] if last > 0 else x
             before = _up_to(edges, last, over, over * z / x, per_wavelength, table)
             field[column, n] = before * _past(edges, last, x, z, per_wavelength, table)

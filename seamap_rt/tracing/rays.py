@@ -38,12 +38,12 @@ class RayTracer:
     def __call__(self, mesh: SurfaceMesh) -> Facets:
         """The mesh's facets with `lit` (antenna, column, facet)."""
         facets = mesh.facets
-        lit = np.zeros((2, *facets.height.shape), dtype=bool)
+        lit = np.zeros((mesh.grid.places.shape[1], *facets.height.shape), dtype=bool)
         rays = 0
         for sheet in mesh.sheets():
             scene = self._scene(mesh, sheet)
             for columns in sheet:
-                for antenna in (0, 1):
+                for antenna in range(lit.shape[0]):
                     lit[antenna, columns], traced = scene.lit(mesh, facets, columns, antenna)
                     rays += traced
         return replace(facets, lit=lit, rays=rays)
@@ -59,8 +59,8 @@ class RayTracer:
 class SeaScene:
     """A Sionna scene: the sea as a scene object of sea water, and the two antennas as radio devices.
 
-    The lower antenna is the transmitter and both are receivers, as in the single-transmitter mode. They stand where
-    they are when the radar looks north; rays start from there, turned to each column's look, as a leaning baseline is.
+    The first antenna is the transmitter and all are receivers. They stand where they are when the beam passes the first
+    column, seen along it, y ahead; rays start from where they are when it passes their own.
     """
 
     def __init__(self, mesh: SurfaceMesh, sheet: tuple[slice, ...], frequency_hz: float, permittivity: complex) -> None:
@@ -85,12 +85,11 @@ class SeaScene:
         self.scene: Any = rt.Scene()
         self.scene.frequency = frequency_hz
         self.scene.edit(add=rt.SceneObject(mi_mesh=shape, name="sea", radio_material=water))
-        lower, upper = ([0.0, float(along), float(above)] for along, above in mesh.antennas())
-        self.scene.add(rt.Transmitter("lower-transmitter", position=lower))
-        self.scene.add(rt.Receiver("lower", position=lower))
-        self.scene.add(rt.Receiver("upper", position=upper))
-        devices = (self.scene.get(name) for name in ("lower", "upper"))
-        self._places = [(float(d.position.y[0]), float(d.position.z[0])) for d in devices]
+        places = [[float(part) for part in (x, y, z)] for y, x, z in mesh.grid.places[sheet[0].start]]
+        names = ("lower", "upper") if len(places) == 2 else [f"antenna-{number}" for number in range(len(places))]
+        self.scene.add(rt.Transmitter(f"{names[0]}-transmitter", position=places[0]))
+        for name, place in zip(names, places, strict=True):
+            self.scene.add(rt.Receiver(name, position=place))
 
     def update(self, mesh: SurfaceMesh, sheet: tuple[slice, ...]) -> bool:
         """Move the sea's vertices to those of another mesh; False if the topology differs."""
@@ -105,13 +104,16 @@ class SeaScene:
     def lit(self, mesh: SurfaceMesh, facets: Facets, columns: slice, antenna: int) -> tuple[NDArray[np.bool_], int]:
         """(column, facet): the antenna sees the facet's point, and sees the facet from above. And the rays it took."""
         mi = self._mi
-        along, above = self._places[antenna]
+        along, across, above = (part[:, None] for part in mesh.grid.places[columns, antenna].T)
         azimuth = mesh.grid.column_azimuth[columns]
         point_east, point_north = unit_from_azimuth(azimuth[:, None] + np.degrees(facets.angle))
         look_east, look_north = unit_from_azimuth(azimuth)
-        height = facets.height[columns] - mesh.height_m - above
-        x = point_east * facets.distance - along * look_east[:, None]
-        y = point_north * facets.distance - along * look_north[:, None]
+        height = facets.rise[columns] - above
+        # Clockwise of the look (east, north) is (north, −east).
+        start_east = along * look_east[:, None] + across * look_north[:, None]
+        start_north = along * look_north[:, None] - across * look_east[:, None]
+        x = point_east * facets.distance - start_east
+        y = point_north * facets.distance - start_north
 
         # The front test and the ray's length in float64; the ray itself in float32.
         slope = facets.slope_look[columns] * np.cos(facets.angle) + facets.slope_cross[columns] * np.sin(facets.angle)
@@ -127,7 +129,7 @@ class SeaScene:
             return front, 0
         scale = 1.0 / distance
         direction = mi.Vector3f(*(_flat(mi.Float, (axis * scale).ravel()[rays]) for axis in (x, y, height)))
-        starts = (along * look_east[:, None], along * look_north[:, None], above)
+        starts = (start_east, start_north, above)
         origin = mi.Point3f(*(_flat(mi.Float, np.broadcast_to(s, x.shape).ravel()[rays]) for s in starts))
         ray = mi.Ray3f(
             o=origin,

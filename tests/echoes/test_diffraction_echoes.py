@@ -31,7 +31,7 @@ def behind_a_ridge(radar: RadarSettings) -> tuple[SurfaceMesh, Facets, NDArray[n
     grid = polar_grid(radar, TracingSettings(), 0)
     shape = (grid.sweep.size, grid.ground_range.size)
     elevation = np.broadcast_to(np.where(np.abs(grid.ground_range - RIDGE) < 0.25, HEIGHT, 0.0), shape)
-    mesh = surface_mesh(grid, elevation, np.zeros((*shape, 3), np.float32), radar)
+    mesh = surface_mesh(grid, elevation, np.zeros((*shape, 3), np.float32))
     facets = diffract(trace_horizon(mesh), mesh, SPEED_OF_LIGHT / radar.frequency_hz)
     rcs = np.broadcast_to(1e-3 * facets.horizontal_area, facets.height.shape).astype(np.float32)
     return mesh, facets, rcs
@@ -44,8 +44,7 @@ def test_field_of_one_everywhere_changes_nothing(transmit: str) -> None:
     assert facets.lit is not None
     plain = replace(facets, lit=np.ones_like(facets.lit), field=None)
     bent = replace(facets, field=np.ones(facets.lit.shape, np.complex64))
-    columns, pairs = slice(3, 9), 3 if transmit == "switched" else 2
-    straight, over = (facet_paths(f, rcs, radar, columns, pairs) for f in (plain, bent))
+    straight, over = (facet_paths(f, rcs, radar, slice(3, 9)) for f in (plain, bent))
     assert straight.amplitude.dtype == np.float32
     assert over.amplitude.dtype == np.complex64
     np.testing.assert_array_equal(over.amplitude, straight.amplitude)
@@ -63,8 +62,8 @@ def test_amplitudes_go_out_and_back() -> None:
     assert facets.lit is not None
     assert facets.field is not None
     columns = slice(2, 5)
-    free = facet_paths(replace(facets, lit=np.ones_like(facets.lit), field=None), rcs, radar, columns, 3).amplitude
-    found = facet_paths(facets, rcs, radar, columns, 3).amplitude
+    free = facet_paths(replace(facets, lit=np.ones_like(facets.lit), field=None), rcs, radar, columns).amplitude
+    found = facet_paths(facets, rcs, radar, columns).amplitude
     lower, upper = facets.field[:, columns].astype(np.complex128)
     for pair, ways in enumerate((lower * lower, lower * upper, upper * upper)):
         # complex64: some roundings of 6e-8
@@ -115,7 +114,7 @@ def test_in_deep_shadow_the_phase_is_the_ridges() -> None:
     voltages = turn_voltages(facets, lone, radar, pulses(radar, 0), 1, np.inf).astype(np.complex128)
     place = np.unravel_index(np.abs(voltages[:, 0]).argmax(), voltages[:, 0].shape)
     found = np.angle(voltages[place[0], 0, place[1]] * voltages[place[0], 1, place[1]].conj())
-    heights = mesh.height_m + mesh.antennas()[:, 1]
+    heights = mesh.grid.stance.positions[0, :, 2]
     to_top, to_facet = (
         np.diff(np.hypot(x, heights - z))[0] for x, z in ((RIDGE, HEIGHT), (facets.distance[chosen], 0.0))
     )

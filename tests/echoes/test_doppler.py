@@ -34,7 +34,7 @@ def flat_sea(radar: RadarSettings) -> tuple[Facets, NDArray[np.float32]]:
     """A flat sea at rest."""
     grid = polar_grid(radar, TracingSettings(), 0)
     shape = (grid.sweep.size, grid.ground_range.size)
-    facets = trace_horizon(surface_mesh(grid, np.zeros(shape), np.zeros((*shape, 3), np.float32), radar))
+    facets = trace_horizon(surface_mesh(grid, np.zeros(shape), np.zeros((*shape, 3), np.float32)))
     return facets, np.broadcast_to(1e-3 * facets.horizontal_area, facets.height.shape).astype(np.float32)
 
 

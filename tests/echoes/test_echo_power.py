@@ -23,7 +23,7 @@ NRCS_DB = -40.0
 def flat_facets(radar: RadarSettings, tracing: TracingSettings | None = None) -> tuple[Facets, NDArray[np.float32]]:
     grid = polar_grid(radar, tracing or TracingSettings(), 0)
     level = np.zeros((grid.sweep.size, grid.ground_range.size))
-    facets = trace_horizon(surface_mesh(grid, level, np.zeros((*level.shape, 3), np.float32), radar))
+    facets = trace_horizon(surface_mesh(grid, level, np.zeros((*level.shape, 3), np.float32)))
     rcs = np.broadcast_to(from_db(NRCS_DB) * facets.horizontal_area, facets.height.shape)
     return facets, rcs.astype(np.float32)
 

@@ -45,7 +45,7 @@ def flat_sea_at_speed(radar: RadarSettings, speed: float) -> tuple[Facets, NDArr
     velocity = np.zeros((*shape, 3), np.float32)
     velocity[..., 0] = speed * np.sin(np.radians(grid.azimuth))[:, None]
     velocity[..., 1] = speed * np.cos(np.radians(grid.azimuth))[:, None]
-    facets = trace_horizon(surface_mesh(grid, np.zeros(shape), velocity, radar))
+    facets = trace_horizon(surface_mesh(grid, np.zeros(shape), velocity))
     rcs = np.broadcast_to(1e-3 * facets.horizontal_area, facets.height.shape).astype(np.float32)
     return facets, rcs
 
@@ -152,13 +152,16 @@ def test_every_pulse_is_a_knot_at_a_low_prf() -> None:
     fired = pulses(radar, 0)
     knots = choose_knots(facets, radar, fired, time_constant)
     assert knots.stride == 1
-    half = BEAMS * radar.antenna.azimuth_beamwidth_deg
-    window = int(np.floor(2.0 * half / knots.spacing_deg)) + 1
+    half = facets.grid.reach_deg
+    np.testing.assert_allclose(half, BEAMS * radar.antenna.azimuth_beamwidth_deg, rtol=1e-12)
+    reach = half / fired.mast.rate  # s
+    window = int(np.floor(2.0 * reach / knots.spacing_s)) + 1
     basis = speckle_basis(window, knots.spacing_s, time_constant).astype(np.float64)
     speckle = []
-    for sweep, number in zip(facets.grid.column_sweep, facets.grid.column_number, strict=True):
+    passing = facets.grid.column_stance.time
+    for when, sweep, number in zip(passing, facets.grid.column_sweep, facets.grid.column_number, strict=True):
         series = basis.T @ speckle_weights(SEED, int(number), basis.shape[0], facets.distance.size)
-        first = int(np.ceil((sweep - half - knots.sweep[0]) / knots.spacing_deg))
+        first = int(np.ceil((when - reach - knots.time[0]) / knots.spacing_s))
         heard = np.flatnonzero(np.abs(fired.sweep - sweep) <= half)
         speckle.append(series[np.clip(heard - first, 0, window - 1)])
     found = turn_voltages(facets, rcs, radar, fired, SEED, time_constant)
@@ -223,7 +226,7 @@ def test_untraced_facets_are_refused() -> None:
     radar = radar_of()
     grid = polar_grid(radar, TracingSettings(), 0)
     shape = (grid.sweep.size, grid.ground_range.size)
-    facets = surface_mesh(grid, np.zeros(shape), np.zeros((*shape, 3), np.float32), radar).facets
+    facets = surface_mesh(grid, np.zeros(shape), np.zeros((*shape, 3), np.float32)).facets
     with pytest.raises(ValueError, match="call a tracer first"):
         turn_voltages(facets, np.ones(facets.height.shape, np.float32), radar, pulses(radar, 0), 1, 0.01)
 

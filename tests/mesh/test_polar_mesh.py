@@ -340,7 +340,7 @@ def test_profile_is_the_meshs_own_cut(fan: SurfaceMesh, fraction: float, column:
     swap = distance[order, 0] > distance[order, 1]
     height[swap] = height[swap][:, ::-1]
 
-    made = profile(fan.elevation, grid, fraction)
+    made, origin = profile(fan.elevation, grid, fraction), float(grid.column_height[column, 0])
     corners = np.empty(2 * grid.ground_range.size - 1)
     corners[0::2], corners[1::2] = made.rung_distance, made.diagonal_distance
     heights = np.empty_like(corners)
@@ -348,15 +348,13 @@ def test_profile_is_the_meshs_own_cut(fan: SurfaceMesh, fraction: float, column:
     # the cut's own rounding: 1e-16 of 50 m over the sine between plane and edge
     assert_allclose(along[:, 0], corners[:-1], rtol=0.0, atol=1e-10)
     assert_allclose(along[:, 1], corners[1:], rtol=0.0, atol=1e-10)
-    assert_allclose(height[:, 0] + fan.height_m, heights[:-1], rtol=0.0, atol=1e-10)
-    assert_allclose(height[:, 1] + fan.height_m, heights[1:], rtol=0.0, atol=1e-10)
+    assert_allclose(height[:, 0] + origin, heights[:-1], rtol=0.0, atol=1e-10)
+    assert_allclose(height[:, 1] + origin, heights[1:], rtol=0.0, atol=1e-10)
 
     members = {NEAR_FRACTION: slice(0, None, 2), FAR_FRACTION: slice(1, None, 2)}.get(fraction)
     if members is not None:  # the facets that are tested on this plane, in the middle of their segments
         assert_allclose(fan.facets.distance[members], along.mean(axis=1)[members], rtol=0.0, atol=1e-10)
-        assert_allclose(
-            fan.facets.height[column, members], height.mean(axis=1)[members] + fan.height_m, rtol=0.0, atol=1e-10
-        )
+        assert_allclose(fan.facets.height[column, members], height.mean(axis=1)[members] + origin, rtol=0.0, atol=1e-10)
         middle = np.degrees(fan.facets.angle[members]) + 0.5 * grid.spacing_deg
         assert_allclose(middle, np.degrees(angle), rtol=0.0, atol=1e-12)
 
@@ -377,12 +375,15 @@ def test_profile_at_the_edges_of_a_column_is_its_lines(fan: SurfaceMesh, fractio
 def test_antennas_are_the_scans_phase_centres(tilt: float) -> None:
     made = scene([200.0, 260.0], radar__tilt_deg=tilt, radar__baseline_m=1.0)
     mesh = mesh_of(made)
-    azimuth = np.array([213.0])
-    east, north = unit_from_azimuth(azimuth)
-    along, above = mesh.antennas().T
-    world = np.stack((along * east, along * north, above + made.radar.height_m), axis=-1)
-    assert_allclose(world, phase_centres(made.radar, azimuth)[0], rtol=0.0, atol=1e-12)
-    assert above[0] < above[1]
+    for column in (0, 17):
+        azimuth = mesh.grid.column_azimuth[column]
+        east, north = unit_from_azimuth(azimuth)
+        along, across, above = mesh.grid.places[column].T
+        origin = float(mesh.grid.column_height[column, 0])
+        world = np.stack((along * east + across * north, along * north - across * east, above + origin), axis=-1)
+        assert_allclose(world, phase_centres(made.radar, azimuth), rtol=0.0, atol=1e-12)
+        assert_allclose(across, 0.0, atol=1e-12)
+        assert above[0] < above[1]
     assert np.sign(along[1]) == np.sign(tilt)  # the top leans towards the look
 
 
@@ -400,7 +401,7 @@ def test_submerged_lines_are_those_where_the_wave_stands_above_the_lower_antenna
     made = load_scene("sinusoid", overrides=keys)
     water = sea.realize(made.sea, 1)
     mesh = mesh_turn(water, made.radar, made.tracing, 0)
-    drowned = submerged_lines(mesh, water, made.radar)
+    drowned = submerged_lines(mesh, water)
     k = 2.0 * np.pi / 25.0
     omega = np.sqrt(9.81 * k + 0.074 / 1025.0 * k**3)
     level = 1.5 * np.cos(np.pi - omega * mesh.grid.time)

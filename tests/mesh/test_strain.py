@@ -31,7 +31,7 @@ def strain_of(made: Scene, east: NDArray[np.float64], north: NDArray[np.float64]
     grid = grid_of(made)
     shape = (grid.sweep.size, grid.ground_range.size)
     relaxed = np.stack(np.broadcast_arrays(east, north, np.zeros(shape))[:2], axis=-1).astype(np.float32)
-    mesh = surface_mesh(grid, np.zeros(shape), np.zeros((*shape, 3), np.float32), made.radar, relaxed)
+    mesh = surface_mesh(grid, np.zeros(shape), np.zeros((*shape, 3), np.float32), relaxed)
     assert mesh.facets.strain is not None
     return mesh.facets.strain
 
@@ -63,7 +63,7 @@ def test_a_regular_wave_strains_by_its_closed_form(rate: float) -> None:
     made = scene("sinusoid", tracing__facet_m=0.25, tracing__columns_per_beam=4)
     grid = grid_of(made)
     elevation, velocity, relaxed = sea_on_grid(sea.realize(made.sea, 1), grid, rate)
-    facets = surface_mesh(grid, elevation, velocity, made.radar, relaxed).facets
+    facets = surface_mesh(grid, elevation, velocity, relaxed).facets
     assert facets.strain is not None
     east, _ = unit_from_azimuth(grid.column_azimuth[:, None] + np.degrees(facets.angle))
     time = grid.column_time[:, None] + facets.angle / (2.0 * np.pi) * turn_duration(made.radar)
@@ -94,7 +94,7 @@ def test_strain_closes_in_quadratically_on_the_seas_own() -> None:
         made = scene(sea__extent_m=150.0, tracing__facet_m=facet_m, tracing__columns_per_beam=columns_per_beam)
         water, grid = sea.realize(made.sea, 7), grid_of(made)
         elevation, velocity, relaxed = sea_on_grid(water, grid, 1.0)
-        mesh = surface_mesh(grid, elevation, velocity, made.radar, relaxed)
+        mesh = surface_mesh(grid, elevation, velocity, relaxed)
         strain = mesh.facets.strain
         assert strain is not None
         near, far = strain[:, 0::2], strain[:, 1::2]
@@ -121,7 +121,7 @@ def test_without_a_rate_there_is_no_strain_and_the_rest_keeps_its_bits() -> None
     water, grid = sea.realize(made.sea, 7), grid_of(made)
     plain = mesh_turn(water, made.radar, made.tracing, 0).facets
     elevation, velocity, relaxed = sea_on_grid(water, grid, 1.0)
-    strained = surface_mesh(grid, elevation, velocity, made.radar, relaxed).facets
+    strained = surface_mesh(grid, elevation, velocity, relaxed).facets
     assert plain.strain is None
     assert strained.strain is not None
     assert strained.strain.dtype == np.float32

@@ -91,7 +91,8 @@ def factor(antenna: tuple[float, float], edge: tuple[float, float], x: Any, z: A
 
 
 def antennas(seen: Seen) -> list[tuple[float, float]]:
-    return [(float(along), float(seen.mesh.height_m + above)) for along, above in seen.mesh.antennas()]
+    mast = float(seen.mesh.grid.column_height[0, 0])
+    return [(float(along), mast + float(above)) for along, _, above in seen.mesh.grid.places[0]]
 
 
 # ------------------------------------------------------------------------------------------------ without edges
@@ -104,7 +105,7 @@ def test_a_plane_has_no_edges(slope: float) -> None:
     seen = rings(lambda r: slope * r, made)
     assert seen.lit.all()
     assert_array_equal(seen.field, 1.0)
-    straight = (seen.mesh.height_m - seen.facets.height) / seen.facets.distance
+    straight = -seen.facets.rise / seen.facets.distance
     assert_allclose(seen.ray_slope, straight, rtol=2e-7)  # float32
 
 
@@ -119,7 +120,7 @@ def test_a_dome_is_dark_beyond_its_horizon() -> None:
 def test_what_lies_behind_a_tilted_antenna_has_no_field() -> None:
     made = narrow(radar__tilt_deg=60.0, radar__baseline_m=4.0)
     seen = rings(lambda r: 0.0 * r, made)
-    behind = seen.facets.distance < seen.mesh.antennas()[1, 0]
+    behind = seen.facets.distance < seen.mesh.grid.places[0, 1, 0]
     assert behind.any()
     assert_array_equal(seen.field[1][:, behind], 0.0)
     assert_array_equal(seen.field[1][:, ~behind], 1.0)
@@ -159,7 +160,7 @@ def test_one_ridge(tilt: float) -> None:
 def test_the_last_leg_comes_from_the_edge() -> None:
     seen = rings(walls((20.0, 2.0)), narrow())
     distance, behind = seen.facets.distance, seen.facets.distance > 20.5
-    straight = seen.mesh.height_m / distance
+    straight = float(seen.mesh.grid.column_height[0, 0]) / distance
     steep = 2.0 / (distance - on_the_chord(seen, 20.0))
     dark = ~seen.lit
     both, none = np.all(dark[:, :, behind], axis=0), ~np.any(dark[:, :, behind], axis=0)

@@ -180,8 +180,10 @@ def test_facets_seen_from_behind_are_dark(choppy: tuple[Scene, SurfaceMesh, dict
     body, grid = mesh.trimesh, mesh.grid
     shape = traced["horizon"].height[columns].shape
     east, north = (part[columns, None] for part in unit_from_azimuth(grid.column_azimuth))
-    for antenna, (along, above) in enumerate(mesh.antennas()):
-        place = np.stack(np.broadcast_arrays(along * east, along * north, mesh.height_m + above), axis=-1)
+    for antenna in (0, 1):
+        along, _, above = (part[columns, None] for part in grid.places[:, antenna].T)
+        height = grid.column_height[columns] + above
+        place = np.stack(np.broadcast_arrays(along * east, along * north, height), axis=-1)
         to_antenna = place - body.triangles_center.reshape(*shape, 3)
         to_antenna /= np.linalg.norm(to_antenna, axis=-1, keepdims=True)
         cosine = np.sum(body.face_normals.reshape(*shape, 3) * to_antenna, axis=-1)
@@ -326,7 +328,7 @@ def test_tracers_agree_on_what_lies_behind_a_tilted_antenna(tilt: float) -> None
     mesh = mesh_turn(sea.realize(made.sea, 3), made.radar, made.tracing, 0)
     rays, horizon = (light(trace(name, mesh, made)) for name in TRACERS)
     outer = int(tilt > 0.0)
-    behind = mesh.facets.distance < abs(mesh.antennas()[outer, 0])
+    behind = mesh.facets.distance < abs(mesh.grid.places[0, outer, 0])
     assert behind.any()
     assert not horizon[outer][:, behind].any()
     assert_array_equal(rays[..., behind], horizon[..., behind])

@@ -1,0 +1,92 @@
+"""From the voltages at the antennas' ports to what the receivers give: channels, noise, and the converter."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..conventions import from_db
+from ..radar.array import antenna_array
+from ..radar.digital import DigitalReceiver
+from ..radar.receiver import noise_power, thermal_noise
+from ..radar.scan import Pulses
+from ..settings import RadarSettings
+
+_NOISE_STAGE, _NOISE_CHUNK = 3, 1000
+
+
+class Received(NamedTuple):
+    """What a turn leaves on record."""
+
+    voltage: NDArray[np.complex64]  # (pulse, receiver, gate) √W
+    saturated: NDArray[np.bool_] | None  # (pulse, gate) of any receiver; None where nothing can saturate
+
+
+def receive(
+    voltages: NDArray[np.complex64],
+    radar: RadarSettings,
+    pulses: Pulses,
+    seed: int,
+    workers: int,
+    further: NDArray[np.complex64] | None = None,
+) -> Received:
+    """Pass voltages (pulse, receiver, sample) [√W] through the receivers; they are changed in place.
+
+    further: of the same shape, added first.
+    """
+    if further is not None:
+        voltages += further
+    array = antenna_array(radar)
+    for receiver, antenna in enumerate(array.receivers):
+        if array.elements[antenna].channel != 1.0:
+            voltages[:, receiver] *= np.complex64(array.elements[antenna].channel)
+    digital = DigitalReceiver(radar) if radar.receiver.chain == "digital" else None
+    if radar.noise:
+        spacing = None if digital is None else float(np.diff(digital.sample_range[:2])[0])
+        add_noise(voltages, radar, pulses, seed, workers, spacing)
+    if digital is None:
+        return Received(voltages, None)
+    silent = np.isnan(voltages[..., 0].real)  # receivers that the mode does not sample on a pulse
+    voltages[silent] = 0.0
+    digitised = digital(voltages, workers=workers)
+    digitised.voltage[silent] = np.nan
+    return Received(digitised.voltage, np.asarray(digitised.saturated.any(axis=1)))
+
+
+def gate_noise_power(radar: RadarSettings) -> float:
+    """Mean noise power [W] of one gate as it is recorded: thermal, and of a converter whose gain is fixed its own."""
+    thermal = noise_power(radar) if radar.noise else 0.0
+    if radar.receiver.chain == "baseband":
+        return thermal
+    digital = DigitalReceiver(radar)
+    thermal *= sum(digital.noise_gains())
+    if radar.receiver.gain == "agc":
+        return thermal
+    full_scale = 1e-3 * float(from_db(radar.receiver.full_scale_dbm))
+    return thermal + float(np.median(digital.quantisation_noise_power(full_scale)))
+
+
+def add_noise(
+    voltages: NDArray[np.complex64],
+    radar: RadarSettings,
+    pulses: Pulses,
+    seed: int,
+    workers: int,
+    spacing_m: float | None = None,
+) -> None:
+    """Add thermal noise in place; chunks have random numbers of their own, so that threads do not matter.
+
+    spacing_m: between the samples; left out, that of the gates.
+    """
+    first = int(pulses.number[0])
+
+    def add(start: int) -> None:
+        part = voltages[start : start + _NOISE_CHUNK]
+        random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_NOISE_STAGE, first + start)))
+        part += thermal_noise(radar, part.shape[0], part.shape[2], random, part.shape[1], spacing_m)
+
+    with ThreadPoolExecutor(workers) as pool:
+        list(pool.map(add, range(0, voltages.shape[0], _NOISE_CHUNK)))

@@ -1,0 +1,206 @@
+"""The objects of a scene: the sea that they hide, and what they echo themselves.
+
+Those fixed to the world stand still in it; those fixed to the boat turn and heave with it, and stand still in its axes:
+starboard, forward, up, from the foot of the mast at the waterline.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..conventions import SPEED_OF_LIGHT, unit_from_azimuth, wrap_degrees
+from ..io.meshfile import load_mesh
+from ..io.scenefile import InputError
+from ..mesh import Facets, SurfaceMesh
+from ..radar.mast import Mast, Stance
+from ..radar.pose import boat_axes
+from ..radar.scan import Pulses
+from ..scene import Scene
+from ..tracing.horizon import Skyline
+from ..tracing.objects import Occluder, placed, refuse_if_enclosing, to_boat, to_world
+from .objects import EchoingObject, objects_in_sight, passing
+from .scatterers import scatterer_voltages
+
+_MARGIN_DEG = 0.5  # to either side of an object, within which columns are asked whether it hides them
+_COLUMNS = 64  # at once, whose rays stay in the cache
+_MOMENTS, _MOST_MOMENTS = 100, 10_000  # of a turn, and of a run, at which it is asked whether an antenna is enclosed
+_STEP = 1e-3  # s, over which the places of a boat's own things are differenced
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """The objects that stand still in one frame."""
+
+    occluder: Occluder
+    echoing: list[EchoingObject]
+
+
+class Scenery:
+    """All objects of a scene. Raises InputError for a mesh that cannot be read, or that encloses an antenna."""
+
+    def __init__(self, scene: Scene, mast: Mast) -> None:
+        self._scene, self._mast = scene, mast
+        self._world, self._boat = (self._frame(name) for name in ("world", "boat"))
+        if self.there:
+            self._refuse_if_enclosing()
+
+    @property
+    def there(self) -> bool:
+        """Whether the scene has any objects."""
+        return bool(self._world.occluder.bodies or self._boat.occluder.bodies)
+
+    def _refuse_if_enclosing(self) -> None:
+        moments = min(_MOMENTS * self._scene.turns, _MOST_MOMENTS) + 1
+        way = self._mast.stance(np.linspace(0.0, self._scene.turns * self._mast.period, moments))
+        try:
+            refuse_if_enclosing(self._world.occluder, way.positions)
+            refuse_if_enclosing(self._boat.occluder, self._aboard(way, way.positions))
+        except ValueError as error:
+            raise InputError(str(error)) from None
+
+    def _frame(self, name: str) -> _Frame:
+        meshes, numbers, echoing = [], [], list[EchoingObject]()
+        for number, settings in enumerate(self._scene.objects):
+            if settings.fixed_to != name:
+                continue
+            try:
+                mesh = placed(load_mesh(settings, number), settings)
+            except ValueError as error:
+                raise InputError(str(error)) from None
+            meshes.append(mesh)
+            numbers.append(number)
+            found = EchoingObject.of(settings, number, mesh)
+            echoing += [] if found is None else [found]
+        return _Frame(Occluder(meshes, numbers), echoing)
+
+    def _aboard(self, stance: Stance, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Points (n, …, 3) of the world in the boat's axes at n moments."""
+        foot, axes = self._foot(stance)
+        return to_boat(points, foot[:, None], axes[:, None])
+
+    def _foot(self, stance: Stance) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The foot of the mast (n, 3) at the waterline, and the boat's axes (n, 3, 3) there."""
+        axes = boat_axes(stance.attitude)
+        return stance.origin - self._scene.radar.height_m * axes[:, 2], axes
+
+    # ------------------------------------------------------------------------------------------ what they hide
+
+    def hide(self, facets: Facets) -> Facets:
+        """The facets without the light that objects keep from them, at the time when the beam passes each."""
+        if not self.there:
+            return facets
+        assert facets.lit is not None
+        lit, field = facets.lit.copy(), None if facets.field is None else facets.field.copy()
+        all_columns = self._columns(facets)
+        for first in range(0, all_columns.size, _COLUMNS):
+            columns = all_columns[first : first + _COLUMNS]
+            stance = facets.grid.column_stance[columns]
+            for antenna in range(lit.shape[0]):
+                # What light bends to over a crest is hidden likewise, and none comes round an object.
+                reached = lit[antenna, columns] if field is None else field[antenna, columns] != 0.0
+                place, facet = np.nonzero(reached)
+                hidden = self._hidden(stance, antenna, place, _points(facets, columns[place], facet))
+                place, facet = columns[place[hidden]], facet[hidden]
+                lit[antenna, place, facet] = False
+                if field is not None:
+                    field[antenna, place, facet] = 0.0
+        return replace(facets, lit=lit, field=field)
+
+    def _hidden(
+        self, stance: Stance, antenna: int, place: NDArray[np.intp], ends: NDArray[np.float64]
+    ) -> NDArray[np.bool_]:
+        """(n,) whether objects hide points (n, 3) of the world from an antenna, as it stands at `place` of `stance`."""
+        starts = stance.positions[place, antenna]
+        hidden = self._world.occluder.blocked(starts, ends)
+        if self._boat.occluder.bodies:
+            foot, axes = self._foot(stance)
+            here = to_boat(np.stack((starts, ends)), foot[place], axes[place])
+            hidden |= self._boat.occluder.blocked(*here)
+        return hidden
+
+    def _columns(self, facets: Facets) -> NDArray[np.intp]:
+        """Columns in which something may be hidden."""
+        grid = facets.grid
+        if self._boat.occluder.bodies:
+            return np.arange(grid.columns)
+        near = np.zeros(grid.columns, dtype=bool)
+        stance = grid.column_stance
+        origin, beside = stance.origin, float(np.hypot(*np.moveaxis(stance.places[..., :2], -1, 0)).max())
+        for body in self._world.occluder.bodies:
+            east, north = (body.centre[axis] - origin[:, axis] for axis in (0, 1))
+            away, girth = np.maximum(np.hypot(east, north), 1e-9), body.girth + beside
+            half = np.degrees(np.arcsin(np.minimum(1.0, girth / away))) + _MARGIN_DEG
+            off = np.abs(wrap_degrees(np.degrees(np.arctan2(east, north)) - grid.column_azimuth))
+            near |= (off <= half) | (away <= girth)
+        return np.flatnonzero(near)
+
+    # ------------------------------------------------------------------------------------------ what they echo
+
+    def voltages(self, mesh: SurfaceMesh, pulses: Pulses) -> NDArray[np.complex64] | None:
+        """Voltages (pulse, receiver, sample) of the objects' own echoes over a turn; None if there are none."""
+        total = None
+        for frame, aboard in ((self._world, False), (self._boat, True)):
+            if not frame.echoing:
+                continue
+            part = self._echoes(frame, aboard, Skyline(mesh), pulses)
+            total = part if total is None else total + part
+        return total
+
+    def _echoes(self, frame: _Frame, aboard: bool, skyline: Skyline, pulses: Pulses) -> NDArray[np.complex64]:
+        radar, stance = self._mast.radar, pulses.stance
+        centres, azimuth = stance.positions, pulses.azimuth
+
+        def sees(eyes: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.bool_]:
+            """Over the sea, and past the boat's own structure."""
+            seen = skyline.sees(eyes, ends)
+            if self._boat.occluder.bodies:
+                at = passing(ends, stance.origin, pulses.azimuth)
+                here = self._aboard(stance[at], np.stack((eyes, ends), axis=1))
+                seen &= ~self._boat.occluder.blocked(here[:, 0], here[:, 1])
+            return seen
+
+        if aboard:
+            centres = self._aboard(stance, centres)
+            azimuth = azimuth - stance.attitude[:, 2]
+        places, areas, sight = objects_in_sight(
+            frame.echoing,
+            frame.occluder,
+            (lambda eyes, ends: np.ones(len(ends), dtype=bool)) if aboard else sees,
+            centres,
+            azimuth,
+            wavelength_m=SPEED_OF_LIGHT / radar.frequency_hz,
+            seed=self._scene.seed,
+        )
+        if not aboard:
+            return scatterer_voltages(radar, pulses, places, areas, np.zeros_like(places), sight=sight)
+        # A point of the boat goes with it: where it is when the beam passes it, and as fast.
+        time = np.interp(_bearing(places), *_by_bearing(azimuth, pulses.time))
+        before, now, after = (
+            to_world(places, *self._foot(self._mast.stance(time + late))) for late in (-0.5 * _STEP, 0.0, 0.5 * _STEP)
+        )
+        speeds = (after - before) / _STEP
+        return scatterer_voltages(radar, pulses, now - speeds * time[:, None], areas, speeds, sight=sight)
+
+
+def _bearing(places: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.degrees(np.arctan2(places[:, 0], places[:, 1])) % 360.0
+
+
+def _by_bearing(
+    azimuth: NDArray[np.float64], time: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Azimuths 0 … 360 deg in ascending order, and the times of the pulses that look there."""
+    order = np.argsort(azimuth % 360.0)
+    return (azimuth % 360.0)[order], time[order]
+
+
+def _points(facets: Facets, column: NDArray[np.intp], facet: NDArray[np.intp]) -> NDArray[np.float64]:
+    """World places (n, 3) of facets, each by its column and its number along it."""
+    grid = facets.grid
+    east, north = unit_from_azimuth(grid.column_azimuth[column] + np.degrees(facets.angle[facet]))
+    origin, distance = grid.column_stance.origin[column], facets.distance[facet]
+    height = facets.height[column, facet]
+    return np.stack((origin[:, 0] + distance * east, origin[:, 1] + distance * north, height), axis=1)

@@ -1,0 +1,635 @@
+"""A scene's objects within the simulation: what they hide at the moment of the beam, what they echo, in every mode."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from numpy.testing import assert_allclose, assert_array_equal
+from numpy.typing import NDArray
+
+from seamap_rt.conventions import SPEED_OF_LIGHT, from_db, unit_from_azimuth, wrap_degrees
+from seamap_rt.dataset import QUALITY_FLAGS
+from seamap_rt.echoes.scenery import Scenery
+from seamap_rt.echoes.turn import turn_echoes
+from seamap_rt.interferometry import retrieve
+from seamap_rt.io.scenefile import InputError
+from seamap_rt.mesh import Facets, polar_grid, surface_mesh
+from seamap_rt.mesh.polar import mesh_turn
+from seamap_rt.radar.antenna import antenna
+from seamap_rt.radar.mast import Mast
+from seamap_rt.radar.pose import boat_axes
+from seamap_rt.radar.scan import pulses
+from seamap_rt.radar.waveform import RangeResponse, gates
+from seamap_rt.scene import Scene, load_scene
+from seamap_rt.simulation import Simulator, simulate
+from seamap_rt.tracing import tracer
+from seamap_rt.tracing.horizon import Skyline, trace_horizon
+
+Array = NDArray[np.float64]
+Light = NDArray[np.bool_]
+SPEED = {"platform__speed_m_s": 5.0, "platform__heading_deg": 90.0}
+MODES = [(send, pair) for send in ("single", "switched") for pair in ("single_pulse", "alternating_pulse")]
+
+
+def saved(mesh: trimesh.Trimesh, folder: Path) -> str:
+    path = folder / "thing.ply"
+    mesh.export(path)
+    return str(path)
+
+
+def box(extents: tuple[float, float, float], centre: tuple[float, float, float]) -> trimesh.Trimesh:
+    return trimesh.creation.box(extents).apply_translation(centre)
+
+
+def plate(width: float, foot: float, top: float) -> trimesh.Trimesh:
+    """An open sheet square to the north, its middle at x = y = 0."""
+    x = 0.5 * width
+    corners = [[-x, 0.0, foot], [x, 0.0, foot], [x, 0.0, top], [-x, 0.0, top]]
+    return trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]], process=False)
+
+
+def scene(
+    mesh: trimesh.Trimesh, folder: Path, name: str = "flat", thing: dict[str, Any] | None = None, **keys: Any
+) -> Scene:
+    """A sector about north of a flat sea of constant NRCS, with one object."""
+    settings: dict[str, Any] = {
+        "radar__sector_deg": [350.0, 370.0],
+        "radar__range_m": [15.0, 100.0],
+        "radar__noise": False,
+        "scattering__nrcs": "constant",
+        "scattering__nrcs_db": -30.0,
+        "tracing__tracer": "horizon",
+        "objects": [{"mesh": saved(mesh, folder), "position_m": [0.0, 0.0, 0.0], **(thing or {})}],
+        **keys,
+    }
+    return load_scene(name, {key.replace("__", "."): value for key, value in settings.items()})
+
+
+def traced(made: Scene, turn: int = 0) -> tuple[Facets, Facets]:
+    """The facets of a turn as the sea alone lights them, and as it does with the objects."""
+    simulator = Simulator(made)
+    light = tracer(made.tracing.tracer, made.radar, made.scattering, diffraction=made.tracing.diffraction)
+    facets = light(simulator.mesh(turn))
+    return facets, simulator.scenery.hide(facets)
+
+
+def lit(facets: Facets) -> Light:
+    assert facets.lit is not None
+    return facets.lit
+
+
+def places(facets: Facets, origin: Array) -> Array:
+    """(column, facet, 3) of the facets in the world, seen from an array's origin (column, 3) each."""
+    east, north = unit_from_azimuth(facets.grid.column_azimuth[:, None] + np.degrees(facets.angle))
+    x = origin[:, :1] + facets.distance * east
+    return np.stack((x, origin[:, 1:2] + facets.distance * north, facets.height), axis=-1)
+
+
+def through_plate(eye: Array, point: Array, corner: Array, along: Array, up: Array) -> Array:
+    """How far (m) within a rectangle, from `corner` along two edges, segments (…, 3) pass; negative beside it."""
+    normal, way = np.cross(along, up), point - eye
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = ((corner - eye) @ normal) / (way @ normal)
+    where = eye + share[..., None] * way - corner
+    within = []
+    for edge in (along, up):
+        length = np.linalg.norm(edge)
+        place = where @ (edge / length)
+        within += [place, length - place]
+    inside = np.min(within, axis=0)
+    return np.where((share > 0.0) & (share < 1.0), inside, -np.inf)
+
+
+# ------------------------------------------------------------------------------------------ shadows of the world's
+
+
+@pytest.mark.parametrize("name", ["facets", "horizon"])
+@pytest.mark.parametrize("turn", [0, 2])
+def test_a_plate_hides_just_the_facets_behind_it(name: str, turn: int, tmp_path: Path) -> None:
+    """At rest, and from a boat that has gone on 5 m east a second: every facet against the closed form."""
+    made = scene(
+        plate(6.0, -1.0, 2.0),
+        tmp_path,
+        thing={"position_m": [0.0, 30.0, 0.0]},
+        radar__sector_deg=[330.0, 370.0],
+        tracing__tracer=name,
+        turns=3,
+        **(SPEED if turn else {}),
+    )
+    before, after = traced(made, turn)
+    assert lit(before).all()
+    origin = np.zeros((before.grid.columns, 3))
+    if turn:
+        origin[:, 0] = 5.0 * before.grid.column_time
+        assert 9.0 < origin[:, 0].min()
+    ends = places(before, origin)
+    for antenna_number, height in enumerate((4.9, 5.1)):
+        eye = (origin + [0.0, 0.0, height])[:, None]
+        inside = through_plate(
+            eye, ends, np.array([-3.0, 30.0, -1.0]), np.array([6.0, 0.0, 0.0]), np.array([0.0, 0.0, 3.0])
+        )
+        sure = np.abs(inside) > 1e-3  # a ray stops 1 mm short; rounding is 1e-6 of the plate
+        assert sure.mean() > 0.999
+        assert_array_equal(~lit(after)[antenna_number][sure], inside[sure] > 0.0)
+        dark = ~lit(after)[antenna_number]
+        north = ends[dark][:, 1]
+        # From the plate to d·H/(H − h), a facet of 0.5 m cut in two at most.
+        assert north.min() == pytest.approx(30.0, abs=0.5)
+        assert north.max() == pytest.approx(30.0 * height / (height - 2.0), abs=0.5)
+
+
+def test_the_nearest_columns_are_asked_too(tmp_path: Path) -> None:
+    """An antenna 0.5 m to the side of the array's middle sees a post 3 m off 9° beside where the middle sees it."""
+    made = scene(
+        box((0.2, 0.2, 9.0), (0.0, 0.0, 4.5)),
+        tmp_path,
+        thing={"position_m": [0.0, 3.0, 0.0]},
+        radar__sector_deg=[340.0, 380.0],
+        radar__antennas=[{"offset_m": [-0.5, 0.0, -0.1]}, {"offset_m": [0.5, 0.0, 0.1]}],
+    )
+    facets, after = traced(made)
+    simulator = Simulator(made)
+    simulator.scenery._columns = lambda facets: np.arange(facets.grid.columns)  # type: ignore[method-assign]
+    assert_array_equal(lit(after), lit(simulator.scenery.hide(facets)))
+    dark = ~lit(after)[:, :, -1]
+    azimuth = wrap_degrees(facets.grid.column_azimuth)
+    # What a ray from 0.5 m to the right sees behind the post goes on to the left: atan(0.5/3) less atan(0.5/100).
+    for antenna_number, sign in enumerate((1.0, -1.0)):
+        assert azimuth[dark[antenna_number]].mean() == pytest.approx(sign * (9.46 - 0.29), abs=0.3)
+
+
+def test_no_light_bends_round_an_object(tmp_path: Path) -> None:
+    """Over crests it does bend: behind the wall that light is gone too, and beside it nothing has changed."""
+    made = scene(
+        box((6.0, 0.5, 12.0), (0.0, 0.0, 0.0)),
+        tmp_path,
+        name="sinusoid",
+        thing={"position_m": [-40.0, 0.0, 0.0]},
+        radar__sector_deg=[255.0, 285.0],
+        radar__range_m=[15.0, 300.0],
+        tracing__diffraction="knife_edge",
+    )
+    before, after = traced(made)
+    assert before.field is not None
+    assert after.field is not None
+    eye = np.array([0.0, 0.0, 4.9])
+    ends = places(before, np.zeros((before.grid.columns, 3)))
+    inside = through_plate(
+        eye, ends, np.array([-39.75, -3.0, -6.0]), np.array([0.0, 6.0, 0.0]), np.array([0.0, 0.0, 12.0])
+    )
+    bent = ~lit(before)[0] & (np.abs(before.field[0]) > 0.01)
+    behind, beside = inside > 0.05, (inside < -0.5) | ~np.isfinite(inside)
+    assert (bent & behind).sum() > 100
+    assert_array_equal(after.field[0][behind], 0.0)
+    assert not lit(after)[0][behind].any()
+    assert_array_equal(after.field[0][beside], before.field[0][beside])
+    assert_array_equal(lit(after)[0][beside], lit(before)[0][beside])
+
+
+def test_no_objects_change_nothing() -> None:
+    made = load_scene("flat", {"radar.sector_deg": [0.0, 5.0], "tracing.tracer": "horizon"})
+    facets, after = traced(made)
+    assert after is facets
+    simulator = Simulator(made)
+    assert simulator.scenery.voltages(simulator.mesh(0), pulses(made.radar, 0)) is None
+
+
+# ------------------------------------------------------------------------------------------ the boat's own
+
+
+def hidden_bearings(facets: Facets, heading: float) -> Array:
+    """Bearings off the bow [deg] of the columns whose far end the lower antenna does not see."""
+    return np.sort(wrap_degrees(facets.grid.column_azimuth[~lit(facets)[0][:, -1]] - heading))
+
+
+@pytest.mark.parametrize("heading", [0.0, 90.0, 200.0])
+def test_the_wheelhouse_hides_the_same_sector_off_the_bow(heading: float, tmp_path: Path) -> None:
+    """A post 2 m abaft and 1 m to starboard, 0.6 m wide: from 146° to 161° off the bow; the boat goes at 5 m/s."""
+    made = scene(
+        box((0.6, 0.02, 8.0), (0.0, 0.0, 4.0)),
+        tmp_path,
+        thing={"position_m": [1.0, -2.0, 0.0], "fixed_to": "boat"},
+        radar__sector_deg=[0.0, 360.0],
+        tracing__facet_m=2.0,
+        turns=2,
+        platform__heading_deg=heading,
+        platform__speed_m_s=5.0,
+    )
+    found = hidden_bearings(traced(made, 1)[1], heading)
+    start, stop = (np.degrees(np.arctan2(x, -1.99 if x > 1.0 else -2.01)) for x in (1.3, 0.7))
+    # Columns are 0.45° wide, and facets stand up to a third of one beside their middle.
+    assert found.min() == pytest.approx(start, abs=0.6)
+    assert found.max() == pytest.approx(stop, abs=0.6)
+    assert found.size == pytest.approx((stop - start) / 0.45, abs=2)
+
+
+@pytest.mark.parametrize(("list_deg", "trim_deg"), [(10.0, 0.0), (-10.0, 0.0), (0.0, 8.0), (7.0, -6.0)])
+def test_the_wheelhouse_turns_with_the_rolling_boat(list_deg: float, trim_deg: float, tmp_path: Path) -> None:
+    """A plate ahead, as high as the antennas: where the roll takes it, facet by facet; heading east."""
+    made = scene(
+        plate(2.0, 2.0, 4.9),
+        tmp_path,
+        thing={"position_m": [1.0, 3.0, 0.0], "fixed_to": "boat"},
+        radar__sector_deg=[60.0, 140.0],
+        platform__heading_deg=90.0,
+        platform__list_deg=list_deg,
+        platform__trim_deg=trim_deg,
+        platform__lever_arm_m=[0.0, 0.0, 5.0],
+        radar__baseline_m=0.4,
+    )
+    before, after = traced(made)
+    # The boat turns about the mast's foot, at the world's origin: rows are its axes, told in the world.
+    axes = boat_axes((list_deg, trim_deg, 90.0))
+    corner, along, up = (np.array(v) @ axes for v in ([0.0, 3.0, 2.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.9]))
+    ends = places(before, np.array([0.0, 0.0, 5.0]) @ axes + np.zeros((before.grid.columns, 3)))
+    dark = []
+    for number, height in enumerate((4.8, 5.2)):
+        inside = through_plate(np.array([0.0, 0.0, height]) @ axes, ends, corner, along, up)
+        sure = np.abs(inside) > 2e-3
+        assert_array_equal((lit(before) & ~lit(after))[number][sure], ((inside > 0.0) & lit(before)[number])[sure])
+        dark.append((inside > 0.0).sum())
+    assert dark[0] > 0
+
+
+def test_starboard_goes_down_with_the_list(tmp_path: Path) -> None:
+    """A rail abeam, lower than the antennas, hides less of the sea the deeper its side lies."""
+    dark = {}
+    for list_deg in (-8.0, 0.0, 8.0):
+        made = scene(
+            plate(4.0, 0.0, 4.7),
+            tmp_path,
+            thing={"position_m": [3.0, 0.0, 0.0], "heading_deg": 90.0, "fixed_to": "boat"},
+            radar__sector_deg=[80.0, 100.0],
+            platform__list_deg=list_deg,
+        )
+        before, after = traced(made)
+        dark[list_deg] = (lit(before) & ~lit(after))[0].sum()
+    assert dark[8.0] < dark[0.0] < dark[-8.0]
+
+
+# ------------------------------------------------------------------------------------------ what they echo
+
+
+def loudness(made: Scene, turn: int = 0) -> tuple[Array, Array]:
+    """Mean power (pulse, gate) of an object's own echo over pulses' receivers, and the pulses' azimuths."""
+    mast = Mast(made.radar, made.platform)
+    fired, grid = pulses(made.radar, turn, mast), polar_grid(made.radar, made.tracing, turn, mast)
+    level = np.zeros((grid.sweep.size, grid.ground_range.size))
+    mesh = surface_mesh(grid, level, np.zeros((*level.shape, 3), np.float32))
+    volts = Scenery(made, mast).voltages(mesh, fired)
+    assert volts is not None
+    return np.nanmean(np.abs(volts.astype(np.complex128)) ** 2, axis=1), fired.azimuth
+
+
+@pytest.mark.parametrize("turn", [0, 3])
+def test_an_echo_by_the_radar_equation(turn: int, tmp_path: Path) -> None:
+    """Its place to a few centimetres, its mean power over draws; also 15 m on, as a moving boat sees it."""
+    size, east, north = 0.2, 10.0, 60.0
+    boat = 15.8 if turn else 0.0  # where it is when the beam passes, 0.16 turns after the third
+    level = np.hypot(east - boat, north)
+    bearing = np.degrees(np.arctan2(east - boat, north)) % 360.0
+    distance = np.hypot(level, 5.0 - 1.0)
+    near = distance - 30.0  # so that a gate stands at its range
+    keys: dict[str, Any] = {
+        "thing": {"position_m": [east, north, 0.0], "rcs_dbsm": 10.0},
+        "radar__sector_deg": [bearing - 3.0, bearing + 3.0],
+        "radar__range_m": [near, near + 45.0],
+        "turns": 4,
+    }
+    if turn:  # the turntable passes the start of its sector at the start of each turn
+        boat = 15.0 + 5.0 * 3.0 / 360.0
+        level = np.hypot(east - boat, north)
+        bearing = np.degrees(np.arctan2(east - boat, north)) % 360.0
+        distance = np.hypot(level, 4.0)
+        keys |= SPEED | {"radar__sector_deg": [bearing - 3.0, bearing + 3.0]}
+        keys["radar__range_m"] = [distance - 30.0, distance + 15.0]
+    made = scene(box((size, size, size), (0.0, 0.0, 1.0)), tmp_path, **keys)
+    draws = 150
+    power = np.zeros(1)
+    for seed in range(draws):
+        part, azimuth = loudness(made.model_copy(update={"seed": seed}), turn)
+        power = power + part / draws
+    ranges = gates(made.radar)
+    off = wrap_degrees(azimuth - bearing)
+    total = power.sum()
+    # The box's size and the pulses' spacing of 0.036°; half of 0.2 m at 60 m is 0.1°.
+    assert (power.sum(axis=1) @ off) / total == pytest.approx(0.0, abs=0.1)
+    assert (power.sum(axis=0) @ ranges) / total == pytest.approx(distance, abs=0.15)
+
+    aerial, wavelength = antenna(made.radar), SPEED_OF_LIGHT / made.radar.frequency_hz
+    pattern = float(aerial.elevation(np.array([-4.0 / distance]))[0]) ** 4
+    response = float(RangeResponse.of(made.radar)(np.zeros(1))[0]) ** 2
+    loss = from_db(made.radar.losses_db)
+    expected = aerial.gain**2 * wavelength**2 * from_db(10.0) * pattern * response
+    expected /= (4.0 * np.pi) ** 3 * distance**4 * loss
+    gate = int(np.argmin(np.abs(ranges - distance)))
+    pulse = int(np.argmin(np.abs(off)))
+    # Power is exponential over the draws: 4 of 1/√150.
+    assert power[pulse, gate] / expected == pytest.approx(1.0, abs=0.33)
+    # It is heard where the beam looks, and nowhere else: two-way −3 dB at 0.65°.
+    assert power[np.abs(off) > 2.2].max() < 1e-3 * power[pulse, gate]
+
+
+def test_many_frequencies_share_the_mean_power(tmp_path: Path) -> None:
+    """A vessel, 8 to 12 GHz in steps by which its 12 m turn over several times: in all, its rcs at its range."""
+    objects = Path(__file__).parents[2] / "scenes" / "objects"
+    ratio = []
+    for frequency in np.linspace(9.6e9, 10.4e9, 33):
+        made = scene(
+            box((1.0, 1.0, 1.0), (0.0, 0.0, 0.0)),
+            tmp_path,
+            thing={"mesh": str(objects / "vessel.ply"), "position_m": [0.0, 60.0, 0.0], "rcs_dbsm": 20.0},
+            radar__frequency_hz=float(frequency),
+            radar__antenna__pattern="gaussian",
+        )
+        power, _ = loudness(made)
+        aerial, wavelength = antenna(made.radar), SPEED_OF_LIGHT / frequency
+        # All of it, over gates and pulses: the integrals of response and beam stand for the place.
+        ranges = np.arange(-30.0, 30.0, 1.5)
+        gated = np.sum(RangeResponse.of(made.radar)(ranges) ** 2)
+        turn = np.arange(-5.0, 5.0, 0.036)
+        beam = np.sum(aerial.azimuth(np.sin(np.radians(turn))) ** 4)
+        point = aerial.gain**2 * wavelength**2 * 100.0 / ((4.0 * np.pi) ** 3 * 60.0**4 * from_db(made.radar.losses_db))
+        ratio.append(power.sum() / (point * gated * beam))
+    # Each is a mean over some two cells of range of exponential powers, all of the same 64 places: 4 of 1/√33, and the
+    # elevation pattern, 2° to 5° off its axis, takes 5 to 30 % (it is 18° wide one way).
+    assert np.mean(ratio) == pytest.approx(0.8, abs=0.45)
+
+
+def test_what_stands_under_water_echoes_nothing(tmp_path: Path) -> None:
+    made = scene(box((2.0, 2.0, 2.0), (0.0, 40.0, -1.2)), tmp_path, thing={"rcs_dbsm": 30.0})
+    power, _ = loudness(made)
+    assert power.max() == 0.0
+    before, after = traced(made)
+    assert_array_equal(lit(before), lit(after))  # nor does it hide anything
+
+
+def test_an_object_just_outside_the_sector_is_heard_through_the_beams_edge(tmp_path: Path) -> None:
+    """Half a beam before the start and behind the end alike."""
+    loud = []
+    for azimuth in (359.2, 20.8):
+        east, north = (float(part) for part in unit_from_azimuth(azimuth))
+        made = scene(
+            box((0.1, 0.1, 0.1), (0.0, 0.0, 1.0)),
+            tmp_path,
+            thing={"position_m": [60.0 * east, 60.0 * north, 0.0], "rcs_dbsm": 10.0},
+            radar__sector_deg=[0.0, 20.0],
+        )
+        power = np.mean([loudness(made.model_copy(update={"seed": s}))[0].sum() for s in range(20)])
+        loud.append(power)
+    # The same draws, but for how the tiny box turns to the antenna; and one pulse more or less.
+    assert loud[0] == pytest.approx(loud[1], rel=0.8)
+    assert min(loud) > 0.0
+
+
+@pytest.mark.parametrize(
+    "platform", [{}, {"platform__speed_m_s": 5.0}, {"platform__roll_deg": 10.0, "platform__roll_phase_deg": 20.0}]
+)
+def test_the_boats_own_things_stay_at_their_range(platform: dict[str, Any], tmp_path: Path) -> None:
+    """A point 20 m ahead on the bow's sprit: at its bearing and range off the bow, and the phase stands still."""
+    swings = {"platform__motion": "sinusoidal"} if "platform__roll_deg" in platform else {}
+    made = scene(
+        box((0.02, 0.02, 0.02), (0.0, 0.0, 2.0)),
+        tmp_path,
+        thing={"position_m": [0.0, 20.0, 0.0], "rcs_dbsm": 0.0, "fixed_to": "boat"},
+        radar__sector_deg=[110.0, 130.0],
+        platform__heading_deg=120.0,
+        **platform,
+        **swings,
+    )
+    simulator = Simulator(made)
+    fired = pulses(made.radar, 0, simulator.mast)
+    volts = simulator.scenery.voltages(simulator.mesh(0), fired)
+    assert volts is not None
+    power = np.abs(volts[:, 0]) ** 2
+    pulse, gate = np.unravel_index(power.argmax(), power.shape)
+    # A rolled mast, its antennas 3 m over the point, bears on it up to 3 tan(20°)/20 = 1.6° off the bow.
+    off = wrap_degrees(fired.azimuth[pulse] - 120.0)
+    assert off == pytest.approx(0.0, abs=0.15 if not swings else 2.0)
+    assert gates(made.radar)[gate] == pytest.approx(np.hypot(20.0, 3.0), abs=0.76)
+    around = np.flatnonzero(power[:, gate] > 0.25 * power[pulse, gate])
+    phase = np.unwrap(np.angle(volts[around, 0, gate]))
+    # Were it left behind by a boat at 5 m/s, 8 ms would turn it by 2k·0.04 m = 17 rad. In a roll of up to 15°/s the 8 ms
+    # of straight flight depart from the arc, as do the antennas: 20 m · (15°/s · 4 ms)²/2 = 10 µm, 4 mrad.
+    assert np.ptp(phase) < 0.02
+
+
+# ------------------------------------------------------------------------------------------ what the sea hides of them
+
+
+@dataclass(frozen=True)
+class Rings:
+    """A surface at rest whose height depends on the ground range alone."""
+
+    height: Callable[[Array], Array]
+
+    def elevation_and_velocity(self, x: Array, y: Array, t: Array) -> tuple[Array, NDArray[np.float32]]:
+        return self.height(np.hypot(x, y)), np.zeros((*x.shape, 3), dtype=np.float32)
+
+
+def waves(r: Array) -> Array:
+    return 1.0 * np.cos(2.0 * np.pi * r / 35.0)
+
+
+@pytest.mark.parametrize("sector", [[300.0, 420.0], [0.0, 360.0]])
+def test_the_skyline_is_the_horizon_tracers(sector: list[float]) -> None:
+    """Above the tangent over the crests before it a thing is seen, below it is not; and so are the facets' points."""
+    made = load_scene("flat", {"radar.sector_deg": sector, "radar.range_m": [15.0, 250.0], "tracing.facet_m": 0.25})
+    mesh = mesh_turn(Rings(waves), made.radar, made.tracing, 0)
+    skyline, facets = Skyline(mesh), trace_horizon(mesh)
+    eye = np.array([0.0, 0.0, 4.9])
+    fine = np.arange(1.0, 250.0, 0.01)
+
+    def horizon(distance: float) -> float:
+        nearer = fine[fine < distance]
+        return 4.9 + distance * float(np.max((waves(nearer) - 4.9) / nearer))
+
+    random = np.random.default_rng(3)
+    for distance, azimuth in zip(
+        random.uniform(30.0, 240.0, 60), random.uniform(sector[0], sector[1], 60), strict=True
+    ):
+        east, north = (float(part) for part in unit_from_azimuth(azimuth))
+        tangent = horizon(distance)
+        # Rungs 0.25 m apart miss a crest's top by 0.25²/8·k² = 0.25 mm, what lies just before the thing by its slope.
+        for above, seen in ((0.06, True), (-0.06, False)):
+            place = np.array([[distance * east, distance * north, tangent + above]])
+            assert skyline.sees(eye[None], place)[0] == seen, (distance, azimuth)
+
+    column = facets.grid.columns // 2
+    points = places(facets, np.zeros((facets.grid.columns, 3)))[column]
+    margin = np.array([height - horizon(d) for d, height in zip(facets.distance, points[:, 2], strict=True)])
+    sure = (margin < -0.06) | (lit(facets)[0, column] & (facets.slope_look[column] > -0.1))
+    sure &= facets.distance > 2.0
+    seen = skyline.sees(np.broadcast_to(eye, points.shape), points + [0.0, 0.0, 0.01])
+    assert sure.mean() > 0.8
+    assert_array_equal(seen[sure], lit(facets)[0, column][sure])
+
+
+def test_beside_the_mesh_nothing_is_seen() -> None:
+    made = load_scene("flat", {"radar.sector_deg": [0.0, 20.0], "radar.range_m": [15.0, 100.0]})
+    mesh = mesh_turn(Rings(np.zeros_like), made.radar, made.tracing, 0)
+    azimuth = np.array([-8.0, -5.0, -0.3, 0.0, 10.0, 20.0, 25.0, 28.0, 180.0])
+    east, north = unit_from_azimuth(azimuth)
+    points = np.stack((50.0 * east, 50.0 * north, np.ones_like(east)), axis=1)
+    seen = Skyline(mesh).sees(np.broadcast_to([0.0, 0.0, 5.0], points.shape), points)
+    # The mesh runs on by three beams of 1.8° to either side, 5.4° and a column.
+    assert_array_equal(seen, (azimuth > -6.0) & (azimuth < 26.0))
+
+
+def test_a_crest_hides_a_buoy(tmp_path: Path) -> None:
+    """A box 0.05 to 0.25 m over mean sea level, 130 m off. Over a crest of 0.67 m at 120 m the tangent passes it at
+    0.3 m; with a trough there and the crest at 100 m, at −0.6 m."""
+    echo = {}
+    for phase in (0.0, 180.0):
+        made = scene(
+            box((0.5, 0.5, 0.2), (0.0, 0.0, 0.15)),
+            tmp_path,
+            name="sinusoid",
+            thing={"position_m": [-130.0, 0.0, 0.0], "rcs_dbsm": 10.0},
+            sea__waves__0__phase_deg=phase,
+            radar__sector_deg=[265.0, 275.0],
+            radar__range_m=[15.0, 150.0],
+        )
+        simulator = Simulator(made)
+        crest = float(simulator.sea.elevation(np.array([-120.0]), np.zeros(1), np.zeros(1))[0])
+        assert crest == pytest.approx(0.667 if phase == 0.0 else -0.667, abs=0.01)
+        volts = simulator.scenery.voltages(simulator.mesh(0), pulses(made.radar, 0))
+        assert volts is not None
+        echo[phase] = np.abs(volts).max()
+    assert echo[0.0] == 0.0
+    assert echo[180.0] > 0.0
+
+
+# ------------------------------------------------------------------------------------------ the whole simulation
+
+
+@pytest.mark.parametrize(("transmit", "interferogram"), MODES)
+def test_the_map_holds_no_echo_in_the_shadow(transmit: str, interferogram: str, tmp_path: Path) -> None:
+    """A silent wall 6 m high, 9° wide: no sea behind it in the truth, and no height in the map, in any mode."""
+    made = scene(
+        box((6.0, 1.0, 12.0), (0.0, 0.0, 0.0)),
+        tmp_path,
+        thing={"position_m": [0.0, 38.0, 0.0]},
+        radar__noise=True,
+        radar__sector_deg=[345.0, 375.0],
+        radar__range_m=[15.0, 80.0],
+        radar__transmit=transmit,
+        radar__interferogram=interferogram,
+        scattering__nrcs_db=-25.0,
+    )
+    made_of = simulate(made)
+    polar = made_of.truth["polar"]
+    heights = retrieve(made_of.echoes, made.retrieval)["polar"]
+    azimuth, ranges = wrap_degrees(polar["azimuth"].values), polar["range"].values
+    # Cells of 1.8° and 3 m, and a beam that hears ±1° more and a pulse ±3 m.
+    behind = (np.abs(azimuth)[:, None] < 2.0) & (ranges > 46.0)
+    clear = (np.abs(azimuth)[:, None] > 7.0) | (ranges < 30.0)
+    visible, quality = polar["visible_fraction"].values[0], heights["quality"].values[0]
+    assert_array_equal(visible[behind], 0.0)
+    assert_array_equal(visible[clear], 1.0)
+    assert (quality[behind] & QUALITY_FLAGS["no_echo"] > 0).mean() > 0.95
+    assert np.isnan(heights["height"].values[0][behind & (quality & QUALITY_FLAGS["no_echo"] > 0)]).all()
+    assert not (quality[clear] & QUALITY_FLAGS["no_echo"]).any()
+    assert (polar["nrcs_db"].values[0][behind] < -100.0).all()
+
+
+@pytest.mark.parametrize(("transmit", "interferogram"), MODES)
+def test_an_object_is_sampled_as_the_mode_samples(transmit: str, interferogram: str, tmp_path: Path) -> None:
+    """Silent receivers are NaN, the others alike but for where the antennas are: every mode hears the same power."""
+    made = scene(
+        box((0.02, 0.02, 0.02), (0.0, 0.0, 1.0)),
+        tmp_path,
+        thing={"position_m": [0.0, 60.0, 0.0], "rcs_dbsm": 10.0},
+        radar__sector_deg=[355.0, 365.0],
+        radar__transmit=transmit,
+        radar__interferogram=interferogram,
+    )
+    simulator = Simulator(made)
+    fired = pulses(made.radar, 0)
+    volts = simulator.scenery.voltages(simulator.mesh(0), fired)
+    assert volts is not None
+    sampled = np.isfinite(volts[:, :, 0])
+    cycle = fired.number % 2
+    for receiver in (0, 1):
+        whole = interferogram == "single_pulse"
+        assert_array_equal(sampled[:, receiver], np.ones_like(cycle, bool) if whole else cycle == receiver)
+    power = np.nanmax(np.abs(volts), axis=(0, 2)) ** 2
+    assert power[0] == pytest.approx(power[1], rel=0.05)
+    # The path that a pulse takes: 60 m from the middle, ±0.1 m of height over 4 m of drop, 6.6 mm longer or shorter.
+    peak = np.unravel_index(np.nanargmax(np.abs(volts[:, 0])), volts[:, 0].shape)
+    pulse, gate = int(peak[0]), int(peak[1])
+    even = pulse - pulse % 2
+    other = even if interferogram == "single_pulse" else even + 1
+    phase = np.angle(volts[even, 0, gate] * np.conj(volts[other, 1, gate]))
+    k, out = 2.0 * np.pi / 0.0299792458, np.hypot(60.0, 4.1) - np.hypot(60.0, 3.9)
+    ways = 2.0 if (transmit, interferogram) == ("switched", "alternating_pulse") else 1.0
+    # V ~ exp(−jkR): the upper antenna is the farther one, by the box's own size of 20 mm in 60 m.
+    assert np.angle(np.exp(1j * (phase - ways * k * out))) == pytest.approx(0.0, abs=0.01)
+
+
+def test_workers_do_not_change_the_bits(tmp_path: Path) -> None:
+    made = scene(
+        box((1.0, 1.0, 4.0), (0.0, 0.0, 0.0)),
+        tmp_path,
+        thing={"position_m": [0.0, 40.0, 0.0], "rcs_dbsm": 20.0},
+        radar__noise=True,
+        radar__sector_deg=[355.0, 365.0],
+        radar__range_m=[15.0, 60.0],
+        **SPEED,
+    )
+    bits = []
+    for workers in (1, 2, 3):
+        simulator = Simulator(made)
+        fired, mesh = pulses(made.radar, 0, simulator.mast), simulator.mesh(0)
+        facets, returns, _ = simulator.light(0, mesh=mesh)
+        further = simulator.scenery.voltages(mesh, fired)
+        received = turn_echoes(facets, returns.rcs, made.radar, fired, 1, 0.01, workers, returns.motion, further)
+        bits.append(received.voltage.tobytes())
+    assert bits[0] == bits[1] == bits[2]
+
+
+def test_an_object_and_the_sea_add_up(tmp_path: Path) -> None:
+    """What the object echoes comes on top of what the sea does with the object in the way."""
+    keys: dict[str, Any] = {"radar__sector_deg": [355.0, 365.0], "radar__range_m": [15.0, 60.0]}
+    mesh, here = box((1.0, 1.0, 4.0), (0.0, 0.0, 0.0)), [0.0, 40.0, 0.0]
+    loud = scene(mesh, tmp_path, thing={"position_m": here, "rcs_dbsm": 20.0}, **keys)
+    silent = scene(mesh, tmp_path, thing={"position_m": here}, **keys)
+    both, sea = (simulate(each).echoes["voltage"].values for each in (loud, silent))
+    simulator = Simulator(loud)
+    own = simulator.scenery.voltages(simulator.mesh(0), pulses(loud.radar, 0))
+    assert own is not None
+    assert_allclose(both, sea + own, atol=1e-6 * np.abs(both).max())
+    assert np.abs(own).max() > 10.0 * np.abs(sea[:, :, -5:]).max()
+
+
+# ------------------------------------------------------------------------------------------ refusals
+
+
+@pytest.mark.parametrize(
+    ("thing", "keys"),
+    [
+        ({"position_m": [0.0, 0.0, 0.0]}, {}),
+        ({"position_m": [0.0, 0.0, 0.0], "fixed_to": "boat"}, {"platform__heading_deg": 77.0}),
+        ({"position_m": [7.0, 0.0, 0.0]}, {**SPEED, "turns": 2}),  # it will be there after 1.4 s
+    ],
+    ids=["the world's", "the boat's", "in the boat's way"],
+)
+def test_an_object_about_the_antenna_is_refused(thing: dict[str, Any], keys: dict[str, Any], tmp_path: Path) -> None:
+    made = scene(box((1.0, 1.0, 12.0), (0.0, 0.0, 0.0)), tmp_path, thing=thing, **keys)
+    with pytest.raises(InputError, match=r"^objects\.0: encloses the antenna at .*; move it by objects\.0\.pos") as e:
+        Simulator(made)
+    assert "\n" not in str(e.value)
+
+
+def test_a_broken_mesh_is_refused_in_one_line(tmp_path: Path) -> None:
+    made = scene(box((1.0, 1.0, 1.0), (0.0, 40.0, 0.0)), tmp_path)
+    (tmp_path / "thing.ply").write_text("no mesh at all")
+    with pytest.raises(InputError, match=r"^objects\.0\.mesh = .*: is damaged") as e:
+        Simulator(made)
+    assert "\n" not in str(e.value)
