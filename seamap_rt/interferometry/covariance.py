@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .dwells import Dwells
+from .pairs import PulsePairs, Rows
+
+Level = Callable[[int], NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
@@ -27,9 +33,12 @@ class Covariance:
         look_weights: NDArray[np.float64],
         phase_per_gate: NDArray[np.float64],
         phase_per_look: NDArray[np.float64],
+        level: Level | None = None,
     ) -> Covariance:
         """Power-weighted sums along a plane: a neighbour's phase is first brought to the cell by the local phase slopes
         [rad per gate, rad per look], which broadcast to (look, gate). A strong cell counts for more than a weak one.
+        level(n): the phase (look, gate) of mean sea level n gates on, seen as from the cell itself; where the antennas
+        move, what a neighbour has other than that is taken off as it is.
 
         Turned by a straight line, a single reflector keeps its phase exactly, and the sea's own slope (that of mean
         sea level, and of the waves if known) does not blur what is averaged. At the edges, and beside unknown cells,
@@ -49,7 +58,10 @@ class Covariance:
                 opposite = _overlap(shape, -look, -gate)[1]
                 weight = range_weights[gate + half_range] * look_weights[look + half_look]
                 weight = weight * (known[there] & known[opposite])
-                turn = np.exp(-1j * (gate * phase_per_gate[here] + look * phase_per_look[here]))
+                phase = gate * phase_per_gate[here] + look * phase_per_look[here]
+                if level is not None:
+                    phase = phase + level(0)[there] - level(gate)[here]
+                turn = np.exp(-1j * phase)
                 total.cross[here] += weight * cross[there] * turn
                 total.lower[here] += weight * lower[there]
                 total.upper[here] += weight * upper[there]
@@ -77,40 +89,42 @@ def _overlap(shape: tuple[int, ...], look: int, gate: int) -> tuple[tuple[slice,
     return (looks, gates), (looks_on, gates_on)
 
 
-def dwell_covariance(voltage: NDArray[np.complex64], look: NDArray[np.intp], looks: int) -> Covariance:
-    """Mean over each look's pulses, whatever antenna transmitted: with one pulse for both receivers p = 1 for either.
+def dwell_covariance(voltage: NDArray[np.complex64], dwells: Dwells, pairs: PulsePairs | None = None) -> Covariance:
+    """Mean over each cell's pulses, whatever antenna transmitted.
 
-    voltage (pulse, receiver, gate); look (pulse,) the number of the look to which the pulse belongs, or −1. Pulses with
-    a voltage that is not finite are left out, gate by gate.
+    voltage (pulse, 2, gate), lower receiver first. pairs: of alternating pulses; each product counts to the dwell of
+    its lower pulse, and the means of forward and backward products are averaged, so that their Doppler phases cancel.
+    Voltages that are not finite are left out, pulse by pulse and gate by gate.
     """
-    inside = look >= 0
-    if not inside.all():
-        voltage, look = voltage[inside], look[inside]
-    order = np.argsort(look, kind="stable")
-    if not np.array_equal(order, np.arange(order.size)):
-        voltage, look = voltage[order], look[order]
     lower, upper = voltage[:, 0], voltage[:, 1]
-    cross = lower * upper.conj()
-    power_lower = lower.real**2 + lower.imag**2
-    power_upper = upper.real**2 + upper.imag**2
-    good = np.isfinite(power_lower) & np.isfinite(power_upper)
-    whole = bool(good.all())
-    if not whole:
-        cross, power_lower, power_upper = (np.where(good, f, 0.0) for f in (cross, power_lower, power_upper))
-    shape = (looks, voltage.shape[2])
-    total = Covariance(np.zeros(shape, dtype=np.complex128), np.zeros(shape), np.zeros(shape))
-    sums = (total.cross, total.lower, total.upper)
-    present, starts = np.unique(look, return_index=True)
-    counts = np.zeros(shape)
-    if present.size:
-        for held, field in zip(sums, (cross, power_lower, power_upper), strict=True):
-            held[present] = np.add.reduceat(field, starts, axis=0)
-        pulses = np.diff(np.append(starts, look.size))[:, None]
-        counts[present] = pulses if whole else np.add.reduceat(good.astype(np.float64), starts, axis=0)
+    if pairs is None:
+        powers = _power(lower), _power(upper)
+        return Covariance(
+            *_means(dwells, np.isfinite(powers[0]) & np.isfinite(powers[1]), lower * upper.conj(), *powers)
+        )
+
+    def mean(rows: Rows, field: NDArray) -> NDArray:
+        return _means(dwells[rows], np.isfinite(field), field)[0]
+
+    return Covariance(
+        np.mean([mean(n, lower[n] * upper[m].conj()) for n, m in pairs.pairs], axis=0),
+        mean(pairs.lower, _power(lower[pairs.lower])),
+        mean(pairs.upper, _power(upper[pairs.upper])),
+    )
+
+
+def _power(voltage: NDArray[np.complex64]) -> NDArray[np.float32]:
+    return voltage.real**2 + voltage.imag**2
+
+
+def _means(dwells: Dwells, good: NDArray[np.bool_], *fields: NDArray) -> list[NDArray]:
+    """Means (look, gate) of fields (pulse, gate) over each cell's good pulses."""
+    if whole := bool(good.all()):
+        counts = np.broadcast_to(dwells.pulses, (dwells.looks, good.shape[1]))
+    else:
+        counts = dwells.sums(good.astype(np.float64))
     with np.errstate(invalid="ignore", divide="ignore"):
-        for held in sums:
-            held /= counts
-    return total
+        return [dwells.sums(field if whole else np.where(good, field, 0.0)) / counts for field in fields]
 
 
 def window_weights(width: float, spacing: float) -> NDArray[np.float64]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..conventions import SPEED_OF_LIGHT, unit_from_azimuth, wrap_degrees
+from ..conventions import SPEED_OF_LIGHT
 from ..dataset import SchemaError
 from ..radar.waveform import RangeResponse
 
@@ -25,24 +26,40 @@ class RadarDescription:
     height: float
     response: RangeResponse
     ranges: NDArray[np.float64]
+    interferogram: str = "single_pulse"
+    interval: float = 1e-4  # s, between pulses
+    tilt: float = 0.0  # deg
+    pulse_width: float = 20e-9  # s
+    compressed: bool = False
+    staring: bool = False
+    receiver_antennas: tuple[int, ...] = (0, 1)  # the antenna of each receiver
 
     @classmethod
     def of(cls, echoes: xr.Dataset) -> RadarDescription:
         attrs = echoes.attrs
-        if attrs["interferogram"] != "single_pulse":
+        if attrs["interferogram"] not in ("single_pulse", "alternating_pulse"):
             raise SchemaError(
-                f"interferogram = '{attrs['interferogram']}': only single_pulse echoes can be retrieved so far"
+                f"echoes: interferogram = '{attrs['interferogram']}': must be single_pulse or alternating_pulse"
             )
         start, stop = (float(a) for a in attrs["sector_deg"])
+        staring = str(attrs.get("scan", "turning")) == "staring"
+        receivers = np.atleast_1d(attrs.get("receiver_antennas", (0, 1)))
         return cls(
             wavelength=SPEED_OF_LIGHT / float(attrs["frequency_hz"]),
             noise_power=float(attrs["noise_power_w"]),
             transmit=str(attrs["transmit"]),
             sector=(start, stop),
-            period=60.0 / float(attrs["rotation_rpm"]),
+            period=float(attrs["stare_s"]) if staring else 60.0 / float(attrs["rotation_rpm"]),
             height=float(attrs["height_m"]),
-            response=RangeResponse(float(attrs["pulse_width_s"]), float(attrs["bandwidth_hz"])),
+            response=_response(echoes),
             ranges=np.asarray(echoes["range"].values, dtype=np.float64),
+            interferogram=str(attrs["interferogram"]),
+            interval=1.0 / float(attrs["prf_hz"]),
+            tilt=float(attrs["tilt_deg"]),
+            pulse_width=float(attrs["pulse_width_s"]),
+            compressed=attrs.get("waveform", "pulse") == "chirp",
+            staring=staring,
+            receiver_antennas=tuple(int(antenna) for antenna in receivers),
         )
 
     @property
@@ -51,43 +68,73 @@ class RadarDescription:
 
     @property
     def closed(self) -> bool:
-        return bool(np.isclose(self.sector[1] - self.sector[0], 360.0))
+        return bool(np.isclose(self.sector[1] - self.sector[0], 360.0)) and not self.staring
+
+    @property
+    def alternating(self) -> bool:
+        """Receivers are sampled in turn, not on the same pulse."""
+        return self.interferogram == "alternating_pulse"
+
+    @property
+    def paths(self) -> int:
+        """p, by how many of its two ways an echo's interferometric phase differs."""
+        return 2 if self.alternating and self.transmit == "switched" else 1
+
+    @property
+    def blind(self) -> NDArray[np.bool_]:
+        """Gates (gate,) from which nothing is heard while a pulse goes out; of a chirp, which is heard only whole,
+        those as well whose echo the next pulse cuts off."""
+        on = 0.5 * SPEED_OF_LIGHT * self.pulse_width
+        if not self.compressed:
+            return self.ranges < on
+        cycle = 0.5 * SPEED_OF_LIGHT * self.interval
+        within = np.mod(self.ranges, cycle)
+        return (within < on) | (within > cycle - on)
 
 
-@dataclass(frozen=True)
-class LookGeometry:
-    """Each look's antennas, from the boat's sensors; arrays (look, 1)."""
-
-    baseline: NDArray[np.float64]
-    lower_height: NDArray[np.float64]
-    tilt: NDArray[np.float64]  # rad, of the baseline in the plane of the look, top outward
-    offset: NDArray[np.float64]  # m, of the lower antenna along the look from the origin's vertical
-
-
-def look_of_pulses(
-    echoes: xr.Dataset, radar: RadarDescription, sweeps: NDArray[np.float64], width: float
-) -> NDArray[np.intp]:
-    """The look in whose dwell each pulse lies, or −1."""
-    # Relative to the sector's middle, so that a pulse at its very edge cannot wrap to the other side.
-    middle = 0.5 * (radar.sector[0] + radar.sector[1])
-    sweep = wrap_degrees(np.asarray(echoes["azimuth"].values) - middle) + 0.5 * (radar.sector[1] - radar.sector[0])
-    number = np.floor((sweep - sweeps[0]) / width + 0.5 + 1e-9).astype(np.intp)
-    return np.where((number >= 0) & (number < sweeps.size), number, -1)
+def compared_receivers(echoes: xr.Dataset, radar: RadarDescription, receivers: tuple[int, int]) -> tuple[int, int]:
+    """Antennas of the two receivers that are compared. Raises SchemaError for receivers that the echoes do not hold."""
+    count = echoes.sizes["receiver"]
+    if len(set(receivers)) != 2 or not all(0 <= receiver < count for receiver in receivers):
+        raise SchemaError(
+            f"retrieval.receivers = {receivers}: must be two different ones of the echoes' receivers 0 … {count - 1}"
+        )
+    if len(radar.receiver_antennas) < count or max(radar.receiver_antennas) >= echoes.sizes["antenna"]:
+        raise SchemaError(
+            f"echoes: receiver_antennas = {list(radar.receiver_antennas)}: must name one of the "
+            f"{echoes.sizes['antenna']} antennas for each of the {count} receivers"
+        )
+    lower, upper = (radar.receiver_antennas[receiver] for receiver in receivers)
+    return lower, upper
 
 
-def look_geometry(echoes: xr.Dataset, look: NDArray[np.intp], azimuth: NDArray[np.float64]) -> LookGeometry:
-    """Mean antenna positions over each look's pulses, as the sensors measured them."""
-    position = np.asarray(echoes["position"].values, dtype=np.float64)
-    east, north = unit_from_azimuth(np.asarray(echoes["azimuth"].values))
-    lower = position[:, 0]
-    base = position[:, 1] - position[:, 0]
-    along = base[:, 0] * east + base[:, 1] * north
-    values = np.stack(
-        (np.linalg.norm(base, axis=1), lower[:, 2], along, base[:, 2], lower[:, 0] * east + lower[:, 1] * north)
+def transmitters(
+    sender: NDArray[np.int8], antennas: tuple[int, int], rows: Sequence[NDArray[np.intp]] | None, paths: int
+) -> tuple[int, ...]:
+    """The antennas whose pulses the interferogram is made of.
+
+    sender (pulse,); antennas: lower, upper; rows: of the pulses that each receiver heard, if they alternate. Raises
+    SchemaError unless alternating receivers hear one antenna alike (p = 1), or each its own (p = 2).
+    """
+    if rows is None:
+        return tuple(int(each) for each in np.unique(sender))
+    heard = [tuple(int(each) for each in np.unique(sender[row])) for row in rows]
+    one = len(heard[0]) == 1 and heard[0] == heard[1]
+    own = heard == [(antennas[0],), (antennas[1],)]
+    if all(heard) and not (own if paths == 2 else one):
+        raise SchemaError(
+            f"echoes: transmitter: alternating receivers {antennas} hear antennas {heard[0]} and {heard[1]}; must be "
+            f"{'each its own' if paths == 2 else 'one and the same'}, as the attribute transmit says"
+        )
+    return antennas if paths == 2 else heard[0] or (antennas[0],)
+
+
+def _response(echoes: xr.Dataset) -> RangeResponse:
+    attrs = echoes.attrs
+    return RangeResponse(
+        float(attrs["pulse_width_s"]),
+        float(attrs["bandwidth_hz"]),
+        waveform=str(attrs.get("waveform", "pulse")),
+        chirp_bandwidth_hz=float(attrs.get("chirp_bandwidth_hz", 0.0)),
+        window=str(attrs.get("compression_window", "none")),
     )
-    good = (look >= 0) & np.isfinite(values).all(axis=0)
-    count = np.bincount(look[good], minlength=azimuth.size)
-    with np.errstate(invalid="ignore"):
-        mean = [np.bincount(look[good], weights=v[good], minlength=azimuth.size) / np.maximum(count, 1) for v in values]
-    mean = [np.where(count > 0, m, np.nan)[:, None] for m in mean]
-    return LookGeometry(mean[0], mean[1], np.arctan2(mean[2], mean[3]), mean[4])

@@ -1,11 +1,19 @@
-"""The map on the ground: each look's cells are laid where their own heights put them, then sampled on a square grid."""
+"""The map on the ground: each look's cells are laid where their own heights put them, then sampled on a square grid.
+
+From a boat at rest a look's cells lie on a straight line. Those of a boat that moves or rolls do not: they are laid by
+their azimuth and distance from one centre, first along each look and then across the looks.
+"""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..radar.grid import LookFan
+
+_FINER = 3  # looks for one; coarser ones would blur waves across the looks
 
 
 def resample_looks(
@@ -31,6 +39,31 @@ def resample_looks(
         for name, field in fields.items():
             out[name][look, inside] = np.interp(distance[inside], known, field[look, order])
     return out
+
+
+def centred_looks(
+    fan: LookFan,
+    azimuth_sweep: NDArray[np.float64],
+    ground_range: NDArray[np.float64],
+    fields: dict[str, NDArray[np.float64]],
+    distance: NDArray[np.float64],
+    widest_gap: float,
+) -> tuple[LookFan, dict[str, NDArray[np.float64]]]:
+    """Fields (look, gate) of cells that lie anywhere, on a finer fan from a common centre, (look, distance).
+
+    azimuth_sweep [deg from the sector's start, not wrapped] and ground_range [m] are the cells' own, from that centre.
+    Looks more than one and a half apart have a gap between them.
+    """
+    laid = resample_looks(ground_range, {**fields, "_sweep": azimuth_sweep}, distance, widest_gap)
+    sweep, half = laid.pop("_sweep"), 0.5 * fan.spacing
+    # The first and the last look serve as far as half a look beyond.
+    sweep = np.concatenate((sweep[:1] - half, sweep, sweep[-1:] + half))
+    looks = _FINER * fan.sweep.size
+    fine = fan.sweep[0] - half + (np.arange(looks) + 0.5) * fan.spacing / _FINER
+    across = resample_looks(
+        sweep.T, {name: np.concatenate((f[:1], f, f[-1:])).T for name, f in laid.items()}, fine, 1.5 * fan.spacing
+    )
+    return replace(fan, sweep=fine), {name: field.T for name, field in across.items()}
 
 
 def sample_fan(

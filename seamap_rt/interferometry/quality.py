@@ -6,15 +6,17 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..conventions import SPEED_OF_LIGHT, db
+from ..conventions import db
 from ..dataset import QUALITY_FLAGS
 from ..settings import RetrievalSettings
 from .covariance import Covariance
 from .description import RadarDescription
+from .dwells import Dwells
 
 _SHADOW_DB = 20.0  # a cell this far below its gate's median has no echo of its own, only its neighbours' skirts
 _LOW_COHERENCE = 0.3
 _PARTLY_SHADOWED_DB = 8.0
+_SATURATED_SHARE = 0.01  # of a dwell's pulses
 
 
 def gate_median(power: NDArray[np.float64], known: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -41,7 +43,7 @@ def has_echo(
 
 def quality_flags(
     echoes: xr.Dataset,
-    look: NDArray[np.intp],
+    dwells: Dwells,
     cells: Covariance,
     heard: NDArray[np.bool_],
     echo_power: NDArray[np.float64],
@@ -61,10 +63,25 @@ def quality_flags(
         typical = gate_median(echo_power, heard)
         weak = echo_power < typical * 10.0 ** (-_PARTLY_SHADOWED_DB / 10.0)
         quality[heard & weak] |= QUALITY_FLAGS["partly_shadowed"]
-    # The receiver is blind while the pulse goes out.
-    quality[:, radar.ranges < 0.5 * SPEED_OF_LIGHT * radar.response.pulse_width_s] |= QUALITY_FLAGS["blind"]
+    quality[:, radar.blind] |= QUALITY_FLAGS["blind"]
+    if "saturated" in echoes:
+        clipped = np.asarray(echoes["saturated"].values) > 0
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = dwells.sums(clipped.astype(np.float64)) / dwells.pulses
+        quality[share > _SATURATED_SHARE] |= QUALITY_FLAGS["saturated"]
     if "flag" in echoes:
-        flags = np.asarray(echoes["flag"].values)
-        for number in np.unique(look[(look >= 0) & (flags != 0)]):
-            quality[number] |= np.bitwise_or.reduce(flags[look == number])
+        _add_pulse_flags(quality, np.asarray(echoes["flag"].values), dwells)
     return quality
+
+
+def _add_pulse_flags(quality: NDArray[np.int16], flags: NDArray[np.int16], dwells: Dwells) -> None:
+    """What the radar itself says of its pulses, to all cells that they are part of."""
+    flagged = np.flatnonzero(flags)
+    look = dwells.look[flagged]
+    look = look if dwells.leaning else look[:, None]
+    gates = np.arange(quality.shape[1])
+    for flag in np.unique(flags[flagged]):
+        rows = look[flags[flagged] == flag]
+        looks, gate = np.broadcast_arrays(rows, gates)
+        inside = looks >= 0
+        quality[looks[inside], gate[inside]] |= flag

@@ -8,19 +8,19 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..conventions import db, unit_from_azimuth, wrap_degrees, wrap_phase
+from ..conventions import db, wrap_phase
 from ..dataset import SchemaError, build, check
-from ..radar.grid import LookFan, ground_grid
-from ..radar.scan import look_sweeps
+from ..radar.grid import look_sweeps
 from ..settings import RetrievalSettings
 from .covariance import dwell_covariance
-from .description import RadarDescription, look_geometry, look_of_pulses
-from .ground import resample_looks, sample_fan
-from .heights import ESTIMATORS, PhaseModel, slopes
+from .description import RadarDescription, compared_receivers, transmitters
+from .dwells import Dwells
+from .ground_map import Ground, ground_map
+from .heights import ESTIMATORS, PhaseModel
+from .pairs import PulsePairs, neighbouring_pulses, sampled
 from .quality import has_echo, quality_flags
+from .stance import LookStances, PulseStances
 from .uncertainty import height_std
-
-_GROUND_SAMPLES = 3  # per side of a ground cell
 
 
 def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None = None) -> xr.DataTree:
@@ -52,8 +52,8 @@ def retrieve_one(echoes: xr.Dataset, settings: RetrievalSettings | None = None) 
     settings = settings or RetrievalSettings()
     radar = RadarDescription.of(echoes)
     turn = int(echoes["turn"].values[0])
-    cells = retrieve_turn(echoes, radar, settings, turn)
-    return xr.DataTree.from_dict({"/polar": cells, "/ground": ground_map(cells, radar, settings, turn)})
+    cells, places = retrieve_turn(echoes, radar, settings, turn)
+    return xr.DataTree.from_dict({"/polar": cells, "/ground": ground_map(cells, places, radar, settings, turn)})
 
 
 def open_echoes(path: str | Path) -> xr.Dataset:
@@ -65,42 +65,52 @@ def open_echoes(path: str | Path) -> xr.Dataset:
     return dataset.isel(pulse=slice(0, whole))
 
 
-def retrieve_turn(echoes: xr.Dataset, radar: RadarDescription, settings: RetrievalSettings, turn: int) -> xr.Dataset:
-    """The polar maps of one turn."""
-    sweeps = look_sweeps(radar.sector, settings.cell_azimuth_deg)
+def retrieve_turn(
+    echoes: xr.Dataset, radar: RadarDescription, settings: RetrievalSettings, turn: int
+) -> tuple[xr.Dataset, Ground]:
+    """The polar maps of one turn, and where their cells lie on the ground."""
+    sweeps = look_sweeps(radar.sector, settings.cell_azimuth_deg, radar.staring)
     width = float(sweeps[1] - sweeps[0]) if sweeps.size > 1 else settings.cell_azimuth_deg
-    azimuth = (radar.sector[0] + sweeps) % 360.0
-    look = look_of_pulses(echoes, radar, sweeps, width)
-    voltage = np.asarray(echoes["voltage"].values)
-    geometry = look_geometry(echoes, look, azimuth)
-    model = PhaseModel(radar, geometry)
+    antennas = compared_receivers(echoes, radar, settings.receivers)
+    voltage = _voltages(echoes, settings.receivers)
+    pulses = PulseStances.of(echoes, radar)
+    pairs = None
+    if radar.alternating:
+        pairs = neighbouring_pulses(sampled(voltage), pulses.time, radar.interval, settings.pulse_pairs)
+    dwells = pulses.dwells(radar, antennas[0], sweeps, width)
+    stances = _stances(echoes, pulses, dwells, pairs, antennas, radar)
+    model = PhaseModel(radar, stances)
 
-    dwell = dwell_covariance(voltage, look, sweeps.size)
+    dwell = dwell_covariance(voltage, dwells, pairs)
     found = ESTIMATORS[settings.estimator](dwell, model, settings, width)
     cells = found.cells
     echo_power = 0.5 * (cells.lower + cells.upper) - radar.noise_power
     echoing = has_echo(cells, echo_power, radar, settings)
     heard = echoing & np.isfinite(found.height)
-    spread = height_std(voltage, look, dwell, echo_power, found, radar)
+    own = pulses.looks(sweeps, width)
+    if pairs is None:
+        spread = height_std(voltage, own, dwell, echo_power, found, radar)
+    else:
+        spread = height_std(voltage[pairs.lower], own[pairs.lower], dwell, echo_power, found, radar, pairs.noise_square)
     height, ground_range, spread = (np.where(heard, f, np.nan) for f in (found.height, found.ground_range, spread))
-    outward, clockwise = slopes(height, ground_range, cells.lower, radar, settings, width)
+    outward, clockwise = model.slopes(found, height, settings, width)
     fields = {
         "height": height,
         "height_std": spread,
         "slope_range": outward,
         "slope_azimuth": clockwise,
-        "ground_range": ground_range + geometry.offset,
+        "ground_range": ground_range,
         "coherence": cells.coherence,
         "phase": wrap_phase(found.phase),
         "phase_unwrapped": np.where(heard, found.phase, np.nan),
         "snr_db": _snr_db(echo_power, radar.noise_power),
-        "time": _look_times(echoes, look, (turn + sweeps / 360.0) * radar.period),
-        "quality": quality_flags(echoes, look, cells, echoing, echo_power, found.gain, height, radar),
+        "time": _look_times(stances.time, (turn + sweeps / 360.0) * radar.period),
+        "quality": quality_flags(echoes, dwells, cells, echoing, echo_power, found.gain, height, radar),
     }
-    return build(
+    polar = build(
         "maps/polar",
         {name: field[None] for name, field in fields.items()},
-        {"turn": [turn], "azimuth": azimuth, "range": radar.ranges},
+        {"turn": [turn], "azimuth": (radar.sector[0] + sweeps) % 360.0, "range": radar.ranges},
         {
             "cell_range_m": settings.cell_range_m,
             "cell_azimuth_deg": settings.cell_azimuth_deg,
@@ -109,6 +119,31 @@ def retrieve_turn(echoes: xr.Dataset, radar: RadarDescription, settings: Retriev
             "window_azimuth_deg": settings.window_azimuth_deg,
         },
     )
+    return polar, Ground.of(stances, found, sweeps)
+
+
+def _voltages(echoes: xr.Dataset, receivers: tuple[int, int]) -> NDArray[np.complex64]:
+    """Voltages (pulse, 2, gate) of the two receivers that are compared."""
+    voltage = np.asarray(echoes["voltage"].values)
+    return voltage if receivers == (0, 1) and voltage.shape[1] == 2 else voltage[:, list(receivers)]
+
+
+def _stances(
+    echoes: xr.Dataset,
+    pulses: PulseStances,
+    dwells: Dwells,
+    pairs: PulsePairs | None,
+    antennas: tuple[int, int],
+    radar: RadarDescription,
+) -> LookStances:
+    """How the antennas stood in each cell's dwell, on the very pulses that are compared."""
+    sender = np.asarray(echoes["transmitter"].values)
+    if pairs is None:
+        senders = transmitters(sender, antennas, None, radar.paths)
+        return LookStances.of(pulses, dwells, antennas, senders, radar.sector[0])
+    senders = transmitters(sender, antennas, (pairs.lower, pairs.upper), radar.paths)
+    rows, owners = pairs.members
+    return LookStances.of(pulses[rows], dwells[owners], antennas, senders, radar.sector[0])
 
 
 def _snr_db(echo_power: NDArray[np.float64], noise_power: float) -> NDArray[np.float64]:
@@ -119,57 +154,11 @@ def _snr_db(echo_power: NDArray[np.float64], noise_power: float) -> NDArray[np.f
         return db(np.where(echo_power > 0.0, echo_power, np.nan) / noise_power)
 
 
-def _look_times(echoes: xr.Dataset, look: NDArray[np.intp], nominal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Mean time of each look's pulses; the nominal one where it has none."""
-    inside = look >= 0
-    time = np.asarray(echoes["time"].values, dtype=np.float64)[inside]
-    pulses = np.bincount(look[inside], minlength=nominal.size)
-    total = np.bincount(look[inside], weights=time, minlength=nominal.size)
-    return np.where(pulses > 0, total / np.maximum(pulses, 1), nominal)
-
-
-def ground_map(cells: xr.Dataset, radar: RadarDescription, settings: RetrievalSettings, turn: int) -> xr.Dataset:
-    """The ground maps of one turn: each square cell the mean of a few samples of the polar map at its places."""
-    grid = ground_grid(float(radar.ranges[-1]), settings.ground_m)
-    fan = LookFan(
-        look_sweeps(radar.sector, settings.cell_azimuth_deg), radar.sector[0], radar.closed, radar.period, turn
-    )
-    outward, clockwise = cells["slope_range"].values[0], cells["slope_azimuth"].values[0]
-    east, north = unit_from_azimuth(cells["azimuth"].values)
-    fields = {
-        "height": cells["height"].values[0],
-        "height_std": cells["height_std"].values[0],
-        # Outward is (east, north); clockwise of it is (north, −east).
-        "slope_x": outward * east[:, None] + clockwise * north[:, None],
-        "slope_y": outward * north[:, None] - clockwise * east[:, None],
-    }
-    fields = {name: np.asarray(field, dtype=np.float64) for name, field in fields.items()}
-    distance = np.arange(0.5 * settings.ground_m, radar.ranges[-1] + settings.ground_m, 0.25 * settings.ground_m)
-    resampled = resample_looks(
-        cells["ground_range"].values[0].astype(np.float64),
-        fields,
-        distance,
-        1.5 * settings.cell_range_m + radar.spacing,
-    )
-    centre_x, centre_y = np.meshgrid(grid.x, grid.y)
-    sweep = fan.sweep_of(centre_x, centre_y)
-    inside = np.hypot(centre_x, centre_y) <= radar.ranges[-1]
-    x, y = grid.points(_GROUND_SAMPLES)
-    # A cell that straddles the start of the turn stays on its centre's side: the other is a turn older or younger.
-    beside = wrap_degrees(fan.sweep_of(x, y) - sweep[..., None])
-    sampled = sample_fan(fan, resampled, distance, sweep[..., None] + beside, np.hypot(x, y))
-    if not radar.closed:
-        inside &= sweep <= radar.sector[1] - radar.sector[0]
-
-    def mean(field: NDArray[np.float64]) -> NDArray[np.float64]:
-        known = np.isfinite(field)
-        count = known.sum(axis=2)
-        total = np.where(known, field, 0.0).sum(axis=2)
-        return np.where(2 * count > field.shape[2], total / np.maximum(count, 1), np.nan)[None]
-
-    values = {name: mean(field) for name, field in sampled.items()}
-    values["time"] = np.where(inside, fan.time(sweep), np.nan)[None]
-    return build("maps/ground", values, {"turn": [turn], "y": grid.y, "x": grid.x}, {"cell_m": settings.ground_m})
+def _look_times(time: NDArray[np.float64], nominal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mean time of each look's pulses, of all gates; the nominal one where it has none. time (look, 1 or gate)."""
+    known = np.isfinite(time)
+    total = np.where(known, time, 0.0).sum(axis=1)
+    return np.where(known.any(axis=1), total / np.maximum(known.sum(axis=1), 1), nominal)
 
 
 __all__ = ["RadarDescription", "ground_map", "open_echoes", "retrieve", "retrieve_one", "retrieve_turn"]

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
+
+Cells = tuple[NDArray[np.intp], ...]  # an index of a map
+Offsets = Callable[[Cells, Cells], tuple[NDArray[np.float64], NDArray[np.float64]]]
 
 
 def local_plane(
@@ -13,12 +18,14 @@ def local_plane(
     across_spacing: NDArray[np.float64],
     reach: tuple[int, int],
     closed: bool,
+    offsets: Offsets | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Slopes along and across the look (look, gate) of the plane fitted to each cell's neighbours.
 
     height, weight, along (ground range) and across_spacing (metres between neighbouring looks) are (look, gate); NaN
     heights count nothing. `reach` is (looks, gates) to either side. NaN where the neighbours do not span a plane.
-    `closed`: look 0 follows the last one.
+    `closed`: look 0 follows the last one. `offsets`: how far from cells others lie, outward and clockwise [m], where
+    that is more than the differences in `along` and across_spacing.
     """
     good = np.isfinite(height) & np.isfinite(along) & (weight > 0.0)
     z, w = np.where(good, height, 0.0), np.where(good, weight, 0.0)
@@ -34,8 +41,12 @@ def local_plane(
             source = np.ix_(there, np.arange(low + gate, high + gate))
             ww, zz = w[source], z[source]
             # Coordinates relative to the cell itself keep the sums well conditioned.
-            xx = x[source] - np.where(good[target], x[target], x[source])
-            yy = look * across_spacing[target]
+            if offsets is None:
+                xx = x[source] - np.where(good[target], x[target], x[source])
+                yy = look * across_spacing[target]
+            else:
+                both = good[target] & good[source]
+                xx, yy = (np.where(both, each, 0.0) for each in offsets(target, source))
             for name, value in zip(names, (1.0, xx, yy, xx * xx, xx * yy, yy * yy, zz, xx * zz, yy * zz), strict=True):
                 sums[name][target] += ww * value
     s = sums

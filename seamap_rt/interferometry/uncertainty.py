@@ -20,6 +20,7 @@ def height_std(
     echo_power: NDArray[np.float64],
     found: Heights,
     radar: RadarDescription,
+    noise_square: float = 1.0,
 ) -> NDArray[np.float64]:
     """Standard error of the height: speckle and noise, which average at different rates, added in square.
 
@@ -27,6 +28,10 @@ def height_std(
     (one look's own coherence says nothing), and as many samples as the dwell's measured correlation leaves. Noise: it
     is new at every pulse; phase variance (2/SNR + 1/SNR²)/2N with the cell's own, faded SNR. The longer window follows
     the slopes that the heights were averaged along, or the waves would count as a lack of coherence.
+
+    Of alternating pulses voltage and look are those that the lower receiver heard: half as many, and the noise on the
+    upper ones, which each serve two pairs, averages no better. noise_square: what is left of the 1/SNR², the noise's
+    beat with itself, of which two pairs a pulse make twice as many samples (PulsePairs).
     """
     range_weights, look_weights = found.window
     pulses = max(1, int(np.median(np.bincount(look[look >= 0])))) if (look >= 0).any() else 1
@@ -48,7 +53,7 @@ def height_std(
         clean = np.maximum(wide.lower - radar.noise_power, 0.0) * np.maximum(wide.upper - radar.noise_power, 0.0)
         coherence = np.clip(np.nan_to_num(np.abs(wide.cross) / np.sqrt(clean), posinf=1.0), 0.0, 0.999999)
         noise = radar.noise_power / np.maximum(echo_power, 0.0)
-        from_noise = (2.0 * noise + noise**2) / (2.0 * samples)
+        from_noise = (2.0 * noise + noise_square * noise**2) / (2.0 * samples)
     speckle = np.interp(coherence, *_lee_table(round(max(1.0, looks), 1)))
     # A phase cannot be worse known than not at all: uniform over the circle.
     return found.gain * np.sqrt(np.minimum(speckle**2 + from_noise, np.pi**2 / 3.0))

@@ -15,18 +15,14 @@ from seamap_rt.dataset import QUALITY_FLAGS, SchemaError
 from seamap_rt.echoes import from_scatterers
 from seamap_rt.interferometry import retrieve
 from seamap_rt.interferometry.covariance import Covariance, dwell_covariance, independent_looks, window_weights
-from seamap_rt.interferometry.inversion import (
-    difference_at_height,
-    height_and_ground_range,
-    height_per_phase,
-    path_share,
-)
+from seamap_rt.interferometry.dwells import Dwells
+from seamap_rt.interferometry.inversion import Fan, difference_at_height, height_per_phase, place
 from seamap_rt.interferometry.slopes import local_plane
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RetrievalSettings
 
 EPS = np.finfo(np.float64).eps
-SHARES = [path_share("single"), path_share("switched")]
+SHARES = [0.25, 0.5]  # of single and switched transmitters
 TILTS = [-0.3, 0.0, 0.2]
 
 
@@ -37,22 +33,18 @@ def triangle(tilt: float, baseline: float) -> tuple[np.ndarray, ...]:
     return ground, height, lower, range_difference(ground, height, baseline, 5.0, tilt)
 
 
-def test_path_shares() -> None:
-    # Mean half path of (tx, rx) = (0, 0) and (0, 1): R₀ + ΔR/4; with (1, 0) and (1, 1) as well: R₀ + ΔR/2.
-    assert SHARES == [0.25, 0.5]
-
-
 @pytest.mark.parametrize("baseline", [0.05, 0.2, 0.9])
 @pytest.mark.parametrize("tilt", TILTS)
 @pytest.mark.parametrize("share", SHARES)
 def test_height_and_ground_range(share: float, tilt: float, baseline: float) -> None:
     # r = R₁ + share ΔR rounds R₁ by an ulp, and ΔR/B carries few ulp: R · 1e-15 · R/… as the closed form itself.
     ground, height, lower, delta = triangle(tilt, baseline)
-    got_height, got_ground = height_and_ground_range(lower + share * delta, delta, baseline, 5.0, tilt, share)
-    np.testing.assert_allclose(got_height, height, rtol=0, atol=1e-10)
-    np.testing.assert_allclose(got_ground, ground, rtol=0, atol=1e-9)
+    got = place(lower + share * delta, delta, Fan.upright(baseline, 5.0, tilt, share))
+    np.testing.assert_allclose(got.height, height, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(got.out, ground, rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(got.right, 0.0)
     judge = height_from_range_difference(lower, delta, baseline, 5.0, tilt)
-    np.testing.assert_allclose(got_height, judge, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(got.height, judge, rtol=0, atol=1e-10)
 
 
 @pytest.mark.parametrize("baseline", [0.05, 0.2, 0.9])
@@ -61,21 +53,22 @@ def test_height_and_ground_range(share: float, tilt: float, baseline: float) -> 
 def test_round_trip(share: float, tilt: float, baseline: float) -> None:
     _, height, lower, delta = triangle(tilt, baseline)
     gate = lower + share * delta
-    got = difference_at_height(gate, height, baseline, 5.0, tilt, share)
+    fan = Fan.upright(baseline, 5.0, tilt, share)
+    got = difference_at_height(gate, height, fan)
     np.testing.assert_allclose(got, delta, rtol=0, atol=20 * EPS)
-    back, _ = height_and_ground_range(gate, got, baseline, 5.0, tilt, share)
-    np.testing.assert_allclose(back, height, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(place(gate, got, fan).height, height, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("tilt", TILTS)
 def test_height_per_phase_is_the_derivative(tilt: float) -> None:
     # At a fixed gate. The formula leaves out B/R of itself, and the gate's own shift by share · ΔR.
     wavelength, baseline, gate = 0.03, 0.2, np.array([30.0, 100.0, 400.0])
-    middle = difference_at_height(gate, 0.0, baseline, 5.0, tilt, 0.5)
+    fan = Fan.upright(baseline, 5.0, tilt)
+    middle = difference_at_height(gate, 0.0, fan)
     step = 1e-6
-    up, down = (height_and_ground_range(gate, middle + s, baseline, 5.0, tilt, 0.5)[0] for s in (step, -step))
+    up, down = (place(gate, middle + s, fan).height for s in (step, -step))
     slope = np.abs(up - down) / (2.0 * step) * wavelength / (2.0 * np.pi)
-    got = height_per_phase(gate, middle, baseline, tilt, wavelength)
+    got = height_per_phase(gate, middle, fan, wavelength)
     np.testing.assert_allclose(got, slope, rtol=2.0 * baseline / gate.min())
     if tilt == 0.0:
         np.testing.assert_allclose(got, wavelength * gate / (2.0 * np.pi * baseline), rtol=1e-9)
@@ -84,13 +77,14 @@ def test_height_per_phase_is_the_derivative(tilt: float) -> None:
 def test_no_triangle_no_height() -> None:
     # Warnings are errors here: none may be given.
     for difference, baseline in ((0.01, 0.0), (0.21, 0.2), (-0.25, 0.2), (np.nan, 0.2), (0.0, np.nan)):
-        for value in height_and_ground_range(100.0, difference, baseline, 5.0, 0.0, 0.5):
-            assert np.isnan(value)
-    mixed, _ = height_and_ground_range(100.0, np.array([0.01, 0.3]), 0.2, 5.0, 0.0, 0.5)
-    np.testing.assert_array_equal(np.isnan(mixed), [False, True])
+        found = place(100.0, difference, Fan.upright(baseline, 5.0))
+        assert np.isnan(found.height)
+        assert np.isnan(found.out)
+    mixed = place(100.0, np.array([0.01, 0.3]), Fan.upright(0.2, 5.0))
+    np.testing.assert_array_equal(np.isnan(mixed.height), [False, True])
     # A gate nearer than the mast is high: no sea at z = 0 there, and no warning either.
-    assert np.isfinite(difference_at_height(4.0, 0.0, 0.2, 5.0, 0.0, 0.5))
-    assert not np.isfinite(height_per_phase(100.0, 0.01, 0.0, 0.0, 0.03))
+    assert np.isfinite(difference_at_height(4.0, 0.0, Fan.upright(0.2, 5.0)))
+    assert not np.isfinite(height_per_phase(100.0, 0.01, Fan.upright(0.0, 5.0), 0.03))
 
 
 # ----------------------------------------------------------------------------------------------- windows, looks
@@ -125,7 +119,7 @@ def test_dwell_covariance_is_the_mean_over_a_looks_pulses() -> None:
     shape = (40, 2, 6)
     voltage = (rng.normal(size=shape) + 1j * rng.normal(size=shape)).astype(np.complex64)
     look = np.repeat([2, 0, -1, 1], 10)
-    got = dwell_covariance(voltage, look, 4)
+    got = dwell_covariance(voltage, Dwells(look, 4))
     for number, rows in ((0, slice(10, 20)), (1, slice(30, 40)), (2, slice(0, 10))):
         lower, upper = voltage[rows, 0].astype(complex), voltage[rows, 1].astype(complex)
         np.testing.assert_allclose(got.cross[number], (lower * upper.conj()).mean(axis=0), rtol=0, atol=1e-6)
@@ -135,7 +129,7 @@ def test_dwell_covariance_is_the_mean_over_a_looks_pulses() -> None:
     # A pulse that was not sampled counts nothing, gate by gate.
     holed = voltage.copy()
     holed[10:13, 1, 2] = np.nan
-    part = dwell_covariance(holed, look, 4)
+    part = dwell_covariance(holed, Dwells(look, 4))
     lower, upper = voltage[13:20, 0, 2].astype(complex), voltage[13:20, 1, 2].astype(complex)
     np.testing.assert_allclose(part.cross[0, 2], (lower * upper.conj()).mean(), rtol=0, atol=1e-6)
     np.testing.assert_allclose(part.lower[0, 2], (np.abs(lower) ** 2).mean(), rtol=1e-6)
@@ -350,7 +344,7 @@ def test_phase_and_unwrapped_phase_agree() -> None:
     assert np.abs(wrapped).max() <= np.pi + 1e-6
     # arg⟨V_lower V_upper*⟩ is +kΔR, positive where the sea lies below the baseline.
     k = 2.0 * np.pi * 10e9 / SPEED_OF_LIGHT
-    flat = k * difference_at_height(polar["range"].values, 0.0, 0.2, 4.9, 0.0, 0.5)
+    flat = k * difference_at_height(polar["range"].values, 0.0, Fan.upright(0.2, 4.9))
     assert np.abs(np.median((whole - flat)[0][known[0]])) < 0.2
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from seamap_rt.interferometry.covariance import Covariance, independent_looks, pulse_correlation
 from seamap_rt.interferometry.description import RadarDescription
 from seamap_rt.interferometry.heights import Heights
+from seamap_rt.interferometry.inversion import Places
 from seamap_rt.interferometry.uncertainty import height_std
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scene import load_scene
@@ -83,8 +84,8 @@ def test_the_slope_of_a_wave_is_not_a_lack_of_coherence() -> None:
     spread = {}
     for name, slopes in (("along", (0.5, 0.3)), ("level", (0.0, 0.0))):
         window = (np.array([1.0, 1.0, 1.0]), np.array([0.5, 1.0, 0.5]))
-        along = (np.full(1, slopes[0]), np.full(1, slopes[1]))
-        found = Heights(dwell, window, ramp, 0.0 * one, one, one, along)
+        along = (np.full(1, slopes[0]), np.full(1, slopes[1]), None)
+        found = Heights(dwell, window, ramp, Places(0.0 * one, one, 0.0 * one), one, one, along)
         look = np.repeat(np.arange(shape[0]), pulses)
         spread[name] = np.median(height_std(voltage, look, dwell, one, found, radar))
     assert spread["along"] < 0.01

@@ -1,0 +1,102 @@
+"""The square maps on the ground, from the polar map and the places of its cells."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..conventions import unit_from_azimuth, wrap_degrees
+from ..dataset import build
+from ..radar.grid import LookFan, ground_grid, look_sweeps
+from ..settings import RetrievalSettings
+from .description import RadarDescription
+from .ground import centred_looks, resample_looks, sample_fan
+from .heights import Heights
+from .stance import LookStances
+
+_SAMPLES = 3  # per side of a ground cell
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Where a moving or rolling boat's cells lie: arrays (look, gate) [m], None for one at rest and upright; `centre`
+    is the mean place of its antennas over the turn."""
+
+    x: NDArray[np.float64] | None = None
+    y: NDArray[np.float64] | None = None
+    centre: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def of(cls, stances: LookStances, found: Heights, sweeps: NDArray[np.float64]) -> Ground:
+        if stances.at_rest or sweeps.size < 2:
+            return cls()
+        x, y = stances.world(found.places)
+        return cls(x, y, tuple(float(np.nanmean(middle)) for middle in stances.middle))  # type: ignore[arg-type]
+
+
+def ground_map(
+    cells: xr.Dataset, places: Ground, radar: RadarDescription, settings: RetrievalSettings, turn: int
+) -> xr.Dataset:
+    """The ground maps of one turn: each square cell the mean of a few samples of the polar map at its places."""
+    grid = ground_grid(float(radar.ranges[-1]), settings.ground_m)
+    sweeps = look_sweeps(radar.sector, settings.cell_azimuth_deg, radar.staring)
+    fan = LookFan(sweeps, radar.sector[0], radar.closed, radar.period, turn)
+    distance = np.arange(0.5 * settings.ground_m, radar.ranges[-1] + settings.ground_m, 0.25 * settings.ground_m)
+    laid, resampled = _laid(cells, places, fan, distance, 1.5 * settings.cell_range_m + radar.spacing)
+    centre_x, centre_y = np.meshgrid(grid.x - places.centre[0], grid.y - places.centre[1])
+    sweep = fan.sweep_of(centre_x, centre_y)
+    inside = np.hypot(centre_x, centre_y) <= radar.ranges[-1]
+    x, y = grid.points(_SAMPLES)
+    x, y = x - places.centre[0], y - places.centre[1]
+    # A cell that straddles the start of the turn stays on its centre's side: the other is a turn older or younger.
+    beside = wrap_degrees(fan.sweep_of(x, y) - sweep[..., None])
+    sampled = sample_fan(laid, resampled, distance, sweep[..., None] + beside, np.hypot(x, y))
+    if not radar.closed:
+        inside &= sweep <= radar.sector[1] - radar.sector[0]
+
+    def mean(field: NDArray[np.float64]) -> NDArray[np.float64]:
+        known = np.isfinite(field)
+        count = known.sum(axis=2)
+        total = np.where(known, field, 0.0).sum(axis=2)
+        return np.where(2 * count > field.shape[2], total / np.maximum(count, 1), np.nan)
+
+    values = {name: mean(field) for name, field in sampled.items()}
+    time = np.where(inside, fan.time(sweep), np.nan)
+    if places.x is not None:
+        # Of cells without an echo, when the beam passes their azimuth.
+        passes = np.interp(sweep, fan.sweep, cells["time"].values[0])
+        time = np.where(inside, np.where(np.isfinite(values["time"]), values["time"], passes), np.nan)
+    values["time"] = time
+    return build(
+        "maps/ground",
+        {name: value[None] for name, value in values.items()},
+        {"turn": [turn], "y": grid.y, "x": grid.x},
+        {"cell_m": settings.ground_m},
+    )
+
+
+def _laid(
+    cells: xr.Dataset, places: Ground, fan: LookFan, distance: NDArray[np.float64], widest_gap: float
+) -> tuple[LookFan, dict[str, NDArray[np.float64]]]:
+    """The polar map's fields at equal ground ranges (look, distance), and the fan of those looks."""
+    outward, clockwise = cells["slope_range"].values[0], cells["slope_azimuth"].values[0]
+    east, north = (part[:, None] for part in unit_from_azimuth(cells["azimuth"].values))
+    fields = {
+        "height": cells["height"].values[0],
+        "height_std": cells["height_std"].values[0],
+        # Outward is (east, north); clockwise of it is (north, −east).
+        "slope_x": outward * east + clockwise * north,
+        "slope_y": outward * north - clockwise * east,
+    }
+    fields = {name: np.asarray(field, dtype=np.float64) for name, field in fields.items()}
+    ground_range = cells["ground_range"].values[0].astype(np.float64)
+    if places.x is None or places.y is None:
+        return fan, resample_looks(ground_range, fields, distance, widest_gap)
+    fields["time"] = np.broadcast_to(cells["time"].values[0][:, None], ground_range.shape)
+    x, y = places.x - places.centre[0], places.y - places.centre[1]
+    away = np.where(np.isfinite(ground_range), np.hypot(x, y), np.nan)
+    sweep = fan.sweep[:, None] + wrap_degrees(fan.sweep_of(x, y) - fan.sweep[:, None])
+    return centred_looks(fan, sweep, away, fields, distance, widest_gap)
