@@ -222,7 +222,7 @@ ECHO_ATTRIBUTES: dict[str, str] = {
 FURTHER_ECHO_ATTRIBUTES: dict[str, tuple[Any, str]] = {
     "waveform": ("pulse", "pulse or chirp"),
     "chirp_bandwidth_hz": (0.0, "Hz, swept by a chirp"),
-    "compression_window": ("none", "none, hann, hamming or taylor: of the chirp's matched filter"),
+    "compression_weighting": ("none", "none, hann, hamming or taylor: of the chirp's matched filter"),
     "scan": ("turning", "turning or staring"),
     "stare_s": (0.05, "s, of a map of a staring antenna"),
     "receiver_antennas": ([0, 1], "antenna of each receiver"),

@@ -118,15 +118,19 @@ def _passing(
     moments = (turn + np.linspace(0.0, 1.0, 721)) * mast.period
     stance = mast.stance(moments)
     swept = (moments - moments[0]) * mast.rate + mast.swing(moments)
+    resting = np.ptp(stance.origin, axis=0).max() == 0.0
     time = np.full(x.shape, moments[0])
     inside, east, north = np.zeros(x.shape, dtype=bool), np.zeros(x.shape), np.zeros(x.shape)
-    for _ in range(1 if np.ptp(stance.origin, axis=0).max() == 0.0 else 4):  # a moving mast: where from, when it passes
+    for _ in range(1 if resting else 4):  # a moving mast: where from, when it passes
         east, north = (np.interp(time, moments, stance.origin[:, axis]) for axis in (0, 1))
         sweep = (np.degrees(np.arctan2(x - east, y - north)) - radar.sector_deg[0]) % 360.0
         if radar.scan == "staring":
             inside, time = np.abs(sweep - 0.5 * width) <= 0.5 * cell_deg, np.full(x.shape, moments[360])
+            continue
+        inside = np.isclose(width, 360.0) | (sweep <= width)
+        if resting and not mast.swing(moments).any():
+            time = (turn + sweep / 360.0) * mast.period  # the same bits as the map's
         else:
-            inside = np.isclose(width, 360.0) | (sweep <= width)
             sweep = np.where((sweep < swept[0]) & (sweep + 360.0 <= swept[-1]), sweep + 360.0, sweep)
             time = np.interp(sweep, swept, moments)
     inside &= np.hypot(x - east, y - north) <= far

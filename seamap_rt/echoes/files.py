@@ -45,7 +45,7 @@ def echo_attributes(radar: RadarSettings, complete_turns: int) -> dict[str, Any]
         "complete_turns": complete_turns,
         "waveform": radar.waveform,
         "chirp_bandwidth_hz": radar.chirp_bandwidth_hz if radar.waveform == "chirp" else 0.0,
-        "compression_window": radar.compression_window if radar.waveform == "chirp" else "none",
+        "compression_weighting": radar.compression_window if radar.waveform == "chirp" else "none",
         "scan": radar.scan,
         "stare_s": radar.stare_s,
         "receiver_antennas": list(array.receivers),

@@ -136,5 +136,5 @@ def _response(echoes: xr.Dataset) -> RangeResponse:
         float(attrs["bandwidth_hz"]),
         waveform=str(attrs.get("waveform", "pulse")),
         chirp_bandwidth_hz=float(attrs.get("chirp_bandwidth_hz", 0.0)),
-        window=str(attrs.get("compression_window", "none")),
+        window=str(attrs.get("compression_weighting", "none")),
     )
