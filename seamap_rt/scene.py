@@ -136,8 +136,13 @@ class Scene(Section):
     @model_validator(mode="after")
     def _the_boat_is_known(self) -> Self:
         if self.platform.motion == "file":
-            # Reads the file, says what is wrong with it, and whether it is as long as the run.
-            boat_motion(self.platform)([0.0, self.turns * self.turn_duration_s])
+            # Reads the file, says what is wrong with it, and whether it is as long as the run, with what a turn hears
+            # before and after itself and what sensors ask for earlier.
+            sensors, beam = self.platform.sensors, antenna_array(self.radar).beam_deg
+            beside = min(360.0, BEAMS_BEYOND * beam) / (6.0 * self.radar.rotation_rpm)
+            reading = 0.0 if math.isinf(sensors.rate_hz) else 1.0 / sensors.rate_hz
+            early, late = min(-beside, -sensors.latency_s - reading), max(beside, reading)
+            boat_motion(self.platform)([0.0, early, self.turns * self.turn_duration_s + late])
         for number, thing in enumerate(self.objects):
             if not Path(thing.mesh).is_file():
                 raise ValueError(f"objects.{number}.mesh = '{thing.mesh}': no such file; give the path of a mesh")

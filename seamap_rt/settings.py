@@ -445,16 +445,30 @@ class RadarSettings(Section):
     @model_validator(mode="before")
     @classmethod
     def _antennas_are_like_the_common_one(cls, tree: object) -> object:
-        if not isinstance(tree, dict) or not isinstance(tree.get("antennas"), list):
+        if not isinstance(tree, dict) or not isinstance(tree.get("antennas"), list | tuple):
             return tree
-        common = tree.get("antenna", {})
-        if not isinstance(common, dict) or not all(isinstance(entry, dict) for entry in tree["antennas"]):
+        common, placed = _as_table(tree.get("antenna", {})), [_as_table(entry) for entry in tree["antennas"]]
+        if common is None or any(entry is None for entry in placed):
             return tree
-        return {**tree, "antennas": [{**common, **entry} for entry in tree["antennas"]]}
+        return {**tree, "antennas": [_like(common, entry) for entry in placed if entry is not None]}
+
+
+def _as_table(value: object) -> dict[str, object] | None:
+    """What was said of an antenna, by a file or in Python; None if it is no table."""
+    if isinstance(value, AntennaSettings):
+        return {key: each for key, each in value.model_dump(exclude_unset=True).items() if each is not None}
+    return value if isinstance(value, dict) else None
+
+
+def _like(common: dict[str, object], entry: dict[str, object]) -> dict[str, object]:
+    """An antenna's keys, those that it leaves out taken from the common ones; another pattern needs no file."""
+    merged = {**common, **entry}
+    if merged.get("pattern") != "file" and "file" not in entry:
+        merged.pop("file", None)
+    return merged
 
 
 # --------------------------------------------------------------------------------- platform, tracing, retrieval
-
 
 Period = Annotated[float, limited("a boat answers waves of 0.5 s and more", least=0.5, most=300.0)]
 Phase = Annotated[float, limited("a phase", least=-3600.0, most=3600.0)]

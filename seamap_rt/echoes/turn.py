@@ -23,6 +23,7 @@ from threadpoolctl import threadpool_limits
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets
 from ..radar.array import antenna_array
+from ..radar.mast import column_frame
 from ..radar.scan import Pulses
 from ..settings import RadarSettings
 from .gating import Gating, received_samples
@@ -185,6 +186,10 @@ class ColumnKernel:
         if across[:, 2].any():  # the fan leans: what lies deeper below is heard off the bearing
             drop = np.sqrt(1.0 - level**2) * grid.column_height[column] / self.radar.height_m
             cosine = cosine - across[:, 2:] * drop
+        drift = grid.drift[column].mean(axis=0) @ column_frame(grid.column_azimuth[column : column + 1])[0]
+        if drift.any():  # a boat that runs past what it looks at sees it for shorter, or longer, than one at rest
+            seconds = self.knots.time[knots] - grid.column_stance.time[column]
+            cosine = cosine - (across @ drift * seconds)[:, None] / np.maximum(self.gating.range, self.radar.height_m)
         for path, beam in enumerate(self.beams):
             gated[path if len(self.beams) > 1 else slice(None)] *= beam(cosine)
 

@@ -178,7 +178,7 @@ class SurfaceMesh:
     def sheets(self) -> list[tuple[slice, ...]]:
         """Column slices grouped so that those of a group do not overlap in azimuth.
 
-        The first group is the turn itself. The second, where the turn overlaps its own beginning, is what runs on
+        The first group is the turn itself. Further ones, where the turn overlaps its own beginning, are what runs on
         beyond it: the same places at other times, which must not be traced together with the first.
         """
         grid = self.grid
@@ -186,8 +186,10 @@ class SurfaceMesh:
             return [(slice(0, grid.columns),)]
         start = -grid.first
         stop = min(start + grid.per_circle, grid.columns)  # a sector just short of the circle runs on for less
-        rest = (slice(0, start), slice(stop, grid.columns))
-        return [(slice(start, stop),), tuple(columns for columns in rest if columns.stop > columns.start)]
+        rest = [each for each in (slice(0, start), slice(stop, grid.columns)) if each.stop > each.start]
+        if grid.columns - (stop - start) > grid.per_circle:  # a boat that swings far off its heading
+            return [(slice(start, stop),), *((each,) for each in rest)]
+        return [(slice(start, stop),), tuple(rest)]
 
     def triangles(self, sheet: tuple[slice, ...]) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
         """Vertices (n, 3) in the antenna's frame and faces (m, 3), counter-clockwise seen from above.

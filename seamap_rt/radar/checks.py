@@ -13,7 +13,7 @@ from .array import antenna_array
 from .chirp import Chirp
 from .digital import DigitalReceiver
 from .scan import scanned_share, turn_duration
-from .waveform import RangeResponse, blind_range_m, unambiguous_range_m
+from .waveform import blind_range_m, unambiguous_range_m
 
 WIDEST_DEG = 25.0  # as of the other patterns' azimuth_beamwidth_deg
 
@@ -90,7 +90,6 @@ def _waveform(radar: RadarSettings) -> None:
     near, far = radar.range_m
     if radar.waveform == "pulse":
         return
-    RangeResponse.of(radar)
     if radar.receiver.chain == "digital":
         raise ValueError(
             "radar.receiver.chain = 'digital': takes a plain pulse, and radar.waveform = 'chirp'; choose 'baseband'"

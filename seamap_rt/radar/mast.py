@@ -24,6 +24,7 @@ from .pose import antenna_axes, bearing, boat_axes
 _STEP = 1e-3  # s, over which positions are differenced: a jerk of 100 m/s³ errs by 0.02 mm/s
 _NEWTON_STEPS = 5  # two for a boat in waves; as many as _SLOWEST asks for
 _SLOWEST = 0.2  # of the turntable's rate: so fast at least the boresight must turn
+_FURTHEST_DEG = 150.0  # off its schedule: at 180 it would not be known which way it has turned
 _ROUNDING = 1e-9  # deg; a boresight that is so little off its schedule is on it
 
 
@@ -135,11 +136,19 @@ class Mast:
         return time
 
     def check_that_it_sweeps(self, time: NDArray[np.float64]) -> None:
-        """Raise InputError where, about times (n,), the boat turns the boresight back about as fast as the turntable
-        turns it on: then it does not pass each place once."""
-        swing = wrap_degrees(self.swing(time + 0.5 * _STEP) - self.swing(time - 0.5 * _STEP)) / _STEP
-        back = float(-swing.min(initial=0.0))
-        if back > (1.0 - _SLOWEST) * self.rate > 0.0:
+        """Raise InputError where, at times (n,), the boresight does not pass each place once in about a turn: where the
+        boat swings it back about as fast as the turntable turns it on, or has turned round."""
+        if self.rate == 0.0:
+            return
+        furthest = float(np.abs(self.swing(time)).max(initial=0.0))
+        if furthest > _FURTHEST_DEG:
+            raise InputError(
+                f"platform: the boat turns {furthest:.4g}° off the heading that it has at time 0, by which the "
+                f"turntable is set: must be at most {_FURTHEST_DEG:g}°; keep its course, or take fewer turns"
+            )
+        change = wrap_degrees(self.swing(time + 0.5 * _STEP) - self.swing(time - 0.5 * _STEP))
+        back = -float(change.min(initial=0.0)) / _STEP
+        if back > (1.0 - _SLOWEST) * self.rate:
             raise InputError(
                 f"platform: the boat swings the boresight back at {back:.3g}°/s, where the turntable turns it on at "
                 f"{self.rate:.3g}°/s: must be at most {1.0 - _SLOWEST:.0%} of that; raise radar.rotation_rpm or calm "

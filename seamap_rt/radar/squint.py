@@ -24,16 +24,16 @@ def squint_deg(settings: AntennaSettings, frequency_hz: float) -> float:
         return 0.0
     design = frequency_hz if settings.design_frequency_hz is None else settings.design_frequency_hz
     cut_off = SPEED_OF_LIGHT / (2.0 * settings.guide_width_m)
-    for name, value in (("frequency_hz", frequency_hz), ("design_frequency_hz", design)):
+    for name, value in (("radar.frequency_hz", frequency_hz), ("radar.antenna.design_frequency_hz", design)):
         if value <= cut_off:
             raise ValueError(
                 f"{name} = {value:g}: must be above the waveguide's cut-off, {cut_off:.4g} Hz; "
-                f"raise it, or widen guide_width_m = {settings.guide_width_m:g}"
+                f"raise it, or widen radar.antenna.guide_width_m = {settings.guide_width_m:g}"
             )
     sine = np.sqrt(1.0 - (cut_off / frequency_hz) ** 2) - np.sqrt(design**2 - cut_off**2) / frequency_hz
     if sine <= -1.0:
         raise ValueError(
-            f"design_frequency_hz = {design:g}: must be nearer to the frequency, {frequency_hz:g} Hz, at which such "
+            f"radar.antenna.design_frequency_hz = {design:g}: must be nearer to the frequency, {frequency_hz:g} Hz, at which such "
             "slots have no beam ahead; lower it"
         )
     return float(np.degrees(np.arcsin(sine)))

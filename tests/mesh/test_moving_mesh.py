@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,7 @@ from numpy.typing import NDArray
 
 from seamap_rt import sea
 from seamap_rt.conventions import unit_from_azimuth, wrap_degrees
+from seamap_rt.echoes.riding import masts, run_sea
 from seamap_rt.io.scenefile import InputError
 from seamap_rt.mesh.polar import PolarGrid, SurfaceMesh, polar_grid, sea_on_grid, submerged_lines, surface_mesh
 from seamap_rt.radar.mast import Mast
@@ -111,10 +114,10 @@ def test_facets_rise_from_the_antenna_at_their_columns_time() -> None:
     east, north = unit_from_azimuth(azimuth)
     point = np.stack((east * facets.distance, north * facets.distance), axis=-1) + origin[:, None, :2]
     # Facets take their corners from lines whose origins lie apart by what the array moves in 1.2 ms: 12 mm at 10 m/s
-    # or less; at a third of the column's width off its middle that is 2 mm, on a slope of 0.06.
+    # or less; facets are a sixth to a quarter of the column's width off its middle (their diagonals cross it askew).
     apart = np.hypot(*np.diff(grid.stance.origin[:, :2], axis=0).T).max()
     assert 1e-3 < apart < 12e-3
-    assert_allclose(facets.height, plane(point), rtol=0.0, atol=apart / 6.0 * np.hypot(EAST, NORTH) * 1.01)
+    assert_allclose(facets.height, plane(point), rtol=0.0, atol=0.25 * apart * np.hypot(EAST, NORTH))
     assert np.ptp(grid.column_height) > 0.3  # the boat heaves
 
 
@@ -146,7 +149,7 @@ def test_the_mesh_reaches_whatever_a_pulse_can_hear(sector: list[float]) -> None
     for turn in (0, 5):
         grid, fired = grid_of(made, turn), pulses(made.radar, turn, mast)
         lean = mast.lean_deg(fired.time, float(np.arcsin(5.0 / 15.0)))
-        assert lean > 1.0
+        assert lean > 0.5
         assert grid.reach_deg == pytest.approx(3.0 * 1.8 + lean, abs=0.05)  # found at fewer times
         assert grid.sweep[0] <= fired.sweep.min() - 3.0 * 1.8 - lean + 0.05
         assert grid.sweep[-1] >= fired.sweep.max() + 3.0 * 1.8 + lean - 0.05
@@ -181,15 +184,30 @@ def test_sheets_do_not_overlap(sector: list[float]) -> None:
     assert np.isin(np.flatnonzero(inside), np.concatenate([np.arange(s.start, s.stop) for s in mesh.sheets()[0]])).all()
 
 
+def test_sheets_of_a_boat_that_turns_far_do_not_overlap(tmp_path: Path) -> None:
+    """Turned by 140°, and a beam of 20°: the mesh runs on for more than half a circle to either side."""
+    file = tmp_path / "motion.csv"
+    file.write_text("time_s,heading_deg\n-1,-140\n0,0\n1,140\n2,140\n", encoding="utf-8")
+    keys = {"platform.motion": "file", "platform.file": str(file), "radar.sector_deg": [0.0, 360.0],
+            "radar.antenna.pattern": "gaussian", "radar.antenna.azimuth_beamwidth_deg": 20.0}  # fmt: skip
+    made = load_scene("tiny", keys)
+    mesh = mesh_of(made)
+    assert mesh.grid.columns > 2 * mesh.grid.per_circle
+    sheets = mesh.sheets()
+    held = np.concatenate([np.arange(s.start, s.stop) for sheet in sheets for s in sheet])
+    assert_array_equal(np.sort(held), np.arange(mesh.grid.columns))
+    for sheet in sheets:
+        assert sum(s.stop - s.start for s in sheet) <= mesh.grid.per_circle
+
+
 @pytest.mark.parametrize("sector", SECTORS)
 def test_column_numbers_go_on_into_the_next_turn(sector: list[float]) -> None:
     """Though a turn begins earlier or later as the boat swings: a number is one place at one time."""
     made = scene(sector)
     grids = [grid_of(made, turn) for turn in range(4)]
-    assert (
-        sector[1] - sector[0] < 300.0 or len({grid.first for grid in grids}) > 1
-    )  # turns differ in how far they reach
-    for one, other in zip(grids, grids[1:], strict=False):
+    if sector_width(made.radar) == 360.0:
+        assert len({grid.first for grid in grids}) > 1  # turns differ in how far they reach
+    for one, other in pairwise(grids):
         assert_array_equal(np.diff(one.column_number), 1)
         shared, here, there = np.intersect1d(one.column_number, other.column_number, return_indices=True)
         if sector_width(made.radar) == 360.0:
@@ -207,13 +225,11 @@ def test_end_of_a_turn_is_the_start_of_the_next_bit_by_bit(motion: str) -> None:
     if motion == "wave_following":
         changes |= {f"platform__{key}": 0.0 for key in ("roll_deg", "pitch_deg", "yaw_deg", "heave_m")}
     made = scene([0.0, 360.0], **changes)
-    from seamap_rt.echoes.riding import masts, run_sea
-
     water = run_sea(made)
     mast = masts(made, water).true
     first, second = (polar_grid(made.radar, made.tracing, turn, mast) for turn in (2, 3))
     numbers = [np.append(grid.column_number, grid.column_number[-1] + 1) for grid in (first, second)]
-    shared, here, there = np.intersect1d(*numbers, return_indices=True)
+    shared, here, there = np.intersect1d(numbers[0], numbers[1], return_indices=True)
     assert shared.size > 30
     assert_array_equal(first.time[here], second.time[there])
     assert_array_equal(first.place_azimuth[here], second.place_azimuth[there])
