@@ -33,7 +33,7 @@ def squint_deg(settings: AntennaSettings, frequency_hz: float) -> float:
     sine = np.sqrt(1.0 - (cut_off / frequency_hz) ** 2) - np.sqrt(design**2 - cut_off**2) / frequency_hz
     if sine <= -1.0:
         raise ValueError(
-            f"radar.antenna.design_frequency_hz = {design:g}: must be nearer to the frequency, {frequency_hz:g} Hz, at which such "
-            "slots have no beam ahead; lower it"
+            f"radar.antenna.design_frequency_hz = {design:g}: must be nearer to the frequency, {frequency_hz:g} "
+            "Hz, at which such slots have no beam ahead; lower it"
         )
     return float(np.degrees(np.arcsin(sine)))

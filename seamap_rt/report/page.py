@@ -98,7 +98,7 @@ def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str
     }
     return (
         f"A simulated radar {radar.height_m:g} m above the sea{boat.get(scene.platform.motion, '')}, "
-        f"with {_count(len(array.elements))} antennas {array.baseline_m:g} m apart, "
+        f"with {_few(len(array.elements))} antennas {array.baseline_m:g} m apart, "
         f"mapped this sea: {waves}. Between {reduce.JUDGED_M[0]:g} and {reduce.JUDGED_M[1]:g} m, in cells more than "
         f"half visible, the retrieved height is off by {figures['Height error, rms']} rms "
         f"({figures['Height error, robust']} robust, bias {figures['Height bias']}), and its "
@@ -109,7 +109,7 @@ def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str
     )
 
 
-def _count(number: int) -> str:
+def _few(number: int) -> str:
     return {2: "two", 3: "three", 4: "four"}.get(number, str(number))
 
 

@@ -60,10 +60,18 @@ def test_none_at_the_design_frequency_nor_when_fed_in_the_middle(frequency: floa
 @pytest.mark.parametrize(
     ("keys", "frequency", "line"),
     [
-        ({}, 6.5e9, r"^frequency_hz = 6\.5e\+09: must be above the waveguide's cut-off, 6\.557e\+09 Hz; .*$"),
-        ({"guide_width_m": 0.0149}, 10e9, r"^frequency_hz = 1e\+10: must be above .* guide_width_m = 0\.0149$"),
-        ({"design_frequency_hz": 6e9}, 10e9, r"^design_frequency_hz = 6e\+09: must be above .*$"),
-        ({"design_frequency_hz": 20e9}, 7e9, r"^design_frequency_hz = 2e\+10: must be nearer .* no beam .*$"),
+        ({}, 6.5e9, r"^radar\.frequency_hz = 6\.5e\+09: must be above the waveguide's cut-off, 6\.557e\+09 Hz; .*$"),
+        (
+            {"guide_width_m": 0.0149},
+            10e9,
+            r"^radar\.frequency_hz = 1e\+10: must be above .* radar\.antenna\.guide_width_m = 0\.0149$",
+        ),
+        ({"design_frequency_hz": 6e9}, 10e9, r"^radar\.antenna\.design_frequency_hz = 6e\+09: must be above .*$"),
+        (
+            {"design_frequency_hz": 20e9},
+            7e9,
+            r"^radar\.antenna\.design_frequency_hz = 2e\+10: must be nearer .* no beam .*$",
+        ),
     ],
 )
 def test_refusals_in_one_line(keys: dict[str, float], frequency: float, line: str) -> None:
