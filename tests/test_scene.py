@@ -21,7 +21,18 @@ from seamap_rt.scattering import MEAN_MODELS
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.settings import JonswapWaves, RadarSettings, SeaSettings, SensorSettings
 
-SHIPPED = ["calm", "choppy_sea", "flat", "long_crested_swell", "sinusoid", "tiny", "wide_baseline", "wind_and_swell"]
+SHIPPED = [
+    "calm",
+    "choppy_sea",
+    "flat",
+    "harbour",
+    "long_crested_swell",
+    "rough_ride",
+    "sinusoid",
+    "tiny",
+    "wide_baseline",
+    "wind_and_swell",
+]
 
 
 def floats(value: object) -> list[str]:

@@ -33,7 +33,7 @@ from seamap_rt.tracing.horizon import Skyline, trace_horizon
 
 Array = NDArray[np.float64]
 Light = NDArray[np.bool_]
-SPEED = {"platform__speed_m_s": 5.0, "platform__heading_deg": 90.0}
+SPEED: dict[str, Any] = {"platform__speed_m_s": 5.0, "platform__heading_deg": 90.0}
 MODES = [(send, pair) for send in ("single", "switched") for pair in ("single_pulse", "alternating_pulse")]
 
 
@@ -127,10 +127,10 @@ def test_a_plate_hides_just_the_facets_behind_it(name: str, turn: int, tmp_path:
     origin = np.zeros((before.grid.columns, 3))
     if turn:
         origin[:, 0] = 5.0 * before.grid.column_time
-        assert 9.0 < origin[:, 0].min()
+        assert origin[:, 0].min() > 9.0
     ends = places(before, origin)
     for antenna_number, height in enumerate((4.9, 5.1)):
-        eye = (origin + [0.0, 0.0, height])[:, None]
+        eye = (origin + np.array([0.0, 0.0, height]))[:, None]
         inside = through_plate(
             eye, ends, np.array([-3.0, 30.0, -1.0]), np.array([6.0, 0.0, 0.0]), np.array([0.0, 0.0, 3.0])
         )
@@ -159,15 +159,15 @@ def test_the_nearest_columns_are_asked_too(tmp_path: Path) -> None:
     assert_array_equal(lit(after), lit(simulator.scenery.hide(facets)))
     dark = ~lit(after)[:, :, -1]
     azimuth = wrap_degrees(facets.grid.column_azimuth)
-    # What a ray from 0.5 m to the right sees behind the post goes on to the left: atan(0.5/3) less atan(0.5/100).
+    # The array turns with the look: sin α = 0.5/3 · (1 − 3/100) where a ray to 100 m passes the post; 0.45° a column.
     for antenna_number, sign in enumerate((1.0, -1.0)):
-        assert azimuth[dark[antenna_number]].mean() == pytest.approx(sign * (9.46 - 0.29), abs=0.3)
+        assert azimuth[dark[antenna_number]].mean() == pytest.approx(sign * 9.3, abs=0.45)
 
 
 def test_no_light_bends_round_an_object(tmp_path: Path) -> None:
     """Over crests it does bend: behind the wall that light is gone too, and beside it nothing has changed."""
     made = scene(
-        box((6.0, 0.5, 12.0), (0.0, 0.0, 0.0)),
+        box((0.5, 6.0, 12.0), (0.0, 0.0, 0.0)),
         tmp_path,
         name="sinusoid",
         thing={"position_m": [-40.0, 0.0, 0.0]},
@@ -205,7 +205,8 @@ def test_no_objects_change_nothing() -> None:
 
 def hidden_bearings(facets: Facets, heading: float) -> Array:
     """Bearings off the bow [deg] of the columns whose far end the lower antenna does not see."""
-    return np.sort(wrap_degrees(facets.grid.column_azimuth[~lit(facets)[0][:, -1]] - heading))
+    bearing = wrap_degrees(facets.grid.column_azimuth[~lit(facets)[0][:, -1]] - heading)
+    return np.unique(bearing.round(6))  # where the turn overlaps its own start a bearing comes twice
 
 
 @pytest.mark.parametrize("heading", [0.0, 90.0, 200.0])
@@ -310,8 +311,8 @@ def test_an_echo_by_the_radar_equation(turn: int, tmp_path: Path) -> None:
         keys |= SPEED | {"radar__sector_deg": [bearing - 3.0, bearing + 3.0]}
         keys["radar__range_m"] = [distance - 30.0, distance + 15.0]
     made = scene(box((size, size, size), (0.0, 0.0, 1.0)), tmp_path, **keys)
-    draws = 150
-    power = np.zeros(1)
+    draws = 100
+    power, azimuth = np.zeros(1), np.zeros(1)
     for seed in range(draws):
         part, azimuth = loudness(made.model_copy(update={"seed": seed}), turn)
         power = power + part / draws
@@ -330,8 +331,8 @@ def test_an_echo_by_the_radar_equation(turn: int, tmp_path: Path) -> None:
     expected /= (4.0 * np.pi) ** 3 * distance**4 * loss
     gate = int(np.argmin(np.abs(ranges - distance)))
     pulse = int(np.argmin(np.abs(off)))
-    # Power is exponential over the draws: 4 of 1/√150.
-    assert power[pulse, gate] / expected == pytest.approx(1.0, abs=0.33)
+    # Power is exponential over the draws: 4 of 1/√100.
+    assert power[pulse, gate] / expected == pytest.approx(1.0, abs=0.4)
     # It is heard where the beam looks, and nowhere else: two-way −3 dB at 0.65°.
     assert power[np.abs(off) > 2.2].max() < 1e-3 * power[pulse, gate]
 
@@ -389,16 +390,17 @@ def test_an_object_just_outside_the_sector_is_heard_through_the_beams_edge(tmp_p
 
 
 @pytest.mark.parametrize(
-    "platform", [{}, {"platform__speed_m_s": 5.0}, {"platform__roll_deg": 10.0, "platform__roll_phase_deg": 20.0}]
+    "platform", [{}, {"platform__speed_m_s": 5.0}, {"platform__pitch_deg": 10.0, "platform__roll_deg": 10.0}]
 )
 def test_the_boats_own_things_stay_at_their_range(platform: dict[str, Any], tmp_path: Path) -> None:
     """A point 20 m ahead on the bow's sprit: at its bearing and range off the bow, and the phase stands still."""
-    swings = {"platform__motion": "sinusoidal"} if "platform__roll_deg" in platform else {}
+    swings = {"platform__motion": "sinusoidal"} if "platform__pitch_deg" in platform else {}
     made = scene(
         box((0.02, 0.02, 0.02), (0.0, 0.0, 2.0)),
         tmp_path,
         thing={"position_m": [0.0, 20.0, 0.0], "rcs_dbsm": 0.0, "fixed_to": "boat"},
         radar__sector_deg=[110.0, 130.0],
+        radar__transmit="single",
         platform__heading_deg=120.0,
         **platform,
         **swings,
@@ -409,15 +411,16 @@ def test_the_boats_own_things_stay_at_their_range(platform: dict[str, Any], tmp_
     assert volts is not None
     power = np.abs(volts[:, 0]) ** 2
     pulse, gate = np.unravel_index(power.argmax(), power.shape)
-    # A rolled mast, its antennas 3 m over the point, bears on it up to 3 tan(20°)/20 = 1.6° off the bow.
+    # The swinging mast, its antennas 3 m over the point, may bear on it a little off the bow.
     off = wrap_degrees(fired.azimuth[pulse] - 120.0)
     assert off == pytest.approx(0.0, abs=0.15 if not swings else 2.0)
     assert gates(made.radar)[gate] == pytest.approx(np.hypot(20.0, 3.0), abs=0.76)
     around = np.flatnonzero(power[:, gate] > 0.25 * power[pulse, gate])
     phase = np.unwrap(np.angle(volts[around, 0, gate]))
-    # Were it left behind by a boat at 5 m/s, 8 ms would turn it by 2k·0.04 m = 17 rad. In a roll of up to 15°/s the 8 ms
-    # of straight flight depart from the arc, as do the antennas: 20 m · (15°/s · 4 ms)²/2 = 10 µm, 4 mrad.
-    assert np.ptp(phase) < 0.02
+    # The beam's edge weighs the points of 20 mm differently: 0.08 rad, of a boat at rest too. Were it left behind by
+    # one at 5 m/s, 5 ms would turn it by 2k·0.025 m = 10 rad. Its straight flight departs from the arc of a boat that
+    # pitches at 12°/s by 20 m · (12°/s · 3 ms)²/2 = 4 µm.
+    assert np.ptp(phase) < 0.2
 
 
 # ------------------------------------------------------------------------------------------ what the sea hides of them
@@ -456,17 +459,17 @@ def test_the_skyline_is_the_horizon_tracers(sector: list[float]) -> None:
     ):
         east, north = (float(part) for part in unit_from_azimuth(azimuth))
         tangent = horizon(distance)
-        # Rungs 0.25 m apart miss a crest's top by 0.25²/8·k² = 0.25 mm, what lies just before the thing by its slope.
-        for above, seen in ((0.06, True), (-0.06, False)):
+        # The last rung before the thing may lie 0.25 m short of it, where the sea is 0.25 m · (0.18 + 5/30) lower.
+        for above, seen in ((0.01, True), (-0.09, False)):
             place = np.array([[distance * east, distance * north, tangent + above]])
             assert skyline.sees(eye[None], place)[0] == seen, (distance, azimuth)
 
     column = facets.grid.columns // 2
     points = places(facets, np.zeros((facets.grid.columns, 3)))[column]
     margin = np.array([height - horizon(d) for d, height in zip(facets.distance, points[:, 2], strict=True)])
-    sure = (margin < -0.06) | (lit(facets)[0, column] & (facets.slope_look[column] > -0.1))
+    sure = (margin < -0.09) | (lit(facets)[0, column] & (facets.slope_look[column] > -0.1))
     sure &= facets.distance > 2.0
-    seen = skyline.sees(np.broadcast_to(eye, points.shape), points + [0.0, 0.0, 0.01])
+    seen = skyline.sees(np.broadcast_to(eye, points.shape), points + np.array([0.0, 0.0, 0.01]))
     assert sure.mean() > 0.8
     assert_array_equal(seen[sure], lit(facets)[0, column][sure])
 
@@ -511,32 +514,32 @@ def test_a_crest_hides_a_buoy(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("transmit", "interferogram"), MODES)
 def test_the_map_holds_no_echo_in_the_shadow(transmit: str, interferogram: str, tmp_path: Path) -> None:
-    """A silent wall 6 m high, 9° wide: no sea behind it in the truth, and no height in the map, in any mode."""
+    """A silent wall 6 m high, 15° wide: no sea behind it in the truth, and no height in the map, in any mode."""
     made = scene(
-        box((6.0, 1.0, 12.0), (0.0, 0.0, 0.0)),
+        box((10.0, 1.0, 12.0), (0.0, 0.0, 0.0)),
         tmp_path,
         thing={"position_m": [0.0, 38.0, 0.0]},
         radar__noise=True,
-        radar__sector_deg=[345.0, 375.0],
+        radar__sector_deg=[335.0, 385.0],
         radar__range_m=[15.0, 80.0],
         radar__transmit=transmit,
         radar__interferogram=interferogram,
         scattering__nrcs_db=-25.0,
     )
     made_of = simulate(made)
-    polar = made_of.truth["polar"]
-    heights = retrieve(made_of.echoes, made.retrieval)["polar"]
+    polar = made_of.truth["polar"].to_dataset()
+    heights = retrieve(made_of.echoes, made.retrieval)["polar"].to_dataset()
     azimuth, ranges = wrap_degrees(polar["azimuth"].values), polar["range"].values
     # Cells of 1.8° and 3 m, and a beam that hears ±1° more and a pulse ±3 m.
-    behind = (np.abs(azimuth)[:, None] < 2.0) & (ranges > 46.0)
-    clear = (np.abs(azimuth)[:, None] > 7.0) | (ranges < 30.0)
+    behind = (np.abs(azimuth)[:, None] < 3.0) & (ranges > 46.0)
+    clear = (np.abs(azimuth)[:, None] > 10.0) | (ranges < 30.0)
     visible, quality = polar["visible_fraction"].values[0], heights["quality"].values[0]
     assert_array_equal(visible[behind], 0.0)
     assert_array_equal(visible[clear], 1.0)
     assert (quality[behind] & QUALITY_FLAGS["no_echo"] > 0).mean() > 0.95
     assert np.isnan(heights["height"].values[0][behind & (quality & QUALITY_FLAGS["no_echo"] > 0)]).all()
     assert not (quality[clear] & QUALITY_FLAGS["no_echo"]).any()
-    assert (polar["nrcs_db"].values[0][behind] < -100.0).all()
+    assert np.isnan(polar["nrcs_db"].values[0][behind]).all()
 
 
 @pytest.mark.parametrize(("transmit", "interferogram"), MODES)
