@@ -190,6 +190,18 @@ def _left_out_of_the_radar(scene: Scene) -> list[tuple[str, str]]:
                 "the fan is laid on the mean sea; a crest is heard as if it lay off it by its height times the lean",
             )
         )
+    sailed = platform.speed_m_s * scene.turns * scene.turn_duration_s
+    if sailed > 0.5 * radar.range_m[1]:
+        rows.append(
+            (
+                "ground maps around the boat",
+                f"they stay centred on the origin, and the boat sails {sailed:.3g} m off it",
+            )
+        )
+    if scene.objects:
+        rows.append(
+            ("the antennas' width", "an object hides what lies behind it from a point, be it as thin as a stay")
+        )
     if any(thing.rcs_dbsm is not None for thing in scene.objects):
         rows.append(("echoes between objects and the sea", "an object echoes by its own cross-section alone"))
     return rows

@@ -284,7 +284,8 @@ def simulate(scene: Scene, out: str | Path | None = None, *, overwrite: bool = F
 
 def expected(scene: Scene, turn: int = 0) -> xr.Dataset:
     """Noise-free, speckle-averaged `power(transmitter, receiver, azimuth, range)` and `covariance(azimuth, range)` [W]
-    of one turn, each look averaged over its dwell: what tracers and facet sizes are compared on."""
+    of one turn, each look averaged over its dwell: what tracers and facet sizes are compared on. It is the sea's echo:
+    objects shadow it, but what they echo themselves is not in it."""
     simulator = Simulator(scene)
     facets, returns, _ = simulator.light(turn)
     gates = expected_look_gates(facets, returns.rcs, simulator.radar, scene.retrieval.cell_azimuth_deg)

@@ -61,15 +61,17 @@ def _lags(knots: int, spacing_s: float) -> NDArray[np.float64]:
 
 
 def _strongest_modes(covariance: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Variances (mode,) and eigenvectors (knot, mode) of a covariance of unit variance at each knot."""
+    """Variances (mode,) and eigenvectors (knot, mode) of a covariance of unit variance at each knot.
+
+    The strongest comes first, and each is positive at the last knot: modes of windows that differ a little are alike, and
+    a column that is heard at the end of a turn and again at the start of the next keeps its speckle.
+    """
     variance, modes = np.linalg.eigh(covariance)
-    # An eigenvector's sign is anybody's guess. Positive at the last knot, modes of windows of unlike length are alike:
-    # a column that is heard at the end of a turn and at the start of the next keeps its speckle.
     modes = np.where(modes[-1] < 0.0, -modes, modes)
     # Ascending: drop the smallest until 1e-4 of the variance is gone.
     kept = np.cumsum(variance) > 1e-4 * variance.size
     kept[-1] = True
-    return variance[kept], modes[:, kept]
+    return variance[kept][::-1], modes[:, kept][:, ::-1]
 
 
 def speckle_weights(

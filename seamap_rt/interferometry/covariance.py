@@ -71,6 +71,10 @@ class Covariance:
                 field /= weights
         return total
 
+    def turned(self, phase: NDArray[np.float64]) -> Covariance:
+        """The same with a phase [rad], (look, gate), added to that between the receivers."""
+        return Covariance(self.cross * np.exp(1j * phase), self.lower, self.upper)
+
     @property
     def coherence(self) -> NDArray[np.float64]:
         """Sample coherence |⟨V₀V₁*⟩| / √(⟨|V₀|²⟩⟨|V₁|²⟩), NaN where there is no power."""
@@ -89,14 +93,24 @@ def _overlap(shape: tuple[int, ...], look: int, gate: int) -> tuple[tuple[slice,
     return (looks, gates), (looks_on, gates_on)
 
 
-def dwell_covariance(voltage: NDArray[np.complex64], dwells: Dwells, pairs: PulsePairs | None = None) -> Covariance:
+def dwell_covariance(
+    voltage: NDArray[np.complex64],
+    dwells: Dwells,
+    pairs: PulsePairs | None = None,
+    level: NDArray[np.float64] | None = None,
+) -> Covariance:
     """Mean over each cell's pulses, whatever antenna transmitted.
 
     voltage (pulse, 2, gate), lower receiver first. pairs: of alternating pulses; each product counts to the dwell of
     its lower pulse, and the means of forward and backward products are averaged, so that their Doppler phases cancel.
-    Voltages that are not finite are left out, pulse by pulse and gate by gate.
+    level (pulse, gate): phase of mean sea level on each pulse, of which products are freed before they are added: where
+    a heeled baseline has a part across the look, it changes within a dwell. Voltages that are not finite are left out,
+    pulse by pulse and gate by gate.
     """
     lower, upper = voltage[:, 0], voltage[:, 1]
+    if level is not None:  # half from either side: a product of two pulses is freed of the mean of their levels
+        half = np.exp(-0.5j * level).astype(np.complex64)
+        lower, upper = lower * half, upper * half.conj()
     if pairs is None:
         powers = _power(lower), _power(upper)
         return Covariance(

@@ -21,6 +21,11 @@ class Dwells:
     look: NDArray[np.intp]
     looks: int
 
+    @classmethod
+    def of_single_pulses(cls, count: int) -> Dwells:
+        """Each pulse a dwell of its own."""
+        return cls(np.arange(count), count)
+
     @property
     def leaning(self) -> bool:
         return self.look.ndim == 2

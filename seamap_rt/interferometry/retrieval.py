@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -78,10 +79,15 @@ def retrieve_turn(
     if radar.alternating:
         pairs = neighbouring_pulses(sampled(voltage), pulses.time, radar.interval, settings.pulse_pairs)
     dwells = pulses.dwells(radar, antennas[0], sweeps, width)
-    stances = _stances(echoes, pulses, dwells, pairs, antennas, radar)
+    stances, senders = _stances(echoes, pulses, dwells, pairs, antennas, radar)
     model = PhaseModel(radar, stances)
 
-    dwell = dwell_covariance(voltage, dwells, pairs)
+    if stances.at_rest:
+        dwell = dwell_covariance(voltage, dwells, pairs)
+    else:
+        each = LookStances.of(pulses, Dwells.of_single_pulses(pulses.time.size), antennas, senders, radar.sector[0])
+        level = np.nan_to_num(PhaseModel(radar, each).flat)
+        dwell = dwell_covariance(voltage, dwells, pairs, level).turned(np.nan_to_num(model.flat))
     found = ESTIMATORS[settings.estimator](dwell, model, settings, width)
     cells = found.cells
     echo_power = 0.5 * (cells.lower + cells.upper) - radar.noise_power
@@ -135,15 +141,15 @@ def _stances(
     pairs: PulsePairs | None,
     antennas: tuple[int, int],
     radar: RadarDescription,
-) -> LookStances:
-    """How the antennas stood in each cell's dwell, on the very pulses that are compared."""
+) -> tuple[LookStances, Sequence[int]]:
+    """How the antennas stood in each cell's dwell, on the very pulses that are compared; and which of them sent."""
     sender = np.asarray(echoes["transmitter"].values)
     if pairs is None:
         senders = transmitters(sender, antennas, None, radar.paths)
-        return LookStances.of(pulses, dwells, antennas, senders, radar.sector[0])
+        return LookStances.of(pulses, dwells, antennas, senders, radar.sector[0]), senders
     senders = transmitters(sender, antennas, (pairs.lower, pairs.upper), radar.paths)
     rows, owners = pairs.members
-    return LookStances.of(pulses[rows], dwells[owners], antennas, senders, radar.sector[0])
+    return LookStances.of(pulses[rows], dwells[owners], antennas, senders, radar.sector[0]), senders
 
 
 def _snr_db(echo_power: NDArray[np.float64], noise_power: float) -> NDArray[np.float64]:
