@@ -118,8 +118,9 @@ def interferograms(array: Array) -> list[tuple[Path, Path]]:
 class _Beams:
     """The dwell's mean product of two paths' voltage patterns, (look, gate)."""
 
-    def __init__(self, array: Array, cosine: NDArray[np.float64], heard: NDArray[np.bool_]) -> None:
-        self._array, self._cosine, self._heard = array, cosine, heard
+    def __init__(self, array: Array, cosine: NDArray[np.float64], heard: NDArray[np.bool_], span: float) -> None:
+        """span: beyond which no cosine lies; the same for all columns, so that looks are alike to the last digits."""
+        self._array, self._cosine, self._heard, self._span = array, cosine, heard, span
         self._cuts: dict[object, NDArray[np.float64]] = {}
         self._products: dict[object, NDArray[np.float64]] = {}
 
@@ -135,8 +136,7 @@ class _Beams:
 
     def _voltage(self, cut) -> NDArray[np.float64]:
         if cut not in self._cuts:
-            span = float(np.abs(self._cosine).max(initial=1e-3))
-            table = np.linspace(-span, span, 4001)
+            table = np.linspace(-self._span, self._span, 4001)
             self._cuts[cut] = np.interp(self._cosine, table, cut(table))
         return self._cuts[cut]
 
@@ -152,10 +152,11 @@ def look_beams(
 
     A fan that leans is heard where it meets the sea, and looks are made of pulses by where that is: it needs no more.
     """
-    reach = BEAMS_BEYOND * array.beam_deg
+    reach = BEAMS_BEYOND * array.beam_deg + 1e-9  # rounding must not part looks that stand alike
     near = np.flatnonzero(np.abs(sweeps - column_sweep) <= reach + 0.5 * cell_azimuth_deg)
     points = _BEAM_POINTS if cell_azimuth_deg > 0.0 else 1
     dwell = cell_azimuth_deg * ((np.arange(points) + 0.5) / points - 0.5)
     offset = sweeps[near, None] + dwell - column_sweep
     cosine = -np.sin(np.radians(offset))[..., None] * level
-    return near, _Beams(array, cosine, np.abs(offset)[..., None] <= reach)
+    span = float(np.sin(np.radians(min(90.0, reach + cell_azimuth_deg))))
+    return near, _Beams(array, cosine, np.abs(offset)[..., None] <= reach, span)

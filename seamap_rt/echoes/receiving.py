@@ -40,13 +40,13 @@ def receive(
     if further is not None:
         voltages += further
     array = antenna_array(radar)
-    for receiver, antenna in enumerate(array.receivers):
-        if array.elements[antenna].channel != 1.0:
-            voltages[:, receiver] *= np.complex64(array.elements[antenna].channel)
     digital = DigitalReceiver(radar) if radar.receiver.chain == "digital" else None
     if radar.noise:
         spacing = None if digital is None else float(np.diff(digital.sample_range[:2])[0])
         add_noise(voltages, radar, pulses, seed, workers, spacing)
+    for receiver, antenna in enumerate(array.receivers):  # a channel's gain is its own noise's too
+        if array.elements[antenna].channel != 1.0:
+            voltages[:, receiver] *= np.complex64(array.elements[antenna].channel)
     if digital is None:
         return Received(voltages, None)
     silent = np.isnan(voltages[..., 0].real)  # receivers that the mode does not sample on a pulse

@@ -63,8 +63,8 @@ def _lags(knots: int, spacing_s: float) -> NDArray[np.float64]:
 def _strongest_modes(covariance: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Variances (mode,) and eigenvectors (knot, mode) of a covariance of unit variance at each knot.
 
-    The strongest comes first, and each is positive at the last knot: modes of windows that differ a little are alike, and
-    a column that is heard at the end of a turn and again at the start of the next keeps its speckle.
+    The strongest comes first, and each is positive at the last knot: modes of windows that differ a little are alike,
+    and a column that is heard at the end of a turn and again at the start of the next keeps its speckle.
     """
     variance, modes = np.linalg.eigh(covariance)
     modes = np.where(modes[-1] < 0.0, -modes, modes)

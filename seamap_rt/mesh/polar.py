@@ -129,7 +129,8 @@ def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int, mast: 
     mast.check_that_it_sweeps(scanned)
     # The fan of a heeled mast hears the near range well off its bearing.
     lean = mast.lean_deg(scanned, float(np.arcsin(min(1.0, radar.height_m / radar.range_m[0]))))
-    reach = BEAMS_BEYOND * array.beam_deg + lean
+    # In whole degrees: a column that two turns hear keeps its speckle while both ask for it equally long.
+    reach = BEAMS_BEYOND * array.beam_deg + np.ceil(lean - 1e-9)
     beyond = int(np.ceil((reach + np.abs(mast.swing(scanned)).max()) / spacing))
     # From the foot of the mast on, though the gates may start further out: what is near can shadow what is far.
     far = radar.range_m[1] + RangeResponse.of(radar).support_m

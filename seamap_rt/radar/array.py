@@ -97,11 +97,16 @@ class Array:
     @cached_property
     def beam_deg(self) -> float:
         """The widest azimuth beam: as far to its sides as this asks something is heard."""
-        return max(element.antenna.azimuth_beamwidth_deg for element in self.elements)
+        return max(self._beams_deg)
 
     @cached_property
     def narrowest_beam_deg(self) -> float:
-        return min(element.antenna.azimuth_beamwidth_deg for element in self.elements)
+        return min(self._beams_deg)
+
+    @property
+    def _beams_deg(self) -> list[float]:
+        # They are measured on the cuts: what rounding leaves of that must not cost a column.
+        return [round(element.antenna.azimuth_beamwidth_deg, 9) for element in self.elements]
 
 
 def antenna_array(radar: RadarSettings) -> Array:

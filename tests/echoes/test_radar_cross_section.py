@@ -276,13 +276,13 @@ def test_a_runs_echoes_turn_as_the_scatterers_move(look: float, sign: float) -> 
         "sea__waves": [],
         "radar__noise": False,
         "radar__range_m": [15.0, 150.0],
-        "radar__sector_deg": [look - 6.0, look + 6.0],
+        "radar__sector_deg": [look - 24.0, look + 24.0],
     }
     lag, turned = 10, {}
     for doppler in ("full", "orbital"):
         voltage = Simulator(scene(**keys, scattering__doppler=doppler)).turn(0).echoes["voltage"].values[:, 0]
         product = voltage[lag:] * voltage[:-lag].conj()
         turned[doppler] = float(np.angle(product.sum())) / (2.0 * np.pi * lag * 1e-4)
-    # Some 500 independent cells know the mean phase over 1 ms to 0.01 rad, 2 Hz.
+    # Some 2000 cells: over four seeds the mean frequency of the still ones scatters by 1.8 Hz (by 4.3 Hz over ±6°).
     assert 35.0 < sign * turned["full"] < 90.0
     assert abs(turned["orbital"]) < 8.0
