@@ -214,7 +214,7 @@ ECHO_ATTRIBUTES: dict[str, str] = {
     "polarization": "VV or HH",
     "transmit": "single or switched",
     "interferogram": "single_pulse or alternating_pulse",
-    "noise_power_w": "W, expected thermal noise of one gate and receiver; 0 when no noise was added",
+    "noise_power_w": "W, expected noise of one gate and receiver; 0 when no noise was added",
     "complete_turns": "turns that are whole in this file",
 }
 

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import from_db
 from ..radar.array import antenna_array
 from ..radar.digital import DigitalReceiver
 from ..radar.receiver import noise_power, thermal_noise
@@ -57,16 +56,27 @@ def receive(
 
 
 def gate_noise_power(radar: RadarSettings) -> float:
-    """Mean noise power [W] of one gate as it is recorded: thermal, and of a converter whose gain is fixed its own."""
-    thermal = noise_power(radar) if radar.noise else 0.0
+    """Mean noise power [W] of one gate as it is recorded: thermal, and of a converter whose gain is fixed its own.
+
+    The converter's is measured on noise alone: where its steps are coarse no formula holds (with one bit noise comes
+    out as strong as the full scale).
+    """
     if radar.receiver.chain == "baseband":
-        return thermal
-    digital = DigitalReceiver(radar)
-    thermal *= sum(digital.noise_gains())
-    if radar.receiver.gain == "agc":
-        return thermal
-    full_scale = 1e-3 * float(from_db(radar.receiver.full_scale_dbm))
-    return thermal + float(np.median(digital.quantisation_noise_power(full_scale)))
+        return noise_power(radar) if radar.noise else 0.0
+    if not radar.noise:
+        return 0.0
+    if radar.receiver.gain == "agc":  # it keeps the converter's own noise below
+        return noise_power(radar) * sum(DigitalReceiver(radar).noise_gains())
+    return _measured_noise(radar)
+
+
+def _measured_noise(radar: RadarSettings) -> float:
+    digital, pulses = DigitalReceiver(radar), 1000
+    spacing = float(np.diff(digital.sample_range[:2])[0])
+    count = digital.sample_range.size
+    noise = thermal_noise(radar, pulses, count, np.random.default_rng(_NOISE_STAGE), 1, spacing)
+    heard = digital(noise, workers=1).voltage
+    return float(np.mean(np.square(np.abs(heard), dtype=np.float64)))
 
 
 def add_noise(
