@@ -64,15 +64,15 @@ def scatterer_voltages(
     for scatterer, (place, area, speed) in enumerate(zip(places, areas, speeds, strict=True)):
         position = place + speed * turn.time[:, None]
         away = position - stance.origin
-        across, ahead, up = np.moveaxis(np.einsum("pij,pj->pi", stance.axes, away), -1, 0)
-        distance = np.linalg.norm(away, axis=-1)
+        across, ahead, _ = np.moveaxis(np.einsum("pij,pj->pi", stance.axes, away), -1, 0)
         chosen = np.flatnonzero(everywhere | ((ahead > 0.0) & (np.abs(across) <= within * np.hypot(across, ahead))))
         if chosen.size == 0:
             continue
-        length = np.linalg.norm(position[chosen, None] - centres[chosen], axis=-1)  # (pulse, antenna)
-        cosines = across[chosen] / distance[chosen], up[chosen] / distance[chosen]
+        lines = position[chosen, None] - centres[chosen]  # (pulse, antenna, 3): each looks along one of its own
+        length = np.linalg.norm(lines, axis=-1)
+        right, _, rise = np.moveaxis(np.einsum("pij,paj->pai", stance.axes[chosen], lines) / length[..., None], -1, 0)
         patterns = [element.antenna for element in array.elements]
-        one_way = [pattern.azimuth(cosines[0]) * pattern.elevation(cosines[1]) for pattern in patterns]
+        one_way = [pattern.azimuth(right[:, n]) * pattern.elevation(rise[:, n]) for n, pattern in enumerate(patterns)]
         for number, slot in enumerate(array.cycle):
             mine = np.flatnonzero(turn.slot[chosen] == number)
             for receiver in slot.receivers if mine.size else ():

@@ -190,8 +190,12 @@ class ColumnKernel:
         if drift.any():  # a boat that runs past what it looks at sees it for shorter, or longer, than one at rest
             seconds = self.knots.time[knots] - grid.column_stance.time[column]
             cosine = cosine - (across @ drift * seconds)[:, None] / np.maximum(self.gating.range, self.radar.height_m)
-        for path, beam in enumerate(self.beams):
-            gated[path if len(self.beams) > 1 else slice(None)] *= beam(cosine)
+        aside = antenna_array(self.radar).aside
+        if not aside.any() and len(self.beams) == 1:
+            gated *= self.beams[0](cosine)
+            return
+        for path, offset in enumerate(aside):  # antennas beside the axis look along lines of their own
+            gated[path] *= self.beams[path % len(self.beams)](cosine - offset / np.maximum(self.gating.range, 1.0))
 
     def _gated(self, paths: FacetPaths, columns: slice, seconds: NDArray[np.float64]) -> NDArray[np.complex64]:
         """(column, path, knot, gate): facets summed into gates, without the azimuth pattern."""

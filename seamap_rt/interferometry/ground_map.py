@@ -31,10 +31,13 @@ class Ground:
 
     @classmethod
     def of(cls, stances: LookStances, found: Heights, sweeps: NDArray[np.float64]) -> Ground:
-        if stances.at_rest or sweeps.size < 2:
+        if stances.at_rest:
             return cls()
+        east, north = (float(np.nanmean(middle)) for middle in stances.middle)
+        if sweeps.size < 2:  # a single look has no neighbours to lie askew of
+            return cls(centre=(east, north))
         x, y = stances.world(found.places)
-        return cls(x, y, tuple(float(np.nanmean(middle)) for middle in stances.middle))  # type: ignore[arg-type]
+        return cls(x, y, (east, north))
 
 
 def ground_map(
@@ -43,7 +46,7 @@ def ground_map(
     """The ground maps of one turn: each square cell the mean of a few samples of the polar map at its places."""
     grid = ground_grid(float(radar.ranges[-1]), settings.ground_m)
     sweeps = look_sweeps(radar.sector, settings.cell_azimuth_deg, radar.staring)
-    fan = LookFan(sweeps, radar.sector[0], radar.closed, radar.period, turn)
+    fan = LookFan(sweeps, radar.sector[0], radar.closed, radar.period, turn, settings.cell_azimuth_deg)
     distance = np.arange(0.5 * settings.ground_m, radar.ranges[-1] + settings.ground_m, 0.25 * settings.ground_m)
     laid, resampled = _laid(cells, places, fan, distance, 1.5 * settings.cell_range_m + radar.spacing)
     centre_x, centre_y = np.meshgrid(grid.x - places.centre[0], grid.y - places.centre[1])
@@ -54,7 +57,9 @@ def ground_map(
     # A cell that straddles the start of the turn stays on its centre's side: the other is a turn older or younger.
     beside = wrap_degrees(fan.sweep_of(x, y) - sweep[..., None])
     sampled = sample_fan(laid, resampled, distance, sweep[..., None] + beside, np.hypot(x, y))
-    if not radar.closed:
+    if radar.staring:
+        inside &= np.abs(sweep - sweeps[0]) <= 0.5 * settings.cell_azimuth_deg
+    elif not radar.closed:
         inside &= sweep <= radar.sector[1] - radar.sector[0]
 
     def mean(field: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -64,7 +69,7 @@ def ground_map(
         return np.where(2 * count > field.shape[2], total / np.maximum(count, 1), np.nan)
 
     values = {name: mean(field) for name, field in sampled.items()}
-    time = np.where(inside, fan.time(sweep), np.nan)
+    time = np.where(inside, cells["time"].values[0][0] if radar.staring else fan.time(sweep), np.nan)
     if places.x is not None:
         # Of cells without an echo, when the beam passes their azimuth.
         passes = np.interp(sweep, fan.sweep, cells["time"].values[0])

@@ -120,7 +120,8 @@ def sliding_plane_heights(
     """Heights from a wider window that follows the slopes of the single cells' map."""
     first, radar = single_cell_heights(dwell, model, settings, width_deg), model.radar
     outward, clockwise = model.slopes(first, first.height, settings, width_deg)
-    per_height = np.nan_to_num(1.0 / first.gain, posinf=0.0, neginf=0.0)
+    # With the second receiver below the first a rise turns the phase on, not back.
+    per_height = np.sign(model.stances.fan.upper.up) * np.nan_to_num(1.0 / first.gain, posinf=0.0, neginf=0.0)
     step = _ground_step(radar, first.ground_range, model.stances.fan.height - first.height, outward)
     window = (
         window_weights(settings.window_range_m, radar.spacing),

@@ -97,9 +97,13 @@ class LookStances:
             *stances.boresight.T[1:],
             *stances.upright.T,
         ]
+        # The fan's plane stands in the middle between the receivers. An arm that leads across it is as one in the plane
+        # whose square is less by twice their product: û·b = b_x x₀/R₁ + what lies in the plane, with û·x̂ = x₀/R₁.
+        middle_across = 0.5 * np.sum(arms[0] * stances.axes[:, 0], axis=1)
         for arm in arms:
-            along, up = (np.sum(arm * stances.axes[:, axis], axis=1) for axis in (1, 2))
-            columns += [along, up, np.linalg.norm(arm, axis=1)]
+            across, along, up = (np.sum(arm * stances.axes[:, axis], axis=1) for axis in (0, 1, 2))
+            square = np.sum(arm**2, axis=1) - 2.0 * across * middle_across
+            columns += [along, up, np.sqrt(np.maximum(square, 0.0))]
         mean = list(dwells.means(np.stack(columns, axis=1)))
         sweep, when, x, y, z, middle_x, middle_y, out, rise, right_up, out_up, rise_up = mean[:12]
         # The mean of axes that swing is a little short.

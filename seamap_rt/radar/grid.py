@@ -55,10 +55,11 @@ class LookFan:
     closed: bool
     period_s: float
     turn: int
+    cell_deg: float  # width of a look that has no neighbour
 
     @property
     def spacing(self) -> float:
-        return float(self.sweep[1] - self.sweep[0]) if self.sweep.size > 1 else 360.0
+        return float(self.sweep[1] - self.sweep[0]) if self.sweep.size > 1 else self.cell_deg
 
     def sweep_of(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
         """Angle from the start of the sector at which the beam passes a place, 0 … 360 deg."""
