@@ -67,7 +67,7 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "range": Variable(("range",), "float64", "m", "range of the gate, c t/2"),
         "time": Variable(("pulse",), "float64", "s", "time of the pulse"),
         "azimuth": Variable(
-            ("pulse",), "float64", "degree", "bearing of the boresight from true north at the pulse's middle"
+            ("pulse",), "float64", "degree", "bearing of the boresight at the pulse's middle, as the sensors have it"
         ),
         "transmitter": Variable(
             ("pulse",), "int8", "1", "antenna that transmits: 0 lower, 1 upper; of more, in the scene's order"

@@ -139,7 +139,7 @@ class Scene(Section):
             # Reads the file, says what is wrong with it, and whether it is as long as the run, with what a turn hears
             # before and after itself and what sensors ask for earlier.
             sensors, beam = self.platform.sensors, antenna_array(self.radar).beam_deg
-            beside = min(360.0, BEAMS_BEYOND * beam) / (6.0 * self.radar.rotation_rpm)
+            beside = min(360.0, (BEAMS_BEYOND + 1.0) * beam + 5.0) / (6.0 * self.radar.rotation_rpm)
             reading = 0.0 if math.isinf(sensors.rate_hz) else 1.0 / sensors.rate_hz
             early, late = min(-beside, -sensors.latency_s - reading), max(beside, reading)
             boat_motion(self.platform)([0.0, early, self.turns * self.turn_duration_s + late])
@@ -167,7 +167,11 @@ class Scene(Section):
         reach = -min(up * math.cos(tilt) - ahead * math.sin(tilt) for _, ahead, up in offsets)
         if height <= reach:
             lowest = "the lowest of radar.antennas" if self.radar.antennas else "the lower phase centre"
-            far = f"half of radar.baseline_m = {baseline:.10g} further down" if not self.radar.antennas else "lower yet"
+            far = (
+                f"half of radar.baseline_m = {baseline:.10g} further down"
+                if not self.radar.antennas
+                else "by its offset"
+            )
             raise ValueError(
                 f"radar.height_m = {height:.10g}: must be greater than {_up(reach)} ({lowest}, {far}, would be under "
                 "water); raise radar.height_m or "

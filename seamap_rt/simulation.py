@@ -234,7 +234,7 @@ class Simulator:
         level = self.sea.elevation(centre[:, 0], centre[:, 1], np.zeros(len(centre)))
         if (level >= centre[:, 2]).any():
             worst = int(np.argmax(level - centre[:, 2]))
-            name = ("lower", "upper")[worst] if not radar.antennas else f"{worst}th"
+            name = ("lower", "upper")[worst] if not radar.antennas else f"{worst}."
             raise InputError(
                 f"radar.height_m = {radar.height_m:g}: the {name} antenna, at "
                 f"{centre[worst, 2]:.2f} m, is under water at time 0 (the sea stands at {level[worst]:.2f} m there); "

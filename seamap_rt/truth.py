@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .conventions import db
+from .conventions import db, wrap_degrees
 from .dataset import build
 from .echoes.radar_cross_section import two_way_power
 from .mesh import Facets
@@ -121,7 +121,7 @@ def _passing(
     resting = np.ptp(stance.origin, axis=0).max() == 0.0
     time = np.full(x.shape, moments[0])
     inside, east, north = np.zeros(x.shape, dtype=bool), np.zeros(x.shape), np.zeros(x.shape)
-    for _ in range(1 if resting else 4):  # a moving mast: where from, when it passes
+    for _ in range(1 if resting else 12):  # a moving mast: where from, when it passes
         east, north = (np.interp(time, moments, stance.origin[:, axis]) for axis in (0, 1))
         sweep = (np.degrees(np.arctan2(x - east, y - north)) - radar.sector_deg[0]) % 360.0
         if radar.scan == "staring":
@@ -134,6 +134,10 @@ def _passing(
             sweep = np.where((sweep < swept[0]) & (sweep + 360.0 <= swept[-1]), sweep + 360.0, sweep)
             time = np.interp(sweep, swept, moments)
     inside &= np.hypot(x - east, y - north) <= far
+    if not resting and radar.scan != "staring":  # places close to the boat's own path may not be passed at all
+        east, north = (np.interp(time, moments, stance.origin[:, axis]) for axis in (0, 1))
+        bearing = np.degrees(np.arctan2(x - east, y - north)) - radar.sector_deg[0]
+        inside &= np.abs(wrap_degrees(bearing - np.interp(time, moments, swept))) <= 0.5 * cell_deg
     return inside, np.where(inside, time, np.nan)
 
 

@@ -91,12 +91,14 @@ def expected_look_gates(
             moment[near] += beams(pairs[middle], pairs[middle]) * column_moment[column]
     with np.errstate(invalid="ignore", divide="ignore"):
         height = moment / weight
+    heard = np.array([abs(element.channel) ** 2 for element in array.elements])  # as each antenna's receiver gives it
+    first, second = (array.elements[antenna].channel for antenna in array.receivers[:2])
     every = [[pairs.index((min(i, j), max(i, j))) for j in range(number)] for i in range(number)]
     return ExpectedGates(
         sweep=sweeps,
         range=gating.range,
-        power=power[every],
-        covariance=covariance,
+        power=power[every] * heard[:, None, None],
+        covariance=covariance * (first * np.conj(second)),
         weight=weight,
         weighted_height=height,
     )

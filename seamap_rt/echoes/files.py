@@ -23,7 +23,7 @@ from .receiving import Received, gate_noise_power
 _PULSES_A_CHUNK = 2000
 
 
-def echo_attributes(radar: RadarSettings, complete_turns: int) -> dict[str, Any]:
+def echo_attributes(radar: RadarSettings, complete_turns: int, full_scale_w: float | None = None) -> dict[str, Any]:
     """What a retrieval may know of the radar; nothing of the sea."""
     array = antenna_array(radar)
     first = array.elements[array.receivers[0]].antenna
@@ -41,7 +41,7 @@ def echo_attributes(radar: RadarSettings, complete_turns: int) -> dict[str, Any]
         "elevation_beamwidth_deg": first.elevation_beamwidth_deg,
         "transmit": radar.transmit,
         "interferogram": radar.interferogram,
-        "noise_power_w": gate_noise_power(radar),
+        "noise_power_w": gate_noise_power(radar, full_scale_w),
         "complete_turns": complete_turns,
         "waveform": radar.waveform,
         "chirp_bandwidth_hz": radar.chirp_bandwidth_hz if radar.waveform == "chirp" else 0.0,
@@ -94,7 +94,7 @@ def echo_dataset(
                 [np.full(turn.number.size, first_turn + i, dtype=np.int32) for i, turn in enumerate(turns)]
             ),
         },
-        {**echo_attributes(radar, first_turn + len(turns)), "polarization": polarization},
+        {**echo_attributes(radar, first_turn + len(turns), received[0].full_scale_w), "polarization": polarization},
     )
 
 

@@ -9,6 +9,7 @@ every digit (3e-7 m even in float32; here float64).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,7 +61,7 @@ def facet_paths(
         raise ValueError("these facets have not been traced; call a tracer first")
     array, grid = antenna_array(radar), facets.grid
     paths = array.paths if paths is None else paths
-    rise = facets.rise[columns]
+    rise = facets.height[columns] - grid.column_height[columns]
     ahead, aside = facets.distance * np.cos(facets.angle), facets.distance * np.sin(facets.angle)
     square = facets.distance**2 + rise**2
     middle = np.sqrt(square)
@@ -149,4 +150,9 @@ _TABLE = np.linspace(-1.0, 1.0, 20_001)
 
 def _tabulated(cut, sine: NDArray[np.float64]) -> NDArray[np.float64]:
     """A pattern cut by linear interpolation in its direction cosine (1e-4 apart: 1e-6 of the peak for beams ≥ 1°)."""
-    return np.interp(sine, _TABLE, cut(_TABLE))
+    return np.interp(sine, _TABLE, _table(cut))
+
+
+@lru_cache(maxsize=16)
+def _table(cut: Cut) -> NDArray[np.float64]:
+    return cut(_TABLE)

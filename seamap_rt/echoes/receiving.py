@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..conventions import db
 from ..radar.array import antenna_array
 from ..radar.digital import DigitalReceiver
 from ..radar.receiver import noise_power, thermal_noise
@@ -22,6 +23,7 @@ class Received(NamedTuple):
 
     voltage: NDArray[np.complex64]  # (pulse, receiver, gate) √W
     saturated: NDArray[np.bool_] | None  # (pulse, gate) of any receiver; None where nothing can saturate
+    full_scale_w: float | None = None  # W of a sine, the median over the pulses; None without a converter
 
 
 def receive(
@@ -52,22 +54,27 @@ def receive(
     voltages[silent] = 0.0
     digitised = digital(voltages, workers=workers)
     digitised.voltage[silent] = np.nan
-    return Received(digitised.voltage, np.asarray(digitised.saturated.any(axis=1)))
+    saturated = np.asarray(digitised.saturated.any(axis=1))
+    return Received(digitised.voltage, saturated, float(np.median(digitised.full_scale)))
 
 
-def gate_noise_power(radar: RadarSettings) -> float:
-    """Mean noise power [W] of one gate as it is recorded: thermal, and of a converter whose gain is fixed its own.
+def gate_noise_power(radar: RadarSettings, full_scale_w: float | None = None) -> float:
+    """Mean noise power [W] of one gate as it is recorded: thermal, and the converter's own at the full scale [W] that
+    automatic gain has set (left out, the scene's).
 
     The converter's is measured on noise alone: where its steps are coarse no formula holds (with one bit noise comes
     out as strong as the full scale).
     """
-    if radar.receiver.chain == "baseband":
-        return noise_power(radar) if radar.noise else 0.0
     if not radar.noise:
         return 0.0
-    if radar.receiver.gain == "agc":  # it keeps the converter's own noise below
-        return noise_power(radar) * sum(DigitalReceiver(radar).noise_gains())
-    return _measured_noise(radar)
+    array = antenna_array(radar)
+    channels = float(np.mean([abs(array.elements[antenna].channel) ** 2 for antenna in array.receivers[:2]]))
+    if radar.receiver.chain == "baseband":
+        return channels * noise_power(radar)
+    if full_scale_w is not None:
+        level = {"full_scale_dbm": float(db(1e3 * full_scale_w)), "gain": "fixed"}
+        radar = radar.model_copy(update={"receiver": radar.receiver.model_copy(update=level)})
+    return channels * _measured_noise(radar)
 
 
 def _measured_noise(radar: RadarSettings) -> float:

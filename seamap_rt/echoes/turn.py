@@ -25,7 +25,7 @@ from ..mesh import Facets
 from ..radar.array import antenna_array
 from ..radar.mast import column_frame
 from ..radar.scan import Pulses
-from ..settings import RadarSettings
+from ..settings import AntennaSettings, RadarSettings
 from .gating import Gating, received_samples
 from .motion import Motion, MovingSpeckle, echo_bandwidth
 from .paths import FacetPaths, facet_paths, wavenumber
@@ -115,8 +115,13 @@ def turn_echoes(
 def _reach_s(facets: Facets, pulses: Pulses) -> float:
     """Seconds to either side of the time when the boresight passes a column, within which the beam hears of it; all of
     them for a staring antenna."""
-    rate = pulses.mast.rate
-    return facets.grid.reach_deg / rate if rate > 0.0 else np.inf
+    rate, grid = pulses.mast.rate, facets.grid
+    if rate == 0.0:
+        return np.inf
+    slowest = grid.spacing_deg / float(
+        np.diff(grid.time).max()
+    )  # a boat that yaws against the turntable slows the beam
+    return grid.reach_deg / (slowest if slowest < rate * (1.0 - 1e-6) else rate)
 
 
 def choose_knots(
@@ -125,10 +130,10 @@ def choose_knots(
     """Knots as far apart as the echo's bandwidth allows: rotation + Doppler of the fastest scatterer + speckle."""
     array = antenna_array(radar)
     wavelength = 2.0 * np.pi / wavenumber(radar)
-    # The two-way pattern is the transform of the aperture convolved with itself: strictly ±width/λ per radian. A
-    # Gaussian beam has no edge; 1.35 per beam width holds all but 1e-5 of it. A measured one may be either.
-    strict, soft = np.radians(radar.antenna.width_m / wavelength), 1.35 / array.narrowest_beam_deg
-    per_degree = {"slotted_waveguide": strict, "file": max(strict, soft)}.get(radar.antenna.pattern, soft)
+    per_degree = max(
+        _cycles_a_degree(settings, element.antenna.azimuth_beamwidth_deg, wavelength)
+        for settings, element in zip(radar.antennas or [radar.antenna] * 2, array.elements, strict=True)
+    )
     drift = float(np.max(np.linalg.norm(facets.grid.drift, axis=-1), initial=0.0))
     bandwidth = echo_bandwidth(
         facets, wavenumber(radar), pulses.mast.rate * per_degree, decorrelation_time_s, motion, drift
@@ -142,6 +147,14 @@ def choose_knots(
     first = -margin
     count = last + margin + 1 - first
     return Knots(stride, first, count, spacing_s, pulses.time[0] + spacing_s * np.arange(first, first + count))
+
+
+def _cycles_a_degree(settings: AntennaSettings, beam_deg: float, wavelength: float) -> float:
+    """Bandwidth of an antenna's two-way pattern. It is the transform of the aperture convolved with itself: strictly
+    ±width/λ per radian. A Gaussian beam has no edge; 1.35 per beam width holds all but 1e-5 of it. A measured one may
+    be either."""
+    strict, soft = float(np.radians(settings.width_m / wavelength)), 1.35 / beam_deg
+    return {"slotted_waveguide": strict, "file": max(strict, soft)}.get(settings.pattern, soft)
 
 
 @dataclass(frozen=True)
@@ -186,8 +199,9 @@ class ColumnKernel:
         if across[:, 2].any():  # the fan leans: what lies deeper below is heard off the bearing
             drop = np.sqrt(1.0 - level**2) * grid.column_height[column] / self.radar.height_m
             cosine = cosine - across[:, 2:] * drop
-        drift = grid.drift[column].mean(axis=0) @ column_frame(grid.column_azimuth[column : column + 1])[0]
+        drift = grid.drift[column]
         if drift.any():  # a boat that runs past what it looks at sees it for shorter, or longer, than one at rest
+            drift = drift.mean(axis=0) @ column_frame(grid.column_azimuth[column : column + 1])[0]
             seconds = self.knots.time[knots] - grid.column_stance.time[column]
             cosine = cosine - (across @ drift * seconds)[:, None] / np.maximum(self.gating.range, self.radar.height_m)
         aside = antenna_array(self.radar).aside

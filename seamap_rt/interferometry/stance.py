@@ -36,7 +36,7 @@ class PulseStances:
             np.asarray(echoes[name].values, dtype=np.float64) for name in ("time", "azimuth", "attitude", "position")
         )
         axes = antenna_axes(attitude, scan_of_bearing(attitude, azimuth, radar.tilt), radar.tilt)
-        sweep = unwrapped_sweep(azimuth, time, radar.sector, radar.period)
+        sweep = unwrapped_sweep(azimuth, time, radar.sector, np.inf if radar.staring else radar.period)
         return cls(time, sweep, _turned(axes[:, 1], azimuth), _turned(axes[:, 2], azimuth), axes, positions)
 
     def __getitem__(self, rows: NDArray[np.intp]) -> PulseStances:

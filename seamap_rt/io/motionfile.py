@@ -28,6 +28,7 @@ from .scenefile import InputError
 OTHER_NAMES = {"yaw_deg": "heading_deg", "z_m": "heave_m"}
 COLUMNS = ("time_s", "roll_deg", "pitch_deg", "heading_deg", "heave_m", "x_m", "y_m")
 STEEPEST_DEG = 60.0  # of roll and pitch: beyond it a boat is capsizing, or the unit is another
+SLOWEST_STEP_S = 2.0  # between readings: a boat swings once in a few seconds; or the times are not in seconds
 LONGEST_GAP = 5.0, 0.5  # of the median step, s; a gap is refused where it is longer than both
 _BEYOND_S = 0.5  # a turn hears the sea a little beside it, before time 0 too: for so long the boat keeps its rates
 
@@ -163,8 +164,14 @@ def _check_times(path: Path, lines: list[int], time: NDArray[np.float64]) -> Non
             path, lines[back[0] + 1], f"time_s = {time[back[0] + 1]:.10g}", f"be later than {time[back[0]]:.10g}, the "
             "time before it", "sort the lines, and keep one of each time",
         )  # fmt: skip
+    usual = float(np.median(step))
+    if usual > SLOWEST_STEP_S:
+        raise _refusal(
+            path, lines[1], f"a reading every {usual:.4g} s", f"come at least every {SLOWEST_STEP_S:g} s",
+            "give a denser record; times are in seconds",
+        )  # fmt: skip
     steps, seconds = LONGEST_GAP
-    longest = max(steps * float(np.median(step)), seconds)
+    longest = max(steps * usual, seconds)
     gap = np.flatnonzero(step > longest * (1.0 + 1e-9))
     if gap.size:
         first, last = time[gap[0]], time[gap[0] + 1]

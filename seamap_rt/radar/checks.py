@@ -88,19 +88,19 @@ def _pulses_do_not_overlap(radar: RadarSettings) -> None:
 
 def _waveform(radar: RadarSettings) -> None:
     near, far = radar.range_m
-    if radar.waveform == "pulse":
-        return
-    if radar.receiver.chain == "digital":
+    chirp = radar.waveform == "chirp"
+    if chirp and radar.receiver.chain == "digital":
         raise ValueError(
             "radar.receiver.chain = 'digital': takes a plain pulse, and radar.waveform = 'chirp'; choose 'baseband'"
         )
+    if chirp:
+        Chirp(radar)
     if far <= blind_range_m(radar):
         raise ValueError(
             f"radar.range_m = [{near:g}, {far:g}]: lies wholly nearer than {_up(blind_range_m(radar))} m (half the "
             "length of the pulse: the transmitter is on while the echo begins); raise its far end or shorten "
             "radar.pulse_width_s"
         )
-    Chirp(radar)
 
 
 def _receiver(radar: RadarSettings) -> None:
