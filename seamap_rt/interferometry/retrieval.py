@@ -92,6 +92,8 @@ def retrieve_turn(
     cells = found.cells
     echo_power = 0.5 * (cells.lower + cells.upper) - radar.noise_power
     echoing = has_echo(cells, echo_power, radar, settings)
+    if not radar.compressed:  # of a chirp something is heard before it is out, of a plain pulse nothing
+        echoing &= ~radar.blind
     heard = echoing & np.isfinite(found.height)
     own = pulses.looks(sweeps, width)
     if pairs is None:

@@ -281,6 +281,19 @@ def test_saturated_and_blind_gates_are_flagged() -> None:
     np.testing.assert_array_equal(blind > 0, np.broadcast_to(cut, blind.shape))
 
 
+def test_while_a_plain_pulse_goes_out_nothing_is_heard() -> None:
+    boat = Boat()
+    echoes = boat.echoes(ideal_sea)
+    echoes.attrs["pulse_width_s"] = 2e-7
+    maps = polar(echoes, ONE_GATE)
+    deaf = boat.ranges < 29.98
+    assert np.isnan(maps["height"].values[:, deaf]).all()
+    assert np.isfinite(maps["height"].values[3:-3, ~deaf]).all()
+    flags = maps["quality"].values[:, deaf]
+    assert (flags & QUALITY_FLAGS["no_echo"] > 0).all()
+    assert (flags & QUALITY_FLAGS["blind"] > 0).all()
+
+
 def test_alternating_echoes_must_be_what_they_say() -> None:
     boat = Boat(mode=("switched", "alternating_pulse"))
     echoes = boat.echoes(ideal_sea)
