@@ -64,15 +64,19 @@ def scatterer_voltages(
     for scatterer, (place, area, speed) in enumerate(zip(places, areas, speeds, strict=True)):
         position = place + speed * turn.time[:, None]
         away = position - stance.origin
-        across, ahead, _ = np.moveaxis(np.einsum("pij,pj->pi", stance.axes, away), -1, 0)
+        across, ahead, up = np.moveaxis(np.einsum("pij,pj->pi", stance.axes, away), -1, 0)
         chosen = np.flatnonzero(everywhere | ((ahead > 0.0) & (np.abs(across) <= within * np.hypot(across, ahead))))
         if chosen.size == 0:
             continue
-        lines = position[chosen, None] - centres[chosen]  # (pulse, antenna, 3): each looks along one of its own
-        length = np.linalg.norm(lines, axis=-1)
-        right, _, rise = np.moveaxis(np.einsum("pij,paj->pai", stance.axes[chosen], lines) / length[..., None], -1, 0)
-        patterns = [element.antenna for element in array.elements]
-        one_way = [pattern.azimuth(right[:, n]) * pattern.elevation(rise[:, n]) for n, pattern in enumerate(patterns)]
+        length = np.linalg.norm(position[chosen, None] - centres[chosen], axis=-1)  # (pulse, antenna)
+        # Antennas beside the axis look along lines of their own. Stacked ones share the elevation of their middle, as
+        # the sea's facets do: beside a null of the pattern they would differ.
+        distance = np.linalg.norm(away[chosen], axis=-1)
+        rise = up[chosen] / distance
+        one_way = [
+            element.antenna.azimuth((across[chosen] - element.offset[0]) / distance) * element.antenna.elevation(rise)
+            for element in array.elements
+        ]
         for number, slot in enumerate(array.cycle):
             mine = np.flatnonzero(turn.slot[chosen] == number)
             for receiver in slot.receivers if mine.size else ():

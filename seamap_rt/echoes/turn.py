@@ -22,7 +22,7 @@ from threadpoolctl import threadpool_limits
 
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets
-from ..radar.array import antenna_array
+from ..radar.array import Array, antenna_array
 from ..radar.mast import column_frame
 from ..radar.scan import Pulses
 from ..settings import AntennaSettings, RadarSettings
@@ -204,12 +204,8 @@ class ColumnKernel:
             drift = drift.mean(axis=0) @ column_frame(grid.column_azimuth[column : column + 1])[0]
             seconds = self.knots.time[knots] - grid.column_stance.time[column]
             cosine = cosine - (across @ drift * seconds)[:, None] / np.maximum(self.gating.range, self.radar.height_m)
-        aside = antenna_array(self.radar).aside
-        if not aside.any() and len(self.beams) == 1:
-            gated *= self.beams[0](cosine)
-            return
-        for path, offset in enumerate(aside):  # antennas beside the axis look along lines of their own
-            gated[path] *= self.beams[path % len(self.beams)](cosine - offset / np.maximum(self.gating.range, 1.0))
+        for path, beam in enumerate(self.beams):
+            gated[path if len(self.beams) > 1 else slice(None)] *= beam(cosine, self.gating.range)
 
     def _gated(self, paths: FacetPaths, columns: slice, seconds: NDArray[np.float64]) -> NDArray[np.complex64]:
         """(column, path, knot, gate): facets summed into gates, without the azimuth pattern."""
@@ -300,16 +296,15 @@ def _unit_phasor(phase: NDArray[np.float64]) -> NDArray[np.complex64]:
     return phasor
 
 
-class TwoWayBeam:
-    """Two-way voltage of the azimuth cuts, from a table in the direction cosine so fine that the nearest entry does."""
+class BeamTable:
+    """Voltage of azimuth cuts, from a table in the direction cosine so fine that the nearest entry does."""
 
-    def __init__(self, radar: RadarSettings, path: tuple[int, int]) -> None:
-        array = antenna_array(radar)
+    def __init__(self, array: Array, antennas: tuple[int, ...]) -> None:
         reach = np.sin(np.radians(min(90.0, 3.5 * array.beam_deg)))
         entries = 2**16  # over ±3.5 beams: the nearest entry errs by at most 1e-4 of the peak
         cosine = np.linspace(-reach, reach, entries)
-        one, other = (array.elements[antenna].antenna.azimuth(cosine) for antenna in path)
-        self._table = (one * other).astype(np.float32)
+        cuts = [array.elements[antenna].antenna.azimuth(cosine) for antenna in antennas]
+        self._table = np.prod(cuts, axis=0).astype(np.float32)
         self._table[[0, -1]] = 0.0  # and beyond
         self._scale = np.float32((entries - 1) / (2.0 * reach))
         self._middle = np.float32(0.5 * entries)  # half an entry on: the cast cuts, and so rounds
@@ -319,12 +314,30 @@ class TwoWayBeam:
         return self._table.take(index.astype(np.int32), mode="clip")
 
 
+class TwoWayBeam:
+    """Two-way voltage of a path. Antennas beside the array's axis look along lines of their own."""
+
+    def __init__(self, radar: RadarSettings, path: tuple[int, int]) -> None:
+        array = antenna_array(radar)
+        aside = [float(array.offsets[antenna, 0]) for antenna in path]
+        if aside[0] == aside[1]:
+            self._ways = [(aside[0], BeamTable(array, path))]
+        else:
+            self._ways = [(offset, BeamTable(array, (antenna,))) for antenna, offset in zip(path, aside, strict=True)]
+
+    def __call__(self, cosine: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArray[np.float32]:
+        """cosine (…, gate) towards the sea that each gate hears, as seen from the array's origin; ranges (gate,) m."""
+        voltage = np.ones((), dtype=np.float32)
+        for offset, table in self._ways:
+            voltage = voltage * table(cosine - offset / np.maximum(ranges, 1.0) if offset else cosine)
+        return voltage
+
+
 def two_way_beams(radar: RadarSettings) -> list[TwoWayBeam]:
-    """The beam of each path, or a single one where all antennas have the same cut."""
+    """The beam of each path, or a single one where all antennas have the same cut and stand on one axis."""
     array = antenna_array(radar)
-    if len({element.antenna.azimuth for element in array.elements}) == 1:
-        return [TwoWayBeam(radar, array.paths[0])]
-    return [TwoWayBeam(radar, path) for path in array.paths]
+    alike = len({element.antenna.azimuth for element in array.elements}) == 1 and np.ptp(array.offsets[:, 0]) == 0.0
+    return [TwoWayBeam(radar, path) for path in (array.paths[:1] if alike else array.paths)]
 
 
 def _pulses_from_knots(

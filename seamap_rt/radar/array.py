@@ -95,11 +95,6 @@ class Array:
         return all(len(slot.receivers) == len(self.receivers) for slot in self.cycle)
 
     @cached_property
-    def aside(self) -> NDArray[np.float64]:
-        """(path,) how far [m] to the right of the array's origin the middle between a path's antennas stands."""
-        return np.array([0.5 * (self.offsets[i, 0] + self.offsets[j, 0]) for i, j in self.paths])
-
-    @cached_property
     def beam_deg(self) -> float:
         """The widest azimuth beam: as far to its sides as this asks something is heard."""
         return max(self._beams_deg)

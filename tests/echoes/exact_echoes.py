@@ -103,16 +103,18 @@ def direct_sum(
         _, _, up_then = _along_axes(start - passing.origin[:, None], passing.axes)
         then = np.linalg.norm(start - passing.positions[:, :, None], axis=-1)
         length, rise = (path, up) if walking else (then, up_then)
+        away = np.linalg.norm(towards, axis=-1)
         patterns = {}
-        for pattern in {element.antenna for element in array.elements}:
-            patterns[pattern] = pattern.azimuth(across) * pattern.elevation(rise)
+        for element in array.elements:  # each looks along a line of its own
+            pattern, aside = element.antenna, across - element.offset[0] / away
+            patterns[element] = pattern.azimuth(aside) * pattern.elevation(rise)
         for slot in range(len(array.cycle)):
             sender = array.cycle[slot].transmitter
             mine = fired.slot[heard] == slot
             for receiver in array.cycle[slot].receivers:
                 hearer = array.receivers[receiver]
                 ends = [array.elements[antenna] for antenna in (sender, hearer)]
-                pattern = patterns[ends[0].antenna] * patterns[ends[1].antenna]
+                pattern = patterns[ends[0]] * patterns[ends[1]]
                 gain = amplitude_constant(radar, float(np.sqrt(ends[0].antenna.gain * ends[1].antenna.gain)))
                 volts = gain * np.sqrt(rcs[column].astype(float)) * drawn[column] * (lit[sender] & lit[hearer])[column]
                 volts = volts * pattern / (length[:, sender] * length[:, hearer])
