@@ -75,8 +75,8 @@ def test_the_place_of_an_exact_phase(attitude, scan, tilt, baseline, height, rea
     near = max(15.0, 1.2 * height)
     distance = near * (3000.0 / near) ** reach
     axes = antenna_axes(attitude, scan, tilt)
-    # Off the plane's middle, so that a part of the baseline that the fan does not see must not matter.
-    offsets = np.array(((0.0, 0.0, -0.5), (0.02, 0.1, 0.5), (0.3, -0.2, 0.7))) * (baseline / np.hypot(0.1, 1.0))
+    # The third stands beside the fan's plane.
+    offsets = np.array(((0.0, 0.0, -0.5), (0.0, 0.1, 0.5), (0.3, -0.2, 0.7))) * (baseline / np.hypot(0.1, 1.0))
     antennas = np.array((3.0, -8.0, height)) + offsets @ axes
     eta = np.radians(elevation)
     point = antennas[0] + distance * (np.cos(eta) * axes[1] + np.sin(eta) * axes[2])
@@ -96,6 +96,23 @@ def test_the_place_of_an_exact_phase(attitude, scan, tilt, baseline, height, rea
     if np.cos(eta) * axes[1, 2] + np.sin(eta) * axes[2, 2] < 0.0 and steep > 0.2:
         # Below the horizon, where the fan has one place a height in front.
         assert turned < 1e-11
+
+
+@pytest.mark.parametrize("aside", [-0.2, 0.05])
+@pytest.mark.parametrize("distance", [15.0, 100.0, 1000.0])
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_receivers_on_either_side_of_the_fans_plane(aside: float, distance: float, order: tuple[int, int]) -> None:
+    """The plane stands in their middle, whichever comes first. A plane through one would be 2 a²/b_z = 0.4 m off."""
+    axes = antenna_axes((8.0, -3.0, 40.0), 70.0, 4.0)
+    middle = np.array((3.0, -8.0, 5.0))
+    antennas = middle + np.array(((-aside, 0.0, -0.1), (aside, 0.0, 0.1)))[list(order)] @ axes
+    eta = -np.arcsin(4.0 / distance)
+    point = middle + distance * (np.cos(eta) * axes[1] + np.sin(eta) * axes[2])
+    length = np.linalg.norm(point - antennas, axis=1)
+    stances = stance_of((8.0, -3.0, 40.0), 70.0, 4.0, antennas, (0, 1))
+    found = place(length.mean(), length[1] - length[0], stances.fan)
+    # What a range of R loses in a plane a beside it: a²/2R; and a part of the baseline's own length.
+    assert np.abs(found.height - point[2]).max() < aside**2 / distance + 1e-7 * distance**2
 
 
 @pytest.mark.parametrize("roll", [-12.0, 0.0, 7.0])
