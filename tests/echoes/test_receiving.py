@@ -53,8 +53,8 @@ def test_antennas_against_a_direct_sum(antennas: list[dict], transmit: str) -> N
     facets, rcs, fired = sea_seen(radar)
     found = turn_voltages(facets, rcs, radar, fired, SEED, np.inf)
     exact = direct_sum(facets, rcs, radar, fired)
-    # The line from an antenna x aside is laid on the middle of each gate: facets off that by s lie x s/R² beside it, for
-    # the pulse's s = 1 m and R = 25 m 5e-4 rad, a sixtieth of the beam, where its flank falls by two of that.
+    # The line from an antenna x aside is laid on the middle of each gate: facets off that by s lie x s/R² beside it,
+    # for the pulse's s = 1 m and R = 25 m 5e-4 rad, a sixtieth of the beam, where its flank falls by two of that.
     near, far = (4e-3, 2.5e-3) if antennas is UNLIKE else (3e-2, 1e-2)
     assert relative_rms(found, exact) < near
     assert relative_rms(found[..., 10:], exact[..., 10:]) < far
