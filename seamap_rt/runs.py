@@ -170,6 +170,11 @@ def _real_time_factor(scene: Scene, timings: list[dict[str, float]]) -> float | 
 
 def _peak_memory() -> int:
     """Most memory that this process has held, in bytes."""
+    try:  # a process's own on Linux, where getrusage counts what its parent held when it was started
+        status = Path("/proc/self/status").read_text(encoding="ascii")
+        return 1024 * int(next(line for line in status.splitlines() if line.startswith("VmHWM:")).split()[1])
+    except (OSError, StopIteration, ValueError, UnicodeDecodeError):
+        pass
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return int(peak if sys.platform == "darwin" else 1024 * peak)
 

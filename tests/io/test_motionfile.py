@@ -160,7 +160,11 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path: Path, text: str, line: int,
     ],
 )
 def test_what_lies_on_a_limit_passes(tmp_path: Path, text: str) -> None:
-    read(tmp_path, text)
+    """… and every reading of it is kept."""
+    record = read(tmp_path, text)
+    rows = [[float(cell) for cell in line.split(",")] for line in text.split()[1:]]
+    np.testing.assert_array_equal(record.time, [row[0] for row in rows])
+    np.testing.assert_array_equal(record.attitude[:, 0], [row[1] for row in rows])
 
 
 def test_files_that_are_none(tmp_path: Path) -> None:
