@@ -18,7 +18,7 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from . import analytic, echoes, scattering, sea, studies
     from .backend import NoBackend
-    from .interferometry import retrieve
+    from .interferometry import echoes_from_recording, open_recording, retrieve, sea_state
     from .io.scenefile import InputError
     from .metrics import compare
     from .runs import run
@@ -31,10 +31,13 @@ _HOMES = {
     "Scene": "scene",
     "Simulation": "simulation",
     "compare": "metrics",
+    "echoes_from_recording": "interferometry",
     "expected": "simulation",
     "load_scene": "scene",
+    "open_recording": "interferometry",
     "retrieve": "interferometry",
     "run": "runs",
+    "sea_state": "interferometry",
     "simulate": "simulation",
 }
 _PACKAGES = ("analytic", "echoes", "scattering", "sea", "studies")
@@ -47,12 +50,15 @@ __all__ = [
     "analytic",
     "compare",
     "echoes",
+    "echoes_from_recording",
     "expected",
     "load_scene",
+    "open_recording",
     "retrieve",
     "run",
     "scattering",
     "sea",
+    "sea_state",
     "simulate",
     "studies",
 ]

@@ -237,13 +237,22 @@ def link(
 
 
 @app.command
-def retrieve(echoes: Path, *, out: Path | None = None, overwrite: bool = False, set_: Settings | None = None) -> int:
-    """Heights and slopes (maps.nc) from echoes that keep the schema. Never opens a truth file.
+def retrieve(
+    echoes: Path,
+    *,
+    header: Path | None = None,
+    out: Path | None = None,
+    overwrite: bool = False,
+    set_: Settings | None = None,
+) -> int:
+    """Heights and slopes (maps.nc) from echoes that keep the schema, or a recording. Never opens a truth file.
 
     Parameters
     ----------
     echoes
-        A Zarr store.
+        A Zarr store, or a recording as .npz, .h5, .hdf5 or .nc.
+    header
+        Of a recording: a TOML or JSON file that describes the radar, where the recording does not.
     out
         Folder for maps.nc; default beside the echoes.
     overwrite
@@ -251,8 +260,9 @@ def retrieve(echoes: Path, *, out: Path | None = None, overwrite: bool = False, 
     set_
         retrieval.KEY=VALUE, as often as wanted.
     """
-    from .interferometry import open_echoes
+    from .interferometry import open_echoes, open_recording
     from .interferometry import retrieve as retrieve_echoes
+    from .io.recorded import RECORDING_ENDINGS
     from .io.scenefile import apply_overrides, validate
     from .io.turnfile import TurnFile
     from .runs import clear_folder, prepare_folder
@@ -272,8 +282,13 @@ def retrieve(echoes: Path, *, out: Path | None = None, overwrite: bool = False, 
     folder = out or echoes.parent
     prepare_folder(folder, overwrite, ("maps.nc",))
     try:
-        recorded = open_echoes(echoes)
-    except SchemaError:
+        if echoes.suffix.lower() in RECORDING_ENDINGS:
+            recorded = open_recording(echoes, header)
+        elif header is None:
+            recorded = open_echoes(echoes)
+        else:
+            raise InputError(f"--header {header}: goes with a recording ({', '.join(RECORDING_ENDINGS)}); leave it out")
+    except (SchemaError, InputError):
         raise
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"ECHOES = '{echoes}': is not an echo store ({error}); give an echoes.zarr") from None

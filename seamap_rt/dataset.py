@@ -100,6 +100,14 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "phase": Variable(_POLAR, "float32", "radian", "interferometric phase, wrapped, not flattened"),
         "phase_unwrapped": Variable(_POLAR, "float32", "radian", "interferometric phase with its ambiguity resolved"),
         "snr_db": Variable(_POLAR, "float32", "dB", "signal to noise ratio of one pulse"),
+        "radial_velocity": Variable(
+            _POLAR, "float32", "m s-1", "velocity of what echoes, away from the radar", None, False
+        ),
+        "doppler_width": Variable(_POLAR, "float32", "m s-1", "spread of the velocities in the cell", None, False),
+        "visible_share": Variable(_POLAR, "float32", "1", "share of the cell in sight, from the echoes", None, False),
+        "crest_bias": Variable(
+            _POLAR, "float32", "m", "how far what is in sight stands above the cell's mean, estimated", None, False
+        ),
         "time": Variable(_POLAR[:2], "float64", "s", "time when the beam passes the look"),
         "quality": Variable(_POLAR, "int16", "1", "quality flags"),
     },

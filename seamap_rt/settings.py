@@ -580,16 +580,31 @@ class RetrievalSettings(Section):
     """How echoes become heights.
 
     `single_cell` averages the covariance over one cell. `sliding_plane` takes the slopes from that first map and
-    averages along them over a wider window: less speckle, at the price of a resolution of about the window.
-    `pulse_pairs` matters to alternating pulses alone: a lower antenna's pulse with the upper one's after it (forward),
+    averages along them over a wider window: less speckle, at the price of a resolution of about the window. `adaptive`
+    chooses the window by what the echo holds: its power, its coherence, and how the waves themselves go on from cell to
+    cell.
+    `paths`: where the echoes hold interferograms of one way (one antenna sends, both hear) and of two (each hears
+    itself), `best` takes both ways, whose phase is twice as steep, and resolves it by the one way.
+    `pulse_pairs` matters to pairs of pulses alone: a lower antenna's pulse with the upper one's after it (forward),
     with that before it, or both, whose Doppler phases cancel. `receivers` are the two that are compared.
     """
 
     cell_range_m: Annotated[float, limited("a cell has a length", above=0.0, most=1000.0)] = 3.0
     cell_azimuth_deg: Annotated[float, limited("a cell has a width", above=0.0, most=45.0)] = 1.8
-    estimator: Literal["sliding_plane", "single_cell"] = "sliding_plane"
+    estimator: Literal["adaptive", "sliding_plane", "single_cell"] = "adaptive"
     window_range_m: Annotated[float, limited("length of the sliding window", above=0.0, most=1000.0)] = 4.5
     window_azimuth_deg: Annotated[float, limited("width of the sliding window", above=0.0, most=45.0)] = 2.7
+    paths: Literal["best", "one_way"] = "best"
+    ambiguity: Literal["resolve", "fold"] = "resolve"
+    crest_bias: Literal["report", "remove"] = "report"
+    coherent_s: Annotated[float, limited("of pulses added before they are multiplied", least=0.0, most=1.0)] = 0.0
+    channels: Literal["as_given", "from_cross_paths"] = "as_given"
+    channel_gain_db: Annotated[float, limited("of the upper receiver over the lower", least=-60.0, most=60.0)] = 0.0
+    channel_phase_deg: Annotated[float, limited("of the upper receiver over the lower", least=-360.0, most=360.0)] = 0.0
+    map_time_s: Annotated[float, limited("after each turn's start", least=-60.0, most=60.0)] | None = None
+    depth_m: Annotated[
+        float, limited("of the water, in which waves run on to map_time_s", above=0.0, infinite=True)
+    ] = float("inf")
     pulse_pairs: Literal["both", "forward", "backward"] = "both"
     receivers: Annotated[tuple[int, int], BeforeValidator(as_tuple)] = (0, 1)
     min_snr_db: Annotated[float, limited("below it a cell has no echo", least=-30.0, most=60.0)] = 0.0

@@ -19,46 +19,62 @@ from seamap_rt.scene import load_scene
 from seamap_rt.settings import RetrievalSettings
 from seamap_rt.simulation import Simulator, Turn
 
-
-@cache
-def turn(noise: bool) -> Turn:
-    return Simulator(load_scene("choppy_sea", {"radar.noise": noise, "tracing.tracer": "horizon"})).turn(0)
+# For HH a third of the circle is enough, looks into the waves' troughs and across them.
+SECTOR = {"VV": [0.0, 360.0], "HH": [210.0, 330.0]}
 
 
 @cache
-def maps(noise: bool, estimator: str) -> xr.DataTree:
-    return retrieve(turn(noise).echoes, RetrievalSettings.model_validate({"estimator": estimator}))
+def turn(noise: bool, polarization: str = "VV") -> Turn:
+    changes = {"radar.noise": noise, "radar.sector_deg": SECTOR[polarization], "tracing.tracer": "horizon"}
+    return Simulator(load_scene("choppy_sea", {**changes, "scattering.polarization": polarization})).turn(0)
 
 
-def overall(noise: bool, estimator: str) -> dict[str, Any]:
-    return compare(maps(noise, estimator), turn(noise).truth)["overall"]
+@cache
+def maps(noise: bool, polarization: str = "VV", estimator: str = "adaptive", *window: float) -> xr.DataTree:
+    asked = {"estimator": estimator, **dict(zip(("window_range_m", "window_azimuth_deg"), window, strict=False))}
+    return retrieve(turn(noise, polarization).echoes, RetrievalSettings.model_validate(asked))
+
+
+def overall(noise: bool, polarization: str = "VV", estimator: str = "adaptive", *window: float) -> dict[str, Any]:
+    return compare(maps(noise, polarization, estimator, *window), turn(noise, polarization).truth)["overall"]
 
 
 def test_single_cells_without_noise() -> None:
-    found = overall(False, "single_cell")
+    found = overall(False, "VV", "single_cell")
     assert found["height_robust_m"] <= 0.12
     assert abs(found["height_bias_m"]) <= 0.02
 
 
-def test_default_estimator_without_noise() -> None:
-    found = overall(False, "sliding_plane")
-    assert found["height_rmse_m"] <= 0.11
-    assert found["height_correlation"] >= 0.93
+@pytest.mark.parametrize(("polarization", "rmse"), [("VV", 0.09), ("HH", 0.11)])
+def test_default_estimator_without_noise(polarization: str, rmse: float) -> None:
+    found = overall(False, polarization)
+    assert found["height_rmse_m"] <= rmse
+    assert found["height_correlation"] >= 0.95
     assert abs(found["height_bias_m"]) <= 0.02
 
 
 @pytest.mark.parametrize("noise", [False, True])
 def test_a_window_that_follows_the_waves_beats_single_cells(noise: bool) -> None:
     # 5 × 1.5 weights instead of 2 × 1 average more speckle; along the wrong slope they would flatten the waves instead.
-    assert overall(noise, "sliding_plane")["height_rmse_m"] < 0.92 * overall(noise, "single_cell")["height_rmse_m"]
+    single = overall(noise, "VV", "single_cell")["height_rmse_m"]
+    assert overall(noise, "VV", "sliding_plane")["height_rmse_m"] < 0.92 * single
+
+
+@pytest.mark.parametrize("noise", [False, True])
+def test_a_window_that_adapts_itself_beats_fixed_ones(noise: bool) -> None:
+    # By 5 %, as was asked; over five seeds it is 10 % and 13 %. These windows do best here (validation/retrieval.py).
+    windows = [(6.0, 2.7), (9.0, 2.7)]
+    fixed = min(overall(noise, "VV", "sliding_plane", *window)["height_rmse_m"] for window in windows)
+    assert overall(noise)["height_rmse_m"] < 0.95 * fixed
 
 
 @pytest.mark.parametrize("noise", [False, True])
 def test_the_stated_error_holds(noise: bool) -> None:
-    # VV, three seeds: 0.97 to 1.10. Some 3000 independent cells give the ratio to 2 %; what is left is the model.
-    got, true = maps(noise, "sliding_plane")["polar"].to_dataset(), turn(noise).truth["polar"].to_dataset()
-    headline = (got["range"] >= HEADLINE_M[0]) & (got["range"] <= HEADLINE_M[1]) & (true["visible_fraction"] > 0.5)
+    # Some 3000 independent cells give the ratio to 2 %, the share to 0.4 %; the bounds are those that were asked, the
+    # share's less its 1 %: errors of partly hidden cells have a long tail upwards, for crests are seen, troughs not.
+    got, true = maps(noise)["polar"].to_dataset(), turn(noise).truth["polar"].to_dataset()
+    headline = (got["range"] >= HEADLINE_M[0]) & (got["range"] <= HEADLINE_M[1]) & (got["quality"] == 0)
     ratio = ((got["height"] - true["height"]) / got["height_std"]).where(headline).values
     ratio = ratio[np.isfinite(ratio)]
-    assert 0.85 < 1.4826 * np.median(np.abs(ratio - np.median(ratio))) < 1.15
-    assert np.mean(np.abs(ratio) < 1.96) > 0.87
+    assert 0.9 < 1.4826 * np.median(np.abs(ratio - np.median(ratio))) < 1.1
+    assert 0.92 < np.mean(np.abs(ratio) < 1.96) < 0.97

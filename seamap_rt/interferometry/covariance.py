@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .dwells import Dwells
-from .pairs import PulsePairs, Rows
+from .window_kernel import window_sums
 
 Level = Callable[[int], NDArray[np.float64]]
 
@@ -46,30 +45,30 @@ class Covariance:
         of a circle do not meet: they lie a turn apart in time. Unknown cells stay NaN.
         """
         shape, known = self.cross.shape, self.known
-        cross, lower, upper = (np.where(known, field, 0.0) for field in (self.cross, self.lower, self.upper))
-        total = Covariance(np.zeros_like(self.cross), np.zeros(shape), np.zeros(shape))
-        weights = np.where(known, 0.0, np.nan)
-        half_range, half_look = range_weights.size // 2, look_weights.size // 2
-        phase_per_gate = np.broadcast_to(phase_per_gate, shape)
-        phase_per_look = np.broadcast_to(phase_per_look, shape)
-        for look in range(-half_look, half_look + 1):
-            for gate in range(-half_range, half_range + 1):
-                here, there = _overlap(shape, look, gate)
-                opposite = _overlap(shape, -look, -gate)[1]
-                weight = range_weights[gate + half_range] * look_weights[look + half_look]
-                weight = weight * (known[there] & known[opposite])
-                phase = gate * phase_per_gate[here] + look * phase_per_look[here]
-                if level is not None:
-                    phase = phase + level(0)[there] - level(gate)[here]
-                turn = np.exp(-1j * phase)
-                total.cross[here] += weight * cross[there] * turn
-                total.lower[here] += weight * lower[there]
-                total.upper[here] += weight * upper[there]
-                weights[here] += weight
+        cross: NDArray[np.complex128] = np.where(known, self.cross, 0.0)
+        lower, upper = (np.where(known, field, 0.0) for field in (self.lower, self.upper))
+        sums, powers, weights = np.empty(shape, dtype=np.complex128), np.empty((2, *shape)), np.empty(shape)
+        here, there = np.empty((0, *shape), dtype=complex), np.empty(shape, dtype=complex)
+        if level is not None:
+            half = range_weights.size // 2
+            here = np.exp(1j * np.stack([level(gate) for gate in range(-half, half + 1)]))
+            there = np.exp(-1j * level(0))
+        window_sums(
+            cross,
+            lower,
+            upper,
+            known,
+            range_weights,
+            look_weights,
+            *(np.exp(-1j * np.atleast_2d(phase)) for phase in (phase_per_gate, phase_per_look)),
+            here,
+            there,
+            sums,
+            powers,
+            weights,
+        )
         with np.errstate(invalid="ignore"):
-            for field in (total.cross, total.lower, total.upper):
-                field /= weights
-        return total
+            return Covariance(sums / weights, powers[0] / weights, powers[1] / weights)
 
     def turned(self, phase: NDArray[np.float64]) -> Covariance:
         """The same with a phase [rad], (look, gate), added to that between the receivers."""
@@ -82,63 +81,16 @@ class Covariance:
             return np.abs(self.cross) / np.sqrt(self.lower * self.upper)
 
 
-def _overlap(shape: tuple[int, ...], look: int, gate: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
-    """Slices of the cells that have neighbours (look, gate) on and as far back, and of those that lie on."""
+def without_noise(covariance: Covariance, noise_power: float) -> Covariance:
+    """The same with the noise [W] of each receiver taken from its power, NaN where that was all; after averaging.
 
-    def pair(count: int, shift: int) -> tuple[slice, slice]:
-        low, high = abs(shift), max(count - abs(shift), abs(shift))
-        return slice(low, high), slice(low + shift, high + shift)
-
-    (looks, looks_on), (gates, gates_on) = pair(shape[0], look), pair(shape[1], gate)
-    return (looks, gates), (looks_on, gates_on)
-
-
-def dwell_covariance(
-    voltage: NDArray[np.complex64],
-    dwells: Dwells,
-    pairs: PulsePairs | None = None,
-    level: NDArray[np.float64] | None = None,
-) -> Covariance:
-    """Mean over each cell's pulses, whatever antenna transmitted.
-
-    voltage (pulse, 2, gate), lower receiver first. pairs: of alternating pulses; each product counts to the dwell of
-    its lower pulse, and the means of forward and backward products are averaged, so that their Doppler phases cancel.
-    level (pulse, gate): phase of mean sea level on each pulse, of which products are freed before they are added: where
-    a heeled baseline has a part across the look, it changes within a dwell. Voltages that are not finite are left out,
-    pulse by pulse and gate by gate.
+    Its coherence is that of the echo, which noise of its own in either receiver does not lower. Of N looks it is no
+    better than a sample coherence is: |γ| of unlike voltages reads √π Γ(N)/(2 Γ(N + ½)), 1 of a single look and
+    √(π/4N) of many (Touzi et al. 1999); and where noise outweighs the echo it can come out above 1.
     """
-    lower, upper = voltage[:, 0], voltage[:, 1]
-    if level is not None:  # half from either side: a product of two pulses is freed of the mean of their levels
-        half = np.exp(-0.5j * level).astype(np.complex64)
-        lower, upper = lower * half, upper * half.conj()
-    if pairs is None:
-        powers = _power(lower), _power(upper)
-        return Covariance(
-            *_means(dwells, np.isfinite(powers[0]) & np.isfinite(powers[1]), lower * upper.conj(), *powers)
-        )
-
-    def mean(rows: Rows, field: NDArray) -> NDArray:
-        return _means(dwells[rows], np.isfinite(field), field)[0]
-
-    return Covariance(
-        np.mean([mean(n, lower[n] * upper[m].conj()) for n, m in pairs.pairs], axis=0),
-        mean(pairs.lower, _power(lower[pairs.lower])),
-        mean(pairs.upper, _power(upper[pairs.upper])),
-    )
-
-
-def _power(voltage: NDArray[np.complex64]) -> NDArray[np.float32]:
-    return voltage.real**2 + voltage.imag**2
-
-
-def _means(dwells: Dwells, good: NDArray[np.bool_], *fields: NDArray) -> list[NDArray]:
-    """Means (look, gate) of fields (pulse, gate) over each cell's good pulses."""
-    if whole := bool(good.all()):
-        counts = np.broadcast_to(dwells.pulses, (dwells.looks, good.shape[1]))
-    else:
-        counts = dwells.sums(good.astype(np.float64))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return [dwells.sums(field if whole else np.where(good, field, 0.0)) / counts for field in fields]
+    with np.errstate(invalid="ignore"):
+        powers = (np.where(p > noise_power, p - noise_power, np.nan) for p in (covariance.lower, covariance.upper))
+        return Covariance(covariance.cross, *powers)
 
 
 def window_weights(width: float, spacing: float) -> NDArray[np.float64]:
@@ -160,7 +112,11 @@ def independent_looks(weights: NDArray[np.float64], correlation: NDArray[np.floa
 
 
 def pulse_correlation(
-    voltage: NDArray[np.complex64], look: NDArray[np.intp], noise_power: float, most_lag: int
+    voltage: NDArray[np.complex64],
+    look: NDArray[np.intp],
+    noise_power: float,
+    most_lag: int,
+    rows: NDArray[np.intp] | None = None,
 ) -> NDArray[np.float64]:
     """|ρ| of the echo between pulses 0 … most_lag apart, estimated from the strongest tenth of the gates.
 
@@ -169,14 +125,15 @@ def pulse_correlation(
     frequency, different from cell to cell, nor which antenna transmitted, and a dwell of few samples does not bias
     them as it would |⟨V V'*⟩|.
     """
-    rows = np.flatnonzero(look >= 0)
+    voltage = voltage[:, 0]
+    rows = np.arange(look.size) if rows is None else rows
+    rows = rows[look[rows] >= 0]
     correlation = np.ones(most_lag + 1)
     if rows.size == 0 or most_lag == 0:
         return correlation
-    rough = np.mean(np.nan_to_num(np.abs(voltage[rows[:: max(1, rows.size // 500)], 0])) ** 2, axis=0)
+    rough = np.mean(_finite_power(voltage[rows[:: max(1, rows.size // 500)]]), axis=0)
     gates = np.argsort(rough)[::-1][: max(1, rough.size // 10)]
-    series = voltage[rows][:, 0, gates]
-    power = np.nan_to_num(np.square(series.real, dtype=np.float64) + np.square(series.imag, dtype=np.float64))
+    power = _finite_power(voltage[rows[:, None], gates])
     number = look[rows]
     mean, square = power.mean(), 0.5 * np.mean(power**2)  # ⟨w + n⟩, ⟨(w + n)²⟩
     echo = square - 2.0 * noise_power * mean + noise_power**2  # ⟨w²⟩
@@ -190,3 +147,9 @@ def pulse_correlation(
         values.append(np.sqrt(np.clip((product - square) / echo, 0.0, 1.0)))
     correlation[1:] = np.interp(np.arange(1, most_lag + 1), lags, values)
     return correlation
+
+
+def _finite_power(voltage: NDArray[np.complex64]) -> NDArray[np.float64]:
+    """Power of each voltage, 0 where that is not finite."""
+    power = np.square(voltage.real, dtype=np.float64) + np.square(voltage.imag, dtype=np.float64)
+    return np.where(np.isfinite(power), power, 0.0)

@@ -33,6 +33,7 @@ class RadarDescription:
     compressed: bool = False
     staring: bool = False
     receiver_antennas: tuple[int, ...] = (0, 1)  # the antenna of each receiver
+    azimuth_beamwidth: float = 1.8  # deg, one-way −3 dB
 
     @classmethod
     def of(cls, echoes: xr.Dataset) -> RadarDescription:
@@ -60,6 +61,7 @@ class RadarDescription:
             compressed=attrs.get("waveform", "pulse") == "chirp",
             staring=staring,
             receiver_antennas=tuple(int(antenna) for antenna in receivers),
+            azimuth_beamwidth=float(attrs["azimuth_beamwidth_deg"]),
         )
 
     @property
@@ -109,7 +111,7 @@ def compared_receivers(echoes: xr.Dataset, radar: RadarDescription, receivers: t
 
 
 def transmitters(
-    sender: NDArray[np.int8], antennas: tuple[int, int], rows: Sequence[NDArray[np.intp]] | None, paths: int
+    sender: NDArray[np.integer], antennas: tuple[int, int], rows: Sequence[NDArray[np.intp]] | None, paths: int
 ) -> tuple[int, ...]:
     """The antennas whose pulses the interferogram is made of.
 

@@ -11,92 +11,70 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..radar.grid import LookFan
+from ..radar.grid import GroundGrid, LookFan
+from .ground_kernel import mean_of_samples, resample_rows
 
 _FINER = 3  # looks for one; coarser ones would blur waves across the looks
+_SAMPLES = 3  # per side of a ground cell
 
 
 def resample_looks(
-    ground_range: NDArray[np.float64],
-    fields: dict[str, NDArray[np.float64]],
-    distance: NDArray[np.float64],
-    widest_gap: float,
-) -> dict[str, NDArray[np.float64]]:
-    """Fields (look, gate) at equal ground ranges (look, distance): linear between valid cells, NaN across gaps.
+    ground_range: NDArray[np.float64], fields: NDArray[np.float64], distance: NDArray[np.float64], widest_gap: float
+) -> NDArray[np.float64]:
+    """Fields (field, look, gate) at equal ground ranges, (look, distance, field): linear between valid cells, NaN
+    across gaps.
 
     Cells are sorted by ground range first: on a steep face a nearer gate can lie further out.
     """
-    out = {name: np.full((ground_range.shape[0], distance.size), np.nan) for name in fields}
-    for look, places in enumerate(ground_range):
-        valid = np.isfinite(places)
-        if np.count_nonzero(valid) < 2:
-            continue
-        order = np.flatnonzero(valid)[np.argsort(places[valid], kind="stable")]
-        known = places[order]
-        after = np.clip(np.searchsorted(known, distance), 1, known.size - 1)
-        inside = (distance >= known[0]) & (distance <= known[-1])
-        inside &= known[after] - known[after - 1] <= widest_gap
-        for name, field in fields.items():
-            out[name][look, inside] = np.interp(distance[inside], known, field[look, order])
-    return out
+    laid = np.full((ground_range.shape[0], distance.size, fields.shape[0]), np.nan)
+    resample_rows(np.ascontiguousarray(ground_range), fields, distance, widest_gap, laid)
+    return laid
 
 
 def centred_looks(
     fan: LookFan,
     azimuth_sweep: NDArray[np.float64],
     ground_range: NDArray[np.float64],
-    fields: dict[str, NDArray[np.float64]],
+    fields: NDArray[np.float64],
     distance: NDArray[np.float64],
     widest_gap: float,
-) -> tuple[LookFan, dict[str, NDArray[np.float64]]]:
-    """Fields (look, gate) of cells that lie anywhere, on a finer fan from a common centre, (look, distance).
+) -> tuple[LookFan, NDArray[np.float64]]:
+    """Fields (field, look, gate) of cells that lie anywhere, on a finer fan from a common centre, (look, distance,
+    field).
 
     azimuth_sweep [deg from the sector's start, not wrapped] and ground_range [m] are the cells' own, from that centre.
     Looks more than one and a half apart have a gap between them.
     """
-    laid = resample_looks(ground_range, {**fields, "_sweep": azimuth_sweep}, distance, widest_gap)
-    sweep, half = laid.pop("_sweep"), 0.5 * fan.spacing
+    laid = resample_looks(ground_range, np.concatenate((azimuth_sweep[None], fields)), distance, widest_gap)
+    sweep, half = laid[..., 0], 0.5 * fan.spacing
     # The first and the last look serve as far as half a look beyond.
     sweep = np.concatenate((sweep[:1] - half, sweep, sweep[-1:] + half))
+    beside = np.concatenate((laid[:1], laid, laid[-1:]))[..., 1:]
     looks = _FINER * fan.sweep.size
     fine = fan.sweep[0] - half + (np.arange(looks) + 0.5) * fan.spacing / _FINER
-    across = resample_looks(
-        sweep.T, {name: np.concatenate((f[:1], f, f[-1:])).T for name, f in laid.items()}, fine, 1.5 * fan.spacing
-    )
-    return replace(fan, sweep=fine), {name: field.T for name, field in across.items()}
+    across = resample_looks(sweep.T, np.ascontiguousarray(beside.transpose(2, 1, 0)), fine, 1.5 * fan.spacing)
+    return replace(fan, sweep=fine), np.ascontiguousarray(across.transpose(1, 0, 2))
 
 
-def sample_fan(
+def square_means(
     fan: LookFan,
-    resampled: dict[str, NDArray[np.float64]],
+    laid: NDArray[np.float64],
     distance: NDArray[np.float64],
-    sweep: NDArray[np.float64],
-    ground_range: NDArray[np.float64],
-) -> dict[str, NDArray[np.float64]]:
-    """Fields at places (sweep angle, ground range), bilinear in both; NaN unless all that is used is known.
+    grid: GroundGrid,
+    centre: tuple[float, float],
+    middle: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Means (field, y, x) of the fields of a fan (look, distance, field) around `centre` over each square of the grid:
+    of a few samples, bilinear in angle and ground range; NaN unless more than half of them are known. middle (y, x):
+    the angle from the sector's start to the squares' own centres, 0 … 360 deg.
 
     Before the first look and after the last the nearest of them serves, as far as half a look; all the way in a full
     circle, whose ends lie a turn apart in time and are not blended.
     """
-    looks = fan.sweep.size
-    number = fan.look_number(sweep)
-    outside = np.zeros(np.shape(number), dtype=bool)
-    if not fan.closed:
-        outside = (number < -0.5) | (number > looks - 0.5)
-    number = np.clip(number, 0.0, looks - 1.0)
-    step = distance[1] - distance[0]
-    reach = (ground_range - distance[0]) / step
-    outside |= (reach < 0.0) | (reach > distance.size - 1.0)
-    low = np.clip(number.astype(int), 0, max(looks - 2, 0))
-    near = np.clip(reach.astype(int), 0, distance.size - 2)
-    high = np.minimum(low + 1, looks - 1)
-    across, along = number - low, reach - near
-    out = {}
-    for name, field in resampled.items():
-        first = field[low, near] * (1.0 - along) + field[low, near + 1] * along
-        second = field[high, near] * (1.0 - along) + field[high, near + 1] * along
-        blended = np.where(
-            across <= 0.0, first, np.where(across >= 1.0, second, first * (1.0 - across) + second * across)
-        )
-        out[name] = np.where(outside, np.nan, blended)
-    return out
+    within = grid.side * ((np.arange(_SAMPLES) + 0.5) / _SAMPLES - 0.5)
+    x, y = (((each - at)[:, None] + within).ravel() for each, at in zip((grid.x, grid.y), centre, strict=True))
+    sweep = np.degrees(np.arctan2(x, y[:, None])) - fan.start_deg
+    polar = fan.sweep[0], fan.spacing, float(fan.closed), distance[0], distance[1] - distance[0]
+    means = np.full((laid.shape[2], *middle.shape), np.nan)
+    mean_of_samples(laid, polar, middle, x, y, sweep, means)
+    return means

@@ -13,11 +13,9 @@ from ..dataset import build
 from ..radar.grid import LookFan, ground_grid, look_sweeps
 from ..settings import RetrievalSettings
 from .description import RadarDescription
-from .ground import centred_looks, resample_looks, sample_fan
-from .heights import Heights
+from .ground import centred_looks, resample_looks, square_means
+from .heights import Found
 from .stance import LookStances
-
-_SAMPLES = 3  # per side of a ground cell
 
 
 @dataclass(frozen=True)
@@ -30,7 +28,7 @@ class Ground:
     centre: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
-    def of(cls, stances: LookStances, found: Heights, sweeps: NDArray[np.float64]) -> Ground:
+    def of(cls, stances: LookStances, found: Found, sweeps: NDArray[np.float64]) -> Ground:
         if stances.at_rest:
             return cls()
         east, north = (float(np.nanmean(middle)) for middle in stances.middle)
@@ -41,34 +39,32 @@ class Ground:
 
 
 def ground_map(
-    cells: xr.Dataset, places: Ground, radar: RadarDescription, settings: RetrievalSettings, turn: int
+    cells: xr.Dataset,
+    places: Ground,
+    radar: RadarDescription,
+    settings: RetrievalSettings,
+    turn: int,
+    usable: NDArray[np.bool_] | None = None,
 ) -> xr.Dataset:
-    """The ground maps of one turn: each square cell the mean of a few samples of the polar map at its places."""
+    """The ground maps of one turn: each square cell the mean of a few samples of the polar map at its places.
+
+    usable (look, gate): cells that have a part in it; the others are bridged like those without an echo.
+    """
     grid = ground_grid(float(radar.ranges[-1]), settings.ground_m)
     sweeps = look_sweeps(radar.sector, settings.cell_azimuth_deg, radar.staring)
     fan = LookFan(sweeps, radar.sector[0], radar.closed, radar.period, turn, settings.cell_azimuth_deg)
     distance = np.arange(0.5 * settings.ground_m, radar.ranges[-1] + settings.ground_m, 0.25 * settings.ground_m)
-    laid, resampled = _laid(cells, places, fan, distance, 1.5 * settings.cell_range_m + radar.spacing)
-    centre_x, centre_y = np.meshgrid(grid.x - places.centre[0], grid.y - places.centre[1])
-    sweep = fan.sweep_of(centre_x, centre_y)
-    inside = np.hypot(centre_x, centre_y) <= radar.ranges[-1]
-    x, y = grid.points(_SAMPLES)
-    x, y = x - places.centre[0], y - places.centre[1]
-    # A cell that straddles the start of the turn stays on its centre's side: the other is a turn older or younger.
-    beside = wrap_degrees(fan.sweep_of(x, y) - sweep[..., None])
-    sampled = sample_fan(laid, resampled, distance, sweep[..., None] + beside, np.hypot(x, y))
+    fields = _fields(cells, places)
+    widest_gap = 1.5 * settings.cell_range_m + radar.spacing
+    laid_on, laid = _laid(cells, fields, places, usable, fan, distance, widest_gap)
+    x, y = np.meshgrid(grid.x - places.centre[0], grid.y - places.centre[1])
+    sweep = fan.sweep_of(x, y)
+    values = dict(zip(fields, square_means(laid_on, laid, distance, grid, places.centre, sweep), strict=True))
+    inside = np.hypot(x, y) <= radar.ranges[-1]
     if radar.staring:
         inside &= np.abs(sweep - sweeps[0]) <= 0.5 * settings.cell_azimuth_deg
     elif not radar.closed:
         inside &= sweep <= radar.sector[1] - radar.sector[0]
-
-    def mean(field: NDArray[np.float64]) -> NDArray[np.float64]:
-        known = np.isfinite(field)
-        count = known.sum(axis=2)
-        total = np.where(known, field, 0.0).sum(axis=2)
-        return np.where(2 * count > field.shape[2], total / np.maximum(count, 1), np.nan)
-
-    values = {name: mean(field) for name, field in sampled.items()}
     time = np.where(inside, cells["time"].values[0][0] if radar.staring else fan.time(sweep), np.nan)
     if places.x is not None:
         # Of cells without an echo, when the beam passes their azimuth.
@@ -83,10 +79,8 @@ def ground_map(
     )
 
 
-def _laid(
-    cells: xr.Dataset, places: Ground, fan: LookFan, distance: NDArray[np.float64], widest_gap: float
-) -> tuple[LookFan, dict[str, NDArray[np.float64]]]:
-    """The polar map's fields at equal ground ranges (look, distance), and the fan of those looks."""
+def _fields(cells: xr.Dataset, places: Ground) -> dict[str, NDArray[np.float64]]:
+    """What the ground map holds of each cell (look, gate)."""
     outward, clockwise = cells["slope_range"].values[0], cells["slope_azimuth"].values[0]
     east, north = (part[:, None] for part in unit_from_azimuth(cells["azimuth"].values))
     fields = {
@@ -96,12 +90,28 @@ def _laid(
         "slope_x": outward * east + clockwise * north,
         "slope_y": outward * north - clockwise * east,
     }
-    fields = {name: np.asarray(field, dtype=np.float64) for name, field in fields.items()}
+    if places.x is not None:
+        fields["time"] = np.broadcast_to(cells["time"].values[0][:, None], outward.shape)
+    return fields
+
+
+def _laid(
+    cells: xr.Dataset,
+    fields: dict[str, NDArray[np.float64]],
+    places: Ground,
+    usable: NDArray[np.bool_] | None,
+    fan: LookFan,
+    distance: NDArray[np.float64],
+    widest_gap: float,
+) -> tuple[LookFan, NDArray[np.float64]]:
+    """The fields at equal ground ranges (look, distance, field), and the fan of those looks."""
+    values = np.array(list(fields.values()), dtype=np.float64)
     ground_range = cells["ground_range"].values[0].astype(np.float64)
+    if usable is not None:
+        ground_range = np.where(usable, ground_range, np.nan)
     if places.x is None or places.y is None:
-        return fan, resample_looks(ground_range, fields, distance, widest_gap)
-    fields["time"] = np.broadcast_to(cells["time"].values[0][:, None], ground_range.shape)
+        return fan, resample_looks(ground_range, values, distance, widest_gap)
     x, y = places.x - places.centre[0], places.y - places.centre[1]
     away = np.where(np.isfinite(ground_range), np.hypot(x, y), np.nan)
     sweep = fan.sweep[:, None] + wrap_degrees(fan.sweep_of(x, y) - fan.sweep[:, None])
-    return centred_looks(fan, sweep, away, fields, distance, widest_gap)
+    return centred_looks(fan, sweep, away, values, distance, widest_gap)

@@ -11,6 +11,7 @@ r = R₁ + ΔR/4 + ½ ⟨R_T − R₁⟩, that is R₁ + ¼ ΔR if the lower one
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,7 @@ Field = NDArray[np.float64]
 
 _STEPS = 40  # of the fixed point at most; each gains a factor of about B/R
 _PRECISION = 4.0 * np.finfo(np.float64).eps
+_ALIKE = 64.0 * np.finfo(np.float64).eps  # m, or of directions: what means over a dwell's pulses round
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,9 @@ class Antenna:
     along: Field
     up: Field
     length: Field
+
+    def mapped(self, each: Callable[[Field], Field]) -> Antenna:
+        return Antenna(each(self.along), each(self.up), each(self.length))
 
     def farther(self, lower: Field, sight: tuple[Field, Field]) -> Field:
         """By how much [m] a point at range `lower` in direction `sight` is farther from it than from the lower one."""
@@ -59,6 +64,19 @@ class Fan:
         sine, cosine = np.sin(lean), np.cos(lean)
         upper = Antenna(np.zeros_like(base), base, base)
         return cls(height, upper, (-sine, cosine), (cosine, sine), np.zeros_like(base), share)
+
+    def common(self) -> Fan:
+        """The same with one number where all looks agree to rounding: then what depends on nothing else is worked out
+        once, (1, gate), not for each look."""
+        return Fan(
+            _common(self.height),
+            self.upper.mapped(_common),
+            (_common(self.rise[0]), _common(self.rise[1])),
+            (_common(self.out[0]), _common(self.out[1])),
+            _common(self.right),
+            self.share,
+            tuple((weight, antenna.mapped(_common)) for weight, antenna in self.others),
+        )
 
     def beyond(self, lower: Field, difference: Field, sight: tuple[Field, Field]) -> Field:
         """What the gate's range has more than R₁."""
@@ -135,6 +153,14 @@ def plane_direction(along: Field, up: Field, projection: Field) -> tuple[Field, 
         cosine = projection / length
         sine = np.sqrt((1.0 - cosine) * (1.0 + cosine)) * np.where(up != 0.0, np.sign(up), np.sign(along))
         return (cosine * along + sine * up) / length, (cosine * up - sine * along) / length
+
+
+def _common(field: Field) -> Field:
+    """(1, 1) in place of numbers (look, 1) that are alike; looks without any agree with all."""
+    known = field[np.isfinite(field)]
+    if field.ndim < 2 or field.shape[1] > 1 or not known.size or np.ptp(known) > _ALIKE * max(1.0, np.abs(known).max()):
+        return field
+    return np.full((1, 1), known.mean())
 
 
 def _sight(gate_range: ArrayLike, difference: ArrayLike, fan: Fan) -> tuple[Field, tuple[Field, Field]]:

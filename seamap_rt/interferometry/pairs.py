@@ -43,7 +43,10 @@ class PulsePairs:
 
 def sampled(voltage: NDArray[np.complex64]) -> NDArray[np.bool_]:
     """Whether each receiver was sampled on each pulse, (pulse, receiver), of voltage (pulse, receiver, gate)."""
-    return np.asarray(np.isfinite(voltage.real).any(axis=2))
+    known = np.asarray(np.isfinite(voltage[:, :, voltage.shape[2] // 2].real))  # one gate says it of most
+    rest = np.nonzero(~known)
+    known[rest] = np.isfinite(voltage[rest].real).any(axis=1)
+    return known
 
 
 def neighbouring_pulses(heard: NDArray[np.bool_], time: NDArray[np.float64], interval: float, which: str) -> PulsePairs:
@@ -70,3 +73,35 @@ def neighbouring_pulses(heard: NDArray[np.bool_], time: NDArray[np.float64], int
         )
     lower, upper = (np.flatnonzero(heard[:, receiver]) for receiver in (0, 1))
     return PulsePairs(lower, upper, tuple(made[each] for each in chosen))
+
+
+def same_pulses(heard: NDArray[np.bool_]) -> PulsePairs:
+    """Each pulse that both receivers heard, with itself. heard (pulse, 2)."""
+    rows = np.flatnonzero(heard.all(axis=1))
+    return PulsePairs(rows, rows, ((rows, rows),))
+
+
+def both_ways_of(
+    heard: NDArray[np.bool_],
+    transmitter: NDArray[np.integer],
+    antennas: tuple[int, int],
+    time: NDArray[np.float64],
+    interval: float,
+    which: str,
+) -> PulsePairs | None:
+    """Pairs of neighbouring pulses of which each antenna hears its own: an interferogram of both ways, p = 2, that is
+    there beside that of one way where the transmitters alternate and both receivers hear all. None where it is not."""
+    own = heard & (np.asarray(transmitter)[:, None] == np.asarray(antennas))
+    following = np.abs(np.diff(time) - interval) < 0.5 * interval
+    forward, backward = ((own[:-1, n] & own[1:, 1 - n] & following).any() for n in (0, 1))
+    there = {"forward": forward, "backward": backward, "both": forward and backward}[which]
+    return neighbouring_pulses(own, time, interval, which) if there else None
+
+
+def rows_apart(time: NDArray[np.float64], lag: float, interval: float) -> tuple[Rows, Rows]:
+    """Rows of pulses of which the second comes `lag` [s] after the first, before it if negative, within half the
+    interval [s] between pulses; times (pulse,) rise. Where one is missing there is no pair."""
+    later = np.searchsorted(time, time + lag - 0.5 * interval)
+    there = np.flatnonzero(later < time.size)
+    there = there[np.abs(time[later[there]] - time[there] - lag) < 0.5 * interval]
+    return there, later[there]

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import db
 from ..dataset import QUALITY_FLAGS
+from ..radar.waveform import RangeResponse
 from ..settings import RetrievalSettings
 from .covariance import Covariance
 from .description import RadarDescription
 from .dwells import Dwells
 
-_SHADOW_DB = 20.0  # a cell this far below its gate's median has no echo of its own, only its neighbours' skirts
-_LOW_COHERENCE = 0.3
-_PARTLY_SHADOWED_DB = 8.0
+_SIDELOBES_DB = 40.0  # below a gate's strongest echo: what lies deeper may come in by the antenna's two-way sidelobes
+_MORE = 1.05  # than a skirt, whose beam is not quite Gaussian
+_SKIRT_LEAST = 1e-4  # of a neighbour's power: fainter skirts than the sidelobes need no look
+_TREND_GATES = 10  # to either side, pooled: enough cells for a level even in a single look
+_TREND_STEP = 8  # gates from one level to the next; between them it is interpolated
+_FALSE_ALARM = 1e-3  # of two receivers that hear nothing in common
+_PARTLY_SHADOWED = 0.5  # of the cell's area in sight
 _SATURATED_SHARE = 0.01  # of a dwell's pulses
 
 
@@ -28,17 +33,90 @@ def gate_median(power: NDArray[np.float64], known: NDArray[np.bool_]) -> NDArray
     return median
 
 
+def lit_power(power: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Echo power (1, gate) [W] that a lit cell of each gate has, however many of its cells lie in shadow.
+
+    power (look, gate): without noise, of any sign, NaN where unknown. The median weighted by amplitude, in which dark
+    cells do not count and a ship hardly does, of 21 gates' cells of all looks, each brought to the middle gate's range
+    by R⁻³. 0 where nothing is heard. Of speckle of mean power T it is 1.18 T.
+    """
+    gates = ranges.size
+    middles = np.unique(np.append(np.arange(0, gates, _TREND_STEP), gates - 1))
+    spreading = np.where(np.isfinite(power) & (power > 0.0), power, 0.0) * ranges**3
+    levels = np.zeros(middles.size)
+    for n, middle in enumerate(middles):
+        reach = min(_TREND_GATES, max(middle, 4), max(gates - 1 - middle, 4))  # as far on both sides
+        pooled = np.sort(spreading[:, max(middle - reach, 0) : middle + reach + 1], axis=None)
+        amount = np.cumsum(np.sqrt(pooled))
+        levels[n] = pooled[min(np.searchsorted(amount, 0.5 * amount[-1]), pooled.size - 1)] if amount.size else 0.0
+    heard = levels > 0.0
+    if not heard.any():
+        return np.zeros((1, gates))
+    return np.exp(np.interp(np.log(ranges), np.log(ranges[middles[heard]]), np.log(levels[heard])))[None] / ranges**3
+
+
+def own_echo(
+    power: NDArray[np.float64], response: RangeResponse, spacing: tuple[float, float], beamwidth_deg: float
+) -> NDArray[np.bool_]:
+    """Cells with more power than the skirts of any neighbour's echo bring there: the others echo nothing of their own.
+
+    power (look, gate): of a dwell, without noise, not averaged over gates. spacing: of looks [deg] and of gates [m];
+    beamwidth_deg: one-way, −3 dB. The two gates beside a cell belong to it, as do all that the pulse does not tell from
+    it: 3 m cells overlap.
+    """
+    bright = np.where(np.isfinite(power) & (power > 0.0), power, 0.0)
+    skirts = np.zeros_like(bright)
+    looks, gates = bright.shape
+    along, across = _range_skirts(response, spacing[1], gates), _beam_skirts(spacing[0], beamwidth_deg, looks)
+    for look, beam in enumerate(across):
+        for gate, pulse in enumerate(along):
+            level = beam * pulse
+            if (look == 0 and (gate < 2 or level > 0.5)) or level < _SKIRT_LEAST:
+                continue
+            for far, near in (((0, look), (look, 0)), ((look, 0), (0, look))):
+                for there, here in (((0, gate), (gate, 0)), ((gate, 0), (0, gate))):
+                    source = bright[far[0] : looks - far[1], there[0] : gates - there[1]]
+                    target = skirts[near[0] : looks - near[1], here[0] : gates - here[1]]
+                    np.maximum(target, level * source, out=target)
+    return bright > _MORE * skirts
+
+
+def _range_skirts(response: RangeResponse, spacing: float, gates: int) -> NDArray[np.float64]:
+    """Power that a reflector in the middle of a gate leaves 0, 1, 2 … gates on, over that in its own."""
+    count = min(gates, int(response.reach_m / spacing) + 1)
+    skirts = (response(spacing * np.arange(count)) / response(0.0)) ** 2
+    return skirts[: 1 + int(np.flatnonzero(skirts >= _SKIRT_LEAST)[-1])]
+
+
+def _beam_skirts(spacing_deg: float, beamwidth_deg: float, looks: int) -> NDArray[np.float64]:
+    """Power that a reflector in the middle of a look leaves 0, 1, 2 … looks on: a dwell's mean of a Gaussian beam."""
+    count = min(looks, 2 + int(2.0 * beamwidth_deg / spacing_deg))
+    aside = spacing_deg * (np.arange(count)[:, None] + np.linspace(-0.5, 0.5, 41))
+    skirts = np.exp(-8.0 * np.log(2.0) * (aside / beamwidth_deg) ** 2).mean(axis=1)
+    return skirts / skirts[0]
+
+
 def has_echo(
     cells: Covariance, echo_power: NDArray[np.float64], radar: RadarDescription, settings: RetrievalSettings
 ) -> NDArray[np.bool_]:
-    """Cells with an echo of their own: above the noise, and not merely the skirts of lit neighbours."""
+    """Cells in which both receivers hear an echo above the noise and the antenna's sidelobes."""
     with np.errstate(invalid="ignore"):
         # A dead receiver leaves no cross term, whose angle would read as a flat sea.
         heard = np.isfinite(cells.cross) & (echo_power > 0.0) & (cells.lower > 0.0) & (cells.upper > 0.0)
         if radar.noise_power:
             heard &= db(np.maximum(echo_power, 0.0) / radar.noise_power) >= settings.min_snr_db
-        typical = gate_median(echo_power, heard)
-        return heard & (echo_power > typical * 10.0 ** (-_SHADOW_DB / 10.0))
+        strongest = np.max(echo_power, axis=0, where=heard, initial=0.0)
+        return heard & (echo_power > strongest * 10.0 ** (-_SIDELOBES_DB / 10.0))
+
+
+def least_coherence(samples: ArrayLike) -> NDArray[np.float64]:
+    """Sample coherence that two receivers which hear nothing in common exceed once in a thousand cells.
+
+    samples: independent ones in a cell. Of none in common P(|γ| > t) = (1 − t²)^(n − 1) (Touzi et al., IEEE Trans.
+    Geosci. Remote Sens. 37(1), 135–149, 1999). 0 below two samples: one is always coherent, and says nothing.
+    """
+    number = np.asarray(samples, dtype=np.float64)
+    return np.where(number < 2.0, 0.0, np.sqrt(1.0 - _FALSE_ALARM ** (1.0 / (np.maximum(number, 2.0) - 1.0))))
 
 
 def quality_flags(
@@ -50,19 +128,30 @@ def quality_flags(
     gain: NDArray[np.float64],
     height: NDArray[np.float64],
     radar: RadarDescription,
+    ambiguous: NDArray[np.bool_] | None = None,
+    visible_share: NDArray[np.float64] | None = None,
+    samples: float | None = None,
 ) -> NDArray[np.int16]:
-    """CF flags of each cell, from the echo alone."""
+    """CF flags of each cell, from the echo alone.
+
+    ambiguous: cells of which unwrapping could not tell the cycle; where it was not asked, those in which the sea's own
+    size exceeds half an ambiguity. visible_share: as `shadow` gives it. samples: independent ones of noise in a cell,
+    by default its pulses. An antenna under water (`submerged`) is known to the radar, which says so pulse by pulse in
+    the echoes' `flag`.
+    """
     quality = np.zeros(heard.shape, dtype=np.int16)
     quality[~heard] |= QUALITY_FLAGS["no_echo"]
     with np.errstate(invalid="ignore"):
-        quality[heard & (cells.coherence < _LOW_COHERENCE)] |= QUALITY_FLAGS["low_coherence"]
-        # Half an ambiguity is π·gain. The sea's own size, as far as it shows, says where heights may lie beyond it.
-        known = height[np.isfinite(height)]
-        size = 1.4826 * np.median(np.abs(known - np.median(known))) if known.size else 0.0
-        quality[heard & ((np.pi * gain < 3.0 * size) | ~np.isfinite(height))] |= QUALITY_FLAGS["ambiguous"]
-        typical = gate_median(echo_power, heard)
-        weak = echo_power < typical * 10.0 ** (-_PARTLY_SHADOWED_DB / 10.0)
-        quality[heard & weak] |= QUALITY_FLAGS["partly_shadowed"]
+        least = least_coherence(dwells.pulses if samples is None else samples)
+        quality[heard & (cells.coherence < least)] |= QUALITY_FLAGS["low_coherence"]
+        if ambiguous is None:
+            # Half an ambiguity is π·gain. The sea's own size, as far as it shows, says where heights may lie beyond it.
+            known = height[np.isfinite(height)]
+            size = 1.4826 * np.median(np.abs(known - np.median(known))) if known.size else 0.0
+            ambiguous = np.pi * gain < 3.0 * size
+        quality[heard & (ambiguous | ~np.isfinite(height))] |= QUALITY_FLAGS["ambiguous"]
+        if visible_share is not None:
+            quality[heard & (visible_share < _PARTLY_SHADOWED)] |= QUALITY_FLAGS["partly_shadowed"]
     quality[:, radar.blind] |= QUALITY_FLAGS["blind"]
     if "saturated" in echoes:
         clipped = np.asarray(echoes["saturated"].values) > 0

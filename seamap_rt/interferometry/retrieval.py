@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..conventions import db, wrap_phase
-from ..dataset import SchemaError, build, check
-from ..radar.grid import look_sweeps
+from ..conventions import db
+from ..dataset import QUALITY_FLAGS, SchemaError, build, check
 from ..settings import RetrievalSettings
-from .covariance import dwell_covariance
-from .description import RadarDescription, compared_receivers, transmitters
-from .dwells import Dwells
+from .covariance import window_weights
+from .description import RadarDescription
+from .estimators import ESTIMATORS, Estimate
 from .ground_map import Ground, ground_map
-from .heights import ESTIMATORS, PhaseModel
-from .pairs import PulsePairs, neighbouring_pulses, sampled
-from .quality import has_echo, quality_flags
-from .stance import LookStances, PulseStances
-from .uncertainty import height_std
+from .heights import Found
+from .instant import at_one_instant
+from .interferogram import Interferogram
+from .looks import Looks, interferogram
+from .quality import lit_power, quality_flags
+from .shadow import Shadow, rms_slope, shadow
+from .slopes import Slopes, local_planes, plane_reach
+from .sound import sound
+from .velocity import Doppler, Lag, doppler, over_ground, own_velocity
+
+Map = NDArray[np.float64]
 
 
 def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None = None) -> xr.DataTree:
@@ -33,11 +39,12 @@ def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None
     if not isinstance(echoes, xr.Dataset):
         echoes = open_echoes(echoes)
     check("echoes", echoes)
+    echoes = sound(echoes)
     turns = []
     for turn in range(int(echoes.attrs["complete_turns"])):
         members = np.flatnonzero(echoes["turn"].values == turn)
         if members.size:
-            turns.append(retrieve_one(echoes.isel(pulse=slice(int(members[0]), int(members[-1]) + 1)), settings))
+            turns.append(_one(echoes.isel(pulse=slice(int(members[0]), int(members[-1]) + 1)), settings))
     if not turns:
         raise SchemaError("the echoes hold no complete turn; simulate or record at least one")
     return xr.DataTree.from_dict(
@@ -50,11 +57,18 @@ def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None
 
 def retrieve_one(echoes: xr.Dataset, settings: RetrievalSettings | None = None) -> xr.DataTree:
     """Maps of the single turn that these echoes hold."""
-    settings = settings or RetrievalSettings()
+    return _one(sound(echoes), settings or RetrievalSettings())
+
+
+def _one(echoes: xr.Dataset, settings: RetrievalSettings) -> xr.DataTree:
     radar = RadarDescription.of(echoes)
     turn = int(echoes["turn"].values[0])
     cells, places = retrieve_turn(echoes, radar, settings, turn)
-    return xr.DataTree.from_dict({"/polar": cells, "/ground": ground_map(cells, places, radar, settings, turn)})
+    certain = (cells["quality"].values[0] & QUALITY_FLAGS["ambiguous"]) == 0
+    ground = ground_map(cells, places, radar, settings, turn, certain)
+    if settings.map_time_s is not None:
+        ground = at_one_instant(ground, cells, turn * radar.period + settings.map_time_s, settings.depth_m)
+    return xr.DataTree.from_dict({"/polar": cells, "/ground": ground})
 
 
 def open_echoes(path: str | Path) -> xr.Dataset:
@@ -70,88 +84,126 @@ def retrieve_turn(
     echoes: xr.Dataset, radar: RadarDescription, settings: RetrievalSettings, turn: int
 ) -> tuple[xr.Dataset, Ground]:
     """The polar maps of one turn, and where their cells lie on the ground."""
-    sweeps = look_sweeps(radar.sector, settings.cell_azimuth_deg, radar.staring)
-    width = float(sweeps[1] - sweeps[0]) if sweeps.size > 1 else settings.cell_azimuth_deg
-    antennas = compared_receivers(echoes, radar, settings.receivers)
-    voltage = _voltages(echoes, settings.receivers)
-    pulses = PulseStances.of(echoes, radar)
-    pairs = None
-    if radar.alternating:
-        pairs = neighbouring_pulses(sampled(voltage), pulses.time, radar.interval, settings.pulse_pairs)
-    dwells = pulses.dwells(radar, antennas[0], sweeps, width)
-    stances, senders = _stances(echoes, pulses, dwells, pairs, antennas, radar)
-    model = PhaseModel(radar, stances)
-
-    if stances.at_rest:
-        dwell = dwell_covariance(voltage, dwells, pairs)
-    else:
-        each = LookStances.of(pulses, Dwells.of_single_pulses(pulses.time.size), antennas, senders, radar.sector[0])
-        level = np.nan_to_num(PhaseModel(radar, each).flat)
-        dwell = dwell_covariance(voltage, dwells, pairs, level).turned(np.nan_to_num(model.flat))
-    found = ESTIMATORS[settings.estimator](dwell, model, settings, width)
-    cells = found.cells
-    echo_power = 0.5 * (cells.lower + cells.upper) - radar.noise_power
-    echoing = has_echo(cells, echo_power, radar, settings)
+    looks = Looks.of(echoes, radar, settings)
+    given, lags = interferogram(looks)
+    estimate = ESTIMATORS[settings.estimator](given)
+    found, model = estimate.found, given.model
+    echo_power = estimate.echo_power
+    echoing = estimate.echoing
     if not radar.compressed:  # of a chirp something is heard before it is out, of a plain pulse nothing
-        echoing &= ~radar.blind
+        echoing = echoing & ~radar.blind
     heard = echoing & np.isfinite(found.height)
-    own = pulses.looks(sweeps, width)
-    if pairs is None:
-        spread = height_std(voltage, own, dwell, echo_power, found, radar)
-    else:
-        spread = height_std(voltage[pairs.lower], own[pairs.lower], dwell, echo_power, found, radar, pairs.noise_square)
-    height, ground_range, spread = (np.where(heard, f, np.nan) for f in (found.height, found.ground_range, spread))
-    outward, clockwise = model.slopes(found, height, settings, width)
+    height, ground_range, spread = (
+        np.where(heard, f, np.nan) for f in (found.height, found.ground_range, estimate.std)
+    )
+    slopes = _slopes(given, estimate, height, spread)
+    seen = _shadow(given, slopes, spread, heard)
+    spread = np.sqrt(spread**2 + seen.hidden_std**2 + estimate.edge**2)
+    if settings.crest_bias == "remove":
+        height = height - seen.crest_bias
+    else:  # what is known of it and left is an error as well
+        spread = np.hypot(spread, seen.crest_bias)
+    flags = quality_flags(
+        echoes,
+        looks.dwells,
+        found.cells,
+        echoing,
+        echo_power,
+        found.gain,
+        height,
+        radar,
+        estimate.ambiguous,
+        seen.visible_share,
+        given.dwelt.samples(estimate.window, radar).noise,
+    )
+    moving = _velocities(looks, given, lags, found)
     fields = {
         "height": height,
         "height_std": spread,
-        "slope_range": outward,
-        "slope_azimuth": clockwise,
+        "slope_range": slopes.outward,
+        "slope_azimuth": slopes.clockwise,
         "ground_range": ground_range,
-        "coherence": cells.coherence,
-        "phase": wrap_phase(found.phase),
+        "coherence": found.cells.coherence,
+        "phase": np.angle(found.cells.cross),
         "phase_unwrapped": np.where(heard, found.phase, np.nan),
-        "snr_db": _snr_db(echo_power, radar.noise_power),
-        "time": _look_times(stances.time, (turn + sweeps / 360.0) * radar.period),
-        "quality": quality_flags(echoes, dwells, cells, echoing, echo_power, found.gain, height, radar),
+        "snr_db": _snr_db(echo_power, given.noise_power),
+        "radial_velocity": np.where(heard, moving.velocity, np.nan),
+        "doppler_width": np.where(heard, moving.width, np.nan),
+        "visible_share": seen.visible_share,
+        "crest_bias": seen.crest_bias,
+        "time": _look_times(model.stances.time, (turn + looks.sweeps / 360.0) * radar.period),
+        "quality": flags,
     }
     polar = build(
         "maps/polar",
         {name: field[None] for name, field in fields.items()},
-        {"turn": [turn], "azimuth": (radar.sector[0] + sweeps) % 360.0, "range": radar.ranges},
+        {"turn": [turn], "azimuth": (radar.sector[0] + looks.sweeps) % 360.0, "range": radar.ranges},
         {
             "cell_range_m": settings.cell_range_m,
             "cell_azimuth_deg": settings.cell_azimuth_deg,
             "estimator": settings.estimator,
             "window_range_m": settings.window_range_m,
             "window_azimuth_deg": settings.window_azimuth_deg,
+            "paths": model.paths,
+            "pulse_m": 2.0 * np.sqrt(2.0 * np.log(2.0)) * radar.response.spread_m,
+            "azimuth_beamwidth_deg": radar.azimuth_beamwidth,
+            "crest_bias": settings.crest_bias,
         },
     )
-    return polar, Ground.of(stances, found, sweeps)
+    return polar, Ground.of(model.stances, found, looks.sweeps)
 
 
-def _voltages(echoes: xr.Dataset, receivers: tuple[int, int]) -> NDArray[np.complex64]:
-    """Voltages (pulse, 2, gate) of the two receivers that are compared."""
-    voltage = np.asarray(echoes["voltage"].values)
-    return voltage if receivers == (0, 1) and voltage.shape[1] == 2 else voltage[:, list(receivers)]
+def _slopes(given: Interferogram, estimate: Estimate, height: Map, spread: Map) -> Slopes:
+    """Slopes of planes as small as the heights' errors let them be; cells count by their own."""
+    model = given.model
+    ground = model.ground(estimate.found.places)
+    reach = plane_reach(spread, model.radar.ranges, model.radar.spacing, given.width)
+    sure = np.where(estimate.ambiguous, np.nan, height)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        usual = np.nanmedian(spread) if np.isfinite(spread).any() else 1.0
+        weight = 1.0 / (spread**2 + (0.5 * usual) ** 2 + 1e-12)
+    return local_planes(sure, np.nan_to_num(weight), ground, model.outward(*ground), reach)
 
 
-def _stances(
-    echoes: xr.Dataset,
-    pulses: PulseStances,
-    dwells: Dwells,
-    pairs: PulsePairs | None,
-    antennas: tuple[int, int],
-    radar: RadarDescription,
-) -> tuple[LookStances, Sequence[int]]:
-    """How the antennas stood in each cell's dwell, on the very pulses that are compared; and which of them sent."""
-    sender = np.asarray(echoes["transmitter"].values)
-    if pairs is None:
-        senders = transmitters(sender, antennas, None, radar.paths)
-        return LookStances.of(pulses, dwells, antennas, senders, radar.sector[0]), senders
-    senders = transmitters(sender, antennas, (pairs.lower, pairs.upper), radar.paths)
-    rows, owners = pairs.members
-    return LookStances.of(pulses[rows], dwells[owners], antennas, senders, radar.sector[0]), senders
+def _shadow(given: Interferogram, slopes: Slopes, spread: Map, heard: NDArray[np.bool_]) -> Shadow:
+    """What of each cell is in sight, by the echo of each dwell and gate and the slopes."""
+    radar, settings = given.model.radar, given.settings
+    power = given.echo_power()
+    height = given.model.stances.fan.height
+    with np.errstate(invalid="ignore"):
+        grazing = height / np.sqrt(np.maximum(radar.ranges**2 - height**2, 1e-6))
+    return shadow(
+        power,
+        lit_power(power, radar.ranges),
+        slopes.outward,
+        rms_slope(slopes.outward, spread),
+        grazing,
+        (settings.cell_range_m, np.radians(settings.cell_azimuth_deg) * radar.ranges),
+        heard,
+    )
+
+
+def _velocities(looks: Looks, given: Interferogram, lags: Sequence[Lag], found: Found) -> Doppler:
+    """Velocities of what echoes over ground, of cells."""
+    shape = found.height.shape
+    if not lags:
+        return Doppler(*(np.full(shape, np.nan) for _ in range(3)))
+    radar, settings = looks.radar, looks.settings
+    window = (
+        window_weights(settings.cell_range_m, radar.spacing),
+        window_weights(settings.cell_azimuth_deg, looks.width),
+    )
+    samples = given.dwelt.samples(window, radar)
+    seen = doppler(
+        lags, radar.wavelength, radar.noise_power, window, 2.0 * samples.noise, samples.speckle, looks.passage
+    )
+    if given.model.stances.at_rest:
+        return seen
+    own = own_velocity(looks.pulses.antennas, looks.pulses.time, looks.dwells)
+    height = given.model.stances.fan.height - found.height
+    return replace(
+        seen, velocity=over_ground(seen.velocity, own, given.model.stances.azimuth, found.ground_range, height)
+    )
 
 
 def _snr_db(echo_power: NDArray[np.float64], noise_power: float) -> NDArray[np.float64]:

@@ -2,70 +2,92 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-Cells = tuple[NDArray[np.intp], ...]  # an index of a map
-Offsets = Callable[[Cells, Cells], tuple[NDArray[np.float64], NDArray[np.float64]]]
+from .quality import gate_median
+from .slope_kernel import fit_planes
+
+Pair = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+_TOLERATED = 0.015, 0.02  # height error over half a plane's length and width
+_HALF_LENGTH = 4.5, 21.0  # m: at least, at most
+_HALF_WIDTH = 2.0, 6.0  # looks
 
 
-def local_plane(
+@dataclass(frozen=True)
+class Slopes:
+    """Outward and clockwise slopes (look, gate), NaN where the neighbours span no plane, and their standard errors."""
+
+    outward: NDArray[np.float64]
+    clockwise: NDArray[np.float64]
+    outward_std: NDArray[np.float64] | None = None
+    clockwise_std: NDArray[np.float64] | None = None
+
+
+def local_planes(
     height: NDArray[np.float64],
     weight: NDArray[np.float64],
-    along: NDArray[np.float64],
-    across_spacing: NDArray[np.float64],
-    reach: tuple[int, int],
-    closed: bool,
-    offsets: Offsets | None = None,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Slopes along and across the look (look, gate) of the plane fitted to each cell's neighbours.
+    ground: Pair,
+    outward: Pair,
+    reach: tuple[ArrayLike, ArrayLike],
+    height_std: NDArray[np.float64] | None = None,
+    correlation: tuple[ArrayLike, ArrayLike] = (1.0, 1.0),
+) -> Slopes:
+    """Slopes outward and clockwise of the plane fitted to each cell's neighbours, all of it (look, gate).
 
-    height, weight, along (ground range) and across_spacing (metres between neighbouring looks) are (look, gate); NaN
-    heights count nothing. `reach` is (looks, gates) to either side. NaN where the neighbours do not span a plane.
-    `closed`: look 0 follows the last one. `offsets`: how far from cells others lie, outward and clockwise [m], where
-    that is more than the differences in `along` and across_spacing.
+    height [m] and weight; cells that are not finite or weigh nothing count nothing, and have no slope. `ground`: x and
+    y [m] of the cells. `outward`: east and north of each cell's own direction; they broadcast. `reach`: how many gates
+    and looks away weights have fallen to zero, by 1 − (distance/reach)² in either, (gate,) or one number each; no more
+    than 1 is the cell's own. The first and the last look of a circle are no neighbours: they lie a turn apart in time.
+
+    Standard errors where height_std [m] is given: of what heights err, not of waves shorter than the planes, which
+    they smooth. `correlation`: of the errors of heights 0, 1, 2 … gates apart, and looks; left out, each errs for
+    itself. It counts as it does in a whole neighbourhood, evenly weighted.
     """
-    good = np.isfinite(height) & np.isfinite(along) & (weight > 0.0)
-    z, w = np.where(good, height, 0.0), np.where(good, weight, 0.0)
-    x = np.where(good, along, 0.0)
-    names = ("w", "x", "y", "xx", "xy", "yy", "z", "xz", "yz")
-    sums = {name: np.zeros_like(z) for name in names}
-    looks, gates = height.shape
-    for look in range(-reach[0], reach[0] + 1):
-        for gate in range(-reach[1], reach[1] + 1):
-            rows, there = _shifted(looks, look, closed)
-            low, high = max(0, -gate), gates - max(0, gate)
-            target = np.ix_(rows, np.arange(low, high))
-            source = np.ix_(there, np.arange(low + gate, high + gate))
-            ww, zz = w[source], z[source]
-            # Coordinates relative to the cell itself keep the sums well conditioned.
-            if offsets is None:
-                xx = x[source] - np.where(good[target], x[target], x[source])
-                yy = look * across_spacing[target]
-            else:
-                both = good[target] & good[source]
-                xx, yy = (np.where(both, each, 0.0) for each in offsets(target, source))
-            for name, value in zip(names, (1.0, xx, yy, xx * xx, xx * yy, yy * yy, zz, xx * zz, yy * zz), strict=True):
-                sums[name][target] += ww * value
-    s = sums
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mx, my, mz = s["x"] / s["w"], s["y"] / s["w"], s["z"] / s["w"]
-        xx, yy = s["xx"] / s["w"] - mx * mx, s["yy"] / s["w"] - my * my
-        xy = s["xy"] / s["w"] - mx * my
-        xz, yz = s["xz"] / s["w"] - mx * mz, s["yz"] / s["w"] - my * mz
-        determinant = xx * yy - xy * xy
-        spans = good & (determinant > 1e-3 * np.maximum(xx, 1e-12) * np.maximum(yy, 1e-12))
-        outward = np.where(spans, (xz * yy - yz * xy) / determinant, np.nan)
-        clockwise = np.where(spans, (yz * xx - xz * xy) / determinant, np.nan)
-    return outward, clockwise
+    parts = np.broadcast_arrays(height, weight, *ground, *outward)
+    known = np.all(np.isfinite(parts), axis=0) & (parts[1] > 0.0)
+    z, w, *rest = (np.where(known, part, 0.0) for part in parts)
+    shape = z.shape
+    limits = np.stack([np.broadcast_to(np.asarray(each, dtype=np.float64), shape[1]) for each in reach])
+    slopes = np.full((2, *shape), np.nan)
+    variance, squares = np.empty((0, 0)), np.empty((0, 0, 0))
+    if height_std is not None:
+        variance, squares = np.where(known, height_std, 0.0) ** 2, np.full((2, *shape), np.nan)
+    fit_planes(z, w, np.stack(rest[:2]), np.stack(rest[2:]), limits, variance, slopes, squares)
+    if height_std is None:
+        return Slopes(*slopes)
+    for odd in (0, 1):  # the axis along which the slope is taken
+        for axis in (0, 1):
+            squares[odd] *= _alike(limits[axis], np.atleast_1d(correlation[axis]), axis == odd)
+    return Slopes(*slopes, *np.sqrt(squares))
 
 
-def _shifted(count: int, shift: int, closed: bool) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Rows that have a neighbour `shift` rows on, and those neighbours."""
-    rows = np.arange(count)
-    if closed:
-        return rows, (rows + shift) % count
-    rows = rows[(rows + shift >= 0) & (rows + shift < count)]
-    return rows, rows + shift
+def plane_reach(height_std: NDArray[np.float64], ranges: NDArray[np.float64], spacing: float, width_deg: float) -> Pair:
+    """Reach (gate,) in gates and looks of planes that are as small as the heights' errors (look, gate) [m] let them be.
+
+    Small planes follow short waves, and noise: the half-length is 1/0.015 of the gate's median error, the half-width
+    1/0.02, of what waves of ordinary steepness bear. ranges [m] (gate,) `spacing` apart, looks width_deg apart.
+    """
+    error = gate_median(height_std, np.isfinite(height_std))[0]
+    along = np.clip(error / _TOLERATED[0], *_HALF_LENGTH) / spacing
+    across = np.clip(error / _TOLERATED[1] / (ranges * np.radians(width_deg)), *_HALF_WIDTH)
+    return np.maximum(along, 2.0), across
+
+
+def _alike(reach: NDArray[np.float64], correlation: NDArray[np.float64], odd: bool) -> NDArray[np.float64]:
+    """By how much (gate,) the variance of a slope grows where neighbours err alike along one axis.
+
+    Heights pull at the slope by the taper times the distance (odd) along it, and by the taper alone across it.
+    """
+    most = int(np.ceil(reach.max(initial=1.0)))
+    step = np.arange(-most, most + 1) / reach[:, None]
+    pull = np.maximum(1.0 - step**2, 0.0) * (step if odd else 1.0)
+    own = np.sum(pull**2, axis=1)
+    growth = np.ones(reach.size)
+    for lag in range(1, min(correlation.size, 2 * most)):
+        beside = np.sum(pull[:, lag:] * pull[:, :-lag], axis=1)
+        growth += 2.0 * correlation[lag] * np.divide(beside, own, out=np.zeros_like(own), where=own > 0.0)
+    return np.maximum(growth, 0.0)

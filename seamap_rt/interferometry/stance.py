@@ -35,7 +35,9 @@ class PulseStances:
         time, azimuth, attitude, positions = (
             np.asarray(echoes[name].values, dtype=np.float64) for name in ("time", "azimuth", "attitude", "position")
         )
-        axes = antenna_axes(attitude, scan_of_bearing(attitude, azimuth, radar.tilt), radar.tilt)
+        # A boat that stands still has one attitude for all.
+        own = attitude[:1] if not np.ptp(attitude, axis=0).any() else attitude
+        axes = antenna_axes(own, scan_of_bearing(own, azimuth, radar.tilt), radar.tilt)
         sweep = unwrapped_sweep(azimuth, time, radar.sector, np.inf if radar.staring else radar.period)
         return cls(time, sweep, _turned(axes[:, 1], azimuth), _turned(axes[:, 2], azimuth), axes, positions)
 
@@ -65,7 +67,8 @@ class PulseStances:
 
 @dataclass(frozen=True)
 class LookStances:
-    """Means over each cell's pulses, (look, 1), or (look, gate) where the fan leans."""
+    """Means over each cell's pulses, (look, 1), or (look, gate) where the fan leans; of a boat at rest the fan is one
+    for all looks, (1, 1)."""
 
     fan: Fan
     azimuth: NDArray[np.float64]  # deg, of the boresight
@@ -99,10 +102,10 @@ class LookStances:
         ]
         # The fan's plane stands in the middle between the receivers. An arm that leads across it is as one in the plane
         # whose square is less by twice their product: û·b = b_x x₀/R₁ + what lies in the plane, with û·x̂ = x₀/R₁.
-        middle_across = 0.5 * np.sum(arms[0] * stances.axes[:, 0], axis=1)
+        middle_across = 0.5 * np.einsum("pi,pi->p", arms[0], stances.axes[:, 0])
         for arm in arms:
-            across, along, up = (np.sum(arm * stances.axes[:, axis], axis=1) for axis in (0, 1, 2))
-            square = np.sum(arm**2, axis=1) - 2.0 * across * middle_across
+            across, along, up = np.einsum("pi,pai->ap", arm, stances.axes)
+            square = np.einsum("pi,pi->p", arm, arm) - 2.0 * across * middle_across
             columns += [along, up, np.sqrt(np.maximum(square, 0.0))]
         mean = list(dwells.means(np.stack(columns, axis=1)))
         sweep, when, x, y, z, middle_x, middle_y, out, rise, right_up, out_up, rise_up = mean[:12]
@@ -120,6 +123,8 @@ class LookStances:
             others=tuple((weight, antenna) for antenna in antennas[1:]),
         )
         at_rest = not dwells.leaning and not np.nanmax(np.hypot(middle_x, middle_y), initial=0.0) > _STILL
+        if at_rest:
+            fan = fan.common()
         return cls(fan, start + sweep, (x, y), (middle_x, middle_y), when, at_rest)
 
     def world(self, places: Places) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

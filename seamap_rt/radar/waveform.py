@@ -126,6 +126,13 @@ class RangeResponse:
         return self.reach_m if self.waveform == "pulse" else self._falls_to(_NULL)
 
     @property
+    def spread_m(self) -> float:
+        """Standard deviation of the main lobe's power in range."""
+        fine = np.linspace(-self.support_m, self.support_m, 1601)
+        power = self(fine) ** 2
+        return float(np.sqrt(power @ fine**2 / power.sum()))
+
+    @property
     def reach_m(self) -> float:
         """Half-width of all of h, a chirp's sidelobes included: c T/2, the window's delays and the filter's edge."""
         edge = 3.02 / (np.sqrt(2.0 * np.pi) * self.bandwidth_hz)  # ½ erfc(3.02) ≈ 1e-5

@@ -144,7 +144,12 @@ def pictures(
     over = f", over all {turns.size} turns" if turns.size > 1 else ""
     cell, look, side = scene.retrieval.cell_range_m, scene.retrieval.cell_azimuth_deg, scene.retrieval.ground_m
     azimuth = reduce.coordinate(retrieved, "polar", "azimuth")
-    window = scene.retrieval.window_range_m or cell, scene.retrieval.window_azimuth_deg or look
+    size = f"{scene.retrieval.window_range_m:g} m × {scene.retrieval.window_azimuth_deg:g}°"
+    averaged = {
+        "adaptive": "by optimal interpolation, which averages more where the echo is weak or unclear",
+        "sliding_plane": f"averaged over {size}",
+        "single_cell": "averaged over one cell",
+    }[scene.retrieval.estimator]
     slope, from_cells = reduce.slope_rms_along_look(truth, metrics)
     source = (
         f"taken from the mean slopes of the {cell:g} m cells, so that shorter waves are missing from it and the curves "
@@ -169,8 +174,8 @@ def pictures(
             f"Four maps, north up: true height, retrieved height, their difference (rms {words['Height error, rms']} "
             "at 50 to 200 m) and the standard error stated by the retrieval.",
             f"Height above mean sea level on ground cells of {side:g} m. (a) The sea as it was when the beam passed "
-            "each cell, lit or not. (b) What the retrieval made of the echoes, averaged over "
-            f"{window[0]:g} m × {window[1]:g}°, on the same scale. (c) Their "
+            "each cell, lit or not. (b) What the retrieval made of the echoes, "
+            f"{averaged}, on the same scale. (c) Their "
             "difference, on its own scale; unlike the figures against range it includes cells that are less than half "
             f"visible. (d) The standard error that the retrieval states for itself. {blank}Colour bars end in arrows "
             "where values lie beyond. North is up, the antenna (triangle) at the origin; azimuth is time, since a turn "

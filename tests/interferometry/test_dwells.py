@@ -9,11 +9,11 @@ from scipy.ndimage import minimum_filter
 
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.dataset import SchemaError, build
-from seamap_rt.interferometry.covariance import dwell_covariance
 from seamap_rt.interferometry.description import RadarDescription
 from seamap_rt.interferometry.dwells import Dwells, allot, unwrapped_sweep
 from seamap_rt.interferometry.ground_map import Ground, ground_map
 from seamap_rt.interferometry.pairs import neighbouring_pulses
+from seamap_rt.interferometry.products import Products, dwell_means
 from seamap_rt.radar.grid import look_sweeps
 from seamap_rt.settings import RetrievalSettings
 
@@ -72,11 +72,11 @@ def test_gates_alike_are_as_one_dwell() -> None:
     rng = np.random.default_rng(1)
     voltage = (rng.normal(size=(90, 2, 5)) + 1j * rng.normal(size=(90, 2, 5))).astype(np.complex64)
     voltage[13, 1, 2] = np.nan
-    look = np.repeat(np.arange(-1, 8), 10)
-    upright = dwell_covariance(voltage, Dwells(look, 8))
-    leaning = dwell_covariance(voltage, Dwells(np.tile(look[:, None], 5), 8))
+    look, rows = np.repeat(np.arange(-1, 8), 10), np.arange(90)
+    kinds = [[Products((rows, 0), (rows, 1), rows)]]
+    upright, leaning = (dwell_means(voltage, Dwells(each, 8), kinds)[0] for each in (look, np.tile(look[:, None], 5)))
     for name in ("cross", "lower", "upper"):
-        np.testing.assert_allclose(getattr(upright, name), getattr(leaning, name), rtol=1e-6)
+        np.testing.assert_array_equal(getattr(upright, name), getattr(leaning, name))
 
 
 # --------------------------------------------------------------------------------------------- alternating pulses
@@ -122,7 +122,9 @@ def test_noise_of_alternating_products(which: str, left: float, signal: float) -
         noise = rng.normal(size=(1000, 2, 1000)) + 1j * rng.normal(size=(1000, 2, 1000))
         voltage = np.sqrt(signal) + np.sqrt(0.5) * noise
         voltage[~sampled] = np.nan
-        variance.append(np.var(dwell_covariance(voltage.astype(np.complex64), dwells, pairs).cross.imag))
+        kinds = [[Products((n, 0), (m, 1), n)] for n, m in pairs.pairs]
+        means = dwell_means(voltage.astype(np.complex64), dwells, kinds)
+        variance.append(np.var(np.mean([mean.cross.imag for mean in means], axis=0)))
     asked = (2.0 * signal + left) / (2.0 * lowers)
     np.testing.assert_allclose(np.mean(variance), asked, rtol=0.02)
 

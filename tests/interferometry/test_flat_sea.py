@@ -159,7 +159,8 @@ def flat_sea() -> tuple[RadarSettings, xr.Dataset]:
 def test_mean_height_of_the_flat_sea(flat_sea: tuple[RadarSettings, xr.Dataset], estimator: str) -> None:
     # The mean over 200 looks of their own heights, gate by gate, from 50 m on: 2 cm is asked.
     _, echoes = flat_sea
-    settings = RetrievalSettings.model_validate({"estimator": estimator, "ground_m": COARSE})
+    # Of one way: in the first gates the flat sea itself turns the phase of both ways by more than 1 rad within a pulse.
+    settings = RetrievalSettings.model_validate({"estimator": estimator, "ground_m": COARSE, "paths": "one_way"})
     maps = retrieve(echoes, settings)["polar"].to_dataset()
     height = maps["height"].values[0].astype(np.float64)
     assert np.isfinite(height).all()

@@ -209,13 +209,26 @@ def test_a_sea_that_recedes(mode: tuple[str, str], which: str) -> None:
     # 2 v τ R/(p B), downwards where the upper antenna's pulse comes after the lower one's. Asked: 5 % of it, and no
     # more than 2 % with both; where both receivers hear one pulse there is none.
     boat = Boat(mode=mode, prf=10e3, sector=(0.0, 9.0))
-    asked = RetrievalSettings.model_validate({**ONE_GATE.model_dump(), "pulse_pairs": which})
+    asked = RetrievalSettings.model_validate({**ONE_GATE.model_dump(), "pulse_pairs": which, "paths": "one_way"})
     maps = polar(boat.echoes(lambda b: ideal_sea(b, speed=1.0)), asked)
     paths = 2 if mode == ("switched", "alternating_pulse") else 1
     ranges = maps["range"].values
     bias = 2.0 * 1.0 * 1e-4 * ranges / (paths * 0.2)
     size = {"forward": -1.0, "backward": 1.0, "both": 0.0}[which] if mode[1] == "alternating_pulse" else 0.0
     found = (maps["height"].values / bias)[:, ranges > 40.0]
+    np.testing.assert_allclose(found, size, rtol=0, atol=0.05 if size else 0.02)
+
+
+@pytest.mark.parametrize("which", ["forward", "backward", "both"])
+def test_both_ways_of_switched_pulses_see_half_of_that(which: str) -> None:
+    # Transmitters that take turns give both ways between neighbouring pulses: p = 2, though all receivers hear all.
+    boat = Boat(mode=("switched", "single_pulse"), prf=10e3, sector=(0.0, 9.0))
+    asked = RetrievalSettings.model_validate({**ONE_GATE.model_dump(), "pulse_pairs": which})
+    maps = polar(boat.echoes(lambda b: ideal_sea(b, speed=1.0)), asked)
+    assert maps.attrs["paths"] == 2
+    ranges = maps["range"].values
+    found = (maps["height"].values / (1e-4 * ranges / 0.2))[:, ranges > 40.0]
+    size = {"forward": -1.0, "backward": 1.0, "both": 0.0}[which]
     np.testing.assert_allclose(found, size, rtol=0, atol=0.05 if size else 0.02)
 
 
@@ -241,7 +254,12 @@ def test_reflectors_are_laid_where_they_are(roll: float) -> None:
     points = meets[rows, cells[:, 1]]
     echoes = boat.echoes(lambda b: reflectors(b, points))
     asked = RetrievalSettings(
-        estimator="single_cell", cell_range_m=1.5, ground_m=COARSE, window_range_m=1.5, window_azimuth_deg=1.8
+        estimator="single_cell",
+        paths="one_way",
+        cell_range_m=1.5,
+        ground_m=COARSE,
+        window_range_m=1.5,
+        window_azimuth_deg=1.8,
     )
     maps, ground = retrieve_turn(echoes, RadarDescription.of(echoes), asked, 0)
     looks, numbers = cells.T

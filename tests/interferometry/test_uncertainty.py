@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seamap_rt.interferometry.covariance import Covariance, independent_looks, pulse_correlation
+from seamap_rt.conventions import SPEED_OF_LIGHT
+from seamap_rt.interferometry.covariance import Covariance, independent_looks, pulse_correlation, window_weights
 from seamap_rt.interferometry.description import RadarDescription
-from seamap_rt.interferometry.heights import Heights
-from seamap_rt.interferometry.inversion import Places
-from seamap_rt.interferometry.uncertainty import height_std
+from seamap_rt.interferometry.gate_edge import edge_bias
+from seamap_rt.interferometry.speckle import incoherent_power
+from seamap_rt.interferometry.uncertainty import ONE_CELL, Dwelt
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scene import load_scene
 
@@ -69,24 +70,107 @@ def test_odd_dwells_have_an_answer() -> None:
     assert np.isfinite(singles).all()
 
 
+def radar_of(ranges: NDArray[np.float64]) -> RadarDescription:
+    response = RangeResponse.of(load_scene("tiny").radar)
+    return RadarDescription(0.03, 0.0, "switched", (0.0, 36.0), 1.0, 5.0, response, ranges)
+
+
 def test_the_slope_of_a_wave_is_not_a_lack_of_coherence() -> None:
     # A perfect mirror whose phase climbs by 0.5 rad from gate to gate and 0.3 rad from look to look: along those slopes
-    # nothing is uncertain; across a window of seven gates the same echo looks incoherent.
-    scene = load_scene("tiny", {"radar.noise": False})
-    shape, pulses = (20, 60), 10
-    ramp = 0.5 * np.arange(shape[1]) + 0.3 * np.arange(shape[0])[:, None]
-    one = np.ones(shape)
-    dwell = Covariance(np.exp(1j * ramp), one, one)
-    voltage = np.ones((shape[0] * pulses, 2, shape[1]), dtype=np.complex64)
-    ranges = np.asarray(20.0 + 1.5 * np.arange(shape[1]), dtype=np.float64)
-    response = RangeResponse.of(scene.radar)
-    radar = RadarDescription(0.03, 0.0, "switched", (0.0, 36.0), 1.0, 5.0, response, ranges)
-    spread = {}
-    for name, slopes in (("along", (0.5, 0.3)), ("level", (0.0, 0.0))):
-        window = (np.array([1.0, 1.0, 1.0]), np.array([0.5, 1.0, 0.5]))
-        along = (np.full(1, slopes[0]), np.full(1, slopes[1]), None)
-        found = Heights(dwell, window, ramp, Places(0.0 * one, one, 0.0 * one), one, one, along)
-        look = np.repeat(np.arange(shape[0]), pulses)
-        spread[name] = np.median(height_std(voltage, look, dwell, one, found, radar))
-    assert spread["along"] < 0.01
-    assert spread["level"] > 0.3
+    # nothing is uncertain; across a window of five gates and three looks the same echo looks incoherent.
+    gate, look = np.arange(60), np.arange(20)[:, None]
+    one = np.ones((20, 60))
+    dwell = Covariance(np.exp(1j * (0.5 * gate + 0.3 * look)), one, one)
+    missing = {
+        slopes: incoherent_power(
+            dwell.windowed_along(np.ones(5), np.ones(3), np.full(1, slopes[0]), np.full(1, slopes[1])), 0.0, 10.0
+        )
+        for slopes in ((0.5, 0.3), (0.0, 0.0))
+    }
+    # The latter is 1 − (1 + 2 cos 0.5 + 2 cos 1)/5 · (1 + 2 cos 0.3)/3 where the window is whole.
+    asked = 1.0 - (1.0 + 2.0 * np.cos(0.5) + 2.0 * np.cos(1.0)) / 5.0 * (1.0 + 2.0 * np.cos(0.3)) / 3.0
+    np.testing.assert_allclose(missing[0.5, 0.3], 0.0, rtol=0, atol=64 * np.finfo(float).eps)
+    np.testing.assert_allclose(missing[0.0, 0.0][1:-1, 2:-2], asked, rtol=1e-12)
+
+
+# ------------------------------------------------------------------------------------------- samples of a window
+
+GATE = 1.5  # m
+RANGES: NDArray[np.float64] = np.asarray(20.0 + GATE * np.arange(60), dtype=np.float64)
+
+
+@pytest.mark.parametrize(("time_constant", "worth"), [(0.3, 20.0), (1e6, 1.0)])
+def test_a_dwell_is_worth_its_speckles_changes(time_constant: float, worth: float) -> None:
+    # Speckle that is new at each pulse counts all of them; one that stands still counts once. Noise is new always.
+    correlation = np.exp(-((np.arange(20) / time_constant) ** 2))
+    found = Dwelt(20, correlation).samples(ONE_CELL, radar_of(RANGES))
+    assert found.speckle == pytest.approx(worth, rel=1e-4)  # exp(−2/0.09) and 400/1e12 are what is left
+    assert found.noise == pytest.approx(20.0)
+
+
+def test_overlapping_gates_are_fewer_samples() -> None:
+    # Against drawn noise and speckle: Gaussian, white along the range, through the receiver's pulse. The mean power of
+    # a window of 5 gates and 3 looks scatters by one over the root of its samples: 4000 draws know the square of that
+    # to √(2/4000) = 2.2 %; 3 σ. Of the noise the filter is Gaussian, exp(−π f²/B²) in power.
+    radar = radar_of(RANGES)
+    window = window_weights(7.5, GATE), np.array([0.5, 1.0, 0.5])
+    found = Dwelt(1, np.ones(1)).samples(window, radar)
+    rng, fine = np.random.default_rng(12), 0.05
+    offset = fine * np.arange(-200, 201)
+    places = GATE * np.arange(-2, 3)[:, None]
+    # White noise of power spectrum exp(−π f²/B²): its filter's impulse response is exp(−2π B² t²).
+    echo = radar.response(offset - places)
+    noise = np.exp(-2.0 * np.pi * (radar.response.bandwidth_hz * 2.0 / SPEED_OF_LIGHT * (offset - places)) ** 2)
+    for name, shape in (("speckle", echo), ("noise", noise)):
+        shape /= np.sqrt(np.sum(shape**2, axis=1, keepdims=True))
+        draws = rng.normal(size=(4000, 3, offset.size)) + 1j * rng.normal(size=(4000, 3, offset.size))
+        power = np.abs(draws @ shape.T) ** 2 / 2.0
+        mean = np.einsum("dlg,l,g->d", power, window[1], window[0]) / (window[0].sum() * window[1].sum())
+        assert 1.0 / np.var(mean) == pytest.approx(getattr(found, name), rel=0.066), name
+    assert found.speckle < found.noise < 5.0 * 4.0 / 1.5
+
+
+@pytest.mark.parametrize("step", [0.25, 0.5, 1.0, 2.0])
+def test_comparing_pulses_more_seldom(step: float) -> None:
+    # Half as many pulses, twice as far apart, of the same speckle: as long a dwell.
+    correlation = np.exp(-((np.arange(40) / 15.0) ** 2))
+    other = Dwelt(40, correlation).every(step)
+    assert other.pulses == 40 * step
+    lag = np.arange(other.pulses)
+    # Between pulses a straight line: off by ⅛ of its bend, (2/15²)/8 = 0.0011. Beyond the last it stays as it was.
+    np.testing.assert_allclose(other.correlation, np.exp(-((lag / step / 15.0) ** 2)), rtol=0, atol=1.2e-3)
+
+
+def test_a_dwell_that_is_never_compared() -> None:
+    never = Dwelt(40, np.ones(40)).every(0.0)  # where a receiver hears nothing; warnings are errors
+    assert np.isfinite(never.correlation).all()
+    assert np.isfinite(never.samples(ONE_CELL, radar_of(RANGES)).noise)
+
+
+# ------------------------------------------------------------------------------------------- the middle of the gates
+
+
+@pytest.mark.parametrize("growth", [0.2, -0.1])
+def test_a_steep_echo_is_heard_from_beside_the_middle(growth: float) -> None:
+    # Scatterers whose power grows as exp(growth · R), under the pulse's own power: the mean of their places lies
+    # beside the gate's middle by growth · σ² (exactly so under a Gaussian; a 20 ns pulse's next cumulant is −0.1 m⁴:
+    # growth³/6 of it, 1e-4 m). Mean sea level is H/R times as much lower there, and so much too high is the height.
+    radar = radar_of(RANGES)
+    power = np.tile(np.exp(growth * RANGES), (4, 1))
+    found = edge_bias(power, np.full((1, 1), 5.0), radar)
+    fine = np.linspace(-12.0, 12.0, 4001)
+    weight = radar.response(fine) ** 2 * np.exp(growth * fine)
+    beside = float(weight @ fine / weight.sum())
+    np.testing.assert_allclose(found[0], 5.0 / RANGES * beside, rtol=0.03)
+
+
+def test_no_slope_no_bias() -> None:
+    radar = radar_of(RANGES)
+    flat = np.ones((3, 60))
+    np.testing.assert_allclose(edge_bias(flat, np.full((1, 1), 5.0), radar), 0.0, rtol=0, atol=1e-15)
+    flat[:, 9] = 0.0  # a gate that hears nothing says nothing, and no warning is given
+    np.testing.assert_array_equal(edge_bias(flat, np.full((1, 1), 5.0), radar), np.zeros((1, 60)))
+    step = np.where(RANGES < 60.0, 1e-12, 1.0) * np.ones((3, 1))  # steeper than the first order can say
+    assert np.abs(edge_bias(step, np.full((1, 1), 5.0), radar)).max() < 5.0 / 20.0
+    two = radar_of(RANGES[:2])
+    np.testing.assert_array_equal(edge_bias(np.ones((3, 2)), np.full((1, 1), 5.0), two), np.zeros((1, 2)))

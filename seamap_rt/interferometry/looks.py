@@ -1,0 +1,175 @@
+"""The looks of one turn: which pulses each has, how the antennas stood, and the interferograms that they make."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..radar.grid import look_sweeps
+from ..settings import RetrievalSettings
+from .ambiguity import Expected
+from .covariance import pulse_correlation
+from .description import RadarDescription, compared_receivers, transmitters
+from .dwell_sums import DwellSums, Paired
+from .dwells import Dwells
+from .estimators import single_cell
+from .heights import PhaseModel
+from .interferogram import Interferogram
+from .pairs import PulsePairs
+from .stance import LookStances, PulseStances
+from .uncertainty import Dwelt
+from .velocity import Lag, beam_passage
+
+_BLURRED_GATES = 0.2  # at most, of all
+_LASTING = 0.9  # coherence of an antenna's echo with its next one, below which pulses are not compared
+
+
+@dataclass(frozen=True)
+class Looks:
+    """One turn's pulses, and how they are shared out."""
+
+    voltage: NDArray[np.complex64]  # (pulse, receiver, gate)
+    transmitter: NDArray[np.integer]
+    pulses: PulseStances
+    dwells: Dwells
+    antennas: tuple[int, int]  # of the receivers that are compared
+    sweeps: NDArray[np.float64]  # deg from the sector's start, centres of the looks
+    width: float  # deg
+    radar: RadarDescription
+    settings: RetrievalSettings
+
+    @classmethod
+    def of(cls, echoes: xr.Dataset, radar: RadarDescription, settings: RetrievalSettings) -> Looks:
+        sweeps = look_sweeps(radar.sector, settings.cell_azimuth_deg, radar.staring)
+        width = float(sweeps[1] - sweeps[0]) if sweeps.size > 1 else settings.cell_azimuth_deg
+        antennas = compared_receivers(echoes, radar, settings.receivers)
+        pulses = PulseStances.of(echoes, radar)
+        return cls(
+            np.asarray(echoes["voltage"].values),
+            np.asarray(echoes["transmitter"].values),
+            pulses,
+            pulses.dwells(radar, antennas[0], sweeps, width),
+            antennas,
+            sweeps,
+            width,
+            radar,
+            settings,
+        )
+
+    @property
+    def passage(self) -> float:
+        """Time constant [s] by which the turning beam leaves what it hears."""
+        return np.inf if self.radar.staring else beam_passage(self.radar.azimuth_beamwidth, self.radar.period)
+
+    def model(self, pairs: PulsePairs, paths: int) -> PhaseModel:
+        """What phases mean, by how the antennas stood on the very pulses that are compared."""
+        same = all(np.array_equal(n, m) for n, m in pairs.pairs)
+        rows, owners = (pairs.lower, pairs.lower) if same else pairs.members
+        senders = self._senders(pairs, paths, same)
+        every = same and rows.size == self.pulses.time.size
+        pulses, dwells = (self.pulses, self.dwells) if every else (self.pulses[rows], self.dwells[owners])
+        stances = LookStances.of(pulses, dwells, self.antennas, senders, self.radar.sector[0])
+        return PhaseModel(self.radar, stances, paths)
+
+    def levels(self, pairs: PulsePairs, paths: int) -> NDArray[np.float64]:
+        """Phase (pulse, gate) of mean sea level on each pulse."""
+        same = all(np.array_equal(n, m) for n, m in pairs.pairs)
+        each = Dwells.of_single_pulses(self.pulses.time.size)
+        senders = self._senders(pairs, paths, same)
+        stances = LookStances.of(self.pulses, each, self.antennas, senders, self.radar.sector[0])
+        return np.nan_to_num(PhaseModel(self.radar, stances, paths).flat)
+
+    def _senders(self, pairs: PulsePairs, paths: int, same: bool) -> tuple[int, ...]:
+        rows = None if same else (pairs.lower, pairs.upper)
+        return transmitters(self.transmitter, self.antennas, rows, paths)
+
+
+def interferogram(looks: Looks) -> tuple[Interferogram, tuple[Lag, ...]]:
+    """The interferogram of the most ways that the echoes hold, and what the voltages do from pulse to pulse.
+
+    Where they hold that of one way as well, it tells the cycles of the other, which are twice as narrow.
+    """
+    radar, settings = looks.radar, looks.settings
+    times = looks.pulses.time
+    paired = Paired.of(looks.voltage, looks.transmitter, times, looks.antennas, radar, settings)
+    pairs = {paths: each for paths, each in ((1, paired.one), (2, paired.two)) if each is not None}
+    models = {paths: looks.model(each, paths) for paths, each in pairs.items()}
+    levels = None
+    if not all(model.stances.at_rest for model in models.values()):
+        levels = {paths: looks.levels(each, paths) for paths, each in pairs.items()}
+    sums = DwellSums.of(
+        looks.voltage, looks.transmitter, times, paired, looks.dwells, looks.antennas, radar, settings, levels
+    )
+    made = _interferograms(looks, sums, pairs, models, turned=levels is not None)
+    both = _steady(sums) and _clear(made[max(made)].model)
+    return made[max(made) if both else min(made)], sums.lags
+
+
+def _clear(model: PhaseModel) -> bool:
+    """Whether in most gates the phase of mean sea level turns little within a pulse's length: below a high mast that of
+    both ways is blurred where that of one way is not."""
+    return bool(np.mean(model.turn_within_pulse > 1.0) < _BLURRED_GATES)
+
+
+def _steady(sums: DwellSums) -> bool:
+    """Whether echoes last from one pulse to the next: of both ways two pulses are compared."""
+    if not sums.lags:
+        return True
+    products = sums.lags[0].products
+    with np.errstate(invalid="ignore"):
+        clean = np.sqrt(
+            np.maximum(products.lower - sums.noise_power, 0.0) * np.maximum(products.upper - sums.noise_power, 0.0)
+        )
+    return bool(np.nansum(np.abs(products.cross)) >= _LASTING * np.nansum(clean))
+
+
+def _interferograms(
+    looks: Looks, sums: DwellSums, pairs: Mapping[int, PulsePairs], models: Mapping[int, PhaseModel], turned: bool
+) -> dict[int, Interferogram]:
+    made: dict[int, Interferogram] = {}
+    dwelt = _dwelt(looks, pairs[max(pairs)].lower)
+    for paths, covariance in ((1, sums.one), (2, sums.two)):
+        if covariance is None:
+            continue
+        if turned:
+            covariance = covariance.turned(np.nan_to_num(models[paths].flat))
+        others = _told_by(made[1]) if 1 in made else tuple
+        often = pairs[paths].lower.size / max(1, pairs[max(pairs)].lower.size)
+        made[paths] = Interferogram(
+            covariance,
+            covariance if sums.one is None else sums.one,
+            models[paths],
+            dwelt.every(often),
+            sums.noise_power,
+            sums.noise_square[paths],
+            looks.width,
+            looks.settings,
+            others,
+        )
+    return made
+
+
+def _dwelt(looks: Looks, rows: NDArray[np.intp]) -> Dwelt:
+    """Pulses of the median look, of those that are compared, and their speckle's correlation."""
+    look = looks.pulses.looks(looks.sweeps, looks.width)
+    of_look = look[rows][look[rows] >= 0]
+    pulses = max(1, int(np.median(np.bincount(of_look)))) if of_look.size else 1
+    first = looks.voltage[:, looks.settings.receivers[0] :]
+    return Dwelt(pulses, pulse_correlation(first, look, looks.radar.noise_power, pulses - 1, rows))
+
+
+def _told_by(coarse: Interferogram):  # type: ignore[no-untyped-def]
+    """Heights of another interferogram, made when asked for."""
+
+    @lru_cache(maxsize=1)
+    def others() -> tuple[Expected, ...]:
+        told = single_cell(coarse)
+        std = np.where(told.ambiguous, np.nan, told.std)
+        return (Expected(told.found.height, std),)
+
+    return others

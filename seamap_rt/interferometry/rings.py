@@ -1,0 +1,132 @@
+"""A polar map by distance: how much of each ring is in sight, how high its waves are, and what of that is error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..conventions import unit_from_azimuth, wrap_degrees
+from ..dataset import QUALITY_FLAGS
+from .wave_spectrum import Cells, Field
+
+_RING_M = 15.0  # width of the rings that are judged as one
+_STEEPEST = 5.5  # mast heights: nearer by, what stands over one another shares a gate, and errors are larger than said
+_SEEN = 0.5  # share of a ring in sight: of less, the mean square of what is seen falls short of the sea's
+_GLIMPSED = 0.35  # the same for the waves' lengths and directions, which hardly depend on which half is seen
+_BREADTH_M = 250.0  # of the belt whose waves are sorted: enough of them, and no longer to do
+_NOISE = 0.3  # of the waves' variance: more noise in a ring would have to be known better than it is
+_BARRED = ~QUALITY_FLAGS["partly_shadowed"]  # flags of cells left out; without half hidden ones steep sides would lack
+
+
+@dataclass(frozen=True)
+class View:
+    """A polar map of one turn; arrays (look, gate) but for azimuth and time (look,) and ranges (gate,)."""
+
+    height: Field  # m
+    noise: Field  # m², error variance of the height
+    distance: Field  # m
+    seen: Field  # share of the cell in sight
+    known: NDArray[np.bool_]
+    azimuth: Field  # deg
+    time: Field  # s
+    ranges: Field  # m
+    width: float  # rad, of a look
+    conditional: bool  # heights are conditional means: they fall short of the sea by their errors' variance
+
+    @classmethod
+    def of(cls, polar: xr.Dataset) -> View:
+        """Of one turn."""
+
+        def field(name: str) -> Field:
+            return polar[name].values.astype(np.float64)
+
+        height, distance = field("height"), field("ground_range")
+        noise = field("height_std") ** 2
+        known = np.isfinite(height) & np.isfinite(noise) & np.isfinite(distance)
+        known &= (polar["quality"].values & _BARRED) == 0
+        seen = known * 1.0
+        if "visible_share" in polar:
+            seen = np.where(known, np.nan_to_num(field("visible_share"), nan=1.0), 0.0)
+        azimuth = field("azimuth")
+        width = np.radians(abs(wrap_degrees(azimuth[1] - azimuth[0])) if azimuth.size > 1 else 360.0)
+        conditional = polar.attrs.get("estimator") == "adaptive"
+        return cls(
+            height, noise, distance, seen, known, azimuth, field("time"), field("range"), float(width), conditional
+        )
+
+    @property
+    def step(self) -> float:
+        """Metres between gates."""
+        return float(self.ranges[1] - self.ranges[0]) if self.ranges.size > 1 else 1.0
+
+    @property
+    def span(self) -> float:
+        """Degrees that the looks cover."""
+        return float(np.degrees(self.azimuth.size * self.width))
+
+    def cells(self, chosen: NDArray[np.bool_]) -> Cells:
+        """Of the known cells those that are chosen (look, gate)."""
+        look = np.nonzero(chosen)[0]
+        out = self.distance[chosen]
+        east, north = unit_from_azimuth(self.azimuth[look])
+        area = out * self.step * self.width
+        return Cells(out * east, out * north, self.time[look], look, self.height[chosen], area)
+
+
+@dataclass(frozen=True)
+class Rings:
+    """Heights by distance; arrays (ring,)."""
+
+    middle: Field  # m
+    waves: Field  # m², mean square of heights, freed of errors
+    noise: Field  # m², of their errors
+    seen: Field  # share in sight
+    area: Field  # m²
+    used: NDArray[np.bool_]  # for the waves' height
+    glimpsed: NDArray[np.bool_]  # for their lengths and directions
+
+    @classmethod
+    def of(cls, view: View) -> Rings | None:
+        """Of one turn; None without any cell."""
+        if not view.known.any():
+            return None
+        out, height, noise = (field[view.known] for field in (view.distance, view.height, view.noise))
+        gate = np.nonzero(view.known)[1]
+        mast = float(np.median(np.sqrt(np.maximum(view.ranges[gate] ** 2 - out**2, 0.0)) + height))
+        number = (out / _RING_M).astype(np.intp)
+        count = int(max(view.ranges[-1], out.max()) / _RING_M) + 1
+        middle = (np.arange(count, dtype=np.float64) + 0.5) * _RING_M
+        held = np.maximum(np.bincount(number, out, count), 1e-300)
+        gates = np.histogram(view.ranges, np.arange(count + 1) * _RING_M)[0]
+        area = view.azimuth.size * view.width * gates * view.step * middle
+        square, errors = (np.bincount(number, out * each, count) / held for each in (height**2, noise))
+        in_sight = np.bincount(number, out * view.seen[view.known], count) * view.step * view.width
+        seen = np.minimum(in_sight / np.maximum(area, 1e-300), 1.0)
+        waves = square + errors if view.conditional else square - errors
+        far_enough = middle - 0.5 * _RING_M >= _STEEPEST * mast
+        lit = far_enough & (seen >= _SEEN)
+        best = lit & (errors <= np.median(errors[lit]) if lit.any() else False)
+        typical = max(float(np.average(waves[best], weights=area[best])), 0.0) if best.any() else 0.0
+        least = errors[lit].min() if lit.any() else 0.0
+        # Of a calm sea nothing but noise is seen: that of the best rings.
+        clear = errors <= max(_NOISE * typical, 2.0 * least)
+        glimpsed = far_enough & clear & (seen >= _GLIMPSED)
+        glimpsed &= middle < middle[glimpsed].min(initial=np.inf) + _BREADTH_M
+        return cls(middle, waves, errors, seen, area, lit & clear, glimpsed)
+
+    def weight(self, chosen: NDArray[np.bool_]) -> Field:
+        """Of each ring among those chosen, by area; their sum is 1."""
+        return np.where(chosen, self.area, 0.0) / self.area[chosen].sum()
+
+    def edges(self, chosen: NDArray[np.bool_]) -> tuple[float, float]:
+        """Where the first of those chosen begins and the last one ends [m]."""
+        middles = self.middle[chosen]
+        return float(middles.min()) - 0.5 * _RING_M, float(middles.max()) + 0.5 * _RING_M
+
+    def within(self, chosen: NDArray[np.bool_], distance: Field) -> NDArray[np.bool_]:
+        """Which distances [m] lie between those edges."""
+        first, last = self.edges(chosen)
+        return (distance > first) & (distance < last)

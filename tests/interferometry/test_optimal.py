@@ -1,0 +1,232 @@
+"""Optimal interpolation against means that numpy solves for, and against seas drawn from its own covariance."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from synthetic_seas import Waves, evenly, polar
+
+from seamap_rt.interferometry import optimal
+from seamap_rt.interferometry.optimal import Measured, optimal_heights
+from seamap_rt.interferometry.sea_covariance import SeaCovariance
+
+Array = NDArray[np.float64]
+RANGES = evenly(30.0, 1.5, 40)
+SHORT = 0.02  # of the sea's variance, in waves that nothing tells of
+CELL = 3.0, np.radians(1.8)
+RMS, FINE = 0.35, 0.25
+
+
+def table_of(waves: Waves, turned: float = 0.0) -> SeaCovariance:
+    """The waves' covariance, turned clockwise by an angle [rad], faded as the retrieval's own."""
+    lag = FINE * np.arange(-160, 161)
+    east, north = np.meshgrid(lag, lag, indexing="ij")
+    dx, dy = east * np.cos(turned) - north * np.sin(turned), east * np.sin(turned) + north * np.cos(turned)
+    return SeaCovariance(waves.covariance(dx, dy), FINE)
+
+
+class Case(NamedTuple):
+    measured: Measured
+    sea: SeaCovariance
+    mean: Array  # true means over cells
+
+
+def case(
+    seed: int, noise: float, looks: int = 30, turned: float = 0.0, gaps: float = 0.1, ranges: Array = RANGES
+) -> Case:
+    """Errors of neighbouring gates go together as optimal interpolation has it; each has a variance of its own."""
+    rng = np.random.default_rng(seed)
+    waves = Waves.drawn(seed, RMS)
+    x, y, east, north = polar(ranges, looks)
+    std = noise * np.exp(rng.normal(size=x.shape))
+    apart = 1.5 * np.abs(np.subtract.outer(np.arange(ranges.size), np.arange(ranges.size)))
+    root = np.linalg.cholesky(np.exp(-((apart / 1.35) ** 2)) + 1e-9 * np.eye(ranges.size))
+    height = waves(x, y) + std * (rng.normal(size=x.shape) @ root.T)
+    height[rng.random(x.shape) < gaps] = np.nan
+    mean = np.zeros(x.shape)
+    for u in (-0.75, 0.0, 0.75):  # Gauss's three points of both sides: exact to the fifth order
+        for v in (-0.75, 0.0, 0.75):
+            along, across = u * np.sqrt(0.6) / 0.75 * 0.5 * CELL[0], v * np.sqrt(0.6) / 0.75 * 0.5 * CELL[1] * ranges
+            weight = (8.0 if u == 0.0 else 5.0) * (8.0 if v == 0.0 else 5.0) / 324.0
+            mean += weight * waves(x + along * east + across * north, y + along * north - across * east)
+    sine, cosine = np.sin(turned), np.cos(turned)
+
+    def turn(a: Array, b: Array) -> tuple[Array, Array]:
+        return a * cosine + b * sine, b * cosine - a * sine
+
+    return Case(Measured(height, std**2, turn(x, y), turn(east, north)), table_of(waves, turned), mean)
+
+
+def everywhere(measured: Measured) -> NDArray[np.bool_]:
+    return np.ones(measured.height.shape, dtype=bool)
+
+
+def interpolated(sea: SeaCovariance, dx: Array, dy: Array) -> Array:
+    """The table, linear between its entries."""
+    middle = sea.table.shape[0] // 2
+    east, north = dx / sea.spacing + middle, dy / sea.spacing + middle
+    inside = (east >= 0.0) & (north >= 0.0) & (east < 2 * middle) & (north < 2 * middle)
+    i, j = (np.clip(each.astype(int), 0, 2 * middle - 1) for each in (east, north))
+    u, v = east - i, north - j
+    value = (
+        sea.table[i, j] * (1 - u) * (1 - v)
+        + sea.table[i + 1, j] * u * (1 - v)
+        + sea.table[i, j + 1] * (1 - u) * v
+        + sea.table[i + 1, j + 1] * u * v
+    )
+    return np.where(inside, value, 0.0)
+
+
+def dense(given: Case, look: int, gate: int, most_looks: int) -> tuple[float, float]:
+    """kᵀ(C + R)⁻¹y and k₀ − kᵀ(C + R)⁻¹k of the neighbours of the cell's block of three gates."""
+    measured, sea = given.measured, given.sea
+    rows, gates = measured.height.shape
+    start = gate - gate % 3
+    n, m = np.meshgrid(
+        np.arange(max(0, look - most_looks), min(rows, look + most_looks + 1)),
+        np.arange(max(0, start - 3), min(gates, min(gates, start + 3) + 3)),
+        indexing="ij",
+    )
+    with np.errstate(invalid="ignore"):
+        good = np.isfinite(measured.height[n, m]) & (measured.variance[n, m] < 6.0 * sea.variance)
+    n, m = n[good], m[good]
+    x, y = (each[n, m] for each in measured.ground)
+    error = np.sqrt(np.maximum(measured.variance[n, m], 1e-3 * sea.variance))
+    alike = np.where(n[:, None] == n, np.exp(-((1.5 * (m[:, None] - m) / 1.35) ** 2)), 0.0)
+    matrix = interpolated(sea, x[:, None] - x, y[:, None] - y) + alike * error[:, None] * error
+    east, north = (np.broadcast_to(each, measured.height.shape)[look, gate] for each in measured.outward)
+    along, across = 0.5 * CELL[0] / np.sqrt(3.0), 0.5 * CELL[1] * RANGES[gate] / np.sqrt(3.0)
+    points = [
+        (
+            measured.ground[0][look, gate] + u * along * east + v * across * north,
+            measured.ground[1][look, gate] + u * along * north - v * across * east,
+        )
+        for u in (-1, 1)
+        for v in (-1, 1)
+    ]
+    px, py = (np.array(each) for each in zip(*points, strict=True))
+    towards = interpolated(sea, x - px[:, None], y - py[:, None]).mean(axis=0)
+    prior = interpolated(sea, px[:, None] - px, py[:, None] - py).mean()
+    solved = np.linalg.solve(matrix, np.stack((measured.height[n, m], towards), axis=1))
+    return float(towards @ solved[:, 0]), float(prior - towards @ solved[:, 1] + SHORT * sea.variance)
+
+
+def test_it_is_what_numpy_solves() -> None:
+    given = case(1, 0.2)
+    given.measured.variance[5, 8:12] = 100.0  # worthless
+    height, variance = optimal_heights(given.measured, given.sea, everywhere(given.measured), CELL, RANGES)
+    # Looks of 1.8° lie 0.94 m apart at 30 m, 2.8 m at 88 m: of 6.5 m three to either side are taken there, two here.
+    looks = np.clip(np.round(6.5 / (CELL[1] * RANGES)), 1, 3).astype(int)
+    assert set(looks) == {2, 3}
+    for look in (0, 1, 6, 17, 28, 29):
+        for gate in (0, 1, 2, 7, 10, 20, 37, 38, 39):
+            asked = dense(given, look, gate, looks[gate - gate % 3])
+            assert (height[look, gate], variance[look, gate]) == pytest.approx(asked, rel=1e-9, abs=1e-11)
+
+
+def test_without_errors_what_is_measured_comes_back() -> None:
+    # Of cells that are points; an error of 0.1 % of the sea's variance is reckoned with, 3 % of its standard deviation.
+    given = case(2, 0.0, gaps=0.0)
+    height, variance = optimal_heights(given.measured, given.sea, everywhere(given.measured), (1e-6, 1e-9), RANGES)
+    assert np.sqrt(np.mean((height - given.measured.height) ** 2)) < 0.02 * RMS
+    assert (variance < (1e-3 + SHORT + 1e-3) * RMS**2).all()
+    # And of cells as they are, their means.
+    height, _ = optimal_heights(given.measured, given.sea, everywhere(given.measured), CELL, RANGES)
+    assert np.sqrt(np.mean((height - given.mean) ** 2)) < 0.03 * RMS
+
+
+@pytest.mark.parametrize("silent", [False, True])
+def test_without_a_word_it_is_mean_sea_level(silent: bool) -> None:
+    given = case(3, 0.1)
+    measured = given.measured
+    if silent:
+        measured.height[:] = np.nan
+    else:
+        measured.variance[:] = 6.1 * given.sea.variance
+    height, variance = optimal_heights(measured, given.sea, everywhere(measured), CELL, RANGES)
+    np.testing.assert_array_equal(height, 0.0)
+    # That of the cell's mean, a little below the sea's own; 2 % of it are waves that nothing tells of.
+    assert (variance <= (1.0 + SHORT + 1e-9) * given.sea.variance).all()
+    assert (variance > 0.9 * given.sea.variance).all()
+    narrow = optimal_heights(measured, given.sea, everywhere(measured), (1e-6, 1e-9), RANGES)[1]
+    np.testing.assert_allclose(narrow, (1.0 + SHORT) * given.sea.variance, rtol=1e-6)
+
+
+@pytest.mark.parametrize("noise", [0.05, 0.2, 0.6])
+def test_errors_are_as_large_as_it_says(noise: float) -> None:
+    # Eight seas of 1200 cells, of which one in some dozens is independent: 9600/30 know a mean square to 8 %.
+    ratio, size = [], []
+    for seed in range(10, 18):
+        given = case(seed, noise)
+        height, variance = optimal_heights(given.measured, given.sea, everywhere(given.measured), CELL, RANGES)
+        off = height - given.mean
+        ratio.append(np.mean(off**2 / (variance - SHORT * given.sea.variance)))
+        size.append(np.mean(off) / np.sqrt(np.mean(off**2)))
+    # Beside errors of a seventh of the sea's height, the 0.1 % that is reckoned with for rounding shows.
+    assert (0.7 if noise < 0.1 else 0.88) < np.mean(ratio) < 1.12
+    # A weighted mean of errors without a mean has none: eight times 1200 cells.
+    assert abs(np.mean(size)) < 4.0 * np.std(size) / np.sqrt(7.0)
+
+
+def test_it_is_better_than_what_was_measured() -> None:
+    given = case(20, 0.3)
+    height, _ = optimal_heights(given.measured, given.sea, everywhere(given.measured), CELL, RANGES)
+    known = np.isfinite(given.measured.height)
+    raw = np.sqrt(np.mean((given.measured.height - given.mean)[known] ** 2))
+    assert np.sqrt(np.mean((height - given.mean) ** 2)) < 0.25 * raw
+
+
+def test_only_what_is_wanted_is_given() -> None:
+    given = case(4, 0.1)
+    wanted = np.random.default_rng(5).random(given.measured.height.shape) < 0.4
+    whole = optimal_heights(given.measured, given.sea, everywhere(given.measured), CELL, RANGES)
+    some = optimal_heights(given.measured, given.sea, wanted, CELL, RANGES)
+    for got, asked in zip(some, whole, strict=True):
+        np.testing.assert_array_equal(got, np.where(wanted, asked, np.nan))
+    # Nor is there any where a place is not known; gaps in the heights are filled.
+    given.measured.ground[0][3, 4] = np.nan
+    height, variance = optimal_heights(given.measured, given.sea, everywhere(given.measured), CELL, RANGES)
+    lost = np.zeros(height.shape, dtype=bool)
+    lost[3, 4] = True
+    np.testing.assert_array_equal(np.isnan(height), lost)
+    np.testing.assert_array_equal(np.isnan(variance), lost)
+
+
+def test_parts_and_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = case(6, 0.2)
+    found = []
+    for parts, threads in ((8, 2), (1, 1), (3, 3), (30, 2)):
+        monkeypatch.setattr(optimal, "_PARTS", parts)
+        monkeypatch.setattr(optimal, "ThreadPoolExecutor", lambda _, number=threads: ThreadPoolExecutor(number))
+        found.append(optimal_heights(given.measured, given.sea, everywhere(given.measured), CELL, RANGES))
+    for other in found[1:]:
+        np.testing.assert_array_equal(other, found[0])
+
+
+@pytest.mark.parametrize("turned", [90.0, 33.0])
+def test_a_turned_scene_has_the_same_heights(turned: float) -> None:
+    found = []
+    for angle in (0.0, np.radians(turned)):
+        given = case(7, 0.2, turned=angle)
+        found.append(optimal_heights(given.measured, given.sea, everywhere(given.measured), CELL, RANGES))
+    # A quarter turn leaves the table's grid as it is. At any other angle its straight lines lie elsewhere: they are off
+    # by ⅛ (0.25 · 0.35)² = 0.1 % of the variance of the shortest waves, as much as the error that stands in for it.
+    bound = 1e-9 if turned == 90.0 else 0.02 * RMS
+    np.testing.assert_allclose(found[1][0], found[0][0], rtol=0, atol=bound)
+    np.testing.assert_allclose(found[1][1], found[0][1], rtol=0, atol=bound * RMS)
+
+
+def test_a_flat_sea_and_a_single_gate() -> None:
+    given = case(8, 0.1)
+    flat = SeaCovariance(np.zeros((3, 3)), 0.5)
+    height, variance = optimal_heights(given.measured, flat, everywhere(given.measured), CELL, RANGES)
+    np.testing.assert_array_equal(height, 0.0)
+    np.testing.assert_array_equal(variance, 0.0)
+    one = case(9, 0.1, ranges=RANGES[:1])
+    height, variance = optimal_heights(one.measured, one.sea, everywhere(one.measured), CELL, RANGES[:1])
+    assert np.isfinite(height).all()
+    assert (variance < one.sea.variance).all()

@@ -1,0 +1,144 @@
+"""The covariance of a sea from a map of it, against that of the waves it was drawn from."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from synthetic_seas import Waves, evenly, polar
+
+from seamap_rt.interferometry import sea_covariance
+from seamap_rt.interferometry.sea_covariance import SeaCovariance
+
+Array = NDArray[np.float64]
+RMS = 0.35
+RANGES = evenly(20.0, 1.5, 120)
+
+
+def noisy_map(seed: int, noise: float, gaps: float = 0.3, ranges: Array = RANGES) -> tuple[Array, ...]:
+    """Heights of a turn, their errors' variance, x and y. Errors of neighbouring gates go together, by half; patches of
+    four gates are missing."""
+    rng = np.random.default_rng(seed)
+    x, y, _, _ = polar(ranges)
+    std = noise * rng.uniform(0.3, 1.5, x.shape)
+    white = rng.normal(size=(200, ranges.size + 1))
+    height = Waves.drawn(seed, RMS)(x, y) + std * np.sqrt(0.5) * (white[:, 1:] + white[:, :-1])
+    missing = np.repeat(rng.random((200, -(-ranges.size // 4))) < gaps, 4, axis=1)[:, : ranges.size]
+    return np.where(missing, np.nan, height), std**2, x, y
+
+
+def lags(sea: SeaCovariance) -> tuple[Array, Array, Array]:
+    lag = sea.spacing * (np.arange(sea.table.shape[0]) - sea.table.shape[0] // 2)
+    east, north = np.meshgrid(lag, lag, indexing="ij")
+    return east, north, np.hypot(east, north)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.25])
+def test_the_covariance_is_the_seas(noise: float) -> None:
+    # Six turns; of each the products of 40 waves with each other, which vanish over an area of 300 m, leave 1 % or so.
+    # Lags fade out by cos²; places are known to squares of 1.5 m.
+    found = [SeaCovariance.of(*noisy_map(seed, noise)) for seed in range(6)]
+    east, north, distance = lags(found[0])
+    asked = Waves.drawn(0, RMS).covariance(east, north, 1.5)
+    asked *= np.where(distance < 48.0, np.cos(0.5 * np.pi * distance / 48.0) ** 2, 0.0)
+    mean = np.mean([each.table for each in found], axis=0)
+    inside = (distance >= 3.0) & (distance <= 20.0)
+    off = (mean - asked) / RMS**2
+    assert np.sqrt(np.mean(off[inside] ** 2)) < 0.02
+    assert np.abs(off[inside]).max() < 0.05
+    # The variance is that of the sea alone, without the errors', which would add half of it; negative powers that are
+    # let be none add a seventh.
+    assert -0.03 < float(off[distance == 0.0][0]) < 0.2
+    assert found[0].variance == pytest.approx(found[0].table.max())
+
+
+def test_it_is_a_covariance() -> None:
+    # Even, and of no negative eigenvalue beyond what is cut off where lags fade out.
+    rng = np.random.default_rng(1)
+    for seed, noise in ((1, 0.0), (2, 0.3)):
+        sea = SeaCovariance.of(*noisy_map(seed, noise))
+        np.testing.assert_allclose(sea.table, sea.table[::-1, ::-1], rtol=0, atol=1e-12)
+        middle = sea.table.shape[0] // 2
+        for spread in (6.0, 20.0, 60.0):
+            number = np.round(rng.uniform(0.0, spread, (120, 2)) / sea.spacing).astype(int)
+            apart = number[:, None] - number[None]
+            inside = (np.abs(apart) <= middle).all(axis=-1)
+            i, j = (np.clip(apart[..., n] + middle, 0, 2 * middle) for n in (0, 1))
+            matrix = np.where(inside, sea.table[i, j], 0.0)
+            # Points farther apart than lags reach are no neighbours; an error of 0.1 % of the variance is added to each.
+            assert np.linalg.eigvalsh(matrix)[0] > (-1e-6 if spread < 48.0 else -1e-3) * sea.variance
+
+
+def test_a_quarter_turn_turns_it() -> None:
+    height, variance, x, y = noisy_map(3, 0.2)
+    table, turned = SeaCovariance.of(height, variance, x, y).table, SeaCovariance.of(height, variance, -y, x).table
+    # Lag (i, j) has become (−j, i).
+    np.testing.assert_allclose(turned, table.T[::-1], rtol=0, atol=1e-12)
+
+
+def test_of_a_sector_little_is_known() -> None:
+    # Of 5 looks, 9°, lags across the look are known badly. What is not known counts as some sea, never as none.
+    height, variance, x, y = noisy_map(4, 0.1)
+    height[5:] = np.nan
+    sea = SeaCovariance.of(height, variance, x, y)
+    assert np.isfinite(sea.table).all()
+    assert 0.3 * RMS**2 < sea.variance < 6.0 * RMS**2
+    assert (np.abs(sea.table) <= sea.variance * (1.0 + 1e-9)).all()
+
+
+@pytest.mark.parametrize("first", [300.0, 700.0, 2000.0])
+def test_far_out_the_sea_is_the_same(first: float) -> None:
+    # The nearest cells 300 m away and more, where looks lie 9 to 63 m apart: what is known is known along them, of as
+    # many waves as pass in 768 m. Lags across the looks are not, and what is not known adds to the variance, as above.
+    found = [SeaCovariance.of(*noisy_map(seed, 0.1, ranges=evenly(first, 1.5, 120))).variance for seed in range(6)]
+    assert 0.8 * RMS**2 < np.mean(found) < 4.0 * RMS**2
+
+
+def test_little_is_known_of_a_sea_of_few_cells() -> None:
+    height, variance, x, y = noisy_map(5, 0.1, gaps=0.0)
+    nothing = np.full(height.shape, np.nan)
+    empty = SeaCovariance.of(nothing, variance, x, y)
+    assert empty.variance == 0.0
+    for cells in (1, 2, 3, 10):
+        few = nothing.copy()
+        few[40:, 30].flat[:cells] = height[40:, 30].flat[:cells]
+        few[7, 3] = np.inf
+        sea = SeaCovariance.of(few, variance, x, y)
+        assert np.isfinite(sea.table).all()
+        assert 0.0 < sea.variance < 4.0 * np.nanmax(few[40:, 30] ** 2) + 1e-6
+    for lost in (variance, x, y):
+        assert (
+            SeaCovariance.of(height, *(nothing if each is lost else each for each in (variance, x, y))).variance == 0.0
+        )
+
+
+def test_a_flat_sea_has_next_to_none() -> None:
+    _, variance, x, y = noisy_map(6, 0.1)
+    sea = SeaCovariance.of(np.zeros(x.shape), variance, x, y)
+    # 0.1 mm squared is left, that matrices have an inverse.
+    assert 0.0 < sea.variance < 2e-8
+    assert np.abs(sea.table).sum() == pytest.approx(sea.variance, rel=1e-6)
+
+
+def test_cells_count_by_their_errors() -> None:
+    # Half of the looks have errors three times as large as the sea itself, and say so.
+    height, variance, x, y = noisy_map(7, 0.05, gaps=0.0)
+    rng = np.random.default_rng(8)
+    bad = height + 3.0 * RMS * rng.normal(size=height.shape) * (np.arange(200) % 2)[:, None]
+    worse = variance + (3.0 * RMS) ** 2 * (np.arange(200) % 2)[:, None]
+    clean = SeaCovariance.of(height, variance, x, y)
+    told, untold = (SeaCovariance.of(bad, each, x, y) for each in (worse, variance))
+    inside = (lags(clean)[2] > 3.0) & (lags(clean)[2] < 20.0)
+    off = [np.sqrt(np.mean((each.table - clean.table)[inside] ** 2)) for each in (told, untold)]
+    assert off[0] < 0.5 * off[1]
+
+
+def test_squares_beyond_the_nearest_cells_do_not_count() -> None:
+    # Beyond 150 m of the nearest cell the beam is wide: what is found there changes nothing.
+    height, variance, x, y = noisy_map(9, 0.1)
+    away = np.hypot(x, y) > 20.0 + sea_covariance._NEAR_M + 1e-9
+    assert away.any()
+    other = np.where(away, 10.0, height)
+    np.testing.assert_array_equal(
+        SeaCovariance.of(other, variance, x, y).table, SeaCovariance.of(height, variance, x, y).table
+    )

@@ -1,0 +1,245 @@
+"""Sea state from maps of seas that are known: one wave, a random sea in noise and with gaps, none at all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+import xarray as xr
+from numpy.typing import NDArray
+
+from seamap_rt.conventions import GRAVITY, unit_from_azimuth, wrap_degrees
+from seamap_rt.dataset import QUALITY_FLAGS
+from seamap_rt.interferometry.resolution import Resolution
+from seamap_rt.interferometry.sea_state import sea_state
+
+MAST = 5.0
+GROUND = np.arange(12.0, 150.0, 1.5)
+AZIMUTH = 0.9 + 1.8 * np.arange(200)
+TIMES: NDArray[np.float64] = (AZIMUTH / 360.0).astype(np.float64)
+
+
+@dataclass(frozen=True)
+class Waves:
+    """Plane waves in deep water, arrays (wave,)."""
+
+    k: NDArray[np.float64]  # rad/m
+    toward: NDArray[np.float64]  # rad
+    amplitude: NDArray[np.complex128]  # m
+
+    def heights(self) -> NDArray[np.float64]:
+        """(look, gate), each look at its time."""
+        return self._sum(np.ones((AZIMUTH.size, self.k.size)))
+
+    def velocity(self) -> NDArray[np.float64]:
+        """Of the water, outward [m/s]: ω η along the wave's way."""
+        return self._sum(np.sqrt(GRAVITY * self.k) * self._along())
+
+    def _along(self) -> NDArray[np.float64]:
+        """Cosine between each look and each wave's way."""
+        east, north = unit_from_azimuth(AZIMUTH)
+        return east[:, None] * np.sin(self.toward) + north[:, None] * np.cos(self.toward)
+
+    def _sum(self, factor: NDArray[np.float64]) -> NDArray[np.float64]:
+        along, omega = self._along(), np.sqrt(GRAVITY * self.k)
+        total = np.zeros((AZIMUTH.size, GROUND.size))
+        for n in range(self.k.size):
+            phase = self.k[n] * along[:, n, None] * GROUND - omega[n] * TIMES[:, None]
+            total += factor[:, n, None] * np.real(self.amplitude[n] * np.exp(1j * phase))
+        return total
+
+    def __add__(self, other: Waves) -> Waves:
+        k, toward = (np.concatenate(pair) for pair in ((self.k, other.k), (self.toward, other.toward)))
+        return Waves(k, toward, np.concatenate((self.amplitude, other.amplitude)))
+
+
+def random_sea(seed: int, height: float, period: float, comes_from: float, exponent: float = 10.0) -> Waves:
+    """JONSWAP × cos^2s, 600 waves, each of random frequency, direction and normal amplitude."""
+    rng = np.random.default_rng(seed)
+    frequency = np.linspace(0.6, 2.2, 4000) / period
+    density = frequency**-5 * np.exp(-1.25 * (frequency * period) ** -4)
+    density *= 3.3 ** np.exp(-0.5 * ((frequency * period - 1.0) / 0.08) ** 2)
+    chosen = rng.choice(frequency, 600, p=density / density.sum())
+    angle = np.linspace(-np.pi, np.pi, 4001)
+    spread = np.cos(0.5 * angle) ** (2.0 * exponent)
+    toward = np.radians(comes_from + 180.0) + rng.choice(angle, 600, p=spread / spread.sum())
+    scale = height / 4.0 / np.sqrt(600.0)
+    amplitude = scale * (rng.normal(size=600) + 1j * rng.normal(size=600))
+    return Waves((2.0 * np.pi * chosen) ** 2 / GRAVITY, toward, amplitude)
+
+
+def maps(height: NDArray[np.float64], velocity: NDArray[np.float64], noise: float, estimator: str) -> xr.DataTree:
+    """Maps of points, not of means: nothing is averaged away."""
+    shape = ("turn", "azimuth", "range")
+    polar = xr.Dataset(
+        {
+            "height": (shape, height[None]),
+            "height_std": (shape, np.full_like(height, noise)[None]),
+            "radial_velocity": (shape, velocity[None]),
+            "ground_range": (shape, np.broadcast_to(GROUND, (1, *height.shape))),
+            "quality": (shape, np.where(np.isfinite(height), 0, QUALITY_FLAGS["no_echo"])[None]),
+            "time": (shape[:2], TIMES[None]),
+        },
+        {"turn": [0], "azimuth": AZIMUTH, "range": np.hypot(GROUND, MAST)},
+        {"estimator": estimator, "cell_range_m": 1e-3, "cell_azimuth_deg": 1e-3}
+        | {"pulse_m": 1e-3, "azimuth_beamwidth_deg": 1e-3},
+    )
+    return xr.DataTree.from_dict({"/polar": polar})
+
+
+def state(
+    height: NDArray[np.float64],
+    velocity: NDArray[np.float64] | None = None,
+    noise: float = 0.0,
+    estimator: str = "single_cell",
+    looks: slice = slice(None),
+) -> dict[str, float]:
+    velocity = np.full_like(height, np.nan) if velocity is None else velocity
+    polar = maps(height, velocity, noise, estimator)["polar"].to_dataset().isel(azimuth=looks)
+    found = sea_state(xr.DataTree.from_dict({"/polar": polar}))
+    return {str(name): float(found[name][0]) for name in found.data_vars}
+
+
+def present(height: NDArray[np.float64], found: dict[str, float]) -> float:
+    """Significant height of the whole sea within the range used."""
+    used = (found["range_first"] < GROUND) & (found["range_last"] > GROUND)
+    return 4.0 * np.sqrt(np.average(height[:, used] ** 2, weights=np.broadcast_to(GROUND[used], height[:, used].shape)))
+
+
+@pytest.mark.parametrize("comes_from", [20.0, 200.0, 290.0])
+def test_one_wave_is_found_as_it_is(comes_from: float) -> None:
+    k = np.array([2.0 * np.pi / 30.0])
+    wave = Waves(k, np.radians([comes_from + 180.0]), np.array([0.4 + 0.3j]))
+    found = state(wave.heights(), wave.velocity())
+    # ⟨cos²⟩ over the circle seen differs from ½ by J₁(2kR)/2kR, under 1 %.
+    assert found["significant_wave_height"] == pytest.approx(4.0 * 0.5 / np.sqrt(2.0), rel=0.01)
+    # A line is as wide as 1/R; its centre, of a fine lattice, is known far better. The ring about it is symmetric in k.
+    assert found["peak_period"] == pytest.approx(2.0 * np.pi / np.sqrt(GRAVITY * k[0]), rel=0.02)
+    assert abs(wrap_degrees(found["mean_direction"] - comes_from)) < 0.5
+
+
+@pytest.mark.parametrize(("seed", "comes_from"), [(1, 40.0), (2, 160.0), (3, 250.0), (4, 340.0)])
+def test_a_random_sea_in_noise_and_with_gaps(seed: int, comes_from: float) -> None:
+    sea = random_sea(seed, 1.4, 5.5, comes_from)
+    true = sea.heights()
+    rng = np.random.default_rng(seed + 100)
+    noise = 0.08
+    # Gaps grow with distance, and troughs go rather first, as they do behind crests: 5 % of the cells by the mast, 20 %
+    # at 150 m. Of a Gaussian sea seen where z/σ/2 + a normal number > −c, the mean square about 0 is 3 % short (the
+    # moments of the extended skew normal distribution: 1 − c φ/Φ/5 with √(5/4) in c).
+    hidden = 0.5 * true / 0.35 + rng.normal(size=true.shape) < -1.9 + GROUND / 150.0
+    # Bragg waves and breakers blur the velocity by more than the waves' own 0.4 m/s.
+    velocity = sea.velocity() + 0.5 * rng.normal(size=true.shape)
+    found = state(np.where(hidden, np.nan, true + noise * rng.normal(size=true.shape)), velocity, noise)
+    # Of what was there: 3 % for the gaps, under 1 % for what the noise is taken for.
+    assert found["significant_wave_height"] == pytest.approx(present(true, found), rel=0.05)
+    assert found["range_first"] == 30.0  # the first ring beyond five and a half masts
+    # Chance of the few waves in sight: three standard errors as stated, of some 4° and 0.15 s.
+    assert abs(wrap_degrees(found["mean_direction"] - comes_from)) < 3.0 * found["mean_direction_std"]
+    assert found["mean_direction_std"] < 6.0
+    assert abs(found["peak_period"] - 5.5) < 3.0 * found["peak_period_std"]
+    # √(2/(s + 1)) of cos^2s
+    assert abs(found["directional_spread"] - np.degrees(np.sqrt(2.0 / 11.0))) < 3.0 * found["directional_spread_std"]
+
+
+def test_noise_is_no_sea() -> None:
+    noise = 0.1
+    heights, velocity = np.random.default_rng(5).normal(size=(2, AZIMUTH.size, GROUND.size))
+    found = state(noise * heights, velocity, noise)
+    assert found["noise_height"] == pytest.approx(4.0 * noise, rel=1e-6)
+    # 18,000 cells know the noise's variance to 1 %, of which 4 √ is 0.04; the error allows for a worse known noise.
+    assert found["significant_wave_height"] < 0.08
+    assert 0.05 < found["significant_wave_height_std"] < 0.3
+    assert np.isnan(found["peak_period"])
+    assert np.isnan(found["mean_direction"])
+
+
+def test_a_calm_without_noise_is_zero() -> None:
+    found = state(np.zeros((AZIMUTH.size, GROUND.size)))
+    assert found["significant_wave_height"] == 0.0
+    assert found["significant_wave_height_std"] == 0.0
+    assert np.isnan(found["mean_direction"])
+
+
+@pytest.mark.parametrize("seen", [0, 300])
+def test_too_little_to_see_is_no_number(seen: int) -> None:
+    height = np.full((AZIMUTH.size, GROUND.size), np.nan)
+    height.ravel()[:seen] = 0.1
+    found = state(height, noise=0.05)
+    assert np.isnan(found["significant_wave_height"])
+    assert found["cells"] == 0.0
+
+
+def test_waves_that_run_against_each_other_are_told_apart() -> None:
+    # A wind sea, and a swell against it of twice its period and half its energy: the mean of unit vectors is a third of
+    # one that way, of a spread of √(2 − 2/3) rad, not the 25° of both taken to run one way.
+    sea = random_sea(7, 1.0, 4.0, 270.0) + random_sea(8, np.sqrt(0.5), 8.0, 90.0)
+    found = state(sea.heights(), sea.velocity())
+    assert abs(wrap_degrees(found["mean_direction"] - 270.0)) < 3.0 * found["mean_direction_std"]
+    assert found["directional_spread"] == pytest.approx(np.degrees(np.sqrt(2.0 - 2.0 / 3.0)), abs=15.0)
+
+
+def test_without_a_velocity_the_axis_is_known_and_not_the_way() -> None:
+    found = state(random_sea(6, 1.0, 5.0, 310.0).heights())
+    assert abs(wrap_degrees(2.0 * (found["mean_axis"] - 130.0)) / 2.0) < 6.0  # a chance of 3° for waves as few as these
+    assert found["peak_period"] == pytest.approx(5.0, rel=0.1)
+    assert np.isnan(found["mean_direction"])
+    assert np.isnan(found["directional_spread"])
+
+
+@pytest.mark.parametrize("first", [0, 60, 150])
+def test_a_quarter_of_a_circle_tells_the_sea_and_less_its_height_alone(first: int) -> None:
+    sea = random_sea(9, 1.4, 5.5, 250.0)
+    heights, velocity = sea.heights(), sea.velocity()
+    quarter = slice(first, first + 50)
+    found = state(heights, velocity, looks=quarter)
+    assert found["significant_wave_height"] == pytest.approx(present(heights[quarter], found), rel=0.01)
+    assert abs(wrap_degrees(found["mean_direction"] - 250.0)) < 3.0 * found["mean_direction_std"]
+    assert found["mean_direction_std"] < 10.0
+    narrow = state(heights, velocity, looks=slice(first, first + 30))
+    assert np.isfinite(narrow["significant_wave_height"])
+    assert np.isnan(narrow["peak_period"])
+    assert np.isnan(narrow["mean_direction"])
+
+
+def test_of_conditional_means_what_they_leave_open_is_added() -> None:
+    sea = random_sea(10, 1.4, 5.5, 250.0).heights()
+    noise, variance = 0.15, np.mean(sea**2)
+    # Of y = z + n the mean of z is σ²/(σ² + ν²) y, and leaves open σ²ν²/(σ² + ν²).
+    share = variance / (variance + noise**2)
+    measured = sea + noise * np.random.default_rng(11).normal(size=sea.shape)
+    found = state(share * measured, noise=noise * np.sqrt(share), estimator="adaptive")
+    # 18,000 cells' noise averages out to 1 %; over the range used the sea's variance is not quite that of all.
+    assert found["significant_wave_height"] == pytest.approx(present(sea, found), rel=0.02)
+
+
+def test_tops_of_half_hidden_cells_count() -> None:
+    sea = random_sea(12, 1.4, 5.5, 250.0).heights()
+    polar = maps(sea, np.full_like(sea, np.nan), 0.0, "single_cell")["polar"].to_dataset()
+    polar["quality"][:] = np.where(sea > 0.0, QUALITY_FLAGS["partly_shadowed"], 0)
+    found = sea_state(xr.DataTree.from_dict({"/polar": polar}))
+    whole = state(sea)
+    assert float(found["significant_wave_height"][0]) == pytest.approx(whole["significant_wave_height"], rel=1e-12)
+    # Rings of which little is in sight are left out.
+    polar["visible_share"] = xr.where(polar["ground_range"] < 90.0, 0.9, 0.3) + 0.0 * polar["height"]
+    assert float(sea_state(xr.DataTree.from_dict({"/polar": polar}))["range_last"][0]) == 90.0
+
+
+def test_a_cell_keeps_of_a_wave_what_its_boxes_average() -> None:
+    resolution = Resolution(4.5, (2.7, 1.8), 3.0, 0.0)
+    k, distance = 0.3, 80.0
+    points = (np.arange(200) + 0.5) / 200.0 - 0.5
+    angle = (np.arange(16) + 0.5) * np.pi / 32.0
+
+    def mean(wavenumber: NDArray[np.float64], width: float) -> NDArray[np.float64]:
+        return np.cos(np.multiply.outer(wavenumber, points * width)).mean(axis=-1)
+
+    asked = mean(k * np.cos(angle), 4.5)
+    for width in (2.7, 1.8):
+        asked = asked * mean(k * np.sin(angle), np.radians(width) * distance)
+    pulse = np.linspace(-6.0, 6.0, 4001)
+    power = np.exp(-0.5 * (pulse / 1.2) ** 2)  # 0.4 of its −3 dB width, by which a plain pulse is as long
+    asked = asked * (np.cos(np.multiply.outer(k * np.cos(angle), pulse)) @ power / power.sum())
+    # 200 midpoints: (kw/200)²/24 of 1
+    np.testing.assert_allclose(resolution.transfer(np.array([k]), np.array([distance])), np.mean(asked**2), atol=1e-5)
