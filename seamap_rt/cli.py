@@ -117,6 +117,7 @@ def run(
     finally:
         stop()
     _out.print(_headline(result.metrics))
+    _out.print(f"sea state from the maps: {result.metrics['sea_state_in_words']}")
     _warn_of_folds(result.metrics)
     _out.print(f"{result.folder / 'report.html'} (with maps.nc, truth.nc, echoes.zarr, metrics.json, scene.toml)")
     return 0
@@ -260,8 +261,9 @@ def retrieve(
     set_
         retrieval.KEY=VALUE, as often as wanted.
     """
-    from .interferometry import open_echoes, open_recording
+    from .interferometry import open_echoes, open_recording, sea_state
     from .interferometry import retrieve as retrieve_echoes
+    from .interferometry.sea_state import in_words
     from .io.recorded import RECORDING_ENDINGS
     from .io.scenefile import apply_overrides, validate
     from .io.turnfile import TurnFile
@@ -297,6 +299,7 @@ def retrieve(
     with TurnFile(folder / "maps.nc") as file:
         for turn in range(maps["polar"].sizes["turn"]):
             file.append(maps.isel(turn=slice(turn, turn + 1)))
+    _out.print(f"sea state: {in_words(sea_state(maps), -1)}")
     _out.print(str(folder / "maps.nc"))
     return 0
 

@@ -18,7 +18,8 @@ from typing import Any
 import xarray as xr
 
 from .echoes.files import EchoStore
-from .interferometry import open_echoes, retrieve_one
+from .interferometry import open_echoes, retrieve_one, sea_state
+from .interferometry.sea_state import in_words
 from .io.scenefile import InputError
 from .io.turnfile import TurnFile, uninterrupted
 from .metrics import compare
@@ -123,6 +124,7 @@ def run(
             "scene": scene.name,
             "seed": scene.seed,
             **compare(maps, truth),
+            **_sea_state(maps),
             "timing_s": _timing(timings),
             "real_time_factor": _real_time_factor(scene, timings),
             **counts,
@@ -135,6 +137,15 @@ def run(
     metrics["peak_memory_bytes"] = _peak_memory()
     write_whole(folder / "metrics.json", json.dumps(_json(metrics), indent=1, allow_nan=False))
     return RunResult(folder, metrics)
+
+
+def _sea_state(maps: xr.DataTree) -> dict[str, Any]:
+    """What the maps say of the sea, turn by turn, and the last turn's in words."""
+    state = sea_state(maps)
+    return {
+        "sea_state": {str(name): values.values.tolist() for name, values in state.data_vars.items()},
+        "sea_state_in_words": in_words(state, -1),
+    }
 
 
 @contextmanager

@@ -236,7 +236,7 @@ def test_ground_cells_of_a_regular_wave() -> None:
 def test_times_and_grids_are_those_of_the_maps() -> None:
     scene = wave_scene()
     simulation = simulate(scene)
-    maps = retrieve(simulation.echoes, scene.retrieval)
+    maps = retrieve(simulation.echoes, scene.retrieval.model_copy(update={"paths": "one_way"}))
     for group, coordinates in (("polar", ("turn", "azimuth", "range")), ("ground", ("turn", "y", "x"))):
         for name in coordinates:
             np.testing.assert_array_equal(simulation.truth[group][name].values, maps[group][name].values, err_msg=name)

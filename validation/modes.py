@@ -58,7 +58,9 @@ class Mode:
 
     @property
     def keys(self) -> dict[str, str]:
-        return {"radar.transmit": self.transmit, "radar.interferogram": self.interferogram}
+        """Of the scene: the mode, retrieved by its own interferogram alone, with one window for all."""
+        retrieval = {"retrieval.paths": "one_way", "retrieval.estimator": "sliding_plane"}
+        return {"radar.transmit": self.transmit, "radar.interferogram": self.interferogram, **retrieval}
 
     def __str__(self) -> str:
         return f"{self.transmit}, {self.interferogram.replace('_', ' ')}"

@@ -63,8 +63,9 @@ SENSORS: dict[str, dict[str, float]] = {
 
 
 def boat_scene(scene: str, seed: int, platform: dict[str, Any], **keys: Any) -> Scene:
-    """The scene without noise, from a boat that moves so."""
+    """The scene without noise, from a boat that moves so; retrieved with one window for all, by one way."""
     asked = {"seed": seed, "radar.noise": False, "tracing.tracer": "horizon", "radar.range_m": [15.0, 210.0]}
+    asked |= {"retrieval.estimator": "sliding_plane", "retrieval.paths": "one_way"}
     boat = {f"platform.{key}": value for key, value in platform.items()}
     return sr.load_scene(scene, overrides={**asked, **boat, **keys})
 

@@ -182,3 +182,16 @@ def _direction(spectrum: WaveSpectrum, way: Travel) -> dict[str, float]:
         "directional_spread": spread,
         "directional_spread_std": spread * chance / np.sqrt(2.0),
     }
+
+
+def in_words(state: xr.Dataset, turn: int = 0) -> str:
+    """One line: height, peak period, direction and spread of one turn, as far as they are known."""
+    known = {str(name): float(values.values[turn]) for name, values in state.data_vars.items()}
+    if not np.isfinite(known["significant_wave_height"]):
+        return "sea state unknown: too little of the sea in sight"
+    text = f"Hs {known['significant_wave_height']:.2f} ± {known['significant_wave_height_std']:.2f} m"
+    if np.isfinite(known["peak_period"]):
+        text += f", Tp {known['peak_period']:.1f} s"
+    if np.isfinite(known["mean_direction"]):
+        text += f", from {known['mean_direction']:.0f}°, spread {known['directional_spread']:.0f}°"
+    return text

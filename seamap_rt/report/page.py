@@ -104,9 +104,15 @@ def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str
         f"({figures['Height error, robust']} robust, bias {figures['Height bias']}), and its "
         f"correlation with the true height is {figures['Correlation']}. The "
         f"significant wave height is {figures['Hs, true']}; the map says "
-        f"{figures['Hs, retrieved']}. Both antennas see {figures['Visible at 100 m']} of the sea at 100 m and "
+        f"{figures['Hs, retrieved']}{_found_state(metrics)}. "
+        f"Both antennas see {figures['Visible at 100 m']} of the sea at 100 m and "
         f"{figures['Visible at 160 m']} at 160 m; what lies in shadow stays blank in the maps."
     )
+
+
+def _found_state(metrics: Mapping[str, Any]) -> str:
+    words = metrics.get("sea_state_in_words")
+    return f" (with its noise, gaps and cells allowed for: {words})" if words else ""
 
 
 def _few(number: int) -> str:

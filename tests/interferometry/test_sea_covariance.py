@@ -65,7 +65,7 @@ def test_it_is_a_covariance() -> None:
             inside = (np.abs(apart) <= middle).all(axis=-1)
             i, j = (np.clip(apart[..., n] + middle, 0, 2 * middle) for n in (0, 1))
             matrix = np.where(inside, sea.table[i, j], 0.0)
-            # Points farther apart than lags reach are no neighbours; an error of 0.1 % of the variance is added to each.
+            # Points farther apart than lags reach are no neighbours; each has an error of 0.1 % of the variance.
             assert np.linalg.eigvalsh(matrix)[0] > (-1e-6 if spread < 48.0 else -1e-3) * sea.variance
 
 

@@ -178,8 +178,8 @@ def test_a_variance_that_was_found_from_few_samples() -> None:
     for samples in (2.0, 5.0, 37.5):
         assert estimation_doubt(samples) == pytest.approx(min(2.0, float(student(samples).var())), rel=1e-9)
     assert estimation_doubt(1.0) == estimation_doubt(0.5) == 2.0
-    # Drawn: errors of variance v, judged by v found from 12 complex samples that count by their fading power, are larger
-    # than they should be; that such weights leave half of them is so on the mean.
+    # Drawn: errors of variance v, judged by v found from 12 complex samples that count by their fading power, are
+    # larger than they should be; that such weights leave half of them is so on the mean.
     rng = np.random.default_rng(6)
     weight = rng.exponential(size=(12, 200_000))
     found = np.sum(weight * np.abs(normal(rng, 12, 200_000)) ** 2, axis=0) / weight.sum(axis=0)
