@@ -1,0 +1,114 @@
+"""What the retrieval's options do, from echoes to maps."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from seamap_rt.dataset import QUALITY_FLAGS
+from seamap_rt.interferometry import retrieve, sea_state
+from seamap_rt.interferometry.description import RadarDescription
+from seamap_rt.interferometry.gate_edge import edge_bias
+from seamap_rt.interferometry.sea_state import in_words
+from seamap_rt.radar.waveform import RangeResponse
+from seamap_rt.scene import load_scene
+from seamap_rt.settings import RetrievalSettings
+from seamap_rt.simulation import Simulator, Turn
+
+
+@cache
+def turn() -> Turn:
+    keys = {"radar.sector_deg": [200.0, 340.0], "radar.range_m": [15.0, 110.0], "tracing.tracer": "horizon"}
+    return Simulator(load_scene("choppy_sea", keys)).turn(0)
+
+
+@cache
+def maps(**asked: object) -> xr.DataTree:
+    return retrieve(turn().echoes, RetrievalSettings.model_validate(asked))
+
+
+def polar(**asked: object) -> xr.Dataset:
+    return maps(**asked)["polar"].to_dataset().isel(turn=0)
+
+
+def test_a_map_of_one_instant_is_nearer_to_the_sea_of_that_instant() -> None:
+    scanned, at_once = (maps(**asked)["ground"].to_dataset().isel(turn=0) for asked in ({}, {"map_time_s": 0.75}))
+    known = np.isfinite(at_once["height"].values)
+    np.testing.assert_array_equal(at_once["time"].values[known], 0.75)
+    assert at_once.attrs["map_time_s"] == 0.75
+    assert at_once.attrs["wave_from_deg"] == pytest.approx(270.0, abs=12.0)  # of a sector of a few waves
+    x, y = np.meshgrid(at_once["x"].values, at_once["y"].values)
+    sea = Simulator(load_scene("choppy_sea", {"tracing.tracer": "horizon"})).sea.elevation(x, y, np.full(x.shape, 0.75))
+    late = known & np.isfinite(scanned["height"].values) & (np.abs(scanned["time"].values - 0.75) > 0.12)
+    late &= np.hypot(x, y) < 80.0
+    before, after = (np.sqrt(np.mean((each["height"].values - sea)[late] ** 2)) for each in (scanned, at_once))
+    assert late.sum() > 200
+    assert after < 0.8 * before
+
+
+def test_the_crest_bias_is_taken_off_on_request() -> None:
+    reported, removed = polar(), polar(crest_bias="remove")
+    known = np.isfinite(reported["height"].values)
+    taken = (reported["height"] - removed["height"]).values[known]
+    np.testing.assert_allclose(taken, reported["crest_bias"].values[known], atol=1e-6)
+    assert taken.min() >= 0.0
+    assert taken.max() > 0.01
+    # What is reported and left is an error too.
+    assert (removed["height_std"].values[known] <= reported["height_std"].values[known]).all()
+
+
+def test_both_ways_and_one_tell_of_the_same_sea_and_both_err_less() -> None:
+    both, one = polar(), polar(paths="one_way")
+    assert (both.attrs["paths"], one.attrs["paths"]) == (2, 1)
+    true = turn().truth["polar"].to_dataset().isel(turn=0)
+    counted = (true["visible_fraction"].values > 0.5) & (both["range"].values > 75.0)
+    counted &= np.isfinite(both["height"].values) & np.isfinite(one["height"].values)
+    error = [np.sqrt(np.mean((each["height"] - true["height"]).values[counted] ** 2)) for each in (both, one)]
+    assert error[0] < error[1]
+    median = [np.median(each["height_std"].values[counted]) for each in (both, one)]
+    assert median[0] < median[1]
+
+
+def test_phases_lie_on_the_cycle_of_their_heights() -> None:
+    found = polar()
+    known = np.isfinite(found["height"].values) & ((found["quality"].values & QUALITY_FLAGS["ambiguous"]) == 0)
+    assert known.mean() > 0.7
+    # Optimal interpolation moves a phase within its own error, not by cycles.
+    turned = (found["phase_unwrapped"] - found["phase"]).values[known] / (2.0 * np.pi)
+    assert np.mean(np.abs(turned - np.round(turned)) < 0.25) > 0.97
+
+
+def test_pulses_may_be_added_before_receivers_are_compared() -> None:
+    apart, added = polar(), polar(coherent_s=1e-3)
+    known = np.isfinite(apart["height"].values) & np.isfinite(added["height"].values)
+    difference = (apart["height"] - added["height"]).values[known]
+    assert 0.0 < np.std(difference) < 0.5 * np.median(apart["height_std"].values[known])
+
+
+def test_sea_state_follows_from_the_maps() -> None:
+    state = sea_state(maps())
+    # A sector of 140° to 110 m holds some eight waves: 20 % of its height is chance.
+    assert float(state["significant_wave_height"][0]) == pytest.approx(1.4, rel=0.35)
+    assert in_words(state).startswith("Hs 1.")
+
+
+def test_where_the_echo_grows_a_gate_hears_its_far_side() -> None:
+    ranges = np.arange(30.0, 60.0, 1.5)
+    response = RangeResponse(20e-9, 50e6)
+    radar = RadarDescription(0.03, 0.0, "single", (0.0, 90.0), 1.0, 5.0, response, ranges)
+    height = np.full((1, 1), 5.0)
+    # A power that grows as exp(R/10 m) lies, in each gate, a tenth of the pulse's variance beyond its middle.
+    grows = np.tile(np.exp(0.1 * ranges), (4, 1))
+    np.testing.assert_allclose(
+        edge_bias(grows, height, radar), 5.0 / ranges[None] * 0.1 * response.spread_m**2, rtol=1e-6
+    )
+    np.testing.assert_array_equal(edge_bias(np.ones((4, 20)), height, radar), 0.0)
+    np.testing.assert_array_equal(edge_bias(np.full((4, 20), np.nan), height, radar), 0.0)
+    # Looks that are not heard do not count.
+    grows[1, ::2] = np.nan
+    np.testing.assert_allclose(
+        edge_bias(grows, height, radar), 5.0 / ranges[None] * 0.1 * response.spread_m**2, rtol=1e-6
+    )
