@@ -35,7 +35,7 @@ def modelled(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
         ("speckle", f"complex Gaussian per facet, decorrelation time {1e3 * scattering.decorrelation_time_s:g} ms"),
         ("motion", _motion_words(scattering)),
         ("scan", _scan_words(scene)),
-        ("mode", _mode_words(radar)),
+        ("mode", _mode_words(radar, scene.retrieval.paths)),
         ("antennas", _antenna_words(radar)),
         ("waveform", _waveform_words(radar)),
         ("receiver", _receiver_words(radar)),
@@ -78,10 +78,13 @@ def _scan_words(scene: Scene) -> str:
     return "azimuth is time: each column of the sea is meshed when the beam passes it"
 
 
-def _mode_words(radar: RadarSettings) -> str:
+def _mode_words(radar: RadarSettings, paths: str) -> str:
     array = antenna_array(radar)
     factor = 2 if not array.whole and radar.transmit == "switched" else 1
-    return f"{radar.transmit} transmitter, {radar.interferogram} interferogram: p = {factor}"
+    words = f"{radar.transmit} transmitter, {radar.interferogram} interferogram: p = {factor}"
+    if array.whole and radar.transmit == "switched" and paths == "best":
+        words += "; maps take p = 2 from neighbouring pulses, of which p = 1 tells the cycle"
+    return words
 
 
 def _antenna_words(radar: RadarSettings) -> str:

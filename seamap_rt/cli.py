@@ -9,12 +9,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
+import xarray as xr
 from cyclopts import App, CycloptsError, Parameter
 from rich.console import Console
 
 from . import __version__
 from .backend import NoBackend, doctor, doctor_lines
-from .dataset import SchemaError
+from .dataset import QUALITY_FLAGS, SchemaError
 from .io.scenefile import InputError, list_shipped, read_toml
 
 BAD_INPUT, NO_BACKEND, INTERRUPTED = 2, 3, 130
@@ -25,18 +27,19 @@ app = App(
     help="What an interferometric radar on a small boat's mast can see of the sea around it.",
     suppress_keyboard_interrupt=False,  # `main` says what an interrupted run leaves
 )
+Names = Annotated[list[str], Parameter(name="--name", negative=(), consume_multiple=False)]
 Settings = Annotated[list[str], Parameter(name="--set", negative=(), consume_multiple=False)]
 _errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 _out = Console(soft_wrap=True, highlight=False, markup=False)  # a path may hold [brackets]
 
 
-def _overrides(pairs: list[str] | None, **direct: Any) -> dict[str, Any]:
+def _overrides(pairs: list[str] | None, option: str = "--set", **direct: Any) -> dict[str, Any]:
     """KEY=VALUE strings, and options that stand for a key, as one mapping."""
     found: dict[str, Any] = {}
     for pair in pairs or []:
         key, equals, value = pair.partition("=")
         if not equals or not key.strip():
-            raise InputError(f"--set {pair}: must be KEY=VALUE, as in --set radar.height_m=10")
+            raise InputError(f"{option} {pair}: must be KEY=VALUE, as in --set radar.height_m=10")
         found[key.strip()] = value.strip()
     return found | {key: value for key, value in direct.items() if value is not None}
 
@@ -67,7 +70,7 @@ def _headline(metrics: dict[str, Any]) -> str:
         f"50–200 m, cells more than half visible: height error {number('height_rmse_m', 3)} m rms "
         f"({number('height_robust_m', 3)} robust, bias {number('height_bias_m', 3)}), "
         f"correlation {number('height_correlation')}; visible share {number('visible_fraction')}; "
-        f"Hs true {number('hs_true_m')} m, retrieved {number('hs_retrieved_m')} m"
+        f"4σ of their heights true {number('hs_true_m')} m, of the map's {number('hs_retrieved_m')} m"
     )
 
 
@@ -242,6 +245,7 @@ def retrieve(
     echoes: Path,
     *,
     header: Path | None = None,
+    name: Names | None = None,
     out: Path | None = None,
     overwrite: bool = False,
     set_: Settings | None = None,
@@ -254,6 +258,8 @@ def retrieve(
         A Zarr store, or a recording as .npz, .h5, .hdf5 or .nc.
     header
         Of a recording: a TOML or JSON file that describes the radar, where the recording does not.
+    name
+        Of a recording: ARRAY=NAME, what it calls an array, as in lower=rx/1; as often as wanted.
     out
         Folder for maps.nc; default beside the echoes.
     overwrite
@@ -285,7 +291,7 @@ def retrieve(
     prepare_folder(folder, overwrite, ("maps.nc",))
     try:
         if echoes.suffix.lower() in RECORDING_ENDINGS:
-            recorded = open_recording(echoes, header)
+            recorded = open_recording(echoes, header, _overrides(name, "--name"))
         elif header is None:
             recorded = open_echoes(echoes)
         else:
@@ -299,9 +305,24 @@ def retrieve(
     with TurnFile(folder / "maps.nc") as file:
         for turn in range(maps["polar"].sizes["turn"]):
             file.append(maps.isel(turn=slice(turn, turn + 1)))
+    for line in _answered(maps):
+        _out.print(line)
     _out.print(f"sea state: {in_words(sea_state(maps), -1)}")
     _out.print(str(folder / "maps.nc"))
     return 0
+
+
+def _answered(maps: xr.DataTree) -> list[str]:
+    """How much of the maps holds heights, and what kept the rest from it, if that is all."""
+    polar = maps["polar"].to_dataset()
+    known = np.isfinite(polar["height"].values)
+    if known.any():
+        spread = float(np.median(polar["height_std"].values[known]))
+        return [f"{known.mean():.0%} of the cells answered, median error bar {spread:.3f} m"]
+    flags = polar["quality"].values
+    shares = {name: float(np.mean((flags & bit) != 0)) for name, bit in QUALITY_FLAGS.items()}
+    said = ", ".join(f"{name} {share:.0%}" for name, share in shares.items() if share > 0.0)
+    return [f"flag: no cell answered ({said})"]
 
 
 @app.command

@@ -98,7 +98,7 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "ground_range": Variable(_POLAR, "float32", "m", "horizontal distance at which the echo was placed"),
         "coherence": Variable(_POLAR, "float32", "1", "magnitude of the coherence of the two receivers"),
         "phase": Variable(_POLAR, "float32", "radian", "interferometric phase, wrapped, not flattened"),
-        "phase_unwrapped": Variable(_POLAR, "float32", "radian", "interferometric phase with its ambiguity resolved"),
+        "phase_unwrapped": Variable(_POLAR, "float32", "radian", "phase of the height found, ambiguity resolved"),
         "snr_db": Variable(_POLAR, "float32", "dB", "signal to noise ratio of one pulse"),
         "radial_velocity": Variable(
             _POLAR, "float32", "m s-1", "velocity of what echoes, away from the radar", None, False

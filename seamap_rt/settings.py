@@ -597,7 +597,7 @@ class RetrievalSettings(Section):
     paths: Literal["best", "one_way"] = "best"
     ambiguity: Literal["resolve", "fold"] = "resolve"
     crest_bias: Literal["report", "remove"] = "report"
-    coherent_s: Annotated[float, limited("of pulses added before they are multiplied", least=0.0, most=1.0)] = 0.0
+    coherent_s: Annotated[float, limited("of pulses added before they are multiplied", least=0.0, most=0.02)] = 0.0
     channels: Literal["as_given", "from_cross_paths"] = "as_given"
     channel_gain_db: Annotated[float, limited("of the upper receiver over the lower", least=-60.0, most=60.0)] = 0.0
     channel_phase_deg: Annotated[float, limited("of the upper receiver over the lower", least=-360.0, most=360.0)] = 0.0

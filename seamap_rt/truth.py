@@ -80,14 +80,18 @@ def polar_truth(
 def ground_truth(
     sea: Sea, radar: RadarSettings, retrieval: RetrievalSettings, turn: int, mast: Mast | None = None
 ) -> xr.Dataset:
-    """The schema's `truth/ground` of one turn: each square cell's mean at the time when the beam passes its centre.
+    """The schema's `truth/ground` of one turn: each square cell's mean at the time when the beam passes its centre, or
+    at the one instant that the maps are asked for.
 
     mast: where the antennas are; left out, on a boat at rest.
     """
     far = float(gates(radar)[-1])  # as the maps see it: the last gate, not the end of the window
     grid = ground_grid(far, retrieval.ground_m)
     x, y = np.meshgrid(grid.x, grid.y)
-    inside, time = _passing(mast or Mast(radar), x, y, far, turn, retrieval.cell_azimuth_deg)
+    antennas = mast or Mast(radar)
+    inside, time = _passing(antennas, x, y, far, turn, retrieval.cell_azimuth_deg)
+    if retrieval.map_time_s is not None:
+        time = np.where(inside, turn * antennas.period + retrieval.map_time_s, np.nan)
     step = _GAUSS * retrieval.ground_m
     signs = np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]])  # west–east, south–north
     corners = (x[inside][:, None] + step * signs[:, 0], y[inside][:, None] + step * signs[:, 1], time[inside][:, None])

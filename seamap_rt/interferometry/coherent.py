@@ -63,16 +63,19 @@ def integrated(found: Sequence[Covariance], way: Extended, lags: Sequence[Lag]) 
     """Their mean, each freed of the Doppler phase that it has beyond that of the pair it extends; powers are those of
     single pulses, noise and all."""
     base = [each for each, beyond in zip(found, way.beyond, strict=True) if beyond == 0.0]
-    cross = sum(each.cross for each in base)
+    cross: NDArray[np.complex128] = np.sum([each.cross for each in base], axis=0)
+    count = np.full(np.shape(cross), float(len(base)))
     if len(base) < len(found):
         rate = np.nan_to_num(
             phase_rate([Lag(each.seconds, windowed(each.products, *_AROUND), each.share) for each in lags])
         )
         for each, beyond in zip(found, way.beyond, strict=True):
             if beyond:
-                cross = cross + each.cross * np.exp(-1j * rate * beyond)
+                # The first and the last looks have no pulses before and after them.
+                cross = cross + np.where(each.known, each.cross * np.exp(-1j * rate * beyond), 0.0)
+                count = count + each.known
     return Covariance(
-        np.asarray(cross / len(found)),
+        np.asarray(cross / count, dtype=np.complex128),
         np.asarray(sum(each.lower for each in base) / len(base)),
         np.asarray(sum(each.upper for each in base) / len(base)),
     )

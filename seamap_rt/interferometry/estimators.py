@@ -22,6 +22,8 @@ from .uncertainty import ONE_CELL, Weights
 Map = NDArray[np.float64]
 
 
+_UNSEEN = 0.02  # of the errors' variance: a smaller sea's is not told from none
+_FEWEST_LOOKS = 3
 _EDGE_LEFT = 0.5  # of a correction of first order
 
 
@@ -65,8 +67,11 @@ def adaptive(given: Interferogram) -> Estimate:
     """Heights by optimal interpolation between single dwells and gates, each trusted as far as its echo goes.
 
     The map of sliding planes says which cycle each phase is on; the sea's covariance is taken from the same heights.
+    Of fewer than three looks it is not known across them, and that map is all.
     """
     start = sliding_plane(given)
+    if given.dwell.cross.shape[0] < _FEWEST_LOOKS:
+        return start
     model, found, settings = given.model, start.found, given.settings
     phase = found.phase + wrap_phase(np.angle(given.dwell.cross) - found.phase)
     each = model.found(given.dwell, phase - model.flat)
@@ -77,7 +82,9 @@ def adaptive(given: Interferogram) -> Estimate:
     distributed = each.height - given.edge
     level = mean_plane(np.where(sure, distributed, np.nan), variance, *ground)
     waves = distributed - level
-    sea = SeaCovariance.of(np.where(sure, waves, np.nan), np.where(sure, variance, np.nan), *ground)
+    # Near and far are the radar's: a boat may have gone a long way from the origin.
+    about = (each - _centre(middle) for each, middle in zip(ground, model.stances.middle, strict=True))
+    sea = SeaCovariance.of(np.where(sure, waves, np.nan), np.where(sure, variance, np.nan), *about)
     height, error = optimal_heights(
         Measured(waves, variance, ground, model.outward(*ground)),
         sea,
@@ -85,8 +92,16 @@ def adaptive(given: Interferogram) -> Estimate:
         (settings.cell_range_m, np.radians(settings.cell_azimuth_deg)),
         model.radar.ranges,
     )
+    # Of a sea that is lost in the heights' errors no more is known than that it is smaller than these.
+    errors = variance[sure & np.isfinite(variance)]
+    error = error + _UNSEEN * max(0.0, (float(np.median(errors)) if errors.size else 0.0) - sea.variance)
     made = model.found_at(found.cells, level + height)
     return replace(start, found=made, std=np.sqrt(error), edge=_EDGE_LEFT * given.edge)
+
+
+def _centre(place: Map) -> float:
+    known = place[np.isfinite(place)]
+    return float(known.mean()) if known.size else 0.0
 
 
 def mean_plane(height: Map, variance: Map, x: Map, y: Map) -> Map:

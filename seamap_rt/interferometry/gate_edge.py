@@ -24,8 +24,9 @@ def edge_bias(power: NDArray[np.float64], height: NDArray[np.float64], radar: Ra
     """
     known = np.isfinite(power)
     counted = np.where(known, np.maximum(power, 0.0), 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-    if radar.ranges.size < 3 or not (counted > 0.0).all():
+    if radar.ranges.size < 3:
         return np.zeros((1, radar.ranges.size))
-    growth = np.gradient(np.log(counted), radar.ranges)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        growth = np.nan_to_num(np.gradient(np.log(counted), radar.ranges), posinf=0.0, neginf=0.0)
     smooth = np.convolve(np.pad(growth, 1, mode="edge"), np.full(3, 1.0 / 3.0), "valid")
     return height / radar.ranges * radar.response.spread_m**2 * np.clip(smooth, -_STEEPEST, _STEEPEST)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,11 +39,15 @@ class PhaseModel:
         self.radar, self.stances, self.paths = radar, stances, paths
         self._wavenumber = 2.0 * np.pi * paths / radar.wavelength
         self.flat = self.of_height(0.0)
-        self.flat_per_gate = 0.5 * (self._flat_phase(radar.spacing) - self._flat_phase(-radar.spacing))
-        # The antennas of a boat that rolls or heaves are no more where they were at the look before.
-        self.level: Level | None = None if stances.at_rest else lru_cache(self._level)
+        self._levels: dict[int, Map] = {}  # antennas of a boat that rolls or heaves are not where they were a look ago
         # With the second receiver below the first a rise turns the phase on, not back.
         self.rise_sign = -np.sign(stances.fan.upper.up)
+
+    @cached_property
+    def flat_per_gate(self) -> Map:
+        """By how much [rad] the phase of mean sea level turns from a gate to the next."""
+        spacing = self.radar.spacing
+        return 0.5 * (self._flat_phase(spacing) - self._flat_phase(-spacing))
 
     @property
     def turn_within_pulse(self) -> Map:
@@ -58,8 +62,15 @@ class PhaseModel:
         """Phase of mean sea level `offset` beyond each gate."""
         return self._wavenumber * difference_at_height(self.radar.ranges + offset, 0.0, self.stances.fan)
 
+    @property
+    def level(self) -> Level | None:
+        """The phase of mean sea level so many gates on; None of a boat at rest."""
+        return None if self.stances.at_rest else self._level
+
     def _level(self, gates: int) -> Map:
-        return np.nan_to_num(self._flat_phase(gates * self.radar.spacing))
+        if gates not in self._levels:
+            self._levels[gates] = np.nan_to_num(self._flat_phase(gates * self.radar.spacing))
+        return self._levels[gates]
 
     def residual(self, cells: Covariance) -> Map:
         """Wrapped phase [rad] of cells less that of mean sea level."""

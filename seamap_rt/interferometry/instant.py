@@ -30,4 +30,4 @@ def at_one_instant(ground: xr.Dataset, cells: xr.Dataset, to_s: float, depth: fl
     for each in fields(GroundFields):
         old = ground[each.name]
         at_once[each.name] = (old.dims, getattr(made, each.name)[None].astype(old.dtype), old.attrs)
-    return ground.assign(at_once).assign_attrs(map_time_s=to_s, wave_from_deg=way.wave_from_deg)
+    return ground.assign(at_once)

@@ -47,7 +47,7 @@ class Interferogram:
 
     def echoing(self, cells: Covariance, echo_power: Map) -> NDArray[np.bool_]:
         """Cells with an echo of their own."""
-        return has_echo(cells, echo_power, self.model.radar, self.settings) & self.own
+        return has_echo(cells, echo_power, self.noise_power, self.settings) & self.own
 
     @cached_property
     def edge(self) -> Map:

@@ -76,13 +76,15 @@ class Looks:
         stances = LookStances.of(pulses, dwells, self.antennas, senders, self.radar.sector[0])
         return PhaseModel(self.radar, stances, paths)
 
-    def levels(self, pairs: PulsePairs, paths: int) -> NDArray[np.float64]:
-        """Phase (pulse, gate) of mean sea level on each pulse."""
-        same = all(np.array_equal(n, m) for n, m in pairs.pairs)
+    def level_of(self, senders: tuple[int, ...]) -> NDArray[np.float64]:
+        """Phase (pulse, gate) of mean sea level on each pulse, of one way."""
         each = Dwells.of_single_pulses(self.pulses.time.size)
-        senders = self._senders(pairs, paths, same)
         stances = LookStances.of(self.pulses, each, self.antennas, senders, self.radar.sector[0])
-        return np.nan_to_num(PhaseModel(self.radar, stances, paths).flat)
+        return np.nan_to_num(PhaseModel(self.radar, stances, 1).flat)
+
+    def senders(self, pairs: PulsePairs, paths: int) -> tuple[int, ...]:
+        """The antennas that send what is compared."""
+        return self._senders(pairs, paths, all(np.array_equal(n, m) for n, m in pairs.pairs))
 
     def _senders(self, pairs: PulsePairs, paths: int, same: bool) -> tuple[int, ...]:
         rows = None if same else (pairs.lower, pairs.upper)
@@ -101,12 +103,14 @@ def interferogram(looks: Looks) -> tuple[Interferogram, tuple[Lag, ...]]:
     models = {paths: looks.model(each, paths) for paths, each in pairs.items()}
     levels = None
     if not all(model.stances.at_rest for model in models.values()):
-        levels = {paths: looks.levels(each, paths) for paths, each in pairs.items()}
+        senders = {paths: looks.senders(each, paths) for paths, each in pairs.items()}
+        level = {each: looks.level_of(each) for each in set(senders.values())}
+        levels = {paths: paths * level[each] for paths, each in senders.items()}
     sums = DwellSums.of(
         looks.voltage, looks.transmitter, times, paired, looks.dwells, looks.antennas, radar, settings, levels
     )
     made = _interferograms(looks, sums, pairs, models, turned=levels is not None)
-    both = _steady(sums) and _clear(made[max(made)].model)
+    both = _steady(sums, radar.noise_power) and _clear(made[max(made)].model)
     return made[max(made) if both else min(made)], sums.lags
 
 
@@ -116,15 +120,13 @@ def _clear(model: PhaseModel) -> bool:
     return bool(np.mean(model.turn_within_pulse > 1.0) < _BLURRED_GATES)
 
 
-def _steady(sums: DwellSums) -> bool:
+def _steady(sums: DwellSums, noise_power: float) -> bool:
     """Whether echoes last from one pulse to the next: of both ways two pulses are compared."""
     if not sums.lags:
         return True
     products = sums.lags[0].products
     with np.errstate(invalid="ignore"):
-        clean = np.sqrt(
-            np.maximum(products.lower - sums.noise_power, 0.0) * np.maximum(products.upper - sums.noise_power, 0.0)
-        )
+        clean = np.sqrt(np.maximum(products.lower - noise_power, 0.0) * np.maximum(products.upper - noise_power, 0.0))
     return bool(np.nansum(np.abs(products.cross)) >= _LASTING * np.nansum(clean))
 
 
@@ -132,7 +134,7 @@ def _interferograms(
     looks: Looks, sums: DwellSums, pairs: Mapping[int, PulsePairs], models: Mapping[int, PhaseModel], turned: bool
 ) -> dict[int, Interferogram]:
     made: dict[int, Interferogram] = {}
-    dwelt = _dwelt(looks, pairs[max(pairs)].lower)
+    dwelt = _dwelt(looks, pairs[max(pairs)].lower, sums.noise_power)
     for paths, covariance in ((1, sums.one), (2, sums.two)):
         if covariance is None:
             continue
@@ -154,13 +156,13 @@ def _interferograms(
     return made
 
 
-def _dwelt(looks: Looks, rows: NDArray[np.intp]) -> Dwelt:
+def _dwelt(looks: Looks, rows: NDArray[np.intp], noise_power: float) -> Dwelt:
     """Pulses of the median look, of those that are compared, and their speckle's correlation."""
     look = looks.pulses.looks(looks.sweeps, looks.width)
     of_look = look[rows][look[rows] >= 0]
     pulses = max(1, int(np.median(np.bincount(of_look)))) if of_look.size else 1
     first = looks.voltage[:, looks.settings.receivers[0] :]
-    return Dwelt(pulses, pulse_correlation(first, look, looks.radar.noise_power, pulses - 1, rows))
+    return Dwelt(pulses, pulse_correlation(first, look, noise_power, pulses - 1, rows), looks.sweeps.size)
 
 
 def _told_by(coarse: Interferogram):  # type: ignore[no-untyped-def]

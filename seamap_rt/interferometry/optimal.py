@@ -89,15 +89,20 @@ def _at(table, middle, per_spacing, dx, dy):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _factor(matrix, count):  # type: ignore[no-untyped-def]
-    """Cholesky's factor, in place, in the lower half."""
+def _factor(matrix, count, near):  # type: ignore[no-untyped-def]
+    """Cholesky's factor, in place, in the lower half.
+
+    What is left of a height's variance when all before it are known is at least its own error's, less what goes
+    together with its neighbours' errors. A height of which less than half of that is left, by the table's steps and its
+    end at long lags, is left out: of infinite variance.
+    """
     for i in range(count):
         for j in range(i + 1):
             total = matrix[i, j]
             for k in range(j):
                 total -= matrix[i, k] * matrix[j, k]
             if i == j:
-                matrix[i, i] = np.sqrt(max(total, 1e-12))
+                matrix[i, i] = np.sqrt(total) if total > 0.5 * near[4, i] ** 2 else np.inf
             else:
                 matrix[i, j] = total / matrix[j, j]
 
@@ -139,7 +144,7 @@ def _interpolate(  # type: ignore[no-untyped-def]
                     matrix[i, j] = _at(table, middle, per_spacing, dx, dy)
                     if near[0, i] == near[0, j]:
                         matrix[i, j] += together[int(near[1, i] - near[1, j])] * near[4, i] * near[4, j]
-            _factor(matrix, count)
+            _factor(matrix, count, near)
             for i in range(count):
                 for k in range(i):
                     known[i] -= matrix[i, k] * known[k]

@@ -97,14 +97,14 @@ def _beam_skirts(spacing_deg: float, beamwidth_deg: float, looks: int) -> NDArra
 
 
 def has_echo(
-    cells: Covariance, echo_power: NDArray[np.float64], radar: RadarDescription, settings: RetrievalSettings
+    cells: Covariance, echo_power: NDArray[np.float64], noise_power: float, settings: RetrievalSettings
 ) -> NDArray[np.bool_]:
     """Cells in which both receivers hear an echo above the noise and the antenna's sidelobes."""
     with np.errstate(invalid="ignore"):
         # A dead receiver leaves no cross term, whose angle would read as a flat sea.
         heard = np.isfinite(cells.cross) & (echo_power > 0.0) & (cells.lower > 0.0) & (cells.upper > 0.0)
-        if radar.noise_power:
-            heard &= db(np.maximum(echo_power, 0.0) / radar.noise_power) >= settings.min_snr_db
+        if noise_power:
+            heard &= db(np.maximum(echo_power, 0.0) / noise_power) >= settings.min_snr_db
         strongest = np.max(echo_power, axis=0, where=heard, initial=0.0)
         return heard & (echo_power > strongest * 10.0 ** (-_SIDELOBES_DB / 10.0))
 

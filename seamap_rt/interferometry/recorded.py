@@ -19,7 +19,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaincinv
 
-from ..dataset import build
+from ..dataset import QUALITY_FLAGS, build
 from ..io.recorded import Header, RecordingHeader, pairs_of, read_header, read_recording
 from ..io.scenefile import InputError
 from ..radar.pose import antenna_axes, bearing, boat_axes, scan_of_bearing
@@ -99,7 +99,7 @@ def echoes_from_recording(
         "attitude": angles[rows],
     }
     if quality is not None:
-        values["flag"] = _shaped("quality", quality, (count,))[rows]
+        values["flag"] = _flags(_shaped("quality", quality, (count,)))[rows]
     if overdriven is not None:
         values["saturated"] = overdriven[rows][:, gates > 0.0]
     since = times[rows] - turns.start
@@ -116,6 +116,17 @@ def echoes_from_recording(
         },
         _attributes(head, turns, prf, noise),
     )
+
+
+def _flags(quality: Array) -> NDArray[np.int16]:
+    """The schema's flags (pulse,); whole numbers that its bits can hold."""
+    most = sum(QUALITY_FLAGS.values())
+    wrong = ~(np.isfinite(quality) & (quality >= 0) & (quality <= most) & (quality == np.round(quality)))
+    if wrong.any():
+        raise InputError(
+            f"quality = {quality[wrong][0]:g}: must be a whole number 0 … {most}, sum of flags; correct it"
+        )
+    return quality.astype(np.int16)
 
 
 def _attributes(head: RecordingHeader, turns: Turns, prf: float, noise: float) -> dict[str, Any]:
@@ -342,6 +353,8 @@ def _positions(position: Sensed | None, time: Array, look: Array, attitude: Arra
 
 
 def _shaped(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
+    if np.asarray(values).dtype.kind in "mM":
+        raise InputError(f"{name}: holds dates: must be plain numbers, times in seconds; convert it")
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):

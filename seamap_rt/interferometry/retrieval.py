@@ -68,6 +68,7 @@ def _one(echoes: xr.Dataset, settings: RetrievalSettings) -> xr.DataTree:
     ground = ground_map(cells, places, radar, settings, turn, certain)
     if settings.map_time_s is not None:
         ground = at_one_instant(ground, cells, turn * radar.period + settings.map_time_s, settings.depth_m)
+        ground.attrs["map_time_s"] = settings.map_time_s
     return xr.DataTree.from_dict({"/polar": cells, "/ground": ground})
 
 
@@ -197,8 +198,6 @@ def _velocities(looks: Looks, given: Interferogram, lags: Sequence[Lag], found: 
     seen = doppler(
         lags, radar.wavelength, radar.noise_power, window, 2.0 * samples.noise, samples.speckle, looks.passage
     )
-    if given.model.stances.at_rest:
-        return seen
     own = own_velocity(looks.pulses.antennas, looks.pulses.time, looks.dwells)
     height = given.model.stances.fan.height - found.height
     return replace(

@@ -28,7 +28,12 @@ _NUMBERS: dict[str, tuple[str, Callable[[float], bool]]] = {
     "height_m": ("be finite", math.isfinite),
     "tilt_deg": ("lie within ±90", lambda value: abs(value) < 90.0),
 }
-_CHOICES = {"transmit": ("single", "switched"), "interferogram": ("single_pulse", "alternating_pulse")}
+_FURTHER_CHOICES = {"waveform": ("pulse", "chirp"), "scan": ("turning", "staring")}
+_CHOICES = {
+    "polarization": ("VV", "HH"),
+    "transmit": ("single", "switched"),
+    "interferogram": ("single_pulse", "alternating_pulse"),
+}
 
 
 def sound(echoes: xr.Dataset) -> xr.Dataset:
@@ -64,6 +69,9 @@ def _check_attributes(attrs: dict[Any, Any]) -> None:
     for name, choices in _CHOICES.items():
         if attrs[name] not in choices:
             raise _refusal(name, attrs[name], f"be {' or '.join(choices)}")
+    for name, choices in _FURTHER_CHOICES.items():
+        if attrs.get(name, choices[0]) not in choices:
+            raise SchemaError(f"echoes: {name} = {attrs[name]}: must be {' or '.join(choices)}; correct it")
     sector = [_number(each) for each in np.atleast_1d(attrs["sector_deg"])]
     if (
         len(sector) != 2

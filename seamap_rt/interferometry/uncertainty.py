@@ -20,6 +20,7 @@ class Dwelt:
 
     pulses: int
     correlation: NDArray[np.float64]  # |ρ| at lags of 0, 1, 2 … pulses
+    looks: int = 1_000_000  # that there are: a window is no wider
 
     def every(self, step: float) -> Dwelt:
         """The same dwell where a pulse is compared `step` times as often, or as seldom if below 1."""
@@ -27,11 +28,13 @@ class Dwelt:
             return self
         count = max(1, round(self.pulses * step))
         lags = np.arange(count) / step
-        return Dwelt(count, np.interp(lags, np.arange(self.correlation.size), self.correlation))
+        return Dwelt(count, np.interp(lags, np.arange(self.correlation.size), self.correlation), self.looks)
 
     def samples(self, window: Weights, radar: RadarDescription) -> Samples:
         """Of a window of such dwells; its looks are taken to be independent, its gates overlap by the pulse."""
         range_weights, look_weights = window
+        beyond = max(0, look_weights.size // 2 - (self.looks - 1))
+        look_weights = look_weights[beyond : look_weights.size - beyond]
         lags = radar.spacing * np.arange(range_weights.size)
         fine = np.linspace(-2.0 * radar.response.support_m, 2.0 * radar.response.support_m, 801)
         pulse = radar.response(fine)

@@ -52,7 +52,7 @@ class RecordingHeader(Section):
     pulse_width_s: Annotated[float, limited("as long as the transmitter is on", above=0.0, most=1e-2)]
     bandwidth_hz: Annotated[float, limited("noise bandwidth of the receiver", above=0.0, most=1e11)]
     height_m: Annotated[float, limited("of the antennas' middle over the sea", above=0.0, most=1e4)]
-    baseline_m: Annotated[float, limited("distance between the phase centres", least=0.0, most=100.0)]
+    baseline_m: Annotated[float, limited("distance between the phase centres", above=0.0, most=100.0)]
     azimuth_beamwidth_deg: Annotated[float, limited("one-way, −3 dB", above=0.0, most=180.0)]
     elevation_beamwidth_deg: Annotated[float, limited("one-way, −3 dB", above=0.0, most=180.0)]
     first_gate_m: Annotated[float, limited("range of the first gate, c t/2", least=-1e6, most=1e6)] | None = None
@@ -112,6 +112,8 @@ def read_header(header: Header | RecordingHeader) -> RecordingHeader:
         return header
     if isinstance(header, Mapping):
         return validate(RecordingHeader, {str(key): _plain(value) for key, value in header.items()})
+    if not isinstance(header, str | os.PathLike):
+        raise InputError(f"header = {header!r}: must be a dict, or the path of a TOML or JSON file; give one of these")
     tree = _json(Path(header)) if Path(header).suffix == ".json" else read_toml(header)
     return _validated(str(header), tree)
 

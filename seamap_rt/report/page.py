@@ -102,17 +102,17 @@ def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str
         f"mapped this sea: {waves}. Between {reduce.JUDGED_M[0]:g} and {reduce.JUDGED_M[1]:g} m, in cells more than "
         f"half visible, the retrieved height is off by {figures['Height error, rms']} rms "
         f"({figures['Height error, robust']} robust, bias {figures['Height bias']}), and its "
-        f"correlation with the true height is {figures['Correlation']}. The "
-        f"significant wave height is {figures['Hs, true']}; the map says "
-        f"{figures['Hs, retrieved']}{_found_state(metrics)}. "
+        f"correlation with the true height is {figures['Correlation']}. Four "
+        f"standard deviations of the true heights there are {figures['Hs, true']}, of the map's, which are means "
+        f"of what may be, {figures['Hs, retrieved']}{_found_state(metrics)}. "
         f"Both antennas see {figures['Visible at 100 m']} of the sea at 100 m and "
-        f"{figures['Visible at 160 m']} at 160 m; what lies in shadow stays blank in the maps."
+        f"{figures['Visible at 160 m']} at 160 m; what lies in shadow stays blank in the maps, or is flagged."
     )
 
 
 def _found_state(metrics: Mapping[str, Any]) -> str:
     words = metrics.get("sea_state_in_words")
-    return f" (with its noise, gaps and cells allowed for: {words})" if words else ""
+    return f"; with its noise, gaps and cells allowed for it says {words}" if words else ""
 
 
 def _few(number: int) -> str:
@@ -156,6 +156,9 @@ def pictures(
         "sliding_plane": f"averaged over {size}",
         "single_cell": "averaged over one cell",
     }[scene.retrieval.estimator]
+    instant = scene.retrieval.map_time_s
+    moment = "when the beam passed each cell" if instant is None else f"{instant:g} s after the turn's start"
+    snapshot = ": the maps are no snapshot" if instant is None else ", over which the maps were brought to one instant"
     slope, from_cells = reduce.slope_rms_along_look(truth, metrics)
     source = (
         f"taken from the mean slopes of the {cell:g} m cells, so that shorter waves are missing from it and the curves "
@@ -179,13 +182,13 @@ def pictures(
             "True and retrieved height",
             f"Four maps, north up: true height, retrieved height, their difference (rms {words['Height error, rms']} "
             "at 50 to 200 m) and the standard error stated by the retrieval.",
-            f"Height above mean sea level on ground cells of {side:g} m. (a) The sea as it was when the beam passed "
-            "each cell, lit or not. (b) What the retrieval made of the echoes, "
+            f"Height above mean sea level on ground cells of {side:g} m. (a) The sea as it was {moment}, "
+            "lit or not. (b) What the retrieval made of the echoes, "
             f"{averaged}, on the same scale. (c) Their "
             "difference, on its own scale; unlike the figures against range it includes cells that are less than half "
             f"visible. (d) The standard error that the retrieval states for itself. {blank}Colour bars end in arrows "
             "where values lie beyond. North is up, the antenna (triangle) at the origin; azimuth is time, since a turn "
-            f"takes {scene.turn_duration_s:.3g} s and the waves move on meanwhile: the maps are no snapshot." + which,
+            f"takes {scene.turn_duration_s:.3g} s and the waves move on meanwhile{snapshot}." + which,
             lambda: maps.height_maps(scene, retrieved, truth),
         ),
         Picture(

@@ -105,13 +105,13 @@ def test_noise_alone_is_no_echo() -> None:
     rng = np.random.default_rng(5)
     power = noise * rng.gamma(PULSES, 1.0 / PULSES, size=(200, 257))
     cells = Covariance(power.astype(np.complex128), power, power)
-    assert not has_echo(cells, power - noise, radar(noise), RetrievalSettings()).any()
+    assert not has_echo(cells, power - noise, noise, RetrievalSettings()).any()
 
 
 def test_a_calm_spot_is_an_echo_where_no_noise_is() -> None:
     power = np.random.default_rng(6).gamma(2.0, 0.5, size=(200, 257)) * RANGES**-3.5
     power[50:60, 100:120] *= 10.0**-1.6  # 16 dB calmer; speckle of two samples fades by 14 dB in one cell of 500
-    heard = has_echo(coherent(power), power, radar(), RetrievalSettings())
+    heard = has_echo(coherent(power), power, radar().noise_power, RetrievalSettings())
     assert heard[52:58, 103:117].mean() > 0.99
 
 
@@ -120,13 +120,13 @@ def test_a_shadowed_far_gate_leans_on_its_neighbours() -> None:
     rng = np.random.default_rng(7)
     hidden = rng.random((200, 257)) < 0.9
     power = np.where(hidden, 1e-5, 1.0) * rng.gamma(4.0, 0.25, size=hidden.shape) * RANGES**-3.5
-    np.testing.assert_array_equal(has_echo(coherent(power), power, radar(), RetrievalSettings()), ~hidden)
+    np.testing.assert_array_equal(has_echo(coherent(power), power, radar().noise_power, RetrievalSettings()), ~hidden)
 
 
 def test_a_dead_receiver_hears_nothing() -> None:
     power = np.ones((4, 257))
     cells = Covariance(np.zeros(power.shape, dtype=np.complex128), power, np.zeros(power.shape))
-    assert not has_echo(cells, 0.5 * power, radar(), RetrievalSettings()).any()
+    assert not has_echo(cells, 0.5 * power, radar().noise_power, RetrievalSettings()).any()
 
 
 @pytest.mark.parametrize("samples", [2, 5, 20])
