@@ -8,8 +8,8 @@ follows the error variance of each phase, given how strong the echo came out.
 variances and the covariance of the sea as it is. What is left above it is what the retrieval must find out for itself.
 `drawn` checks it without the echoes: speckle and noise drawn pulse by pulse from the expectation, with the correlation
 in time that the echoes have. Each gate has speckle of its own: true gates overlap, yet a bright spot between two of
-them draws them to opposite sides, and with speckle that they share like a common factor `drawn` would err by a seventh
-more than `told`.
+them draws them to opposite sides, and with speckle that they share like a common factor `drawn` errs more than `told`
+(0.049 against 0.040 m at 25–50 m).
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -165,7 +165,7 @@ def _dwelt(looks: Looks, rows: NDArray[np.intp], noise_power: float) -> Dwelt:
     return Dwelt(pulses, pulse_correlation(first, look, noise_power, pulses - 1, rows), looks.sweeps.size)
 
 
-def _told_by(coarse: Interferogram):  # type: ignore[no-untyped-def]
+def _told_by(coarse: Interferogram) -> Callable[[], tuple[Expected, ...]]:
     """Heights of another interferogram, made when asked for."""
 
     @lru_cache(maxsize=1)

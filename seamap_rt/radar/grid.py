@@ -65,10 +65,6 @@ class LookFan:
         """Angle from the start of the sector at which the beam passes a place, 0 … 360 deg."""
         return (np.degrees(np.arctan2(x, y)) - self.start_deg) % 360.0
 
-    def look_number(self, sweep: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Fractional number of the look at a sweep angle; it may lie outside 0 … looks − 1."""
-        return (sweep - self.sweep[0]) / self.spacing
-
     def time(self, sweep: NDArray[np.float64]) -> NDArray[np.float64]:
         """When the beam passes a sweep angle [s]."""
         return (self.turn + sweep / 360.0) * self.period_s

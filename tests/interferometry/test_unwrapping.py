@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import wrap_phase
 from seamap_rt.interferometry.ambiguity import Expected, Resolved, needed, resolve, sea_size
-from seamap_rt.interferometry.phase_slopes import phase_slopes
 
 SPACING, LOOKS = 1.5, 200
 RANGES = 30.0 + SPACING * np.arange(140.0)  # to 240 m
@@ -182,24 +181,3 @@ def test_size_of_the_sea(size: float) -> None:
     # A gate's circle holds some ten waves, neighbouring gates the same ones: ⟨cos⟩, and with it the size, strays by a
     # fifth; half of the gates are spread too widely to count where the sea is 0.7 m.
     assert sea_size(residual, GAIN, np.ones(GAIN.shape, bool)) == pytest.approx(size, rel=0.25)
-
-
-def test_phase_slopes_of_a_plane() -> None:
-    look, gate = np.meshgrid(np.arange(30.0), np.arange(40.0), indexing="ij")
-    plane = np.exp(1j * (1.2 * gate - 2.5 * look)).astype(np.complex128)
-    along, across = phase_slopes(3.0 * plane, (1, 2))
-    inside = np.s_[2:-2, 3:-3]
-    np.testing.assert_allclose(along[inside], 1.2, rtol=1e-12)
-    np.testing.assert_allclose(across[inside], -2.5, rtol=1e-12)
-
-
-def test_phase_slopes_of_noise_and_of_nothing() -> None:
-    noise = RNG.normal(size=(60, 80)) * np.exp(2j * np.pi * RNG.random((60, 80)))
-    along, across = phase_slopes(noise.astype(np.complex128), (2, 2))
-    # Angles are uniform, of π/√3 rms, half of it along range; the resultant of some 20 products leaves about a third.
-    assert np.std(along) < 0.5 * np.pi / np.sqrt(12.0)
-    assert np.std(across) < 0.5 * np.pi / np.sqrt(3.0)
-    for nothing in (np.full((4, 5), np.nan + 0j), np.zeros((4, 5), complex), np.ones((1, 1), complex)):
-        for slope in phase_slopes(nothing.astype(np.complex128), (1, 2)):
-            assert slope.shape == nothing.shape
-            assert not slope.any()
