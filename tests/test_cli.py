@@ -296,7 +296,8 @@ def test_run_writes_every_file_of_the_contract(two_turns: Made) -> None:
     assert not list(two_turns.folder.glob(".*"))  # nothing half made is left
     assert two_turns.answer.err == ""
     told = two_turns.answer.out.splitlines()
-    assert "50–200 m" in told[-2]
+    assert "50–200 m" in told[-3]
+    assert told[-2].startswith("sea state from the maps: ")
     assert str(two_turns.folder / "report.html") in told[-1]
 
 
@@ -403,7 +404,10 @@ def test_retrieve_takes_other_settings_and_another_folder(two_turns: Made, call:
         "retrieval.estimator=single_cell",
     )
     assert answer.code == 0
-    assert answer.out.strip() == "coarse/maps.nc"
+    answered, state, written = answer.out.strip().splitlines()
+    assert "of the cells answered, median error bar 0." in answered
+    assert state.startswith("sea state: ")
+    assert written == "coarse/maps.nc"
     with xr.open_datatree("coarse/maps.nc") as maps:
         polar = maps["polar"].to_dataset()
         assert polar.sizes["azimuth"] == 4

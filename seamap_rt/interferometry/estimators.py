@@ -86,7 +86,8 @@ def adaptive(given: Interferogram) -> Estimate:
     about = (each - _centre(middle) for each, middle in zip(ground, model.stances.middle, strict=True))
     sea = SeaCovariance.of(np.where(sure, waves, np.nan), np.where(sure, variance, np.nan), *about)
     height, error = optimal_heights(
-        Measured(waves, variance, ground, model.outward(*ground)),
+        # A cell that may be a cycle off tells its neighbours nothing; they tell it.
+        Measured(waves, np.where(start.ambiguous, np.inf, variance), ground, model.outward(*ground)),
         sea,
         echoing,
         (settings.cell_range_m, np.radians(settings.cell_azimuth_deg)),
