@@ -267,10 +267,9 @@ def retrieve(
     set_
         retrieval.KEY=VALUE, as often as wanted.
     """
-    from .interferometry import open_echoes, open_recording, sea_state
     from .interferometry import retrieve as retrieve_echoes
+    from .interferometry import sea_state
     from .interferometry.sea_state import in_words
-    from .io.recorded import RECORDING_ENDINGS
     from .io.scenefile import apply_overrides, validate
     from .io.turnfile import TurnFile
     from .runs import clear_folder, prepare_folder
@@ -289,17 +288,7 @@ def retrieve(
         raise InputError(f"ECHOES = '{echoes}': no such file or folder; give the path of an echoes.zarr")
     folder = out or echoes.parent
     prepare_folder(folder, overwrite, ("maps.nc",))
-    try:
-        if echoes.suffix.lower() in RECORDING_ENDINGS:
-            recorded = open_recording(echoes, header, _overrides(name, "--name"))
-        elif header is None:
-            recorded = open_echoes(echoes)
-        else:
-            raise InputError(f"--header {header}: goes with a recording ({', '.join(RECORDING_ENDINGS)}); leave it out")
-    except (SchemaError, InputError):
-        raise
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(f"ECHOES = '{echoes}': is not an echo store ({error}); give an echoes.zarr") from None
+    recorded = _opened(echoes, header, name)
     maps = retrieve_echoes(recorded, settings)
     clear_folder(folder, ("maps.nc",))
     with TurnFile(folder / "maps.nc") as file:
@@ -310,6 +299,23 @@ def retrieve(
     _out.print(f"sea state: {in_words(sea_state(maps), -1)}")
     _out.print(str(folder / "maps.nc"))
     return 0
+
+
+def _opened(echoes: Path, header: Path | None, name: list[str] | None) -> xr.Dataset:
+    """Echoes from a store, or from a recording and its header."""
+    from .interferometry import open_echoes, open_recording
+    from .io.recorded import RECORDING_ENDINGS
+
+    try:
+        if echoes.suffix.lower() in RECORDING_ENDINGS:
+            return open_recording(echoes, header, _overrides(name, "--name"))
+        if header is None:
+            return open_echoes(echoes)
+        raise InputError(f"--header {header}: goes with a recording ({', '.join(RECORDING_ENDINGS)}); leave it out")
+    except (SchemaError, InputError):
+        raise
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(f"ECHOES = '{echoes}': is not an echo store ({error}); give an echoes.zarr") from None
 
 
 def _answered(maps: xr.DataTree) -> list[str]:

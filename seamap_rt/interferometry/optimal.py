@@ -76,7 +76,7 @@ def optimal_heights(
 
 
 @compiled
-def _at(table, middle, per_spacing, dx, dy):  # type: ignore[no-untyped-def]
+def _at(table, middle, per_spacing, dx, dy):
     """The table at a lag [m], linear between its entries; 0 beyond."""
     east, north = dx * per_spacing + middle, dy * per_spacing + middle
     if east < 0.0 or north < 0.0 or east >= 2 * middle or north >= 2 * middle:
@@ -89,7 +89,7 @@ def _at(table, middle, per_spacing, dx, dy):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _factor(matrix, count, near):  # type: ignore[no-untyped-def]
+def _factor(matrix, count, near):
     """Cholesky's factor, in place, in the lower half.
 
     What is left of a height's variance when all before it are known is at least its own error's, less what goes
@@ -108,7 +108,7 @@ def _factor(matrix, count, near):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _neighbours(height, error, places, looks, look, start, stop, near, known):  # type: ignore[no-untyped-def]
+def _neighbours(height, error, places, looks, look, start, stop, near, known):
     """Fills near (row, gate, east, north, standard error) and their heights; how many there are."""
     rows, gates = height.shape
     count = 0
@@ -124,9 +124,7 @@ def _neighbours(height, error, places, looks, look, start, stop, near, known):  
 
 
 @compiled
-def _interpolate(  # type: ignore[no-untyped-def]
-    height, error, places, wanted, table, spacing, along, across, looks, together, first, last, found
-):
+def _interpolate(height, error, places, wanted, table, spacing, along, across, looks, together, first, last, found):
     """Looks first … last − 1 of found (mean and variance, look, gate)."""
     gates = height.shape[1]
     middle, per_spacing = table.shape[0] // 2, 1.0 / spacing

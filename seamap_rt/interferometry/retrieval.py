@@ -135,7 +135,13 @@ def retrieve_turn(
         "time": _look_times(model.stances.time, (turn + looks.sweeps / 360.0) * radar.period),
         "quality": flags,
     }
-    polar = build(
+    return _polar(fields, looks, model.paths, turn), Ground.of(model.stances, found, looks.sweeps)
+
+
+def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int) -> xr.Dataset:
+    """The polar map of fields (look, gate), and how it was made."""
+    radar, settings = looks.radar, looks.settings
+    return build(
         "maps/polar",
         {name: field[None] for name, field in fields.items()},
         {"turn": [turn], "azimuth": (radar.sector[0] + looks.sweeps) % 360.0, "range": radar.ranges},
@@ -145,13 +151,12 @@ def retrieve_turn(
             "estimator": settings.estimator,
             "window_range_m": settings.window_range_m,
             "window_azimuth_deg": settings.window_azimuth_deg,
-            "paths": model.paths,
+            "paths": paths,
             "pulse_m": 2.0 * np.sqrt(2.0 * np.log(2.0)) * radar.response.spread_m,
             "azimuth_beamwidth_deg": radar.azimuth_beamwidth,
             "crest_bias": settings.crest_bias,
         },
     )
-    return polar, Ground.of(model.stances, found, looks.sweeps)
 
 
 def _slopes(given: Interferogram, estimate: Estimate, height: Map, spread: Map) -> Slopes:

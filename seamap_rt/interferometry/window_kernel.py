@@ -8,7 +8,7 @@ from .compiled import compiled
 
 
 @compiled
-def window_sums(  # type: ignore[no-untyped-def]
+def window_sums(
     cross, lower, upper, known, range_weights, look_weights, per_gate, per_look, here, there, sums, powers, weights
 ):
     """Adds to sums (look, gate) complex, powers (2, look, gate) and weights (look, gate).
