@@ -151,12 +151,12 @@ def _sea_words(scene: Scene, resolved: Resolved) -> str:
 def left_out(scene: Scene, resolved: Resolved) -> list[dict[str, str]]:
     """Rows {what, why} of what was not, and why or by which key it would be."""
     beam = np.radians(antenna_array(scene.radar).narrowest_beam_deg)
-    facet_width = scene.radar.range_m[1] * beam / scene.tracing.columns_per_beam
+    facet_width = scene.radar.range_m[1] * beam / scene.detail.columns_per_beam
     rows = [
         ("multiple scattering", "one bounce; the second is not traced"),
         (
             "slopes of resolved waves that the mesh is too coarse for",
-            f"its columns are {facet_width:.2g} m wide at the far gate, its rungs {scene.tracing.facet_m:g} m apart; "
+            f"its columns are {facet_width:.2g} m wide at the far gate, its rungs {scene.detail.facet_m:g} m apart; "
             f"the shortest resolved waves are {2.0 * resolved.resolution_m:.2g} m long",
         ),
         (
@@ -284,11 +284,11 @@ def _left_out_of_the_sea(scene: Scene, resolved: Resolved) -> list[tuple[str, st
                 f"{resolved.skewness_stokes:.2g}",
             )
         )
-    if scene.tracing.facet_m > resolved.resolution_m:
+    if scene.detail.facet_m > resolved.resolution_m:
         rows.append(
             (
-                f"slopes of resolved waves shorter than {2.0 * scene.tracing.facet_m:g} m along the look",
-                f"facets are {scene.tracing.facet_m:g} m apart, the waves' grid {resolved.resolution_m:.3g} m: neither "
+                f"slopes of resolved waves shorter than {2.0 * scene.detail.facet_m:g} m along the look",
+                f"facets are {scene.detail.facet_m:g} m apart, the waves' grid {resolved.resolution_m:.3g} m: neither "
                 "the mesh nor the scattering has all of them; lower tracing.facet_m or coarsen sea.resolution_m",
             )
         )

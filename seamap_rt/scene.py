@@ -15,6 +15,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, model_validator
 
 from .conventions import SPEED_OF_LIGHT
+from .detail import MeshDetail, mesh_detail
 from .io import scenefile
 from .radar.array import antenna_array
 from .radar.checks import check_radar, pulses_of_a_look, pulses_of_a_turn
@@ -72,6 +73,16 @@ class Scene(Section):
     objects: Annotated[tuple[ObjectSettings, ...], BeforeValidator(as_tuple)] = ()
     tracing: TracingSettings = TracingSettings()
     retrieval: RetrievalSettings = RetrievalSettings()
+
+    @property
+    def detail(self) -> MeshDetail:
+        """How fine the mesh is made."""
+        return mesh_detail(self.sea, self.radar, self.tracing)
+
+    @property
+    def meshing(self) -> TracingSettings:
+        """The tracing with the mesh's spacings filled in."""
+        return self.detail.meshing(self.tracing)
 
     @property
     def wavelength_m(self) -> float:
@@ -357,7 +368,7 @@ class Scene(Section):
 
     @model_validator(mode="after")
     def _facets_follow_the_waves(self) -> Self:
-        facet = self.tracing.facet_m
+        facet = self.detail.facet_m
         for number, waves in enumerate(self.sea.waves):
             if isinstance(waves, SinusoidWaves) and waves.height_m > 0.0 and waves.wavelength_m < 4.0 * facet:
                 raise ValueError(
@@ -369,11 +380,11 @@ class Scene(Section):
 
     @model_validator(mode="after")
     def _mesh_fits_memory(self) -> Self:
-        far, facet = self.radar.range_m[1], self.tracing.facet_m
+        far, facet = self.radar.range_m[1], self.detail.facet_m
         array = antenna_array(self.radar)
         scanned = 0.0 if self.radar.scan == "staring" else sector_width(self.radar)
         width = scanned + 2.0 * BEAMS_BEYOND * array.beam_deg
-        columns = self.tracing.columns_per_beam * width / array.narrowest_beam_deg
+        columns = self.detail.columns_per_beam * width / array.narrowest_beam_deg
         # From the mast's foot on, as the mesher lays them: what is near shadows what is far.
         rungs = (far + RangeResponse.of(self.radar).support_m) / facet
         triangles = 2.0 * columns * rungs

@@ -566,14 +566,22 @@ class ObjectSettings(Section):
 
 
 class TracingSettings(Section):
-    """How the lit part of the sea is found, and how finely the sea is meshed."""
+    """How the lit part of the sea is found, and how finely the sea is meshed.
 
-    tracer: Literal["facets", "horizon"] = "facets"
+    The mesh is as fine as its errors ask: `height_error_m`, rms of the map's heights over cells more than half visible,
+    and `visible_error`, rms of a cell's visible share, in the expectation over speckle. `facet_m` or `columns_per_beam`
+    given are taken as they are.
+    """
+
+    tracer: Literal["facets", "horizon", "paths"] = "facets"
     diffraction: Literal["none", "knife_edge"] = "none"
-    facet_m: Annotated[float, limited("spacing of the mesh along the look", least=0.02, most=20.0)] = 0.5
-    columns_per_beam: Annotated[
-        int, limited("fewer than 3 alias the two-way pattern, more than 64 gain nothing", least=3, most=64)
-    ] = 4
+    height_error_m: Annotated[float, limited("an error is more than nothing", least=1e-4, most=10.0)] = 0.02
+    visible_error: Annotated[float, limited("a share of a cell", least=1e-3, most=1.0)] | None = None
+    facet_m: Annotated[float, limited("spacing of the mesh along the look", least=0.02, most=20.0)] | None = None
+    columns_per_beam: (
+        Annotated[int, limited("fewer than 3 alias the two-way pattern, more than 64 gain nothing", least=3, most=64)]
+        | None
+    ) = None
 
 
 class RetrievalSettings(Section):

@@ -102,7 +102,7 @@ class Simulator:
 
     def mesh(self, turn: int, clock: Stopwatch | None = None) -> SurfaceMesh:
         """The meshed sea of a turn."""
-        return self._mesh(polar_grid(self.radar, self.scene.tracing, turn, self.mast), clock or Stopwatch())
+        return self._mesh(polar_grid(self.radar, self.scene.meshing, turn, self.mast), clock or Stopwatch())
 
     def _mesh(self, grid: PolarGrid, clock: Stopwatch) -> SurfaceMesh:
         with clock("sea"):
@@ -133,7 +133,7 @@ class Simulator:
         """How the sea scatters, its mean found once on samples of the whole circle, for all turns and any sector."""
         if not self._scattering.needs_calibration:
             return self._scattering
-        grid, columns = circle_grid(self.scene.radar, self.scene.tracing)
+        grid, columns = circle_grid(self.scene.radar, self.scene.meshing)
         light = tracer("horizon", self.scene.radar, self.scene.scattering, diffraction=self.scene.tracing.diffraction)
         return self._scattering.calibrated(light(self._mesh(grid, Stopwatch())), columns)
 

@@ -98,7 +98,6 @@ def test_choppy_sea_is_the_default_scene_and_leaves_little_unsaid() -> None:
     swings = {f"platform.{name}" for way in ("roll", "pitch", "yaw") for name in (f"{way}_deg", *swing(way))}
     assert unsaid == {
         "scattering.nrcs_db",
-        "tracing.columns_per_beam",
         "retrieval.min_snr_db",
         "retrieval.ground_m",
         "retrieval.receivers",

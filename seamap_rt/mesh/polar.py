@@ -25,6 +25,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from ..conventions import unit_from_azimuth
+from ..detail import radar_detail
 from ..radar.array import antenna_array
 from ..radar.mast import Mast, Stance, column_frame
 from ..radar.scan import BEAMS_BEYOND, sector_width
@@ -117,12 +118,12 @@ class PolarGrid:
 
 
 def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int, mast: Mast | None = None) -> PolarGrid:
-    """The grid of a turn: columns a fraction of the beam wide, rungs `facet_m` apart over the range window.
+    """The grid of a turn: columns a fraction of the beam wide, rungs equally far apart over the range window.
 
     mast: where the antennas are; left out, on a boat at rest.
     """
-    mast, array = mast or Mast(radar), antenna_array(radar)
-    per_circle = int(np.ceil(360.0 / (array.narrowest_beam_deg / tracing.columns_per_beam)))
+    mast, array, detail = mast or Mast(radar), antenna_array(radar), radar_detail(radar, tracing)
+    per_circle = int(np.ceil(360.0 / (array.narrowest_beam_deg / detail.columns_per_beam)))
     spacing = 360.0 / per_circle
     sector = np.linspace(0.0, sector_width(radar) / 360.0, 721)
     scanned = (turn + sector) * mast.period
@@ -134,7 +135,7 @@ def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int, mast: 
     beyond = int(np.ceil((reach + np.abs(mast.swing(scanned)).max()) / spacing))
     # From the foot of the mast on, though the gates may start further out: what is near can shadow what is far.
     far = radar.range_m[1] + RangeResponse.of(radar).support_m
-    rungs = int(np.ceil((far - _INNERMOST) / tracing.facet_m)) + 1
+    rungs = int(np.ceil((far - _INNERMOST) / detail.facet_m)) + 1
     if radar.scan == "staring":
         middle = round(0.5 * sector_width(radar) / spacing)
         line = np.arange(middle - beyond, middle + beyond + 1)
@@ -158,7 +159,7 @@ def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int, mast: 
         sweep=sweep,
         azimuth=azimuth,
         time=time,
-        ground_range=_INNERMOST + tracing.facet_m * np.arange(rungs, dtype=np.float64),
+        ground_range=_INNERMOST + detail.facet_m * np.arange(rungs, dtype=np.float64),
         stance=mast.stance(time),
         column_stance=middles,
         drift=np.einsum("cij,caj->cai", frame, mast.velocity(column_time)),

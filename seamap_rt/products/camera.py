@@ -39,7 +39,7 @@ class Camera:
         """scatterer: how the run's sea scatters, its mean calibrated."""
         self.scene, self.sea, self.places = scene, sea, places
         self._trace, self._scatterer = trace, scatterer
-        self._grid = polar_grid(scene.radar, scene.tracing, 0)
+        self._grid = polar_grid(scene.radar, scene.meshing, 0)
         x, y = np.meshgrid(places, places)
         self._inside, self._column, self._facet = facets_under(self._grid, scene.radar, x, y)
 

@@ -118,7 +118,7 @@ class TestAgainstTheExactSinusoid:
     @pytest.mark.parametrize("phase", [0.0, 40.0, 200.0])
     def test_whole_window_by_default_settings(self, name: str, azimuth: float, wavelength: float, phase: float) -> None:
         made = along_waves(wavelength, azimuth, phase, facet_m=0.5)
-        assert made.tracing == scene("sinusoid").tracing  # these are the defaults
+        assert made.detail == scene("sinusoid").detail  # these are the defaults
         facets = trace(name, mesh_turn(sea.realize(made.sea, 1), made.radar, made.tracing, 0), made)
         window = np.array([40.0, 400.0])
         for antenna in (0, 1):
@@ -269,7 +269,7 @@ def test_distant_crest_above_the_antenna(name: str) -> None:
 
     made = narrow()
     facets, lit = lit_rings(name, wall, made)
-    facet = made.tracing.facet_m
+    facet = made.detail.facet_m
     assert lit[..., facets.distance < 60.0 - facet].all()
     assert not lit[..., facets.distance > 60.0 + facet].any()
 
@@ -286,8 +286,8 @@ def test_shadow_of_a_low_wall_ends_where_the_ray_lands(name: str) -> None:
     for antenna, height in ((0, 4.9), (1, 5.1)):
         lands = 20.0 * height / (height - 2.0)
         dark = ~lit[antenna]
-        between = (facets.distance > 21.0) & (facets.distance < lands - made.tracing.facet_m)
-        beyond = facets.distance > lands + made.tracing.facet_m
+        between = (facets.distance > 21.0) & (facets.distance < lands - made.detail.facet_m)
+        beyond = facets.distance > lands + made.detail.facet_m
         assert dark[:, between].all()
         assert not dark[:, beyond].any()
 
@@ -315,7 +315,7 @@ def test_tilt_moves_the_antennas_along_the_look(name: str, tilt: float) -> None:
         height = 5.0 + side * 2.0 * np.cos(np.radians(tilt))
         lands = along + (20.0 - along) * height / (height - 2.0)
         dark = ~lit[antenna]
-        reach = made.tracing.facet_m
+        reach = made.detail.facet_m
         assert lit[antenna][:, (facets.distance > 3.0) & (facets.distance < 19.0)].all()
         assert dark[:, (facets.distance > 21.0) & (facets.distance < lands - reach)].all()
         assert not dark[:, facets.distance > lands + reach].any()
