@@ -13,8 +13,10 @@ import numpy as np
 import xarray as xr
 from cyclopts import App, CycloptsError, Parameter
 from rich.console import Console
+from rich.text import Text
 
 from . import __version__
+from .account import account_lines
 from .backend import NoBackend, doctor, doctor_lines
 from .dataset import QUALITY_FLAGS, SchemaError
 from .io.scenefile import InputError, list_shipped, read_toml
@@ -74,6 +76,13 @@ def _headline(metrics: dict[str, Any]) -> str:
     )
 
 
+def _print_account(metrics: dict[str, Any]) -> None:
+    """What was modelled and left out; on a terminal the kind of each line stands out."""
+    for line in account_lines(metrics["modelled"], metrics["left_out"]):
+        kind, said = line.split(": ", 1)
+        _out.print(Text.assemble((f"{kind}: ", "bold" if kind == "modelled" else "dim bold"), said))
+
+
 def _warn_of_folds(metrics: dict[str, Any]) -> None:
     from .report import fold_warning
 
@@ -105,7 +114,7 @@ def run(
     seed
         Of all random numbers.
     tracer
-        facets or horizon.
+        facets, horizon or paths.
     overwrite
         Replace another run's results in that folder.
     set_
@@ -119,6 +128,7 @@ def run(
         result = run_scene(loaded, out, overwrite=overwrite, progress=say)
     finally:
         stop()
+    _print_account(result.metrics)
     _out.print(_headline(result.metrics))
     _out.print(f"sea state from the maps: {result.metrics['sea_state_in_words']}")
     _warn_of_folds(result.metrics)

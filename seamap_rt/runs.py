@@ -17,6 +17,7 @@ from typing import Any
 
 import xarray as xr
 
+from .account import costed
 from .echoes.files import EchoStore
 from .interferometry import open_echoes, retrieve_one, sea_state
 from .interferometry.sea_state import in_words
@@ -131,6 +132,7 @@ def run(
             "peak_memory_bytes": _peak_memory(),
             **simulator.facts(),
         }
+        metrics["modelled"] = costed(metrics["modelled"], metrics["timing_s"])
         metrics["run_s"] = time.perf_counter() - start
         write_report(folder, scene, maps, truth, metrics, open_echoes(folder / "echoes.zarr"))
     metrics["run_s"] = time.perf_counter() - start

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, model_validator
 
 from .conventions import SPEED_OF_LIGHT
-from .detail import MeshDetail, mesh_detail
+from .detail import MOST_TRIANGLES, MeshDetail, mesh_detail, triangles
 from .io import scenefile
 from .radar.array import antenna_array
 from .radar.checks import check_radar, pulses_of_a_look, pulses_of_a_turn
@@ -40,7 +40,6 @@ from .settings import (
 )
 
 LEAST_MARGIN_M = 30.0  # beyond the far gate; the mesh itself runs on by the range response's reach
-MOST_TRIANGLES = 2e7
 BYTES_PER_VOLTAGE = 32.0  # the voltage itself, its noise and the sums it is made from
 MOST_ECHO_BYTES = 8e9
 MOST_GROUND_CELLS = 1e7
@@ -77,7 +76,7 @@ class Scene(Section):
     @property
     def detail(self) -> MeshDetail:
         """How fine the mesh is made."""
-        return mesh_detail(self.sea, self.radar, self.tracing)
+        return mesh_detail(self.sea, self.radar, self.tracing, self.scattering)
 
     @property
     def meshing(self) -> TracingSettings:
@@ -380,19 +379,13 @@ class Scene(Section):
 
     @model_validator(mode="after")
     def _mesh_fits_memory(self) -> Self:
-        far, facet = self.radar.range_m[1], self.detail.facet_m
-        array = antenna_array(self.radar)
-        scanned = 0.0 if self.radar.scan == "staring" else sector_width(self.radar)
-        width = scanned + 2.0 * BEAMS_BEYOND * array.beam_deg
-        columns = self.detail.columns_per_beam * width / array.narrowest_beam_deg
-        # From the mast's foot on, as the mesher lays them: what is near shadows what is far.
-        rungs = (far + RangeResponse.of(self.radar).support_m) / facet
-        triangles = 2.0 * columns * rungs
-        if triangles > MOST_TRIANGLES:
+        facet, columns = self.detail.facet_m, self.detail.columns_per_beam
+        count = float(triangles(self.radar, facet, columns))
+        if count > MOST_TRIANGLES:
             raise ValueError(
-                f"tracing.facet_m = {facet:.10g}: must be at least {_up(facet * triangles / MOST_TRIANGLES)} "
-                f"for this sector and range (the mesh would have {triangles:.3g} triangles, "
-                f"{_gigabytes(triangles)}, and may have {MOST_TRIANGLES:.3g}, {_gigabytes(MOST_TRIANGLES)}); "
+                f"tracing.facet_m = {facet:.10g}: must be at least {_up(facet * count / MOST_TRIANGLES)} "
+                f"for this sector and range (the mesh would have {count:.3g} triangles, "
+                f"{_gigabytes(count)}, and may have {MOST_TRIANGLES:.3g}, {_gigabytes(MOST_TRIANGLES)}); "
                 "raise tracing.facet_m, lower tracing.columns_per_beam, narrow radar.sector_deg or shorten "
                 "radar.range_m"
             )

@@ -126,7 +126,7 @@ def strict_json(path: Path) -> dict[str, Any]:
         ("radar.height_m=high", ("radar.height_m", "number")),
         ("radar.height_m", ("--set radar.height_m", "KEY=VALUE")),
         ("=5", ("--set =5", "KEY=VALUE")),
-        ("tracing.tracer=paths", ("tracing.tracer", "facets", "horizon")),
+        ("tracing.tracer=photons", ("tracing.tracer", "facets", "horizon", "paths")),
         ("turns=0", ("turns = 0", "at least 1")),
     ],
 )
@@ -207,7 +207,7 @@ def test_simulate_minds_only_what_it_writes(call: Any) -> None:
         (("run", "tiny", "--bogus", "3"), ("--bogus",)),
         (("run", "tiny", "--set"), ("--set",)),
         (("run", "tiny", "--turns", "many"), ("--turns", "many")),
-        (("run", "tiny", "--tracer", "paths"), ("tracing.tracer", "facets")),
+        (("run", "tiny", "--tracer", "photons"), ("tracing.tracer", "facets")),
         (("run", "tiny", "--seed", "-1"), ("seed = -1",)),
         (("run",), ("scene",)),
         (("simulate", "tiny"), ("--out",)),
@@ -301,6 +301,22 @@ def test_run_writes_every_file_of_the_contract(two_turns: Made) -> None:
     assert str(two_turns.folder / "report.html") in told[-1]
 
 
+def test_run_tells_what_was_modelled_and_what_was_left_out(two_turns: Made) -> None:
+    told = two_turns.answer.out.splitlines()
+    assert len(told) <= 25
+    metrics, account = strict_json(two_turns.folder / "metrics.json"), told[:-3]
+    for key, kind in (("modelled", "modelled: "), ("left_out", "left out: ")):
+        lines = [line for line in account if line.startswith(kind)]
+        for row in metrics[key]:
+            assert any(row["what"] in line for line in lines)
+    shadowing = next(row for row in metrics["modelled"] if row["what"] == "shadowing")
+    assert shadowing["cost_s"] == metrics["timing_s"]["warm"]["trace"]
+    assert f"modelled: shadowing ({shadowing['cost']}; without it {shadowing['error']})" in account
+    page = (two_turns.folder / "report.html").read_text(encoding="utf-8")
+    assert shadowing["cost"] in page
+    assert shadowing["error"] in page
+
+
 def test_metrics_are_strict_json_with_the_contracts_keys(two_turns: Made) -> None:
     metrics = strict_json(two_turns.folder / "metrics.json")
     by_range = ("height_rmse_m", "height_robust_m", "height_bias_m", "slope_rmse", "visible_fraction")
@@ -324,7 +340,8 @@ def test_metrics_are_strict_json_with_the_contracts_keys(two_turns: Made) -> Non
     assert metrics["rays"] == 0  # the horizon tracer shoots none
     assert 5e7 < metrics["peak_memory_bytes"] < 4e9
     for key in ("modelled", "left_out"):
-        assert all(row.keys() >= {"what", "why"} for row in metrics[key])
+        assert all(row.keys() >= {"what", "why", "error", "source"} for row in metrics[key])
+    assert all(row["cost"] for row in metrics["modelled"])
 
 
 def test_products_keep_the_schema_and_hold_both_turns(two_turns: Made) -> None:
@@ -442,7 +459,7 @@ def test_same_seed_same_bits_another_seed_another_sea(two_turns: Made, call: Any
 
 
 def test_options_stand_for_their_keys(call: Any) -> None:
-    answer = call("run", "tiny", *settings(), "--tracer", "paths", "--set", "turns=3")
+    answer = call("run", "tiny", *settings(), "--tracer", "photons", "--set", "turns=3")
     assert_refused(answer, "tracing.tracer")  # the option wins over the key that was set
     assert_refused(call("run", "tiny", *settings(), "--turns", -1, "--set", "turns=3"), "turns = -1")
 

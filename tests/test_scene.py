@@ -231,7 +231,7 @@ def test_overrides_are_part_of_the_resolved_scene(tmp_path: Path) -> None:
             ],
         ),
         (
-            {"tracing.facet_m": 0.02},
+            {"tracing.facet_m": 0.02, "tracing.columns_per_beam": 4},
             [
                 "tracing.facet_m = 0.02: ",
                 "at least 0.03339",
@@ -301,7 +301,8 @@ def test_a_refusal_names_key_value_limit_and_remedy(overrides: dict[str, Any], p
         ({"retrieval.cell_azimuth_deg": 0.01}, {"retrieval.cell_azimuth_deg": 0.072}),
         ({"retrieval.cell_azimuth_deg": 0.01}, {"radar.prf_hz": 72000}),
         ({"retrieval.cell_azimuth_deg": 0.01}, {"radar.rotation_rpm": 8.333}),
-        ({"tracing.facet_m": 0.02}, {"tracing.facet_m": 0.03339}),
+        ({"tracing.facet_m": 0.02, "tracing.columns_per_beam": 4}, {"tracing.facet_m": 0.03339}),
+        ({"tracing.facet_m": 0.02}, {"tracing.facet_m": 0.02504}),
         ({"scattering.wind_speed_m_s": 20.0}, {"scattering.wind_speed_m_s": 13.24}),
         ({"scattering.nrcs": "git"}, {"radar.range_m": [28.8, 400.0]}),
     ],

@@ -226,7 +226,7 @@ def asked_spectra(
     gate = np.rint((paths.range[0] - gates(radar)[0]) / radar.range_sampling_m)
 
     def by_doppler(share: NDArray[np.float64], outward: NDArray[np.float64] | float) -> NDArray[np.float64]:
-        doppler = -k / np.pi * (paths.radial_velocity + outward)
+        doppler = -k / np.pi * (paths.coming.mean(axis=0) + outward)
         edges = [np.arange(gates(radar).size + 1) - 0.5, np.append(frequency, frequency[-1] + step) - 0.5 * step]
         return np.histogram2d(gate.ravel(), doppler.ravel(), edges, weights=(share * power).ravel())[0]
 

@@ -9,7 +9,7 @@ has the others from the turn before. The ways:
 
   plain        fields by FFT at knots, interpolated as they are: bilinear or cubic (Keys 1981) in space, cubic in time
   spline       this package: elevation and potential by FFT, as B-splines in space and time (the default is marked)
-  nufft, knots FINUFFT (Barnett et al. 2019) at all points for each knot, then a cubic B-spline in time
+  nufft, knots FINUFFT (Barnett et al. 2019) at all points for each knot, then a B-spline in time
   nufft, times FINUFFT at each column's own time; four columns are timed, the rest extrapolated
   exact        the direct sum in float64; timed at the drawn points, extrapolated
 """
@@ -49,7 +49,8 @@ from seamap_rt.report.style import (
 from seamap_rt.sea import direct_sum, realize
 from seamap_rt.sea.accuracy import TIME_ORDER
 from seamap_rt.sea.dispersion import orbital_ratio
-from seamap_rt.sea.moving_field import MovingField
+from seamap_rt.sea.lanes import LANES
+from seamap_rt.sea.moving_field import TAPS, MovingField
 from seamap_rt.sea.parts import PlanePart, Quantity
 from seamap_rt.sea.spline import bspline_polynomials, bspline_transform
 from seamap_rt.sea.spline_kernel import DERIVATIVES, spline_kernel
@@ -70,6 +71,7 @@ PLAIN_WEIGHTS = {
     "cubic": (_KEYS[None], _KEYS[None], _IN_TIME),
 }
 """Along rows, columns and time, (derivative, power, tap)."""
+PLAIN_ROWS = 3  # of halo, as the widest of them takes
 
 
 @dataclass(frozen=True)
@@ -178,14 +180,15 @@ class Spectra:
         waves = moved * self.factor[quantity]
         return np.complex64(0.5) * (waves + np.conj(waves[::-1, ::-1]))
 
-    def grid(self, quantity: Quantity, t: float, size: int) -> NDArray[np.float32]:
-        """The quantity on a grid of size × size points."""
+    def grid(self, quantity: Quantity, t: float, size: int, halo: tuple[int, int]) -> NDArray[np.float32]:
+        """The quantity on a grid of size × size points, its first rows and columns once more behind the last."""
         whole = self.real(quantity, self.moved(t))
         most = self.lattice.reach[0]
         half = np.zeros((size, size // 2 + 1), dtype=np.complex64)
         half[: most + 1, : most + 1] = whole[most:, most:]
         half[size - most :, : most + 1] = whole[:most, most:]
-        return np.asarray(scipy.fft.irfft2(half, s=(size, size), norm="forward", workers=THREADS))
+        plain = np.asarray(scipy.fft.irfft2(half, s=(size, size), norm="forward", workers=THREADS))
+        return np.pad(plain, ((0, halo[0]), (0, halo[1])), mode="wrap")
 
     def at_points(self, t: float, x: NDArray, y: NDArray, eps: float, sharpen: NDArray | float = 1.0) -> NDArray:
         """All quantities at points by FINUFFT in single precision; two real fields share one complex transform."""
@@ -219,11 +222,13 @@ def plain_ways(plane: PlanePart, mesh: Mesh) -> Iterator[Way]:
                 knots = range(first - 1, first + 3)
                 for number in (number for number in knots if number not in grids):
                     start = time.perf_counter()
-                    grids[number] = spectra.grid(quantity, number / PLAIN_STEPS, size)
+                    grids[number] = spectra.grid(quantity, number / PLAIN_STEPS, size, (PLAIN_ROWS, LANES - 1))
                     transforms.append(time.perf_counter() - start)
                 grids = {number: grids[number] for number in knots}  # a fine grid has 100 MB
                 for name, kernel in kernels.items():
-                    known = (tuple(grids.values()), mesh.x, mesh.y, knot_time, scale)
+                    spare = PLAIN_ROWS + 1 - PLAIN_WEIGHTS[name][0].shape[2]  # rows of halo that it does not take
+                    taken = tuple(grid[: grid.shape[0] - spare] for grid in grids.values())
+                    known = (taken, mesh.x, mesh.y, knot_time, scale)
                     unit = np.ones(len(DERIVATIVES))
                     gathering[name] += median_seconds(
                         lambda: on_all_cores(kernel, *known, points, unit, place, values[name])  # noqa: B023
@@ -247,7 +252,7 @@ def on_all_cores(kernel: Callable[..., None], *arguments) -> None:
 
 
 def nufft_knot_ways(plane: PlanePart, mesh: Mesh) -> Iterator[Way]:
-    """A non-uniform FFT of all quantities at each knot for the points around it, then a cubic B-spline in time."""
+    """A non-uniform FFT of all quantities at each knot for the points around it, then a B-spline in time."""
     spectra = Spectra(plane)
     for steps, eps in ((4, 1e-3), (5, 1e-4), (8, 1e-5)):
         sharpen = 1.0 / bspline_transform(TIME_ORDER, spectra.omega / (2.0 * np.pi * steps))
@@ -256,11 +261,11 @@ def nufft_knot_ways(plane: PlanePart, mesh: Mesh) -> Iterator[Way]:
         weights = np.polynomial.polynomial.polyval(knot_time - interval, bspline_polynomials(TIME_ORDER, 0)[0])
         found = np.zeros((len(QUANTITIES), mesh.t.size))
         taken = []
-        for knot in range(int(interval.min()) - 1, int(interval.max()) + 3):
+        for knot in range(int(interval.min()) + TAPS[0], int(interval.max()) + TAPS[-1] + 1):
             start = time.perf_counter()
-            points = np.flatnonzero((interval >= knot - 2) & (interval <= knot + 1))
+            points = np.flatnonzero((interval >= knot - TAPS[-1]) & (interval <= knot - TAPS[0]))
             values = spectra.at_points(knot / steps, mesh.x[points], mesh.y[points], eps, sharpen)
-            found[:, points] += weights[knot - interval[points] + 1, points] * values
+            found[:, points] += weights[knot - interval[points] - TAPS[0], points] * values
             taken.append(time.perf_counter() - start)
         yield Way("nufft, knots", f"{steps} knots/s, ε = {eps:.0e}", sum(taken), mesh.errors(found[:, mesh.picked]))
 

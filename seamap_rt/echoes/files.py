@@ -74,7 +74,7 @@ def echo_dataset(
     moving = sensed is not None or any(turn.mast.swing(turn.time).any() for turn in turns)
     bearings = [stance.bearing for stance in stances] if moving else [turn.azimuth for turn in turns]
     values = {
-        "voltage": np.concatenate([each.voltage for each in received]),
+        "voltage": received[0].voltage if len(received) == 1 else np.concatenate([each.voltage for each in received]),
         "position": np.concatenate([stance.positions for stance in stances]),
         "attitude": np.concatenate([stance.attitude for stance in stances]),
         "flag": flags,

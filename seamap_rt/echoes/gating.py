@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -82,19 +83,29 @@ class GateBlock:
 
 
 class Gating:
-    """The range response of all gates to the facets of a turn."""
+    """The range response of all gates to the facets of a turn.
+
+    `tables` hold it for each path, at (n + ½) `step` [m] off the gate's middle and 0 from the last entry on; the same
+    object where paths are alike.
+    """
 
     def __init__(self, radar: RadarSettings, facets: Facets, samples: Samples | None = None) -> None:
         samples = samples or gate_samples(radar)
         self.range = samples.range
+        self.step = _STEP
         self._support = samples.support_m
+        self._facets = facets
         grid = np.arange(0.5 * _STEP, self._support + 2.0 * _STEP, _STEP)  # middles: an index is cut, not rounded
         tables = {response: np.append(response(grid), 0.0).astype(np.float32) for response in set(samples.responses)}
-        self._tables = [tables[response] for response in samples.responses]
-        self.blocks = list(self._blocks(radar, facets))
+        self.tables = [tables[response] for response in samples.responses]
         self.level = _level(radar, self.range, samples.responses[0], self._support)
 
-    def _blocks(self, radar: RadarSettings, facets: Facets) -> Iterator[GateBlock]:
+    @cached_property
+    def blocks(self) -> list[GateBlock]:
+        """Which facets each few gates can hear."""
+        return list(self._blocks(self._facets))
+
+    def _blocks(self, facets: Facets) -> Iterator[GateBlock]:
         margin = self._support + float(np.linalg.norm(facets.grid.places, axis=-1).max())
         drop = -facets.rise
         highest, lowest = max(float(drop.max()), 0.0), float(np.abs(drop).min())
@@ -115,11 +126,11 @@ class Gating:
         """h(r_gate − R) (path, …, facet of the block, gate) for facets of half-path length R (path, …, all facets)."""
         scaled = (length[..., block.facets] * (1.0 / _STEP)).astype(np.float32)
         offset = np.abs(scaled[..., None] - (self.range[block.gates] * (1.0 / _STEP)).astype(np.float32))
-        np.minimum(offset, np.float32(self._tables[0].size - 1), out=offset)
+        np.minimum(offset, np.float32(self.tables[0].size - 1), out=offset)
         index = offset.astype(np.int32)
-        if all(table is self._tables[0] for table in self._tables):
-            return self._tables[0].take(index)
-        return np.stack([table.take(part) for table, part in zip(self._tables, index, strict=True)])
+        if all(table is self.tables[0] for table in self.tables):
+            return self.tables[0].take(index)
+        return np.stack([table.take(part) for table, part in zip(self.tables, index, strict=True)])
 
 
 def _level(

@@ -15,12 +15,13 @@ and 20° are 6 %.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import Facets
-from .speckle import speckle_basis, speckle_weights, two_way_basis
+from .speckle import speckle_basis, speckle_stream, two_way_basis
 
 _BREAKERS = (1,)  # the draw of a column that is theirs; the Bragg waves have its first
 
@@ -131,24 +132,35 @@ class MovingSpeckle:
         turning = -2.0 * wavenumber * spacing_s * np.arange(knots, dtype=np.float64)
         return cls(motion, bragg, contrast, breakers, turning, seed)
 
-    def __call__(self, column: int, column_number: int, out: NDArray[np.complex64]) -> None:
-        """Fill out (knot, facet) for one column."""
-        modes, facets = len(self.bragg), out.shape[1]
-        basis = self.bragg_of(column)
-        weights = speckle_weights(self.seed, column_number, modes, facets)
-        share = None if self.motion.breaking is None else self.motion.breaking[column]
-        if share is not None and share.any():
-            # Both kinds of scatterers in one product: their modes side by side, each with its share of every facet.
-            others = speckle_weights(self.seed, column_number, len(self.breakers), facets, _BREAKERS)
-            basis = np.concatenate((basis, self.breakers_of(column)))
-            weights = np.concatenate((np.sqrt(1.0 - share) * weights, np.sqrt(share) * others))
-        np.matmul(basis.T, weights, out=out)
+    def modes(self, columns: slice) -> tuple[NDArray[np.complex64], ...]:
+        """(column, mode, knot) of Bragg waves and, where there are any, of breakers."""
+        return (self.bragg_of(columns), self.breakers_of(columns)) if self._breaks else (self.bragg_of(columns),)
 
-    def bragg_of(self, column: int) -> NDArray[np.complex64]:
-        strength = 1.0 + (2.0 * self.motion.approaching[column] - 1.0) * self.contrast
-        rows = self.bragg * np.sqrt(strength)[:, None]
-        rows /= np.sqrt(np.sum(np.abs(rows) ** 2, axis=0))  # unit variance at every knot, exactly
+    @property
+    def streams(self) -> NDArray[np.uint64]:
+        """Keys of the random source for Bragg waves and breakers."""
+        draws = ((), _BREAKERS) if self._breaks else ((),)
+        return np.array([speckle_stream(self.seed, draw) for draw in draws], dtype=np.uint64)
+
+    def strengths(self, chosen: tuple[NDArray[np.intp], NDArray[np.intp]]) -> NDArray[np.float32]:
+        """(n, kind): voltage of Bragg waves and of breakers on the facets with these columns' and their own numbers."""
+        if self.motion.breaking is None or not self._breaks:
+            return np.ones((chosen[0].size, 1), dtype=np.float32)
+        share = self.motion.breaking[chosen]
+        return np.sqrt(np.stack((1.0 - share, share), axis=1)).astype(np.float32, copy=False)
+
+    def bragg_of(self, columns: slice) -> NDArray[np.complex64]:
+        """(column, mode, knot)."""
+        strength = 1.0 + (2.0 * self.motion.approaching[columns, None] - 1.0) * self.contrast
+        rows = self.bragg * np.sqrt(strength)[..., None]
+        rows /= np.sqrt(np.sum(np.abs(rows) ** 2, axis=1, keepdims=True))  # unit variance at every knot, exactly
         return rows.astype(np.complex64)
 
-    def breakers_of(self, column: int) -> NDArray[np.complex64]:
-        return (self.breakers * np.exp(1j * self.motion.breaker_speed[column] * self.turning)).astype(np.complex64)
+    def breakers_of(self, columns: slice) -> NDArray[np.complex64]:
+        """(column, mode, knot)."""
+        turned = np.exp(1j * self.motion.breaker_speed[columns, None] * self.turning)
+        return (self.breakers * turned[:, None]).astype(np.complex64)
+
+    @cached_property
+    def _breaks(self) -> bool:
+        return self.motion.breaking is not None and bool(self.motion.breaking.any())

@@ -22,7 +22,7 @@ from ..radar.receiver import amplitude_constant
 from ..settings import RadarSettings
 
 Path = tuple[int, int]  # the two antennas
-_STEADY = 1e-6  # m/s of the antennas against each other: at 100 Hz of bandwidth a phase of 1e-5 rad
+Chosen = tuple[NDArray[np.intp], NDArray[np.intp]]  # numbers of columns and of facets, which broadcast
 
 
 @dataclass(frozen=True)
@@ -33,16 +33,9 @@ class FacetPaths:
     length: NDArray[np.float64]  # (path, column, facet) half the path transmitter → facet → receiver [m]
     range: NDArray[np.float64]  # (antenna, column, facet) m
     difference: NDArray[np.float64]  # (antenna, column, facet) R − R₀ [m]
-    radial_velocity: NDArray[np.float64]  # m/s, positive away: the mean over the antennas
-    apart_velocity: NDArray[np.float64] | None  # (antenna, column, facet) m/s over that mean; None if all the same
+    coming: NDArray[np.float64]  # (antenna, column, facet) m/s, radial velocity seen from each antenna, positive away
     # (path, column, facet) voltage at boresight azimuth, before the range response [√W]; complex where light bends
     amplitude: NDArray[np.float32] | NDArray[np.complex64]
-
-    def coming(self, antenna: int) -> NDArray[np.float64]:
-        """Radial velocity [m/s] against one antenna."""
-        if self.apart_velocity is None:
-            return self.radial_velocity
-        return self.radial_velocity + self.apart_velocity[antenna]
 
 
 def facet_paths(
@@ -51,74 +44,80 @@ def facet_paths(
     radar: RadarSettings,
     columns: slice,
     paths: tuple[Path, ...] | None = None,
+    chosen: Chosen | None = None,
 ) -> FacetPaths:
     """The facets of `columns` on paths between antennas; left out, on those that the radar's mode uses.
 
     rcs (column, facet) [m²] is that of all columns; a facet echoes on a path only if it is lit for both of its
     antennas. With a diffracted field it echoes as far as that reaches it, lit or not, out and back alike.
+    chosen: numbers (n,) of columns and facets: these alone, and (n,) stands for (column, facet) in what is returned.
     """
     if facets.lit is None:
         raise ValueError("these facets have not been traced; call a tracer first")
     array, grid = antenna_array(radar), facets.grid
     paths = array.paths if paths is None else paths
-    rise = facets.height[columns] - grid.column_height[columns]
-    ahead, aside = facets.distance * np.cos(facets.angle), facets.distance * np.sin(facets.angle)
-    square = facets.distance**2 + rise**2
+    if chosen is None:
+        number = np.arange(facets.height.shape[0])[columns]
+        chosen = number[:, None], np.arange(facets.distance.size)[None, :]
+    column, facet = chosen
+    distance = facets.distance[facet]
+    rise = facets.height[chosen] - grid.column_height[column, 0]
+    ahead, aside = ((facets.distance * part(facets.angle))[facet] for part in (np.cos, np.sin))
+    square = distance**2 + rise**2
     middle = np.sqrt(square)
-    places = grid.places[columns]
+    places = grid.places
 
     def towards(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
         """(column, facet): products of the facets' places with a vector (column, 3) each."""
-        product = vectors[:, 2:] * rise
-        for part, along in ((vectors[:, :1], ahead), (vectors[:, 1:2], aside)):
-            if part.any():  # an upright array stands on its own axis
-                product += part * along
+        product = vectors[column, 2] * rise
+        for axis, along in ((0, ahead), (1, aside)):
+            if vectors[:, axis].any():  # an upright array stands on its own axis
+                product += vectors[column, axis] * along
         return product
 
     ranges = np.empty((places.shape[1], *middle.shape))
     difference = np.zeros_like(ranges)
     for antenna in range(places.shape[1]):
         place = places[:, antenna]
-        ranges[antenna] = np.sqrt(square - 2.0 * towards(place) + np.sum(place**2, axis=1)[:, None])
+        ranges[antenna] = np.sqrt(square - 2.0 * towards(place) + np.sum(place**2, axis=1)[column])
     for antenna in range(1, places.shape[1]):
         place, first = places[:, antenna], places[:, 0]
-        squares = np.sum(place**2 - first**2, axis=1)[:, None] - 2.0 * towards(place - first)
+        squares = np.sum(place**2 - first**2, axis=1)[column] - 2.0 * towards(place - first)
         difference[antenna] = squares / (ranges[antenna] + ranges[0])
 
-    drift = grid.drift[columns]
-    common = drift.mean(axis=1)
-    velocity = facets.velocity_look[columns] * facets.distance + facets.velocity_up[columns] * rise
-    if common.any():
-        velocity -= towards(common)
-    velocity /= middle
-    apart = drift - common[:, None]
-    moving = np.abs(apart).max(initial=0.0) > _STEADY
-    apart_velocity = np.stack([-towards(apart[:, n]) / middle for n in range(apart.shape[1])]) if moving else None
+    look, up = facets.velocity_look[chosen].astype(np.float64), facets.velocity_up[chosen].astype(np.float64)
+    flow = look * distance + up * rise
+    coming = np.empty_like(ranges)
+    for antenna in range(places.shape[1]):
+        # (u − d)·(r − a), with the facet's velocity u and place r, and the antenna's d and a.
+        place, drift = places[:, antenna], grid.drift[:, antenna]
+        product = flow - look * place[column, 0] - up * place[column, 2]
+        if drift.any():
+            product -= towards(drift) - np.sum(drift * place, axis=1)[column]
+        coming[antenna] = product / ranges[antenna]
 
-    sine = towards(grid.array_up[columns]) / middle
+    sine = towards(grid.array_up) / middle
     return FacetPaths(
         paths=paths,
         length=np.stack([ranges[i] if i == j else 0.5 * (ranges[i] + ranges[j]) for i, j in paths]),
         range=ranges,
         difference=difference,
-        radial_velocity=velocity,
-        apart_velocity=apart_velocity,
-        amplitude=_amplitudes(facets, rcs, radar, columns, paths, ranges, sine),
+        coming=coming,
+        amplitude=_amplitudes(facets, np.sqrt(rcs[chosen]), radar, chosen, paths, ranges, sine),
     )
 
 
 def _amplitudes(
     facets: Facets,
-    rcs: NDArray[np.float32],
+    root: NDArray[np.float32],
     radar: RadarSettings,
-    columns: slice,
+    chosen: Chosen,
     paths: tuple[Path, ...],
     ranges: NDArray[np.float64],
     sine: NDArray[np.float64],
 ) -> NDArray[np.float32] | NDArray[np.complex64]:
-    """(path, column, facet) √W; sine: direction cosine of each facet up the array."""
+    """(path, column, facet) √W; root: of the cross-sections; sine: direction cosine of each facet up the array."""
     elements = antenna_array(radar).elements
-    root = np.sqrt(rcs[columns])
     cuts: dict[Cut, NDArray[np.float64]] = {}
 
     def cut(antenna: Antenna) -> NDArray[np.float64]:
@@ -133,10 +132,10 @@ def _amplitudes(
         voltage = amplitude_constant(radar, gain) * cut(one) * cut(other) * root / (ranges[i] * ranges[j])
         if facets.field is None:
             assert facets.lit is not None
-            seen = facets.lit[i, columns] if i == j else facets.lit[i, columns] & facets.lit[j, columns]
+            seen = facets.lit[i][chosen] if i == j else facets.lit[i][chosen] & facets.lit[j][chosen]
             amplitudes.append(np.where(seen, voltage, 0.0).astype(np.float32))
         else:
-            amplitudes.append((voltage * facets.field[i, columns] * facets.field[j, columns]).astype(np.complex64))
+            amplitudes.append((voltage * facets.field[i][chosen] * facets.field[j][chosen]).astype(np.complex64))
     return np.stack(amplitudes)
 
 

@@ -104,27 +104,32 @@ class SeaSurface:
 
     def terms(self, facets: Facets) -> Terms:
         """What theory gives, by what scatters."""
-        slope = facets.ray_slope
-        if slope is None:
-            slope = np.divide(-facets.rise, facets.distance, dtype=np.float32)
+        reached = _reached(facets)
+        column, facet = np.nonzero(reached)
+        look, cross = facets.slope_look[reached], facets.slope_cross[reached]
+        if facets.ray_slope is None:
+            slope = np.divide(-facets.rise[reached], facets.distance[facet], dtype=np.float32)
+        else:
+            slope = facets.ray_slope[reached].astype(np.float32, copy=False)
         sigma = nrcs_composite(
-            np.float32(0.5 * np.pi) - np.arctan(slope.astype(np.float32, copy=False)),
-            facets.slope_look,
-            facets.slope_cross,
-            self._wind(facets),
+            np.float32(0.5 * np.pi) - np.arctan(slope),
+            look,
+            cross,
+            self._wind(facets)[column, 0],
             frequency_hz=self.radar.frequency_hz,
             permittivity=self.permittivity,
             polarization=self.scattering.polarization,
             waves=self.short_waves,
-            strain=facets.strain,
+            strain=None if facets.strain is None else facets.strain[reached],
             strain_variance=self.strain_variance,
             breaking=self.scattering.breaking,
         )
         # A local σ0 multiplies the facet's true area.
-        area = np.sqrt(np.float32(1.0) + facets.slope_look**2 + facets.slope_cross**2)
-        area *= facets.horizontal_area.astype(np.float32)
-        area *= _reached(facets)
-        return Terms(*(np.multiply(each, area, dtype=np.float32) for each in sigma))
+        area = np.sqrt(np.float32(1.0) + look**2 + cross**2) * facets.horizontal_area[facet].astype(np.float32)
+        power = [np.zeros(reached.shape, dtype=np.float32) for _ in sigma]
+        for whole, each in zip(power, sigma, strict=True):
+            whole[reached] = each * area
+        return Terms(*power)
 
     def mean(self, facets: Facets) -> NDArray[np.float64]:
         """The empirical model's mean σ0 (column or 1, facet), linear, at the grazing of mean sea level."""

@@ -8,12 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..compiled import compiled
 from ..conventions import db
 from ..radar.array import antenna_array
 from ..radar.digital import DigitalReceiver
-from ..radar.receiver import noise_power, thermal_noise
+from ..radar.receiver import noise_power, noise_taps, thermal_noise
 from ..radar.scan import Pulses
+from ..radar.waveform import gate_spacing_m
 from ..settings import RadarSettings
+from .gaussian import draw, key_of, stream_key
 
 _NOISE_STAGE, _NOISE_CHUNK = 3, 1000
 
@@ -94,16 +97,50 @@ def add_noise(
     workers: int,
     spacing_m: float | None = None,
 ) -> None:
-    """Add thermal noise in place; chunks have random numbers of their own, so that threads do not matter.
+    """Add thermal noise in place; every pulse and receiver has random numbers of its own.
 
     spacing_m: between the samples; left out, that of the gates.
     """
     first = int(pulses.number[0])
+    if radar.waveform == "chirp":  # noise goes through the compression too
+        _add_compressed_noise(voltages, radar, first, seed, workers)
+        return
+    key = stream_key(seed, _NOISE_STAGE)
+    taps = noise_taps(radar, spacing_m or gate_spacing_m(radar), voltages.shape[2]).astype(np.float32)
 
     def add(start: int) -> None:
-        part = voltages[start : start + _NOISE_CHUNK]
-        random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_NOISE_STAGE, first + start)))
-        part += thermal_noise(radar, part.shape[0], part.shape[2], random, part.shape[1], spacing_m)
+        _add_filtered_noise(voltages[start : start + _NOISE_CHUNK], taps, key, first + start)
 
     with ThreadPoolExecutor(workers) as pool:
         list(pool.map(add, range(0, voltages.shape[0], _NOISE_CHUNK)))
+
+
+def _add_compressed_noise(
+    voltages: NDArray[np.complex64], radar: RadarSettings, first: int, seed: int, workers: int
+) -> None:
+    def add(start: int) -> None:
+        part = voltages[start : start + _NOISE_CHUNK]
+        random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_NOISE_STAGE, first + start)))
+        part += thermal_noise(radar, part.shape[0], part.shape[2], random, part.shape[1])
+
+    with ThreadPoolExecutor(workers) as pool:
+        list(pool.map(add, range(0, voltages.shape[0], _NOISE_CHUNK)))
+
+
+@compiled
+def _add_filtered_noise(voltages, taps, key, first):
+    """Add noise to voltages (pulse, receiver, sample), the first of them that of pulse `first`; taps (2n + 1,) √W."""
+    samples = voltages.shape[2]
+    whole = samples + taps.size - 1
+    bits, real, imag = np.empty(whole, np.uint64), np.empty(whole, np.float32), np.empty(whole, np.float32)
+    x, y = np.empty(samples, np.float32), np.empty(samples, np.float32)
+    for pulse in range(voltages.shape[0]):
+        for receiver in range(voltages.shape[1]):
+            draw(key_of(key_of(key, first + pulse), receiver), bits, real, imag)
+            x[:], y[:] = np.float32(0.0), np.float32(0.0)
+            for tap in range(taps.size):
+                for n in range(samples):
+                    x[n] += taps[tap] * real[n + tap]
+                    y[n] += taps[tap] * imag[n + tap]
+            for n in range(samples):
+                voltages[pulse, receiver, n] += complex(x[n], y[n])

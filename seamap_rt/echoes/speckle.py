@@ -7,9 +7,12 @@ the basis of its own covariance matrix, truncated where the discarded variance i
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .gaussian import gaussians, key_of, stream_key
 
 _STAGE = 2  # of the scene's random source; 1 is the sea, 3 the receiver's noise
 
@@ -21,12 +24,21 @@ class StillSpeckle:
     basis: NDArray[np.float32]  # (mode, knot)
     seed: int
 
-    def __call__(self, column: int, column_number: int, out: NDArray[np.complex64]) -> None:
-        """Fill out (knot, facet) for one column."""
-        weights = speckle_weights(self.seed, column_number, self.basis.shape[0], out.shape[1])
-        np.matmul(self.basis.T, weights.view(np.float32), out=out.view(np.float32))
+    def modes(self, columns: slice) -> tuple[NDArray[np.complex64], ...]:
+        """(1, mode, knot) of the one kind of scatterers, the same for all columns."""
+        return (self.basis.astype(np.complex64)[None],)
+
+    @property
+    def streams(self) -> NDArray[np.uint64]:
+        """Keys of the random source for each kind of scatterer."""
+        return np.array([speckle_stream(self.seed)], dtype=np.uint64)
+
+    def strengths(self, chosen: tuple[NDArray[np.intp], NDArray[np.intp]]) -> NDArray[np.float32]:
+        """(n, 1): all facets are of the one kind."""
+        return np.ones((chosen[0].size, 1), dtype=np.float32)
 
 
+@lru_cache(maxsize=8)
 def speckle_basis(knots: int, spacing_s: float, decorrelation_time_s: float) -> NDArray[np.float32]:
     """(mode, knot): real rows whose products with unit complex Gaussians have the asked-for covariance."""
     lag = _lags(knots, spacing_s)
@@ -36,6 +48,7 @@ def speckle_basis(knots: int, spacing_s: float, decorrelation_time_s: float) -> 
     return basis.astype(np.float32)
 
 
+@lru_cache(maxsize=8)
 def two_way_basis(
     knots: int, spacing_s: float, decorrelation_time_s: float, turning: float
 ) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
@@ -74,15 +87,13 @@ def _strongest_modes(covariance: NDArray[np.float64]) -> tuple[NDArray[np.float6
     return variance[kept][::-1], modes[:, kept][:, ::-1]
 
 
+def speckle_stream(seed: int, draw: tuple[int, ...] = ()) -> np.uint64:
+    """Key of the speckle's random source; draw: names a further, independent draw of the same facets."""
+    return stream_key(seed, _STAGE, *draw)
+
+
 def speckle_weights(
     seed: int, column_number: int, modes: int, facets: int, draw: tuple[int, ...] = ()
 ) -> NDArray[np.complex64]:
-    """(mode, facet) unit complex Gaussians of one column; a column keeps its numbers however the work is cut up.
-
-    draw: names a further, independent draw of the same column.
-    """
-    key = (_STAGE, column_number, *draw)
-    random = np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=key)))
-    draws = random.standard_normal((modes, facets, 2), dtype=np.float32)
-    draws *= np.float32(np.sqrt(0.5))
-    return draws.view(np.complex64)[..., 0]
+    """(mode, facet) unit complex Gaussians of one column; a facet keeps its numbers however the work is cut up."""
+    return gaussians(np.uint64(key_of(speckle_stream(seed, draw), column_number)), facets, modes)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .compiled import compiled
+from ..compiled import compiled
 
 
 @compiled

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .compiled import compiled
+from ..compiled import compiled
 
 _COLLINEAR = 1e-3  # places whose spread across their line is less than this part of it span no plane
 

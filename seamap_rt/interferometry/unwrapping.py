@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiled import compiled
+from ..compiled import compiled
 
 _LEVELS = 128  # of the queue,
 _PER_NAT = 8.0  # each an eighth of the odds' natural logarithm: surer ones than e^16 need no order among themselves

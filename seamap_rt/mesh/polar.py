@@ -31,6 +31,7 @@ from ..radar.mast import Mast, Stance, column_frame
 from ..radar.scan import BEAMS_BEYOND, sector_width
 from ..radar.waveform import RangeResponse
 from ..settings import RadarSettings, TracingSettings
+from .facet_kernel import fill_facets, fill_strain, in_blocks
 
 FAR_FRACTION, NEAR_FRACTION = 1.0 / 3.0, 2.0 / 3.0
 _INNERMOST = 1.0  # m, ground range of the first rung
@@ -132,7 +133,8 @@ def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int, mast: 
     lean = mast.lean_deg(scanned, float(np.arcsin(min(1.0, radar.height_m / radar.range_m[0]))))
     # In whole degrees: a column that two turns hear keeps its speckle while both ask for it equally long.
     reach = BEAMS_BEYOND * array.beam_deg + np.ceil(lean - 1e-9)
-    beyond = int(np.ceil((reach + np.abs(mast.swing(scanned)).max()) / spacing))
+    # Rounding of a long run's angles is no swing.
+    beyond = int(np.ceil((reach + np.abs(mast.swing(scanned)).max()) / spacing - 1e-6))
     # From the foot of the mast on, though the gates may start further out: what is near can shadow what is far.
     far = radar.range_m[1] + RangeResponse.of(radar).support_m
     rungs = int(np.ceil((far - _INNERMOST) / detail.facet_m)) + 1
@@ -198,23 +200,21 @@ class SurfaceMesh:
 
         Slices are not joined. Faces come column by column and from near to far, near facet before far facet.
         """
+        return self.vertices(sheet), triangulation(widths(sheet), self.grid.ground_range.size)
+
+    def vertices(self, sheet: tuple[slice, ...]) -> NDArray[np.float64]:
+        """Those of `triangles`: line by line, from near to far."""
         ranges = self.grid.ground_range
-        all_vertices, all_faces, offset = [], [], 0
+        whole = []
         for columns in sheet:
             lines = slice(columns.start, columns.stop + 1)
             east, north = unit_from_azimuth(self.grid.azimuth[lines])
             vertices = np.empty((east.size, ranges.size, 3))
-            vertices[..., 0] = east[:, None] * ranges
-            vertices[..., 1] = north[:, None] * ranges
-            vertices[..., 2] = self.elevation[lines] - self.grid.stance.origin[lines, 2:]
-            corner = np.arange(columns.stop - columns.start)[:, None] * ranges.size + np.arange(ranges.size - 1)
-            corner = (corner + offset).astype(np.int32)
-            across, out, both = corner + ranges.size, corner + 1, corner + ranges.size + 1
-            near, far = np.stack((corner, across, both), axis=-1), np.stack((corner, both, out), axis=-1)
-            all_vertices.append(vertices.reshape(-1, 3))
-            all_faces.append(np.stack((near, far), axis=2).reshape(-1, 3))
-            offset += east.size * ranges.size
-        return np.concatenate(all_vertices), np.concatenate(all_faces)
+            np.multiply(east[:, None], ranges, out=vertices[..., 0])
+            np.multiply(north[:, None], ranges, out=vertices[..., 1])
+            np.subtract(self.elevation[lines], self.grid.stance.origin[lines, 2:], out=vertices[..., 2])
+            whole.append(vertices.reshape(-1, 3))
+        return np.concatenate(whole) if len(whole) > 1 else whole[0]
 
     @cached_property
     def trimesh(self) -> trimesh.Trimesh:
@@ -330,6 +330,22 @@ def submerged_lines(mesh: SurfaceMesh, sea: MovingSurface) -> NDArray[np.bool_]:
     return np.any(elevation >= centres[..., 2], axis=1)
 
 
+def widths(sheet: tuple[slice, ...]) -> tuple[int, ...]:
+    """How many columns each slice has."""
+    return tuple(columns.stop - columns.start for columns in sheet)
+
+
+def triangulation(widths: tuple[int, ...], rungs: int) -> NDArray[np.int32]:
+    """Faces (m, 3) of slices so many columns wide: the numbers of their vertices. They are the same for all seas."""
+    whole, offset = [], 0
+    for columns in widths:
+        corner = np.arange(columns)[:, None] * rungs + np.arange(rungs - 1) + offset
+        near, far = (0, rungs, rungs + 1), (0, rungs + 1, 1)
+        whole.append((corner[..., None] + np.array((*near, *far))).astype(np.int32).reshape(-1, 3))
+        offset += (columns + 1) * rungs
+    return np.concatenate(whole)
+
+
 # ------------------------------------------------------------------------------------------------- profiles
 
 
@@ -338,6 +354,25 @@ def chord_point(fraction: float, spacing_deg: float) -> tuple[float, float]:
     angle = np.radians(spacing_deg)
     across, along = fraction * np.sin(angle), 1.0 - fraction + fraction * np.cos(angle)
     return float(np.hypot(across, along)), float(np.arctan2(across, along))
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Where a plane that cuts every chord of a column at one fraction meets its rungs and diagonals."""
+
+    fraction: float
+    rung_distance: NDArray[np.float64]  # (rung,) m
+    diagonal_distance: NDArray[np.float64]  # (rung − 1,) m
+    share: NDArray[np.float64]  # (rung − 1,) of the diagonal, from its near corner on the column's first line
+
+    @classmethod
+    def of(cls, grid: PolarGrid, fraction: float) -> Plane:
+        ranges = grid.ground_range
+        stretch, _ = chord_point(fraction, grid.spacing_deg)
+        near, far = ranges[:-1], ranges[1:]
+        # On the diagonal (1 − s) near·e₀ + s far·e₁ the plane asks for s far / ((1 − s) near + s far) = fraction.
+        share = fraction * near / ((1.0 - fraction) * far + fraction * near)
+        return cls(fraction, stretch * ranges, stretch * ((1.0 - share) * near + share * far), share)
 
 
 @dataclass(frozen=True)
@@ -352,17 +387,13 @@ class Profile:
 
 def profile(elevation: NDArray[np.float64], grid: PolarGrid, fraction: float) -> Profile:
     """The profile at `fraction` of each column's width, from the lines' elevations (line, rung). Exact."""
-    ranges = grid.ground_range
-    stretch, _ = chord_point(fraction, grid.spacing_deg)
-    near, far = ranges[:-1], ranges[1:]
-    # On the diagonal (1 − s) near·e₀ + s far·e₁ the plane asks for s far / ((1 − s) near + s far) = fraction.
-    share = fraction * near / ((1.0 - fraction) * far + fraction * near)
+    plane = Plane.of(grid, fraction)
     first, second = elevation[:-1], elevation[1:]
     return Profile(
-        rung_distance=stretch * ranges,
-        diagonal_distance=stretch * ((1.0 - share) * near + share * far),
+        rung_distance=plane.rung_distance,
+        diagonal_distance=plane.diagonal_distance,
         rung_height=(1.0 - fraction) * first + fraction * second,
-        diagonal_height=(1.0 - share) * first[:, :-1] + share * second[:, 1:],
+        diagonal_height=(1.0 - plane.share) * first[:, :-1] + plane.share * second[:, 1:],
     )
 
 
@@ -376,58 +407,40 @@ def _facets(mesh: SurfaceMesh) -> Facets:
     ranges = grid.ground_range
     step = np.diff(ranges)
     half = 0.5 * np.radians(grid.spacing_deg)
-    near_plane = profile(z, grid, NEAR_FRACTION)
-    far_plane = profile(z, grid, FAR_FRACTION)
-
-    slope_look, slope_cross = _gradient(z[:-1], z[1:], grid)
-
-    def corner_mean(field: NDArray[np.float32]) -> NDArray[np.float32]:
-        first, second = field[:-1], field[1:]
-        near = (first[:, :-1] + second[:, :-1] + second[:, 1:]) / np.float32(3.0)
-        far = (first[:, :-1] + first[:, 1:] + second[:, 1:]) / np.float32(3.0)
-        return _interleave(near, far)
-
+    near, far = (Plane.of(grid, fraction) for fraction in (NEAR_FRACTION, FAR_FRACTION))
     double_area = np.sin(2.0 * half) * step  # twice the area of a triangle per metre of its rung edge
-    count = step.size
+    shape = grid.columns, 2 * step.size
+    height = np.empty(shape)
+    slope_look, slope_cross, velocity_look, velocity_up = (np.empty(shape, dtype=np.float32) for _ in range(4))
+    in_blocks(
+        lambda *block: fill_facets(
+            *block, z, near.fraction, near.share, far.fraction, far.share, 2.0 * ranges * np.sin(half), step, half,
+            height, slope_look, slope_cross,
+            mesh.velocity_look, mesh.velocity_up, velocity_look, velocity_up,
+        ),
+        grid.columns,
+    )  # fmt: skip
     return Facets(
         grid=grid,
         distance=_interleave(
-            0.5 * (near_plane.rung_distance[:-1] + near_plane.diagonal_distance),
-            0.5 * (far_plane.diagonal_distance + far_plane.rung_distance[1:]),
+            0.5 * (near.rung_distance[:-1] + near.diagonal_distance),
+            0.5 * (far.diagonal_distance + far.rung_distance[1:]),
         ),
         horizontal_area=_interleave(0.5 * double_area * ranges[:-1], 0.5 * double_area * ranges[1:]),
-        angle=np.tile([chord_point(f, grid.spacing_deg)[1] - half for f in (NEAR_FRACTION, FAR_FRACTION)], count),
-        height=_interleave(
-            0.5 * (near_plane.rung_height[:, :-1] + near_plane.diagonal_height),
-            0.5 * (far_plane.diagonal_height + far_plane.rung_height[:, 1:]),
-        ),
-        slope_look=slope_look.astype(np.float32),
-        slope_cross=slope_cross.astype(np.float32),
-        velocity_look=corner_mean(mesh.velocity_look),
-        velocity_up=corner_mean(mesh.velocity_up),
+        angle=np.tile([chord_point(f, grid.spacing_deg)[1] - half for f in (NEAR_FRACTION, FAR_FRACTION)], step.size),
+        height=height,
+        slope_look=slope_look,
+        slope_cross=slope_cross,
+        velocity_look=velocity_look,
+        velocity_up=velocity_up,
         strain=None if mesh.relaxed_shift is None else _strain(mesh.relaxed_shift, grid),
     )
 
 
-def _gradient(first: NDArray, second: NDArray, grid: PolarGrid) -> tuple[NDArray, NDArray]:
-    """Gradient (column, facet) of each triangle's plane along the column's look and across it, clockwise.
-
-    first, second: what is to be differentiated, on the columns' first and second lines, (column, rung).
-    """
-    ranges = grid.ground_range
-    step, half = np.diff(ranges), 0.5 * np.radians(grid.spacing_deg)
-    # From its rung edge (purely across) and its radial edge (half a column askew).
-    across = (second - first) / (2.0 * ranges * np.sin(half))
-    near_cross, far_cross = across[:, :-1], across[:, 1:]
-    near_look = ((second[:, 1:] - second[:, :-1]) / step - near_cross * np.sin(half)) / np.cos(half)
-    far_look = ((first[:, 1:] - first[:, :-1]) / step + far_cross * np.sin(half)) / np.cos(half)
-    return _interleave(near_look, far_look), _interleave(near_cross, far_cross)
-
-
 def _strain(relaxed_shift: NDArray[np.float32], grid: PolarGrid) -> NDArray[np.float32]:
     """−∂D/∂l (column, facet) of the relaxed shift D along each column's look l."""
-    # All corners along the column's own look: each along its line's would make a uniform shift diverge by D/range.
-    east, north = (axis[:, None].astype(np.float32) for axis in unit_from_azimuth(grid.column_azimuth))
-    first, second = (lines[..., 0] * east + lines[..., 1] * north for lines in (relaxed_shift[:-1], relaxed_shift[1:]))
-    along, _ = _gradient(first, second, grid)
-    return -along.astype(np.float32)
+    step, half = np.diff(grid.ground_range), 0.5 * np.radians(grid.spacing_deg)
+    look, chord = np.stack(unit_from_azimuth(grid.column_azimuth), axis=1), 2.0 * grid.ground_range * np.sin(half)
+    strain = np.empty((grid.columns, 2 * step.size), dtype=np.float32)
+    in_blocks(lambda *block: fill_strain(*block, relaxed_shift, look, chord, step, half, strain), grid.columns)
+    return strain

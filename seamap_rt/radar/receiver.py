@@ -53,19 +53,24 @@ def _filtered_noise(
 ) -> NDArray[np.complex64]:
     """Noise behind the receiver's own filter, whose samples are `spacing_m` apart."""
     gates = shape[-1]
-    white = random.standard_normal((*shape, 2), dtype=np.float32).view(np.complex64)[..., 0]
+    white = random.standard_normal((*shape, 2), dtype=np.float32).view(np.complex64)[..., 0] * np.float32(np.sqrt(0.5))
+    taps = noise_taps(radar, spacing_m, gates)
+    reach = taps.size // 2
+    padded = np.concatenate((white[..., gates - reach :], white, white[..., :reach]), axis=-1)
+    mixed = np.zeros_like(white)
+    for shift, tap in enumerate(taps):
+        mixed += np.float32(tap) * padded[..., shift : shift + gates]
+    return mixed
+
+
+def noise_taps(radar: RadarSettings, spacing_m: float, gates: int) -> NDArray[np.float64]:
+    """Taps (2n + 1,) [√W] of the filter, along gates `spacing_m` apart, that makes a receiver's noise of white complex
+    noise of unit power."""
     plain = RangeResponse(radar.pulse_width_s, radar.bandwidth_hz)
     correlation = plain.noise_correlation(spacing_m * np.arange(gates))
     reach = int(np.count_nonzero(correlation > 1e-7))
-    scale = np.sqrt(0.5 * noise_power(radar))
-    if reach > 1:
-        taps = _colouring_taps(correlation[:reach])
-        padded = np.concatenate((white[..., -(reach - 1) :], white, white[..., : reach - 1]), axis=-1)
-        mixed = np.zeros_like(white)
-        for shift, tap in enumerate(taps):
-            mixed += np.float32(tap) * padded[..., shift : shift + gates]
-        white = mixed
-    return (white * np.float32(scale)).astype(np.complex64, copy=False)
+    taps = _colouring_taps(correlation[:reach]) if reach > 1 else np.ones(1)
+    return taps * np.sqrt(noise_power(radar))
 
 
 def _colouring_taps(correlation: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ import platform
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import jinja2
 import numpy as np
@@ -48,6 +48,26 @@ class Table:
     note: str = ""
 
 
+class Entry(NamedTuple):
+    """A part of the simulation, in words."""
+
+    what: str
+    why: str
+    cost: str
+    error: str
+    source: str
+
+
+@dataclass(frozen=True)
+class Account:
+    """What was modelled, or was not; without a cost if its heading is empty."""
+
+    title: str
+    cost: str
+    error: str
+    entries: Sequence[Entry]
+
+
 def write_report(
     directory: Path,
     scene: Scene,
@@ -74,8 +94,10 @@ def write_report(
         headline=headline(scene, truth, metrics),
         shown=shown,
         tables=tables(scene, maps, truth, metrics),
-        modelled=_reasons(metrics.get("modelled")),
-        left_out=_reasons(metrics.get("left_out")),
+        accounts=(
+            Account("What was modelled", "Cost", "Error of leaving it out", _entries(metrics.get("modelled"))),
+            Account("What was left out", "", "Error that it costs", _entries(metrics.get("left_out"))),
+        ),
         scene_toml=scene.to_toml(),
     )
     path = directory / REPORT
@@ -377,14 +399,14 @@ def _versions(metrics: Mapping[str, Any]) -> list[tuple[str, str]]:
     return found
 
 
-def _reasons(entries: Any) -> list[tuple[str, str]]:
-    """What and why, of a list of {"what", "why"} or of plain sentences."""
+def _entries(entries: Any) -> list[Entry]:
+    """What the metrics say of a list of {"what", "why", "cost", "error", "source"} or of plain sentences."""
     found = []
     for entry in entries if isinstance(entries, list | tuple) else ():
         if isinstance(entry, Mapping):
-            found.append((str(entry.get("what", _NOTHING)), str(entry.get("why", "") or "")))
+            found.append(Entry(*(str(entry.get(name) or _NOTHING) for name in Entry._fields)))
         else:
-            found.append((str(entry), ""))
+            found.append(Entry(str(entry), *[_NOTHING] * (len(Entry._fields) - 1)))
     return found
 
 

@@ -11,7 +11,7 @@ from .dispersion import orbital_ratio
 from .lattice import Lattice
 from .spline import bspline_image_error
 
-TIME_ORDER = 3
+TIME_ORDER = 5
 TIME_STEP_CYCLES = 0.375  # of the fastest wave, at most: beyond ½ a knot no longer tells a wave from its image
 ELEVATION_BUDGET = 3e-4  # m rms, what interpolation in time may cost
 VELOCITY_BUDGET = 1.2e-3  # m/s rms

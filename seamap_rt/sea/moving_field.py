@@ -45,9 +45,10 @@ Knot = tuple[int, Kind]  # number of the time step, field
 Knots = dict[Knot, NDArray[np.float32]]
 Run = tuple[int, int, int]  # time interval, first and last + 1 of its points
 
-TAPS = (-1, 0, 1, 2)  # the knots around an interval that its points take from
-CACHE_BYTES = 400_000_000  # nine knots of three fields of the default sea: those of one turn
+TAPS = range((1 - TIME_ORDER) // 2, (TIME_ORDER + 3) // 2)  # the knots around an interval that its points take from
+CACHE_BYTES = 400_000_000  # twelve knots of three fields of the default sea; one turn takes ten
 _CHUNK = 1 << 14  # points per task
+_ROWS = 64  # transformed at a time: few enough to stay near the processor
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ class MovingField:
         self._ahead, self._behind = self._coefficient_amplitudes(amplitude)
         self._cache: OrderedDict[Knot, NDArray[np.float32]] = OrderedDict()
         self._lock = Lock()
-        self._relaxed_shift = lru_cache(maxsize=2)(self._make_relaxed_shift)
+        self._per_elevation = lru_cache(maxsize=4)(self._make_per_elevation)
 
     @cached_property
     def error(self) -> InterpolationError:
@@ -149,10 +150,17 @@ class MovingField:
         """Grid points per metre, along rows and columns."""
         return self.shape[0] / self.lattice.length, self.shape[1] / self.lattice.length
 
+    @cached_property
+    def _grid_shape(self) -> tuple[int, int]:
+        """Rows and columns of a field at one knot, with the halo that the kernel asks for."""
+        from .lanes import LANES
+
+        return self.shape[0] + (0 if self.lattice.line else self.order), self.shape[1] + LANES - 1
+
     @property
     def _field_bytes(self) -> int:
         """Size of one field at one knot."""
-        return 4 * self.shape[0] * self.shape[1]
+        return 4 * self._grid_shape[0] * self._grid_shape[1]
 
     def _batches(self, runs: list[Run], kinds: int) -> Iterator[list[Run]]:
         """Runs of neighbouring intervals whose knots fit into memory together."""
@@ -179,43 +187,46 @@ class MovingField:
             room = max(CACHE_BYTES // self._field_bytes, len(wanted))
             while len(self._cache) + len(wanted) > room:  # before the new ones take memory, not after
                 self._cache.popitem(last=False)
-        tasks = []
-        for number in numbers:
-            missing: tuple[Kind, ...] = tuple(kind for kind in kinds if (number, kind) not in found)
-            if missing:
-                tasks.append(pool.submit(self._make_knot, number, missing))
-        for task in tasks:
-            found.update(task.result())
+        missing = [key for key in wanted if key not in found]
+        new = sorted({number for number, _ in missing})
+        turned = dict(zip(new, pool.map(self._turn, (number * self.time_step for number in new)), strict=True))
+        made = pool.map(lambda key: self._coefficients(key[1], turned[key[0]]), missing)
+        found.update(zip(missing, made, strict=True))
         with self._lock:
             for key in wanted:
                 self._cache[key] = found[key]
         return found
 
-    def _make_knot(self, number: int, kinds: tuple[Kind, ...]) -> Knots:
-        """The spline's coefficients at one knot, by one real FFT for each field."""
-        turned = self._turn(number * self.time_step)
-        forward, backward = self._ahead * turned, self._behind * np.conj(turned)
-        made: Knots = {}
-        if "elevation" in kinds:
-            made[number, "elevation"] = self._to_grid(forward + backward)
-        if "shift" in kinds:
-            made[number, "shift"] = self._to_grid((forward + backward) * self._shift)
-        if "potential" in kinds:  # ∂χ/∂t: the flow under a wave that runs the other way is reversed
-            made[number, "potential"] = self._to_grid((forward - backward) * self._shift_rate)
-        for relaxed in (kind for kind in kinds if isinstance(kind, Relaxed)):
-            delayed = self._relaxed_shift(relaxed.rate)  # a wave that runs the other way lags the other way
-            made[number, relaxed] = self._to_grid(forward * delayed + backward * np.conj(delayed))
-        return made
-
     def _turn(self, time: float) -> NDArray[np.complex64]:
-        """exp(−iωt) on the half-plane, the phase reduced in float64: 12 hours lose nothing."""
+        """exp(−iωt) on the quadrant, the phase reduced in float64: 12 hours lose nothing."""
         turns = self.lattice.omega * (time / (2.0 * np.pi))
         turns -= np.rint(turns)
         phase = (turns * (-2.0 * np.pi)).astype(np.float32)
-        quadrant = np.empty(phase.shape, dtype=np.complex64)
-        np.cos(phase, out=quadrant.real)
-        np.sin(phase, out=quadrant.imag)
-        return quadrant[self._row_order()]
+        turned = np.empty(phase.shape, dtype=np.complex64)
+        np.cos(phase, out=turned.real)
+        np.sin(phase, out=turned.imag)
+        return turned
+
+    def _coefficients(self, kind: Kind, turned: NDArray[np.complex64]) -> NDArray[np.float32]:
+        """The spline's coefficients of a field, its waves turned in time, with their halo: by one real FFT.
+
+        What makes the field of the elevation is the same for all directions, but for the sign of what is odd in time,
+        as flow is: under a wave that runs the other way it is reversed. So those waves take the factor's conjugate.
+        """
+        from .half_plane import half_plane
+
+        factor = turned if kind == "elevation" else turned * self._per_elevation(kind)
+        half = np.empty((self.shape[0], factor.shape[1]), dtype=np.complex64)
+        half_plane(self._ahead, self._behind, factor, half)
+        half = np.asarray(scipy.fft.ifft(half, axis=0, norm="forward", overwrite_x=True))
+        rows, columns = self.shape
+        grid = np.empty(self._grid_shape, dtype=np.float32)
+        for start in range(0, rows, _ROWS):
+            part = slice(start, min(start + _ROWS, rows))
+            grid[part, :columns] = np.asarray(scipy.fft.irfft(half[part], n=columns, axis=1, norm="forward"))
+        grid[:rows, columns:] = grid[:rows, : grid.shape[1] - columns]
+        grid[rows:] = grid[: grid.shape[0] - rows]
+        return grid
 
     def _row_order(self) -> NDArray[np.int64]:
         """|j| of the rows in the order of an FFT: 0 … m, −m … −1."""
@@ -242,30 +253,17 @@ class MovingField:
         behind = self._half(np.conj(amplitude[::-1, ::-1])) * sharpen
         return ahead.astype(np.complex64), behind.astype(np.complex64)
 
-    @cached_property
-    def _shift(self) -> NDArray[np.float32]:
-        """coth(kh)/k on the half-plane: χ per elevation."""
+    def _make_per_elevation(self, kind: Kind) -> NDArray[np.complex64]:
+        """The field's amplitude per elevation on the quadrant, of a wave that runs along +k."""
         k = self.lattice.quadrant(lambda k: np.where(k > 0.0, k, np.inf))
-        return (orbital_ratio(k, self.lattice.depth) / k)[self._row_order()].astype(np.float32)
-
-    @cached_property
-    def _shift_rate(self) -> NDArray[np.complex64]:
-        """−iω coth(kh)/k on the half-plane: Φ = ∂χ/∂t per elevation, of a wave that runs along +k."""
-        return (-1j * self.lattice.omega[self._row_order()] * self._shift).astype(np.complex64)
-
-    def _make_relaxed_shift(self, rate: float) -> NDArray[np.complex64]:
-        """−iω/(rate − iω) of χ on the half-plane: ψ per elevation, of a wave that runs along +k."""
+        shift = orbital_ratio(k, self.lattice.depth) / k
+        if kind == "shift":
+            return shift.astype(np.complex64)
+        if kind == "potential":  # ∂χ/∂t
+            return (-1j * self.lattice.omega * shift).astype(np.complex64)
+        assert isinstance(kind, Relaxed)
         omega = np.where(self.lattice.omega > 0.0, self.lattice.omega, 1.0)  # no wave, and no shift, at k = 0
-        return (omega / (omega + 1j * rate))[self._row_order()].astype(np.complex64) * self._shift
-
-    def _to_grid(self, half: NDArray[np.complex64]) -> NDArray[np.float32]:
-        """Real field of half-plane amplitudes on the oversampled grid, (row, column)."""
-        most = self.lattice.reach[0]
-        padded = np.zeros((self.shape[0], half.shape[1]), dtype=np.complex64)
-        padded[: most + 1] = half[: most + 1]
-        padded[self.shape[0] - most :] = half[most + 1 :]
-        columns = scipy.fft.ifft(padded, axis=0, norm="forward", overwrite_x=True)
-        return np.asarray(scipy.fft.irfft(columns, n=self.shape[1], axis=1, norm="forward"))
+        return (omega / (omega + 1j * kind.rate) * shift).astype(np.complex64)
 
 
 def _grid_size(reach: int, oversampling: float, order: int) -> int:

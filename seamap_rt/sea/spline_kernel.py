@@ -1,7 +1,9 @@
 """The inner loop of the sea's evaluation, compiled: a spline's value and derivatives in y, x and t at scattered points.
 
 The weights of the grid points around a point are polynomials of its place between them, so any local interpolation on a
-periodic grid can be given as its polynomials. Each point is summed by itself, always in the same order.
+periodic grid can be given as its polynomials. A grid carries a *halo*: its first rows and columns once more behind its
+last, so that what a point takes lies in rows of `LANES` neighbours, which are summed together. Each point is summed by
+itself, always in the same order.
 """
 
 from __future__ import annotations
@@ -12,8 +14,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from ..compiled import compiled
+from .lanes import LANES, add, dot, load, prefetch, store, zeros
+
 DERIVATIVES = ((0, 0, 0), (0, 0, 1), (1, 0, 0), (0, 1, 0), (2, 0, 0), (1, 1, 0), (0, 2, 0))
 """How often each value of the kernel is differentiated along rows, columns and time."""
+_AHEAD = 4  # points by which memory is asked ahead: a grid is larger than what lies near the processor
 
 
 def spline_kernel(
@@ -21,88 +27,94 @@ def spline_kernel(
 ) -> Callable[..., None]:
     """The kernel of one interpolation. Weights: (derivative, power, tap), as `spline.bspline_polynomials` gives them.
 
-    most: the highest derivative in space that is summed, 0 to 2; the values of higher ones are zero.
+    most: the highest derivative in space that is summed, 0 to 2; the values of higher ones are zero. Raises ValueError
+    for more taps along an axis than LANES.
     """
-    rows, columns = row_weights.shape[2], column_weights.shape[2]
+    rows, columns, knots = (weights.shape[2] for weights in (row_weights, column_weights, time_weights))
+    if max(rows, columns, knots) > LANES:
+        raise ValueError(f"taps = {max(rows, columns, knots)}: must be at most {LANES}; lower the spline's order")
+    row_polynomials, column_polynomials, time_polynomials = (
+        np.pad(weights, ((0, 0), (0, 0), (0, LANES - weights.shape[2])))
+        for weights in (row_weights, column_weights, time_weights)
+    )
 
-    # The loops have constant lengths and keep their sums in scalars: that is what makes the compiled code fast.
+    # The loops have constant lengths and keep their sums in registers: that is what makes the compiled code fast.
     def kernel(grids, x, y, knot_time, per_metre, points, scale, place, result):
         """Write the values of `points` times `scale` into the rows `place` of the result; −1 leaves one out.
 
-        grids: one (row, column) for each knot around the points' time interval. x, y in metres, per_metre: grid points
-        along rows and columns; knot_time: t in time steps. scale and place: one for each of DERIVATIVES.
+        grids: one (row, column) with its halo for each knot around the points' time interval. x, y in metres,
+        per_metre: grid points along rows and columns; knot_time: t in time steps. scale and place: one for each of
+        DERIVATIVES.
         """
-        row_weight = np.empty((most + 1, rows), np.float32)
-        column_weight = np.empty((most + 1, columns), np.float32)
-        time_weight = np.empty((2, len(grids)), np.float32)
-        row, column = np.empty(rows, np.int64), np.empty(columns, np.int64)
-        row_count, column_count = grids[0].shape
-        for n in points:
-            _taps(y[n] * per_metre[0], row_count, row_weights, row, row_weight)
-            _taps(x[n] * per_metre[1], column_count, column_weights, column, column_weight)
-            _weigh(np.float32(knot_time[n] - np.floor(knot_time[n])), time_weights, time_weight)
-            v = v_t = v_y = v_x = v_yy = v_yx = v_xx = np.float32(0.0)
-            for tap in range(len(grids)):
-                grid = grids[tap]
-                q = q_y = q_x = q_yy = q_yx = q_xx = np.float32(0.0)
+        row_weight = np.empty((most + 1, LANES), np.float32)
+        time_weight = np.empty((2, LANES), np.float32)
+        stride = grids[0].shape[1]
+        row_count, column_count = grids[0].shape[0] - (rows - 1), stride - (LANES - 1)
+        starts = np.empty(points.size, np.int64)
+        for number, n in enumerate(points):
+            row = _first(y[n] * per_metre[0], rows, row_count)
+            starts[number] = row * stride + _first(x[n] * per_metre[1], columns, column_count)
+        for number, n in enumerate(points):
+            start, later = starts[number], starts[min(number + _AHEAD, points.size - 1)]
+            for tap in range(knots):
                 for i in range(rows):
-                    s = s_x = s_xx = np.float32(0.0)
-                    for j in range(columns):
-                        coefficient = grid[row[i], column[j]]
-                        s += column_weight[0, j] * coefficient
-                        if most > 0:
-                            s_x += column_weight[1, j] * coefficient
-                        if most > 1:
-                            s_xx += column_weight[2, j] * coefficient
-                    q += row_weight[0, i] * s
+                    prefetch(grids[tap], later + i * stride)
+            north, east = _fraction(y[n] * per_metre[0]), _fraction(x[n] * per_metre[1])
+            for derivative in range(most + 1):
+                store(row_weight, derivative * LANES, _weights(row_polynomials, derivative, north))
+            for derivative in range(2):
+                weights = _weights(time_polynomials, derivative, _fraction(knot_time[n]))
+                store(time_weight, derivative * LANES, weights)
+            s = s_t = s_y = s_yy = zeros()
+            for tap in range(knots):
+                grid = grids[tap]
+                q = q_y = q_yy = zeros()
+                for i in range(rows):
+                    coefficients = load(grid, start + i * stride)
+                    q = add(q, row_weight[0, i], coefficients)
                     if most > 0:
-                        q_y += row_weight[1, i] * s
-                        q_x += row_weight[0, i] * s_x
+                        q_y = add(q_y, row_weight[1, i], coefficients)
                     if most > 1:
-                        q_yy += row_weight[2, i] * s
-                        q_yx += row_weight[1, i] * s_x
-                        q_xx += row_weight[0, i] * s_xx
-                v += time_weight[0, tap] * q
-                v_t += time_weight[1, tap] * q
-                v_y += time_weight[0, tap] * q_y
-                v_x += time_weight[0, tap] * q_x
-                v_yy += time_weight[0, tap] * q_yy
-                v_yx += time_weight[0, tap] * q_yx
-                v_xx += time_weight[0, tap] * q_xx
+                        q_yy = add(q_yy, row_weight[2, i], coefficients)
+                s = add(s, time_weight[0, tap], q)
+                s_t = add(s_t, time_weight[1, tap], q)
+                s_y = add(s_y, time_weight[0, tap], q_y)
+                s_yy = add(s_yy, time_weight[0, tap], q_yy)
+            v = v_t = v_y = v_x = v_yy = v_yx = v_xx = np.float32(0.0)
+            column, column_x = _weights(column_polynomials, 0, east), zeros()
+            v, v_t = dot(column, s), dot(column, s_t)
+            if most > 0:
+                column_x = _weights(column_polynomials, 1, east)
+                v_y, v_x = dot(column, s_y), dot(column_x, s)
+            if most > 1:
+                column_xx = _weights(column_polynomials, 2, east)
+                v_yy, v_yx, v_xx = dot(column, s_yy), dot(column_x, s_y), dot(column_xx, s)
             values = (v, v_t, v_y, v_x, v_yy, v_yx, v_xx)
             for m in range(len(values)):
                 if place[m] >= 0:
                     result[place[m], n] = scale[m] * values[m]
 
-    return _compiled(kernel)
-
-
-def _compiled(kernel: Callable[..., None]) -> Callable[..., None]:
-    options = {"nogil": True, "fastmath": {"contract"}}  # sums keep their order, so that bits stay the same
-    try:
-        return njit(cache=True, **options)(kernel)
-    except RuntimeError:  # no folder to keep the compiled code in: each process compiles it again
-        return njit(**options)(kernel)
+    return compiled(kernel)
 
 
 @njit(inline="always")
-def _taps(position, count, polynomials, index, weight):
-    """Grid points around a position on a periodic axis, and their weights."""
-    whole = np.floor(position)
-    _weigh(np.float32(position - whole), polynomials, weight)
-    at = (np.int64(whole) - (index.size // 2 - 1)) % count
-    for tap in range(index.size):
-        index[tap] = at
-        at = at + 1 if at + 1 < count else 0
+def _first(position, taps, count):
+    """First of the grid points around a position on a periodic axis."""
+    return (np.int64(np.floor(position)) - (taps - 1) // 2) % count
 
 
 @njit(inline="always")
-def _weigh(fraction, polynomials, weight):
-    """The polynomials of each derivative and tap at a fraction of a step, by Horner's rule."""
+def _fraction(position):
+    """How far a position lies beyond a grid point, of a step."""
+    return np.float32(position - np.floor(position))
+
+
+@njit(inline="always")
+def _weights(polynomials, derivative, fraction):
+    """The polynomials of a derivative's taps at a fraction of a step, by Horner's rule."""
     powers = polynomials.shape[1]
-    for derivative in range(weight.shape[0]):
-        for tap in range(polynomials.shape[2]):
-            value = polynomials[derivative, powers - 1, tap]
-            for power in range(powers - 2, -1, -1):
-                value = value * fraction + polynomials[derivative, power, tap]
-            weight[derivative, tap] = value
+    start = derivative * powers * LANES
+    value = load(polynomials, start + (powers - 1) * LANES)
+    for power in range(powers - 2, -1, -1):
+        value = add(load(polynomials, start + power * LANES), fraction, value)
+    return value

@@ -12,7 +12,8 @@ Tracer = Callable[[SurfaceMesh], Facets]
 
 
 def tracer(name: str, radar: RadarSettings, water: ScatteringSettings, diffraction: str = "none") -> Tracer:
-    """The tracer of that name: `facets` (rays through a Sionna scene) or `horizon` (running maximum, float64).
+    """The tracer of that name: `facets` (rays through a Sionna scene), `horizon` (running maximum, float64) or `paths`
+    (Sionna's PathSolver, the slow reference).
 
     diffraction: `none`, or `knife_edge` for the field over the shadows' edges on top.
     """
@@ -26,8 +27,12 @@ def tracer(name: str, radar: RadarSettings, water: ScatteringSettings, diffracti
         from .horizon import trace_horizon
 
         trace = trace_horizon
+    elif name == "paths":
+        from .paths import PathsTracer
+
+        trace = PathsTracer(radar)
     else:
-        raise ValueError(f"tracer '{name}': must be facets or horizon")
+        raise ValueError(f"tracer '{name}': must be facets, horizon or paths")
     return trace if diffraction == "none" else _over_edges(trace, SPEED_OF_LIGHT / radar.frequency_hz)
 
 

@@ -2,7 +2,9 @@
 
 Groups of neighbouring columns stand evenly around the circle, so that every direction to the wind and every distance is
 there, whatever sector the radar scans. Neighbouring columns see the same crests, so that half of them tell nearly as
-much as all.
+much as all. Where they stand, and how wide they are, follows from the radar alone: meshes of other spacings are then
+calibrated on the same crests, or the luck of the sample would set their scales apart by 0.1 dB. Rungs are the mesh's
+own, so that its own mean is right.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..detail import radar_detail
 from ..mesh.polar import PolarGrid, polar_grid
 from ..settings import RadarSettings, TracingSettings
 
@@ -23,9 +26,11 @@ _LEAST_GROUPS = 12
 def circle_grid(radar: RadarSettings, tracing: TracingSettings) -> tuple[PolarGrid, NDArray[np.bool_]]:
     """Lines of groups of columns around the circle, all at time 0, and which columns lie in a group."""
     around = {"sector_deg": (0.0, 360.0), "scan": "turning"}
-    whole = polar_grid(radar.model_copy(update=around), tracing, 0)
-    facets = 2 * (whole.ground_range.size - 1)
-    most = min(_MOST_FACETS // ((_GROUP + 1) * facets), whole.per_circle // (2 * _GROUP))
+    plain = radar_detail(radar, TracingSettings())
+    columns = {"columns_per_beam": plain.columns_per_beam}
+    whole = polar_grid(radar.model_copy(update=around), tracing.model_copy(update=columns), 0)
+    facets = 2.0 * whole.ground_range[-1] / plain.facet_m
+    most = min(int(_MOST_FACETS / ((_GROUP + 1) * facets)), whole.per_circle // (2 * _GROUP))
     groups = min(max(most, _LEAST_GROUPS), whole.per_circle // (_GROUP + 1))
     start = np.arange(groups) * whole.per_circle // groups - whole.first
     lines = (start[:, None] + np.arange(_GROUP + 1)).ravel()

@@ -7,33 +7,31 @@ facets seen from behind come out dark. An antenna that stands a little beside th
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from ..mesh.polar import FAR_FRACTION, NEAR_FRACTION, Facets, Profile, SurfaceMesh, profile
+from ..mesh.facet_kernel import in_blocks
+from ..mesh.polar import FAR_FRACTION, NEAR_FRACTION, Facets, Plane, SurfaceMesh
 
 
 def trace_horizon(mesh: SurfaceMesh) -> Facets:
     """The mesh's facets with `lit` (antenna, column, facet)."""
-    facets = mesh.facets
-    lit = np.empty((mesh.grid.places.shape[1], *facets.height.shape), dtype=bool)
-    planes = (
-        (profile(mesh.elevation, mesh.grid, NEAR_FRACTION), slice(0, None, 2), 0),
-        (profile(mesh.elevation, mesh.grid, FAR_FRACTION), slice(1, None, 2), 1),
-    )
-    for antenna in range(lit.shape[0]):
-        along, above = mesh.grid.places[:, antenna, 0], mesh.grid.places[:, antenna, 2]
-        # The same for all columns of a boat at rest, and then much is reckoned once.
-        along = along[:1] if np.ptp(along) == 0.0 else along[:, None]
-        height = mesh.grid.column_height + above[:, None]
-        for plane, members, corner in planes:
-            horizon = _horizon(plane, along, height)
-            slope = _tangent(facets.distance[members], facets.height[:, members], along, height)
-            # Corners alternate rung, diagonal, rung …: the last one before a near facet is its rung, before a far
-            # facet its diagonal.
-            lit[antenna, :, members] = slope > horizon[:, corner::2][:, : slope.shape[1]]
+    facets, grid = mesh.facets, mesh.grid
+    lit = np.empty((grid.places.shape[1], *facets.height.shape), dtype=bool)
+    along, above = grid.places[..., 0], grid.column_height + grid.places[..., 2]
+    planes = [Plane.of(grid, fraction) for fraction in (NEAR_FRACTION, FAR_FRACTION)]
+
+    def work(begin: int, end: int) -> None:
+        for first, plane in enumerate(planes):
+            corners = plane.rung_distance, plane.diagonal_distance, plane.fraction, plane.share
+            _light(begin, end, first, mesh.elevation, *corners, facets.distance, facets.height, along, above, lit)
+
+    in_blocks(work, grid.columns)
     return replace(facets, lit=lit)
 
 
@@ -62,22 +60,41 @@ class Skyline:
         return known & ((places[:, 2] - eyes[:, 2]) / distance > highest)
 
 
-def _tangent(
-    distance: NDArray[np.float64],
-    height: NDArray[np.float64],
-    along: NDArray[np.float64],
-    above: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Tangent of the elevation angle (…) under which the antenna sees points; −inf for what is not in front of it."""
-    reach = distance - along
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(reach > 0.0, (height - above) / reach, -np.inf)
+def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Without the licence to rearrange sums: what lies exactly on the horizon is the same for every processor."""
+    options: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+    try:
+        return njit(cache=True, **options)(function)
+    except RuntimeError:  # no folder to keep the compiled code in: each process compiles it again
+        return njit(**options)(function)
 
 
-def _horizon(plane: Profile, along: NDArray[np.float64], above: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Running maximum (column, corner) of the corners' tangents, outward."""
-    rungs = plane.rung_distance.size
-    tangents = np.empty((plane.rung_height.shape[0], 2 * rungs - 1))
-    tangents[:, 0::2] = _tangent(plane.rung_distance, plane.rung_height, along, above)
-    tangents[:, 1::2] = _tangent(plane.diagonal_distance, plane.diagonal_height, along, above)
-    return np.maximum.accumulate(tangents, axis=1, out=tangents)
+@_compiled
+def _light(
+    begin, end, first, elevation, rung_distance, diagonal_distance, fraction, share, distance, height, along, above, lit
+):
+    """Fill lit (antenna, column, facet) of the facets first, first + 2 …, which lie on the plane.
+
+    Corners alternate rung, diagonal, rung …: the last one before a near facet (first = 0) is its rung, before a far
+    facet (first = 1) its diagonal. along, above: (column, antenna) of the antennas.
+    """
+    for column in range(begin, end):
+        here, there = elevation[column], elevation[column + 1]
+        for antenna in range(lit.shape[0]):
+            place, top = along[column, antenna], above[column, antenna]
+            highest = -np.inf
+            for rung in range(share.size):
+                facet = 2 * rung + first
+                corner = (1.0 - fraction) * here[rung] + fraction * there[rung]
+                highest = max(highest, _tangent(rung_distance[rung] - place, corner - top))
+                diagonal = (1.0 - share[rung]) * here[rung] + share[rung] * there[rung + 1]
+                beyond = max(highest, _tangent(diagonal_distance[rung] - place, diagonal - top))
+                edge = beyond if first else highest
+                lit[antenna, column, facet] = _tangent(distance[facet] - place, height[column, facet] - top) > edge
+                highest = beyond
+
+
+@_compiled
+def _tangent(reach, rise):
+    """Of the elevation angle under which the antenna sees a point; −inf for what is not in front of it."""
+    return rise / reach if reach > 0.0 else -np.inf

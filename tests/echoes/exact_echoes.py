@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from seamap_rt import sea as sea_package
 from seamap_rt.conventions import SPEED_OF_LIGHT, unit_from_azimuth
-from seamap_rt.echoes.speckle import speckle_weights
+from seamap_rt.echoes.gaussian import gaussians, key_of
+from seamap_rt.echoes.motion import MovingSpeckle
+from seamap_rt.echoes.speckle import StillSpeckle, speckle_weights
 from seamap_rt.mesh import Facets, polar_grid, surface_mesh
 from seamap_rt.mesh.polar import sea_on_grid
 from seamap_rt.radar.array import antenna_array
@@ -146,3 +148,16 @@ def relative_rms(found: NDArray, exact: NDArray) -> float:
     """Of all that is sampled; receivers that are silent in one must be so in the other."""
     np.testing.assert_array_equal(np.isnan(found), np.isnan(exact))
     return float(np.sqrt(np.nanmean(np.abs(found - exact) ** 2) / np.nanmean(np.abs(exact) ** 2)))
+
+
+def series_of(
+    speckle: StillSpeckle | MovingSpeckle, column: int, column_number: int, facets: int
+) -> NDArray[np.complex64]:
+    """Speckle (knot, facet) of all facets of a column, from its modes, strengths and random numbers."""
+    chosen = np.full(facets, column), np.arange(facets)
+    series = np.zeros((), dtype=np.complex64)
+    kinds = zip(speckle.modes(slice(column, column + 1)), speckle.streams, speckle.strengths(chosen).T, strict=True)
+    for modes, stream, strength in kinds:
+        numbers = gaussians(np.uint64(key_of(stream, column_number)), facets, modes.shape[1])
+        series = series + modes[0].T @ (strength * numbers)
+    return series

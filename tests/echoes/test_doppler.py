@@ -6,11 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from exact_echoes import series_of
 from numpy.typing import NDArray
 
 from seamap_rt import sea as sea_package
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.echoes import turn, turn_voltages
+from seamap_rt.echoes.gaussian import draw_all, key_of
 from seamap_rt.echoes.motion import Motion, MovingSpeckle, echo_bandwidth
 from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis, two_way_basis
 from seamap_rt.echoes.turn import choose_knots
@@ -92,8 +94,7 @@ def test_covariance_of_the_draws(tau: float, spread: float, approaching: float) 
     knots, spacing, each = 30, 0.7e-3, 30_000
     breaking = np.repeat(np.array([0.0, 0.3, 1.0], dtype=np.float32), each)[None]
     motion = motion_of(approaching=approaching, breaking=breaking, speed=3.0, spread=spread)
-    series = np.empty((knots, 3 * each), dtype=np.complex64)
-    MovingSpeckle.over(knots, spacing, K, tau, motion, SEED)(0, 17, series)
+    series = series_of(MovingSpeckle.over(knots, spacing, K, tau, motion, SEED), 0, 17, 3 * each)
     time = spacing * np.arange(knots)
     lag = time[:, None] - time
     for kind, share in enumerate((0.0, 0.3, 1.0)):
@@ -110,8 +111,8 @@ def test_every_facet_has_unit_power_at_every_knot() -> None:
     for approaching in (0.0, 0.5, 0.9):
         motion = motion_of(approaching=approaching, breaking=breaking, speed=-2.0, spread=0.3)
         speckle = MovingSpeckle.over(40, 0.8e-3, K, 10e-3, motion, SEED)
-        for rows in (speckle.bragg_of(0), speckle.breakers_of(0)):
-            np.testing.assert_allclose(np.sum(np.abs(rows) ** 2, axis=0), 1.0, atol=1e-6)  # float32
+        for rows in speckle.modes(slice(0, 1)):
+            np.testing.assert_allclose(np.sum(np.abs(rows[0]) ** 2, axis=0), 1.0, atol=1e-6)  # float32
 
 
 def test_a_column_keeps_its_numbers() -> None:
@@ -121,11 +122,10 @@ def test_a_column_keeps_its_numbers() -> None:
     breaking = rng.uniform(size=(9, 50)).astype(np.float32)
     whole = Motion(0.24, approaching, breaking, speed, 0.4)
     part = Motion(0.24, approaching[6:], breaking[6:], speed[6:], 0.4)
-    there, here, other = (np.empty((20, 50), dtype=np.complex64) for _ in range(3))
-    MovingSpeckle.over(20, 1e-3, K, 0.01, whole, SEED)(7, 123, there)
-    MovingSpeckle.over(20, 1e-3, K, 0.01, part, SEED)(1, 123, here)
+    there = series_of(MovingSpeckle.over(20, 1e-3, K, 0.01, whole, SEED), 7, 123, 50)
+    here = series_of(MovingSpeckle.over(20, 1e-3, K, 0.01, part, SEED), 1, 123, 50)
     np.testing.assert_array_equal(there, here)
-    MovingSpeckle.over(20, 1e-3, K, 0.01, part, SEED)(1, 124, other)
+    other = series_of(MovingSpeckle.over(20, 1e-3, K, 0.01, part, SEED), 1, 124, 50)
     assert abs(np.vdot(here, other)) / (20 * 50) < 0.5  # some 5 × 50 samples in common by chance: 0.06
 
 
@@ -134,20 +134,20 @@ def test_bragg_waves_and_breakers_share_no_number() -> None:
     kinds = []
     for share in (0.0, 1.0):
         motion = motion_of(bragg=0.0, breaking=np.full((1, 20_000), share, dtype=np.float32))
-        out = np.empty((12, 20_000), dtype=np.complex64)
-        MovingSpeckle.over(12, 1e-3, K, 0.01, motion, SEED)(0, 3, out)
-        kinds.append(out)
+        kinds.append(series_of(MovingSpeckle.over(12, 1e-3, K, 0.01, motion, SEED), 0, 3, 20_000))
     assert np.max(np.abs(kinds[0] @ kinds[1].conj().T)) / 20_000 < 5.0 / np.sqrt(20_000)
 
 
-def test_speckle_without_motion_has_its_old_numbers() -> None:
-    # A turn without motion keeps the bits it always had: key, order and scale of the draws are pinned here.
+def test_speckle_without_motion_has_its_numbers() -> None:
+    # A turn without motion keeps the bits it has: the key of the draws, by SplitMix64 as published (its first number
+    # after the state 0 is 0xE220A8397B1DCDAF), and their order: column, facet, mode.
+    assert int(key_of(np.uint64(0), 0)) == 0xE220A8397B1DCDAF
     basis = speckle_basis(20, 1e-3, 0.01)
-    out = np.empty((20, 11), dtype=np.complex64)
-    StillSpeckle(basis, 7)(5, 321, out)
-    random = np.random.Generator(np.random.SFC64(np.random.SeedSequence(7, spawn_key=(2, 321))))
-    draws = random.standard_normal((len(basis), 11, 2), dtype=np.float32) * np.float32(np.sqrt(0.5))
-    np.testing.assert_array_equal(out.view(np.float32), basis.T @ draws.reshape(len(basis), -1))
+    found = series_of(StillSpeckle(basis, 7), 5, 321, 11)
+    key = np.random.SeedSequence(7, spawn_key=(2,)).generate_state(1, np.uint64)[0]
+    column = np.uint64(key_of(key, 321))
+    draws = np.stack([draw_all(np.uint64(column), 11, len(basis))[:, facet] for facet in range(11)], axis=1)
+    np.testing.assert_array_equal(found, basis.T @ draws)
 
 
 # ------------------------------------------------------------------------------------------------- voltages

@@ -130,7 +130,7 @@ def test_speckle_is_gaussian() -> None:
     # Contrast of single-pulse intensity: ⟨I²⟩/⟨I⟩² = 2 for many facets in a gate.
     radar = radar_of("slotted_waveguide", 5.0, sector_deg=(0.0, 360.0), range_m=(60.0, 75.0), transmit="single")
     facets, rcs = flat_facets(radar)
-    voltages = turn_voltages(facets, rcs, radar, pulses(radar, 0), seed=3, decorrelation_time_s=1e-3)
+    voltages = turn_voltages(facets, rcs, radar, pulses(radar, 0), seed=3, decorrelation_time_s=0.5e-3)
     intensity = np.abs(voltages[:, 0, ::5]) ** 2
     intensity /= intensity.mean(axis=0)
     blocks = (intensity**2).mean(axis=1).reshape(50, -1).mean(axis=1)

@@ -178,8 +178,8 @@ def test_slopes_and_rate_are_derivatives_of_the_elevation(name):
         return np.array([np.sqrt(np.mean(difference**2)) for difference in found])
 
     coarse, fine = misfit(0.4), misfit(0.2)
-    # Central differences: half the step leaves a quarter. The spline's third derivative in time jumps at the knots and
-    # single precision (1e-7 m over 0.1 s) blurs that.
+    # Central differences: half the step leaves a quarter. The next order, the spline's own errors and single
+    # precision (1e-7 m over 0.1 s) blur that.
     assert np.all(coarse / fine > 3.2)
     assert np.all(coarse / fine < 4.8)
     assert np.all(fine < 0.02)

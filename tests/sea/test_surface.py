@@ -269,8 +269,8 @@ def test_slopes_and_rate_are_the_elevations_derivatives(name):
         return np.array([np.sqrt(np.mean(difference**2)) for difference in found])
 
     coarse, fine = misfit(0.2), misfit(0.1)
-    # Central differences of a smooth function: halving the step leaves a quarter. The spline in time is cubic: its
-    # third derivative jumps at the knots, which blurs the exact 4; rounding (1e-7 m over 0.2 m) stays far below.
+    # Central differences of a smooth function: halving the step leaves a quarter. The next
+    # order and the spline's own errors blur the exact 4; rounding (1e-7 m over 0.2 m) stays far below.
     assert np.all(coarse / fine > 3.3)
     assert np.all(coarse / fine < 4.7)
     assert np.all(fine < 0.01)

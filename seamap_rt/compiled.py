@@ -1,4 +1,4 @@
-"""Numba's compiler, as the retrieval's inner loops use it."""
+"""Numba's compiler, as the inner loops of echoes and retrieval use it."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function compiled at its first call, for threads: it lets go of Python's lock."""
     try:
         return njit(cache=True, **_OPTIONS)(function)
     except RuntimeError:  # no folder to keep the compiled code in: each process compiles it again

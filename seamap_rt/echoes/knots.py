@@ -1,0 +1,127 @@
+"""Slow-time knots: the few pulses at which echoes are summed, and the pulses between, interpolated.
+
+The echo is band-limited in slow time: rotation of the aperture, Doppler and speckle together span some ±500 Hz, far
+less than the PRF. What is known at knots a few pulses apart is known at every pulse, by a windowed sinc.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..compiled import compiled
+from ..mesh import Facets
+from ..radar.array import antenna_array
+from ..radar.scan import Pulses
+from ..settings import AntennaSettings, RadarSettings
+from .motion import Motion, echo_bandwidth
+from .paths import wavenumber
+
+_TAPS = 16
+_OVERSAMPLING = 1.3  # knots per Nyquist interval of a band that is a sum of worst cases
+_PULSES = 500  # worked on at a time
+
+
+@dataclass(frozen=True)
+class Knots:
+    """Slow-time knots of a turn: knot n lies at pulse n·stride (n may be negative or beyond the last pulse)."""
+
+    stride: int
+    first: int
+    count: int
+    spacing_s: float
+    time: NDArray[np.float64]  # (knot,) s
+
+
+def choose_knots(
+    facets: Facets, radar: RadarSettings, pulses: Pulses, decorrelation_time_s: float, motion: Motion | None = None
+) -> Knots:
+    """Knots as far apart as the echo's bandwidth allows: rotation + Doppler of the fastest scatterer + speckle."""
+    array = antenna_array(radar)
+    wavelength = 2.0 * np.pi / wavenumber(radar)
+    per_degree = max(
+        _cycles_a_degree(settings, element.antenna.azimuth_beamwidth_deg, wavelength)
+        for settings, element in zip(radar.antennas or [radar.antenna] * 2, array.elements, strict=True)
+    )
+    drift = float(np.max(np.linalg.norm(facets.grid.drift, axis=-1), initial=0.0))
+    bandwidth = echo_bandwidth(
+        facets, wavenumber(radar), pulses.mast.rate * per_degree, decorrelation_time_s, motion, drift
+    )
+    stride, cycle = max(1, int(radar.prf_hz / (2.0 * _OVERSAMPLING * bandwidth))), len(array.cycle)
+    # A pulse's place in the mode's cycle then depends on its place between knots alone.
+    stride = stride - stride % cycle if stride >= cycle else 1
+    margin = _TAPS // 2 if stride > 1 else 0
+    last = -(-pulses.number.size // stride)
+    spacing_s = stride / radar.prf_hz
+    first = -margin
+    count = last + margin + 1 - first
+    return Knots(stride, first, count, spacing_s, pulses.time[0] + spacing_s * np.arange(first, first + count))
+
+
+def _cycles_a_degree(settings: AntennaSettings, beam_deg: float, wavelength: float) -> float:
+    """Bandwidth of an antenna's two-way pattern. It is the transform of the aperture convolved with itself: strictly
+    ±width/λ per radian. A Gaussian beam has no edge; 1.35 per beam width holds all but 1e-5 of it. A measured one may
+    be either."""
+    strict, soft = float(np.radians(settings.width_m / wavelength)), 1.35 / beam_deg
+    return {"slotted_waveguide": strict, "file": max(strict, soft)}.get(settings.pattern, soft)
+
+
+def pulses_from_knots(
+    echo: NDArray[np.complex64], knots: Knots, radar: RadarSettings, pulses: Pulses, workers: int
+) -> NDArray[np.complex64]:
+    """Voltages (pulse, receiver, gate) from the paths' sums (knot, path, gate); NaN where a receiver is not sampled."""
+    array = antenna_array(radar)
+    count = pulses.number.size
+    voltages = np.empty((count, len(array.receivers), echo.shape[2]), dtype=np.complex64)
+    path = np.full((len(array.cycle), len(array.receivers)), -1)
+    for number, slot in enumerate(array.cycle):
+        for receiver in slot.receivers:
+            path[number, receiver] = array.path(slot.transmitter, receiver)
+    weights = interpolation_weights(knots.stride)
+    parts = (each.view(np.float32).reshape(*each.shape[:2], -1) for each in (echo, voltages))
+    sums, out = parts
+
+    def work(start: int) -> None:
+        stop = min(start + _PULSES, count)
+        _interpolate(sums, -knots.first, knots.stride, weights, path[pulses.slot[start:stop]], start, out)
+
+    with ThreadPoolExecutor(workers) as pool:
+        list(pool.map(work, range(0, count, _PULSES)))
+    return voltages
+
+
+@compiled
+def _interpolate(echo, zero, stride, weights, path, start, voltages):
+    """Fill voltages (pulse, receiver, number) from `start` on; echo (knot, path, number), `zero` the knot of pulse 0.
+
+    weights (place, tap): of knots around a pulse by its place between two; path (pulse, receiver), −1 for none.
+    """
+    taps = weights.shape[1]
+    for pulse in range(path.shape[0]):
+        knot, place = zero + (start + pulse) // stride, (start + pulse) % stride
+        for receiver in range(path.shape[1]):
+            row, number = voltages[start + pulse, receiver], path[pulse, receiver]
+            if number < 0:
+                row[:] = np.float32(np.nan)
+            elif place == 0:
+                row[:] = echo[knot, number]
+            else:
+                row[:] = np.float32(0.0)
+                for tap in range(taps):
+                    weight, known = weights[place, tap], echo[knot + tap - taps // 2 + 1, number]
+                    for n in range(row.size):
+                        row[n] += weight * known[n]
+
+
+def interpolation_weights(stride: int) -> NDArray[np.float32]:
+    """(place, tap): weights of the knots around a pulse that lies `place` pulses after a knot."""
+    # Knot n + tap − taps/2 + 1 lies place/stride − (tap − taps/2 + 1) knots before the pulse.
+    offset = np.arange(stride)[:, None] / stride - (np.arange(_TAPS) - _TAPS // 2 + 1)
+    # A Kaiser-windowed sinc of support ±taps/2; β trades ripple against the transition that oversampling leaves.
+    half = _TAPS // 2
+    beta = np.pi * half * (1.0 - 1.0 / _OVERSAMPLING)
+    window = np.i0(beta * np.sqrt(np.maximum(0.0, 1.0 - (offset / half) ** 2))) / np.i0(beta)
+    return (np.sinc(offset) * window).astype(np.float32)

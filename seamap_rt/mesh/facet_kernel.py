@@ -1,0 +1,83 @@
+"""The facets' geometry in one pass over the columns, a block of them to each thread."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from ..compiled import compiled
+
+_COLUMNS = 32  # a block
+_THREADS = min(16, os.cpu_count() or 1)
+
+
+def in_blocks(work: Callable[[int, int], None], columns: int) -> None:
+    """Call work(begin, end) for blocks of columns, in threads."""
+    with ThreadPoolExecutor(_THREADS) as pool:
+        list(pool.map(work, range(0, columns, _COLUMNS), (*range(_COLUMNS, columns, _COLUMNS), columns)))
+
+
+@compiled
+def fill_facets(
+    begin, end, elevation, near_fraction, near_share, far_fraction, far_share, chord, step, half,
+    height, slope_look, slope_cross,
+    vertex_look, vertex_up, velocity_look, velocity_up,
+):  # fmt: skip
+    """Heights of the facets' points, their planes' slopes and their corners' mean velocities (column, facet).
+
+    A plane's slopes come from its rung edge (purely across, of length chord) and its radial edge (half a column askew).
+    """
+    sine, cosine, third = np.sin(half), np.cos(half), np.float32(1.0 / 3.0)
+    for column in range(begin, end):
+        first, second = elevation[column], elevation[column + 1]
+        look_first, look_second = vertex_look[column], vertex_look[column + 1]
+        up_first, up_second = vertex_up[column], vertex_up[column + 1]
+        for rung in range(step.size):
+            near, far, out = 2 * rung, 2 * rung + 1, rung + 1
+            diagonal = (1.0 - near_share[rung]) * first[rung] + near_share[rung] * second[out]
+            height[column, near] = 0.5 * ((1.0 - near_fraction) * first[rung] + near_fraction * second[rung] + diagonal)
+            diagonal = (1.0 - far_share[rung]) * first[rung] + far_share[rung] * second[out]
+            height[column, far] = 0.5 * (diagonal + (1.0 - far_fraction) * first[out] + far_fraction * second[out])
+
+            cross = (second[rung] - first[rung]) / chord[rung]
+            slope_cross[column, near] = cross
+            slope_look[column, near] = ((second[out] - second[rung]) / step[rung] - cross * sine) / cosine
+            cross = (second[out] - first[out]) / chord[out]
+            slope_cross[column, far] = cross
+            slope_look[column, far] = ((first[out] - first[rung]) / step[rung] + cross * sine) / cosine
+
+            shared = look_first[rung] + look_second[out]
+            velocity_look[column, near] = (shared + look_second[rung]) * third
+            velocity_look[column, far] = (shared + look_first[out]) * third
+            shared = up_first[rung] + up_second[out]
+            velocity_up[column, near] = (shared + up_second[rung]) * third
+            velocity_up[column, far] = (shared + up_first[out]) * third
+
+
+@compiled
+def fill_strain(begin, end, relaxed_shift, look, chord, step, half, strain):
+    """−∂D/∂l of the relaxed shift D (line, rung, 2) along each column's look l (column, 2).
+
+    All corners along the column's own look: each along its line's would make a uniform shift diverge by D/range.
+    """
+    sine, cosine = np.sin(half), np.cos(half)
+    for column in range(begin, end):
+        east, north = look[column]
+        first, second = relaxed_shift[column], relaxed_shift[column + 1]
+        near_cross = _component(second[0], first[0], east, north) / chord[0]
+        for rung in range(step.size):
+            out = rung + 1
+            far_cross = _component(second[out], first[out], east, north) / chord[out]
+            near_look = _component(second[out], second[rung], east, north) / step[rung]
+            far_look = _component(first[out], first[rung], east, north) / step[rung]
+            strain[column, 2 * rung] = (near_cross * sine - near_look) / cosine
+            strain[column, 2 * rung + 1] = -(far_cross * sine + far_look) / cosine
+            near_cross = far_cross
+
+
+@compiled
+def _component(to, start, east, north):
+    return (to[0] - start[0]) * east + (to[1] - start[1]) * north

@@ -1,0 +1,124 @@
+"""Eight numbers at a time, as a processor's vector registers hold them, for numba's compiled loops.
+
+Short sums of short rows are what compilers seldom put into vector registers by themselves. Here it is written out: a
+variable of a compiled function can hold `LANES` numbers of single precision, and the functions below act on all of them
+at once. Where a processor's registers are shorter, LLVM splits them. Nothing here can be called from Python.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic, models, register_model
+
+LANES = 8
+_WIDE = ir.VectorType(ir.FloatType(), LANES)
+_INDEX = ir.IntType(32)
+_FUSED = ("contract",)  # a product and its sum may be rounded once
+_compiled_inline: Any = intrinsic  # compiled code calls it without the first argument, which is numba's own
+
+
+class _Lanes(types.Type):
+    """Numba's type of such a variable."""
+
+    def __init__(self) -> None:
+        super().__init__("Lanes")
+
+
+@register_model(_Lanes)
+class _LanesModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _WIDE)
+
+
+_lanes = _Lanes()
+
+
+@_compiled_inline
+def zeros(context):
+    """All lanes 0."""
+    return _lanes(), lambda *_: ir.Constant(_WIDE, None)
+
+
+@_compiled_inline
+def load(context, array, start):
+    """The LANES numbers of a contiguous float32 array from flat index `start` on, unchecked."""
+
+    def code(context, builder, signature, values):
+        return builder.load(_address(context, builder, signature.args[0], *values), align=4)
+
+    return _lanes(_contiguous(array), types.intp), code
+
+
+@_compiled_inline
+def store(context, array, start, lanes):
+    """Write them back to there, unchecked."""
+
+    def code(context, builder, signature, values):
+        builder.store(values[2], _address(context, builder, signature.args[0], *values[:2]), align=4)
+        return context.get_dummy_value()
+
+    return types.void(_contiguous(array), types.intp, _lanes), code
+
+
+@_compiled_inline
+def prefetch(context, array, start):
+    """Begin to bring near what lies at flat index `start`, to be loaded soon. Changes nothing, whatever the index."""
+
+    def code(context, builder, signature, values):
+        byte = ir.IntType(8).as_pointer()
+        address = builder.bitcast(_address(context, builder, signature.args[0], *values), byte)
+        kind = ir.FunctionType(ir.VoidType(), [byte, _INDEX, _INDEX, _INDEX])
+        function = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
+        to_read, closest, data = (ir.Constant(_INDEX, value) for value in (0, 3, 1))
+        builder.call(function, [address, to_read, closest, data])
+        return context.get_dummy_value()
+
+    return types.void(_contiguous(array), types.intp), code
+
+
+@_compiled_inline
+def add(context, total, factor, lanes):
+    """total + factor · lanes, with one factor for all lanes."""
+
+    def code(context, builder, signature, values):
+        undefined = ir.Constant(_WIDE, ir.Undefined)
+        first = builder.insert_element(undefined, values[1], ir.Constant(_INDEX, 0))
+        factors = builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(_INDEX, LANES), None))
+        return builder.fadd(values[0], builder.fmul(factors, values[2], flags=_FUSED), flags=_FUSED)
+
+    return _lanes(_lanes, types.float32, _lanes), code
+
+
+@_compiled_inline
+def dot(context, first, second):
+    """The sum of the lanes' products, by halves."""
+
+    def code(context, builder, signature, values):
+        total, width = builder.fmul(*values), LANES
+        while width > 1:
+            width //= 2
+            low, high = (
+                ir.Constant(ir.VectorType(_INDEX, width), [ir.Constant(_INDEX, start + n) for n in range(width)])
+                for start in (0, width)
+            )
+            total = builder.fadd(builder.shuffle_vector(total, total, low), builder.shuffle_vector(total, total, high))
+        return builder.extract_element(total, ir.Constant(_INDEX, 0))
+
+    return types.float32(_lanes, _lanes), code
+
+
+def _contiguous(array: Any) -> Any:
+    """The array's type, if its numbers lie one after the other."""
+    if not (isinstance(array, types.Array) and array.layout == "C" and array.dtype == types.float32):
+        raise TypeError(f"array = {array}: must be a C-contiguous array of float32")
+    return array
+
+
+def _address(context: Any, builder: Any, kind: Any, array: Any, start: Any) -> Any:
+    """Where the array's lanes from `start` on lie in memory."""
+    data = context.make_array(kind)(context, builder, array).data
+    return builder.bitcast(builder.gep(data, [start]), _WIDE.as_pointer())

@@ -1,0 +1,305 @@
+"""The ray stage: what is left out of the tree, where rays start and end, edges that leak nothing, and the horizon."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from numpy.typing import NDArray
+
+from seamap_rt import sea
+from seamap_rt.conventions import unit_from_azimuth
+from seamap_rt.mesh import SurfaceMesh, surface_mesh
+from seamap_rt.mesh.polar import FAR_FRACTION, NEAR_FRACTION, profile
+from seamap_rt.scene import Scene, load_scene
+from seamap_rt.simulation import Simulator
+from seamap_rt.tracing.horizon import trace_horizon
+from seamap_rt.tracing.rays import RayTracer, SeaScene, what_can_be_hit
+from seamap_rt.tracing.shadow_rays import ShadowRays, shadow_rays
+
+WATER = 55.0 - 37.5j
+
+
+def scene(name: str, **keys: Any) -> Scene:
+    return load_scene(name, overrides={key.replace("__", "."): value for key, value in keys.items()})
+
+
+_MESHES: dict[str, SurfaceMesh] = {}
+
+
+def mesh_of(made: Scene) -> SurfaceMesh:
+    """The first turn's, made once."""
+    key = made.model_dump_json()
+    if key not in _MESHES:
+        _MESHES[key] = Simulator(made).mesh(0)
+    return _MESHES[key]
+
+
+def rings(made: Scene, height: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> SurfaceMesh:
+    """The mesh of a surface at rest whose height depends on the ground range alone."""
+    grid = mesh_of(made).grid
+    elevation = np.tile(height(grid.ground_range), (grid.sweep.size, 1))
+    return surface_mesh(grid, elevation, np.zeros((*elevation.shape, 3), dtype=np.float32))
+
+
+def with_and_without(mesh: SurfaceMesh) -> tuple[list[NDArray[np.bool_]], list[NDArray[np.bool_]], float]:
+    """Light of each sheet by all its triangles, by those that can be hit; and the share of facets left out."""
+    whole, part, out = [], [], []
+    for sheet in mesh.sheets():
+        rays = shadow_rays(mesh, mesh.facets, sheet)
+        whole.append(rays.lit(SeaScene(mesh, sheet, 10e9, WATER).hits(rays)))
+        triangles = what_can_be_hit(mesh, sheet, rays.turned_away)
+        part.append(rays.lit(SeaScene(mesh, sheet, 10e9, WATER, triangles).hits(rays)))
+        walls = sum(2 * (2 * mesh.grid.ground_range.size + each.stop - each.start - 2) for each in sheet)
+        out.append(1.0 - (len(triangles[1]) - walls) / rays.turned_away.size)
+    return whole, part, float(np.mean(out))
+
+
+# ------------------------------------------------------------------------------------- what can be left out
+
+
+@pytest.mark.parametrize(
+    ("name", "keys"),
+    [
+        ("choppy_sea", {"radar__sector_deg": [250.0, 260.0]}),
+        ("choppy_sea", {"radar__sector_deg": [250.0, 260.0], "radar__height_m": 2.0}),  # below the crests
+        ("choppy_sea", {"radar__sector_deg": [90.0, 100.0], "sea__model": "choppy"}),
+        ("choppy_sea", {"radar__sector_deg": [0.0, 10.0], "radar__tilt_deg": 40.0, "radar__baseline_m": 1.0}),
+        ("rough_ride", {"radar__sector_deg": [250.0, 265.0]}),  # heels and heaves: antennas beside the look
+        ("tiny", {"radar__range_m": [15.0, 80.0]}),  # a full turn: two sheets, and a seam in the first
+    ],
+)
+def test_facets_that_no_antenna_sees_from_the_front_change_no_light(name: str, keys: dict[str, Any]) -> None:
+    """Not of one facet, of either antenna: rays go under water through what they see from the front."""
+    whole, part, out = with_and_without(mesh_of(scene(name, **keys)))
+    assert out > 0.05  # the law is not kept by leaving out nothing
+    for one, other in zip(whole, part, strict=True):
+        assert 0.05 < one.mean() < 0.95
+        assert_array_equal(one, other)
+
+
+def test_rays_that_pass_below_the_first_rung_stay_dark() -> None:
+    """A crater's rim at the first rung, above the antenna, that falls outward: all of it is turned away.
+
+    The whole sheet stops the rays where they would come up again; without its back the wall under the rim has to.
+    """
+    made = scene("flat", radar__sector_deg=[90.0, 92.0], radar__range_m=[15.0, 60.0])
+    mesh = rings(made, lambda r: np.maximum(6.0 - 2.0 * (r - 1.0), 0.0))
+    whole, part, out = with_and_without(mesh)
+    assert 0.0 < out < 0.2
+    assert whole[0].size > 0
+    for lit in (whole[0], part[0], trace_horizon(mesh).lit):
+        assert lit is not None
+        assert not lit.any()
+
+
+def test_nothing_is_left_out_under_an_antenna_that_leans_over_the_sea() -> None:
+    """It may be under water, from where facets are met from below."""
+    made = scene("tiny", radar__tilt_deg=60.0, radar__baseline_m=4.0, radar__sector_deg=[260.0, 270.0])
+    whole, part, out = with_and_without(mesh_of(made))
+    assert out == pytest.approx(0.0, abs=1e-12)
+    assert_array_equal(whole[0], part[0])
+
+
+def test_turned_away_facets_are_seen_from_the_front_by_no_antenna_of_the_turn() -> None:
+    """By the corners in float64, from every column's antennas."""
+    mesh = mesh_of(scene("rough_ride", radar__sector_deg=[250.0, 265.0]))
+    (sheet,) = mesh.sheets()
+    rays = shadow_rays(mesh, mesh.facets, sheet)
+    vertices, faces = mesh.triangles(sheet)
+    corners = vertices[faces[rays.turned_away.ravel()]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    antennas = rays.starts.astype(np.float64)
+    above = np.max([np.sum(normal * (place - corners[:, 0]), axis=1) / normal[:, 2] for place in antennas], axis=0)
+    assert 0.1 < rays.turned_away.mean() < 0.9
+    assert above.max() < 0.0
+    assert not np.any(rays.front & rays.turned_away)
+
+
+# ----------------------------------------------------------------------------------- where rays start and end
+
+
+def unequal(mesh: SurfaceMesh) -> SurfaceMesh:
+    """The mesh with rungs whose spacing grows outward, 0.5 to 2 m, over a sinusoid of 17 m."""
+    count = mesh.grid.ground_range.size
+    grid = replace(mesh.grid, ground_range=1.0 + np.cumsum(np.linspace(0.5, 2.0, count)))
+    elevation = np.tile(0.6 * np.sin(2.0 * np.pi * grid.ground_range / 17.0), (grid.sweep.size, 1))
+    return surface_mesh(grid, elevation, np.zeros((*elevation.shape, 3), dtype=np.float32))
+
+
+@pytest.mark.parametrize("spaced", ["equal", "unequal"])
+def test_rays_end_inside_their_own_facet(spaced: str) -> None:
+    """Seen from above, every end lies in its facet: before the point, and far out 0.3 of the local rung spacing."""
+    mesh = mesh_of(scene("choppy_sea", radar__sector_deg=[250.0, 260.0]))
+    mesh = unequal(mesh) if spaced == "unequal" else mesh
+    (sheet,) = mesh.sheets()
+    rays = shadow_rays(mesh, mesh.facets, sheet)
+    ends = rays.starts[rays.start].astype(np.float64) + rays.direction.T * rays.length[:, None].astype(np.float64)
+    vertices, faces = mesh.triangles(sheet)
+    column, facet, antenna = np.nonzero(np.moveaxis(rays.front, 0, -1))
+    assert_array_equal(rays.start, antenna + column * rays.front.shape[0])
+    corners = vertices[faces.reshape(*rays.front.shape[1:], 3)[column, facet]]
+    edges = np.roll(corners, -1, axis=1) - corners
+    to_end = ends[:, None] - corners
+    inside = edges[..., 0] * to_end[..., 1] - edges[..., 1] * to_end[..., 0]
+    assert np.all(inside > 0.0)
+    bearing = np.radians(mesh.grid.column_azimuth[rays.columns][column]) + mesh.facets.angle[facet]
+    point = np.stack((np.sin(bearing), np.cos(bearing)), axis=1) * mesh.facets.distance[facet, None]
+    short = np.hypot(*(point - ends[:, :2]).T)
+    spacing = np.repeat(np.diff(mesh.grid.ground_range), 2)[facet]
+    assert np.all(short > 0.2 * spacing)
+    # Beyond a hundred spacings a facet's two planes are a third and two thirds of a rectangle: 1 % of 0.3.
+    distant = mesh.facets.distance[facet] > 100.0 * spacing
+    assert_allclose(short[distant] / spacing[distant], 0.3, rtol=0.0, atol=0.004)
+
+
+def test_unequal_rungs_are_lit_as_the_horizon_has_it() -> None:
+    made = scene("choppy_sea", radar__sector_deg=[250.0, 260.0])
+    mesh = unequal(mesh_of(made))
+    rays, horizon = RayTracer(made.radar, made.scattering)(mesh).lit, trace_horizon(mesh).lit
+    assert rays is not None
+    assert horizon is not None
+    assert 0.1 < horizon.mean() < 0.9
+    assert np.mean(rays != horizon) < 2e-4
+
+
+# --------------------------------------------------------------------------------------- edges leak nothing
+
+
+def aimed(rays: ShadowRays, targets: NDArray[np.float64]) -> ShadowRays:
+    """Rays from the first antenna to points (n, 3) and 1 % beyond."""
+    away = targets - rays.starts[0]
+    length = np.linalg.norm(away, axis=1)
+    direction = (away / length[:, None]).T.astype(np.float32)
+    start = np.zeros(length.size, dtype=np.uint32)
+    return replace(rays, start=start, direction=direction, length=(1.01 * length).astype(np.float32))
+
+
+@pytest.mark.parametrize("edge", ["radial", "diagonal", "rung"])
+def test_no_ray_slips_between_two_facets(edge: str) -> None:
+    """Through nine points of each inner edge of one kind: where a ray ends under the sheet it has crossed it, so the
+    number of those that hit nothing is exactly nil. Of tests that are not watertight 1 in 10 would slip through the
+    radial edges, along which the rays run.
+    """
+    mesh = mesh_of(scene("choppy_sea", radar__sector_deg=[250.0, 260.0], radar__height_m=12.0))
+    (sheet,) = mesh.sheets()
+    rays, held = shadow_rays(mesh, mesh.facets, sheet), SeaScene(mesh, sheet, 10e9, WATER)
+    corners = mesh.vertices(sheet).reshape(-1, mesh.grid.ground_range.size, 3)
+    one, other = {
+        "radial": (corners[3:-3, 3:-12], corners[3:-3, 4:-11]),
+        "diagonal": (corners[3:-3, 3:-12], corners[4:-2, 4:-11]),
+        "rung": (corners[3:-3, 3:-12], corners[4:-2, 3:-12]),
+    }[edge]
+    sure = 0
+    for part in np.linspace(0.1, 0.9, 9):
+        shot = aimed(rays, (one + part * (other - one)).reshape(-1, 3))
+        under = below(mesh, rays.starts[0] + shot.direction.T * shot.length[:, None])
+        assert held.hits(shot)[under].all()
+        sure += int(under.sum())
+    assert sure > 100_000
+
+
+def below(mesh: SurfaceMesh, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which points lie well under the water: 5 cm below all corners of their quadrilateral."""
+    grid = mesh.grid
+    azimuth = np.degrees(np.arctan2(points[:, 0], points[:, 1]))
+    line = ((azimuth - grid.azimuth[0]) % 360.0 / grid.spacing_deg).astype(np.intp)
+    rung = np.searchsorted(grid.ground_range, np.hypot(points[:, 0], points[:, 1])) - 1
+    lowest = np.min([mesh.elevation[line + i, rung + j] for i in (0, 1) for j in (0, 1)], axis=0)
+    return np.asarray(points[:, 2] < lowest - mesh.grid.column_height[0] - 0.05)
+
+
+# ------------------------------------------------------------------------------------------------ the horizon
+
+
+@pytest.mark.parametrize("facet_m", [0.5, 0.8])
+def test_rays_and_horizon_part_only_beside_a_shadows_edge(facet_m: float) -> None:
+    """Less than 0.02 % of the facets, and each the last or the first of a shadow along its own plane.
+
+    On a full turn 3e-6 of the facets differ: those whose rays graze a crest by less than float32 can tell.
+    """
+    made = scene("choppy_sea", radar__sector_deg=[240.0, 300.0], tracing__facet_m=facet_m)
+    mesh = mesh_of(made)
+    rays, horizon = RayTracer(made.radar, made.scattering)(mesh).lit, trace_horizon(mesh).lit
+    assert rays is not None
+    assert horizon is not None
+    differ = rays != horizon
+    assert 0.2 < horizon.mean() < 0.9
+    assert differ.mean() < 2e-4
+    for plane in (slice(0, None, 2), slice(1, None, 2)):
+        lit, apart = horizon[..., plane], differ[..., plane]
+        edge = np.zeros(lit.shape, dtype=bool)
+        change = lit[..., 1:] != lit[..., :-1]
+        edge[..., 1:] |= change
+        edge[..., :-1] |= change
+        assert not np.any(apart & ~edge)
+
+
+@pytest.mark.parametrize("name", ["choppy_sea", "rough_ride"])
+def test_horizon_is_the_running_maximum_of_the_profiles_to_the_bit(name: str) -> None:
+    """Written once more, over whole arrays."""
+    mesh = mesh_of(scene(name, radar__sector_deg=[250.0, 265.0], radar__tilt_deg=5.0))
+    facets, grid = trace_horizon(mesh), mesh.grid
+    assert facets.lit is not None
+    for antenna in (0, 1):
+        along, above = grid.places[:, antenna, 0, None], grid.column_height + grid.places[:, antenna, 2, None]
+        for first, fraction in ((0, NEAR_FRACTION), (1, FAR_FRACTION)):
+            chain = profile(mesh.elevation, grid, fraction)
+            tangent = np.empty((grid.columns, 2 * chain.rung_distance.size - 1))
+            tangent[:, 0::2] = (chain.rung_height - above) / (chain.rung_distance - along)
+            tangent[:, 1::2] = (chain.diagonal_height - above) / (chain.diagonal_distance - along)
+            assert np.all(chain.rung_distance > along)
+            seen = (facets.height[:, first::2] - above) / (facets.distance[first::2] - along)
+            horizon = np.maximum.accumulate(tangent, axis=1)[:, first::2][:, : seen.shape[1]]
+            assert_array_equal(facets.lit[antenna, :, first::2], seen > horizon)
+
+
+# ------------------------------------------------------------------------------------------------ front sides
+
+
+def test_front_is_where_the_antenna_stands_above_the_facets_plane() -> None:
+    """By corners and cross products in float64.
+
+    Slopes are float32, so where the antenna stands within 3e-8 × 800 m of the plane it may fall either way: 1e-4 m is
+    four times that.
+    """
+    mesh = mesh_of(scene("rough_ride", radar__sector_deg=[250.0, 265.0]))
+    (sheet,) = mesh.sheets()
+    rays = shadow_rays(mesh, mesh.facets, sheet)
+    grid = mesh.grid
+    look = np.radians(grid.column_azimuth)
+    corners = np.empty((grid.columns, mesh.facets.distance.size, 3, 3))
+    # In the column's own frame: lines half a column askew, heights above mean sea level.
+    vertices, faces = mesh.triangles(sheet)
+    vertices = vertices.reshape(grid.sweep.size, -1, 3) + grid.stance.origin[:, None] * (0.0, 0.0, 1.0)
+    corners = vertices.reshape(-1, 3)[faces].reshape(corners.shape)
+    normal = np.cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])
+    for antenna in (0, 1):
+        along = grid.places[:, antenna, 0]
+        east, north = unit_from_azimuth(np.degrees(look))
+        # The front test knows the antenna in the vertical plane of the look.
+        place = np.stack((along * east, along * north, grid.places[:, antenna, 2] + grid.column_height[:, 0]), axis=1)
+        above = np.einsum("cfi,cfi->cf", normal, place[:, None] - corners[:, :, 0]) / normal[..., 2]
+        sure = np.abs(above) > 1e-4
+        assert sure.mean() > 0.99
+        assert_array_equal(rays.front[antenna][sure], above[sure] > 0.0)
+
+
+def test_light_of_a_sector_is_that_of_the_whole_turn() -> None:
+    """Rays ask nothing of columns that lie beside their own: what a sector is lit by does not depend on its width."""
+    made = [scene("tiny", radar__sector_deg=each, radar__range_m=[15.0, 80.0]) for each in ([0.0, 60.0], [0.0, 90.0])]
+    light = []
+    for each in made:
+        water = sea.realize(each.sea, 3)
+        grid = mesh_of(each).grid
+        east, north = unit_from_azimuth(grid.azimuth)
+        x, y = east[:, None] * grid.ground_range, north[:, None] * grid.ground_range
+        elevation, velocity = water.elevation_and_velocity(x, y, np.zeros_like(x))
+        lit = RayTracer(each.radar, each.scattering)(surface_mesh(grid, elevation, velocity)).lit
+        assert lit is not None
+        light.append(lit[:, -grid.first : -grid.first + 100])
+    assert_array_equal(*light)
