@@ -102,7 +102,10 @@ class Simulator:
 
     def mesh(self, turn: int, clock: Stopwatch | None = None) -> SurfaceMesh:
         """The meshed sea of a turn."""
-        return self._mesh(polar_grid(self.radar, self.scene.meshing, turn, self.mast), clock or Stopwatch())
+        clock = clock or Stopwatch()
+        with clock("mesh"):
+            grid = polar_grid(self.radar, self.scene.meshing, turn, self.mast)
+        return self._mesh(grid, clock)
 
     def _mesh(self, grid: PolarGrid, clock: Stopwatch) -> SurfaceMesh:
         with clock("sea"):
@@ -122,7 +125,7 @@ class Simulator:
         mesh = mesh or self.mesh(turn, clock)
         with clock("trace"):
             facets = self.scenery.hide(self._trace(mesh))
-        with clock("echoes"):
+        with clock("echoes"), clock("scattering"):
             returns = surface(facets)
         with clock("sea"):
             drowned = submerged_lines(mesh, self.sea)
@@ -189,6 +192,7 @@ class Simulator:
         return {
             "modelled": modelled(self.scene, self.sea.resolved),
             "left_out": left_out(self.scene, self.sea.resolved),
+            "mesh": self.scene.detail.facts(),
             "sea": self._sea_facts(),
             "short_waves": self._short_waves(),
             "calibration": self._calibration(),

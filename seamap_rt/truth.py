@@ -6,6 +6,8 @@ overlap.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -24,6 +26,7 @@ from .settings import RadarSettings, RetrievalSettings
 
 FAINTEST = 1e-15  # NRCS below which a cell is dark: what is left there is rounding
 _BINS_PER_GATE = 6
+_POINTS_A_CELL = 6  # along the look, at least
 _GAUSS = 0.5 / np.sqrt(3.0)  # of a cell's side: two-point Gauss quadrature, exact for cubics
 
 
@@ -32,6 +35,9 @@ def polar_truth(
 ) -> xr.Dataset:
     """The schema's `truth/polar` of one turn, from the traced facets."""
     ranges = gates(radar)
+    facets = replace(facets, height=_rounded(facets))
+    if float(np.diff(facets.grid.ground_range).max()) > retrieval.cell_range_m / _POINTS_A_CELL:
+        facets, rcs = _halved(facets, rcs)
     staring = radar.scan == "staring"
     sweeps = look_sweeps(radar.sector_deg, retrieval.cell_azimuth_deg, staring)
     lit = facets.lit_both
@@ -39,9 +45,7 @@ def polar_truth(
     slant = np.hypot(facets.distance, facets.rise)
     reach = max(RangeResponse.of(radar).support_m, 0.5 * retrieval.cell_range_m)
     # Bins finer than the facets' points would stay empty here and there.
-    width = max(
-        radar.range_sampling_m / _BINS_PER_GATE, 0.5 * float(facets.grid.ground_range[1] - facets.grid.ground_range[0])
-    )
+    width = max(radar.range_sampling_m / _BINS_PER_GATE, 0.5 * float(np.diff(facets.grid.ground_range).max()))
     bins = _Bins(ranges, width, reach, slant)
 
     box = bins.box(ranges, retrieval.cell_range_m)
@@ -75,6 +79,50 @@ def polar_truth(
     fields["time"] = times[None]
     azimuth = (radar.sector_deg[0] + sweeps) % 360.0
     return build("truth/polar", fields, {"turn": [turn], "azimuth": azimuth, "range": ranges})
+
+
+def _rounded(facets: Facets) -> NDArray[np.float64]:
+    """Mean heights (column, facet) of the water over each facet, which is flat where the water is curved.
+
+    Over a triangle with edges e the mean of a surface with the second derivatives H lies Σ eᵀHe/24 below the plane
+    through its corners. H is the difference of the slopes of like facets, from rung to rung and from column to column.
+    """
+    step = np.repeat(np.diff(facets.grid.ground_range), 2)
+    width = facets.distance * np.radians(facets.grid.spacing_deg)
+    height = facets.height.copy()
+    for kind in (slice(0, None, 2), slice(1, None, 2)):  # near facets, far facets
+        look, cross = facets.slope_look[:, kind], facets.slope_cross[:, kind]
+        bend = step[kind] * (_differences(look, 1) + _differences(look, 0)) + width[kind] * _differences(cross, 0)
+        height[:, kind] -= bend / 12.0
+    return height
+
+
+def _differences(values: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
+    """Of neighbours along an axis, centred; 0 where there are none."""
+    return np.gradient(values, axis=axis) if values.shape[axis] > 1 else np.zeros_like(values)
+
+
+def _halved(facets: Facets, rcs: NDArray[np.float32]) -> tuple[Facets, NDArray[np.float32]]:
+    """Each facet as two of half its area along the look, as far apart as makes its second moment: then cells' edges
+    cut through it. A triangle's is the 18th part of its length squared."""
+    apart = np.sqrt(1.0 / 18.0) * np.repeat(np.diff(facets.grid.ground_range), 2)
+    step = np.stack((-apart, apart), axis=-1)  # (facet, half)
+
+    def twice(values: NDArray) -> NDArray:
+        return np.repeat(values, 2, axis=-1)
+
+    halves = replace(
+        facets,
+        distance=(facets.distance[:, None] + step).ravel(),
+        horizontal_area=0.5 * twice(facets.horizontal_area),
+        angle=twice(facets.angle),
+        height=(facets.height[..., None] + facets.slope_look[..., None] * step).reshape(len(facets.height), -1),
+        slope_look=twice(facets.slope_look),
+        slope_cross=twice(facets.slope_cross),
+        lit=None if facets.lit is None else twice(facets.lit),
+        field=None if facets.field is None else twice(facets.field),
+    )
+    return halves, np.float32(0.5) * twice(rcs)
 
 
 def ground_truth(

@@ -189,3 +189,13 @@ def test_calibration_samples_the_same_places_whatever_the_mesh() -> None:
     ]
     for grid in grids[1:]:
         np.testing.assert_array_equal(grid.azimuth, grids[0].azimuth)
+
+
+def test_a_circle_is_never_promised_more_than_its_worst_sector() -> None:
+    """Maps hold every look: the errors that a circle is sized by are those of the look that errs most."""
+    mesh = {"tracing__facet_m": 0.8, "tracing__columns_per_beam": 3}
+    sectors = [scene(radar__sector_deg=[start, start + 30.0], **mesh).detail for start in (0.0, 45.0, 90.0, 150.0)]
+    circle = scene(**mesh).detail
+    for name in ("height_error_m", "power_error_db", "visible_error"):
+        worst = max(getattr(each, name) for each in sectors)
+        assert getattr(circle, name) > 0.97 * worst  # a sector's one look may lie between those of the circle

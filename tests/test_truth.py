@@ -29,7 +29,7 @@ def scene_of(waves: dict, **sections) -> Scene:
             "turns": 2,
             "sea": {"waves": [waves]},
             "scattering": {"nrcs": "constant", "nrcs_db": -35.0},
-            "tracing": {"tracer": "horizon"},
+            "tracing": sections.pop("tracing", {"tracer": "horizon"}),
             "radar": {
                 "noise": False,
                 "sector_deg": (30.0, 60.0),
@@ -123,9 +123,9 @@ def cells_by_quadrature(scene: Scene, turn: int) -> dict[str, NDArray[np.float64
 
 @pytest.mark.parametrize(("turn", "sampling"), [(0, 1.5), (1, 1.5), (0, 0.75)])
 def test_cell_means_of_a_regular_wave(turn: int, sampling: float) -> None:
-    # 5 mm is asked. A wave 20 m long between rungs 0.5 m apart sags by a k² Δ²/12 = 0.8 mm; facets are gathered by
-    # their points (0.25 m apart) into bins of 0.25 m, whose softness flattens the wave by (k 0.25 m)²/12 = 0.05 %.
-    # Measured: 2.3 mm.
+    # 5 mm is asked. A wave 20 m long between rungs 1 m apart sags by a k² Δ²/12 = 3 mm, which is put back; halves of
+    # facets are gathered by their points (0.25 m apart) into bins of 0.5 m, whose softness flattens the wave by
+    # (k 0.5 m)²/12 = 0.2 %. Measured: 2.3 mm.
     scene = wave_scene(radar={"range_sampling_m": sampling})
     truth, judge = truth_of(scene, turn), cells_by_quadrature(scene, turn)
     assert judge["height"].shape == truth["height"].shape[1:]
@@ -159,7 +159,8 @@ def test_cell_mean_closed_form() -> None:
 
 
 def test_visible_part_and_weighted_height() -> None:
-    scene = wave_scene(radar={"range_m": (20.0, 150.0)})
+    mesh = {"tracer": "horizon", "facet_m": 0.5, "columns_per_beam": 4}  # the expectation's facets are flat
+    scene = wave_scene(radar={"range_m": (20.0, 150.0)}, tracing=mesh)
     facets, rcs = lit_facets(scene)
     truth = polar_truth(facets, rcs, scene.radar, scene.retrieval, 0)
     fraction, height = truth["visible_fraction"].values[0], truth["height"].values[0]

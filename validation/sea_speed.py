@@ -31,6 +31,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from seamap_rt.lanes import LANES
 from seamap_rt.report.style import (
     BLACK,
     BLUE,
@@ -49,7 +50,6 @@ from seamap_rt.report.style import (
 from seamap_rt.sea import direct_sum, realize
 from seamap_rt.sea.accuracy import TIME_ORDER
 from seamap_rt.sea.dispersion import orbital_ratio
-from seamap_rt.sea.lanes import LANES
 from seamap_rt.sea.moving_field import TAPS, MovingField
 from seamap_rt.sea.parts import PlanePart, Quantity
 from seamap_rt.sea.spline import bspline_polynomials, bspline_transform

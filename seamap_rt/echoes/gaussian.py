@@ -50,11 +50,16 @@ def turned(turns):
 
 
 @compiled
-def draw(key, bits, real, imag):
-    """Fill real and imag (n,) with unit complex Gaussians of a key; bits: room for n uint64."""
-    for n in range(real.size):
+def count_bits(key, bits):
+    """Fill bits (n,) of a key."""
+    for n in range(bits.size):
         bits[n] = key_of(key, n)
-    for n in range(real.size):
+
+
+@compiled
+def normals(bits, real, imag):
+    """Fill real and imag (n,) with the unit complex Gaussians of random bits."""
+    for n in range(bits.size):
         high = np.int32(bits[n] >> np.uint64(41))
         uniform = np.float32(np.float32(high) + np.float32(0.5)) * np.float32(2.0**-23)
         # ln of a float: its exponent, and its mantissa about √2.
@@ -67,6 +72,13 @@ def draw(key, bits, real, imag):
         radius = np.sqrt(max(-logarithm, np.float32(0.0)))
         cosine, sine = turned(np.float32(np.int32(np.uint32(bits[n]))) * np.float32(2.0**-32))
         real[n], imag[n] = radius * cosine, radius * sine
+
+
+@compiled
+def draw(key, bits, real, imag):
+    """Fill real and imag (n,) with unit complex Gaussians of a key; bits: room for n uint64."""
+    count_bits(key, bits)
+    normals(bits, real, imag)
 
 
 @compiled

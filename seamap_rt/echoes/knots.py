@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +22,9 @@ from .motion import Motion, echo_bandwidth
 from .paths import wavenumber
 
 _TAPS = 16
+_LONGEST_STRIDE = 64  # pulses between knots, however still the sea: nothing is gained beyond
 _OVERSAMPLING = 1.3  # knots per Nyquist interval of a band that is a sum of worst cases
-_PULSES = 500  # worked on at a time
+_PULSES, _KNOTS = 500, 64  # worked on at a time
 
 
 @dataclass(frozen=True)
@@ -48,9 +50,10 @@ def choose_knots(
     )
     drift = float(np.max(np.linalg.norm(facets.grid.drift, axis=-1), initial=0.0))
     bandwidth = echo_bandwidth(
-        facets, wavenumber(radar), pulses.mast.rate * per_degree, decorrelation_time_s, motion, drift
+        facets, wavenumber(radar), _fastest_sweep(facets, pulses) * per_degree, decorrelation_time_s, motion, drift
     )
-    stride, cycle = max(1, int(radar.prf_hz / (2.0 * _OVERSAMPLING * bandwidth))), len(array.cycle)
+    widest = radar.prf_hz / (2.0 * _OVERSAMPLING * _LONGEST_STRIDE)
+    stride, cycle = max(1, int(radar.prf_hz / (2.0 * _OVERSAMPLING * max(bandwidth, widest)))), len(array.cycle)
     # A pulse's place in the mode's cycle then depends on its place between knots alone.
     stride = stride - stride % cycle if stride >= cycle else 1
     margin = _TAPS // 2 if stride > 1 else 0
@@ -61,12 +64,34 @@ def choose_knots(
     return Knots(stride, first, count, spacing_s, pulses.time[0] + spacing_s * np.arange(first, first + count))
 
 
+def _fastest_sweep(facets: Facets, pulses: Pulses) -> float:
+    """Degrees that the boresight turns in a second: the turntable's, or more where a boat yaws much with it. Less than a
+    tenth more is held by the oversampling, and turns that differ so little keep the same knots."""
+    if pulses.mast.rate == 0.0:
+        return 0.0
+    fastest = facets.grid.spacing_deg / float(np.diff(facets.grid.time).min())
+    return fastest if fastest > 1.1 * pulses.mast.rate else pulses.mast.rate
+
+
 def _cycles_a_degree(settings: AntennaSettings, beam_deg: float, wavelength: float) -> float:
     """Bandwidth of an antenna's two-way pattern. It is the transform of the aperture convolved with itself: strictly
     ±width/λ per radian. A Gaussian beam has no edge; 1.35 per beam width holds all but 1e-5 of it. A measured one may
     be either."""
     strict, soft = float(np.radians(settings.width_m / wavelength)), 1.35 / beam_deg
     return {"slotted_waveguide": strict, "file": max(strict, soft)}.get(settings.pattern, soft)
+
+
+def knots_first(sums: NDArray[np.float32], workers: int) -> NDArray[np.complex64]:
+    """(knot, path, gate) from (part, path, gate, knot), part being real and imaginary."""
+    echo = np.empty((sums.shape[3], *sums.shape[1:3]), dtype=np.complex64)
+
+    def work(first: int) -> None:
+        knots = slice(first, first + _KNOTS)
+        echo.real[knots], echo.imag[knots] = sums[..., knots].transpose(0, 3, 1, 2)
+
+    with ThreadPoolExecutor(workers) as pool:
+        list(pool.map(work, range(0, len(echo), _KNOTS)))
+    return echo
 
 
 def pulses_from_knots(
@@ -116,6 +141,7 @@ def _interpolate(echo, zero, stride, weights, path, start, voltages):
                         row[n] += weight * known[n]
 
 
+@lru_cache(maxsize=16)
 def interpolation_weights(stride: int) -> NDArray[np.float32]:
     """(place, tap): weights of the knots around a pulse that lies `place` pulses after a knot."""
     # Knot n + tap − taps/2 + 1 lies place/stride − (tap − taps/2 + 1) knots before the pulse.

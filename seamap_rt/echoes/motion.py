@@ -84,7 +84,7 @@ def echo_bandwidth(
 
     drift: of the antennas [m/s], at most.
     """
-    water = drift + float(np.max(np.hypot(facets.velocity_look, facets.velocity_up), initial=0.0))
+    water = drift + _fastest(facets.velocity_look, facets.velocity_up)
     if motion is None:
         return rotation_hz + wavenumber * water / np.pi + _speckle_width(decorrelation_time_s)
 
@@ -95,9 +95,15 @@ def echo_bandwidth(
     bragg = edge(water + motion.bragg_speed, decorrelation_time_s)
     if motion.breaking is None or not motion.breaking.any():
         return bragg
+    breaks = motion.breaking > 0.0
     outward = facets.velocity_look + motion.breaker_speed[:, None].astype(np.float32)
-    breakers = drift + float(np.max(np.hypot(outward, facets.velocity_up), initial=0.0, where=motion.breaking > 0.0))
+    breakers = drift + _fastest(outward[breaks], facets.velocity_up[breaks])
     return max(bragg, edge(breakers, motion.breaker_time(wavenumber, decorrelation_time_s)))
+
+
+def _fastest(*parts: NDArray[np.float32]) -> float:
+    """m/s, the greatest magnitude of velocities given by their parts."""
+    return float(np.sqrt(np.max(sum(part**2 for part in parts), initial=0.0)))
 
 
 def _speckle_width(time_constant: float) -> float:
@@ -113,7 +119,8 @@ class MovingSpeckle:
     bragg: NDArray[np.complex128]  # (mode, knot)
     contrast: NDArray[np.float64]  # (mode,) of the directions, as two_way_basis gives it
     breakers: NDArray[np.float32]  # (mode, knot) as they would be without their mean speed
-    turning: NDArray[np.float64]  # (knot,) rad per m/s outward
+    spacing_s: float
+    wavenumber: float  # rad/m, of the radar
     seed: int
 
     @classmethod
@@ -129,12 +136,15 @@ class MovingSpeckle:
         """For a column that is heard at so many knots."""
         bragg, contrast = two_way_basis(knots, spacing_s, decorrelation_time_s, 2.0 * wavenumber * motion.bragg_speed)
         breakers = speckle_basis(knots, spacing_s, motion.breaker_time(wavenumber, decorrelation_time_s))
-        turning = -2.0 * wavenumber * spacing_s * np.arange(knots, dtype=np.float64)
-        return cls(motion, bragg, contrast, breakers, turning, seed)
+        return cls(motion, bragg, contrast, breakers, spacing_s, wavenumber, seed)
 
-    def modes(self, columns: slice) -> tuple[NDArray[np.complex64], ...]:
-        """(column, mode, knot) of Bragg waves and, where there are any, of breakers."""
-        return (self.bragg_of(columns), self.breakers_of(columns)) if self._breaks else (self.bragg_of(columns),)
+    def modes(self, columns: slice, begin: NDArray[np.float64]) -> tuple[NDArray[np.complex64], ...]:
+        """(column, mode, knot) of Bragg waves and, where there are any, of breakers.
+
+        begin (column,) s: the first knot after the beam's passing, from which breakers' phases are reckoned.
+        """
+        bragg = self.bragg_of(columns)
+        return (bragg, self.breakers_of(columns, begin)) if self._breaks else (bragg,)
 
     @property
     def streams(self) -> NDArray[np.uint64]:
@@ -156,9 +166,10 @@ class MovingSpeckle:
         rows /= np.sqrt(np.sum(np.abs(rows) ** 2, axis=1, keepdims=True))  # unit variance at every knot, exactly
         return rows.astype(np.complex64)
 
-    def breakers_of(self, columns: slice) -> NDArray[np.complex64]:
+    def breakers_of(self, columns: slice, begin: NDArray[np.float64]) -> NDArray[np.complex64]:
         """(column, mode, knot)."""
-        turned = np.exp(1j * self.motion.breaker_speed[columns, None] * self.turning)
+        seconds = begin[:, None] + self.spacing_s * np.arange(self.breakers.shape[1])
+        turned = np.exp(-2j * self.wavenumber * self.motion.breaker_speed[columns, None] * seconds)
         return (self.breakers * turned[:, None]).astype(np.complex64)
 
     @cached_property

@@ -14,6 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ..compiled import compiled
 from ..conventions import SPEED_OF_LIGHT
 from ..mesh import Facets
 from ..radar.antenna import Antenna, Cut
@@ -59,52 +60,53 @@ def facet_paths(
     if chosen is None:
         number = np.arange(facets.height.shape[0])[columns]
         chosen = number[:, None], np.arange(facets.distance.size)[None, :]
-    column, facet = chosen
-    distance = facets.distance[facet]
-    rise = facets.height[chosen] - grid.column_height[column, 0]
-    ahead, aside = ((facets.distance * part(facets.angle))[facet] for part in (np.cos, np.sin))
-    square = distance**2 + rise**2
-    middle = np.sqrt(square)
-    places = grid.places
+    shape = np.broadcast_shapes(*(index.shape for index in chosen))
+    flat = np.broadcast_to(chosen[0], shape).ravel(), np.broadcast_to(chosen[1], shape).ravel()
+    ranges, difference, coming = np.empty((3, grid.places.shape[1], flat[0].size))
+    sine = np.empty(flat[0].size)
+    ahead, aside = (facets.distance * part(facets.angle) for part in (np.cos, np.sin))
+    places = (facets.distance, ahead, aside, facets.height, grid.column_height[:, 0])
+    velocities = (facets.velocity_look, facets.velocity_up)
+    _to_antennas(*flat, places, velocities, grid.places, grid.drift, grid.array_up, ranges, difference, coming, sine)
+    length = np.stack([ranges[i] if i == j else 0.5 * (ranges[i] + ranges[j]) for i, j in paths])
+    amplitude = _amplitudes(facets, np.sqrt(rcs[flat]), radar, flat, paths, ranges, sine)
 
-    def towards(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(column, facet): products of the facets' places with a vector (column, 3) each."""
-        product = vectors[column, 2] * rise
-        for axis, along in ((0, ahead), (1, aside)):
-            if vectors[:, axis].any():  # an upright array stands on its own axis
-                product += vectors[column, axis] * along
-        return product
+    def shaped(values: NDArray) -> NDArray:
+        return values.reshape(len(values), *shape)
 
-    ranges = np.empty((places.shape[1], *middle.shape))
-    difference = np.zeros_like(ranges)
-    for antenna in range(places.shape[1]):
-        place = places[:, antenna]
-        ranges[antenna] = np.sqrt(square - 2.0 * towards(place) + np.sum(place**2, axis=1)[column])
-    for antenna in range(1, places.shape[1]):
-        place, first = places[:, antenna], places[:, 0]
-        squares = np.sum(place**2 - first**2, axis=1)[column] - 2.0 * towards(place - first)
-        difference[antenna] = squares / (ranges[antenna] + ranges[0])
+    return FacetPaths(paths, *(shaped(each) for each in (length, ranges, difference, coming, amplitude)))
 
-    look, up = facets.velocity_look[chosen].astype(np.float64), facets.velocity_up[chosen].astype(np.float64)
-    flow = look * distance + up * rise
-    coming = np.empty_like(ranges)
-    for antenna in range(places.shape[1]):
-        # (u − d)·(r − a), with the facet's velocity u and place r, and the antenna's d and a.
-        place, drift = places[:, antenna], grid.drift[:, antenna]
-        product = flow - look * place[column, 0] - up * place[column, 2]
-        if drift.any():
-            product -= towards(drift) - np.sum(drift * place, axis=1)[column]
-        coming[antenna] = product / ranges[antenna]
 
-    sine = towards(grid.array_up) / middle
-    return FacetPaths(
-        paths=paths,
-        length=np.stack([ranges[i] if i == j else 0.5 * (ranges[i] + ranges[j]) for i, j in paths]),
-        range=ranges,
-        difference=difference,
-        coming=coming,
-        amplitude=_amplitudes(facets, np.sqrt(rcs[chosen]), radar, chosen, paths, ranges, sine),
-    )
+@compiled
+def _to_antennas(column, facet, places, velocities, antennas, drift, up, ranges, difference, coming, sine):
+    """Fill ranges [m], their differences to the first antenna's and radial velocities [m/s], (antenna, n), and the
+    direction cosines up the array (n,) of facets with these numbers (n,).
+
+    places: distance, ahead and aside (facet,), height (column, facet), the frame's height (column,). velocities along
+    the look and up (column, facet). antennas (column, antenna, 3) m, drift (column, antenna, 3) m/s, up (column, 3).
+    """
+    distance, ahead, aside, height, origin = places
+    look, lift = velocities
+    for n in range(column.size):
+        c, f = column[n], facet[n]
+        rise = height[c, f] - origin[c]
+        square = distance[f] * distance[f] + rise * rise
+        sine[n] = (up[c, 0] * ahead[f] + up[c, 1] * aside[f] + up[c, 2] * rise) / np.sqrt(square)
+        flow = look[c, f] * distance[f] + lift[c, f] * rise
+        first_square = first_along = 0.0
+        for antenna in range(ranges.shape[0]):
+            x, y, z = antennas[c, antenna, 0], antennas[c, antenna, 1], antennas[c, antenna, 2]
+            along, its_square = x * ahead[f] + y * aside[f] + z * rise, x * x + y * y + z * z
+            ranges[antenna, n] = np.sqrt(square - 2.0 * along + its_square)
+            if antenna == 0:
+                first_square, first_along = its_square, along
+            squares = (its_square - first_square) - 2.0 * (along - first_along)
+            difference[antenna, n] = squares / (ranges[antenna, n] + ranges[0, n])
+            # (u − d)·(r − a), with the facet's velocity u and place r, and the antenna's d and a.
+            u, v, w = drift[c, antenna, 0], drift[c, antenna, 1], drift[c, antenna, 2]
+            product = flow - look[c, f] * x - lift[c, f] * z
+            product -= u * ahead[f] + v * aside[f] + w * rise - (u * x + v * y + w * z)
+            coming[antenna, n] = product / ranges[antenna, n]
 
 
 def _amplitudes(

@@ -24,7 +24,7 @@ class StillSpeckle:
     basis: NDArray[np.float32]  # (mode, knot)
     seed: int
 
-    def modes(self, columns: slice) -> tuple[NDArray[np.complex64], ...]:
+    def modes(self, columns: slice, begin: NDArray[np.float64]) -> tuple[NDArray[np.complex64], ...]:
         """(1, mode, knot) of the one kind of scatterers, the same for all columns."""
         return (self.basis.astype(np.complex64)[None],)
 

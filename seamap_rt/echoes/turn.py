@@ -14,7 +14,7 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import accumulate, pairwise
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -22,15 +22,16 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from ..conventions import unit_from_azimuth
+from ..lanes import LANES
 from ..mesh import Facets
 from ..radar.array import antenna_array
 from ..radar.mast import column_frame
 from ..radar.scan import Pulses
 from ..settings import RadarSettings
 from .beams import TwoWayBeams
-from .column_kernel import GROUP, LANES, add_columns
+from .column_kernel import add_columns
 from .gating import Gating, received_samples
-from .knots import Knots, choose_knots, pulses_from_knots
+from .knots import Knots, choose_knots, knots_first, pulses_from_knots
 from .motion import Motion, MovingSpeckle
 from .paths import FacetPaths, facet_paths, wavenumber
 from .receiving import Received, receive
@@ -98,8 +99,7 @@ def turn_echoes(
             low, high = max(start, 0), min(start + part.shape[-1], knots.count)
             if high > low:
                 total[..., low:high] += part[..., low - start : high - start]
-    echo = np.empty((knots.count, *total.shape[1:3]), dtype=np.complex64)
-    echo.real, echo.imag = total.transpose(0, 3, 1, 2)
+    echo = knots_first(total, workers)
     if samples.compress is not None:
         echo = np.ascontiguousarray(samples.compress(echo), dtype=np.complex64)
     voltages = pulses_from_knots(echo, knots, radar, pulses, workers)
@@ -145,7 +145,7 @@ class ColumnSums:
         column, facet = np.nonzero(self.rcs[columns])
         chosen = column + columns.start, facet
         paths = facet_paths(self.facets, self.rcs, self.radar, columns, chosen=chosen)
-        modes, of_first = self._modes(columns)
+        modes, of_first = self._modes(columns, seconds[:, 0])
         gates = self.gating.range
         out = np.zeros((2, len(paths.paths), gates.size, int(first.max()) - low + self.window), np.float32)
         apart = float(gates[1] - gates[0]) if gates.size > 1 else 1.0
@@ -165,17 +165,15 @@ class ColumnSums:
         )
         return low, out
 
-    def _modes(self, columns: slice) -> tuple[NDArray[np.float32], int]:
-        """Modes (column, part, mode, knot) and how many are of the first kind; knots and each kind's modes padded with
-        zeros to the groups that the compiled loop takes together."""
-        kinds = self.speckle.modes(columns)
-        rooms = [_whole(kind.shape[1], GROUP) for kind in kinds]
-        padded = np.zeros((columns.stop - columns.start, 2, sum(rooms), _whole(self.window, LANES)), dtype=np.float32)
-        for kind, begin in zip(kinds, accumulate([0, *rooms]), strict=False):
-            place = np.s_[:, 0, begin : begin + kind.shape[1], : self.window]
-            padded[place] = kind.real
-            padded[:, 1, place[2], place[3]] = kind.imag
-        return padded, rooms[0]
+    def _modes(self, columns: slice, begin: NDArray[np.float64]) -> tuple[NDArray[np.float32], int]:
+        """Modes (column, part, mode, knot), the knots padded to whole groups of lanes, and how many are of the first
+        kind."""
+        kinds = self.speckle.modes(columns, begin)
+        modes = np.concatenate(kinds, axis=1)
+        whole = -(-self.window // LANES) * LANES
+        padded = np.zeros((columns.stop - columns.start, 2, modes.shape[1], whole), dtype=np.float32)
+        padded[:, 0, :, : self.window], padded[:, 1, :, : self.window] = modes.real, modes.imag
+        return padded, kinds[0].shape[1]
 
     def _phases(self, paths: FacetPaths, begin: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Phases k(R_tx + R_rx) [rad] at the first knot, and what they turn by to the next, (path, n)."""
@@ -206,8 +204,3 @@ class ColumnSums:
         beams = self.beams
         drop = np.sqrt(1.0 - level**2)
         return beams.tables, beams.scale, beams.aside, level, drop, inverse_range, along, across[..., 2] * height, past
-
-
-def _whole(count: int, group: int) -> int:
-    """The least multiple of `group` that holds `count`."""
-    return -(-count // group) * group

@@ -105,8 +105,10 @@ class Mast:
         time = np.asarray(time, dtype=np.float64)
         boat = self.motion(time)
         toward = self.schedule(time) if sweep is None else self.radar.sector_deg[0] + np.asarray(sweep)
-        axes = antenna_axes(boat.attitude, toward - self.heading, self.radar.tilt_deg)
-        origin = boat.position + self._lever @ boat_axes(boat.attitude) - self._foot
+        steady = time.size > 0 and not np.ptp(boat.attitude, axis=0).any()
+        attitude = boat.attitude[:1] if steady else boat.attitude
+        axes = antenna_axes(attitude, toward - self.heading, self.radar.tilt_deg)
+        origin = boat.position + self._lever @ boat_axes(attitude) - self._foot
         return Stance(time, origin, boat.attitude, axes, self.offsets @ axes)
 
     def velocity(self, time: ArrayLike) -> NDArray[np.float64]:
@@ -117,6 +119,8 @@ class Mast:
 
     def swing(self, time: ArrayLike) -> NDArray[np.float64]:
         """(n,) deg by which the boresight points clockwise of its schedule."""
+        if not np.any(self.motion(time).attitude - (0.0, 0.0, self.heading)):  # upright and on her heading
+            return np.zeros(np.shape(time))
         off = wrap_degrees(self.stance(time).bearing - self.schedule(time))
         return np.where(np.abs(off) < _ROUNDING, 0.0, off)
 

@@ -287,7 +287,26 @@ def tables(scene: Scene, retrieved: xr.DataTree, truth: xr.DataTree, metrics: Ma
     """The tables of the page."""
     found = [_turn_table(retrieved, truth)] if retrieved["polar"].sizes["turn"] > 1 else []
     found += [_range_table(scene, metrics), _sea_table(metrics), *_calibration_table(metrics)]
-    return [*found, _time_table(metrics), _run_table(scene, metrics)]
+    return [*found, *_mesh_table(metrics), _time_table(metrics), _run_table(scene, metrics)]
+
+
+def _mesh_table(metrics: Mapping[str, Any]) -> list[Table]:
+    """What the mesh is predicted to cost the maps, by range; none if the metrics hold none."""
+    mesh = metrics.get("mesh")
+    if not isinstance(mesh, Mapping):
+        return []
+    errors = (("height_error_m", lambda v: digits(v, 3)), ("power_error_db", lambda v: digits(v, 2)))
+    rows = [
+        [digits(row["range_m"], 0), *(write(row[name]) for name, write in errors), percent(row["visible_error"])]
+        for row in mesh.get("by_range", ())
+    ]
+    note = (
+        f"Rungs {mesh['facet_m']:g} m apart, {mesh['columns_per_beam']} columns a beam; what forbids a coarser mesh: "
+        f"{mesh['limited_by'] or _NOTHING}. Predicted from the sea's spectrum, rms over cells more than half visible, "
+        "in the expectation over speckle; over the window, in the look that errs most, "
+        f"{metres(mesh['height_error_m'])} and {digits(mesh['power_error_db'], 2)} dB."
+    )
+    return [Table("The mesh", ("Range (m)", "Height error (m)", "Power error (dB)", "Visible share"), rows, note)]
 
 
 def _calibration_table(metrics: Mapping[str, Any]) -> list[Table]:

@@ -14,7 +14,7 @@ splines. A fourth, ψ with ∂ψ/∂t + μ ψ = Φ, is the shift as waves rememb
 from __future__ import annotations
 
 import os
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -47,6 +47,7 @@ Run = tuple[int, int, int]  # time interval, first and last + 1 of its points
 
 TAPS = range((1 - TIME_ORDER) // 2, (TIME_ORDER + 3) // 2)  # the knots around an interval that its points take from
 CACHE_BYTES = 400_000_000  # twelve knots of three fields of the default sea; one turn takes ten
+_REMEMBERED = 8  # calls, some two turns of them: a knot that none of them used is of a time gone by
 _CHUNK = 1 << 14  # points per task
 _ROWS = 64  # transformed at a time: few enough to stay near the processor
 
@@ -86,6 +87,7 @@ class MovingField:
         self.time_step = time_step or longest_time_step(lattice, self._variance)
         self._ahead, self._behind = self._coefficient_amplitudes(amplitude)
         self._cache: OrderedDict[Knot, NDArray[np.float32]] = OrderedDict()
+        self._asked: deque[frozenset[Knot]] = deque(maxlen=_REMEMBERED)
         self._lock = Lock()
         self._per_elevation = lru_cache(maxsize=4)(self._make_per_elevation)
 
@@ -116,17 +118,17 @@ class MovingField:
                 grids = tuple(knots[first + tap, kind] for tap in TAPS)
                 kernel(grids, x, y, knot_time, self._per_metre, points, scale, place, result)
 
-        with ThreadPoolExecutor(_threads()) as pool:
-            for batch in self._batches(runs, len(sums)):
-                numbers = sorted({first + tap for first, _, _ in batch for tap in TAPS})
-                knots = self._knots(numbers, tuple(kind for kind, *_ in sums), pool)
-                tasks = [
-                    pool.submit(work, first, order[at : min(at + _CHUNK, stop)], knots)
-                    for first, start, stop in batch
-                    for at in range(start, stop, _CHUNK)
-                ]
-                for task in tasks:
-                    task.result()
+        pool = _pool()
+        for batch in self._batches(runs, len(sums)):
+            numbers = sorted({first + tap for first, _, _ in batch for tap in TAPS})
+            knots = self._knots(numbers, tuple(kind for kind, *_ in sums), pool)
+            tasks = [
+                pool.submit(work, first, order[at : min(at + _CHUNK, stop)], knots)
+                for first, start, stop in batch
+                for at in range(start, stop, _CHUNK)
+            ]
+            for task in tasks:
+                task.result()
         return result
 
     def _sums(self, terms: Sequence[Term]) -> list[tuple[Kind, Callable, NDArray[np.float64], NDArray[np.int64]]]:
@@ -153,7 +155,7 @@ class MovingField:
     @cached_property
     def _grid_shape(self) -> tuple[int, int]:
         """Rows and columns of a field at one knot, with the halo that the kernel asks for."""
-        from .lanes import LANES
+        from ..lanes import LANES
 
         return self.shape[0] + (0 if self.lattice.line else self.order), self.shape[1] + LANES - 1
 
@@ -184,6 +186,9 @@ class MovingField:
         wanted: list[Knot] = [(number, kind) for number in numbers for kind in kinds]
         with self._lock:
             found = {key: self._cache.pop(key) for key in wanted if key in self._cache}
+            self._asked.append(frozenset(wanted))
+            for key in self._cache.keys() - set().union(*self._asked):
+                del self._cache[key]
             room = max(CACHE_BYTES // self._field_bytes, len(wanted))
             while len(self._cache) + len(wanted) > room:  # before the new ones take memory, not after
                 self._cache.popitem(last=False)
@@ -284,3 +289,9 @@ def _kernel(row_order: int, column_order: int, most: int) -> Callable[..., None]
 
 def _threads() -> int:
     return min(16, len(os.sched_getaffinity(0)))
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    """One for all: each new thread would take memory of its own from the allocator, and leave it there."""
+    return ThreadPoolExecutor(_threads())

@@ -156,7 +156,8 @@ def series_of(
     """Speckle (knot, facet) of all facets of a column, from its modes, strengths and random numbers."""
     chosen = np.full(facets, column), np.arange(facets)
     series = np.zeros((), dtype=np.complex64)
-    kinds = zip(speckle.modes(slice(column, column + 1)), speckle.streams, speckle.strengths(chosen).T, strict=True)
+    every = speckle.modes(slice(column, column + 1), np.zeros(1))
+    kinds = zip(every, speckle.streams, speckle.strengths(chosen).T, strict=True)
     for modes, stream, strength in kinds:
         numbers = gaussians(np.uint64(key_of(stream, column_number)), facets, modes.shape[1])
         series = series + modes[0].T @ (strength * numbers)

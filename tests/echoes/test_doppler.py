@@ -111,7 +111,7 @@ def test_every_facet_has_unit_power_at_every_knot() -> None:
     for approaching in (0.0, 0.5, 0.9):
         motion = motion_of(approaching=approaching, breaking=breaking, speed=-2.0, spread=0.3)
         speckle = MovingSpeckle.over(40, 0.8e-3, K, 10e-3, motion, SEED)
-        for rows in speckle.modes(slice(0, 1)):
+        for rows in speckle.modes(slice(0, 1), np.zeros(1)):
             np.testing.assert_allclose(np.sum(np.abs(rows[0]) ** 2, axis=0), 1.0, atol=1e-6)  # float32
 
 

@@ -222,11 +222,11 @@ def test_the_circle_samples_every_direction_within_bounded_memory() -> None:
 
 
 def test_the_sea_of_the_circle_is_that_of_the_turn() -> None:
-    made = scene(radar__range_m=[15.0, 60.0], sea__extent_m=200.0)
+    made = scene(radar__range_m=[15.0, 60.0], sea__extent_m=200.0, tracing__columns_per_beam=4)  # the circle's own
     simulator = Simulator(made)
-    grid, columns = circle_grid(made.radar, made.tracing)
+    grid, columns = circle_grid(made.radar, made.meshing)
     circle = surface_mesh(grid, *sea_on_grid(simulator.sea, grid)).facets
-    still = replace(polar_grid(made.radar, made.tracing, 0), time=np.zeros(simulator.mesh(0).grid.sweep.size))
+    still = replace(polar_grid(made.radar, made.meshing, 0), time=np.zeros(simulator.mesh(0).grid.sweep.size))
     turn = surface_mesh(still, *sea_on_grid(simulator.sea, still)).facets
     for number in np.flatnonzero(columns)[::7]:
         twin = int(np.argmin(np.abs(turn.grid.column_sweep - grid.column_sweep[number])))

@@ -61,6 +61,8 @@ def scene(
     settings: dict[str, Any] = {
         "radar__sector_deg": [350.0, 370.0],
         "radar__range_m": [15.0, 100.0],
+        "tracing__facet_m": 0.5,
+        "tracing__columns_per_beam": 4,
         "radar__noise": False,
         "scattering__nrcs": "constant",
         "scattering__nrcs_db": -30.0,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from small_seas import PARTS
 
+from seamap_rt.lanes import LANES
 from seamap_rt.sea import accuracy, moving_field, realize
-from seamap_rt.sea.lanes import LANES
 from seamap_rt.sea.lattice import Lattice
 from seamap_rt.sea.moving_field import MovingField
 from seamap_rt.sea.parts import PlanePart, Quantity

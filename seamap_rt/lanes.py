@@ -94,6 +94,36 @@ def add(context, total, factor, lanes):
 
 
 @_compiled_inline
+def product(context, first, second):
+    """Lane by lane."""
+
+    def code(context, builder, signature, values):
+        return builder.fmul(*values, flags=_FUSED)
+
+    return _lanes(_lanes, _lanes), code
+
+
+@_compiled_inline
+def less(context, first, second):
+    """first − second, lane by lane."""
+
+    def code(context, builder, signature, values):
+        return builder.fsub(*values, flags=_FUSED)
+
+    return _lanes(_lanes, _lanes), code
+
+
+@_compiled_inline
+def plus(context, first, second):
+    """first + second, lane by lane."""
+
+    def code(context, builder, signature, values):
+        return builder.fadd(*values, flags=_FUSED)
+
+    return _lanes(_lanes, _lanes), code
+
+
+@_compiled_inline
 def dot(context, first, second):
     """The sum of the lanes' products, by halves."""
 
