@@ -65,8 +65,9 @@ def choose_knots(
 
 
 def _fastest_sweep(facets: Facets, pulses: Pulses) -> float:
-    """Degrees that the boresight turns in a second: the turntable's, or more where a boat yaws much with it. Less than a
-    tenth more is held by the oversampling, and turns that differ so little keep the same knots."""
+    """Degrees that the boresight turns in a second: the turntable's, or more where a boat yaws much with it.
+
+    Less than a tenth more is held by the oversampling, and turns that differ so little keep the same knots."""
     if pulses.mast.rate == 0.0:
         return 0.0
     fastest = facets.grid.spacing_deg / float(np.diff(facets.grid.time).min())
