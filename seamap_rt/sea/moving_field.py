@@ -220,7 +220,8 @@ class MovingField:
         """
         from .half_plane import half_plane
 
-        factor = turned if kind == "elevation" else turned * self._per_elevation(kind)
+        # A function, not an operator: that would multiply in place where it can, by a loop that rounds otherwise.
+        factor = turned if kind == "elevation" else np.multiply(turned, self._per_elevation(kind))
         half = np.empty((self.shape[0], factor.shape[1]), dtype=np.complex64)
         half_plane(self._ahead, self._behind, factor, half)
         half = np.asarray(scipy.fft.ifft(half, axis=0, norm="forward", overwrite_x=True))

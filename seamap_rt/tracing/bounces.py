@@ -234,4 +234,8 @@ def _paths(found: Any, place: Array, window: _Window, faces: NDArray[np.int64], 
     sine = first[:, 2] / np.linalg.norm(first, axis=-1)
     weight = np.where((kind == DIFFUSE).any(axis=0), window.weight(sine), 1.0)
     delay = np.array(found.tau, dtype=np.float64).ravel()[valid]
-    return weight * (real**2 + imaginary**2), 0.5 * SPEED_OF_LIGHT * delay, faces[face], first.T, kind
+    # In an order of their own: the solver's may follow its threads.
+    order = np.lexsort((*first.T, delay, *kind, face))
+    power = weight * (real**2 + imaginary**2)
+    reach = 0.5 * SPEED_OF_LIGHT * delay
+    return power[order], reach[order], faces[face][order], first.T[:, order], kind[:, order]

@@ -185,7 +185,7 @@ def test_no_ray_slips_between_two_facets(edge: str) -> None:
     number of those that hit nothing is exactly nil. Of tests that are not watertight 1 in 10 would slip through the
     radial edges, along which the rays run.
     """
-    mesh = mesh_of(scene("choppy_sea", radar__sector_deg=[250.0, 260.0], radar__height_m=12.0))
+    mesh = mesh_of(scene("choppy_sea", radar__sector_deg=[250.0, 260.0], radar__height_m=12.0, tracing__facet_m=0.5))
     (sheet,) = mesh.sheets()
     rays, held = shadow_rays(mesh, mesh.facets, sheet), SeaScene(mesh, sheet, 10e9, WATER)
     corners = mesh.vertices(sheet).reshape(-1, mesh.grid.ground_range.size, 3)
