@@ -35,7 +35,8 @@ def add_columns(first, start, facet, streams, key, speckle, phases, amplitude, l
     begin, step = phases
     table, nearest, apart = response
     paths, samples, count, window = out.shape[1], out.shape[2], modes.shape[2], modes.shape[3]
-    middle = 0.5 * (beam[6].shape[1] - 1)  # of the knots at which a column is heard
+    _, _, _, _, _, _, along, _, _ = beam
+    middle = 0.5 * (along.shape[1] - 1)  # of the knots at which a column is heard
     room = (count + LANES - 1) // LANES * LANES
     bits, real, imag = np.zeros(room, np.uint64), np.empty(room, np.float32), np.empty(room, np.float32)
     phasor = np.empty((paths, 2, window), np.float32)

@@ -67,7 +67,8 @@ def choose_knots(
 def _fastest_sweep(facets: Facets, pulses: Pulses) -> float:
     """Degrees that the boresight turns in a second: the turntable's, or more where a boat yaws much with it.
 
-    Less than a tenth more is held by the oversampling, and turns that differ so little keep the same knots."""
+    Less than a tenth more is held by the oversampling, and turns that differ so little keep the same knots.
+    """
     if pulses.mast.rate == 0.0:
         return 0.0
     fastest = facets.grid.spacing_deg / float(np.diff(facets.grid.time).min())
@@ -107,8 +108,8 @@ def pulses_from_knots(
         for receiver in slot.receivers:
             path[number, receiver] = array.path(slot.transmitter, receiver)
     weights = interpolation_weights(knots.stride)
-    parts = (each.view(np.float32).reshape(*each.shape[:2], -1) for each in (echo, voltages))
-    sums, out = parts
+    # Real and imaginary parts are weighed alike: plain numbers, twice as many.
+    sums, out = (each.view(np.float32).reshape(*each.shape[:2], -1) for each in (echo, voltages))
 
     def work(start: int) -> None:
         stop = min(start + _PULSES, count)

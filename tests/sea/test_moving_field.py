@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from seamap_rt.sea.moving_field import MovingField
 from seamap_rt.sea.parts import PlanePart, Quantity
 from seamap_rt.sea.spline import bspline_polynomials
 from seamap_rt.sea.spline_kernel import DERIVATIVES, spline_kernel
+from seamap_rt.settings import JonswapWaves, SeaSettings
 
 HALF_DAY = 12.0 * 3600.0
 SAID: dict[Quantity, str] = {  # the error that the field states for each quantity
@@ -184,12 +186,27 @@ def test_a_finer_budget_is_kept_by_a_shorter_step(monkeypatch):
 # ------------------------------------------------------------------------------------------------- the same bits
 
 
+@pytest.mark.parametrize("kind", ["potential", "shift", moving_field.Relaxed(0.3)])
+def test_coefficients_round_alike_whoever_made_their_factor(kind, monkeypatch):
+    # Two threads may make the same factor at once, and one of them keeps what nobody else holds: an operator would
+    # then multiply in place, by a loop that rounds otherwise. Arrays must be larger than 256 KiB for that.
+    waves = JonswapWaves(spectrum="jonswap", significant_wave_height_m=1.0, peak_period_s=5.0)
+    sea: Any = realize(SeaSettings(waves=(waves,), extent_m=200.0, resolution_m=0.5), 1)
+    (part,) = sea.parts
+    field = part.field
+    turned = field._turn(1.0)
+    assert turned.nbytes > 2**18
+    kept = field._coefficients(kind, turned)
+    monkeypatch.setattr(field, "_per_elevation", field._make_per_elevation)
+    np.testing.assert_array_equal(field._coefficients(kind, turned), kept)
+
+
 @pytest.mark.parametrize("name", ["plane", "line"])
 def test_values_know_nothing_of_other_points_threads_or_memory(name, monkeypatch):
     x, y, t = scattered(3000, seed=4, duration=20.0)
     part = part_of(name)
     found = part.sample(x, y, t, QUANTITIES)
-    monkeypatch.setattr(moving_field, "_threads", lambda: 1)
+    monkeypatch.setattr(moving_field, "_pool", lambda: ThreadPoolExecutor(1))
     monkeypatch.setattr(moving_field, "_CHUNK", 77)
     monkeypatch.setattr(moving_field, "CACHE_BYTES", 20 * part.field._field_bytes)
     again = part_of(name)
