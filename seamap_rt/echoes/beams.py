@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,20 +28,25 @@ class TwoWayBeams:
     aside: NDArray[np.float64]  # (path or 1, way) m that the way's antenna stands off the array's axis
     scale: float  # entries per unit of direction cosine; 0 lies half an entry beyond the middle
 
-    @classmethod
-    def of(cls, radar: RadarSettings) -> TwoWayBeams:
-        """Those of the radar's mode."""
-        array = antenna_array(radar)
-        reach = float(np.sin(np.radians(min(90.0, _REACH * array.beam_deg))))
-        alike = len({element.antenna.azimuth for element in array.elements}) == 1
-        on_axis = np.ptp(array.offsets[:, 0]) == 0.0 and array.offsets[0, 0] == 0.0
-        paths = array.paths[:1] if alike and on_axis else array.paths
-        ways = [((i, j),) if on_axis else ((i,), (j,)) for i, j in paths]
-        return cls(
-            tables=np.array([[_table(array, way, reach) for way in each] for each in ways]),
-            aside=np.array([[float(array.offsets[way[0], 0]) for way in each] for each in ways]),
-            scale=(_ENTRIES - 1) / (2.0 * reach),
-        )
+
+def two_way_beams(radar: RadarSettings) -> TwoWayBeams:
+    """Those of the radar's mode."""
+    return _two_way_beams(cast(Hashable, radar))  # frozen, and so hashable, which pydantic does not tell
+
+
+@lru_cache(maxsize=8)
+def _two_way_beams(settings: Hashable) -> TwoWayBeams:
+    array = antenna_array(cast(RadarSettings, settings))
+    reach = float(np.sin(np.radians(min(90.0, _REACH * array.beam_deg))))
+    alike = len({element.antenna.azimuth for element in array.elements}) == 1
+    on_axis = np.ptp(array.offsets[:, 0]) == 0.0 and array.offsets[0, 0] == 0.0
+    paths = array.paths[:1] if alike and on_axis else array.paths
+    ways = [((i, j),) if on_axis else ((i,), (j,)) for i, j in paths]
+    return TwoWayBeams(
+        tables=np.array([[_table(array, way, reach) for way in each] for each in ways]),
+        aside=np.array([[float(array.offsets[way[0], 0]) for way in each] for each in ways]),
+        scale=(_ENTRIES - 1) / (2.0 * reach),
+    )
 
 
 def _table(array: Array, antennas: tuple[int, ...], reach: float) -> NDArray[np.float32]:

@@ -1,6 +1,6 @@
 """The inner loops of a turn's echoes: what some columns return into every gate, at every knot at which they are heard.
 
-    V(path, gate, knot) = E(path, gate, knot) Σ_facets a(path) h(path, gate) s(knot) exp(−jk(R_tx + R_rx)(knot))
+    V(path, gate, knot) = Σ_facets E(path, facet, knot) a(path) h(path, gate) s(knot) exp(−jk(R_tx + R_rx)(knot))
 
 Knots are the innermost axis everywhere: a processor's lanes take them together. Real and imaginary parts stand in
 arrays of their own for the same reason. A facet's phase is reduced in float64 and turns from knot to knot by a constant
@@ -20,56 +20,71 @@ _INVERSE_TURN = 1.0 / (2.0 * np.pi)
 
 
 @compiled
-def add_columns(first, start, facet, streams, key, speckle, phases, amplitude, length, response, beam, out):
+def add_columns(first, start, window, facet, streams, key, speckle, geometry, amplitude, response, beam, out):
     """Add columns to out (part, path, gate, knot), part being real and imaginary.
 
     first (column + 1,): where each column's facets begin among those given, (n,); start (column,): the knot of `out` at
-    which each column's window begins. facet (n,): its number in its column; streams: keys of the random source for each
-    kind of scatterer; key (column,): the columns' numbers in it.
-    speckle: modes (column, part, mode, knot), the number of those of the first kind, strengths (n, kind).
-    phases: at the first knot and from knot to knot, (path, n) rad. amplitude (path, n), complex.
-    length (path, n): half-paths in steps of the response's table. response: table (path or 1, entry), first sample and
-    spacing of the samples in its steps. beam: see `_beamed`.
+    which each column's window of knots begins; behind the last there is room for a group of lanes. facet (n,): its
+    number in its column; streams: keys of the random source for each kind of scatterer; key (column,): the columns'
+    numbers in it.
+    speckle: modes (column, part, mode, knot), 0 beyond the window, in whole groups of lanes; the number of those of the
+    first kind, strengths (n, kind).
+    geometry: see `_phase_of`. amplitude (path, n), complex.
+    response: table (path or 1, entry), its entries a metre, the first sample's range and the samples' spacing [m].
+    beam: see `_weigh`.
     """
     modes, of_first, strengths = speckle
-    begin, step = phases
-    table, nearest, apart = response
-    paths, samples, count, window = out.shape[1], out.shape[2], modes.shape[2], modes.shape[3]
-    _, _, _, _, _, _, along, _, _ = beam
-    middle = 0.5 * (along.shape[1] - 1)  # of the knots at which a column is heard
+    pairs, seconds, ranges = geometry[0], geometry[1], geometry[2]
+    table, a_metre, nearest, spacing = response
+    paths, samples, count, whole = out.shape[1], out.shape[2], modes.shape[2], modes.shape[3]
+    middle = 0.5 * (window - 1)  # of the knots at which a column is heard
     room = (count + LANES - 1) // LANES * LANES
     bits, real, imag = np.zeros(room, np.uint64), np.empty(room, np.float32), np.empty(room, np.float32)
-    phasor = np.empty((paths, 2, window), np.float32)
+    phasor = np.empty((paths, 2, whole), np.float32)
     turns_with = np.empty(paths, np.int64)
+    step = np.empty(paths)
     constant = np.empty((paths, 2), np.float32)
-    gates = np.zeros((paths, 2), np.int64)
-    height = np.empty((paths, 2 * int(table.shape[1] / apart) + 3), np.float32)
-    heard = np.empty((paths, samples, 2, window), np.float32)
-    weight = np.empty(window, np.float32)
+    gates = np.zeros((paths, 3), np.int64)
+    height = np.empty((paths, 2 * int(table.shape[1] / (a_metre * spacing)) + 3), np.float32)
+    weight = np.zeros((beam[0].shape[0], samples, whole), np.float32)
     for column in range(first.size - 1):
-        heard[:] = np.float32(0.0)
+        _weigh(column, window, beam, weight)
         for n in range(first[column], first[column + 1]):
             _draw_modes(streams, key[column], facet[n], of_first, strengths[n], bits, real, imag, count)
             for path in range(paths):
+                begin, step[path], longer = _phase_of(geometry, pairs[path, 0], pairs[path, 1], n, seconds[column])
                 turns_with[path] = path
                 for other in range(path):
-                    if turns_with[other] == other and abs(step[path, n] - step[other, n]) * window <= _ALIKE:
+                    if turns_with[other] == other and abs(step[path] - step[other]) * window <= _ALIKE:
                         turns_with[path] = other
                         break
                 if turns_with[path] == path:
-                    _turning(step[path, n], phasor[path])
+                    _turning(step[path], phasor, path)
                 # Paths that share a phasor agree in the middle, where the beam is.
-                shared = step[turns_with[path], n]
+                shared = step[turns_with[path]]
                 value = amplitude[path, n]
-                cosine, sine = _unit(-(begin[path, n] + (step[path, n] - shared) * middle))
+                cosine, sine = _unit(-(begin + (step[path] - shared) * middle))
                 constant[path, 0] = value.real * cosine - value.imag * sine
                 constant[path, 1] = value.real * sine + value.imag * cosine
-                place = length[path, n] - nearest
-                entries = table[path if table.shape[0] > 1 else 0]
-                low, high = _heard_by(place, entries, apart, samples, height[path])
+                place = ranges[n] + 0.5 * longer - nearest
+                low, high = _heard_by(place, table, path, a_metre, spacing, samples, height)
                 gates[path, 0], gates[path, 1] = low, high if value != 0.0 else low
-            _add_facet(modes[column], real, imag, phasor, turns_with, constant, gates, height, heard)
-        _beamed(heard, column, start[column], beam, weight, out)
+                gates[path, 2] = min(max(int(place / spacing + 0.5), 0), samples - 1)
+            numbers, turning = (real, imag), (phasor, turns_with, constant)
+            _add_facet(modes, column, numbers, turning, gates, height, weight, start[column], out)
+
+
+@compiled
+def _phase_of(geometry, i, j, n, begin):
+    """Phase k(R_i + R_j) [rad] of facet n's path from antenna i to j at the first knot, what it turns by to the next,
+    and by how much R_i + R_j is longer than twice the range from the first antenna [m].
+
+    geometry: pairs (path, 2) of antennas; the first knot after the beam's passing (column,) s; ranges from the first
+    antenna (n,) m; differences to it (antenna, n) m; radial velocities (antenna, n) m/s; rad/m; seconds between knots.
+    """
+    _, _, ranges, difference, coming, wavenumber, spacing = geometry
+    longer, along = difference[i, n] + difference[j, n], coming[i, n] + coming[j, n]
+    return wavenumber * (2.0 * ranges[n] + longer + along * begin), wavenumber * spacing * along, longer
 
 
 @compiled
@@ -86,30 +101,36 @@ def _draw_modes(streams, column, facet, of_first, strength, bits, real, imag, co
 
 
 @compiled
-def _heard_by(place, entries, apart, samples, height):
-    """Fill height with the response of the samples that hear a reflector, and give the first and the last + 1 of them.
-
-    place: of the reflector beyond the first sample, apart: of neighbouring samples, both in steps of the table.
-    """
-    support = entries.size - 1
-    low = max(int(np.ceil((place - support) / apart)), 0)
-    high = min(int(np.floor((place + support) / apart)), samples - 1) + 1
+def _heard_by(place, table, path, a_metre, spacing, samples, height):
+    """Fill height[path] with the response of the samples that hear a reflector, and give the first of them and the last
+    + 1. place [m]: of the reflector beyond the first sample."""
+    row, last = path if table.shape[0] > 1 else 0, table.shape[1] - 1
+    support = last / a_metre
+    low = max(int(np.ceil((place - support) / spacing)), 0)
+    high = min(int(np.floor((place + support) / spacing)), samples - 1) + 1
     for gate in range(low, high):
-        height[gate - low] = entries[min(int(abs(place - gate * apart)), support)]
+        height[path, gate - low] = table[row, min(int(abs(place - gate * spacing) * a_metre), last)]
     return low, max(high, low)
 
 
 @compiled
-def _add_facet(modes, real, imag, phasor, turns_with, constant, gates, height, heard):
-    """Add one facet to heard (path, gate, part, knot): its numbers times the modes (part, mode, knot), turned by the
-    phasors (path, part, knot), times each path's constant (path, part) and its response in the gates that hear it."""
-    count, window = modes.shape[1], modes.shape[2]
-    samples = heard.shape[1]
-    for knot in range(0, window, LANES):
+def _add_facet(modes, column, numbers, turning, gates, height, weight, start, out):
+    """Add one facet to out (part, path, gate, knot) from knot `start` on: its numbers times the column's modes, turned
+    by the phasors (path, part, knot), those that each path uses (path,), times each path's constant (path, part), the
+    weight (path or 1, gate, knot) of the beam at its own gate, and its response in the gates that hear it (path: first,
+    last + 1, own).
+    """
+    (real, imag), (phasor, turns_with, constant) = numbers, turning
+    count, whole = modes.shape[2], modes.shape[3]
+    samples, knots = out.shape[2], out.shape[3]
+    imaginary = out.shape[1] * samples * knots
+    first_mode = column * 2 * count * whole
+    for knot in range(0, whole, LANES):
         xa = yb = xb = ya = zeros()  # sums of their own: none waits for another
         for mode in range(count):
             x, y = real[mode], imag[mode]
-            a, b = load(modes, mode * window + knot), load(modes, (count + mode) * window + knot)
+            place = first_mode + mode * whole + knot
+            a, b = load(modes, place), load(modes, place + count * whole)
             xa, yb, xb, ya = add(xa, x, a), add(yb, y, b), add(xb, x, b), add(ya, y, a)
         re, im = less(xa, yb), plus(xb, ya)
         turned_re, turned_im = re, im
@@ -117,18 +138,20 @@ def _add_facet(modes, real, imag, phasor, turns_with, constant, gates, height, h
         for path in range(gates.shape[0]):
             if turns_with[path] != last:
                 last = turns_with[path]
-                c, d = load(phasor, 2 * last * window + knot), load(phasor, (2 * last + 1) * window + knot)
+                c, d = load(phasor, 2 * last * whole + knot), load(phasor, (2 * last + 1) * whole + knot)
                 turned_re = less(product(re, c), product(im, d))
                 turned_im = plus(product(re, d), product(im, c))
             u, v = constant[path, 0], constant[path, 1]
-            part_re = add(add(zeros(), u, turned_re), -v, turned_im)
-            part_im = add(add(zeros(), u, turned_im), v, turned_re)
-            place = (path * samples + gates[path, 0]) * 2 * window + knot
+            row = path if weight.shape[0] > 1 else 0
+            heard = load(weight, (row * samples + gates[path, 2]) * whole + knot)
+            part_re = product(heard, add(add(zeros(), u, turned_re), -v, turned_im))
+            part_im = product(heard, add(add(zeros(), u, turned_im), v, turned_re))
+            place = (path * samples + gates[path, 0]) * knots + start + knot
             for n in range(gates[path, 1] - gates[path, 0]):
                 response = height[path, n]
-                store(heard, place, add(load(heard, place), response, part_re))
-                store(heard, place + window, add(load(heard, place + window), response, part_im))
-                place += 2 * window
+                store(out, place, add(load(out, place), response, part_re))
+                store(out, place + imaginary, add(load(out, place + imaginary), response, part_im))
+                place += knots
 
 
 @compiled
@@ -139,44 +162,40 @@ def _unit(phase):
 
 
 @compiled
-def _turning(phase, phasor):
-    """Fill phasor (part, knot) with exp(−j n phase): each of two before it, for as long as that errs by 1e-6 at most;
-    groups of lanes then go on by a group's turn."""
-    phasor[0, 0], phasor[1, 0] = 1.0, 0.0
-    phasor[0, 1], phasor[1, 1] = _unit(-phase)
-    for knot in range(2, LANES):
-        one, other = knot // 2, knot - knot // 2
-        phasor[0, knot] = phasor[0, one] * phasor[0, other] - phasor[1, one] * phasor[1, other]
-        phasor[1, knot] = phasor[0, one] * phasor[1, other] + phasor[1, one] * phasor[0, other]
+def _turning(phase, phasor, path):
+    """Fill phasor[path] (part, knot) with exp(−j n phase): a group of lanes, and each further one by a group's turn."""
+    turns = -phase * _INVERSE_TURN
+    for knot in range(LANES):
+        part = knot * turns
+        phasor[path, 0, knot], phasor[path, 1, knot] = turned(np.float32(part - np.rint(part)))
+    whole = phasor.shape[2]
+    place = path * 2 * whole
+    re, im = load(phasor, place), load(phasor, place + whole)
     cosine, sine = _unit(-phase * LANES)
-    for knot in range(LANES, phasor.shape[1]):
-        x, y = phasor[0, knot - LANES], phasor[1, knot - LANES]
-        phasor[0, knot] = x * cosine - y * sine
-        phasor[1, knot] = x * sine + y * cosine
+    for knot in range(LANES, whole, LANES):
+        re, im = add(add(zeros(), cosine, re), -sine, im), add(add(zeros(), cosine, im), sine, re)
+        store(phasor, place + knot, re)
+        store(phasor, place + whole + knot, im)
 
 
 @compiled
-def _beamed(heard, column, start, beam, weight, out):
-    """Add what a column returns, (path, gate, part, knot), weighed by the beam towards the mean sea that a gate hears.
+def _weigh(column, window, beam, weight):
+    """Fill weight (path or 1, gate, knot) with the beam towards the mean sea at each gate, out and back.
 
-    beam: tables (beam, way, entry) of voltage against the direction cosine, their scale, what each way's antenna stands
-    aside (beam, way) m; then the cosine's parts. It is level[gate] along[column, knot] − drop[gate] up[column, knot] −
-    past[column, knot]/range[gate].
+    beam: tables (path or 1, way, entry) of voltage against the direction cosine, their scale, what each way's antenna
+    stands aside (path or 1, way) m; then the cosine's parts. It is level[gate] along[column, knot] − drop[gate]
+    up[column, knot] − past[column, knot]/range[gate].
     """
     tables, scale, aside, level, drop, inverse_range, along, up, past = beam
-    entries, window = tables.shape[2], along.shape[1]
-    middle = np.float32(0.5 * entries)  # half an entry on: the cast cuts, and so rounds
-    for gate in range(heard.shape[1]):
-        for path in range(heard.shape[0]):
-            if path < tables.shape[0]:
-                weight[:] = np.float32(1.0)
-                for way in range(tables.shape[1]):
-                    shift = aside[path, way] * inverse_range[gate]
-                    for knot in range(window):
-                        cosine = level[gate] * along[column, knot] - drop[gate] * up[column, knot]
-                        cosine = cosine - past[column, knot] * inverse_range[gate] - shift
-                        entry = min(max(int(cosine * scale + middle), 0), entries - 1)
-                        weight[knot] *= tables[path, way, entry]
-            for knot in range(window):
-                out[0, path, gate, start + knot] += weight[knot] * heard[path, gate, 0, knot]
-                out[1, path, gate, start + knot] += weight[knot] * heard[path, gate, 1, knot]
+    last = np.int32(tables.shape[2] - 1)
+    for gate in range(weight.shape[1]):
+        ahead, below, beyond = level[gate] * scale, drop[gate] * scale, inverse_range[gate] * scale
+        for path in range(tables.shape[0]):
+            for way in range(tables.shape[1]):
+                # Half an entry on: the cast cuts, and so rounds.
+                shift = 0.5 * tables.shape[2] - aside[path, way] * beyond
+                for knot in range(window):
+                    place = ahead * along[column, knot] - below * up[column, knot] - beyond * past[column, knot]
+                    entry = min(max(np.int32(place + shift), np.int32(0)), last)
+                    value = tables[path, way, np.uint32(entry)]
+                    weight[path, gate, knot] = value if way == 0 else weight[path, gate, knot] * value

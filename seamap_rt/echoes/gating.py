@@ -9,9 +9,10 @@ receiver these are the gates themselves; a converter's samples lie closer, and t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -56,6 +57,27 @@ def received_samples(radar: RadarSettings) -> Samples:
     return gate_samples(radar)
 
 
+@dataclass(frozen=True)
+class Tabulated:
+    """Samples, and what each path's give to a reflector at so many steps off their middles."""
+
+    samples: Samples
+    response: NDArray[np.float32]  # (path or 1, entry), that at (n + ½) steps; 0 from the last entry on
+    step: float = _STEP  # m
+
+
+def tabulated(radar: RadarSettings) -> Tabulated:
+    """The samples that the radar's receiver is given, and their response."""
+    return _tabulated(cast(Hashable, radar))  # frozen, and so hashable, which pydantic does not tell
+
+
+@lru_cache(maxsize=8)
+def _tabulated(settings: Hashable) -> Tabulated:
+    samples = received_samples(cast(RadarSettings, settings))
+    tables = _tables(samples)
+    return Tabulated(samples, np.array(tables[:1] if all(table is tables[0] for table in tables) else tables))
+
+
 def _plain(
     radar: RadarSettings, ranges: NDArray[np.float64], paths: tuple[tuple[int, int], ...] | None = None
 ) -> Samples:
@@ -65,6 +87,13 @@ def _plain(
         width = _passed(radar.bandwidth_hz, array.elements[i].bandwidth_hz, array.elements[j].bandwidth_hz)
         responses.append(made.setdefault(width, replace(RangeResponse.of(radar), bandwidth_hz=width)))
     return Samples(ranges, tuple(responses), max(response.support_m for response in responses))
+
+
+def _tables(samples: Samples) -> list[NDArray[np.float32]]:
+    """Response of each path's samples at (n + ½) steps off their middles; the same object where paths are alike."""
+    places = np.arange(0.5 * _STEP, samples.support_m + 2.0 * _STEP, _STEP)  # middles: an index is cut, not rounded
+    tables = {response: np.append(response(places), 0.0).astype(np.float32) for response in set(samples.responses)}
+    return [tables[response] for response in samples.responses]
 
 
 def _passed(*bandwidths: float) -> float:
@@ -95,9 +124,7 @@ class Gating:
         self.step = _STEP
         self._support = samples.support_m
         self._facets = facets
-        grid = np.arange(0.5 * _STEP, self._support + 2.0 * _STEP, _STEP)  # middles: an index is cut, not rounded
-        tables = {response: np.append(response(grid), 0.0).astype(np.float32) for response in set(samples.responses)}
-        self.tables = [tables[response] for response in samples.responses]
+        self.tables = _tables(samples)
         self.level = _level(radar, self.range, samples.responses[0], self._support)
 
     @cached_property

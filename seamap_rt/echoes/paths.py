@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..compiled import compiled
 from ..conventions import SPEED_OF_LIGHT
 from ..mesh import Facets
-from ..radar.antenna import Antenna, Cut
+from ..radar.antenna import Cut
 from ..radar.array import antenna_array
 from ..radar.receiver import amplitude_constant
 from ..settings import RadarSettings
@@ -28,15 +28,19 @@ Chosen = tuple[NDArray[np.intp], NDArray[np.intp]]  # numbers of columns and of 
 
 @dataclass(frozen=True)
 class FacetPaths:
-    """Paths of the facets of some columns; arrays (column, facet) unless said otherwise."""
+    """Paths of the facets of some columns."""
 
     paths: tuple[Path, ...]
-    length: NDArray[np.float64]  # (path, column, facet) half the path transmitter → facet → receiver [m]
     range: NDArray[np.float64]  # (antenna, column, facet) m
     difference: NDArray[np.float64]  # (antenna, column, facet) R − R₀ [m]
     coming: NDArray[np.float64]  # (antenna, column, facet) m/s, radial velocity seen from each antenna, positive away
     # (path, column, facet) voltage at boresight azimuth, before the range response [√W]; complex where light bends
     amplitude: NDArray[np.float32] | NDArray[np.complex64]
+
+    @property
+    def length(self) -> NDArray[np.float64]:
+        """(path, column, facet) half the path transmitter → facet → receiver [m]."""
+        return np.stack([self.range[i] if i == j else 0.5 * (self.range[i] + self.range[j]) for i, j in self.paths])
 
 
 def facet_paths(
@@ -68,13 +72,12 @@ def facet_paths(
     places = (facets.distance, ahead, aside, facets.height, grid.column_height[:, 0])
     velocities = (facets.velocity_look, facets.velocity_up)
     _to_antennas(*flat, places, velocities, grid.places, grid.drift, grid.array_up, ranges, difference, coming, sine)
-    length = np.stack([ranges[i] if i == j else 0.5 * (ranges[i] + ranges[j]) for i, j in paths])
-    amplitude = _amplitudes(facets, np.sqrt(rcs[flat]), radar, flat, paths, ranges, sine)
+    amplitude = _amplitudes(facets, rcs, radar, flat, paths, ranges, sine)
 
     def shaped(values: NDArray) -> NDArray:
         return values.reshape(len(values), *shape)
 
-    return FacetPaths(paths, *(shaped(each) for each in (length, ranges, difference, coming, amplitude)))
+    return FacetPaths(paths, *(shaped(each) for each in (ranges, difference, coming, amplitude)))
 
 
 @compiled
@@ -111,34 +114,51 @@ def _to_antennas(column, facet, places, velocities, antennas, drift, up, ranges,
 
 def _amplitudes(
     facets: Facets,
-    root: NDArray[np.float32],
+    rcs: NDArray[np.float32],
     radar: RadarSettings,
     chosen: Chosen,
     paths: tuple[Path, ...],
     ranges: NDArray[np.float64],
     sine: NDArray[np.float64],
 ) -> NDArray[np.float32] | NDArray[np.complex64]:
-    """(path, column, facet) √W; root: of the cross-sections; sine: direction cosine of each facet up the array."""
-    elements = antenna_array(radar).elements
-    cuts: dict[Cut, NDArray[np.float64]] = {}
+    """(path, n) √W of the chosen facets; sine: direction cosine of each facet up the array."""
+    antennas = [element.antenna for element in antenna_array(radar).elements]
+    cuts = tuple(dict.fromkeys(antenna.elevation for antenna in antennas))
+    which = np.array([cuts.index(antenna.elevation) for antenna in antennas])
+    gains = [float(np.sqrt(antennas[i].gain * antennas[j].gain)) for i, j in paths]
+    constants = np.array([amplitude_constant(radar, gain) for gain in gains])
+    out = np.empty((len(paths), sine.size), dtype=np.float32)
+    assert facets.lit is not None
+    lit = facets.lit if facets.field is None else np.ones_like(facets.lit)
+    _fill_amplitudes(*chosen, np.array(paths), constants, rcs, lit, ranges, sine, _tables(cuts), which, out)
+    if facets.field is None:
+        return out
+    return np.stack(
+        [each * facets.field[i][chosen] * facets.field[j][chosen] for each, (i, j) in zip(out, paths, strict=True)]
+    )
 
-    def cut(antenna: Antenna) -> NDArray[np.float64]:
-        if antenna.elevation not in cuts:
-            cuts[antenna.elevation] = _tabulated(antenna.elevation, sine)
-        return cuts[antenna.elevation]
 
-    amplitudes = []
-    for i, j in paths:
-        one, other = elements[i].antenna, elements[j].antenna
-        gain = float(np.sqrt(one.gain * other.gain))
-        voltage = amplitude_constant(radar, gain) * cut(one) * cut(other) * root / (ranges[i] * ranges[j])
-        if facets.field is None:
-            assert facets.lit is not None
-            seen = facets.lit[i][chosen] if i == j else facets.lit[i][chosen] & facets.lit[j][chosen]
-            amplitudes.append(np.where(seen, voltage, 0.0).astype(np.float32))
-        else:
-            amplitudes.append((voltage * facets.field[i][chosen] * facets.field[j][chosen]).astype(np.complex64))
-    return np.stack(amplitudes)
+@compiled
+def _fill_amplitudes(column, facet, paths, constants, rcs, lit, ranges, sine, tables, which, out):
+    """Fill out (path, n): constant · root of rcs (column, facet) · cuts / ranges (antenna, n), where lit for both.
+
+    tables (cut, entry): over direction cosines from −1 to 1; which (antenna,): its table.
+    """
+    steps = tables.shape[1] - 1
+    for n in range(column.size):
+        c, f = column[n], facet[n]
+        root = np.sqrt(float(rcs[c, f]))
+        place = (sine[n] + 1.0) * (0.5 * steps)
+        entry = min(max(int(place), 0), steps - 1)
+        beyond = place - entry
+        for path in range(paths.shape[0]):
+            i, j = paths[path, 0], paths[path, 1]
+            value = 0.0
+            if lit[i, c, f] and lit[j, c, f]:
+                value = constants[path] * root / (ranges[i, n] * ranges[j, n])
+                value *= tables[which[i], entry] + beyond * (tables[which[i], entry + 1] - tables[which[i], entry])
+                value *= tables[which[j], entry] + beyond * (tables[which[j], entry + 1] - tables[which[j], entry])
+            out[path, n] = value
 
 
 def wavenumber(radar: RadarSettings) -> float:
@@ -146,14 +166,7 @@ def wavenumber(radar: RadarSettings) -> float:
     return 2.0 * np.pi * radar.frequency_hz / SPEED_OF_LIGHT
 
 
-_TABLE = np.linspace(-1.0, 1.0, 20_001)
-
-
-def _tabulated(cut, sine: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A pattern cut by linear interpolation in its direction cosine (1e-4 apart: 1e-6 of the peak for beams ≥ 1°)."""
-    return np.interp(sine, _TABLE, _table(cut))
-
-
 @lru_cache(maxsize=16)
-def _table(cut: Cut) -> NDArray[np.float64]:
-    return cut(_TABLE)
+def _tables(cuts: tuple[Cut, ...]) -> NDArray[np.float64]:
+    """(cut, entry) of pattern cuts, for linear interpolation (1e-4 apart: 1e-6 of the peak for beams ≥ 1°)."""
+    return np.array([cut(np.linspace(-1.0, 1.0, 20_001)) for cut in cuts])

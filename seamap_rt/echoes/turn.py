@@ -1,6 +1,6 @@
 """The voltages of every pulse of one turn, as its receivers give them.
 
-    V(p, rx, g) = Σ_columns E(beam − column) Σ_facets a h(r_g − R) s(t) exp(−jk(R_tx + R_rx)(t))
+    V(p, rx, g) = Σ_columns Σ_facets E(beam − facet) a h(r_g − R) s(t) exp(−jk(R_tx + R_rx)(t))
 
 While the beam passes a column (30 ms) a facet moves by centimetres: its range response stays, its phase turns at the
 rate of its radial velocity, its speckle s(t) decorrelates, or turns by itself where its scatterers move relative to the
@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -28,16 +27,16 @@ from ..radar.array import antenna_array
 from ..radar.mast import column_frame
 from ..radar.scan import Pulses
 from ..settings import RadarSettings
-from .beams import TwoWayBeams
+from .beams import TwoWayBeams, two_way_beams
 from .column_kernel import add_columns
-from .gating import Gating, received_samples
+from .gating import Tabulated, tabulated
 from .knots import Knots, choose_knots, knots_first, pulses_from_knots
 from .motion import Motion, MovingSpeckle
 from .paths import FacetPaths, facet_paths, wavenumber
 from .receiving import Received, receive
 from .speckle import StillSpeckle, speckle_basis
 
-_CHUNK = 8  # columns worked on at a time: their sums stay near the cache
+_CHUNK = 16  # columns worked on at a time: their sums stay near the cache
 
 Beam = tuple[Any, ...]
 
@@ -76,8 +75,7 @@ def turn_echoes(
     """
     if motion is not None:
         motion.check(facets)
-    samples = received_samples(radar)
-    gating = Gating(radar, facets, samples)
+    heard = tabulated(radar)
     knots = choose_knots(facets, radar, pulses, decorrelation_time_s, motion)
     reach = _reach_s(facets, pulses)
     window = int(np.floor(2.0 * reach / knots.spacing_s)) + 1 if np.isfinite(reach) else knots.count
@@ -87,9 +85,9 @@ def turn_echoes(
         k = wavenumber(radar)
         speckle = MovingSpeckle.over(window, knots.spacing_s, k, decorrelation_time_s, motion, seed)
     across = pulses.mast.stance(knots.time).axes[:, 0]
-    sums = ColumnSums(facets, rcs, radar, gating, knots, window, reach, speckle, TwoWayBeams.of(radar), across)
+    sums = ColumnSums(facets, rcs, radar, heard, knots, window, reach, speckle, two_way_beams(radar), across)
 
-    total = np.zeros((2, len(antenna_array(radar).paths), gating.range.size, knots.count), dtype=np.float32)
+    total = np.zeros((2, len(antenna_array(radar).paths), heard.samples.range.size, knots.count), dtype=np.float32)
     edges = [*range(0, facets.grid.columns, _CHUNK), facets.grid.columns]
     chunks = [slice(a, b) for a, b in pairwise(edges)]
     # BLAS's own threads would fight with ours over small products, and could change the bits.
@@ -100,8 +98,8 @@ def turn_echoes(
             if high > low:
                 total[..., low:high] += part[..., low - start : high - start]
     echo = knots_first(total, workers)
-    if samples.compress is not None:
-        echo = np.ascontiguousarray(samples.compress(echo), dtype=np.complex64)
+    if heard.samples.compress is not None:
+        echo = np.ascontiguousarray(heard.samples.compress(echo), dtype=np.complex64)
     voltages = pulses_from_knots(echo, knots, radar, pulses, workers)
     return receive(voltages, radar, pulses, seed, workers, further)
 
@@ -125,7 +123,7 @@ class ColumnSums:
     facets: Facets
     rcs: NDArray[np.float32]
     radar: RadarSettings
-    gating: Gating
+    tabulated: Tabulated
     knots: Knots
     window: int
     reach_s: float
@@ -146,20 +144,22 @@ class ColumnSums:
         chosen = column + columns.start, facet
         paths = facet_paths(self.facets, self.rcs, self.radar, columns, chosen=chosen)
         modes, of_first = self._modes(columns, seconds[:, 0])
-        gates = self.gating.range
-        out = np.zeros((2, len(paths.paths), gates.size, int(first.max()) - low + self.window), np.float32)
+        gates = self.tabulated.samples.range
+        # Behind the last knot there is room for a group of lanes.
+        knots = int(first.max()) - low + modes.shape[-1]
+        out = np.zeros((2, len(paths.paths), gates.size, knots), np.float32)
         apart = float(gates[1] - gates[0]) if gates.size > 1 else 1.0
         add_columns(
             np.searchsorted(column, np.arange(passing.size + 1)),
             first - low,
+            self.window,
             facet,
             self.speckle.streams,
             self.facets.grid.column_number[columns],
             (modes, of_first, self.speckle.strengths(chosen)),
-            self._phases(paths, seconds[column, 0]),
+            self._geometry(paths, seconds[:, 0]),
             paths.amplitude.astype(np.complex64, copy=False),
-            paths.length / self.gating.step,
-            (self._response, float(gates[0]) / self.gating.step, apart / self.gating.step),
+            (self.tabulated.response, 1.0 / self.tabulated.step, float(gates[0]), apart),
             self._beam(columns, np.clip(heard, 0, self.knots.count - 1)),  # what lies outside is dropped later
             out,
         )
@@ -175,22 +175,14 @@ class ColumnSums:
         padded[:, 0, :, : self.window], padded[:, 1, :, : self.window] = modes.real, modes.imag
         return padded, kinds[0].shape[1]
 
-    def _phases(self, paths: FacetPaths, begin: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Phases k(R_tx + R_rx) [rad] at the first knot, and what they turn by to the next, (path, n)."""
-        k = wavenumber(self.radar)
-        along = np.array([paths.coming[i] + paths.coming[j] for i, j in paths.paths])
-        longer = np.array([paths.difference[i] + paths.difference[j] for i, j in paths.paths])
-        return k * (2.0 * paths.range[0] + longer + along * begin), k * self.knots.spacing_s * along
-
-    @cached_property
-    def _response(self) -> NDArray[np.float32]:
-        """(path or 1, entry) range response."""
-        tables = self.gating.tables
-        return np.array(tables[:1] if all(table is tables[0] for table in tables) else tables)
+    def _geometry(self, paths: FacetPaths, begin: NDArray[np.float64]) -> tuple[Any, ...]:
+        """Pairs of antennas and how far and fast their paths grow, as `add_columns` takes it."""
+        pairs, moving = np.array(paths.paths), (paths.range[0], paths.difference, paths.coming)
+        return pairs, begin, *moving, wavenumber(self.radar), self.knots.spacing_s
 
     def _beam(self, columns: slice, knots: NDArray[np.intp]) -> Beam:
-        """The beam towards the mean sea of each column that each gate hears, as `add_columns` takes it."""
-        grid, level = self.facets.grid, self.gating.level
+        """The beam towards each column's mean sea at the range of each gate, as `add_columns` takes it."""
+        grid = self.facets.grid
         east, north = unit_from_azimuth(grid.column_azimuth[columns])
         across = self.across[knots]
         along = across[..., 0] * east[:, None] + across[..., 1] * north[:, None]
@@ -200,7 +192,7 @@ class ColumnSums:
         drift = np.einsum("ci,cij->cj", grid.drift[columns].mean(axis=1), column_frame(grid.column_azimuth[columns]))
         seconds = self.knots.time[knots] - grid.column_stance.time[columns, None]
         past = np.einsum("cki,ci->ck", across, drift) * seconds
-        inverse_range = 1.0 / np.maximum(self.gating.range, self.radar.height_m)
-        beams = self.beams
-        drop = np.sqrt(1.0 - level**2)
+        inverse_range = 1.0 / np.maximum(self.tabulated.samples.range, self.radar.height_m)
+        beams, drop = self.beams, self.radar.height_m * inverse_range
+        level = np.sqrt(1.0 - drop**2)
         return beams.tables, beams.scale, beams.aside, level, drop, inverse_range, along, across[..., 2] * height, past
