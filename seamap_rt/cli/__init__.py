@@ -1,0 +1,63 @@
+"""The command line: a thin shell over the package. Bad input is one line and exit 2; no usable backend, exit 3."""
+
+from __future__ import annotations
+
+import signal
+import sys
+
+from cyclopts import CycloptsError
+
+from ..backend import NoBackend, doctor, doctor_lines
+from ..dataset import SchemaError
+from ..io.scenefile import InputError, list_shipped, read_toml
+from . import retrieving, simulating, studying  # noqa: F401  their commands join the application
+from .shell import app, console
+
+BAD_INPUT, NO_BACKEND, INTERRUPTED = 2, 3, 130
+
+
+@app.command
+def scenes() -> int:
+    """List the shipped scenes, a line each."""
+    for name, path in list_shipped().items():
+        console.print(f"{name:20} {read_toml(path).get('title', '')}")
+    return 0
+
+
+@app.command(name="doctor")
+def doctor_command() -> int:
+    """Tell which backend is used, what was found, and what mends what is missing."""
+    for line in doctor_lines():
+        console.print(line)
+    return 0 if all(check.ok for check in doctor() if check.item == "backend") else NO_BACKEND
+
+
+def _terminated(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point of `seamap-rt`."""
+    signal.signal(signal.SIGTERM, _terminated)
+    try:
+        code = app(arguments, exit_on_error=False, print_error=False)
+    except (InputError, SchemaError) as error:
+        code = _refuse(str(error), BAD_INPUT)
+    except NoBackend as error:
+        code = _refuse(str(error), NO_BACKEND)
+    except KeyboardInterrupt as interruption:
+        code = _refuse(
+            f"interrupted: {str(interruption) or 'what is complete, if anything, stays readable'}", INTERRUPTED
+        )
+    except OSError as error:
+        what = f"'{error.filename}': {error.strerror}" if error.filename else " ".join(str(error).split())
+        code = _refuse(f"{what}; free the space or choose another --out", BAD_INPUT)
+    except CycloptsError as error:
+        code = _refuse(" ".join(str(error).split()), BAD_INPUT)
+    sys.stdout.flush()
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _refuse(line: str, code: int) -> int:
+    print(f"seamap-rt: {line}", file=sys.stderr)
+    return code

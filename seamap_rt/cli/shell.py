@@ -1,0 +1,49 @@
+"""What all commands share: the application, KEY=VALUE pairs, the scene they name, and what tells how far it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from cyclopts import App, Parameter
+from rich.console import Console
+
+from .. import __version__
+from ..io.scenefile import InputError
+
+app = App(
+    name="seamap-rt",
+    version=__version__,
+    help="What an interferometric radar on a small boat's mast can see of the sea around it.",
+    suppress_keyboard_interrupt=False,  # `main` says what an interrupted run leaves
+)
+Names = Annotated[list[str], Parameter(name="--name", negative=(), consume_multiple=False)]
+Settings = Annotated[list[str], Parameter(name="--set", negative=(), consume_multiple=False)]
+errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
+console = Console(soft_wrap=True, highlight=False, markup=False)  # a path may hold [brackets]
+
+
+def overrides_of(pairs: list[str] | None, option: str = "--set", **direct: Any) -> dict[str, Any]:
+    """KEY=VALUE strings, and options that stand for a key, as one mapping."""
+    found: dict[str, Any] = {}
+    for pair in pairs or []:
+        key, equals, value = pair.partition("=")
+        if not equals or not key.strip():
+            raise InputError(f"{option} {pair}: must be KEY=VALUE, as in --set radar.height_m=10")
+        found[key.strip()] = value.strip()
+    return found | {key: value for key, value in direct.items() if value is not None}
+
+
+def scene_of(name: str, pairs: list[str] | None, **direct: Any):
+    from ..scene import load_scene
+
+    return load_scene(name, overrides=overrides_of(pairs, **{k.replace("__", "."): v for k, v in direct.items()}))
+
+
+def progress() -> tuple[Callable[[str], None], Callable[[], None]]:
+    """A status line on a terminal, nothing elsewhere."""
+    if not errors.is_terminal:
+        return (lambda _: None), (lambda: None)
+    status = errors.status("starting")
+    status.start()
+    return status.update, status.stop

@@ -1,0 +1,155 @@
+"""Commands that study and judge: shadowing, trade and validate."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from ..io.scenefile import InputError
+from .shell import Settings, app, console, progress, scene_of
+
+FAILED = 1
+Varied = Annotated[list[str], Parameter(name="--vary", negative=(), consume_multiple=False)]
+Cases = Annotated[list[str], Parameter(name="--only", negative=(), consume_multiple=False)]
+
+
+@app.command
+def shadowing(
+    scene: str,
+    *,
+    heights: str | None = None,
+    seeds: int = 4,
+    out: Path | None = None,
+    overwrite: bool = False,
+    set_: Settings | None = None,
+) -> int:
+    """How much of a scene's sea a radar sees against range, look and height, beside the analytic curves.
+
+    Parameters
+    ----------
+    scene
+        Path of a scene file, or the name of a shipped scene.
+    heights
+        H,H,… of the antennas in metres; default the scene's own.
+    seeds
+        Seas to draw; their spread gives the confidence bands.
+    out
+        Folder for shadowing.nc, shadowing.csv and figures; default runs/SCENE-shadowing.
+    overwrite
+        Replace earlier results in that folder.
+    set_
+        KEY=VALUE, any key of the scene file. Shadows are found by the horizon; tracing.tracer=facets traces rays.
+    """
+    loaded = scene_of(scene, ["tracing.tracer=horizon", *(set_ or [])])
+    from ..studies.shadowing import write_shadowing
+
+    say, stop = progress()
+    try:
+        made = write_shadowing(loaded, out, heights_m=_heights(heights), seeds=seeds, overwrite=overwrite, progress=say)
+    finally:
+        stop()
+    for line in made.lines:
+        console.print(line)
+    console.print(", ".join(map(str, made.files)))
+    return 0
+
+
+def _heights(said: str | None) -> list[float] | None:
+    """The numbers of a comma-separated list; None if nothing was said."""
+    if said is None:
+        return None
+    try:
+        return [float(part) for part in said.split(",")]
+    except ValueError:
+        raise InputError(f"--heights {said}: must be metres with commas between, as in --heights 3,5,10") from None
+
+
+@app.command
+def trade(
+    scene: str,
+    *,
+    vary: Varied,
+    seeds: int = 1,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    out: Path | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    set_: Settings | None = None,
+) -> int:
+    """Run a grid of scenes and compare what each one's maps are worth; one table, one figure.
+
+    Parameters
+    ----------
+    scene
+        Path of a scene file, or the name of a shipped scene.
+    vary
+        KEY=START:STOP:STEP or KEY=VALUE,VALUE,…, any key of the scene file, as often as wanted.
+    seeds
+        Seas and noises to draw for each point of the grid.
+    workers
+        Processes of the local cluster; default as many as fit the cores and the memory.
+    scheduler
+        tcp://HOST:PORT of a running dask scheduler, or its scheduler file, instead of a local cluster.
+    out
+        Folder for the points, trade.csv, trade.nc and figures; default runs/SCENE-trade.
+    resume
+        Go on with the points that are missing in that folder.
+    overwrite
+        Replace another sweep in that folder.
+    set_
+        KEY=VALUE, any key of the scene file, for all points.
+    """
+    loaded = scene_of(scene, set_)
+    from ..studies.trade import parse_vary, write_trade
+
+    varied = dict(parse_vary(each) for each in vary)
+    say, stop = progress()
+    try:
+        made = write_trade(
+            loaded,
+            out,
+            varied,
+            seeds=seeds,
+            workers=workers,
+            scheduler=scheduler,
+            resume=resume,
+            overwrite=overwrite,
+            progress=say,
+        )
+    finally:
+        stop()
+    for line in made.lines:
+        console.print(line)
+    console.print(", ".join(map(str, made.files)))
+    return 0
+
+
+@app.command
+def validate(*, full: bool = False, only: Cases | None = None, out: Path | None = None, overwrite: bool = False) -> int:
+    """Hold the program against closed forms, tables, peers and the claims of 2004; exit 1 if a case fails.
+
+    Parameters
+    ----------
+    full
+        The long cases too.
+    only
+        Names of cases, as often as wanted; default all.
+    out
+        Folder for validation.html and metrics.json; default runs/validation.
+    overwrite
+        Replace an earlier report in that folder.
+    """
+    from ..validate import validate as run_cases
+
+    say, stop = progress()
+    try:
+        result = run_cases(out or Path("runs/validation"), full=full, only=only, overwrite=overwrite, progress=say)
+    finally:
+        stop()
+    for line in result.lines:
+        console.print(line)
+    console.print(str(result.page))
+    return FAILED if result.failed else 0
