@@ -20,7 +20,7 @@ from ..mesh import Facets, SurfaceMesh
 from ..mesh.polar import triangulation, widths
 from ..scattering.permittivity import PERMITTIVITIES
 from ..settings import RadarSettings, ScatteringSettings
-from .shadow_rays import ShadowRays, shadow_rays
+from .shadow_rays import ShadowRays, mitsuba, shadow_rays
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m
 
@@ -46,7 +46,7 @@ class RayTracer:
             rays = shadow_rays(mesh, facets, sheet)
             seen = what_can_be_hit(mesh, sheet, rays.turned_away)
             lit[:, rays.columns] = rays.lit(self._scene(mesh, sheet, seen).hits(rays))
-            traced += rays.length.size
+            traced += rays.number.size
         return replace(facets, lit=lit, rays=traced)
 
     def _scene(self, mesh: SurfaceMesh, sheet: tuple[slice, ...], triangles: Triangles) -> SeaScene:
@@ -74,11 +74,7 @@ class SeaScene:
         triangles: Triangles | None = None,
     ) -> None:
         """triangles: what stands for the sheet, if not all of it."""
-        self.backend = prepare()
-        # Late, and untyped: what they hold depends on the backend's variant.
-        mi: Any = importlib.import_module("mitsuba")
-        if mi.variant() is None:
-            mi.set_variant(self.backend.variant)
+        self.backend, mi = prepare(), mitsuba()
         rt: Any = importlib.import_module("sionna.rt")
 
         self._mi = mi
@@ -116,18 +112,11 @@ class SeaScene:
 
     def hits(self, rays: ShadowRays) -> NDArray[np.bool_]:
         """(ray,): something lies between its start and its end."""
-        if rays.length.size == 0:
-            return np.zeros(0, dtype=bool)
-        mi = self._mi
-        starts = mi.Point3f(*(_flat(mi.Float, axis, np.float32) for axis in rays.starts.T))
-        ray = mi.Ray3f(
-            o=importlib.import_module("drjit").gather(mi.Point3f, starts, mi.UInt32(rays.start)),
-            d=mi.Vector3f(*(mi.Float(axis) for axis in rays.direction)),
-            maxt=mi.Float(rays.length),
-            time=mi.Float(0.0),
-            wavelengths=[],
-        )
-        return np.array(self.scene.mi_scene.ray_test(ray, coherent=True))
+        return self.stopped(rays.on_device()) if rays.number.size else np.zeros(0, dtype=bool)
+
+    def stopped(self, rays: Any) -> NDArray[np.bool_]:
+        """(ray,): Mitsuba's ray hits something."""
+        return np.array(self.scene.mi_scene.ray_test(rays, coherent=True))
 
 
 def what_can_be_hit(mesh: SurfaceMesh, sheet: tuple[slice, ...], turned_away: NDArray[np.bool_]) -> Triangles:

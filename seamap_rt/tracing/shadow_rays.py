@@ -1,21 +1,29 @@
 """Shadow rays of a sheet of columns: which facets get one, where each starts and ends, and what its answer means.
 
 A facet is lit if it shows the antenna its upper side and nothing lies between. The first is settled here, in float64;
-the second is asked of the rays, which are float32 in a frame centred on the antennas: 0.03 mm at 400 m. A ray stops
-short of its facet's point inside the facet itself, so that no facet shadows itself and no neighbour's shadow is lost.
+the second is asked of the rays, which are float32 in a frame centred on the antennas: at 400 m they are aimed to within
+0.06 mm. A ray stops short of its facet's point inside the facet itself, so that no facet shadows itself and no
+neighbour's shadow is lost.
+
+A ray is carried as one number, from which the kernel that traces it reckons where it starts and ends: nothing else goes
+through memory. What there is to do before and after is short, and one thread does it: those of Dr.Jit stay awake for
+some 20 ms after a kernel, and more threads would have to share the cores with them.
 """
 
 from __future__ import annotations
 
+import importlib
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..backend import prepare
 from ..compiled import compiled
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets, SurfaceMesh
-from ..mesh.facet_kernel import in_blocks
 from ..mesh.polar import FAR_FRACTION, NEAR_FRACTION, Plane, PolarGrid
 
 _STOP_SHORT = 0.9  # of the way back from a facet's point to where its plane enters the facet
@@ -24,122 +32,154 @@ _EDGE_ON = 1e-3  # rad: float32 corners tilt a facet by less, 1e-5 at 400 m and 
 
 @dataclass(frozen=True)
 class ShadowRays:
-    """The rays of a sheet, column by column, outward, the antennas' rays to one facet side by side."""
+    """The rays of a sheet, column by column, outward, the antennas' rays to one facet side by side.
+
+    Rows are the antennas at the columns: all columns of the first antenna, then those of the next.
+    """
 
     columns: NDArray[np.intp]  # (n,) of the sheet
     front: NDArray[np.bool_]  # (antenna, n, facet): the facet shows the antenna its upper side
     turned_away: NDArray[np.bool_]  # (n, facet): no antenna sees its upper side, wherever in this turn it stands
-    first: NDArray[np.intp]  # (n + 1,) number of each column's first ray
-    starts: NDArray[np.float32]  # (antenna × n, 3) m, east north up, antennas of a column side by side
-    start: NDArray[np.uint32]  # (ray,) its row in starts
-    direction: NDArray[np.float32]  # (3, ray) unit vectors
-    length: NDArray[np.float32]  # (ray,) m
+    number: NDArray[np.uint32]  # (ray,) of its antenna and facet: the flat index in front
+    starts: NDArray[np.float32]  # (row, 3) m, east north up
+    look: NDArray[np.float32]  # (row, 2) unit vector, east north
+    points: NDArray[np.float32]  # (3, facet) m ahead along the look and to its right, and how far before it rays stop
+    rise: NDArray[np.float32]  # (antenna, n, facet) m, of a facet's point above the antenna
+
+    @property
+    def start(self) -> NDArray[np.uint32]:
+        """(ray,) its row in starts."""
+        return self.number // np.uint32(self.front.shape[2])
+
+    @property
+    def first(self) -> NDArray[np.intp]:
+        """(n + 1,) number of each column's first ray."""
+        return np.concatenate(([0], np.cumsum(np.count_nonzero(self.front, axis=(0, 2)))))
+
+    @cached_property
+    def direction(self) -> NDArray[np.float32]:
+        """(3, ray) unit vectors."""
+        return np.array(self.on_device().d)
+
+    @cached_property
+    def length(self) -> NDArray[np.float32]:
+        """(ray,) m"""
+        return np.array(self.on_device().maxt)
+
+    def on_device(self) -> Any:
+        """Mitsuba's rays, not yet evaluated. Unit vectors: with others Embree's packets of rays take 7 % longer."""
+        mi, dr = mitsuba(), importlib.import_module("drjit")
+        number, facets = mi.UInt32(self.number), self.front.shape[2]
+        row = number // facets
+        start = dr.gather(mi.Point3f, mi.Point3f(*_axes(mi, self.starts.T)), row)
+        look = dr.gather(mi.Vector2f, mi.Vector2f(*_axes(mi, self.look.T)), row)
+        ahead, right, short = dr.gather(mi.Vector3f, mi.Vector3f(*_axes(mi, self.points)), number - row * facets)
+        east = look.x * ahead + look.y * right - start.x
+        north = look.y * ahead - look.x * right - start.y
+        up = dr.gather(mi.Float, mi.Float(self.rise.reshape(-1)), number)
+        away = dr.sqrt(east * east + north * north)
+        slant = dr.sqrt(away * away + up * up)
+        return mi.Ray3f(
+            o=start,
+            d=mi.Vector3f(east, north, up) / slant,
+            maxt=slant * (1.0 - short / dr.maximum(away, 3.0 * short)),
+            time=mi.Float(0.0),
+            wavelengths=[],
+        )
 
     def lit(self, hit: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(antenna, n, facet) light, from what the rays (ray,) hit."""
-        lit = self.front.copy()
-        in_blocks(lambda *block: _shade(*block, self.first, hit, lit), self.columns.size)
+        lit = np.zeros(self.front.shape, dtype=bool)
+        _light_up(self.number, hit, lit.reshape(-1))
         return lit
+
+
+def mitsuba() -> Any:
+    """Mitsuba on the backend. Late, and untyped: what it holds depends on the backend's variant."""
+    backend, mi = prepare(), importlib.import_module("mitsuba")
+    if mi.variant() is None:
+        mi.set_variant(backend.variant)
+    return mi
+
+
+def _axes(mi: Any, table: NDArray[np.float32]) -> list[Any]:
+    return [mi.Float(np.ascontiguousarray(axis)) for axis in table]
 
 
 def shadow_rays(mesh: SurfaceMesh, facets: Facets, sheet: tuple[slice, ...]) -> ShadowRays:
     """The rays from every antenna, where it is when the beam passes a column, to the column's facets."""
     grid = mesh.grid
     columns = np.concatenate([np.arange(each.start, each.stop) for each in sheet])
-    look = np.stack(unit_from_azimuth(grid.column_azimuth), axis=1)
+    look, places = np.stack(unit_from_azimuth(grid.column_azimuth[columns]), axis=1), grid.places[columns]
     # Clockwise of the look (east, north) is (north, −east).
     turned = np.stack((look, look[:, ::-1] * (1.0, -1.0)), axis=1)
-    starts = np.concatenate((grid.places[..., :2] @ turned, grid.places[..., 2:]), axis=2)
+    starts = np.concatenate((places[..., :2] @ turned, places[..., 2:]), axis=2)
 
-    shape = grid.places.shape[1], columns.size, facets.distance.size
+    shape = places.shape[1], columns.size, facets.distance.size
     front, turned_away = np.empty(shape, dtype=bool), np.empty(shape[1:], dtype=bool)
-    count = np.empty(columns.size, dtype=np.intp)
-    bearing = np.sin(facets.angle), np.cos(facets.angle)
-    slopes = facets.slope_look, facets.slope_cross
-    level = grid.column_height[:, 0]
+    rise, number = np.empty(shape, dtype=np.float32), np.empty(front.size + 1, dtype=np.uint32)
+    bearing = np.cos(facets.angle), np.sin(facets.angle)
     reach = float(np.hypot(grid.places[..., 0], grid.places[..., 1]).max()), float(grid.places[..., 2].max())
-    known = columns, facets.distance, *bearing, facets.height, level
-    in_blocks(
-        lambda *block: _find_fronts(*block, *known, *slopes, grid.places, *reach, front, turned_away, count),
-        columns.size,
+    surface = facets.height, grid.column_height[:, 0], facets.slope_look, facets.slope_cross
+    rays = _find_fronts(columns, facets.distance, *bearing, *surface, places, *reach, front, turned_away, rise, number)
+    return ShadowRays(
+        columns,
+        front,
+        turned_away,
+        number[:rays],
+        starts.swapaxes(0, 1).reshape(-1, 3).astype(np.float32),
+        np.tile(look.astype(np.float32), (shape[0], 1)),
+        np.stack((*(facets.distance * part for part in bearing), _short(facets, grid))).astype(np.float32),
+        rise,
     )
 
-    first = np.concatenate(([0], np.cumsum(count)))
-    start = np.empty(first[-1], dtype=np.uint32)
-    direction, length = np.empty((3, first[-1]), dtype=np.float32), np.empty(first[-1], dtype=np.float32)
-    short = _STOP_SHORT * (facets.distance - _entries(grid))
-    in_blocks(
-        lambda *block: _aim(*block, *known, look, starts, short, front, first, start, direction, length), columns.size
-    )
-    table = starts[columns].reshape(-1, 3).astype(np.float32)
-    return ShadowRays(columns, front, turned_away, first, table, start, direction, length)
 
-
-def _entries(grid: PolarGrid) -> NDArray[np.float64]:
-    """(facet,) m, where its plane enters each facet: a near one at its rung, a far one at its diagonal."""
+def _short(facets: Facets, grid: PolarGrid) -> NDArray[np.float64]:
+    """(facet,) m, how far before a facet's point its rays stop: its plane enters a near facet at the rung, a far one at
+    the diagonal."""
     near, far = Plane.of(grid, NEAR_FRACTION).rung_distance, Plane.of(grid, FAR_FRACTION).diagonal_distance
-    return np.stack((near[:-1], far), axis=1).ravel()
+    return _STOP_SHORT * (facets.distance - np.stack((near[:-1], far), axis=1).ravel())
 
 
 @compiled
 def _find_fronts(
-    begin, end, columns, distance, sine, cosine, height, level, slope_look, slope_cross, places, aside, top,
-    front, turned_away, count,
+    columns, distance, cosine, sine, height, level, slope_look, slope_cross, places, aside, top,
+    front, turned_away, rise, number,
 ):  # fmt: skip
-    """Fill front, turned_away and the number of rays of each column.
+    """Fill front, turned_away, rise and number, which has room for one more; give the number of rays.
 
     An antenna lies above a facet's plane by slope · reach − rise. For turned_away it is taken to stand wherever that is
     most, within `aside` of the axis and at `top`: a ray may cross facets of other columns than its own.
+    Short loops that fill one row each, because these run in the processor's lanes.
     """
-    for n in range(begin, end):
-        column, rays = columns[n], 0
+    antennas, cells = front.shape[0], turned_away.size
+    slope, faced, rays = np.empty(distance.size), front.reshape(antennas, cells), 0
+    for n in range(columns.size):
+        column = columns[n]
+        look, cross, point, away = slope_look[column], slope_cross[column], height[column], turned_away[n]
         for facet in range(distance.size):
-            look, cross = float(slope_look[column, facet]), float(slope_cross[column, facet])
-            slope = look * cosine[facet] + cross * sine[facet]
-            rise = height[column, facet] - level[column]
-            for antenna in range(places.shape[1]):
-                reach = distance[facet] - places[column, antenna, 0]
-                faces = reach > 0.0 and slope * reach - (rise - places[column, antenna, 2]) > 0.0
-                front[antenna, n, facet] = faces
-                rays += faces
-            most = (slope + _EDGE_ON) * distance[facet] + (abs(look) + abs(cross)) * aside - (rise - top)
-            turned_away[n, facet] = most < 0.0
-        count[n] = rays
-
-
-@compiled
-def _aim(
-    begin, end, columns, distance, sine, cosine, height, level, look, starts, short, front, first,
-    start, direction, length,
-):  # fmt: skip
-    """Fill start, direction and length of the columns' rays."""
-    antennas = front.shape[0]
-    for n in range(begin, end):
-        column, ray = columns[n], first[n]
+            slope[facet] = look[facet] * cosine[facet] + cross[facet] * sine[facet]
         for facet in range(distance.size):
-            # The facet's point: its angle is reckoned clockwise from the look.
-            east = (look[column, 0] * cosine[facet] + look[column, 1] * sine[facet]) * distance[facet]
-            north = (look[column, 1] * cosine[facet] - look[column, 0] * sine[facet]) * distance[facet]
-            rise = height[column, facet] - level[column]
+            most = (slope[facet] + _EDGE_ON) * distance[facet] + (abs(look[facet]) + abs(cross[facet])) * aside
+            away[facet] = most - (point[facet] - level[column] - top) < 0.0
+        for antenna in range(antennas):
+            along, origin = places[n, antenna, 0], level[column] + places[n, antenna, 2]
+            above, faces = rise[antenna, n], front[antenna, n]
+            for facet in range(distance.size):
+                above[facet] = point[facet] - origin
+            for facet in range(distance.size):
+                reach = distance[facet] - along
+                faces[facet] = (reach > 0.0) & (slope[facet] * reach - (point[facet] - origin) > 0.0)
+        # Every facet is written down, and written over if it has no ray: to leave it out would be a branch.
+        for facet in range(n * distance.size, (n + 1) * distance.size):
             for antenna in range(antennas):
-                if front[antenna, n, facet]:
-                    x, y = east - starts[column, antenna, 0], north - starts[column, antenna, 1]
-                    z = rise - starts[column, antenna, 2]
-                    away = np.sqrt(x * x + y * y)
-                    slant = np.sqrt(away * away + z * z)
-                    start[ray] = n * antennas + antenna
-                    direction[0, ray], direction[1, ray], direction[2, ray] = x / slant, y / slant, z / slant
-                    length[ray] = slant * (1.0 - short[facet] / max(away, 3.0 * short[facet]))
-                    ray += 1
+                number[rays] = antenna * cells + facet
+                rays += faced[antenna, facet]
+    return rays
 
 
 @compiled
-def _shade(begin, end, first, hit, lit):
-    """Put out the facets whose rays hit something."""
-    for n in range(begin, end):
-        ray = first[n]
-        for facet in range(lit.shape[2]):
-            for antenna in range(lit.shape[0]):
-                if lit[antenna, n, facet]:
-                    lit[antenna, n, facet] = not hit[ray]
-                    ray += 1
+def _light_up(number, hit, lit):
+    """Fill in the facets that have a ray, by their flat index."""
+    for ray in range(number.size):
+        lit[number[ray]] = not hit[ray]
