@@ -48,6 +48,8 @@ QUALITY_FLAGS = {
 _POLAR = ("turn", "azimuth", "range")
 _GROUND = ("turn", "y", "x")
 _MOMENT = ("time", "y", "x")
+_SAMPLE = ("gauge", "sample")
+_READING = ("gauge", "turn")
 _SEA_HEIGHT = "sea_surface_height_above_mean_sea_level"
 
 _POLAR_COORDS = {
@@ -141,6 +143,25 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "slope_x": Variable(_GROUND, "float32", "1", "true mean slope towards east"),
         "slope_y": Variable(_GROUND, "float32", "1", "true mean slope towards north"),
         "time": Variable(_GROUND, "float64", "s", "time when the beam passes the cell"),
+    },
+    "gauges": {  # the coordinate `gauge` holds their names
+        "turn": _POLAR_COORDS["turn"],
+        "time": Variable(("sample",), "float64", "s", "time of the wire's sample", required=False),
+        "east": Variable(("gauge",), "float64", "m", "east of the origin"),
+        "north": Variable(("gauge",), "float64", "m", "north of the origin"),
+        "true_height": Variable(
+            _SAMPLE, "float64", "m", "true height of the surface at the gauge, sampled by time", _SEA_HEIGHT, False
+        ),
+        "height": Variable(_READING, "float32", "m", "retrieved height of the map at the gauge", _SEA_HEIGHT),
+        "height_std": Variable(_READING, "float32", "m", "standard error of the retrieved height"),
+        "seen_time": Variable(_READING, "float64", "s", "time of the map at the gauge"),
+        "quality": Variable(_READING, "int16", "1", "quality flags of the polar cell in which the gauge stands"),
+        "seen_true_height": Variable(
+            _READING, "float64", "m", "true height of the surface at the gauge at seen_time", _SEA_HEIGHT, False
+        ),
+        "seen_cell_height": Variable(
+            _READING, "float64", "m", "true mean height of the map's cells at the gauge at seen_time", None, False
+        ),
     },
     "sea": {
         # CF counts time from a date: a nominal one, the scene's time 0.

@@ -15,10 +15,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from .account import costed
 from .echoes.files import EchoStore
+from .gauges import GaugeFile, gauge_series, judge
 from .interferometry import open_echoes, retrieve_one, sea_state
 from .interferometry.sea_state import in_words
 from .io.scenefile import InputError
@@ -29,7 +31,16 @@ from .report import write_report
 from .scene import Scene
 from .simulation import Simulator, Stopwatch
 
-_PRODUCTS = ("scene.toml", "echoes.zarr", "maps.nc", "truth.nc", "metrics.json", "report.html")
+_PRODUCTS = (
+    "scene.toml",
+    "echoes.zarr",
+    "maps.nc",
+    "truth.nc",
+    "gauges.nc",
+    "metrics.json",
+    "report.html",
+    "evolution.gif",
+)
 Progress = Callable[[str], None]
 
 
@@ -99,20 +110,24 @@ def run(
     store = EchoStore(folder / "echoes.zarr")
     counts: dict[str, float] = {}
     truth_file, maps_file = TurnFile(folder / "truth.nc"), TurnFile(folder / "maps.nc")
-    with truth_file, maps_file, _told(truth_file, scene.turns):
+    gauge_file = GaugeFile(folder / "gauges.nc")
+    with truth_file, maps_file, gauge_file, _told(truth_file, scene.turns):
         for number in range(scene.turns):
             say(f"turn {number + 1} of {scene.turns}: simulating")
             turn = simulator.turn(number)
-            clock = Stopwatch(dict(turn.timing))
+            clock = Stopwatch()
             say(f"turn {number + 1} of {scene.turns}: retrieving")
             with clock("retrieve"):
                 maps = retrieve_one(turn.echoes, scene.retrieval)
+            with clock("truth"):
+                gauges = _gauges(simulator, maps, turn.truth, number)
             with clock("write"), uninterrupted():
                 truth_file.append(turn.truth)
                 maps_file.append(maps)
+                if gauges is not None:
+                    gauge_file.append(gauges)
                 store.append(turn.echoes)
-            clock.seconds["total"] += clock.seconds["retrieve"] + clock.seconds["write"]
-            timings.append(clock.seconds)
+            timings.append(_added(turn.timing, clock.seconds))
             counts = {
                 "facets": turn.facets,
                 "rays": turn.rays,
@@ -120,12 +135,14 @@ def run(
                 "folded_share": max(turn.folded_share, counts.get("folded_share", 0.0)),
             }
     say("comparing and drawing")
+    gauges = _read_gauges(folder) if scene.gauges else None
     with xr.open_datatree(folder / "maps.nc") as maps, xr.open_datatree(folder / "truth.nc") as truth:
         metrics = {
             "scene": scene.name,
             "seed": scene.seed,
             **compare(maps, truth),
             **_sea_state(maps),
+            "gauges": judge(gauges) if gauges is not None else [],
             "timing_s": _timing(timings),
             "real_time_factor": _real_time_factor(scene, timings),
             **counts,
@@ -134,11 +151,26 @@ def run(
         }
         metrics["modelled"] = costed(metrics["modelled"], metrics["timing_s"])
         metrics["run_s"] = time.perf_counter() - start
-        write_report(folder, scene, maps, truth, metrics, open_echoes(folder / "echoes.zarr"))
+        write_report(folder, scene, maps, truth, metrics, open_echoes(folder / "echoes.zarr"), gauges)
     metrics["run_s"] = time.perf_counter() - start
     metrics["peak_memory_bytes"] = _peak_memory()
     write_whole(folder / "metrics.json", json.dumps(_json(metrics), indent=1, allow_nan=False))
     return RunResult(folder, metrics)
+
+
+def _gauges(simulator: Simulator, maps: xr.DataTree, truth: xr.DataTree, number: int) -> xr.Dataset | None:
+    """What the scene's gauges read in a turn; None without any."""
+    scene, period = simulator.scene, turn_duration(simulator.radar)
+    if not scene.gauges:
+        return None
+    middle = simulator.sensed.stance(np.array([(number + 0.5) * period])).origin[0, :2]
+    return gauge_series(maps, simulator.sea, scene.gauges, truth, turn_s=period, antenna_m=middle)
+
+
+def _read_gauges(folder: Path) -> xr.Dataset:
+    """The gauges' whole record: some hundred bytes a turn."""
+    with xr.open_dataset(folder / "gauges.nc") as gauges:
+        return gauges.load()
 
 
 def _sea_state(maps: xr.DataTree) -> dict[str, Any]:
@@ -163,6 +195,12 @@ def _told(file: TurnFile, turns: int) -> Iterator[None]:
         whole = f"{file.turns} of {turns} turns are complete"
         rest = "and stay readable; metrics.json and report.html are missing" if file.turns else "no results are left"
         raise KeyboardInterrupt(f"{whole}, {rest}") from None
+
+
+def _added(first: dict[str, float], then: dict[str, float]) -> dict[str, float]:
+    """Seconds per step of a turn's two halves; the total grows by the second."""
+    steps = {step: first.get(step, 0.0) + then.get(step, 0.0) for step in (*first, *then)}
+    return {**steps, "total": first["total"] + sum(then.values())}
 
 
 def _timing(timings: list[dict[str, float]]) -> dict[str, Any]:

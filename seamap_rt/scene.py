@@ -25,6 +25,7 @@ from .radar.waveform import RangeResponse, gate_spacing_m
 from .scattering import MEAN_MODELS, PERMITTIVITIES, sea_state_from_wind, wind_from_sea_state
 from .settings import (
     AntennaSettings,
+    GaugeSettings,
     ObjectSettings,
     PlatformSettings,
     RadarSettings,
@@ -70,6 +71,7 @@ class Scene(Section):
     radar: RadarSettings = RadarSettings()
     platform: PlatformSettings = PlatformSettings()
     objects: Annotated[tuple[ObjectSettings, ...], BeforeValidator(as_tuple)] = ()
+    gauges: Annotated[tuple[GaugeSettings, ...], BeforeValidator(as_tuple)] = ()
     tracing: TracingSettings = TracingSettings()
     retrieval: RetrievalSettings = RetrievalSettings()
 
@@ -389,6 +391,48 @@ class Scene(Section):
                 "raise tracing.facet_m, lower tracing.columns_per_beam, narrow radar.sector_deg or shorten "
                 "radar.range_m"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _gauges_tell_each_other_apart(self) -> Self:
+        names = [gauge.name for gauge in self.gauges]
+        for number, gauge in enumerate(self.gauges):
+            first = names.index(gauge.name)
+            if first < number:
+                raise ValueError(
+                    f"gauges.{number}.name = '{gauge.name}': is the name of gauges.{first}; give each gauge its own"
+                )
+            rate = self.gauges[0].sample_hz
+            if gauge.sample_hz != rate:
+                raise ValueError(
+                    f"gauges.{number}.sample_hz = {gauge.sample_hz:.10g}: must be {rate:.10g}, that of gauges.0 (all "
+                    "gauges are read together); give them one rate"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _gauges_stand_where_the_radar_looks(self) -> Self:
+        moves = self.platform.speed_m_s > 0.0 or self.platform.motion == "file"
+        near = 0.0 if moves else math.sqrt(max(0.0, self.radar.range_m[0] ** 2 - self.radar.height_m**2))
+        far = self.far_ground_range
+        start, stop = self.radar.sector_deg
+        if self.radar.scan == "staring":
+            middle, half = 0.5 * (start + stop), 0.5 * self.retrieval.cell_azimuth_deg
+            start, stop = middle - half, middle + half
+        for number, gauge in enumerate(self.gauges):
+            about, (east, north) = f"gauges.{number}: '{gauge.name}' stands", gauge.place
+            away, azimuth = math.hypot(east, north), math.degrees(math.atan2(east, north)) % 360.0
+            if not near * (1.0 - 1e-9) <= away <= far:
+                raise ValueError(
+                    f"{about} {away:.4g} m from the antenna, and must stand {_up(near)} to {_down(far)} m from it "
+                    "(radar.range_m over the water); move it or change radar.range_m"
+                )
+            if not moves and (azimuth - start + 1e-9) % 360.0 > stop - start + 2e-9:
+                looks = "the one look of radar.sector_deg" if self.radar.scan == "staring" else "radar.sector_deg"
+                raise ValueError(
+                    f"{about} at azimuth {azimuth:.4g}°, outside of {looks} ({start:.10g}° to {stop:.10g}°); move it "
+                    "or change radar.sector_deg"
+                )
         return self
 
 

@@ -6,10 +6,13 @@ Keys carry their unit as a suffix. Checks that need only one section live here; 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, model_validator
+
+from .conventions import unit_from_azimuth
 
 
 def limited(
@@ -563,6 +566,52 @@ class ObjectSettings(Section):
         if not all(math.isfinite(part) and abs(part) <= 30_000.0 for part in self.position_m):
             raise ValueError("position_m: must be three finite numbers within ±30000 m")
         return self
+
+
+def _gauge_name(name: str) -> str:
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9 ._+-]{0,39}", name):
+        raise ValueError("must be 1 to 40 letters, digits, blanks and . _ + -, the first a letter or digit")
+    return name
+
+
+Shore = Annotated[float, limited("a place in the scene", least=-20_000.0, most=20_000.0)]
+
+
+class GaugeSettings(Section):
+    """A virtual wave gauge: a wire, fixed to the ground, that reads the surface where it stands `sample_hz` times a
+    second, beside which the radar's map is read once a turn.
+
+    Its place is given by east_m and north_m of the origin, the foot of the mast at time 0, or by azimuth_deg and
+    ground_range_m, the horizontal distance, from there.
+    """
+
+    name: Annotated[str, AfterValidator(_gauge_name)]
+    east_m: Shore | None = None
+    north_m: Shore | None = None
+    ground_range_m: Annotated[float, limited("a distance", least=0.0, most=20_000.0)] | None = None
+    azimuth_deg: Direction | None = None
+    sample_hz: Annotated[float, limited("readings a second of the wire", least=0.1, most=1000.0)] = 4.0
+
+    @model_validator(mode="after")
+    def _one_way_to_say_where(self) -> Self:
+        square = (self.east_m is not None, self.north_m is not None)
+        polar = (self.ground_range_m is not None, self.azimuth_deg is not None)
+        if (all(square), any(polar)) != (True, False) and (any(square), all(polar)) != (False, True):
+            raise ValueError(
+                "give its place either by east_m and north_m or by ground_range_m and azimuth_deg, not by "
+                + ("a mixture" if any(square + polar) else "nothing")
+            )
+        return self
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """East and north of the origin [m]."""
+        if self.east_m is not None and self.north_m is not None:
+            return self.east_m, self.north_m
+        assert self.ground_range_m is not None
+        assert self.azimuth_deg is not None
+        east, north = unit_from_azimuth(self.azimuth_deg)
+        return self.ground_range_m * float(east), self.ground_range_m * float(north)
 
 
 class TracingSettings(Section):

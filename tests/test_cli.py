@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -617,8 +616,3 @@ def test_a_refused_overwrite_loses_nothing(call: Any) -> None:
     long_waves = ("--set", "sea.waves.0.peak_period_s=40")
     assert_refused(call("run", "tiny", *settings(), *long_waves, "--out", "kept", "--overwrite"), "sea")
     assert sorted(path.name for path in Path("kept").iterdir()) == before
-
-
-def test_readme_holds_no_placeholder() -> None:
-    readme = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
-    assert not re.search(r"^[A-Z]+_[A-Z]+$", readme, flags=re.MULTILINE)

@@ -35,7 +35,14 @@ class Claim(NamedTuple):
     printed: str
     verdict: str
     assumption: str
-    figures: list[str]
+    figures: list[tuple[str, str]]  # what, and what was found
+
+    def show(self) -> None:
+        assumption = f" {self.assumption}" if self.assumption else ""
+        print(f"{self.number}. {self.printed}\n   {self.verdict}{assumption}")
+        for what, found in self.figures:
+            print(f"     {what:58} {found}")
+        print(flush=True)
 
 
 def range_resolution() -> Claim:
@@ -46,10 +53,15 @@ def range_resolution() -> Claim:
     wide = RangeResponse(STUDY.pulse_width_s, 1e9).resolution_m
     pairs = {offset: _dip(response, offset) for offset in (filtered, pulse, 1.25 * pulse)}
     figures = [
-        f"cτ/2 = {pulse:.3f} m; −3 dB width {wide:.3f} m through a filter of 1 GHz, {filtered:.3f} m through "
-        f"{STUDY.bandwidth_hz / 1e6:g} MHz",
-        "two equal reflectors in quadrature, dip between them: "
-        + ", ".join(f"{dip:.1f} dB at {offset:.2f} m" for offset, dip in pairs.items()),
+        ("cτ/2", f"{pulse:.3f} m"),
+        (
+            "−3 dB width",
+            f"{wide:.3f} m through a filter of 1 GHz, {filtered:.3f} m through {STUDY.bandwidth_hz / 1e6:g} MHz",
+        ),
+        (
+            "two equal reflectors in quadrature, dip between them",
+            ", ".join(f"{dip:.1f} dB at {offset:.2f} m" for offset, dip in pairs.items()),
+        ),
     ]
     good = abs(pulse - 3.0) < 3.0 * TOLERANCE and filtered <= 3.0 * (1.0 + TOLERANCE)
     return Claim("1", "3 m range resolution from 20 ns", REPRODUCED if good else NOT, "", figures)
@@ -66,8 +78,11 @@ def beam() -> Claim:
     half = _half_power(np.sinc)  # half the beam width of an evenly lit line, as (aperture/λ) · direction cosine
     even = [2.0 * np.degrees(np.arcsin(half * link.wavelength(STUDY) / size)) for size in _APERTURE]
     figures = [
-        f"evenly lit {_APERTURE[0]:g} m × {_APERTURE[1]:g} m: {even[0]:.2f}° × {even[1]:.1f}°, first sidelobes "
-        f"{_first_sidelobe(lambda cosine: np.sinc(10.0 * cosine)):.1f} dB, {db(link.aperture_gain(STUDY)):.2f} dBi"
+        (
+            f"evenly lit {_APERTURE[0]:g} m × {_APERTURE[1]:g} m",
+            f"{even[0]:.2f}° × {even[1]:.1f}°, first sidelobes "
+            f"{_first_sidelobe(lambda cosine: np.sinc(10.0 * cosine)):.1f} dB, {db(link.aperture_gain(STUDY)):.2f} dBi",
+        )
     ]
     worst = 0.0
     for elevation in (18.0, 20.0):
@@ -75,10 +90,8 @@ def beam() -> Claim:
         lobes = _first_sidelobe(made.azimuth), _first_sidelobe(made.elevation)
         measured = made.azimuth_beamwidth_deg, made.elevation_beamwidth_deg
         worst = max(worst, abs(measured[0] / 1.8 - 1.0), abs(measured[1] / elevation - 1.0))
-        figures.append(
-            f"tapered (Taylor, one parameter): {measured[0]:.3f}° × {measured[1]:.2f}°, first sidelobes {lobes[0]:.1f} "
-            f"and {lobes[1]:.1f} dB, {db(made.gain):.2f} dBi"
-        )
+        words = f"{measured[0]:.3f}° × {measured[1]:.2f}°, first sidelobes {lobes[0]:.1f} and {lobes[1]:.1f} dB"
+        figures.append(("tapered (Taylor, one parameter)", f"{words}, {db(made.gain):.2f} dBi"))
     wider = 1.8 / even[0]
     assumption = f"the aperture is tapered: 1.8° is {wider:.2f} times an evenly lit beam, {2.0 * half * wider:.2f} λ/D"
     return Claim("2a", "1.8° × 18–20° from 1 m × 0.1 m", ONLY_IF if worst < TOLERANCE else NOT, assumption, figures)
@@ -105,8 +118,8 @@ def footprint() -> Claim:
     got = link.footprint_m(STUDY, [100.0, 200.0])
     azimuth = antenna(STUDY).azimuth
     both = got * _half_power(azimuth, 4, 0.02) / _half_power(azimuth, 2, 0.02)
-    words = "−3 dB one-way {:.2f} and {:.2f} m; two-way, as the echo has it, {:.2f} and {:.2f} m"
-    figures = [words.format(*got, *both)]
+    names = ("−3 dB one-way at 100 and 200 m", "two-way, as the echo has it")
+    figures = [(name, f"{near:.2f} and {far:.2f} m") for name, (near, far) in zip(names, (got, both), strict=True)]
     good = np.all(np.abs(got / [3.0, 6.0] - 1.0) < TOLERANCE)
     return Claim("2b", "3 m at 100 m, 6 m at 200 m", REPRODUCED if good else NOT, "", figures)
 
@@ -115,8 +128,11 @@ def weakest_sea() -> Claim:
     """Minimum detectable NRCS: which reckonings have 0 dB there."""
     rows = claim_minimum_nrcs(STUDY, claim_db=WEAKEST_DB, range_m=AT_M)
     figures = [
-        f"{row.assumption:32} {row.gain_dbi:5.2f} dBi  {row.integration:13} {row.minimum_db:6.1f} dB at {AT_M:g} m, "
-        f"{WEAKEST_DB:g} dB to {row.reached_m:3.0f} m  {'met' if row.met else 'missed'}"
+        (
+            f"{row.assumption}, {row.gain_dbi:.2f} dBi, {row.integration}",
+            f"{row.minimum_db:.1f} dB at {AT_M:g} m, {WEAKEST_DB:g} dB to {row.reached_m:.0f} m: "
+            f"{'met' if row.met else 'missed'}",
+        )
         for row in rows
     ]
     met = [row for row in rows if row.met]
@@ -134,8 +150,10 @@ def rate() -> Claim:
     """Bytes per second over 400 m at 10 kHz: which readings give the figure."""
     readings = claim_data_rate()
     figures = [
-        f"{row.receivers} receiver{'s' if row.receivers > 1 else ' '} {row.sampling:18} {row.bits:2} bits a sample "
-        f"{row.bytes_per_second / 1e6:6.1f} MB/s{'  fits' if row.fits else ''}"
+        (
+            f"{row.receivers} receiver{'s' if row.receivers > 1 else ''}, {row.sampling}, {row.bits} bits a sample",
+            f"{row.bytes_per_second / 1e6:.1f} MB/s{': fits' if row.fits else ''}",
+        )
         for row in readings
     ]
     fits = [f"{row.receivers} × {row.sampling} of {row.bits} bits" for row in readings if row.fits]
@@ -151,12 +169,7 @@ def claims() -> list[Claim]:
 
 def main() -> None:
     for claim in claims():
-        print(
-            f"{claim.number}. {claim.printed}\n   {claim.verdict}{f' {claim.assumption}' if claim.assumption else ''}"
-        )
-        for line in claim.figures:
-            print(f"     {line}")
-        print()
+        claim.show()
 
 
 if __name__ == "__main__":

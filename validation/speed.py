@@ -40,18 +40,11 @@ def main() -> None:
     floors: dict[str, float] = {}
     for tracer in ("facets", "horizon"):
         scene = sr.load_scene(arguments.scene, overrides={**changes, "tracing.tracer": tracer})
-        simulator, rows = Simulator(scene), []
-        for number in range(arguments.turns + 1):
-            turn = simulator.turn(number)
-            start = time.perf_counter()
-            retrieve_one(turn.echoes, scene.retrieval)
-            timing = {**turn.timing, "retrieve": time.perf_counter() - start}
-            timing["total"] += timing["retrieve"]
-            rows.append(timing)
+        simulator = Simulator(scene)
+        rows = turn_times(simulator, arguments.turns + 1)
         for label, chosen in (("first", rows[:1]), ("warm", rows[1:])):
             middle = {stage: statistics.median(row[stage] for row in chosen) for stage in STAGES}
-            busy = sum(middle[stage] for stage in ("sea", "mesh", "trace", "echoes"))
-            factor = scene.turn_duration_s / busy
+            factor = real_time_factor(scene, middle)
             shown = " ".join(f"{middle[stage]:9.3f}" for stage in STAGES)
             print(f"{tracer:8} {label:>6} {shown} {factor:10.2f}")
         if tracer == "facets":
@@ -59,6 +52,24 @@ def main() -> None:
             words = ", ".join(f"{stage} {middle[stage] / floor:.1f} × {floor:.3f} s" for stage, floor in floors.items())
             print(f"from the floor: {words}")
     print(f"peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.2f} GiB")
+
+
+def turn_times(simulator: Simulator, turns: int) -> list[dict[str, float]]:
+    """Seconds by stage of turns and their retrievals; the first is not warm."""
+    rows = []
+    for number in range(turns):
+        turn = simulator.turn(number)
+        start = time.perf_counter()
+        retrieve_one(turn.echoes, simulator.scene.retrieval)
+        timing = {**turn.timing, "retrieve": time.perf_counter() - start}
+        timing["total"] += timing["retrieve"]
+        rows.append(timing)
+    return rows
+
+
+def real_time_factor(scene: sr.Scene, seconds: dict[str, float]) -> float:
+    """The turn's own duration over what sea, mesh, trace and echoes take."""
+    return scene.turn_duration_s / sum(seconds[stage] for stage in ("sea", "mesh", "trace", "echoes"))
 
 
 def _floors(simulator: Simulator) -> dict[str, float]:

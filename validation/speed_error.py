@@ -97,11 +97,6 @@ def measured(bench: Bench, plan: Plan, rounds: int) -> Drawn:
     """Everything that the tables and the figure show."""
     fine = bench.sea(FINE_SPLINE)
     reference = Reference.of(bench, plan.reference, fine)
-    _report(reference, plan)
-    if plan.finer:
-        mesh = Mesh(0.5 * plan.reference.facet_m, 2 * plan.reference.columns)
-        missed = expected_maps(bench, mesh, ("horizon",), fine)["horizon"]
-        print(f"  and it differs from {mesh} by {_shown(rms(reference.maps - missed, missed.cells()))}")
     meshes = [bench.default, *(mesh for mesh in plan.meshes if mesh != bench.default)]
     errors = {mesh: expected_maps(bench, mesh) for mesh in meshes}
     seas = {spline: bench.sea(spline) for spline in plan.splines}
@@ -145,11 +140,15 @@ def _shown(errors: Array) -> str:
     return ", ".join(f"{q.name} {q.scale * e:.2g} {q.unit}" for q, e in zip(QUANTITIES, errors, strict=True))
 
 
-def _report(reference: Reference, plan: Plan) -> None:
+def print_reference(bench: Bench, reference: Reference, plan: Plan) -> None:
     order = ", ".join(f"{q.name} {p:.2f}" for q, p in zip(QUANTITIES, reference.order, strict=True))
     cells = np.count_nonzero(reference.maps.cells())
     print(f"Dr.Jit runs on {prepare().variant}. The reference is {plan.reference}, {FINE_SPLINE}: {cells} cells.")
     print(f"Errors fall as the spacings to the power of: {order}.\n  Its own: {_shown(reference.residual)}")
+    if plan.finer:
+        mesh = Mesh(0.5 * plan.reference.facet_m, 2 * plan.reference.columns)
+        missed = expected_maps(bench, mesh, ("horizon",), bench.sea(FINE_SPLINE))["horizon"]
+        print(f"  and it differs from {mesh} by {_shown(rms(reference.maps - missed, missed.cells()))}")
 
 
 def _numbers(values: Array) -> str:
@@ -261,7 +260,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=FIGURES)
     arguments = parser.parse_args()
     plan = QUICK if arguments.quick else FULL if arguments.full else NORMAL
-    drawn = measured(Bench(), plan, arguments.repeat or (2 if arguments.quick else 3))
+    bench = Bench()
+    drawn = measured(bench, plan, arguments.repeat or (2 if arguments.quick else 3))
+    print_reference(bench, drawn.reference, plan)
     print_ways(drawn)
     for tracer in TRACERS:
         print_front(drawn, tracer)

@@ -98,11 +98,11 @@ class Drawn:
 
 def draw(drawn: Drawn, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(png(_drawn(drawn)))
+    path.write_bytes(png(figure_of(drawn)))
 
 
 @styled
-def _drawn(drawn: Drawn) -> Figure:
+def figure_of(drawn: Drawn) -> Figure:
     figure = new_figure(8.6)
     for number, quantity in enumerate(QUANTITIES):
         axes = place(figure, 0.55 + 3.6 * (number % 2), 0.3 + 2.85 * (number // 2), 2.95, 2.2)

@@ -43,23 +43,23 @@ def shadowing(
         KEY=VALUE, any key of the scene file. Shadows are found by the horizon; tracing.tracer=facets traces rays.
     """
     loaded = scene_of(scene, ["tracing.tracer=horizon", *(set_ or [])])
+    heights_m = [loaded.radar.height_m] if heights is None else _metres(heights)
     from ..studies.shadowing import write_shadowing
 
+    folder = out or Path("runs") / f"{loaded.name}-shadowing"
     say, stop = progress()
     try:
-        made = write_shadowing(loaded, out, heights_m=_heights(heights), seeds=seeds, overwrite=overwrite, progress=say)
+        lines = write_shadowing(loaded, folder, heights_m, seeds, overwrite, say)
     finally:
         stop()
-    for line in made.lines:
+    for line in lines:
         console.print(line)
-    console.print(", ".join(map(str, made.files)))
+    console.print(f"{folder / 'shadowing.png'} (with shadowing.nc, shadowing.csv, shadowing_seen.png, scene.toml)")
     return 0
 
 
-def _heights(said: str | None) -> list[float] | None:
-    """The numbers of a comma-separated list; None if nothing was said."""
-    if said is None:
-        return None
+def _metres(said: str) -> list[float]:
+    """The numbers of a comma-separated list."""
     try:
         return [float(part) for part in said.split(",")]
     except ValueError:
@@ -103,9 +103,10 @@ def trade(
         KEY=VALUE, any key of the scene file, for all points.
     """
     loaded = scene_of(scene, set_)
-    from ..studies.trade import parse_vary, write_trade
+    from ..studies.trade import write_trade
+    from ..studies.vary import parse_varies
 
-    varied = dict(parse_vary(each) for each in vary)
+    varied = parse_varies(vary)
     say, stop = progress()
     try:
         made = write_trade(
@@ -123,7 +124,8 @@ def trade(
         stop()
     for line in made.lines:
         console.print(line)
-    console.print(", ".join(map(str, made.files)))
+    first, *others = made.files
+    console.print(f"{made.folder / first} (with {', '.join(others)})")
     return 0
 
 
@@ -149,7 +151,9 @@ def validate(*, full: bool = False, only: Cases | None = None, out: Path | None 
         result = run_cases(out or Path("runs/validation"), full=full, only=only, overwrite=overwrite, progress=say)
     finally:
         stop()
-    for line in result.lines:
-        console.print(line)
-    console.print(str(result.page))
+    for done in result.done:
+        if done.passed is False:
+            console.print(f"red: {done.case.name}: {done.case.title}")
+    console.print(result.summary)
+    console.print(f"{result.folder / 'validation.html'} (with metrics.json)")
     return FAILED if result.failed else 0

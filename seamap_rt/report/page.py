@@ -7,7 +7,7 @@ import importlib.metadata
 import importlib.resources
 import os
 import platform
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,37 +15,15 @@ from typing import Any, NamedTuple
 import jinja2
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 
 from ..radar.array import antenna_array
 from ..scene import Scene
-from . import curves, maps, reduce, style
+from . import curves, evolution, gauge_figures, maps, reduce, style
+from .parts import NOTHING, Picture, Table, count, digits, metres, percent
 from .sea_words import fold_warning, sea_rows
 
 REPORT = "report.html"
 _PACKAGES = ("seamap_rt", "numpy", "scipy", "xarray", "matplotlib", "sionna-rt", "mitsuba", "drjit")
-_NOTHING = "—"
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure of the page."""
-
-    name: str  # the PNG is name.png
-    title: str
-    alt: str
-    caption: str
-    draw: Callable[[], Figure]
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table of the page, its cells already written out."""
-
-    title: str
-    head: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    note: str = ""
 
 
 class Entry(NamedTuple):
@@ -75,18 +53,21 @@ def write_report(
     truth: xr.DataTree,
     metrics: Mapping[str, Any],
     echoes: xr.Dataset,
+    gauges: xr.Dataset | None = None,
 ) -> Path:
     """Draw the figures into `directory` and write report.html there, which needs no other file; its path.
 
-    Maps and the echo's picture show the last turn; figures against range show all turns.
+    Maps and the echo's picture show the last turn; figures against range show all turns, an animation one after the
+    other. gauges: what the scene's wave gauges read.
     """
     directory = Path(directory)
     directory.mkdir(parents=True, exist_ok=True)
     shown = []
-    for picture in pictures(scene, maps, truth, metrics, echoes):
-        data = style.png(picture.draw())
-        _write(directory / f"{picture.name}.png", data)
-        shown.append({"picture": picture, "data": base64.b64encode(data).decode("ascii")})
+    for picture in pictures(scene, maps, truth, metrics, echoes, gauges):
+        drawn = picture.draw()
+        kind, data = ("gif", drawn) if isinstance(drawn, bytes) else ("png", style.png(drawn))
+        _write(directory / f"{picture.name}.{kind}", data)
+        shown.append({"picture": picture, "kind": kind, "data": base64.b64encode(data).decode("ascii")})
     page = _template().render(
         scene=scene,
         title=scene.title or scene.name,
@@ -163,6 +144,7 @@ def pictures(
     truth: xr.DataTree,
     metrics: Mapping[str, Any],
     echoes: xr.Dataset,
+    gauges: xr.Dataset | None = None,
 ) -> list[Picture]:
     """The figures of the page, in order, with what is to be said of each."""
     words = dict(headline(scene, truth, metrics))
@@ -213,6 +195,8 @@ def pictures(
             f"takes {scene.turn_duration_s:.3g} s and the waves move on meanwhile{snapshot}." + which,
             lambda: maps.height_maps(scene, retrieved, truth),
         ),
+        *evolution.film(scene, retrieved, truth),
+        *gauge_figures.gauge_pictures(gauges),
         Picture(
             "slope_maps",
             "True and retrieved slope",
@@ -285,7 +269,7 @@ def pictures(
 
 def tables(scene: Scene, retrieved: xr.DataTree, truth: xr.DataTree, metrics: Mapping[str, Any]) -> list[Table]:
     """The tables of the page."""
-    found = [_turn_table(retrieved, truth)] if retrieved["polar"].sizes["turn"] > 1 else []
+    found = [*evolution.turn_table(retrieved, truth), *gauge_figures.gauge_table(metrics)]
     found += [_range_table(scene, metrics), _sea_table(metrics), *_calibration_table(metrics)]
     return [*found, *_mesh_table(metrics), _time_table(metrics), _run_table(scene, metrics)]
 
@@ -302,7 +286,7 @@ def _mesh_table(metrics: Mapping[str, Any]) -> list[Table]:
     ]
     note = (
         f"Rungs {mesh['facet_m']:g} m apart, {mesh['columns_per_beam']} columns a beam; what forbids a coarser mesh: "
-        f"{mesh['limited_by'] or _NOTHING}. Predicted from the sea's spectrum, rms over cells more than half visible, "
+        f"{mesh['limited_by'] or NOTHING}. Predicted from the sea's spectrum, rms over cells more than half visible, "
         "in the expectation over speckle; over the window, in the look that errs most, "
         f"{metres(mesh['height_error_m'])} and {digits(mesh['power_error_db'], 2)} dB."
     )
@@ -330,36 +314,6 @@ def _sea_table(metrics: Mapping[str, Any]) -> Table:
         "which ones they are decides the shadowing. "
     )
     return Table("The sea", ["", ""], sea_rows(metrics), note + (fold_warning(metrics) or ""))
-
-
-def _turn_table(retrieved: xr.DataTree, truth: xr.DataTree) -> Table:
-    rows = []
-    cells = reduce.judged(retrieved, truth) & reduce.at_judged_ranges(retrieved)
-    near = reduce.at_judged_ranges(truth)
-    true, height = reduce.polar(truth, "height"), reduce.polar(retrieved, "height")
-    visible = reduce.polar(truth, "visible_fraction")
-    for index, turn in enumerate(reduce.coordinate(retrieved, "polar", "turn")):
-        figures = reduce.error_figures(true[index][cells[index]], height[index][cells[index]])
-        rows.append(
-            (
-                str(int(turn)),
-                f"{figures['cells']:.0f}",
-                digits(figures["rmse"], 3),
-                digits(figures["robust"], 3),
-                digits(figures["bias"], 3, signed=True),
-                digits(figures["correlation"], 3),
-                digits(figures["hs_true"], 2),
-                digits(figures["hs_retrieved"], 2),
-                percent(reduce.mean(visible[index][:, near])),
-            )
-        )
-    head = (
-        "Turn", "Cells", "Height error, rms (m)", "Robust (m)", "Bias (m)", "Correlation", "Hs true (m)",
-        "Hs retrieved (m)", "Visible",
-    )  # fmt: skip
-    return Table(
-        "Turn by turn", head, rows, "Polar cells at 50–200 m, more than half visible; Hs = 4 std of these cells."
-    )
 
 
 def _range_table(scene: Scene, metrics: Mapping[str, Any]) -> Table:
@@ -395,9 +349,9 @@ def _run_table(scene: Scene, metrics: Mapping[str, Any]) -> Table:
     rows = [
         ["Seed", str(scene.seed)],
         ["Turns", str(scene.turns)],
-        ["Facets", _count(metrics.get("facets"))],
-        ["Rays", _count(metrics.get("rays"))],
-        ["Peak memory", f"{digits(memory, 2)} GB" if np.isfinite(memory) else _NOTHING],
+        ["Facets", count(metrics.get("facets"))],
+        ["Rays", count(metrics.get("rays"))],
+        ["Peak memory", f"{digits(memory, 2)} GB" if np.isfinite(memory) else NOTHING],
         ["Real-time factor", digits(metrics.get("real_time_factor"), 3)],
     ]
     rows += [[name.capitalize(), str(metrics[name])] for name in ("backend", "device") if metrics.get(name)]
@@ -414,7 +368,7 @@ def _versions(metrics: Mapping[str, Any]) -> list[tuple[str, str]]:
         try:
             found.append((package, importlib.metadata.version(package)))
         except importlib.metadata.PackageNotFoundError:
-            found.append((package, _NOTHING))
+            found.append((package, NOTHING))
     return found
 
 
@@ -423,37 +377,10 @@ def _entries(entries: Any) -> list[Entry]:
     found = []
     for entry in entries if isinstance(entries, list | tuple) else ():
         if isinstance(entry, Mapping):
-            found.append(Entry(*(str(entry.get(name) or _NOTHING) for name in Entry._fields)))
+            found.append(Entry(*(str(entry.get(name) or NOTHING) for name in Entry._fields)))
         else:
-            found.append(Entry(str(entry), *[_NOTHING] * (len(Entry._fields) - 1)))
+            found.append(Entry(str(entry), *[NOTHING] * (len(Entry._fields) - 1)))
     return found
-
-
-# ----------------------------------------------------------------------------------------------------- the numbers
-
-
-def digits(value: Any, places: int, signed: bool = False) -> str:
-    """A number with so many decimals and a true minus sign; a dash for what is missing."""
-    plain = reduce.number(value)
-    if not np.isfinite(plain):
-        return _NOTHING
-    plain = round(plain, places) + 0.0  # no minus zero
-    return f"{plain:{'+' if signed and plain else ''}.{places}f}".replace("-", "−")
-
-
-def metres(value: Any, places: int = 3, signed: bool = False) -> str:
-    text = digits(value, places, signed)
-    return text if text == _NOTHING else f"{text} m"
-
-
-def percent(share: Any) -> str:
-    value = reduce.number(share)
-    return f"{100.0 * value:.0f} %" if np.isfinite(value) else _NOTHING
-
-
-def _count(value: Any) -> str:
-    number = reduce.number(value)
-    return f"{number:,.0f}".replace(",", " ") if np.isfinite(number) else _NOTHING
 
 
 # --------------------------------------------------------------------------------------------------------- the file

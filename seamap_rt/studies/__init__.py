@@ -1,1 +1,6 @@
-"""Loops over simulate: shadowing range, antenna-height trade, speed against error. None yet."""
+"""Loops over whole scenes: how far a radar sees (shadowing), and what its keys are worth (trade)."""
+
+from .shadowing import shadowing
+from .trade import trade
+
+__all__ = ["shadowing", "trade"]

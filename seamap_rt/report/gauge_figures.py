@@ -1,0 +1,200 @@
+"""The radar's map at the wave gauges beside what their wires recorded: in time, by frequency, point by point."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from scipy.stats import chi2
+
+from ..gauges import GaugeSpectra, NoSpectrum, aliasing, judge_one, spectra
+from . import reduce, style
+from .parts import Picture, Table, digits, percent
+
+MOST_DRAWN = 6  # gauges
+_LONGEST = 90  # turns that are drawn in time
+_DECADES = 4.0  # of a spectrum that are drawn
+_BAND = 0.95  # confidence of the spectra's bar
+
+
+def gauge_pictures(gauges: xr.Dataset | None) -> list[Picture]:
+    """A picture of each of the first gauges; none of a single turn."""
+    if gauges is None or gauges.sizes["turn"] < 2:
+        return []
+    names = [str(name) for name in gauges["gauge"].values[:MOST_DRAWN]]
+    return [_picture(number, name, gauges.sel(gauge=name)) for number, name in enumerate(names)]
+
+
+def _picture(number: int, name: str, gauge: xr.Dataset) -> Picture:
+    turns = gauge.sizes["turn"]
+    part = f" The first {_LONGEST} of {turns} turns are drawn." if turns > _LONGEST else ""
+    return Picture(
+        f"gauge_{number}",
+        f"Wave gauge: {name}",
+        f"Height at the gauge {name} against time, as its wire and as the radar have it; their spectra; one against "
+        "the other.",
+        f"At {float(gauge['east']):.4g} m east, {float(gauge['north']):.4g} m north. (a) The wire's record, and the "
+        "radar's map there once a turn with ± its stated standard error; hollow: flagged by the retrieval. Nothing is "
+        f"drawn where the map has no height.{part} (b) Spectra of the wire, of the wire read only when the radar sees "
+        "the gauge, and of the radar, which folds in the same way; drawn for the radar up to half the turn rate alone."
+        f"{_said_of(spectra(gauge))} (c) Radar against wire at the same moments; dashed: "
+        "equal, solid: regression of the radar's height on the wire's.",
+        lambda: gauge_figure(gauge),
+    )
+
+
+def _said_of(found: GaugeSpectra | NoSpectrum) -> str:
+    """What the spectra cannot tell, in sentences that each begin with a blank."""
+    words = [found.reason]
+    if isinstance(found, GaugeSpectra):
+        bar = f"the bar is a {100.0 * _BAND:.0f} % interval, of {found.freedom:.0f} degrees of freedom"
+        words = [aliasing(found), found.reason, bar]
+    return "".join(f" {word[0].upper()}{word[1:]}." for word in words if word)
+
+
+@style.styled
+def gauge_figure(gauge: xr.Dataset) -> Figure:
+    """One gauge: its record in time, its spectra, and the radar's heights against the wire's."""
+    figure = style.new_figure(4.75)
+    wide = style.WIDTH - 0.62 - 0.12
+    _draw_record(style.place(figure, 0.62, 0.28, wide, 1.55), gauge)
+    _draw_spectra(style.place(figure, 0.62, 2.42, wide - 2.75, 1.9), spectra(gauge))
+    _draw_pairs(style.place(figure, style.WIDTH - 0.12 - 1.9, 2.42, 1.9, 1.9), gauge)
+    return figure
+
+
+def _draw_record(axes: Axes, gauge: xr.Dataset) -> None:
+    style.graph(axes, "Time (s)", "Height (m)", "(a) Height at the gauge")
+    part = gauge.isel(turn=slice(0, _LONGEST))
+    seen, height, spread = (part[name].values for name in ("seen_time", "height", "height_std"))
+    end = float(np.nanmax(seen)) + 1.0 if np.isfinite(seen).any() else float(gauge["time"].values[-1])
+    drawn = gauge["time"].values <= end
+    axes.axhline(0.0, color=style.GREY, linewidth=0.5)
+    axes.plot(
+        gauge["time"].values[drawn], gauge["true_height"].values[drawn], color=style.BLACK, linewidth=0.9, label="wire"
+    )
+    sound = part["quality"].values == 0
+    for members, face, label in ((sound, style.VERMILION, "radar"), (~sound, "white", "radar, flagged")):
+        shown = members & np.isfinite(height)
+        if shown.any():
+            axes.errorbar(
+                seen[shown], height[shown], spread[shown], linestyle="none", marker="o", markersize=2.8,
+                markerfacecolor=face, markeredgecolor=style.VERMILION, markeredgewidth=0.6, ecolor=style.VERMILION,
+                elinewidth=0.7, label=label,
+            )  # fmt: skip
+    axes.set_xlim(float(gauge["time"].values[0]), end)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.18 * (high - low))
+    axes.legend(loc="upper right", ncols=3)
+    if not np.isfinite(height).any():
+        axes.text(0.01, 0.96, "the map has no height here", transform=axes.transAxes, va="top", color=style.GREY)
+
+
+def _draw_spectra(axes: Axes, found: GaugeSpectra | NoSpectrum) -> None:
+    style.graph(axes, "Frequency (Hz)", "Spectrum (m² s)", "(b) Spectra")
+    if isinstance(found, NoSpectrum):
+        style.note(axes, _wrapped(found.reason))
+        return
+    axes.set_yscale("log")
+    inside = found.wire_frequency <= 2.0 * found.nyquist
+    axes.plot(found.wire_frequency[inside], found.wire[inside], color=style.BLACK, linewidth=0.9, label="wire")
+    axes.plot(
+        found.frequency, found.wire_once_a_turn, color=style.BLUE, linestyle="--", linewidth=1.0,
+        label="wire, once a turn",
+    )  # fmt: skip
+    if not found.reason:
+        axes.plot(found.frequency, found.radar, color=style.VERMILION, label="radar")
+    axes.axvline(found.nyquist, color=style.GREY, linewidth=0.8, linestyle=":")
+    axes.text(
+        found.nyquist, 0.02, " half the turn rate", transform=axes.get_xaxis_transform(), color=style.GREY, va="bottom"
+    )
+    everything = np.concatenate((found.wire[inside], found.wire_once_a_turn, found.radar))
+    top = 3.0 * float(np.nanmax(everything)) if np.nanmax(everything) > 0.0 else 1.0
+    axes.set_ylim(top * 10.0**-_DECADES, top)
+    axes.set_xlim(0.0, float(found.wire_frequency[inside][-1]))
+    low, high = (found.freedom / float(chi2.ppf(0.5 + 0.5 * side * _BAND, found.freedom)) for side in (1.0, -1.0))
+    place, middle = 0.93 * axes.get_xlim()[1], top * 10.0 ** (-0.45 * _DECADES)
+    axes.errorbar(
+        place, middle, [[middle * (1.0 - low)], [middle * (high - 1.0)]], color=style.GREY, capsize=2.5, linewidth=0.8
+    )
+    axes.text(0.96 * place, middle, f"{100.0 * _BAND:.0f} % ", color=style.GREY, ha="right", va="center")
+    axes.legend(loc="upper right")
+
+
+def _draw_pairs(axes: Axes, gauge: xr.Dataset) -> None:
+    style.graph(axes, "Wire (m)", "Radar (m)", "(c) At the same moments")
+    true, found = gauge["seen_true_height"].values, gauge["height"].values.astype(np.float64)
+    both = np.isfinite(true) & np.isfinite(found)
+    axes.set_aspect("equal")
+    if not both.any():
+        style.note(axes, "no heights")
+        return
+    true, found = true[both], found[both]
+    reach = 1.08 * max(0.05, float(np.abs(np.concatenate((true, found))).max()))
+    ends = np.array([-reach, reach])
+    axes.plot(ends, ends, color=style.GREY, linestyle="--", linewidth=0.8)
+    axes.plot(true, found, color=style.VERMILION, marker="o", markersize=2.2, linestyle="none", alpha=0.7)
+    entry = judge_one(gauge)
+    slope = entry["regression_slope"]
+    if np.isfinite(slope):
+        axes.plot(ends, found.mean() + slope * (ends - true.mean()), color=style.BLACK, linewidth=0.9)
+        words = [f"correlation {digits(entry['correlation'], 2)}", f"slope {digits(slope, 2)}"]
+        words.append(f"error {digits(entry['rms_error_m'], 3)} m rms")
+        axes.text(0.04, 0.97, "\n".join(words), transform=axes.transAxes, va="top", fontsize=style.FONT - 0.5)
+    axes.set_xlim(-reach, reach)
+    axes.set_ylim(-reach, reach)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
+
+
+def _wrapped(words: str, width: int = 44) -> str:
+    lines = [""]
+    for word in words.split():
+        if len(lines[-1]) + len(word) > width:
+            lines.append("")
+        lines[-1] += f"{word} "
+    return "\n".join(lines)
+
+
+def gauge_table(metrics: Mapping[str, Any]) -> list[Table]:
+    """All gauges, judged; none without any."""
+    entries = metrics.get("gauges")
+    if not isinstance(entries, list) or not entries:
+        return []
+    columns = (
+        ("Correlation", "correlation", 3), ("Error, rms (m)", "rms_error_m", 3), ("Bias (m)", "bias_m", 3),
+        ("Slope", "regression_slope", 2), ("Stated error (m)", "stated_error_m", 3),
+        ("Error to the cells' mean (m)", "cell_rms_error_m", 3), ("Averaging (m)", "averaging_rms_m", 3),
+        ("Hs wire (m)", "hs_wire_m", 2), ("Hs at the radar's times (m)", "hs_true_m", 2),
+        ("Hs radar (m)", "hs_retrieved_m", 2),
+    )  # fmt: skip
+    rows = [
+        [
+            str(entry["name"]),
+            percent(entry["answered"]),
+            *(digits(entry[key], places, signed=key == "bias_m") for _, key, places in columns),
+        ]
+        for entry in entries
+    ]
+    return [Table("Wave gauges", ("Gauge", "Answered", *(title for title, _, _ in columns)), rows, _note(entries))]
+
+
+def _note(entries: list[Mapping[str, Any]]) -> str:
+    """What the columns mean, how few waves it is, and what could not be told of which gauge."""
+    waves = [reduce.number(entry["waves"]) for entry in entries]
+    known = [wave for wave in waves if np.isfinite(wave)]
+    count = f" In all {min(known):.0f} to {max(known):.0f} waves passed: few, if Hs is to be known." if known else ""
+    reasons = [
+        f" {entry['name']}: {entry[key]}." for entry in entries for key in ("reason", "spectrum_reason") if entry[key]
+    ]
+    hidden = f" Figures show the first {MOST_DRAWN} gauges." if len(entries) > MOST_DRAWN else ""
+    return (
+        "The radar's heights against the surface at the gauge at the same moments: slope of the radar's on the wire's; "
+        "averaging is what the mean over the map's cells differs from the surface at the point by, rms, and no error "
+        "of the radar. Hs = 4 std; the radar's has its noise in it." + count + hidden + "".join(reasons)
+    )

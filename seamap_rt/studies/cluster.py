@@ -1,0 +1,188 @@
+"""Where points are computed: in this process, on a cluster of local processes, or on one that runs already.
+
+Local workers are spawned, never forked: threads and Dr.Jit do not survive a fork. Each takes one point at a time, on
+cores of its own, and every pool of threads in it follows those cores; results do not depend on their number. A script
+that starts them must stand under `if __name__ == "__main__":`, since spawned processes import it.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import multiprocessing
+import os
+import signal
+import socket
+import tempfile
+import uuid
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from dask import config
+from distributed import Client, Future, KilledWorker, LocalCluster, Worker, WorkerPlugin, as_completed
+from distributed.client import FutureCancelledError, FuturesCancelledError
+from distributed.utils import silence_logging_cmgr
+
+from ..io.scenefile import InputError
+from .point import Outcome, SchedulerLost, Task, compute, ended
+
+_CONNECT_S = 10.0
+_LOST = (OSError, TimeoutError, FutureCancelledError, FuturesCancelledError)
+_DIED = (
+    "the worker process died while it computed the point (killed, out of memory, or a crash); "
+    "fewer workers leave each of them more memory"
+)
+# Points leave nothing in a worker that could be spilled, so memory matters only where it ends.
+_SETTINGS: dict[str, Any] = {
+    "distributed.scheduler.allowed-failures": 0,  # a point that kills its worker would kill the next one too
+    "distributed.scheduler.worker-ttl": None,
+    "distributed.scheduler.http.routes": [],
+    "distributed.scheduler.active-memory-manager.start": False,
+    "distributed.worker.multiprocessing-method": "spawn",
+    "distributed.worker.http.routes": [],
+    "distributed.worker.profile.enabled": False,
+    "distributed.worker.memory.target": False,
+    "distributed.worker.memory.spill": False,
+    "distributed.worker.memory.pause": False,
+    "distributed.worker.memory.terminate": 0.95,
+    "distributed.diagnostics.nvml": False,
+}
+
+
+def cores() -> list[int]:
+    """The processors that this process may use."""
+    return sorted(os.sched_getaffinity(0))
+
+
+def shares(workers: int) -> dict[int, list[int]]:
+    """Each worker's own cores; where there are more workers than cores, they share them in turn."""
+    mine = cores()
+    return {number: mine[number::workers] or [mine[number % len(mine)]] for number in range(workers)}
+
+
+class OwnCores(WorkerPlugin):
+    """Keeps a local worker to its cores, and leaves Ctrl-C to the client."""
+
+    def __init__(self, by_worker: dict[int, list[int]]) -> None:
+        self.by_worker = by_worker
+
+    def setup(self, worker: Worker) -> None:
+        os.sched_setaffinity(0, self.by_worker[int(worker.name)])  # threads started later inherit it
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def local_client(workers: int) -> Iterator[Client]:
+    """A cluster of so many spawned processes; it and its files are gone afterwards."""
+    if multiprocessing.parent_process() is not None and getattr(
+        multiprocessing.current_process(), "_inheriting", False
+    ):
+        raise InputError(
+            "a sweep was started while a worker imports the script; put it under if __name__ == '__main__':"
+        )
+    with tempfile.TemporaryDirectory(prefix="seamap-rt-", ignore_cleanup_errors=True) as scratch:
+        settings = {**_SETTINGS, "temporary-directory": scratch}
+        with (
+            config.set(settings),
+            LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                host="127.0.0.1",
+                dashboard_address=None,  # pyright: ignore[reportArgumentType]
+                # The scheduler always opens a port for HTTP; this one is free, local, and serves nothing.
+                scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
+                local_directory=scratch,
+                silence_logs=logging.CRITICAL,
+            ) as cluster,
+            Client(cluster, set_as_default=False) as client,
+        ):
+            client.register_plugin(OwnCores(shares(workers)))
+            yield client
+
+
+@contextmanager
+def existing_client(scheduler: str) -> Iterator[Client]:
+    """A client of a scheduler at tcp://host:port, or of the one that a scheduler file names."""
+    address = _address(scheduler)
+    try:
+        place = urlsplit(address)
+        with socket.create_connection((place.hostname, place.port or 0), _CONNECT_S):
+            pass  # a client that finds nobody is slow to say so, and slower to give up
+        client = Client(address, timeout=_CONNECT_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"--scheduler = '{scheduler}': no scheduler answers at {address} ({error}); start one, or leave "
+            "--scheduler out to compute here"
+        ) from None
+    with silence_logging_cmgr(logging.CRITICAL), client:
+        yield client
+
+
+def _address(scheduler: str) -> str:
+    """The address itself, or the one in a scheduler file."""
+    if "://" not in scheduler:
+        try:
+            return str(json.loads(Path(scheduler).read_text(encoding="utf-8"))["address"])
+        except (OSError, ValueError, KeyError, TypeError):
+            raise InputError(
+                f"--scheduler = '{scheduler}': is neither an address, such as tcp://host:8786, nor a scheduler file; "
+                "correct it"
+            ) from None
+    return scheduler
+
+
+def on_local_cluster(workers: int | None, tasks: list[Task]) -> Iterator[tuple[Task, Outcome]]:
+    """What comes of the tasks on a cluster of local processes, which lasts as long as they do."""
+    most = len(cores()) if workers is None else workers
+    with local_client(min(most, len(tasks))) as client:
+        yield from answers_from(client, tasks)
+
+
+def answers_from(client: Client, tasks: Iterable[Task]) -> Iterator[tuple[Task, Outcome]]:
+    """What comes of the tasks, in the order in which workers finish them.
+
+    No more tasks are with the scheduler than there are workers: one that dies takes no other point with it, and an
+    interruption leaves nothing behind. Raises SchedulerLost if it is gone.
+    """
+    running: dict[str, Task] = {}
+    waiting = iter(tasks)
+    completed = as_completed(loop=client.loop)
+    run = uuid.uuid4().hex[:8]  # a cluster may still know the tasks of an earlier sweep
+
+    def refill() -> None:
+        room = max(1, _workers(client)) - len(running)
+        for task in islice(waiting, max(0, room)):
+            future = client.submit(compute, task, key=f"{task.name}-{run}", pure=False)
+            running[str(future.key)] = task
+            completed.add(future)
+
+    try:
+        refill()
+        for future in completed:
+            task = running.pop(str(future.key))
+            yield task, _outcome_of(future, task)
+            refill()
+    except _LOST:
+        raise SchedulerLost from None
+    finally:
+        completed.clear()
+
+
+def _workers(client: Client) -> int:
+    return len(client.nthreads())  # pyright: ignore[reportArgumentType]
+
+
+def _outcome_of(future: Future, task: Task) -> Outcome:
+    try:
+        return future.result()
+    except KilledWorker:
+        return ended(task, "failed", _DIED)
+    except _LOST:
+        raise
+    except Exception as error:  # such as a worker that has not this package
+        return ended(task, "failed", f"{type(error).__name__}: {error}")

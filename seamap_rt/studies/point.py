@@ -1,0 +1,177 @@
+"""One point of a sweep: a scene simulated, retrieved and compared in memory, and a small file of what came of it.
+
+A point never raises for what is wrong with it: a refusal or an error is a result with a sentence.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import socket
+import threading
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from .. import __version__
+from ..interferometry import retrieve_one
+from ..io.scenefile import InputError, validate
+from ..metrics import BIN_M, compare
+from ..runs import write_whole
+from ..scene import Scene
+from ..simulation import Simulator, Stopwatch
+
+MANIFEST, POINTS = "trade.json", "points"
+
+Status = Literal["done", "refused", "failed"]
+Outcome = dict[str, Any]
+
+
+class SchedulerLost(RuntimeError):
+    """What hands out the points does not answer any more."""
+
+
+# Dr.Jit is not safe for several simulations in the threads of one process: a worker with more waits.
+_ONE_AT_A_TIME = threading.Lock()
+_LONGEST_REASON = 400
+
+
+@dataclass(frozen=True)
+class Task:
+    """All that a worker needs of a point, as plain data."""
+
+    name: str
+    scene: str  # resolved, as TOML
+    keys: dict[str, Any]
+    seed: int
+    folder: str  # of the sweep
+    version: str = __version__
+
+    @property
+    def file(self) -> Path:
+        return Path(self.folder) / POINTS / f"{self.name}.json"
+
+
+def compute(task: Task) -> Outcome:
+    """What came of a point; its file too, where the sweep's folder can be seen from here.
+
+    `status` done, with `metrics`, `by_range` and `facts`; refused, by a limit of the scene; or failed, by an error.
+    These have the same bits on every run; `cost` (seconds by stage, peak memory, worker) has not.
+    """
+    # BLAS splits its sums by the number of its threads, which may change the bits.
+    with _ONE_AT_A_TIME, threadpool_limits(1, user_api="blas"):
+        clock = Stopwatch()
+        _forget_peak_memory()
+        with clock("total"):
+            outcome = _outcome(task, clock)
+    worker = f"{socket.gethostname()}:{os.getpid()}"
+    outcome["cost"] = {"seconds": clock.seconds, "peak_memory_bytes": _peak_memory(), "worker": worker}
+    if (Path(task.folder) / MANIFEST).is_file():
+        with contextlib.suppress(OSError):  # the client has the result too, and says why it cannot be written
+            keep(task, outcome)
+    return outcome
+
+
+def _outcome(task: Task, clock: Stopwatch) -> Outcome:
+    if task.version != __version__:
+        return ended(task, "failed", f"the worker has seamap_rt {__version__}, the sweep is of {task.version}")
+    try:
+        return ended(task, "done", "") | judged(validate(Scene, tomllib.loads(task.scene)), clock)
+    except InputError as refusal:
+        return ended(task, "refused", str(refusal))
+    except MemoryError as error:
+        return ended(task, "failed", f"out of memory ({error}); fewer workers leave each of them more")
+    except Exception as error:
+        return ended(task, "failed", f"{type(error).__name__}: {error}")
+
+
+def ended(task: Task, status: Status, reason: str) -> Outcome:
+    """How a point ended, without figures."""
+    line = " ".join(reason.split())[:_LONGEST_REASON]
+    keys = {key: _writable(value) for key, value in task.keys.items()}
+    return {"keys": keys, "seed": task.seed, "status": status, "reason": line}
+
+
+def keep(task: Task, outcome: Outcome) -> None:
+    """Write a point's file, whole or not at all."""
+    task.file.parent.mkdir(exist_ok=True)
+    write_whole(task.file, json.dumps(outcome, indent=1, allow_nan=False))
+
+
+def kept(file: Path) -> Outcome | None:
+    """What a point's file says; None where there is none, or none that can be read."""
+    try:
+        outcome = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return outcome if isinstance(outcome, dict) and "status" in outcome else None
+
+
+def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
+    """`metrics` (50 to 200 m), `by_range` and `facts` of a scene, all its turns together; memory holds one turn."""
+    with clock("sea"):
+        simulator = Simulator(scene)
+    maps, truths, facets, folded = [], [], 0, 0.0
+    for number in range(scene.turns):
+        turn = simulator.turn(number)
+        for step, seconds in turn.timing.items():
+            if step != "total":
+                clock.seconds[step] = clock.seconds.get(step, 0.0) + seconds
+        with clock("retrieve"):
+            maps.append(retrieve_one(turn.echoes, scene.retrieval)["polar"].to_dataset())
+        truths.append(turn.truth["polar"].to_dataset())
+        facets, folded = turn.facets, max(folded, turn.folded_share)
+    with clock("compare"):
+        metrics = compare(_all_turns(maps), _all_turns(truths))
+    overall, (near, far) = metrics.pop("overall"), scene.radar.range_m
+    cells = _cells(truths[0]["range"].values) * truths[0].sizes["azimuth"] * scene.turns
+    edges = np.asarray(metrics["range_m"]) - 0.5 * BIN_M
+    whole = (edges >= near) & (edges + BIN_M <= far)
+    known = [
+        float(n / every) if all_of_it else None
+        for n, every, all_of_it in zip(metrics["cells"], cells, whole, strict=True)
+    ]
+    facts = {
+        "significant_height_m": 4.0 * float(simulator.sea.resolved.elevation_std),
+        "range_m": [near, far],
+        "facets": facets,
+        "folded_share": folded,
+    }
+    by_range = {**metrics, "known_share": known}
+    return {"metrics": overall, "by_range": by_range, "facts": facts}
+
+
+def _all_turns(turns: list[xr.Dataset]) -> xr.DataTree:
+    joined = turns[0] if len(turns) == 1 else xr.concat(turns, "turn", data_vars="all")
+    return xr.DataTree.from_dict({"/polar": joined})
+
+
+def _cells(ranges: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Cells of a look in each of the metrics' bins that hold any."""
+    return np.unique(np.floor(ranges / BIN_M), return_counts=True)[1]
+
+
+def _writable(value: Any) -> Any:
+    """Infinity, which JSON has not, in TOML's word for it."""
+    return value if not isinstance(value, float) or np.isfinite(value) else str(value)
+
+
+def _forget_peak_memory() -> None:
+    """From here on the peak is this point's (Linux; elsewhere it stays that of the process)."""
+    with contextlib.suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
+
+
+def _peak_memory() -> int | None:
+    """Most memory that was held since, in bytes; None where the system does not say."""
+    with contextlib.suppress(OSError, StopIteration, ValueError):
+        status = Path("/proc/self/status").read_text(encoding="ascii")
+        return 1024 * int(next(line for line in status.splitlines() if line.startswith("VmHWM:")).split()[1])
+    return None

@@ -1,0 +1,216 @@
+"""How far a radar sees: the visible share of the sea by range, look and antenna height, over several realisations.
+
+Seen is what all antennas see, by horizontal area, in the first turn of each seed; shadows are the sea's own, geometric.
+It is counted by sectors of 15° about the waves' direction, and again by the looks of `visible_tally`: along the waves
+(up and down), at 45°, across, and all together. The bands are Student's over seeds alone, as crests that neighbouring
+sectors and ranges share make these dependent; `azimuth_correlation` and `range_correlation` say how much.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..echoes.riding import masts
+from ..io.scenefile import InputError
+from ..mesh import polar_grid
+from ..radar.array import as_it_looks
+from ..report import style
+from ..report.reduce import main_waves
+from ..runs import clear_folder, prepare_folder, write_whole
+from ..scene import Scene
+from ..sea import Sea
+from ..settings import TracingSettings
+from .shadowing_figures import draw_seen, draw_shadowing
+from .visible_dataset import MastView, Window, shadowing_dataset
+from .visible_light import Light, common_meshing, lights, realised, with_keys
+from .visible_tally import Looks, tally
+
+LEAST_RUNGS_A_BIN = 4
+PRODUCTS = ("scene.toml", "shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png")
+
+
+def shadowing(
+    scene: Scene,
+    heights_m: Sequence[float] = (3.0, 5.0, 10.0),
+    seeds: int = 4,
+    *,
+    bin_m: float = 10.0,
+    tracer: str = "horizon",
+    progress: Callable[[str], None] | None = None,
+) -> xr.Dataset:
+    """Visible share, its half range, what is seen of crests, and the lengths of shadows, beside theory.
+
+    Realisations are those of the scene's seed, +1, … All heights see the same seas on the same mesh, the finest that
+    one of them asks for. A height with an antenna under water at time 0 is NaN, and `r50_note` says why. Ranges are
+    horizontal, in bins of bin_m within radar.range_m. `smith`, `wagner` and, for a scene of one regular wave, `exact`
+    are for the lowest antenna: what it sees, all see. Over the dims `azimuth` and, with `look_` before their names,
+    `look`; `share(seed, …)` holds the realisations themselves.
+    """
+    _refuse(heights_m, seeds, bin_m)
+    say = progress or (lambda _: None)
+    scenes = [with_keys(scene, {"radar.height_m": float(height)}) for height in heights_m]
+    meshing = common_meshing(scenes)
+    found = [MastView() for _ in scenes]
+    sea, window = None, None
+    for number in range(seeds):
+        say(f"seed {number + 1} of {seeds}: light from {len(scenes)} height{'s' if len(scenes) > 1 else ''}")
+        _, sea = realised(scene, scene.seed + number)
+        if window is None:
+            window = _window_of(scenes[0], meshing, sea, bin_m)
+        seeded = [with_keys(each, {"seed": scene.seed + number}) for each in scenes]
+        for mast, light in zip(found, lights(seeded, meshing, sea, tracer), strict=True):
+            if isinstance(light, Light):
+                mast.lowest_m = light.lowest_m
+                mast.tallies.append(tally(light.facets, window.looks, window.edges))
+            else:
+                mast.reason = mast.reason or light
+    assert sea is not None
+    assert window is not None
+    say("counting")
+    return shadowing_dataset(scene, [float(height) for height in heights_m], found, window, sea, seeds)
+
+
+def shadowing_by_cutoff(
+    scene: Scene,
+    resolutions_m: Sequence[float],
+    heights_m: Sequence[float] = (5.0,),
+    seeds: int = 4,
+    *,
+    bin_m: float = 10.0,
+    progress: Callable[[str], None] | None = None,
+) -> xr.Dataset:
+    """`shadowing` over the spacing of the resolved waves' grid: how much the shortest wave that is drawn decides.
+
+    The mesh follows by the scene's tracing settings, never coarser than the grid: `facet_m(resolution)` says how fine.
+    `cutoff_wavelength(resolution)`, twice the spacing, is the shortest wave. Draws of different resolutions are apart.
+    """
+    if not len(resolutions_m):
+        raise InputError("resolutions: is empty; give spacings of the sea's grid in metres, such as 0.8")
+    each: list[xr.Dataset] = []
+    for spacing in resolutions_m:
+        if progress:
+            progress(f"waves down to {2.0 * spacing:g} m")
+        finer = with_keys(scene, {"sea.resolution_m": float(spacing), "sea.energy_fraction": None})
+        each.append(shadowing(finer, heights_m, seeds, bin_m=bin_m).set_coords("resolution"))
+    return joined(each).set_coords("cutoff_wavelength")
+
+
+def joined(each: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Studies of one scene as one, along their `resolution`."""
+    how: Any = {"join": "exact", "combine_attrs": "override", "data_vars": "all", "coords": "minimal"}
+    return xr.concat(each, "resolution", compat="override", **how)
+
+
+def _refuse(heights_m: Sequence[float], seeds: int, bin_m: float) -> None:
+    if not len(heights_m):
+        raise InputError("heights: is empty; give antenna heights in metres, such as 3,5,10")
+    if len({float(height) for height in heights_m}) < len(heights_m):
+        raise InputError(f"heights = {', '.join(f'{h:g}' for h in heights_m)}: one is given twice; give each once")
+    if seeds < 1:
+        raise InputError(f"seeds = {seeds}: must be at least 1; 2 or more give bands")
+    if not (np.isfinite(bin_m) and bin_m > 0.0):
+        raise InputError(f"bin_m = {bin_m:g}: must be finite and greater than 0, the length of a range bin in metres")
+
+
+def _window_of(scene: Scene, meshing: TracingSettings, sea: Sea, bin_m: float) -> Window:
+    grid = polar_grid(as_it_looks(scene.radar), meshing, 0, masts(scene, sea).true)
+    rung, (near, far) = float(grid.ground_range[1] - grid.ground_range[0]), scene.radar.range_m
+    if bin_m < LEAST_RUNGS_A_BIN * rung:
+        least = LEAST_RUNGS_A_BIN * rung
+        raise InputError(
+            f"bin_m = {bin_m:g}: must be at least {least:g} ({LEAST_RUNGS_A_BIN} rungs of the mesh); lengthen it"
+        )
+    edges = np.arange(np.ceil(near / bin_m - 1e-9), np.floor(far / bin_m + 1e-9) + 1.0) * bin_m
+    if edges.size < 3:
+        raise InputError(f"bin_m = {bin_m:g}: radar.range_m = [{near:g}, {far:g}] must hold two of them; shorten it")
+    waves = main_waves(scene)
+    looks = Looks.of(grid, scene.radar, waves.from_deg if waves else 0.0)
+    return Window(grid, looks, edges, meshing.columns_per_beam or 0)
+
+
+def write_shadowing(
+    scene: Scene,
+    out: str | Path | None = None,
+    heights_m: Sequence[float] = (3.0, 5.0, 10.0),
+    seeds: int = 4,
+    overwrite: bool = False,
+    progress: Callable[[str], None] | None = None,
+) -> list[str]:
+    """`shadowing` into a folder (default `runs/<scene>-shadowing`): scene.toml, shadowing.nc, shadowing.csv with a row
+    per height, look and range bin, and two figures, each whole or not at all. Returns the headlines.
+
+    Raises InputError for bad input, and where the folder holds another study and `overwrite` is not given.
+    """
+    folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-shadowing"
+    prepare_folder(folder, overwrite, PRODUCTS)
+    data = shadowing(scene, heights_m, seeds, progress=progress)
+    if progress:
+        progress("writing and drawing")
+    clear_folder(folder, PRODUCTS)
+    write_whole(folder / "scene.toml", scene.to_toml())
+    with _whole(folder / "shadowing.nc") as part:
+        data.to_netcdf(part, engine="h5netcdf")
+    write_whole(folder / "shadowing.csv", table(data))
+    for name, draw in (("shadowing.png", draw_shadowing), ("shadowing_seen.png", draw_seen)):
+        with _whole(folder / name) as part:
+            part.write_bytes(style.png(draw(data)))
+    return headlines(data)
+
+
+def headlines(data: xr.Dataset) -> list[str]:
+    """A line per height: the range beyond which half is shadowed, along the waves, at 45°, across, all looks."""
+    lines = []
+    for height in data["height"].values:
+        mast = data.sel(height=height)
+        notes = [str(note) for note in mast["look_r50_note"].values]
+        if notes[0] and len(set(notes)) == 1:
+            lines.append(f"mast {height:g} m: {notes[0]}")
+            continue
+        said = [_half_in_words(mast.sel(look=look)) for look in mast["look"].values]
+        lines.append(f"mast {height:g} m: half of the sea is shadowed beyond {', '.join(said)}")
+    return lines
+
+
+def _half_in_words(mast: xr.Dataset) -> str:
+    where, half = str(mast["look"].values), float(mast["look_r50"])
+    if np.isnan(half):
+        return f"no range {where} ({mast['look_r50_note'].item()})"
+    low, high = float(mast["look_r50_low"]), float(mast["look_r50_high"])
+    band = f" [{max(low, 0.0):.0f}, {high:.0f}]" if np.isfinite(low) else ""
+    return f"{half:.0f} m{band} {where} (Smith {float(mast['look_r50_smith']):.0f} m)"
+
+
+def table(data: xr.Dataset) -> str:
+    """CSV with a row per height, look and range bin: the three looks first, then every sector by its angle."""
+    shown = ("visible_fraction", "smith", "wagner", "exact", "crest_bias")
+    runs = [f"{kind}_run_{end}" for kind in ("shadow", "visible") for end in ("median", "90")]
+    columns = [f"{name}{end}" for name in (*shown, *runs) for end in ("", "_low", "_high")] + ["r50", "r50_note"]
+    text = ""
+    for dim, prefix in (("look", "look_"), ("azimuth", "")):
+        names = {f"{prefix}{column}": column for column in columns if f"{prefix}{column}" in data}
+        part = data[list(names)].rename(names).drop_vars("lowest_antenna")
+        frame = part.to_dataframe(dim_order=["height", dim, "range"]).reset_index()
+        if dim == "look":
+            frame.insert(1, "azimuth", np.nan)
+        else:
+            frame.insert(2, "look", [f"{angle:+.0f}°" for angle in frame.pop("from_waves")])
+        text += frame.to_csv(index=False, header=not text, float_format="%.6g")
+    return text
+
+
+@contextmanager
+def _whole(path: Path) -> Iterator[Path]:
+    """A file to write that takes its own name when it is complete."""
+    part = path.with_name(f".{path.name}.part")
+    try:
+        yield part
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)

@@ -1,0 +1,143 @@
+"""Figures of a shadowing study: how much is seen from where, and what it is that is seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import matplotlib
+import matplotlib.colors
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from ..report import style
+from .visible_tally import LOOKS
+
+_LEFT, _GAP, _HIGH = 0.55, 0.2, 2.1  # inches
+_WIDE = (style.WIDTH - _LEFT - 2.0 * _GAP - 0.12) / 3.0
+
+
+@style.styled
+def draw_shadowing(data: xr.Dataset) -> Figure:
+    """Visible share against range for the three looks, and the half range against the look; a colour per height."""
+    figure = style.new_figure(6.75)
+    for number, look in enumerate(LOOKS):
+        axes = style.place(figure, _LEFT + number * (_WIDE + _GAP), 0.65, _WIDE, _HIGH)
+        style.graph(axes, "Ground range (m)", "Visible share (%)" if number == 0 else "", _title(number, look))
+        axes.tick_params(labelleft=number == 0)
+        axes.axhline(50.0, color=style.GREY, linewidth=0.6)
+        for height, colour in _heights(data):
+            _draw_share(axes, data.sel(height=height, look=look), colour)
+        axes.set(ylim=(0.0, 103.0), xlim=(0.0, float(data["range"].max())))
+        if data["look_visible_fraction"].sel(look=look).isnull().all():
+            style.note(axes, "nothing known")
+    _legend(figure, data, ("measured, 95 % band", "Smith 1967", "Wagner 1967"), ("-", "--", ":"))
+    below = style.place(figure, _LEFT, 3.6, style.WIDTH - _LEFT - 0.12, 2.3)
+    _draw_half_ranges(below, data)
+    note = f"Bands: {data.attrs['bands']}.\nJags along the waves are single crests, which stand across a whole sector."
+    figure.text(0.08, 0.012, note, color=style.GREY, fontsize=style.FONT - 0.5)
+    return figure
+
+
+def _draw_share(axes: Axes, mast: xr.Dataset, colour: str) -> None:
+    distance = mast["range"].values
+    low, high = (100.0 * mast[f"look_visible_fraction_{end}"].values for end in ("low", "high"))
+    axes.fill_between(distance, low, high, color=colour, alpha=0.15, linewidth=0.0)
+    axes.plot(distance, 100.0 * mast["look_smith"].values, color=colour, linestyle="--", linewidth=0.9)
+    axes.plot(distance, 100.0 * mast["look_wagner"].values, color=colour, linestyle=":", linewidth=0.9)
+    if "look_exact" in mast:
+        axes.plot(distance, 100.0 * mast["look_exact"].values, "x", color=style.BLACK, markersize=3.0)
+    axes.plot(distance, 100.0 * mast["look_visible_fraction"].values, color=colour)
+    axes.plot([float(mast["look_r50"])], [50.0], "o", color=colour, markersize=4.0)
+
+
+def _draw_half_ranges(axes: Axes, data: xr.Dataset) -> None:
+    style.graph(
+        axes,
+        "Look, from where the waves come from (°; 0 looks into them)",
+        "Half range (m)",
+        "(d) Range beyond which half is shadowed, by sectors of 15°; dashed: Smith",
+    )
+    far = float(data["range"].max())
+    angle = data["from_waves"].values
+    for height, colour in _heights(data):
+        mast = data.sel(height=height)
+        half = mast["r50"].values
+        reach = np.abs(np.stack([half - mast["r50_low"].values, mast["r50_high"].values - half]))
+        axes.errorbar(angle, half, np.nan_to_num(reach), fmt="o", color=colour, markersize=3.0, linewidth=0.8)
+        smith = mast["r50_smith"].values
+        axes.plot(angle, np.where(np.isfinite(smith), smith, np.nan), "--", color=colour, linewidth=0.9)
+        beyond = np.isnan(half) & (mast["visible_fraction"].min("range").values > 0.0)
+        axes.plot(angle[beyond], np.full(beyond.sum(), far), "^", color=colour, markersize=4.0, clip_on=False)
+    axes.set(ylim=(0.0, 1.02 * far), xlim=(-187.5, 187.5), xticks=range(-180, 181, 45))
+    if np.isnan(data["r50"].values).any():
+        axes.text(0.995, 0.03, "▲ half or more is visible all through", transform=axes.transAxes, ha="right")
+
+
+@style.styled
+def draw_seen(data: xr.Dataset) -> Figure:
+    """How far what is seen stands above the mean, and how long shadows and visible stretches are, along each look."""
+    figure = style.new_figure(8.05)
+    for number, look in enumerate(LOOKS):
+        rows: list[Axes] = []
+        for row, (what, label) in enumerate(
+            (("crest_bias", "Seen above the mean (m)"), ("shadow", "Shadows (m)"), ("visible", "Seen at a stretch (m)"))
+        ):
+            axes = style.place(figure, _LEFT + number * (_WIDE + _GAP), 0.65 + row * (_HIGH + 0.35), _WIDE, _HIGH)
+            title = _title(number, look) if row == 0 else ""
+            style.graph(axes, "Ground range (m)" if row == 2 else "", label if number == 0 else "", title)
+            axes.tick_params(labelleft=number == 0)
+            for height, colour in _heights(data):
+                _draw_row(axes, data.sel(height=height, look=look), what, colour)
+            axes.set(xlim=(0.0, float(data["range"].max())), ylim=_limits(data, what))
+            rows.append(axes)
+        rows[0].axhline(0.0, color=style.BLACK, linewidth=0.6)
+    _legend(figure, data, ("mean, 95 % band; median length", "90 % are shorter"), ("-", "--"))
+    return figure
+
+
+def _draw_row(axes: Axes, mast: xr.Dataset, what: str, colour: str) -> None:
+    distance = mast["range"].values
+    if what == "crest_bias":
+        low, high = (mast[f"look_crest_bias_{end}"].values for end in ("low", "high"))
+        axes.fill_between(distance, low, high, color=colour, alpha=0.15, linewidth=0.0)
+        axes.plot(distance, mast["look_crest_bias"].values, color=colour)
+        return
+    axes.plot(distance, mast[f"look_{what}_run_median"].values, color=colour)
+    axes.plot(distance, mast[f"look_{what}_run_90"].values, color=colour, linestyle="--", linewidth=0.9)
+
+
+def _limits(data: xr.Dataset, what: str) -> tuple[float, float]:
+    """The same for all looks."""
+    name = "look_crest_bias" if what == "crest_bias" else f"look_{what}_run_90"
+    known = data[name].values[np.isfinite(data[name].values)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+    margin = 0.1 * max(high - low, 1e-3)
+    return (low - margin, high + margin) if what == "crest_bias" else (0.0, high + margin)
+
+
+def _heights(data: xr.Dataset) -> list[tuple[float, str]]:
+    """Each height and its colour, from dark to light as they rise; three or fewer have the palette's own."""
+    heights = [float(height) for height in data["height"].values]
+    if len(heights) <= 3:
+        return list(zip(heights, (style.VERMILION, style.BLUE, style.GREEN), strict=False))
+    shades = matplotlib.colormaps["viridis"](np.linspace(0.0, 0.85, len(heights)))
+    return [(height, matplotlib.colors.to_hex(shade)) for height, shade in zip(heights, shades, strict=True)]
+
+
+def _title(number: int, look: str) -> str:
+    words = {"along": "along the waves, up and down", "at 45°": "at 45° to the waves", "across": "across the waves"}
+    return f"({'abc'[number]}) {words[look]}"
+
+
+def _legend(figure: Figure, data: xr.Dataset, lines: Sequence[str], dashes: Sequence[str]) -> None:
+    """Two rows above the panels: a colour per height, a dash per kind of line."""
+    colours = [Line2D([], [], color=colour, label=f"mast {height:g} m") for height, colour in _heights(data)]
+    kinds = [Line2D([], [], color=style.GREY, ls=dash, label=line) for line, dash in zip(lines, dashes, strict=True)]
+    if "look_exact" in data and len(lines) == 3:
+        kinds.append(Line2D([], [], color=style.BLACK, marker="x", ls="", markersize=3.0, label="exact"))
+    for row, handles in enumerate((colours, kinds)):
+        top = 1.0 - 0.19 * row / figure.get_size_inches()[1]
+        figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.06, top), ncols=len(handles))

@@ -1,0 +1,143 @@
+"""A sweep's folder: what it is of, what of it is there already, and its table.
+
+trade.json    what is swept: scene, keys and values, seeds, version of the package
+points/*.json what came of each point
+trade.csv, trade.nc, trade.png
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from .. import __version__
+from ..io.scenefile import InputError, apply_overrides
+from ..io.turnfile import uninterrupted
+from ..report import style
+from ..runs import clear_folder, prepare_folder, write_whole
+from ..scene import Scene
+from .point import MANIFEST, POINTS, Outcome, Task, ended, keep, kept
+from .trade_figures import draw_trade
+from .trade_table import rows, trade_table, write_table
+from .usable import Criterion
+from .vary import Point, Vary, grid, scenes_of, seeds_of
+
+PRODUCTS = (MANIFEST, "trade.csv", "trade.nc", "trade.png")
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A grid of points and the folder that they are kept in. Raises InputError where no point can be run."""
+
+    scene: Scene
+    vary: Vary
+    seeds: list[int]
+    folder: Path
+
+    @classmethod
+    def of(cls, scene: Scene, vary: Mapping[str, Sequence[Any]], seeds: int, folder: Path) -> Sweep:
+        values = {key: apply_overrides({}, {"values": list(each)})["values"] for key, each in vary.items()}  # plain
+        return cls(scene, values, seeds_of(scene, seeds), folder)
+
+    @cached_property
+    def points(self) -> list[Point]:
+        return grid(self.scene, self.vary, self.seeds)
+
+    @cached_property
+    def scenes(self) -> list[Scene | InputError]:
+        return scenes_of(self.scene, self.points)
+
+    @cached_property
+    def manifest(self) -> dict[str, Any]:
+        """What the results depend on."""
+        return {
+            "version": __version__,
+            "scene": self.scene.to_toml(),
+            "vary": [[key, values] for key, values in self.vary.items()],
+            "seeds": self.seeds,
+        }
+
+    # ----------------------------------------------------------------------------------------------- the folder
+
+    def prepare(self, resume: bool, overwrite: bool) -> None:
+        """Make the folder ready for the missing points. Raises InputError for a folder that holds something else."""
+        if resume and overwrite:
+            raise InputError("--resume and --overwrite: one goes on with what is there, the other removes it; give one")
+        file = self.folder / MANIFEST
+        if resume:
+            self._refuse_another(file)
+        elif file.exists() and not overwrite:
+            raise InputError(
+                f"--out = '{self.folder}': holds a sweep already; give --resume to go on with it or --overwrite to "
+                "begin anew, or choose another folder"
+            )
+        prepare_folder(self.folder, resume or overwrite, PRODUCTS)
+        if not resume:
+            clear_folder(self.folder, PRODUCTS)
+        (self.folder / POINTS).mkdir(exist_ok=True)
+        for left in (self.folder / POINTS).glob("*.json" if not resume else ".*.part"):
+            left.unlink()
+        write_whole(file, json.dumps(self.manifest, indent=1))
+
+    def _refuse_another(self, file: Path) -> None:
+        try:
+            found = json.loads(file.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            raise InputError(
+                f"--resume: '{file.parent}' holds no sweep; leave --resume out, or name its folder"
+            ) from None
+        words = {
+            "version": f"version of seamap_rt ({found.get('version')}, this is {__version__})",
+            "scene": "scene",
+            "vary": "grid of --vary",
+            "seeds": "set of seeds",
+        }
+        for key, said in words.items():
+            if found.get(key) != self.manifest[key]:
+                raise InputError(f"--resume: '{file.parent}' holds a sweep of another {said}; choose another folder")
+
+    # ----------------------------------------------------------------------------------------------- the points
+
+    def task(self, point: Point, scene: Scene | InputError) -> Task:
+        text = scene.to_toml() if isinstance(scene, Scene) else ""
+        return Task(point.name, text, point.keys, point.seed, str(self.folder))
+
+    def missing(self) -> list[Task]:
+        """Points to compute: those without a result, and those that failed. What the scene refuses is noted at once."""
+        wanted: list[Task] = []
+        for point, scene in zip(self.points, self.scenes, strict=True):
+            task = self.task(point, scene)
+            outcome = kept(task.file)
+            if outcome is not None and outcome["status"] in ("done", "refused"):
+                continue
+            task.file.unlink(missing_ok=True)
+            if isinstance(scene, InputError):
+                keep(task, ended(task, "refused", str(scene)))
+            else:
+                wanted.append(task)
+        return wanted
+
+    def outcomes(self) -> dict[tuple[int, ...], Outcome]:
+        """What is there, by the point's place in the grid."""
+        files = {point.index: self.folder / POINTS / f"{point.name}.json" for point in self.points}
+        return {index: outcome for index, file in files.items() if (outcome := kept(file)) is not None}
+
+    def table(self, criterion: Criterion) -> xr.Dataset:
+        about = {"title": f"{self.scene.name}: {' × '.join(self.vary)}", "scene": self.scene.to_toml()}
+        return trade_table(self.vary, self.seeds, self.outcomes(), criterion, about)
+
+    def write(self, table: xr.Dataset) -> None:
+        """The table and its figure, as files."""
+        with uninterrupted():
+            write_whole(self.folder / "trade.csv", rows(table))
+            write_table(table, self.folder / "trade.nc")
+        part = self.folder / ".trade.png.part"
+        part.write_bytes(style.png(draw_trade(table)))
+        os.replace(part, self.folder / "trade.png")

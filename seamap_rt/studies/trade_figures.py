@@ -1,0 +1,214 @@
+"""Pictures of a sweep: curves with bands over the seeds, maps of two keys, and what a longer usable range costs."""
+
+from __future__ import annotations
+
+import itertools
+import textwrap
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..report import style
+from .trade_table import over_seeds
+
+QUANTITIES = {
+    "usable_range_m": "Usable range (m)",
+    "height_rmse_m": "Height error, rms (m)",
+    "visible_fraction": "Visible share",
+}
+_FAMILY = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY)
+_MOST_CURVES, _MOST_COLUMNS = 12, 3
+_CIRCUMSTANCES = ("sea.", "scattering.", "platform.")  # keys that nobody chooses, unlike those of the radar
+_LEFT, _TOP, _GAP, _FOOT = 0.62, 0.3, 0.62, 0.4  # inches
+
+
+class Layout(NamedTuple):
+    """Which key goes along the axis, which tells curves apart, and which panels."""
+
+    along: str
+    family: str | None
+    panels: tuple[str, ...]
+
+
+def layout(table: xr.Dataset) -> Layout:
+    """The numeric key with the most values goes along; the next has a curve for each value; the others have panels."""
+    keys = [str(dim) for dim in table["status"].dims if dim != "seed"]
+    along = max(keys, key=lambda key: (table[key].dtype.kind == "f", table.sizes[key]))
+    others = sorted((key for key in keys if key != along and table.sizes[key] > 1), key=lambda key: -table.sizes[key])
+    curves = [key for key in others if table.sizes[key] <= _MOST_CURVES] or others
+    family = curves[0] if curves else None
+    return Layout(along, family, tuple(key for key in others if key != family))
+
+
+@style.styled
+def draw_trade(table: xr.Dataset) -> Figure:
+    """Usable range, height error and visible share over the varied keys.
+
+    Curves are means over the seeds, with their 95 % confidence band where there are three seeds and more, and each seed
+    a dot. Two keys with many values make maps. Where there are more than three panels, only the usable range is drawn.
+    """
+    chosen = layout(table)
+    alone = [key for key in table["status"].dims if key not in (*chosen, *chosen.panels, "seed")]
+    single = table.isel(dict.fromkeys(alone, 0))
+    settings = list(itertools.product(*(range(table.sizes[key]) for key in chosen.panels)))
+    names = list(QUANTITIES) if len(settings) <= _MOST_COLUMNS else ["usable_range_m"]
+    as_map = chosen.family is not None and not chosen.panels and table.sizes[chosen.family] > len(_FAMILY)
+    cells = [(name, at) for name in names for at in settings]
+    columns = len(names) if len(settings) == 1 else min(_MOST_COLUMNS, len(settings))
+    lines = -(-len(cells) // columns)
+    right = 0.35 if as_map else 0.12  # a colour bar's numbers
+    wide = (style.WIDTH - _LEFT - right - (columns - 1) * _GAP) / columns
+    high = 2.0 if columns < 3 or lines == 1 else 1.6
+    figure = style.new_figure(_TOP + lines * (high + _GAP) + _FOOT)
+    for number, (name, at) in enumerate(cells):
+        line, column = divmod(number, columns)
+        axes = style.place(figure, _LEFT + column * (wide + _GAP), _TOP + line * (high + _GAP), wide, high)
+        panel = single.isel(dict(zip(chosen.panels, at, strict=True)))
+        said = ", ".join(_said(table, key, i) for key, i in zip(chosen.panels, at, strict=True))
+        style.graph(
+            axes, chosen.along, QUANTITIES[name], f"({chr(97 + number)}) {said}" if said else f"({chr(97 + number)})"
+        )
+        if as_map:
+            _map(figure, axes, panel, name, chosen)
+        else:
+            _curves(axes, panel, name, chosen, legend=number == 0)
+    _foot(figure, table)
+    return figure
+
+
+def _curves(axes: Axes, panel: xr.Dataset, name: str, chosen: Layout, legend: bool) -> None:
+    x = _positions(axes, panel, chosen.along)
+    for number, member, label in _members(panel, chosen):
+        colour = _colour(number, panel.sizes[chosen.family] if chosen.family else 1)
+        values = member[name].transpose(chosen.along, "seed")
+        band = over_seeds(values)
+        axes.plot(
+            np.repeat(x, values.sizes["seed"]), values.values.ravel(), ".", color=colour, markersize=2.5, alpha=0.5
+        )
+        axes.plot(x, band["mean"], color=colour, marker="o", markersize=3.0, label=label)
+        if int(band["seeds"].max()) >= 3:
+            axes.fill_between(x, band["low"], band["high"], color=colour, alpha=0.15, linewidth=0.0)
+        if name == "usable_range_m":
+            open_end = member["usable_to_the_end"].max("seed") > 0.0
+            axes.plot(x[open_end], band["mean"].values[open_end], "^", color=colour, markersize=6.0, fillstyle="none")
+    top = np.nanmax(panel[name].values, initial=0.0)
+    axes.set_ylim(0.0, 1.1 * top if top > 0.0 else 1.0)
+    if np.isnan(panel[name].values).all():
+        style.note(axes, "no values")
+    if legend and chosen.family:
+        axes.legend(title=chosen.family, title_fontsize=style.FONT - 0.5, loc="best")
+
+
+def _members(panel: xr.Dataset, chosen: Layout) -> Iterator[tuple[int, xr.Dataset, str]]:
+    if chosen.family is None:
+        yield 0, panel, ""
+        return
+    for number in range(panel.sizes[chosen.family]):
+        yield number, panel.isel({chosen.family: number}), _value(panel, chosen.family, number)
+
+
+def _map(figure: Figure, axes: Axes, panel: xr.Dataset, name: str, chosen: Layout) -> None:
+    assert chosen.family is not None
+    mean = over_seeds(panel[name])["mean"].transpose(chosen.family, chosen.along)
+    x, y = _positions(axes, panel, chosen.along), _positions(axes, panel, chosen.family, vertical=True)
+    colours = axes.pcolormesh(
+        x, y, style.masked(mean.values), cmap=style.colours(style.SPREAD_COLOURS), shading="nearest"
+    )
+    axes.set_facecolor(style.BLANK)
+    axes.set_ylabel(chosen.family)
+    axes.set_title(f"{axes.get_title(loc='left')} {QUANTITIES[name]}")
+    axes.grid(False)
+    figure.colorbar(colours, ax=axes, pad=0.03)
+
+
+def _positions(axes: Axes, table: xr.Dataset, key: str, vertical: bool = False) -> np.ndarray:
+    """Values of a key along an axis; what is no number stands side by side."""
+    values = table[key].values
+    if values.dtype.kind == "f" and np.isfinite(values).all():
+        return values
+    axis = axes.yaxis if vertical else axes.xaxis
+    axis.set_ticks(range(values.size), labels=[_value(table, key, number) for number in range(values.size)])
+    return np.arange(values.size, dtype=np.float64)
+
+
+def _colour(number: int, count: int) -> Any:
+    if count <= len(_FAMILY):
+        return _FAMILY[number]
+    return matplotlib.colormaps[style.SPREAD_COLOURS](number / (count - 1))
+
+
+def _value(table: xr.Dataset, key: str, number: int) -> str:
+    value = table[key].values[number]
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _said(table: xr.Dataset, key: str, number: int) -> str:
+    return f"{key} = {_value(table, key, number)}"
+
+
+def _foot(figure: Figure, table: xr.Dataset) -> None:
+    """What was counted as usable, and what the curves leave out."""
+    seeds, absent = table.sizes["seed"], int((table["status"] != "done").sum())
+    band = "; dots: each seed; band: 95 % confidence of the mean" if seeds >= 3 else "; dots: each seed"
+    lost = f" {absent} of {table['status'].size} points have no result." if absent else ""
+    open_end = " ▵: up to the end of the range window." if (table["usable_to_the_end"] > 0.0).any() else ""
+    text = (
+        f"Usable range: end of {table.attrs['usable']}. Mean of {seeds} seed{'s' * (seeds > 1)}{band}. "
+        "Error and share: 50–200 m."
+    )
+    figure.text(
+        0.01, 0.02, textwrap.fill(text + open_end + lost, 135), fontsize=style.FONT - 1.0, color=style.GREY, va="bottom"
+    )
+
+
+# ------------------------------------------------------------------------------------------------- what it costs
+
+
+@style.styled
+def draw_pareto(table: xr.Dataset, cost: str | None = None) -> Figure:
+    """Usable range against a cost that is better low: the antenna's height if it varies, else seconds of computing.
+
+    Each set of circumstances (keys of sea, scattering and platform) has its own front: the choices that no other one
+    beats in both.
+    """
+    price = cost or ("radar.height_m" if "radar.height_m" in table.dims else "cost_s")
+    figure = style.new_figure(3.6)
+    axes = style.place(figure, _LEFT, _TOP, style.WIDTH - _LEFT - 2.2, 2.4)
+    style.graph(
+        axes,
+        "Seconds a point" if price == "cost_s" else price,
+        QUANTITIES["usable_range_m"],
+        "What a longer usable range costs",
+    )
+    reach = over_seeds(table["usable_range_m"])["mean"]
+    costs = over_seeds(table["cost_s"])["mean"] if price == "cost_s" else table[price].broadcast_like(reach)
+    given = [str(dim) for dim in reach.dims if str(dim).startswith(_CIRCUMSTANCES) and dim != price]
+    choices = [str(dim) for dim in reach.dims if dim not in given and dim != price]
+    settings = list(itertools.product(*(range(table.sizes[key]) for key in given)))
+    for number, at in enumerate(settings):
+        here = dict(zip(given, at, strict=True))
+        x, y = costs.isel(here).values.ravel(), reach.isel(here).values.ravel()
+        known = np.isfinite(x) & np.isfinite(y)
+        colour = _colour(number, len(settings))
+        axes.plot(x[known], y[known], "o", color=colour, markersize=3.0, alpha=0.4)
+        best = pareto_front(x[known], y[known])
+        label = ", ".join(_said(table, key, i) for key, i in here.items()) or "front"
+        axes.step(x[known][best], y[known][best], where="post", color=colour, marker="o", markersize=4.0, label=label)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0))
+    axes.set_ylim(bottom=0.0)
+    if choices:
+        axes.set_title(f"{axes.get_title(loc='left')} (each dot a choice of {', '.join(choices)})")
+    _foot(figure, table)
+    return figure
+
+
+def pareto_front(cost: np.ndarray, gain: np.ndarray) -> np.ndarray:
+    """Numbers of the points that no other beats in both, by rising cost (point,)."""
+    order = np.lexsort((-gain, cost))
+    best = np.maximum.accumulate(np.concatenate(([-np.inf], gain[order])))[:-1]
+    return order[gain[order] > best]

@@ -1,0 +1,170 @@
+"""The table of a sweep: what came of each point, as a labelled dataset and as rows, and means over the seeds."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.stats import t as student
+
+from .. import __version__
+from .point import Outcome
+from .usable import Criterion
+from .vary import Vary, worded
+
+COST = ("cost_s", "peak_memory_bytes")  # what hangs on the machine; all else has the same bits on every run
+
+# Name in the table: name in the point's metrics, units, long name. All over 50 to 200 m.
+_OVERALL = {
+    "height_rmse_m": ("height_rmse_m", "m", "rms height error"),
+    "height_robust_m": ("height_robust_m", "m", "robust height error, 1.4826 × median absolute deviation"),
+    "height_bias_m": ("height_bias_m", "m", "mean height error"),
+    "height_correlation": ("height_correlation", "1", "correlation of retrieved and true height"),
+    "slope_rmse": ("slope_rmse", "1", "rms error of the slope along the look"),
+    "visible_fraction": ("visible_fraction", "1", "share of the sea's horizontal area that both antennas see"),
+    "hs_true_m": ("hs_true_m", "m", "4σ of the cells' true heights"),
+    "hs_retrieved_m": ("hs_retrieved_m", "m", "4σ of the map's unflagged heights"),
+}
+_BY_RANGE = {
+    "height_rmse_by_range_m": ("height_rmse_m", "m", "rms height error"),
+    "height_bias_by_range_m": ("height_bias_m", "m", "mean height error"),
+    "slope_rmse_by_range": ("slope_rmse", "1", "rms error of the slope along the look"),
+    "visible_fraction_by_range": ("visible_fraction", "1", "share of the sea's horizontal area that both antennas see"),
+    "answered_by_range": ("answered", "1", "share of the cells more than half visible that got a sure height"),
+    "known_share_by_range": (
+        "known_share",
+        "1",
+        "share of all cells that are more than half visible and answered; NaN in bins that the window cuts",
+    ),
+}
+_DERIVED = {
+    "significant_height_m": ("m", "significant wave height of the resolved sea, expected"),
+    "usable_range_m": ("m", "where the usable run of bins ends; 0: no bin is usable"),
+    "usable_from_m": ("m", "where the usable run of bins begins"),
+    "usable_to_the_end": ("1", "1 where the usable run ends with the last whole bin: it may reach farther"),
+    "cost_s": ("s", "wall time of the point"),
+    "peak_memory_bytes": ("byte", "most memory that its worker held"),
+}
+
+
+def trade_table(
+    vary: Vary,
+    seeds: Sequence[int],
+    outcomes: Mapping[tuple[int, ...], Outcome],
+    criterion: Criterion,
+    attributes: Mapping[str, Any],
+) -> xr.Dataset:
+    """All points over the varied keys, `seed` and, by bin, `range`; points that are not there have status `missing`.
+
+    outcomes: by the point's place in the grid."""
+    ranges = sorted({centre for each in outcomes.values() for centre in each.get("by_range", {}).get("range_m", [])})
+    place = {centre: number for number, centre in enumerate(ranges)}
+    dims, shape = (*vary, "seed"), (*(len(values) for values in vary.values()), len(seeds))
+    columns = {name: np.full(shape, np.nan) for name in (*_OVERALL, *_DERIVED)}
+    bins = {name: np.full((*shape, len(ranges)), np.nan) for name in _BY_RANGE}
+    status, reason = np.full(shape, "missing", dtype=object), np.full(shape, "", dtype=object)
+    for at, outcome in outcomes.items():
+        status[at], reason[at] = outcome["status"], outcome["reason"]
+        cost = outcome.get("cost", {})
+        columns["cost_s"][at] = cost.get("seconds", {}).get("total", np.nan)
+        columns["peak_memory_bytes"][at] = _number(cost.get("peak_memory_bytes"))
+        if outcome["status"] != "done":
+            continue
+        for name, (key, *_) in _OVERALL.items():
+            columns[name][at] = _number(outcome["metrics"].get(key))
+        here = [place[centre] for centre in outcome["by_range"]["range_m"]]
+        for name, (key, *_) in _BY_RANGE.items():
+            bins[name][at][here] = [_number(value) for value in outcome["by_range"][key]]
+        for name, value in _usable(outcome, criterion).items():
+            columns[name][at] = value
+    words = {name: (units, said) for name, (_, units, said) in (_OVERALL | _BY_RANGE).items()} | _DERIVED
+    table = xr.Dataset(
+        {"status": (dims, status), "reason": (dims, reason)}
+        | {name: (dims, values) for name, values in columns.items()}
+        | {name: ((*dims, "range"), values) for name, values in bins.items()},
+        coords={key: (key, _labels(values)) for key, values in vary.items()}
+        | {"seed": list(seeds), "range": np.array(ranges, dtype=np.float64)},
+        attrs={"seamap_rt": __version__, "usable": str(criterion), **attributes},
+    )
+    for name, (units, said) in words.items():
+        headline = ", 50–200 m, cells more than half visible" if name in _OVERALL else ""
+        table[name].attrs = {"long_name": said + headline, "units": units}
+    table["range"].attrs = {"long_name": "slant range, middle of the bin", "units": "m"}
+    return table
+
+
+def _usable(outcome: Outcome, criterion: Criterion) -> dict[str, float]:
+    by_range, height = outcome["by_range"], outcome["facts"]["significant_height_m"]
+    rmse, known = ([_number(value) for value in by_range[key]] for key in ("height_rmse_m", "known_share"))
+    window = criterion.window(by_range["range_m"], rmse, known, height)
+    whole = np.asarray(by_range["range_m"])[np.isfinite(known)]
+    end = bool(whole.size and window.furthest > whole[-1])
+    return {
+        "significant_height_m": height,
+        "usable_range_m": window.furthest,
+        "usable_from_m": window.nearest,
+        "usable_to_the_end": float(end),
+    }
+
+
+def _number(value: float | None) -> float:
+    return np.nan if value is None else float(value)
+
+
+def _labels(values: Sequence[Any]) -> np.ndarray:
+    """Numbers as numbers, all else as text."""
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        return np.array(values, dtype=np.float64)
+    return np.array([worded(value) for value in values], dtype=object)
+
+
+# ------------------------------------------------------------------------------------------------ over the seeds
+
+
+def over_seeds(values: xr.DataArray) -> xr.Dataset:
+    """`mean` over the seeds, `low` and `high` of its 95 % confidence band (Student's t with one degree of freedom less
+    than the `seeds` that have a value), which is NaN for a single seed."""
+    count = values.notnull().sum("seed")
+    mean = values.mean("seed")
+    spread = values.where(count > 1).std("seed", ddof=1) if values.sizes["seed"] > 1 else xr.full_like(mean, np.nan)
+    half = spread / np.sqrt(count) * xr.apply_ufunc(student.ppf, 0.975, (count - 1).where(count > 1))
+    return xr.Dataset({"mean": mean, "low": mean - half, "high": mean + half, "seeds": count})
+
+
+# -------------------------------------------------------------------------------------------------- on file
+
+
+def rows(table: xr.Dataset) -> str:
+    """The table as CSV, a row per point, empty where there is no value."""
+    dims = table["status"].dims
+    numbers = [name for name in (*_OVERALL, *_DERIVED) if name not in COST]
+    columns = ["status", *numbers, *COST, "reason"]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([*dims, *columns])
+    for index in np.ndindex(table["status"].shape):
+        labels = [table[dim].values[i] for dim, i in zip(dims, index, strict=True)]
+        writer.writerow([_cell(value) for value in (*labels, *(table[name].values[index] for name in columns))])
+    return text.getvalue()
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return "" if np.isnan(value) else f"{value:.10g}"
+    return str(value)
+
+
+def write_table(table: xr.Dataset, path: Path) -> None:
+    """Write the dataset as NetCDF, whole or not at all."""
+    part = path.with_name(f".{path.name}.part")
+    try:
+        table.to_netcdf(part, engine="h5netcdf")
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)

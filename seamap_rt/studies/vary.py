@@ -1,0 +1,156 @@
+"""What a sweep varies: keys of the scene and their values, and the grid of points that they span with the seeds."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import re
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+from typing import Any
+
+from ..io.scenefile import InputError, apply_overrides
+from ..scene import Scene, load_scene
+
+MOST_POINTS = 10_000
+_FORM = "write KEY=START:STOP:STEP or KEY=A,B,C, as in radar.height_m=3:20:1"
+
+Vary = dict[str, list[Any]]
+
+
+# ------------------------------------------------------------------------------------------------ as it is written
+
+
+def parse_vary(text: str) -> tuple[str, list[Any]]:
+    """Key and values of KEY=START:STOP:STEP (STOP too, where a step meets it) or KEY=A,B,C.
+
+    The steps are taken in decimals, so that 0.1:0.4:0.1 holds 0.3 and 0.4. Values are read as a scene file's: numbers,
+    true and false, lists in brackets, else text. Raises InputError for anything else.
+    """
+    key, equals, written = (part.strip() for part in text.partition("="))
+    if not equals or not key or not written:
+        raise InputError(f"--vary {text}: must name a key and its values; {_FORM}")
+    if re.fullmatch(r"[^:,\[\]\"']+(:[^:,\[\]\"']+)+", written):
+        return key, _steps(text, written.split(":"))
+    whole = apply_overrides({}, {"values": f"[{written}]"})["values"]
+    if isinstance(whole, list):
+        return key, whole
+    return key, [apply_overrides({}, {"value": part.strip()})["value"] for part in written.split(",")]
+
+
+def parse_varies(texts: Sequence[str]) -> Vary:
+    """All that is varied, each key once."""
+    found: Vary = {}
+    for text in texts:
+        key, values = parse_vary(text)
+        if key in found:
+            raise InputError(f"--vary {text}: {key} is varied twice; put all its values in one --vary")
+        found[key] = values
+    return found
+
+
+def _steps(text: str, parts: list[str]) -> list[Any]:
+    try:
+        start, stop, step = numbers = [Decimal(part.strip()) for part in parts]
+    except (InvalidOperation, ValueError):
+        raise InputError(f"--vary {text}: must be three numbers; {_FORM}") from None
+    if not all(number.is_finite() for number in numbers):
+        raise InputError(f"--vary {text}: START, STOP and STEP must be finite; {_FORM}")
+    if step <= 0 or stop < start:
+        raise InputError(f"--vary {text}: STEP must be greater than 0 and STOP at least START; {_FORM}")
+    count = (stop - start) / step
+    if count >= MOST_POINTS:
+        raise InputError(f"--vary {text}: {float(count):.3g} values, and at most {MOST_POINTS} are taken; widen STEP")
+    whole = all(re.fullmatch(r"\s*[+-]?\d+\s*", part) for part in parts)
+    return [int(value) if whole else float(value) for value in (start + k * step for k in range(int(count) + 1))]
+
+
+# ---------------------------------------------------------------------------------------------------------- the grid
+
+
+@dataclass(frozen=True)
+class Point:
+    """One scene of the grid."""
+
+    number: int
+    index: tuple[int, ...]  # of each varied key's value, and of the seed
+    keys: dict[str, Any]
+    seed: int
+
+    @property
+    def name(self) -> str:
+        """Of its file: the same in every run of the same grid."""
+        said = "_".join(f"{key}={_short(value)}" for key, value in {**self.keys, "seed": self.seed}.items())
+        return f"{self.number:05d}_{re.sub(r'[^A-Za-z0-9._=+-]+', '-', said)[:120]}"
+
+
+def _short(value: Any) -> str:
+    return f"{value:.10g}" if isinstance(value, float) else worded(value)
+
+
+def seeds_of(scene: Scene, seeds: int) -> list[int]:
+    """The scene's own seed and those that follow it."""
+    if seeds < 1:
+        raise InputError(f"seeds = {seeds}: must be at least 1; raise it")
+    return [scene.seed + number for number in range(seeds)]
+
+
+def grid(scene: Scene, vary: Mapping[str, Sequence[Any]], seeds: list[int]) -> list[Point]:
+    """All points, the first key varying slowest and the seed fastest. Raises InputError for keys that cannot vary."""
+    if not vary:
+        raise InputError(f"--vary: is missing; {_FORM}")
+    for key, values in vary.items():
+        _refuse_key(scene, key, values)
+    count = math.prod(len(values) for values in vary.values()) * len(seeds)
+    if count > MOST_POINTS:
+        raise InputError(
+            f"--vary: spans {count} points, and at most {MOST_POINTS} are taken; vary less, or fewer seeds"
+        )
+    places = itertools.product(*(range(len(values)) for values in vary.values()), range(len(seeds)))
+    return [
+        Point(
+            number,
+            index,
+            {key: values[i] for (key, values), i in zip(vary.items(), index[:-1], strict=True)},
+            seeds[index[-1]],
+        )
+        for number, index in enumerate(places)
+    ]
+
+
+def _refuse_key(scene: Scene, key: str, values: Sequence[Any]) -> None:
+    if isinstance(values, str) or len(values) == 0:
+        raise InputError(f"--vary {key}: must have a list of at least one value; {_FORM}")
+    said = [worded(value) for value in values]
+    if len(set(said)) < len(said):
+        twice = next(value for value in said if said.count(value) > 1)
+        raise InputError(f"--vary {key}: {twice} is named twice; name each value once")
+    if key == "seed":
+        raise InputError("--vary seed: seeds are counted from the scene's own; give --seeds N instead")
+    if key.startswith("radar.antenna.") and scene.radar.antennas:
+        raise InputError(f"--vary {key}: the scene's radar.antennas hold their own; vary radar.antennas.0 and so on")
+
+
+def worded(value: Any) -> str:
+    """A value as text: one text for one value."""
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def scenes_of(scene: Scene, points: Sequence[Point]) -> list[Scene | InputError]:
+    """The scene of each point, or why there is none. Raises InputError where there is none of any."""
+    found: list[Scene | InputError] = []
+    with tempfile.TemporaryDirectory(prefix="seamap-rt-") as folder:
+        file = Path(folder) / "scene.toml"
+        file.write_text(scene.to_toml(), encoding="utf-8")
+        for point in points:
+            try:
+                found.append(load_scene(file, overrides={**point.keys, "seed": point.seed}))
+            except InputError as refusal:
+                found.append(refusal)
+    if all(isinstance(each, InputError) for each in found):
+        raise InputError(f"no point of the sweep can be run, for the first: {found[0]}")
+    return found

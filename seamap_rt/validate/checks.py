@@ -1,0 +1,67 @@
+"""Checks from numbers: what was found beside what was asked, in the words that a reader of the page needs."""
+
+from __future__ import annotations
+
+import math
+
+from .case import Check
+
+
+def within(what: str, found: float, expected: float, tolerance: float, unit: str = "") -> Check:
+    """Found must lie within `tolerance` of `expected`; nan never does."""
+    passed = abs(found - expected) <= tolerance
+    return Check(what, _number(found, tolerance, unit), _band(expected, tolerance, unit), bool(passed))
+
+
+def relative(what: str, found: float, expected: float, tolerance: float, unit: str = "") -> Check:
+    """Found must agree with `expected` to `tolerance` of it."""
+    passed = abs(found - expected) <= tolerance * abs(expected)
+    least = tolerance * abs(expected)
+    words = f"{_number(expected, least, unit)} to {100.0 * tolerance:.2g} %"
+    return Check(what, _number(found, least, unit), words, bool(passed))
+
+
+def at_most(what: str, found: float, limit: float, unit: str = "") -> Check:
+    """Found must not exceed `limit`."""
+    return Check(what, _rounded(found, unit), f"at most {_rounded(limit, unit)}", bool(found <= limit))
+
+
+def at_least(what: str, found: float, limit: float, unit: str = "") -> Check:
+    """Found must reach `limit`."""
+    return Check(what, _rounded(found, unit), f"at least {_rounded(limit, unit)}", bool(found >= limit))
+
+
+def between(what: str, found: float, low: float, high: float, unit: str = "") -> Check:
+    """Found must lie within `low` to `high`."""
+    words = f"{_rounded(low, '')} to {_rounded(high, unit)}"
+    return Check(what, _rounded(found, unit), words, bool(low <= found <= high))
+
+
+def recorded(what: str, found: str) -> Check:
+    """A figure for the record, of which nothing was asked."""
+    return Check(what, found, "—", None)
+
+
+def _band(expected: float, tolerance: float, unit: str) -> str:
+    spread = f"{tolerance:.2g}"
+    return f"{_number(expected, tolerance, '')} ± {spread}{_spaced(unit)}"
+
+
+def _number(value: float, tolerance: float, unit: str) -> str:
+    """With as many digits as show a tenth of the tolerance."""
+    if not (math.isfinite(value) and tolerance > 0.0):
+        return _rounded(value, unit)
+    places = 1 - math.floor(math.log10(tolerance))
+    large = abs(value) >= 1e6 or (value != 0.0 and abs(value) < 1e-3 and places > 5)
+    if large:
+        digits = max(3, min(12, math.floor(math.log10(abs(value))) + places))
+        return f"{value:.{digits}g}{_spaced(unit)}"
+    return f"{value:.{max(0, min(places, 12))}f}{_spaced(unit)}"
+
+
+def _rounded(value: float, unit: str) -> str:
+    return f"{value:.3g}{_spaced(unit)}"
+
+
+def _spaced(unit: str) -> str:
+    return unit if unit in ("", "°") else f" {unit}"

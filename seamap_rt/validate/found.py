@@ -1,0 +1,100 @@
+"""Where the cases lie, and which of them are to be run."""
+
+from __future__ import annotations
+
+import difflib
+import importlib.util
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+from typing import get_args
+
+from ..io.scenefile import InputError
+from .case import Case, Group, Outcome
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+_HOMES = (_PACKAGE.parent / "validation", _PACKAGE / "_validation")  # of a checkout, of an installed wheel
+_ORDER = {group: place for place, group in enumerate(get_args(Group))}
+
+
+def cases_folder() -> Path:
+    """The folder of the case modules; the scripts that they may import lie in its parent."""
+    for home in _HOMES:
+        if (home / "cases").is_dir():
+            return home / "cases"
+    raise InputError(
+        f"validation cases: none in {' or '.join(str(home / 'cases') for home in _HOMES)}; install the package whole"
+    )
+
+
+@contextmanager
+def importable(folder: Path) -> Iterator[None]:
+    """Scripts beside the cases' folder can be imported by the cases, while they are loaded and while they run."""
+    place = str(folder.parent)
+    sys.path.append(place)
+    try:
+        yield
+    finally:
+        sys.path.remove(place)
+
+
+def load_cases(folder: Path) -> list[Case]:
+    """All cases of the modules in a folder, in the page's order; a module that cannot be loaded is a red case."""
+    cases: list[Case] = []
+    for path in sorted(folder.glob("[!_.]*.py")):
+        try:
+            found = list(_load(path).CASES)
+            _refuse_doubles(cases, found)
+        except (Exception, SystemExit) as error:
+            found = [_unloaded(path, error)]
+        cases += found
+    return sorted(cases, key=lambda case: _ORDER.get(case.group, len(_ORDER)))
+
+
+def chosen(cases: Sequence[Case], full: bool, only: Sequence[str] | None) -> list[Case]:
+    """The cases to be run. InputError for a name that there is not, or that is left to the full version."""
+    if not only:
+        return [case for case in cases if full or not case.full_only]
+    by_name = {case.name: case for case in cases}
+    for name in only:
+        if name not in by_name:
+            near = difflib.get_close_matches(name, by_name, 3, 0.4) or sorted(by_name)
+            raise InputError(f"--only {name}: no such case; there is {', '.join(near)}")
+        if by_name[name].full_only and not full:
+            raise InputError(f"--only {name}: takes long and is left to the full version; add --full")
+    return [case for case in cases if case.name in only]
+
+
+def _load(path: Path) -> ModuleType:
+    name = f"_seamap_rt_cases_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look their module up while it is made
+    spec.loader.exec_module(module)
+    return module
+
+
+def _refuse_doubles(before: Sequence[Case], more: Sequence[Case]) -> None:
+    names = [case.name for case in (*before, *more)]
+    doubles = sorted({name for name in names if names.count(name) > 1})
+    if doubles:
+        raise ValueError(f"case names given twice: {', '.join(doubles)}")
+
+
+def _unloaded(path: Path, error: BaseException) -> Case:
+    def fail(_: bool) -> Outcome:
+        raise error
+
+    return Case(
+        name=path.stem,
+        group="cases that cannot be loaded",
+        title=f"Module {path.name}",
+        rationale="A case that is not run says nothing.",
+        setup=f"{path}",
+        expectation="The module loads and its cases run.",
+        run=fail,
+    )

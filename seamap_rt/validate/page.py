@@ -1,0 +1,62 @@
+"""The page of a validation: one file that needs no other, readable on paper and on a phone."""
+
+from __future__ import annotations
+
+import base64
+import importlib.resources
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+import jinja2
+
+from ..runs import write_whole
+from .case import Check
+from .result import Done, Result
+from .surroundings import Surroundings
+
+CLAIMS = "claims of 2004"
+_WORDS = {True: "green", False: "red", None: "record"}
+
+
+@dataclass(frozen=True)
+class Section:
+    """The cases of one group."""
+
+    title: str
+    done: Sequence[Done]
+
+
+def write_page(path: Path, result: Result, around: Surroundings, full: bool) -> None:
+    """The whole validation as one HTML file, which appears whole or not at all."""
+    sections = [Section(group, list(done)) for group, done in groupby(result.done, lambda done: done.case.group)]
+    claims = [done for section in sections if section.title == CLAIMS for done in section.done]
+    page = _template().render(
+        result=result,
+        around=around,
+        full=full,
+        sections=sections,
+        claims=claims,
+        word=_WORDS,
+        worst=worst,
+        image=lambda data: base64.b64encode(data).decode("ascii"),
+    )
+    write_whole(path, page)
+
+
+def worst(checks: Sequence[Check]) -> Check | None:
+    """The check that tells most: the first that failed, else the first of which something was asked, else the first."""
+    for passed in (False, True, None):
+        for check in checks:
+            if check.passed is passed:
+                return check
+    return None
+
+
+def _template() -> jinja2.Template:
+    source = importlib.resources.files("seamap_rt.validate").joinpath("validate.html.j2").read_text(encoding="utf-8")
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    return environment.from_string(source)

@@ -1,0 +1,66 @@
+"""The report fails loudly: an error planted in a formula turns exactly the cases red that rest on it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seamap_rt import analytic
+from seamap_rt.analytic import phase
+from seamap_rt.interferometry import inversion
+from seamap_rt.scattering import gregers_hansen12
+from seamap_rt.sea import spectra
+from seamap_rt.validate import validate
+
+FAST = (
+    "dispersion_table",
+    "doppler_of_what_moves",
+    "lee_table",
+    "nrl_sea_clutter",
+    "shadow_tables",
+    "sinusoid",
+    "slopes_of_the_sea",
+    "spectra_tables",
+    "tilted_plane",
+    "wavespectra_library",
+)
+JUDGED = ("doppler_of_what_moves", "sinusoid", "tilted_plane")  # by the retrieval's geometry
+
+
+def red(folder: Path, *names: str) -> set[str]:
+    result = validate(folder / "out", only=names, overwrite=True)
+    assert len(result.done) == len(names)
+    return {done.case.name for done in result.done if done.passed is False}
+
+
+def test_without_a_plant_all_are_green(tmp_path: Path) -> None:
+    assert red(tmp_path, *FAST) == set()
+
+
+def test_a_per_cent_of_pierson_moskowitz(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(spectra, "_PM_LEVEL", 1.01 * spectra._PM_LEVEL)
+    assert red(tmp_path, *FAST) == {"spectra_tables", "wavespectra_library"}
+
+
+def test_a_baseline_that_is_two_per_cent_too_long(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sight = inversion._sight
+    # ΔR/B is all that the inversion knows of the baseline, to first order.
+    monkeypatch.setattr(
+        inversion, "_sight", lambda gate, difference, fan: sight(gate, np.divide(difference, 1.02), fan)
+    )
+    assert red(tmp_path, *JUDGED, "lee_table", "spectra_tables") == set(JUDGED)
+
+
+def test_a_wrong_spread_of_phases(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    right = phase.phase_std_lee94
+    monkeypatch.setattr(analytic, "phase_std_lee94", lambda coherence, looks: 1.05 * right(coherence, looks))
+    names = "lee_table", "lee_phase_spread", "shadow_tables", "spectra_tables"
+    assert red(tmp_path, *names) == {"lee_table", "lee_phase_spread"}
+
+
+def test_a_digit_of_the_clutter_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    swapped = {**gregers_hansen12._COEFFICIENTS, "HH": (-73.0, 20.781, 7.351, 25.56, 0.00540)}
+    monkeypatch.setattr(gregers_hansen12, "_COEFFICIENTS", swapped)
+    assert red(tmp_path, "nrl_sea_clutter", "git_sea_clutter", "sea_water") == {"nrl_sea_clutter"}

@@ -1,0 +1,306 @@
+"""The runner and the page: what is red, what is named, what is left behind."""
+
+from __future__ import annotations
+
+import json
+import sys
+import textwrap
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+from seamap_rt.io.scenefile import InputError
+from seamap_rt.validate import Group, Result, found, validate
+from seamap_rt.validate.found import cases_folder, importable, load_cases
+
+HEAD = """
+from seamap_rt.validate import Case, Check, Outcome
+from seamap_rt.validate.checks import within
+
+def case(name, run, group="closed forms", **more):
+    return Case(name, group, f"Title of {name}", "why", "how", "what must come out", run, **more)
+
+def green(full):
+    return Outcome((within("a length", 1.001, 1.0, 0.01, "m"),))
+"""
+
+
+def modules(folder: Path, **bodies: str) -> Path:
+    """A folder of case modules, each headed by the same helpers."""
+    cases = folder / "validation" / "cases"
+    cases.mkdir(parents=True)
+    for name, body in bodies.items():
+        (cases / f"{name}.py").write_text(HEAD + textwrap.dedent(body), encoding="utf-8")
+    return cases
+
+
+def ran(folder: Path, cases: Path, **asked) -> Result:
+    return validate(folder / "out", cases=cases, **asked)
+
+
+class Tags(HTMLParser):
+    """Opening and closing tags that do not meet, and every address that the page would load."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.loads: list[str] = []
+        self.ids: list[str] = []
+        self.links: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in ("meta", "link", "img", "br"):
+            self.open.append(tag)
+        for name, value in attrs:
+            if name in ("src", "srcset") or (name == "href" and tag == "link"):
+                self.loads.append(value or "")
+            if name == "href" and tag == "a":
+                self.links.append(value or "")
+            if name == "id":
+                self.ids.append(value or "")
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def read(page: str) -> Tags:
+    tags = Tags()
+    tags.feed(page)
+    assert tags.open == []
+    return tags
+
+
+FIGURE = """
+    import numpy as np
+    from seamap_rt.report import style
+
+    @style.styled
+    def drawn():
+        figure = style.new_figure(1.0)
+        style.graph(style.place(figure, 0.5, 0.3, 2.0, 0.4), "x", "y", "a figure")
+        return figure
+"""
+
+
+def test_green_red_and_for_the_record(tmp_path: Path) -> None:
+    cases = modules(
+        tmp_path,
+        some=FIGURE
+        + """
+    def red(full):
+        checks = within("a height", 2.0, 1.0, 0.01, "m"), within("a length", 1.0, 1.0, 0.01)
+        return Outcome(checks, drawn(), "seen <so>")
+
+    def told(full):
+        return Outcome((Check("seconds", "3.2 s", "—", None),), verdict="only if calm", assumption="a calm sea")
+
+    CASES = [case("told", told, "claims of 2004"), case("red_one", red, "speed"), case("green_one", green)]
+    """,
+    )
+    result = ran(tmp_path, cases)
+    assert (result.passed, result.failed, result.recorded) == (1, 1, 1)
+    assert [done.case.name for done in result.done] == ["green_one", "told", "red_one"]  # the groups' order
+    assert "1 green, 1 red, 1 for the record" in result.summary
+    told = json.loads((tmp_path / "out" / "metrics.json").read_text(encoding="utf-8"))
+    assert {name: case["passed"] for name, case in told["cases"].items()} == {
+        "green_one": True,
+        "told": None,
+        "red_one": False,
+    }
+    assert told["cases"]["red_one"]["checks"][0] == {
+        "what": "a height",
+        "found": "2.000 m",
+        "expected": "1.000 ± 0.01 m",
+        "passed": False,
+    }
+    assert told["cases"]["told"]["verdict"] == "only if calm"
+    assert told["versions"]["seamap_rt"]
+    page = (tmp_path / "out" / "validation.html").read_text(encoding="utf-8")
+    tags = read(page)
+    assert all(each.startswith("data:") for each in tags.loads)  # the page needs no other file
+    assert len([each for each in tags.loads if each.startswith("data:image/png")]) == 1
+    assert {link.removeprefix("#") for link in tags.links} == set(tags.ids) == set(told["cases"])
+    assert "seen &lt;so&gt;" in page
+    assert page.count('class="red">red<') == 3  # the overview, its title and the check itself; words beside colour
+    assert "only if calm" in page
+
+
+def test_an_exception_is_a_red_case_and_the_others_go_on(tmp_path: Path) -> None:
+    cases = modules(
+        tmp_path,
+        some="""
+    def breaks(full):
+        raise RuntimeError("no\\nsea")
+
+    def leaves(full):
+        raise SystemExit("2")
+
+    def forgets(full):
+        pass
+
+    CASES = [case("breaks", breaks), case("leaves", leaves), case("forgets", forgets), case("fine", green)]
+    """,
+    )
+    result = ran(tmp_path, cases)
+    assert [done.passed for done in result.done] == [False, False, False, True]
+    assert result.done[0].checks[0].found == "RuntimeError: no sea"
+    page = (tmp_path / "out" / "validation.html").read_text(encoding="utf-8")
+    assert "RuntimeError: no sea" in page
+    assert "in breaks" in page  # the trace, folded away
+    read(page)
+
+
+def test_a_module_that_cannot_be_loaded_is_a_red_case(tmp_path: Path) -> None:
+    cases = modules(
+        tmp_path,
+        broken="import no_such_module_at_all",
+        empty="",
+        twice='CASES = [case("fine", green)]',
+        fine='CASES = [case("fine", green)]',
+    )
+    done_by_name = {done.case.name: done for done in ran(tmp_path, cases).done}
+    assert {name: done.passed for name, done in done_by_name.items()} == {
+        "fine": True,
+        "broken": False,
+        "empty": False,
+        "twice": False,
+    }
+    assert "no_such_module_at_all" in done_by_name["broken"].checks[0].found
+    assert "given twice: fine" in done_by_name["twice"].checks[0].found
+
+
+def test_full_reaches_the_case_and_long_cases_wait_for_it(tmp_path: Path) -> None:
+    cases = modules(
+        tmp_path,
+        some="""
+    def asked(full):
+        return Outcome((Check("full", str(full), "—", None),))
+
+    CASES = [case("asked", asked), case("long", asked, full_only=True)]
+    """,
+    )
+    assert [done.case.name for done in ran(tmp_path, cases).done] == ["asked"]
+    long = ran(tmp_path, cases, full=True, overwrite=True)
+    assert [(done.case.name, done.checks[0].found) for done in long.done] == [("asked", "True"), ("long", "True")]
+    with pytest.raises(InputError, match=r"--only long: takes long .* add --full"):
+        ran(tmp_path, cases, only=["long"], overwrite=True)
+    assert [done.case.name for done in ran(tmp_path, cases, only=["asked"], overwrite=True).done] == ["asked"]
+    with pytest.raises(InputError, match="--only askd: no such case; there is asked"):
+        ran(tmp_path, cases, only=["askd"], overwrite=True)
+    assert (tmp_path / "out" / "validation.html").exists()  # a refusal takes nothing away
+
+
+def test_another_runs_results_stay(tmp_path: Path) -> None:
+    cases = modules(tmp_path, some='CASES = [case("fine", green)]')
+    ran(tmp_path, cases)
+    before = (tmp_path / "out" / "metrics.json").read_bytes()
+    with pytest.raises(InputError, match=r"holds another run's validation\.html"):
+        ran(tmp_path, cases)
+    assert (tmp_path / "out" / "metrics.json").read_bytes() == before
+    ran(tmp_path, cases, overwrite=True)
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["metrics.json", "validation.html"]
+
+
+def test_an_older_page_never_stands_beside_a_newer_run(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    cases = modules(
+        tmp_path,
+        some=f"""
+    from pathlib import Path
+
+    def look(full):
+        return Outcome((Check("files", str(sorted(each.name for each in Path({str(out)!r}).iterdir())), "[]", None),))
+
+    CASES = [case("look", look)]
+    """,
+    )
+    ran(tmp_path, cases)
+    assert ran(tmp_path, cases, overwrite=True).done[0].checks[0].found == "[]"
+
+
+def test_cases_are_those_of_the_checkout_or_of_the_wheel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert (cases_folder().parent / "reference").is_dir()
+    homes = tmp_path / "checkout", tmp_path / "wheel"
+    monkeypatch.setattr(found, "_HOMES", homes)
+    with pytest.raises(InputError, match="validation cases: none in"):
+        cases_folder()
+    (homes[1] / "cases").mkdir(parents=True)
+    assert cases_folder() == homes[1] / "cases"
+    (homes[0] / "cases").mkdir(parents=True)
+    assert cases_folder() == homes[0] / "cases"
+
+
+def test_the_packages_own_cases_load_and_say_what_they_ask() -> None:
+    with importable(cases_folder()):
+        cases = load_cases(cases_folder())
+    assert len(cases) > 30
+    assert {case.group for case in cases} <= set(get_args(Group)) - {"cases that cannot be loaded"}
+    for case in cases:
+        assert case.name.isidentifier()
+        assert case.name == case.name.lower()
+        for words in (case.title, case.rationale, case.setup, case.expectation):
+            assert words
+            assert words == words.strip()
+
+
+def test_an_interruption_leaves_the_page_of_what_is_done(tmp_path: Path) -> None:
+    cases = modules(
+        tmp_path,
+        some="""
+    def stop(full):
+        raise KeyboardInterrupt
+
+    CASES = [case("first", green), case("second", stop), case("third", green)]
+    """,
+    )
+    with pytest.raises(KeyboardInterrupt, match=r"1 of 3 cases are done; .*validation\.html shows them"):
+        ran(tmp_path, cases)
+    page = (tmp_path / "out" / "validation.html").read_text(encoding="utf-8")
+    assert "Interrupted: 1 of 3 cases were run." in page
+    assert list(json.loads((tmp_path / "out" / "metrics.json").read_text(encoding="utf-8"))["cases"]) == ["first"]
+
+
+def test_cases_import_the_scripts_beside_their_folder(tmp_path: Path) -> None:
+    cases = modules(
+        tmp_path,
+        some="""
+    import a_script_of_the_validation as script
+
+    def late(full):
+        import another_script_of_the_validation as other
+        return Outcome((Check("both", str(script.VALUE + other.VALUE), "3", script.VALUE + other.VALUE == 3),))
+
+    CASES = [case("late", late)]
+    """,
+    )
+    (cases.parent / "a_script_of_the_validation.py").write_text("VALUE = 1\n", encoding="utf-8")
+    (cases.parent / "another_script_of_the_validation.py").write_text("VALUE = 2\n", encoding="utf-8")
+    path = list(sys.path)
+    assert ran(tmp_path, cases).passed == 1
+    assert sys.path == path
+
+
+def test_truth_values_of_numpy_are_plain_in_the_files(tmp_path: Path) -> None:
+    cases = modules(
+        tmp_path,
+        some="""
+    import numpy as np
+
+    def drawn(full):
+        return Outcome((Check("x", "1", "2", np.float64(1.0) > 2.0),))
+
+    CASES = [case("numpy_says_no", drawn)]
+    """,
+    )
+    assert ran(tmp_path, cases).failed == 1
+    told = json.loads((tmp_path / "out" / "metrics.json").read_text(encoding="utf-8"))
+    assert told["cases"]["numpy_says_no"]["checks"][0]["passed"] is False
+
+
+def test_progress_names_each_case(tmp_path: Path) -> None:
+    cases = modules(tmp_path, some='CASES = [case("one", green), case("two", green)]')
+    said: list[str] = []
+    ran(tmp_path, cases, progress=said.append)
+    assert said == ["case 1 of 2: Title of one", "case 2 of 2: Title of two", "writing the page"]

@@ -1,0 +1,304 @@
+"""The nine claims that a design study of 2004 made of its radar, each worked out anew and judged."""
+
+from __future__ import annotations
+
+import numpy as np
+from claims_map import (
+    AHEAD_S,
+    CRITERION,
+    HEIGHT_M,
+    MOUNTS,
+    PERIODS_S,
+    ROTATIONS_RPM,
+    draw_predictability,
+    draw_usable,
+    map_rate,
+    predictability,
+    run_in,
+    usable,
+    useful_heights,
+)
+from claims_radar import AT_M, STUDY, TOLERANCE, WEAKEST_DB, Claim
+from claims_radar import beam as beam_claim
+from claims_radar import footprint as footprint_claim
+from claims_radar import range_resolution as resolution_claim
+from claims_radar import rate as rate_claim
+from claims_radar import weakest_sea as weakest_claim
+from claims_sampling import ESTIMATORS, GRID_M, MASTS_M, draw_transfer, sampling, transfers
+from matplotlib.figure import Figure
+from shadowing_claim import claim_four
+
+from seamap_rt.conventions import SPEED_OF_LIGHT
+from seamap_rt.products.link import claim_minimum_nrcs
+from seamap_rt.radar import link
+from seamap_rt.radar.antenna import antenna
+from seamap_rt.radar.data_rate import CLAIM, claim_data_rate
+from seamap_rt.radar.scan import turn_duration
+from seamap_rt.radar.waveform import RangeResponse
+from seamap_rt.report import style
+from seamap_rt.settings import AntennaSettings, RadarSettings
+from seamap_rt.validate import Case, Check, Outcome
+from seamap_rt.validate.checks import at_least, at_most, recorded, relative, within
+
+RUN_M = (31.0, 47.0, 62.0, 78.0)  # by energy of waves of PERIODS_S in 10 s: g T/4π times that, to a metre
+
+
+def seeds_of(full: bool) -> int:
+    return 5 if full else 1
+
+
+def judged(claim: Claim, checks: list[Check], figure: Figure | None = None, caption: str = "") -> Outcome:
+    """The claim's verdict, the checks of what it rests on, and its figures for the record."""
+    shown = (*checks, *(recorded(what, found) for what, found in claim.figures))
+    return Outcome(shown, figure, caption, claim.verdict, claim.assumption)
+
+
+# ------------------------------------------------------------------------------------------------- the radar
+
+
+def resolution(full: bool) -> Outcome:
+    response = RangeResponse.of(STUDY)
+    checks = [
+        relative("length of the pulse, cτ/2", 0.5 * SPEED_OF_LIGHT * STUDY.pulse_width_s, 3.0, 0.01, "m"),
+        at_most("−3 dB width through the receiver's filter", response.resolution_m, 3.0 * (1.0 + TOLERANCE), "m"),
+    ]
+    return judged(
+        resolution_claim(), checks, draw_resolution(response), "A point's echo, and two 3 m apart whose powers add."
+    )
+
+
+@style.styled
+def draw_resolution(response: RangeResponse) -> Figure:
+    figure = style.new_figure(2.7)
+    axes = style.place(figure, 0.9, 0.35, 5.6, 1.8)
+    style.graph(axes, "range, m", "power over one point's most", "Echoes of points behind the filter")
+    away = np.linspace(-5.0, 8.0, 521)
+    alone, other = (np.square(response(away - at) / response(0.0)) for at in (0.0, 3.0))
+    axes.plot(away, alone, color=style.BLUE, label="one point")
+    axes.plot(away, alone + other, color=style.VERMILION, label="two, 3 m apart, in quadrature")
+    axes.axhline(0.5, color=style.GREY, linestyle=":", linewidth=0.9)
+    axes.legend(loc="upper right")
+    return figure
+
+
+def beam(full: bool) -> Outcome:
+    checks = []
+    for asked in (18.0, 20.0):
+        made = antenna(RadarSettings(antenna=AntennaSettings(elevation_beamwidth_deg=asked)))
+        checks.append(
+            relative(f"tapered for 1.8° × {asked:g}°: in azimuth", made.azimuth_beamwidth_deg, 1.8, TOLERANCE, "°")
+        )
+        checks.append(relative("in elevation", made.elevation_beamwidth_deg, asked, TOLERANCE, "°"))
+    for range_m, width in ((100.0, 3.0), (200.0, 6.0)):
+        across = float(link.footprint_m(STUDY, [range_m])[0])
+        checks.append(relative(f"across the beam at {range_m:g} m", across, width, TOLERANCE, "m"))
+    both = beam_claim(), footprint_claim()
+    rests = f"{both[0].assumption}; on the water {both[1].printed}: {both[1].verdict}"
+    claim = both[0]._replace(assumption=rests, figures=[*both[0].figures, *both[1].figures])
+    return judged(claim, checks)
+
+
+def weakest(full: bool) -> Outcome:
+    rows = claim_minimum_nrcs(STUDY, claim_db=WEAKEST_DB, range_m=AT_M)
+    single = {row.assumption: row.minimum_db for row in rows if row.integration == "one pulse"}
+    checks = [
+        within("one pulse, all of the aperture", single["textbook, 100 % of the aperture"], -51.2, 0.1, "dB"),
+        within("one pulse, 60 % of the aperture", single["textbook, 60 % of the aperture"], -46.8, 0.1, "dB"),
+    ]
+    claim = weakest_claim()
+    kept = [figure for figure in claim.figures if "60 %" in figure[0] or "simulator" in figure[0]]
+    return judged(claim._replace(figures=kept), checks)
+
+
+def rate(full: bool) -> Outcome:
+    real = next(row for row in claim_data_rate() if (row.receivers, row.bits) == (2, 12) and "real" in row.sampling)
+    expected = 2.0 * STUDY.prf_hz * 2.0 * 400.0 / SPEED_OF_LIGHT * 200e6 * 12.0 / 8.0  # of both receivers
+    claim = rate_claim()
+    fits = [figure for figure in claim.figures if "fits" in figure[1]]
+    checks = [
+        relative(
+            "both receivers, 12-bit samples at 200 MS/s", 1e-6 * real.bytes_per_second, 1e-6 * expected, 0.01, "MB/s"
+        )
+    ]
+    readings = recorded("readings tried", f"{len(claim.figures)}, of which {len(fits)} give {CLAIM / 1e6:g} MB/s")
+    return judged(claim._replace(figures=fits), [*checks, readings])
+
+
+# -------------------------------------------------------------------------------------------------- the maps
+
+
+def shadowed(full: bool) -> Outcome:
+    verdict, assumption, figures, figure = claim_four(8 if full else 4, full)
+    checks = tuple(recorded(*_parted(words)) for words in figures)
+    return Outcome(
+        checks,
+        figure,
+        "Range at which half of the sea is in shadow, against the shortest resolved waves.",
+        verdict,
+        assumption,
+    )
+
+
+def _parted(words: str) -> tuple[str, str]:
+    """What was measured, and what was found, of a line of figures."""
+    what, colon, found = words.partition(": ")
+    return (what, found) if colon else ("beside them", words)
+
+
+def turns(full: bool) -> Outcome:
+    each = [
+        within(
+            f"a turn at {rpm:g} rpm",
+            turn_duration(STUDY.model_copy(update={"rotation_rpm": rpm})),
+            60.0 / rpm,
+            1e-9,
+            "s",
+        )
+        for rpm in ROTATIONS_RPM
+    ]
+    return judged(map_rate(5 if full else 1), each)
+
+
+def heights(full: bool) -> Outcome:
+    seeds = seeds_of(full)
+    found = usable(MOUNTS[0], seeds)
+    near = (found.middle > 25.0) & (found.middle < 125.0)
+    limit = CRITERION.error_over_height * HEIGHT_M
+    checks = [
+        at_most("worst rms error of 25 m, 25–125 m, the study's mount", float(found.error[near].max()), limit, "m"),
+        at_least(
+            "the higher mast, more baseline and power reach farther by",
+            usable(MOUNTS[-1], seeds).window().furthest - found.window().furthest,
+            0.0,
+            "m",
+        ),
+    ]
+    caption = "Errors of heights, and how much is seen and answered, by range; dashed: what makes a range usable."
+    return judged(useful_heights(seeds), checks, draw_usable(seeds), caption)
+
+
+def forecast(full: bool) -> Outcome:
+    seeds = seeds_of(full)
+    checks = [
+        within(f"waves of {period:g} s run in {AHEAD_S:g} s", run_in(period), asked, 0.5, "m")
+        for period, asked in zip(PERIODS_S, RUN_M, strict=True)
+    ]
+    caption = "When the energy of mapped waves is at the boat, if it comes straight on; above the line it is unknown."
+    return judged(predictability(seeds), checks, draw_predictability(seeds), caption)
+
+
+def wavelengths(full: bool) -> Outcome:
+    seeds = 6 if full else 2
+    high = transfers(MASTS_M[1], seeds)
+    checks = [
+        within("shortest wave that the grid samples", 2.0 * GRID_M, 6.0, 1e-9, "m"),
+        *(
+            at_least(
+                f"coherence of waves of 34–60 m, mast {MASTS_M[1]:g} m, {estimator}, {line}",
+                float(high[estimator, line].coherence[-1]),
+                0.9,
+            )
+            for estimator in ESTIMATORS
+            for line in ("look", "arc")
+        ),
+    ]
+    caption = (
+        "Map against the very sea by wavelength, along looks up and down the waves and along arcs across them. Along "
+        "arcs, whose cells are 3 m apart, waves shorter than 6 m fold over in both."
+    )
+    return judged(sampling(seeds), checks, draw_transfer(seeds), caption)
+
+
+GROUP = "claims of 2004"
+RADAR = "The study's radar: 10 GHz, 1 m × 0.1 m, 1 W, 20 ns, 50 MHz, 10 kHz, 60 rpm"
+SEA = "choppy_sea: H1/3 = 1.4 m, 5.5 s, mast 5 m, B = 0.2 m, horizon tracer"
+FIVE = f"Printed figures, of one or two digits, to {TOLERANCE:.0%}."
+
+CASES: list[Case] = [
+    Case(
+        name="claim_1_range_resolution",
+        group=GROUP,
+        title="1. 3 m range resolution from 20 ns",
+        rationale="What the maps can tell apart along the look begins with the pulse.",
+        setup=RADAR,
+        expectation=f"A pulse of τ is cτ/2 long, and the filter must not make it longer. {FIVE}",
+        run=resolution,
+    ),
+    Case(
+        name="claim_2_beam",
+        group=GROUP,
+        title="2. 1.8° × 18–20° from 1 m × 0.1 m; 3 m at 100 m, 6 m at 200 m",
+        rationale="An aperture gives a beam; the study printed both.",
+        setup=RADAR,
+        expectation=f"Evenly lit, 0.886 λ/D; what is wider must be tapered. {FIVE}",
+        run=beam,
+    ),
+    Case(
+        name="claim_3_weakest_sea",
+        group=GROUP,
+        title="3. Minimum detectable NRCS −55 dB at 100 m",
+        rationale="It decides how far out there are echoes at all.",
+        setup=f"{RADAR}, noise figure 3 dB, losses 2 dB; "
+        "three gains and the simulator's own budget; three ways to add pulses",
+        expectation="One pulse by the radar equation: −51.2 dB at 31.45 dBi, −46.8 dB at 29.2 dBi; 0.1 dB is the last "
+        "digit.",
+        run=weakest,
+    ),
+    Case(
+        name="claim_4_shadowing",
+        group=GROUP,
+        title="4. From 5 m, at Hs/λ = 1/30, more than half is in shadow beyond 160 m",
+        rationale="Shadow bounds the maps, and depends on which waves a simulation resolves.",
+        setup="JONSWAP seas of peaks of 20, 40 and 60 m at Hs/λ = 1/30, mast 5 m, resolved ever more finely",
+        expectation="Judged by the resolved sea; nothing is asked of the figure itself.",
+        run=shadowed,
+    ),
+    Case(
+        name="claim_5_data_rate",
+        group=GROUP,
+        title="5. 32 MB/s at 10 kHz over 400 m",
+        rationale="The rate says what was sampled and kept.",
+        setup="28 readings: receivers, sampling, bits",
+        expectation="Receivers × pulses × samples in 400 m × bytes, to the sample at the window's end, 1 %.",
+        run=rate,
+    ),
+    Case(
+        name="claim_6_map_rate",
+        group=GROUP,
+        title="6. A map every 1–2 s",
+        rationale="Waves move on between maps, and while one is being swept.",
+        setup=f"{SEA}; 30 and 60 rpm",
+        expectation="60 s over rpm, exactly. Seconds of processing are this machine's, for the record.",
+        run=turns,
+    ),
+    Case(
+        name="claim_7_useful_heights",
+        group=GROUP,
+        title="7. Useful heights to several hundred metres at H1/3 = 1.4 m",
+        rationale="The study's aim.",
+        setup=f"{SEA}, with noise; then higher masts, more baseline, 25 W; one seed, with --full five",
+        expectation=f"Usable is {CRITERION}. Within 125 m the study's mount must do so, and the best mount must not "
+        "reach less far.",
+        run=heights,
+    ),
+    Case(
+        name="claim_8_predictability",
+        group=GROUP,
+        title="8. About 10 s of wave predictability",
+        rationale="What a map is for on a small boat.",
+        setup=f"{SEA}; group speed in deep water over the usable part of the map of claim 7",
+        expectation="g T/4π × 10 s, to the metre that is printed (31, 47, 62, 78 m). Naaijen et al. 2014: the group "
+        "speed bounds what can be known.",
+        run=forecast,
+    ),
+    Case(
+        name="claim_9_sampling",
+        group=GROUP,
+        title="9. Nyquist sampling of waves longer than 6 m",
+        rationale="A grid that could hold a wave need not hold it: pulse, beam, speckle and shadow come before.",
+        setup=f"{SEA} and mast 15 m, no noise; two seeds, with --full six; cross-spectra of map and very sea",
+        expectation="Two cells a wave: 6 m. Seen from 15 m, waves of the peak must be the sea's to 90 % and more: "
+        "their variance is twenty times that of errors of 0.08 m rms.",
+        run=wavelengths,
+    ),
+]
