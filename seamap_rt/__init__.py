@@ -18,6 +18,7 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from . import analytic, echoes, scattering, sea, studies
     from .backend import NoBackend
+    from .gauges import gauge_series
     from .interferometry import echoes_from_recording, open_recording, retrieve, sea_state
     from .io.scenefile import InputError
     from .metrics import compare
@@ -33,6 +34,7 @@ _HOMES = {
     "compare": "metrics",
     "echoes_from_recording": "interferometry",
     "expected": "simulation",
+    "gauge_series": "gauges",
     "load_scene": "scene",
     "open_recording": "interferometry",
     "retrieve": "interferometry",
@@ -52,6 +54,7 @@ __all__ = [
     "echoes",
     "echoes_from_recording",
     "expected",
+    "gauge_series",
     "load_scene",
     "open_recording",
     "retrieve",

@@ -5,7 +5,6 @@ Maps have north up and east right; directions are those the waves come from, arr
 
 from __future__ import annotations
 
-import io
 import textwrap
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -26,6 +25,7 @@ from ..conventions import unit_from_azimuth
 from ..scene import Scene
 from ..sea import Resolved, dispersion
 from . import reduce, style
+from .gif import gif
 from .maps import describe_waves
 from .reduce import Array
 
@@ -305,16 +305,9 @@ def animation(scene: Scene, moments: xr.Dataset) -> bytes:
     chosen = np.arange(0, times.size, int(np.ceil(times.size / _MOST_FRAMES)))
     side = int(np.clip(np.sqrt(_MOST_GIF_PIXELS / chosen.size), *_GIF_SIDE))
     frames = list(_frames(scene, moments, chosen, side))
-    # One palette for all, and no dithering: still parts stay still, and the file small.
-    palette = frames[0].quantize(256, method=Image.Quantize.MEDIANCUT, kmeans=2)
-    indexed = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
     waits = np.diff(times[chosen])
     milliseconds = [round(1e3 * float(wait)) for wait in (*waits, np.median(waits))]
-    buffer = io.BytesIO()
-    indexed[0].save(
-        buffer, format="GIF", save_all=True, append_images=indexed[1:], duration=milliseconds, loop=0, optimize=False
-    )
-    return buffer.getvalue()
+    return gif(frames, milliseconds)
 
 
 def _frames(scene: Scene, moments: xr.Dataset, chosen: NDArray[np.intp], side: int) -> Iterator[Image.Image]:

@@ -31,6 +31,7 @@ from ..io.scenefile import InputError
 from .point import Outcome, SchedulerLost, Task, compute, ended
 
 _CONNECT_S = 10.0
+_GUARD = 'start sweeps under `if __name__ == "__main__":`, or give workers=0'
 _LOST = (OSError, TimeoutError, FutureCancelledError, FuturesCancelledError)
 _DIED = (
     "the worker process died while it computed the point (killed, out of memory, or a crash); "
@@ -78,31 +79,38 @@ class OwnCores(WorkerPlugin):
 @contextmanager
 def local_client(workers: int) -> Iterator[Client]:
     """A cluster of so many spawned processes; it and its files are gone afterwards."""
-    if multiprocessing.parent_process() is not None and getattr(
-        multiprocessing.current_process(), "_inheriting", False
-    ):
-        raise InputError(
-            "a sweep was started while a worker imports the script; put it under if __name__ == '__main__':"
-        )
     with tempfile.TemporaryDirectory(prefix="seamap-rt-", ignore_cleanup_errors=True) as scratch:
         settings = {**_SETTINGS, "temporary-directory": scratch}
         with (
             config.set(settings),
-            LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                host="127.0.0.1",
-                dashboard_address=None,  # pyright: ignore[reportArgumentType]
-                # The scheduler always opens a port for HTTP; this one is free, local, and serves nothing.
-                scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
-                local_directory=scratch,
-                silence_logs=logging.CRITICAL,
-            ) as cluster,
+            _local_cluster(workers, scratch) as cluster,
             Client(cluster, set_as_default=False) as client,
         ):
             client.register_plugin(OwnCores(shares(workers)))
             yield client
+
+
+def _local_cluster(workers: int, scratch: str) -> LocalCluster:
+    try:
+        return LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address=None,  # pyright: ignore[reportArgumentType]
+            # The scheduler always opens a port for HTTP; this one is free, local, and serves nothing.
+            scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
+            local_directory=scratch,
+            silence_logs=logging.CRITICAL,
+        )
+    except RuntimeError as error:
+        raise InputError(f"--workers = {workers}: cannot be started ({error}); {_GUARD}") from None
+
+
+def refuse_while_spawned() -> None:
+    """InputError in a worker that is just importing the user's script: it would begin the sweep once more."""
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise InputError(f"a worker imports this script: {_GUARD}")
 
 
 @contextmanager

@@ -143,14 +143,15 @@ def write_shadowing(
     overwrite: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> list[str]:
-    """`shadowing` into a folder (default `runs/<scene>-shadowing`): scene.toml, shadowing.nc, shadowing.csv with a row
-    per height, look and range bin, and two figures, each whole or not at all. Returns the headlines.
+    """`shadowing`, by the scene's own tracer, into a folder (default `runs/<scene>-shadowing`); returns the headlines.
 
+    scene.toml, shadowing.nc, shadowing.csv with a row per height, look and range bin, and two figures, each whole or
+    not at all.
     Raises InputError for bad input, and where the folder holds another study and `overwrite` is not given.
     """
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-shadowing"
     prepare_folder(folder, overwrite, PRODUCTS)
-    data = shadowing(scene, heights_m, seeds, progress=progress)
+    data = shadowing(scene, heights_m, seeds, tracer=scene.tracing.tracer, progress=progress)
     if progress:
         progress("writing and drawing")
     clear_folder(folder, PRODUCTS)

@@ -117,7 +117,7 @@ def _answers(client: Client | None, scheduler: str | None, workers: int | None) 
     if workers == 0:
         yield _here
         return
-    from .cluster import answers_from, existing_client, on_local_cluster  # dask takes a second to import
+    from .cluster import answers_from, existing_client, on_local_cluster, refuse_while_spawned  # takes a second
 
     if client is not None:
         yield partial(answers_from, client)
@@ -125,6 +125,7 @@ def _answers(client: Client | None, scheduler: str | None, workers: int | None) 
         with existing_client(scheduler) as found:
             yield partial(answers_from, found)
     else:
+        refuse_while_spawned()
         yield partial(on_local_cluster, workers)
 
 

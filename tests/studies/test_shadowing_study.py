@@ -23,7 +23,13 @@ from seamap_rt.studies.visible_tally import run_lengths
 
 LOOKING = [255.0, 285.0]  # into the waves
 BINS = np.arange(15.0, 400.0, 10.0)
-SMALL = {"sea.extent_m": 512.0, "radar.range_m": [15.0, 200.0], "tracing.facet_m": 0.8, "tracing.columns_per_beam": 3}
+SMALL = {
+    "sea.extent_m": 512.0,
+    "radar.range_m": [15.0, 200.0],
+    "tracing.facet_m": 0.8,
+    "tracing.columns_per_beam": 3,
+    "tracing.tracer": "horizon",
+}
 
 
 def small_sea(**keys: object) -> Scene:
