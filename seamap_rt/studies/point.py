@@ -6,6 +6,7 @@ A point never raises for what is wrong with it: a refusal or an error is a resul
 from __future__ import annotations
 
 import contextlib
+import gc
 import json
 import os
 import socket
@@ -67,6 +68,7 @@ def compute(task: Task) -> Outcome:
     """
     # BLAS splits its sums by the number of its threads, which may change the bits.
     with _ONE_AT_A_TIME, threadpool_limits(1, user_api="blas"):
+        gc.collect()  # the sea of the point before refers to itself, and the collector does not see how large it is
         clock = Stopwatch()
         _forget_peak_memory()
         with clock("total"):

@@ -25,6 +25,7 @@ _FAMILY = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE,
 _MOST_CURVES, _MOST_COLUMNS = 12, 3
 _CIRCUMSTANCES = ("sea.", "scattering.", "platform.")  # keys that nobody chooses, unlike those of the radar
 _LEFT, _TOP, _GAP, _FOOT = 0.62, 0.3, 0.62, 0.4  # inches
+_LEGEND, _LEGEND_COLUMNS = 0.17, 6
 
 
 class Layout(NamedTuple):
@@ -64,10 +65,12 @@ def draw_trade(table: xr.Dataset) -> Figure:
     right = 0.35 if as_map else 0.12  # a colour bar's numbers
     wide = (style.WIDTH - _LEFT - right - (columns - 1) * _GAP) / columns
     high = 2.0 if columns < 3 or lines == 1 else 1.6
-    figure = style.new_figure(_TOP + lines * (high + _GAP) + _FOOT)
+    members = table.sizes[chosen.family] if chosen.family and not as_map else 0
+    top = _TOP + (_LEGEND * -(-members // _LEGEND_COLUMNS) + 0.2 if members else 0.0)
+    figure = style.new_figure(top + lines * (high + _GAP) + _FOOT)
     for number, (name, at) in enumerate(cells):
         line, column = divmod(number, columns)
-        axes = style.place(figure, _LEFT + column * (wide + _GAP), _TOP + line * (high + _GAP), wide, high)
+        axes = style.place(figure, _LEFT + column * (wide + _GAP), top + line * (high + _GAP), wide, high)
         panel = single.isel(dict(zip(chosen.panels, at, strict=True)))
         said = ", ".join(_said(table, key, i) for key, i in zip(chosen.panels, at, strict=True))
         style.graph(
@@ -76,12 +79,14 @@ def draw_trade(table: xr.Dataset) -> Figure:
         if as_map:
             _map(figure, axes, panel, name, chosen)
         else:
-            _curves(axes, panel, name, chosen, legend=number == 0)
+            _curves(axes, panel, name, chosen)
+    if members:
+        _legend(figure, figure.axes[0], str(chosen.family))
     _foot(figure, table)
     return figure
 
 
-def _curves(axes: Axes, panel: xr.Dataset, name: str, chosen: Layout, legend: bool) -> None:
+def _curves(axes: Axes, panel: xr.Dataset, name: str, chosen: Layout) -> None:
     x = _positions(axes, panel, chosen.along)
     for number, member, label in _members(panel, chosen):
         colour = _colour(number, panel.sizes[chosen.family] if chosen.family else 1)
@@ -100,8 +105,20 @@ def _curves(axes: Axes, panel: xr.Dataset, name: str, chosen: Layout, legend: bo
     axes.set_ylim(0.0, 1.1 * top if top > 0.0 else 1.0)
     if np.isnan(panel[name].values).all():
         style.note(axes, "no values")
-    if legend and chosen.family:
-        axes.legend(title=chosen.family, title_fontsize=style.FONT - 0.5, loc="best")
+
+
+def _legend(figure: Figure, axes: Axes, title: str) -> None:
+    """Above the panels, where it hides nothing."""
+    figure.legend(
+        *axes.get_legend_handles_labels(),
+        title=title,
+        title_fontsize=style.FONT - 0.5,
+        alignment="left",
+        loc="upper left",
+        bbox_to_anchor=(0.02, 1.0),
+        borderaxespad=0.2,
+        ncols=_LEGEND_COLUMNS,
+    )
 
 
 def _members(panel: xr.Dataset, chosen: Layout) -> Iterator[tuple[int, xr.Dataset, str]]:
@@ -177,8 +194,8 @@ def draw_pareto(table: xr.Dataset, cost: str | None = None) -> Figure:
     beats in both.
     """
     price = cost or ("radar.height_m" if "radar.height_m" in table.dims else "cost_s")
-    figure = style.new_figure(3.6)
-    axes = style.place(figure, _LEFT, _TOP, style.WIDTH - _LEFT - 2.2, 2.4)
+    figure = style.new_figure(4.0)
+    axes = style.place(figure, _LEFT, 0.75, style.WIDTH - _LEFT - 0.12, 2.4)
     style.graph(
         axes,
         "Seconds a point" if price == "cost_s" else price,
@@ -197,9 +214,10 @@ def draw_pareto(table: xr.Dataset, cost: str | None = None) -> Figure:
         colour = _colour(number, len(settings))
         axes.plot(x[known], y[known], "o", color=colour, markersize=3.0, alpha=0.4)
         best = pareto_front(x[known], y[known])
-        label = ", ".join(_said(table, key, i) for key, i in here.items()) or "front"
+        label = ", ".join(_value(table, key, i) for key, i in here.items())
         axes.step(x[known][best], y[known][best], where="post", color=colour, marker="o", markersize=4.0, label=label)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0))
+    if given:
+        _legend(figure, axes, ", ".join(given))
     axes.set_ylim(bottom=0.0)
     if choices:
         axes.set_title(f"{axes.get_title(loc='left')} (each dot a choice of {', '.join(choices)})")
