@@ -18,7 +18,7 @@ from collections import OrderedDict, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property
 from threading import Lock
 from typing import Literal
 
@@ -89,7 +89,7 @@ class MovingField:
         self._cache: OrderedDict[Knot, NDArray[np.float32]] = OrderedDict()
         self._asked: deque[frozenset[Knot]] = deque(maxlen=_REMEMBERED)
         self._lock = Lock()
-        self._per_elevation = lru_cache(maxsize=4)(self._make_per_elevation)
+        self._factors: dict[Kind, NDArray[np.complex64]] = {}
 
     @cached_property
     def error(self) -> InterpolationError:
@@ -258,6 +258,11 @@ class MovingField:
         ahead = self._half(amplitude) * sharpen
         behind = self._half(np.conj(amplitude[::-1, ::-1])) * sharpen
         return ahead.astype(np.complex64), behind.astype(np.complex64)
+
+    def _per_elevation(self, kind: Kind) -> NDArray[np.complex64]:
+        """What `_make_per_elevation` makes, once: whoever comes first, all use the same."""
+        known = self._factors.get(kind)
+        return self._factors.setdefault(kind, self._make_per_elevation(kind)) if known is None else known
 
     def _make_per_elevation(self, kind: Kind) -> NDArray[np.complex64]:
         """The field's amplitude per elevation on the quadrant, of a wave that runs along +k."""
