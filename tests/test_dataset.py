@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -327,6 +328,15 @@ def test_coordinates_beside_the_dimensions_stay_coordinates(tmp_path: Path) -> N
         assert "time" in found["polar"].coords
 
 
+@pytest.fixture
+def minds_ctrl_c() -> Iterator[None]:
+    """SIGINT raises KeyboardInterrupt, even where the tests run in the background, which ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("minds_ctrl_c")
 def test_signals_wait_while_a_turn_is_written() -> None:
     """Ctrl-C in the middle of a turn's files is raised after the last of them, once, and only then."""
     done: list[str] = []

@@ -154,7 +154,8 @@ def test_a_lost_scheduler_is_one_line_and_what_is_done_stays(client: Client, tmp
 
 
 SCRIPT = """
-import sys
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # minds Ctrl-C even where the tests run in the background
 sys.path.insert(0, {tests!r})
 from test_sweep_survives import SEEDS, VARY, small
 from seamap_rt.studies.trade import write_trade
