@@ -30,6 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .analytic.shadowing import shadowing_smith67
 from .conventions import SPEED_OF_LIGHT
+from .radar.antenna import pattern_stamps
 from .radar.array import antenna_array
 from .radar.scan import BEAMS_BEYOND, sector_width
 from .radar.waveform import RangeResponse
@@ -126,11 +127,12 @@ def mesh_detail(
     fade = _FADE[scattering.polarization if scattering.nrcs == "two_scale" else "plain"]
     if any(isinstance(waves, FileWaves) for waves in sea.waves):  # a file may be written anew
         return _chosen(sea, radar, tracing, fade)
-    return _remembered(cast(Hashable, sea), cast(Hashable, radar), cast(Hashable, tracing), fade)  # frozen
+    settings = cast(tuple[Hashable, Hashable, Hashable], (sea, radar, tracing))  # frozen
+    return _remembered(*settings, fade, pattern_stamps(radar))
 
 
 @lru_cache(maxsize=128)
-def _remembered(sea: Hashable, radar: Hashable, tracing: Hashable, fade: float) -> MeshDetail:
+def _remembered(sea: Hashable, radar: Hashable, tracing: Hashable, fade: float, _: Hashable) -> MeshDetail:
     return _chosen(cast(SeaSettings, sea), cast(RadarSettings, radar), cast(TracingSettings, tracing), fade)
 
 

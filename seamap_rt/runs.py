@@ -86,8 +86,11 @@ def clear_folder(folder: Path, products: tuple[str, ...] = _PRODUCTS) -> None:
 def write_whole(path: Path, text: str) -> None:
     """Write a text file that appears whole or not at all."""
     part = path.with_name(f".{path.name}.part")
-    part.write_text(text, encoding="utf-8")
-    os.replace(part, path)
+    try:
+        part.write_text(text, encoding="utf-8")
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def run(

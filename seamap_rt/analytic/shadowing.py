@@ -93,7 +93,8 @@ def sinusoid_visible_intervals(
     crest = np.arange(0, int(np.ceil((k * range_max + offset) / (2.0 * np.pi))) + 1)
     before = (2.0 * np.pi * crest - 0.5 * np.pi - offset) / k
     after = before + 0.5 * wavelength_m
-    tangent_exists = (after > 0.0) & (after * a * k > antenna_height_m) & (before < range_max)
+    reached = before - 0.5 * wavelength_m < range_max  # its face, if not its crest, lies before the end
+    tangent_exists = (after > 0.0) & (after * a * k > antenna_height_m) & reached
     before, after = before[tangent_exists], after[tangent_exists]
     touches = _bisect(lambda x: -steepening(x), np.maximum(before, 0.0), after)
     horizon = np.maximum.accumulate(rise(touches))

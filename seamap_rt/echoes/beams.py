@@ -10,6 +10,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from ..radar.antenna import pattern_stamps
 from ..radar.array import Array, antenna_array
 from ..settings import RadarSettings
 
@@ -31,11 +32,11 @@ class TwoWayBeams:
 
 def two_way_beams(radar: RadarSettings) -> TwoWayBeams:
     """Those of the radar's mode."""
-    return _two_way_beams(cast(Hashable, radar))  # frozen, and so hashable, which pydantic does not tell
+    return _two_way_beams(cast(Hashable, radar), pattern_stamps(radar))  # frozen, and so hashable
 
 
 @lru_cache(maxsize=8)
-def _two_way_beams(settings: Hashable) -> TwoWayBeams:
+def _two_way_beams(settings: Hashable, _: Hashable) -> TwoWayBeams:
     array = antenna_array(cast(RadarSettings, settings))
     reach = float(np.sin(np.radians(min(90.0, _REACH * array.beam_deg))))
     alike = len({element.antenna.azimuth for element in array.elements}) == 1

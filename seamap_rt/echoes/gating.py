@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..mesh import Facets
-from ..radar.antenna import antenna
+from ..radar.antenna import antenna, pattern_stamps
 from ..radar.array import antenna_array
 from ..radar.chirp import Chirp
 from ..radar.digital import DigitalReceiver
@@ -68,11 +68,11 @@ class Tabulated:
 
 def tabulated(radar: RadarSettings) -> Tabulated:
     """The samples that the radar's receiver is given, and their response."""
-    return _tabulated(cast(Hashable, radar))  # frozen, and so hashable, which pydantic does not tell
+    return _tabulated(cast(Hashable, radar), pattern_stamps(radar))  # frozen, and so hashable
 
 
 @lru_cache(maxsize=8)
-def _tabulated(settings: Hashable) -> Tabulated:
+def _tabulated(settings: Hashable, _: Hashable) -> Tabulated:
     samples = received_samples(cast(RadarSettings, settings))
     tables = _tables(samples)
     return Tabulated(samples, np.array(tables[:1] if all(table is tables[0] for table in tables) else tables))

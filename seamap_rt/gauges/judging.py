@@ -80,9 +80,10 @@ def _spectral(gauge: xr.Dataset) -> dict[str, Any]:
 
 def aliasing(found: GaugeSpectra) -> str:
     """What one height a turn does to the spectrum, in words."""
-    share = np.nan_to_num(found.beyond)
+    percent = 100.0 * np.nan_to_num(found.beyond)
+    said = f"{percent:.0f}" if percent >= 10.0 else f"{percent:.2g}"
     return (
-        f"one height a turn tells nothing above {found.nyquist:.3g} Hz, half the turn rate; {100.0 * share:.2g} % of "
+        f"one height a turn tells nothing above {found.nyquist:.3g} Hz, half the turn rate; {said} % of "
         "the wire's variance lies there and folds down into the radar's spectrum"
     )
 

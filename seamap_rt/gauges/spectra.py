@@ -15,6 +15,7 @@ from scipy.signal import welch
 
 Array = NDArray[np.float64]
 
+LEAST_SAMPLES_A_TURN = 4  # of the wire, which is to show what one height a turn cannot
 LEAST_TURNS = 32  # fewer tell no spectrum
 MOST_BRIDGED = 0.1  # of the turns may be without a height: so many are bridged linearly
 MOST_UNEVEN = 0.1  # of a turn, by which the heights' times may be uneven
@@ -64,6 +65,9 @@ def spectra(gauge: xr.Dataset) -> GaugeSpectra | NoSpectrum:
         return NoSpectrum("the beam does not pass here at even times, as a spectrum asks")
     turn_s = float(np.mean(steps))
     segment_s = turn_s * min(height.size // 2, max(LEAST_TURNS, height.size // _SEGMENTS))
+    wire_s = float(np.mean(np.diff(gauge["time"].values)))
+    if wire_s * LEAST_SAMPLES_A_TURN > turn_s * (1.0 + 1e-6):
+        return NoSpectrum(f"the wire is read less than {LEAST_SAMPLES_A_TURN} times a turn")
     frequency, once = _welch(gauge["seen_true_height"].values, turn_s, segment_s)
     radar, known = np.full(frequency.size, np.nan), np.isfinite(height)
     missing, reason = int(np.count_nonzero(~known)), ""
@@ -72,7 +76,7 @@ def spectra(gauge: xr.Dataset) -> GaugeSpectra | NoSpectrum:
     else:
         most = f"{100.0 * MOST_BRIDGED:.0f} %"
         reason = f"{missing} of {height.size} turns have no height here, and a spectrum bridges {most} at most"
-    wire = _welch(gauge["true_height"].values, float(np.mean(np.diff(gauge["time"].values))), segment_s)
+    wire = _welch(gauge["true_height"].values, wire_s, segment_s)
     freedom = _freedom(height.size, turn_s, segment_s)
     return GaugeSpectra(turn_s, frequency, once, radar, *wire, freedom, missing, reason)
 

@@ -119,6 +119,11 @@ def _measured(file: str, stamp: tuple[int, int]) -> tuple[Cut, Cut, float]:
     return pattern.azimuth, pattern.elevation, directivity(pattern.azimuth, pattern.elevation)
 
 
+def pattern_stamps(radar: RadarSettings) -> tuple[tuple[int, int], ...]:
+    """What changes when a pattern's file does: part of the key of whatever is kept of a radar."""
+    return tuple(_stamp(each.file) for each in (radar.antenna, *radar.antennas) if each.file is not None)
+
+
 def _stamp(file: str) -> tuple[int, int]:
     try:
         facts = Path(file).stat()

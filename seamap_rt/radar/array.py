@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..settings import AntennaSettings, RadarSettings
-from .antenna import Antenna, antenna_of
+from .antenna import Antenna, antenna_of, pattern_stamps
 from .squint import squint_deg
 
 
@@ -111,11 +111,11 @@ class Array:
 
 def antenna_array(radar: RadarSettings) -> Array:
     """The array of a radar. Raises ValueError, in one line, for a mode that its antennas cannot serve."""
-    return _array(cast(Hashable, radar))  # frozen, and so hashable, which pydantic does not tell
+    return _array(cast(Hashable, radar), pattern_stamps(radar))  # frozen, and so hashable, which pydantic does not tell
 
 
 @lru_cache(maxsize=64)
-def _array(settings: Hashable) -> Array:
+def _array(settings: Hashable, _: Hashable) -> Array:
     radar = cast(RadarSettings, settings)
     elements = tuple(_listed(radar)) if radar.antennas else tuple(_stacked(radar))
     receivers = tuple(n for n, element in enumerate(elements) if element.receives)

@@ -128,6 +128,12 @@ def existing_client(scheduler: str) -> Iterator[Client]:
             "--scheduler out to compute here"
         ) from None
     with silence_logging_cmgr(logging.CRITICAL), client:
+        try:
+            client.wait_for_workers(1, timeout=_CONNECT_S)
+        except TimeoutError:
+            raise InputError(
+                f"--scheduler = '{scheduler}': has no workers; start some, as by dask worker {address}"
+            ) from None
         yield client
 
 

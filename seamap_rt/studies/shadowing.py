@@ -9,8 +9,7 @@ sectors and ranges share make these dependent; `azimuth_correlation` and `range_
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +22,12 @@ from ..mesh import polar_grid
 from ..radar.array import as_it_looks
 from ..report import style
 from ..report.reduce import main_waves
-from ..runs import clear_folder, prepare_folder, write_whole
+from ..runs import prepare_folder
 from ..scene import Scene
 from ..sea import Sea
 from ..settings import TracingSettings
 from .shadowing_figures import draw_seen, draw_shadowing
-from .visible_dataset import MastView, Window, shadowing_dataset
+from .visible_dataset import OUTSIDE, MastView, Window, shadowing_dataset
 from .visible_light import Light, common_meshing, lights, realised, with_keys
 from .visible_tally import Looks, tally
 
@@ -154,14 +153,14 @@ def write_shadowing(
     data = shadowing(scene, heights_m, seeds, tracer=scene.tracing.tracer, progress=progress)
     if progress:
         progress("writing and drawing")
-    clear_folder(folder, PRODUCTS)
-    write_whole(folder / "scene.toml", scene.to_toml())
-    with _whole(folder / "shadowing.nc") as part:
-        data.to_netcdf(part, engine="h5netcdf")
-    write_whole(folder / "shadowing.csv", table(data))
-    for name, draw in (("shadowing.png", draw_shadowing), ("shadowing_seen.png", draw_seen)):
-        with _whole(folder / name) as part:
-            part.write_bytes(style.png(draw(data)))
+    made = {
+        "scene.toml": scene.to_toml().encode("utf-8"),
+        "shadowing.nc": bytes(data.to_netcdf(engine="h5netcdf")),  # HDF5 itself may crash on a full disk
+        "shadowing.csv": table(data).encode("utf-8"),
+        "shadowing.png": style.png(draw_shadowing(data)),
+        "shadowing_seen.png": style.png(draw_seen(data)),
+    }
+    _write_all(folder, made)
     return headlines(data)
 
 
@@ -174,7 +173,8 @@ def headlines(data: xr.Dataset) -> list[str]:
         if notes[0] and len(set(notes)) == 1:
             lines.append(f"mast {height:g} m: {notes[0]}")
             continue
-        said = [_half_in_words(mast.sel(look=look)) for look in mast["look"].values]
+        looked = [look for look, note in zip(mast["look"].values, notes, strict=True) if note != OUTSIDE]
+        said = [_half_in_words(mast.sel(look=look)) for look in looked]
         lines.append(f"mast {height:g} m: half of the sea is shadowed beyond {', '.join(said)}")
     return lines
 
@@ -206,12 +206,14 @@ def table(data: xr.Dataset) -> str:
     return text
 
 
-@contextmanager
-def _whole(path: Path) -> Iterator[Path]:
-    """A file to write that takes its own name when it is complete."""
-    part = path.with_name(f".{path.name}.part")
+def _write_all(folder: Path, made: Mapping[str, bytes]) -> None:
+    """Write files that replace an earlier study's only when all of them are on the disk."""
+    parts = {name: folder / f".{name}.part" for name in made}
     try:
-        yield part
-        os.replace(part, path)
+        for name, data in made.items():
+            parts[name].write_bytes(data)
+        for name, part in parts.items():
+            os.replace(part, folder / name)
     finally:
-        part.unlink(missing_ok=True)
+        for part in parts.values():
+            part.unlink(missing_ok=True)

@@ -7,9 +7,11 @@ trade.csv, trade.nc, trade.png
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
-from collections.abc import Mapping, Sequence
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -29,6 +31,7 @@ from .trade_table import rows, trade_table, write_table
 from .usable import Criterion
 from .vary import Point, Vary, grid, scenes_of, seeds_of
 
+_POINT_FILES = "[0-9][0-9][0-9][0-9][0-9]_*.json"  # what a user keeps there has other names
 PRODUCTS = (MANIFEST, "trade.csv", "trade.nc", "trade.png")
 
 
@@ -43,7 +46,8 @@ class Sweep:
 
     @classmethod
     def of(cls, scene: Scene, vary: Mapping[str, Sequence[Any]], seeds: int, folder: Path) -> Sweep:
-        values = {key: apply_overrides({}, {"values": list(each)})["values"] for key, each in vary.items()}  # plain
+        plain = {key: apply_overrides({}, {"values": list(each)})["values"] for key, each in vary.items()}
+        values = json.loads(json.dumps(plain, default=str))  # dates, too, are what was written
         return cls(scene, values, seeds_of(scene, seeds), folder)
 
     @cached_property
@@ -62,7 +66,14 @@ class Sweep:
             "scene": self.scene.to_toml(),
             "vary": [[key, values] for key, values in self.vary.items()],
             "seeds": self.seeds,
+            "files": self._files(),
         }
+
+    def _files(self) -> dict[str, str]:
+        """Fingerprints of the files that the scenes name: spectra, patterns, motions, objects."""
+        trees = [tomllib.loads(scene.to_toml()) for scene in self.scenes if isinstance(scene, Scene)]
+        paths = sorted({path for tree in trees for path in _named_files(tree)})
+        return {path: hashlib.sha256(Path(path).read_bytes()).hexdigest() for path in paths if Path(path).is_file()}
 
     # ----------------------------------------------------------------------------------------------- the folder
 
@@ -82,7 +93,7 @@ class Sweep:
         if not resume:
             clear_folder(self.folder, PRODUCTS)
         (self.folder / POINTS).mkdir(exist_ok=True)
-        for left in (self.folder / POINTS).glob("*.json" if not resume else ".*.part"):
+        for left in (self.folder / POINTS).glob(_POINT_FILES if not resume else ".*.part"):
             left.unlink()
         write_whole(file, json.dumps(self.manifest, indent=1))
 
@@ -98,6 +109,7 @@ class Sweep:
             "scene": "scene",
             "vary": "grid of --vary",
             "seeds": "set of seeds",
+            "files": "content of the files that the scene names",
         }
         for key, said in words.items():
             if found.get(key) != self.manifest[key]:
@@ -141,3 +153,12 @@ class Sweep:
         part = self.folder / ".trade.png.part"
         part.write_bytes(style.png(draw_trade(table)))
         os.replace(part, self.folder / "trade.png")
+
+
+def _named_files(tree: Any) -> Iterator[str]:
+    """What stands under the keys `file` and `mesh`, anywhere in a scene."""
+    if isinstance(tree, Mapping):
+        yield from (tree[key] for key in ("file", "mesh") if isinstance(tree.get(key), str))
+    if isinstance(tree, Mapping | list):
+        for each in tree.values() if isinstance(tree, Mapping) else tree:
+            yield from _named_files(each)

@@ -151,6 +151,10 @@ def _swept(
     sweep.prepare(resume, overwrite)
     try:
         _compute(sweep, answers, say)
+        table = sweep.table(criterion)
+        if keep_table:
+            say("drawing")
+            sweep.write(table)
     except (KeyboardInterrupt, SchedulerLost) as stop:
         if keep_table:
             sweep.write(sweep.table(criterion))
@@ -161,10 +165,6 @@ def _swept(
         if error.errno not in (errno.ENOSPC, errno.EDQUOT):
             raise
         raise OSError(error.errno, f"{error.strerror}; {_settled(sweep)}, --resume goes on", error.filename) from None
-    table = sweep.table(criterion)
-    if keep_table:
-        say("drawing")
-        sweep.write(table)
     return table
 
 

@@ -107,7 +107,7 @@ def _usable(outcome: Outcome, criterion: Criterion) -> dict[str, float]:
     end = bool(whole.size and window.furthest > whole[-1])
     return {
         "significant_height_m": height,
-        "usable_range_m": window.furthest,
+        "usable_range_m": window.furthest if whole.size else np.nan,  # no whole bin: nothing to judge
         "usable_from_m": window.nearest,
         "usable_to_the_end": float(end),
     }
@@ -164,7 +164,7 @@ def write_table(table: xr.Dataset, path: Path) -> None:
     """Write the dataset as NetCDF, whole or not at all."""
     part = path.with_name(f".{path.name}.part")
     try:
-        table.to_netcdf(part, engine="h5netcdf")
+        part.write_bytes(bytes(table.to_netcdf(engine="h5netcdf")))  # HDF5 itself may crash on a full disk
         os.replace(part, path)
     finally:
         part.unlink(missing_ok=True)

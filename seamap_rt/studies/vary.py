@@ -137,7 +137,9 @@ def _refuse_key(scene: Scene, key: str, values: Sequence[Any]) -> None:
 
 def worded(value: Any) -> str:
     """A value as text: one text for one value."""
-    return value if isinstance(value, str) else json.dumps(value)
+    if isinstance(value, float) and value.is_integer():
+        return str(int(value))
+    return value if isinstance(value, str) else json.dumps(value, default=str)
 
 
 def scenes_of(scene: Scene, points: Sequence[Point]) -> list[Scene | InputError]:

@@ -18,6 +18,7 @@ from .visible_tally import Looks, Tally
 
 Array = NDArray[np.float64]
 
+OUTSIDE = "outside the radar's sector"
 _VARIABLES = {  # units and long name; _low and _high are the ends of the 95 % band over seeds
     "visible_fraction": ("1", "share of horizontal area that all antennas see"),
     "crest_bias": ("m", "mean height of what is seen above the mean height of all"),
@@ -173,4 +174,4 @@ def _counted(scene: Scene, mast: MastView, tallies: list[Tally], window: Window)
 def _note(mast: MastView, middle: Array, share: Array) -> str:
     if mast.reason:
         return mast.reason
-    return "outside the radar's sector" if np.isnan(share).all() else why_no_half(middle, share)
+    return OUTSIDE if np.isnan(share).all() else why_no_half(middle, share)

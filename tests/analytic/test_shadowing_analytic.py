@@ -145,3 +145,14 @@ def test_impossible_questions_are_refused() -> None:
         sinusoid_visible_intervals(1.0, 20.0, 5.0, 400.0, 40.0)
     with pytest.raises(ValueError, match="wavelength_m"):
         sinusoid_visible_intervals(1.0, 0.0, 5.0, 40.0, 400.0)
+
+
+@pytest.mark.parametrize("antenna_height", [3.0, 10.0])
+def test_what_is_seen_does_not_depend_on_where_one_stops_looking(antenna_height: float) -> None:
+    # A crest beyond the end may show its face before it.
+    edges = np.array([90.0, 100.0])
+    for phase in np.arange(0.0, 2.0 * np.pi, 0.1):
+        near, far = (
+            sinusoid_visible_intervals(2.0, 40.0, antenna_height, 15.0, end, phase)[0] for end in (100.0, 180.0)
+        )
+        np.testing.assert_allclose(visible_share(near, edges), visible_share(far, edges), atol=1e-9)

@@ -21,6 +21,7 @@ from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator, Stopwatch, simulate
 from seamap_rt.studies import point, sweep
 from seamap_rt.studies.point import MANIFEST, judged
+from seamap_rt.studies.sweep import Sweep
 from seamap_rt.studies.trade import headline, write_trade
 from seamap_rt.studies.trade_figures import draw_pareto, draw_trade, layout, pareto_front
 from seamap_rt.studies.trade_table import COST, over_seeds, rows, trade_table
@@ -449,3 +450,29 @@ def test_words_and_gaps_are_drawn_too() -> None:
     axes = draw_trade(table).axes[0]
     assert [label.get_text() for label in axes.get_xticklabels()] == ["horizon", "facets"]
     assert any("no values" in text.get_text() for text in axes.texts)
+
+
+def test_files_that_changed_are_another_sweep(tmp_path: Path) -> None:
+    rows = [f"{time},{{roll}}" for time in range(-20, 21, 5)]
+    motion = tmp_path / "motion.csv"
+    motion.write_text("\n".join(["time_s,roll_deg", *rows]).format(roll=1))
+    scene = load_scene("tiny", overrides={"platform.motion": "file", "platform.file": str(motion)})
+    vary, folder = {"radar.height_m": [5.0]}, tmp_path / "out"
+    Sweep.of(scene, vary, 1, folder).prepare(resume=False, overwrite=False)
+    Sweep.of(scene, vary, 1, folder).prepare(resume=True, overwrite=False)
+    motion.write_text("\n".join(["time_s,roll_deg", *rows]).format(roll=2))
+    with pytest.raises(InputError, match="another content of the files"):
+        Sweep.of(scene, vary, 1, folder).prepare(resume=True, overwrite=False)
+
+
+def test_what_a_user_keeps_among_the_points_stays(tmp_path: Path) -> None:
+    own = tmp_path / "points" / "mine.json"
+    own.parent.mkdir()
+    own.write_text("{}")
+    Sweep.of(load_scene("tiny"), {"radar.height_m": [5.0]}, 1, tmp_path).prepare(resume=False, overwrite=False)
+    assert own.exists()
+
+
+def test_one_value_in_two_writings_is_named_twice() -> None:
+    with pytest.raises(InputError, match="named twice"):
+        _ = Sweep.of(load_scene("tiny"), {"radar.height_m": [5, 5.0]}, 1, Path("unused")).points
