@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import os
@@ -23,8 +24,10 @@ from .echoes.files import EchoStore
 from .gauges import GaugeFile, gauge_series, judge
 from .interferometry import open_echoes, retrieve_one, sea_state
 from .interferometry.sea_state import in_words
+from .io.growing import all_or_none
+from .io.interrupts import uninterrupted
 from .io.scenefile import InputError
-from .io.turnfile import TurnFile, uninterrupted
+from .io.turnfile import TurnFile
 from .metrics import compare
 from .radar.scan import sector_width, turn_duration
 from .report import write_report
@@ -124,7 +127,7 @@ def run(
                 maps = retrieve_one(turn.echoes, scene.retrieval)
             with clock("truth"):
                 gauges = _gauges(simulator, maps, turn.truth, number)
-            with clock("write"), uninterrupted():
+            with clock("write"), uninterrupted(), all_or_none(truth_file, maps_file, gauge_file):
                 truth_file.append(turn.truth)
                 maps_file.append(maps)
                 if gauges is not None:
@@ -187,17 +190,20 @@ def _sea_state(maps: xr.DataTree) -> dict[str, Any]:
 
 @contextmanager
 def _told(file: TurnFile, turns: int) -> Iterator[None]:
-    """An interruption that says what is left."""
+    """An interruption, or a full disk, that says what is left."""
     try:
         yield
     except BaseException as error:
-        if not file.turns:  # a scene without results would look like another run's folder
+        whole = f"{file.complete} of {turns} turns are complete"
+        rest = "and stay readable; metrics.json and report.html are missing"
+        if not file.complete:  # a scene without results would look like another run's folder
             file.path.with_name("scene.toml").unlink(missing_ok=True)
-        if not isinstance(error, KeyboardInterrupt):
-            raise
-        whole = f"{file.turns} of {turns} turns are complete"
-        rest = "and stay readable; metrics.json and report.html are missing" if file.turns else "no results are left"
-        raise KeyboardInterrupt(f"{whole}, {rest}") from None
+            rest = "no results are left"
+        if isinstance(error, KeyboardInterrupt):
+            raise KeyboardInterrupt(f"{whole}, {rest}") from None
+        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+            raise OSError(error.errno, f"{error.strerror}; {whole}, {rest}", error.filename) from None
+        raise
 
 
 def _added(first: dict[str, float], then: dict[str, float]) -> dict[str, float]:

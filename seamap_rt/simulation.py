@@ -23,8 +23,10 @@ from .echoes.radar_cross_section import Returns, SeaSurface
 from .echoes.riding import masts, run_sea
 from .echoes.scenery import Scenery
 from .echoes.turn import turn_echoes
+from .io.growing import all_or_none
+from .io.interrupts import uninterrupted
 from .io.scenefile import InputError
-from .io.turnfile import TurnFile, uninterrupted
+from .io.turnfile import TurnFile
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
 from .mesh.polar import PolarGrid, sea_on_grid, submerged_lines
 from .radar.array import antenna_array, as_it_looks
@@ -275,9 +277,9 @@ def simulate(scene: Scene, out: str | Path | None = None, *, overwrite: bool = F
     with TurnFile(folder / "truth.nc") as truth_file:
         for number in range(scene.turns):
             turn = simulator.turn(number)
-            with uninterrupted():
-                store.append(turn.echoes)
+            with uninterrupted(), all_or_none(truth_file):
                 truth_file.append(turn.truth)
+                store.append(turn.echoes)  # last: it takes nothing back
             timing.append(turn.timing)
     from .interferometry import open_echoes
 

@@ -17,7 +17,8 @@ from numpy.testing import assert_array_equal
 from seamap_rt.dataset import ECHO_ATTRIBUTES, QUALITY_FLAGS, SCHEMA, SchemaError, build, check
 from seamap_rt.echoes.files import EchoStore, echo_dataset
 from seamap_rt.interferometry import open_echoes
-from seamap_rt.io.turnfile import TurnFile, uninterrupted
+from seamap_rt.io.interrupts import uninterrupted
+from seamap_rt.io.turnfile import TurnFile
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
 from seamap_rt.scene import load_scene

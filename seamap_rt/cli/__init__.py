@@ -50,7 +50,8 @@ def main(arguments: list[str] | None = None) -> None:
             f"interrupted: {str(interruption) or 'what is complete, if anything, stays readable'}", INTERRUPTED
         )
     except OSError as error:
-        what = f"'{error.filename}': {error.strerror}" if error.filename else " ".join(str(error).split())
+        said = " ".join(str(error.strerror or error).split())
+        what = f"'{error.filename}': {said}" if error.filename else said
         code = _refuse(f"{what}; free the space or choose another --out", BAD_INPUT)
     except CycloptsError as error:
         code = _refuse(" ".join(str(error).split()), BAD_INPUT)

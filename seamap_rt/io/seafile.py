@@ -1,72 +1,53 @@
-"""A NetCDF file of moments of the sea, which grows time by time and appears whole or, interrupted, with whole times."""
+"""Moments of the sea in a NetCDF file that grows by times."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import h5netcdf
 import numpy as np
 import xarray as xr
 
+from .growing import GrowingFile
+
 _LONGEST_CHUNK = 1024  # points a side
 _COMPRESSION = 4  # of zlib's levels; higher ones gain a few per cent
+_INCOMPRESSIBLE = 1.01  # zlib lets what it cannot compress grow by less than this
 
 # Rounding by units, powers of two: below what the sea itself is exact to, and the digits beyond it do not compress.
 ROUNDING = {"m": 2.0**-13, "1": 2.0**-14, "m s-1": 2.0**-11, "dB": 2.0**-6}
 
 
-class SeaFile:
+class SeaFile(GrowingFile):
     """The fields of a sea with a leading `time` dimension at the root, appended one time at a time.
 
-    `groups` hold what does not change in time. Closing renames the file into place; so does leaving the context by an
-    exception, if at least one time is complete: what is complete stays readable.
+    `groups` hold what does not change in time.
     """
 
     def __init__(self, path: Path, groups: Mapping[str, xr.Dataset]) -> None:
-        self.path = path
-        self.times = 0
+        super().__init__(path, ("time",))
         self._groups = groups
-        self._part = path.with_name(f".{path.name}.part")
-        self._part.unlink(missing_ok=True)
-        self._file: h5netcdf.File | None = None
 
     def append(self, moment: xr.Dataset) -> None:
         """Append one moment, a dataset with `time` of length 1."""
-        if self._file is None:
-            self._file = h5netcdf.File(self._part, "w")
-            _create(self._file, moment)
+        new = (moment, *(() if self.complete else self._groups.values()))
+        room = int(_INCOMPRESSIBLE * sum(each.nbytes for each in new))
+        file = self._opened(room, sum(len(each.variables) for each in new))
+        if not self.complete:
+            _create(file, moment)
             for name, dataset in self._groups.items():
-                _create(self._file.create_group(name), dataset)
-        self._file.resize_dimension("time", self.times + 1)
+                _create(file.create_group(name), dataset)
+        file.resize_dimension("time", self.complete + 1)
         for name, variable in moment.variables.items():
             if "time" in variable.dims:
                 values, step = variable.values[0], _step(variable)
-                self._file.variables[str(name)][self.times] = values if step is None else step * np.round(values / step)
-        self.times += 1
-        self._file.flush()
+                file.variables[str(name)][self.complete] = values if step is None else step * np.round(values / step)
+        self._count({"time": self.complete + 1})
 
-    def close(self) -> None:
-        """Finish the file; nothing appears if no time was appended."""
-        if self._file is not None:
-            if self.times:
-                self._file.resize_dimension("time", self.times)  # a time that failed halfway goes
-            self._file.close()
-            self._file = None
-            if self.times:
-                os.replace(self._part, self.path)
-        self._part.unlink(missing_ok=True)
-
-    def __enter__(self) -> SeaFile:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
+    def _cut(self, file: h5netcdf.File) -> None:
+        file.resize_dimension("time", self.complete)
 
 
 def _create(group: h5netcdf.Group, dataset: xr.Dataset) -> None:

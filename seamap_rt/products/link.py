@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..analytic import flat_sea_power
 from ..conventions import db, from_db
+from ..io.interrupts import uninterrupted
 from ..io.scenefile import InputError
-from ..io.turnfile import uninterrupted
 from ..radar import link
 from ..radar.antenna import antenna
 from ..radar.link import LinkBudget

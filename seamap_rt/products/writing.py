@@ -10,8 +10,8 @@ import xarray as xr
 from matplotlib.image import imsave
 
 from ..backend import NoBackend
+from ..io.interrupts import uninterrupted
 from ..io.seafile import SeaFile
-from ..io.turnfile import uninterrupted
 from ..report import reduce, sea_figures, style
 from ..report.sea_statistics import Moments, asked_height, statistics_table
 from ..runs import clear_folder, prepare_folder, write_whole
@@ -95,8 +95,8 @@ def write_sea(
                     file.append(moment)
                 drawn.add(*(moment[name].values for name in ("sea_surface_height", "slope_x", "slope_y")))
         except KeyboardInterrupt:
-            rest = "and stay readable in sea.nc; the pictures are missing" if file.times else "no results are left"
-            raise KeyboardInterrupt(f"{file.times} of {seconds.size} times are complete, {rest}") from None
+            rest = "and stay readable in sea.nc; the pictures are missing" if file.complete else "no results are left"
+            raise KeyboardInterrupt(f"{file.complete} of {seconds.size} times are complete, {rest}") from None
     say("drawing")
     write_whole(folder / "statistics.txt", statistics_table(scene, sea, drawn, places.size * step(places)))
     notes = _draw(scene, sea, spectrum, folder)

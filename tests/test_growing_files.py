@@ -1,0 +1,126 @@
+"""Files that grow by turns: on a disk that is full they end with the last whole turn, and the process lives on."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+_BEFORE = """
+import resource, sys
+from pathlib import Path
+import numpy as np
+import xarray as xr
+from seamap_rt.gauges import GaugeFile
+from seamap_rt.io.growing import all_or_none
+from seamap_rt.io.seafile import SeaFile
+from seamap_rt.io.turnfile import TurnFile
+
+def limit(size):
+    '''No file of this process may grow beyond so many bytes: EFBIG, which HDF5 meets as it meets a full disk.'''
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+def tree(turn, side):
+    field = xr.DataArray(np.full((1, side, side), float(turn)), dims=("turn", "y", "x"))
+    dataset = xr.Dataset({"height": field}, {"turn": [turn], "x": np.arange(side)})
+    return xr.DataTree.from_dict({"/polar": dataset, "/ground": dataset})
+
+def moment(turn, side):
+    values = np.random.default_rng(turn).normal(size=(1, side, side))
+    return xr.Dataset({"height": xr.Variable(("time", "y", "x"), values, {"units": "?"})}, {"time": [float(turn)]})
+
+def series(turn, samples):
+    heights = np.full((1, samples), float(turn))
+    named = {"gauge": ["east"], "turn": [turn], "time": ("sample", np.arange(samples) + float(turn * samples))}
+    return xr.Dataset({"true_height": (("gauge", "sample"), heights), "height": (("gauge", "turn"), [[1.0]])}, named)
+"""
+
+
+def alone(script: str, folder: Path) -> str:
+    """What a process of its own prints; it must end well, and HDF5 must not complain."""
+    done = subprocess.run(
+        [sys.executable, "-c", _BEFORE + textwrap.dedent(script)],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout
+
+
+@pytest.mark.parametrize(
+    ("file", "made", "group"),
+    [
+        ("TurnFile(Path('it.nc'))", "tree(turn, 128)", "polar"),
+        ("SeaFile(Path('it.nc'), {})", "moment(turn, 256)", "/"),
+        ("GaugeFile(Path('it.nc'))", "series(turn, 20_000)", "/"),
+    ],
+)
+def test_a_full_disk_ends_with_the_last_whole_turn(tmp_path: Path, file: str, made: str, group: str) -> None:
+    said = alone(
+        f"""
+        limit(5_000_000)
+        try:
+            with {file} as file:
+                for turn in range(100):
+                    file.append({made})
+        except OSError as error:
+            print(file.complete, error.filename)
+        """,
+        tmp_path,
+    )
+    turns, name = said.split()
+    assert name == "it.nc"
+    assert [path.name for path in tmp_path.iterdir()] == ["it.nc"]
+    with xr.open_datatree(tmp_path / "it.nc") as found:
+        dataset = found[group].to_dataset()
+        counter = "time" if "time" in dataset.sizes else "turn"
+        assert 2 < dataset.sizes[counter] == int(turns) < 100
+        assert dataset["height"].isel({counter: -1}).notnull().all()
+    # The room that is asked for beforehand is what a turn takes, and little more.
+    size = (tmp_path / "it.nc").stat().st_size
+    assert size + 1.05 * size / int(turns) + 1_000_000 > 5_000_000
+
+
+def test_a_turn_that_one_file_cannot_take_is_in_none(tmp_path: Path) -> None:
+    said = alone(
+        """
+        try:
+            with TurnFile(Path("small.nc")) as small, TurnFile(Path("large.nc")) as large:
+                for turn in range(100):
+                    with all_or_none(small, large):
+                        small.append(tree(turn, 16))
+                        if turn == 3:
+                            limit(2_000_000)
+                        large.append(tree(turn, 256))
+        except OSError as error:
+            print(error.filename)
+        """,
+        tmp_path,
+    )
+    assert said.strip() == "large.nc"
+    for name in ("small.nc", "large.nc"):
+        with xr.open_datatree(tmp_path / name) as found:
+            assert found["ground"].to_dataset()["turn"].values.tolist() == [0, 1, 2]
+
+
+def test_no_turn_leaves_no_file(tmp_path: Path) -> None:
+    said = alone(
+        """
+        limit(100_000)
+        try:
+            with TurnFile(Path("none.nc")) as file:
+                file.append(tree(0, 128))
+        except OSError as error:
+            print(error.filename, error.strerror)
+        """,
+        tmp_path,
+    )
+    assert said.startswith("none.nc ")
+    assert not list(tmp_path.iterdir())
