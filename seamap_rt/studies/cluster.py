@@ -31,6 +31,7 @@ from ..io.scenefile import InputError
 from .point import Outcome, SchedulerLost, Task, compute, ended
 
 _CONNECT_S = 10.0
+_GREETING = 1 << 20  # bytes; a scheduler's takes some hundred
 _GUARD = 'start sweeps under `if __name__ == "__main__":`, or give workers=0'
 _LOST = (OSError, TimeoutError, FutureCancelledError, FuturesCancelledError)
 _DIED = (
@@ -118,9 +119,7 @@ def existing_client(scheduler: str) -> Iterator[Client]:
     """A client of a scheduler at tcp://host:port, or of the one that a scheduler file names."""
     address = _address(scheduler)
     try:
-        place = urlsplit(address)
-        with socket.create_connection((place.hostname, place.port or 0), _CONNECT_S):
-            pass  # a client that finds nobody is slow to say so, and slower to give up
+        _knock(address)
         client = Client(address, timeout=_CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise InputError(
@@ -135,6 +134,17 @@ def existing_client(scheduler: str) -> Iterator[Client]:
                 f"--scheduler = '{scheduler}': has no workers; start some, as by dask worker {address}"
             ) from None
         yield client
+
+
+def _knock(address: str) -> None:
+    """OSError where no scheduler greets whoever connects: a client would wait for ever, or take any greeting for one.
+
+    A greeting begins with its length in bytes.
+    """
+    place = urlsplit(address)
+    with socket.create_connection((place.hostname, place.port or 0), _CONNECT_S) as door:
+        if place.scheme == "tcp" and not 0 < int.from_bytes(door.recv(8, socket.MSG_WAITALL), "little") < _GREETING:
+            raise OSError("something else does")
 
 
 def _address(scheduler: str) -> str:
