@@ -155,6 +155,16 @@ def test_cells_on_the_other_side_of_the_turns_start_do_not_count() -> None:
         assert_allclose(series["seen_time"].values, series["height"].values, atol=1e-6)
 
 
+def test_a_truth_of_another_instant_is_not_compared() -> None:
+    """Maps whose waves' direction is not known stay as they were scanned, while their truth stands at one instant."""
+    maps = made_maps(lambda x, y, t: 0.0 * x + 2.0, turns=2)
+    for late, expected in ((0.0, 2.0), (0.3, np.nan)):
+        ground = maps["ground"].to_dataset()
+        truth = xr.DataTree.from_dict({"/ground": ground.assign(time=ground["time"] + late)})
+        series = gauge_series(maps, None, [gauge()], truth, turn_s=1.0)
+        assert_allclose(series["seen_cell_height"].values, [[expected, expected]], equal_nan=True)
+
+
 def test_flags_are_those_of_the_polar_cell_at_the_gauge() -> None:
     maps = made_maps(plane)
     wire = gauge(ground_range_m=20.0, azimuth_deg=123.0)

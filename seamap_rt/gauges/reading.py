@@ -16,6 +16,7 @@ from ..sea import Sea
 from ..settings import GaugeSettings
 
 Array = NDArray[np.float64]
+_SAME_TIME_S = 1e-3  # in which the sea moves by a millimetre
 
 
 def gauge_series(
@@ -57,7 +58,10 @@ def gauge_series(
     if truth is not None:
         ground = truth["ground"].to_dataset()
         cells = [[_Cells(ground.isel(turn=n), place, period) for n in range(turns.size)] for place in places]
-        values["seen_cell_height"] = [[each.mean("height") for each in row] for row in cells]
+        mean, time = (np.array([[each.mean(name) for each in row] for row in cells]) for name in ("height", "time"))
+        # A map that could not be brought to one instant, as its truth was, is of another time: nothing to compare.
+        apart = np.abs(time - values["seen_time"]) > _SAME_TIME_S
+        values["seen_cell_height"] = np.where(apart, np.nan, mean)
     named = xr.Variable(("gauge",), [gauge.name for gauge in gauges], {"long_name": "name of the gauge"})
     return build("gauges", values, coords).assign_coords(gauge=named)
 
