@@ -21,6 +21,7 @@ def shadowing(
     *,
     heights: str | None = None,
     seeds: int = 4,
+    bin_m: float = 10.0,
     out: Path | None = None,
     overwrite: bool = False,
     set_: Settings | None = None,
@@ -35,6 +36,8 @@ def shadowing(
         H,H,… of the antennas in metres; default the scene's own.
     seeds
         Seas to draw; their spread gives the confidence bands.
+    bin_m
+        Metres of a range bin.
     out
         Folder for shadowing.nc, shadowing.csv and figures; default runs/SCENE-shadowing.
     overwrite
@@ -49,7 +52,7 @@ def shadowing(
     folder = out or Path("runs") / f"{loaded.name}-shadowing"
     say, stop = progress()
     try:
-        lines = write_shadowing(loaded, folder, heights_m, seeds, overwrite, say)
+        lines = write_shadowing(loaded, folder, heights_m, seeds, overwrite, say, bin_m)
     finally:
         stop()
     for line in lines:

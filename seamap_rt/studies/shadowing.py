@@ -17,6 +17,7 @@ import numpy as np
 import xarray as xr
 
 from ..echoes.riding import masts
+from ..io.interrupts import uninterrupted
 from ..io.scenefile import InputError
 from ..mesh import polar_grid
 from ..radar.array import as_it_looks
@@ -141,6 +142,7 @@ def write_shadowing(
     seeds: int = 4,
     overwrite: bool = False,
     progress: Callable[[str], None] | None = None,
+    bin_m: float = 10.0,
 ) -> list[str]:
     """`shadowing`, by the scene's own tracer, into a folder (default `runs/<scene>-shadowing`); returns the headlines.
 
@@ -150,17 +152,21 @@ def write_shadowing(
     """
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-shadowing"
     prepare_folder(folder, overwrite, PRODUCTS)
-    data = shadowing(scene, heights_m, seeds, tracer=scene.tracing.tracer, progress=progress)
-    if progress:
-        progress("writing and drawing")
-    made = {
-        "scene.toml": scene.to_toml().encode("utf-8"),
-        "shadowing.nc": bytes(data.to_netcdf(engine="h5netcdf")),  # HDF5 itself may crash on a full disk
-        "shadowing.csv": table(data).encode("utf-8"),
-        "shadowing.png": style.png(draw_shadowing(data)),
-        "shadowing_seen.png": style.png(draw_seen(data)),
-    }
-    _write_all(folder, made)
+    try:
+        data = shadowing(scene, heights_m, seeds, tracer=scene.tracing.tracer, bin_m=bin_m, progress=progress)
+        if progress:
+            progress("writing and drawing")
+        made = {
+            "scene.toml": scene.to_toml().encode("utf-8"),
+            "shadowing.nc": bytes(data.to_netcdf(engine="h5netcdf")),  # HDF5 itself may crash on a full disk
+            "shadowing.csv": table(data).encode("utf-8"),
+            "shadowing.png": style.png(draw_shadowing(data)),
+            "shadowing_seen.png": style.png(draw_seen(data)),
+        }
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt("nothing of this study is kept; what the folder held before stays") from None
+    with uninterrupted():
+        _write_all(folder, made)
     return headlines(data)
 
 

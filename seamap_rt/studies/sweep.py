@@ -20,8 +20,8 @@ from typing import Any
 import xarray as xr
 
 from .. import __version__
+from ..io.interrupts import uninterrupted
 from ..io.scenefile import InputError, apply_overrides
-from ..io.turnfile import uninterrupted
 from ..report import style
 from ..runs import clear_folder, prepare_folder, write_whole
 from ..scene import Scene

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -205,6 +207,34 @@ def test_a_study_is_written_whole_and_not_overwritten(tmp_path: Path) -> None:
     assert len((tmp_path / "study" / "shadowing.csv").read_text().splitlines()) == rows + 1
     with pytest.raises(InputError, match="overwrite"):
         write_shadowing(scene, tmp_path / "study", [3.0], 1)
+
+
+@pytest.mark.parametrize("stop", [KeyboardInterrupt, OSError(errno.ENOSPC, "No space left on device")])
+def test_a_study_that_cannot_end_leaves_the_one_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stop: BaseException | type[BaseException]
+) -> None:
+    """Ctrl-C while it draws, or a disk that fills while it is written over an earlier one."""
+    scene = small_sea(radar__sector_deg=LOOKING)
+    write_shadowing(scene, tmp_path, [3.0], 1)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+
+    def fail(*_: object) -> int:
+        raise stop
+
+    if stop is KeyboardInterrupt:
+        monkeypatch.setattr(sys.modules[write_shadowing.__module__], "draw_seen", fail)
+        with pytest.raises(KeyboardInterrupt, match="nothing of this study is kept; what the folder held before stays"):
+            write_shadowing(scene, tmp_path, [5.0], 1, overwrite=True)
+    else:
+        write = Path.write_bytes
+
+        def full(path: Path, data: bytes) -> int:
+            return fail() if "seen" in path.name else write(path, data)
+
+        monkeypatch.setattr(Path, "write_bytes", full)
+        with pytest.raises(OSError, match="No space left"):
+            write_shadowing(scene, tmp_path, [5.0], 1, overwrite=True)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
 @pytest.mark.parametrize(
