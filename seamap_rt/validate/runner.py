@@ -44,18 +44,17 @@ def validate(
         asked = chosen(load_cases(home), full, only)
         prepare_folder(folder, overwrite, _PRODUCTS)
         clear_folder(folder, _PRODUCTS)
-        done: list[Done] = []
+        around, done = Surroundings.here(), list[Done]()
+        result = Result(folder, (), len(asked), 0.0)
         try:
             for number, case in enumerate(asked):
                 say(f"case {number + 1} of {len(asked)}: {case.title}")
                 done.append(_run(case, full))
+                result = Result(folder, tuple(done), len(asked), time.perf_counter() - start)
+                _write(result, around, full)  # after each: whatever ends the process later leaves what is done
         except KeyboardInterrupt:
-            _write(Result(folder, tuple(done), len(asked), time.perf_counter() - start), full)
-            page = folder / PAGE
-            raise KeyboardInterrupt(f"{len(done)} of {len(asked)} cases are done; {page} shows them") from None
-    result = Result(folder, tuple(done), len(asked), time.perf_counter() - start)
-    say("writing the page")
-    _write(result, full)
+            shown = f"; {folder / PAGE} shows them" if done else ""
+            raise KeyboardInterrupt(f"{len(done)} of {len(asked)} cases are done{shown}") from None
     return result
 
 
@@ -74,9 +73,8 @@ def _run(case: Case, full: bool) -> Done:
         return Done(case, (stopped,), time.perf_counter() - start, trace=trace)
 
 
-def _write(result: Result, full: bool) -> None:
+def _write(result: Result, around: Surroundings, full: bool) -> None:
     """The page and the figures, each whole or not at all."""
-    around = Surroundings.here()
     write_page(result.page, result, around, full)
     write_whole(result.folder / METRICS, json.dumps(_metrics(result, around, full), indent=1, ensure_ascii=False))
 

@@ -245,6 +245,25 @@ def test_the_packages_own_cases_load_and_say_what_they_ask() -> None:
             assert words == words.strip()
 
 
+def test_what_is_done_is_kept_before_the_next_case_begins(tmp_path: Path) -> None:
+    """A process that is killed, or runs out of memory, in a long case loses that case alone."""
+    cases = modules(
+        tmp_path,
+        some="""
+    import json
+    from pathlib import Path
+    from seamap_rt.validate.checks import at_least
+
+    def look(full):
+        kept = json.loads(Path(HERE, "metrics.json").read_text(encoding="utf-8"))
+        return Outcome((at_least("cases kept", len(kept["cases"]), 1),))
+
+    CASES = [case("first", green), case("second", look)]
+    """.replace("HERE", repr(str(tmp_path / "out"))),
+    )
+    assert ran(tmp_path, cases).passed == 2
+
+
 def test_an_interruption_leaves_the_page_of_what_is_done(tmp_path: Path) -> None:
     cases = modules(
         tmp_path,
@@ -303,4 +322,4 @@ def test_progress_names_each_case(tmp_path: Path) -> None:
     cases = modules(tmp_path, some='CASES = [case("one", green), case("two", green)]')
     said: list[str] = []
     ran(tmp_path, cases, progress=said.append)
-    assert said == ["case 1 of 2: Title of one", "case 2 of 2: Title of two", "writing the page"]
+    assert said == ["case 1 of 2: Title of one", "case 2 of 2: Title of two"]
