@@ -55,6 +55,11 @@ def claimed_sea(peak_m: float, cutoff_m: float) -> Scene:
     )
 
 
+def cutoffs_of(full: bool) -> tuple[float, ...]:
+    """Shortest waves [m]; `full` draws them down to 0.5 m as well."""
+    return (*CUTOFFS_M, SHORTEST_M) if full else CUTOFFS_M
+
+
 def half_ranges(seeds: int, cutoffs_m: tuple[float, ...] = CUTOFFS_M) -> dict[float, xr.Dataset]:
     """For each peak wavelength `look_r50`, its band and Smith's over (cutoff_wavelength, look)."""
     return {peak: joined(list(_by_cutoff(peak, seeds, cutoffs_m))) for peak in PEAKS_M}
@@ -67,21 +72,20 @@ def _by_cutoff(peak: float, seeds: int, cutoffs_m: tuple[float, ...]) -> Iterato
         yield found[[*names, "facet_m"]].isel(height=0)
 
 
-def claim_four(seeds: int = 4, full: bool = False) -> tuple[str, str, list[str], Figure]:
-    """Verdict, assumption, figures and the picture of claim 4; `full` draws waves down to 0.5 m as well."""
-    found = half_ranges(seeds, (*CUTOFFS_M, SHORTEST_M) if full else CUTOFFS_M)
+def judged(found: dict[float, xr.Dataset]) -> tuple[str, str, list[str]]:
+    """Verdict, assumption and figures of claim 4 from half ranges."""
     lines = [_line(peak, data, look) for look in JUDGED for peak, data in found.items()]
     lines += [_finest(found, look) for look in JUDGED]
     met = [cutoff for data in found.values() if np.isfinite(cutoff := cutoff_of_claim(data, "all looks"))]
     if not met:
-        return "not reproduced", "", lines, draw(found, seeds)
+        return "not reproduced", "", lines
     along = [peak for peak, data in found.items() if np.isfinite(cutoff_of_claim(data, "along"))]
     ahead = f"for peaks of {', '.join(f'{peak:g}' for peak in along)} m alone" if along else "for none of the peaks"
     assumption = (
         f"it is meant for all looks together and waves shorter than {_span(met)} m are left out, as on a grid of "
         f"{_span([0.5 * cutoff for cutoff in met])} m; along the waves {ahead}"
     )
-    return "only if", assumption, lines, draw(found, seeds)
+    return "only if", assumption, lines
 
 
 def sentence(verdict: str, assumption: str, lines: list[str]) -> str:
@@ -176,10 +180,12 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=FIGURE)
     arguments = parser.parse_args()
     start = time.perf_counter()
-    verdict, assumption, lines, figure = claim_four(arguments.seeds or (10 if arguments.full else 4), arguments.full)
+    seeds = arguments.seeds or (10 if arguments.full else 4)
+    found = half_ranges(seeds, cutoffs_of(arguments.full))
+    verdict, assumption, lines = judged(found)
     print("\n".join(lines))
     print(sentence(verdict, assumption, lines))
-    arguments.out.write_bytes(style.png(figure))
+    arguments.out.write_bytes(style.png(draw(found, seeds)))
     print(f"{arguments.out}, {time.perf_counter() - start:.0f} s")
 
 
