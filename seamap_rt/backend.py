@@ -38,6 +38,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Literal, NamedTuple
 
+from .machine import cores
+
 Kind = Literal["cuda", "llvm"]
 
 VARIABLE = "DRJIT_LIBLLVM_PATH"
@@ -530,7 +532,7 @@ def doctor() -> list[Check]:
     """What a run would use here, and what mends what is missing. Never raises."""
     checks = [*_check_backend(), _check_libatomic(), Check("python", platform.python_version(), True)]
     checks += [_check_package(name) for name in PACKAGES]
-    return [*checks, _check_cache(), Check("cores", str(_cores()), True)]
+    return [*checks, _check_cache(), Check("cores", str(len(cores())), True)]
 
 
 def doctor_lines() -> list[str]:
@@ -585,10 +587,3 @@ def _version(package: str) -> str | None:
         return metadata.version(package)
     except Exception:  # not installed, or its metadata damaged: the same for us
         return None
-
-
-def _cores() -> int:
-    """The cores that this process may use, which on a shared machine are fewer than it has."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1

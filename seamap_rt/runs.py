@@ -6,9 +6,7 @@ import errno
 import json
 import math
 import os
-import resource
 import shutil
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -28,6 +26,7 @@ from .io.growing import all_or_none
 from .io.interrupts import uninterrupted
 from .io.scenefile import InputError
 from .io.turnfile import TurnFile
+from .machine import peak_memory
 from .metrics import compare
 from .radar.scan import sector_width, turn_duration
 from .report import write_report
@@ -152,14 +151,14 @@ def run(
             "timing_s": _timing(timings),
             "real_time_factor": _real_time_factor(scene, timings),
             **counts,
-            "peak_memory_bytes": _peak_memory(),
+            "peak_memory_bytes": peak_memory(),
             **simulator.facts(),
         }
         metrics["modelled"] = costed(metrics["modelled"], metrics["timing_s"])
         metrics["run_s"] = time.perf_counter() - start
         write_report(folder, scene, maps, truth, metrics, open_echoes(folder / "echoes.zarr"), gauges)
     metrics["run_s"] = time.perf_counter() - start
-    metrics["peak_memory_bytes"] = _peak_memory()
+    metrics["peak_memory_bytes"] = peak_memory()
     write_whole(folder / "metrics.json", json.dumps(_json(metrics), indent=1, allow_nan=False))
     return RunResult(folder, metrics)
 
@@ -226,17 +225,6 @@ def _real_time_factor(scene: Scene, timings: list[dict[str, float]]) -> float | 
         return None
     busy = sum(warm[step] for step in ("sea", "mesh", "trace", "echoes"))
     return turn_duration(scene.radar) * sector_width(scene.radar) / 360.0 / busy
-
-
-def _peak_memory() -> int:
-    """Most memory that this process has held, in bytes."""
-    try:  # a process's own on Linux, where getrusage counts what its parent held when it was started
-        status = Path("/proc/self/status").read_text(encoding="ascii")
-        return 1024 * int(next(line for line in status.splitlines() if line.startswith("VmHWM:")).split()[1])
-    except (OSError, StopIteration, ValueError, UnicodeDecodeError):
-        pass
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return int(peak if sys.platform == "darwin" else 1024 * peak)
 
 
 def _json(value: Any) -> Any:

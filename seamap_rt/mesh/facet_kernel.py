@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from ..compiled import compiled
+from ..machine import threads
 
 _COLUMNS = 32  # a block
-_THREADS = min(16, os.cpu_count() or 1)
 
 
 def in_blocks(work: Callable[[int, int], None], columns: int) -> None:
     """Call work(begin, end) for blocks of columns, in threads."""
-    with ThreadPoolExecutor(_THREADS) as pool:
+    with ThreadPoolExecutor(threads()) as pool:
         list(pool.map(work, range(0, columns, _COLUMNS), (*range(_COLUMNS, columns, _COLUMNS), columns)))
 
 

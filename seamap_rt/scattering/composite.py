@@ -7,7 +7,6 @@ lengths break (`breaking`); and the mesh's own waves gather them (`modulation`).
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from seamap_rt.conventions import POLARIZATIONS
+from seamap_rt.machine import threads
 from seamap_rt.scattering.breaking import Breakers, breakers, nrcs_breaker
 from seamap_rt.scattering.facet_view import Array, facet_view
 from seamap_rt.scattering.modulation import breaking_level, breaking_share, crowding, mean_crowding
@@ -87,7 +87,7 @@ def nrcs_composite(
         single = (np.asarray(each if each.ndim == 0 else each[block], dtype=np.float32) for each in flat)
         sigma[0, block], sigma[1, block], sigma[2, block] = _block(sea, *single)
 
-    with ThreadPoolExecutor(min(16, len(os.sched_getaffinity(0)))) as pool:
+    with ThreadPoolExecutor(threads()) as pool:
         list(pool.map(work, range(0, sigma.shape[1], _BLOCK)))
     return FacetNrcs(*(each.reshape(shape) for each in sigma))
 

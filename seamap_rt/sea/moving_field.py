@@ -13,7 +13,6 @@ splines. A fourth, ψ with ∂ψ/∂t + μ ψ = Φ, is the shift as waves rememb
 
 from __future__ import annotations
 
-import os
 from collections import OrderedDict, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -26,6 +25,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from ..machine import threads
 from .accuracy import TIME_ORDER, InterpolationError, interpolation_error, longest_time_step
 from .dispersion import orbital_ratio
 from .lattice import Lattice
@@ -293,11 +293,7 @@ def _kernel(row_order: int, column_order: int, most: int) -> Callable[..., None]
     return spline_kernel(rows, columns, time, most)
 
 
-def _threads() -> int:
-    return min(16, len(os.sched_getaffinity(0)))
-
-
 @cache
 def _pool() -> ThreadPoolExecutor:
     """One for all: each new thread would take memory of its own from the allocator, and leave it there."""
-    return ThreadPoolExecutor(_threads())
+    return ThreadPoolExecutor(threads())

@@ -28,6 +28,7 @@ from distributed.client import FutureCancelledError, FuturesCancelledError
 from distributed.utils import silence_logging_cmgr
 
 from ..io.scenefile import InputError
+from ..machine import cores
 from .point import Outcome, SchedulerLost, Task, compute, ended
 
 _CONNECT_S = 10.0
@@ -53,11 +54,6 @@ _SETTINGS: dict[str, Any] = {
     "distributed.worker.memory.terminate": 0.95,
     "distributed.diagnostics.nvml": False,
 }
-
-
-def cores() -> list[int]:
-    """The processors that this process may use."""
-    return sorted(os.sched_getaffinity(0))
 
 
 def shares(workers: int) -> dict[int, list[int]]:

@@ -24,6 +24,7 @@ from threadpoolctl import threadpool_limits
 from .. import __version__
 from ..interferometry import retrieve_one
 from ..io.scenefile import InputError, validate
+from ..machine import forget_peak_memory, peak_memory
 from ..metrics import BIN_M, compare
 from ..runs import write_whole
 from ..scene import Scene
@@ -70,11 +71,11 @@ def compute(task: Task) -> Outcome:
     with _ONE_AT_A_TIME, threadpool_limits(1, user_api="blas"):
         gc.collect()  # the sea of the point before refers to itself, and the collector does not see how large it is
         clock = Stopwatch()
-        _forget_peak_memory()
+        forget_peak_memory()
         with clock("total"):
             outcome = _outcome(task, clock)
     worker = f"{socket.gethostname()}:{os.getpid()}"
-    outcome["cost"] = {"seconds": clock.seconds, "peak_memory_bytes": _peak_memory(), "worker": worker}
+    outcome["cost"] = {"seconds": clock.seconds, "peak_memory_bytes": peak_memory(), "worker": worker}
     if (Path(task.folder) / MANIFEST).is_file():
         with contextlib.suppress(OSError):  # the client has the result too, and says why it cannot be written
             keep(task, outcome)
@@ -163,17 +164,3 @@ def _cells(ranges: NDArray[np.float64]) -> NDArray[np.intp]:
 def _writable(value: Any) -> Any:
     """Infinity, which JSON has not, in TOML's word for it."""
     return value if not isinstance(value, float) or np.isfinite(value) else str(value)
-
-
-def _forget_peak_memory() -> None:
-    """From here on the peak is this point's (Linux; elsewhere it stays that of the process)."""
-    with contextlib.suppress(OSError):
-        Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
-
-
-def _peak_memory() -> int | None:
-    """Most memory that was held since, in bytes; None where the system does not say."""
-    with contextlib.suppress(OSError, StopIteration, ValueError):
-        status = Path("/proc/self/status").read_text(encoding="ascii")
-        return 1024 * int(next(line for line in status.splitlines() if line.startswith("VmHWM:")).split()[1])
-    return None

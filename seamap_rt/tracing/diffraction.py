@@ -21,7 +21,6 @@ the antenna may face it. Those that lean away from their own ray stay dark.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -32,6 +31,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import wofz
 
+from ..machine import threads
 from ..mesh.polar import FAR_FRACTION, NEAR_FRACTION, Facets, Profile, SurfaceMesh, profile
 
 _END = 22.5  # |v| from which on the edge is not felt: |F|² is below 1e-4 in shadow, within 2 % of 1 in light
@@ -61,7 +61,7 @@ def diffract(facets: Facets, mesh: SurfaceMesh, wavelength_m: float) -> Facets:
                 place = np.ascontiguousarray(places[columns, antenna, ::2]), 4.0 / wavelength_m, 1.0 / places.shape[1]
                 _over_edges(distance, surface, first, place, table, field[antenna, columns], ray_slope[columns])
 
-    with ThreadPoolExecutor(min(16, os.cpu_count() or 1)) as pool:
+    with ThreadPoolExecutor(threads()) as pool:
         list(pool.map(work, range(0, facets.grid.columns, _COLUMNS)))
     return replace(facets, field=field, ray_slope=ray_slope)
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import importlib.metadata
-import os
 import platform
 import subprocess
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+
+from ..machine import cores
 
 _PACKAGES = (
     "seamap_rt",
@@ -39,10 +40,8 @@ class Surroundings:
 
 
 def _machine() -> str:
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return (
-        f"{_processor()}, {cores} cores; {platform.system()} {platform.release()}; Python {platform.python_version()}"
-    )
+    system = f"{platform.system()} {platform.release()}; Python {platform.python_version()}"
+    return f"{_processor()}, {len(cores())} cores; {system}"
 
 
 def _processor() -> str:

@@ -113,7 +113,7 @@ def test_finer_resolution_keeps_the_waves_it_had():
 def test_same_seed_same_bits_whatever_the_threads_and_the_chunks(wind_sea, monkeypatch):
     x, y, t = scattered(5000, seed=2, duration=3.0)
     elevation, velocity = wind_sea.elevation_and_velocity(x, y, t)
-    monkeypatch.setattr(moving_field_module, "_threads", lambda: 1)
+    monkeypatch.setattr(moving_field_module, "threads", lambda: 1)
     monkeypatch.setattr(moving_field_module, "_CHUNK", 777)
     again = realize(sea_of(jonswap()), np.random.SeedSequence(1))
     np.testing.assert_array_equal(again.elevation_and_velocity(x, y, t)[0], elevation)

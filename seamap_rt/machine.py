@@ -1,0 +1,39 @@
+"""What of the machine this process may use and has used."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import resource
+import sys
+from pathlib import Path
+
+_MOST_THREADS = 16  # more gain nothing on blocks as short as ours
+
+
+def cores() -> list[int]:
+    """The processors that this process may use, which on a shared machine are fewer than it has."""
+    if hasattr(os, "sched_getaffinity"):
+        return sorted(os.sched_getaffinity(0))
+    return list(range(os.cpu_count() or 1))
+
+
+def threads() -> int:
+    """How many threads a pool takes."""
+    return min(_MOST_THREADS, len(cores()))
+
+
+def peak_memory() -> int:
+    """Most memory [bytes] that this process has held, since `forget_peak_memory` where the system can forget."""
+    with contextlib.suppress(OSError, StopIteration, ValueError):
+        # A process's own on Linux, where getrusage counts what its parent held when it was started.
+        status = Path("/proc/self/status").read_text(encoding="ascii")
+        return 1024 * int(next(line for line in status.splitlines() if line.startswith("VmHWM:")).split()[1])
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return int(peak if sys.platform == "darwin" else 1024 * peak)
+
+
+def forget_peak_memory() -> None:
+    """From here on the peak counts anew (Linux; elsewhere it stays that of the whole process)."""
+    with contextlib.suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
