@@ -164,9 +164,9 @@ def watertight(effort: Effort) -> list[Finding]:
                 for number, traced in enumerate((held.scene.mi_scene, plain)):
                     counts[kind][number] += leaks(traced, place, points, late=0.5)
     total = 2 * each
-    figure, axes = graph("Rays aimed at", "Share that leaks", "Watertightness, by where rays are aimed")
+    figure, axes = graph("Rays aimed at", "Share that leaks", "Watertightness, by where rays are aimed; no bar: none")
     for number, label in enumerate(("as the package traces", "Mitsuba's default")):
-        shares = [max(counts[kind][number] / total, 0.3 / total) for kind in KINDS]
+        shares = [counts[kind][number] / total for kind in KINDS]
         axes.bar(
             np.arange(len(KINDS)) + 0.4 * number - 0.2,
             shares,
@@ -175,6 +175,7 @@ def watertight(effort: Effort) -> list[Finding]:
             color=(style.BLUE, style.ORANGE)[number],
         )
     axes.set_yscale("log")
+    axes.set_ylim(0.3 / total, 1.0)
     axes.set_xticks(range(len(KINDS)), KINDS)
     axes.legend()
     rows = []

@@ -28,6 +28,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 from peers_power import (
     CELL_DEG,
     CELL_M,
@@ -121,7 +122,20 @@ def _draw_error(axes: Axes, power: Power) -> None:
         axes.loglog(count, 100.0 * power.loose[middle], ":", color=colour, linewidth=0.8)
     axes.axhline(100.0 * ASKED, color=GREY, linewidth=0.8)
     axes.plot([], [], ":", color=GREY, linewidth=0.8, label="1/√paths")
+    axes.set_xticks(count, [f"{each / 1e6:.2g} M" for each in count])
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    _plain(axes)
     axes.legend(fontsize=6, loc="lower left", handlelength=1.5)
+
+
+def _plain(axes: Axes) -> None:
+    """Percentages in plain digits; where the axis is short its 2, 3 and 5 are named too."""
+    low, high = axes.get_ylim()
+    between = "{x:g}" if high < 30.0 * low else ""
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_locator(LogLocator(subs=(2.0, 3.0, 5.0)))
+    axes.yaxis.set_minor_formatter(between)
+    axes.tick_params(axis="y", which="minor", labelsize=6)
 
 
 def _draw_seconds(axes: Axes, power: Power) -> None:
@@ -137,6 +151,7 @@ def _draw_seconds(axes: Axes, power: Power) -> None:
         axes.annotate(times, (takes, 100.0 * miss), (-4, 13 if n == 0 else 5), textcoords="offset points", fontsize=6)
     axes.axhline(100.0 * ASKED, color=GREY, linewidth=0.8)
     axes.set_ylim(bottom=60.0 * least)
+    _plain(axes)
     axes.legend(loc="center left", fontsize=5.5)
 
 

@@ -74,8 +74,8 @@ def _by_cutoff(peak: float, seeds: int, cutoffs_m: tuple[float, ...]) -> Iterato
 
 def judged(found: dict[float, xr.Dataset]) -> tuple[str, str, list[str]]:
     """Verdict, assumption and figures of claim 4 from half ranges."""
-    lines = [_line(peak, data, look) for look in JUDGED for peak, data in found.items()]
-    lines += [_finest(found, look) for look in JUDGED]
+    lines = [_finest(found, look) for look in JUDGED]
+    lines += [_line(peak, data, look) for look in JUDGED for peak, data in found.items()]
     met = [cutoff for data in found.values() if np.isfinite(cutoff := cutoff_of_claim(data, "all looks"))]
     if not met:
         return "not reproduced", "", lines
@@ -91,7 +91,7 @@ def judged(found: dict[float, xr.Dataset]) -> tuple[str, str, list[str]]:
 def sentence(verdict: str, assumption: str, lines: list[str]) -> str:
     """The judgement in one sentence."""
     because = f" {assumption}" if assumption else ""
-    return f"Claim 4, half shadowed from {CLAIM_M:.0f} m on: {verdict}{because}; {lines[-1]}."
+    return f"Claim 4, half shadowed from {CLAIM_M:.0f} m on: {verdict}{because}; {lines[len(JUDGED) - 1]}."
 
 
 def cutoff_of_claim(data: xr.Dataset, look: str) -> float:
@@ -115,7 +115,7 @@ def _finest(found: dict[float, xr.Dataset], look: str) -> str:
     shortest = min(float(data["cutoff_wavelength"].min()) for data in found.values())
     low, high = min(halves), max(halves)
     return (
-        f"{look}, with waves down to {shortest:g} m, half is shadowed from {low:.0f} to {high:.0f} m on, "
+        f"{look}, with waves down to {shortest:g} m, half is shadowed: from {low:.0f} to {high:.0f} m on, "
         f"{low / CLAIM_M:.2f} to {high / CLAIM_M:.2f} of what is claimed"
     )
 

@@ -113,8 +113,8 @@ def _draw_flat(
             ink = INKS[(0.05, 0.2, 0.9).index(baseline)]
             left.semilogy(gates, 1e3 * error, color=ink, lw=0.8, label=f"baseline {baseline:g} m")
     left.axhline(1.0, color=style.BLACK, lw=0.8, ls="--", label="asked")
-    left.set_ylim(1e-8, 100.0)
-    left.legend(loc="upper right", bbox_to_anchor=(1.0, 0.8))
+    left.set_ylim(1e-8, 1e5)
+    left.legend(loc="upper right")
     style.graph(left, "range [m]", "height [mm]", "Single points, 5 m mast: largest |height|")
     right = style.place(figure, 4.1, 0.35, 2.9, 1.9)
     for (mast, (gates, found, predicted)), ink in zip(distributed.items(), INKS, strict=False):

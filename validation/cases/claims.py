@@ -26,7 +26,7 @@ from claims_radar import rate as rate_claim
 from claims_radar import weakest_sea as weakest_claim
 from claims_sampling import ESTIMATORS, GRID_M, MASTS_M, draw_transfer, sampling, transfers
 from matplotlib.figure import Figure
-from shadowing_claim import CLAIM_M, cutoffs_of, half_ranges
+from shadowing_claim import CLAIM_M, JUDGED, cutoffs_of, half_ranges
 from shadowing_claim import draw as draw_half_ranges
 from shadowing_claim import judged as shadow_claim
 
@@ -137,7 +137,9 @@ def shadowed(full: bool) -> Outcome:
     whole = [data.sel(look="all looks") for data in found.values()]
     finer = [data["look_r50"].diff("resolution") for data in whole]
     share = np.array([data["look_r50"].values / data["look_r50_smith"].values for data in whole])
+    lines = [recorded(*_parted(words)) for words in figures]
     checks = (
+        *lines[: len(JUDGED)],
         at_most("largest step of the half range, all looks, to shorter waves", float(np.max(finer)), 0.0, "m"),
         between("half range over Smith's, all looks, least", share.min(), *SMITH_SHARE),
         between("the same, largest", share.max(), *SMITH_SHARE),
@@ -150,7 +152,7 @@ def shadowed(full: bool) -> Outcome:
             )
             for peak, data in zip(found, whole, strict=True)
         ),
-        *(recorded(*_parted(words)) for words in figures),
+        *lines[len(JUDGED) :],
     )
     caption = "Range at which half of the sea is in shadow, against the shortest resolved waves."
     return Outcome(checks, draw_half_ranges(found, seeds), caption, verdict, assumption)
@@ -158,8 +160,8 @@ def shadowed(full: bool) -> Outcome:
 
 def _parted(words: str) -> tuple[str, str]:
     """What was measured, and what was found, of a line of figures."""
-    what, colon, found = words.partition(": ")
-    return (what, found) if colon else ("beside them", words)
+    what, _, found = words.partition(": ")
+    return what, found
 
 
 def turns(full: bool) -> Outcome:
