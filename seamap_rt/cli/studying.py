@@ -12,6 +12,7 @@ from .shell import Settings, app, console, progress, scene_of
 
 FAILED = 1
 Varied = Annotated[list[str], Parameter(name="--vary", negative=(), consume_multiple=False)]
+Bin = Annotated[float, Parameter(name="--bin")]
 Cases = Annotated[list[str], Parameter(name="--only", negative=(), consume_multiple=False)]
 
 
@@ -21,7 +22,7 @@ def shadowing(
     *,
     heights: str | None = None,
     seeds: int = 4,
-    bin_m: float = 10.0,
+    bin_m: Bin = 10.0,
     out: Path | None = None,
     overwrite: bool = False,
     set_: Settings | None = None,
