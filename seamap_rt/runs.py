@@ -179,11 +179,11 @@ def _read_gauges(folder: Path) -> xr.Dataset:
 
 
 def _sea_state(maps: xr.DataTree) -> dict[str, Any]:
-    """What the maps say of the sea, turn by turn, and the last turn's in words."""
+    """What the maps say of the sea, turn by turn, and in words."""
     state = sea_state(maps)
     return {
         "sea_state": {str(name): values.values.tolist() for name, values in state.data_vars.items()},
-        "sea_state_in_words": in_words(state, -1),
+        "sea_state_in_words": in_words(state),
     }
 
 

@@ -68,7 +68,7 @@ def retrieve(
             file.append(maps.isel(turn=slice(turn, turn + 1)))
     for line in _answered(maps):
         console.print(line)
-    console.print(f"sea state: {in_words(sea_state(maps), -1)}")
+    console.print(f"sea state: {in_words(sea_state(maps))}")
     console.print(str(folder / "maps.nc"))
     return 0
 

@@ -184,14 +184,22 @@ def _direction(spectrum: WaveSpectrum, way: Travel) -> dict[str, float]:
     }
 
 
-def in_words(state: xr.Dataset, turn: int = 0) -> str:
-    """One line: height, peak period, direction and spread of one turn, as far as they are known."""
-    known = {str(name): float(values.values[turn]) for name, values in state.data_vars.items()}
-    if not np.isfinite(known["significant_wave_height"]):
+def in_words(state: xr.Dataset) -> str:
+    """One line: height, peak period, direction and spread, as far as they are known; of several turns their means."""
+    height = state["significant_wave_height"].values
+    known = np.isfinite(height)
+    if not known.any():
         return "sea state unknown: too little of the sea in sight"
-    text = f"Hs {known['significant_wave_height']:.2f} ± {known['significant_wave_height_std']:.2f} m"
-    if np.isfinite(known["peak_period"]):
-        text += f", Tp {known['peak_period']:.1f} s"
-    if np.isfinite(known["mean_direction"]):
-        text += f", from {known['mean_direction']:.0f}°, spread {known['directional_spread']:.0f}°"
+    text = f"Hs {height[known].mean():.2f}"
+    if known.sum() == 1:
+        text += f" ± {float(state['significant_wave_height_std'].values[known][0]):.2f} m"
+    else:  # what a turn's own bar leaves out: a patch of sea is one draw of many
+        text += f" m in the mean of {known.sum()} turns ({height[known].min():.2f} to {height[known].max():.2f} m)"
+    period, direction = (state[name].values for name in ("peak_period", "mean_direction"))
+    if np.isfinite(period).any():
+        text += f", Tp {np.nanmean(period):.1f} s"
+    known = np.isfinite(direction)
+    if known.any():
+        mean = np.degrees(np.angle(np.mean(np.exp(1j * np.radians(direction[known]))))) % 360.0
+        text += f", from {mean:.0f}°, spread {np.nanmean(state['directional_spread'].values):.0f}°"
     return text

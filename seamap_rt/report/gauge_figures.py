@@ -38,7 +38,7 @@ def _picture(number: int, name: str, gauge: xr.Dataset) -> Picture:
         f"Wave gauge: {name}",
         f"Height at the gauge {name} against time, as its wire and as the radar have it; their spectra; one against "
         "the other.",
-        f"At {float(gauge['east']):.4g} m east, {float(gauge['north']):.4g} m north. (a) The wire's record, and the "
+        f"At {_metres(gauge['east'])} east, {_metres(gauge['north'])} north. (a) The wire's record, and the "
         "radar's map there once a turn with ± its stated standard error; hollow: flagged by the retrieval. Nothing is "
         f"drawn where the map has no height.{part} (b) Spectra of the wire, of the wire read only when the radar sees "
         "the gauge, and of the radar, which folds in the same way; drawn for the radar up to half the turn rate alone."
@@ -46,6 +46,11 @@ def _picture(number: int, name: str, gauge: xr.Dataset) -> Picture:
         "equal, solid: regression of the radar's height on the wire's.",
         lambda: gauge_figure(gauge),
     )
+
+
+def _metres(place: xr.DataArray) -> str:
+    """To the centimetre, without needless zeros or a −0."""
+    return f"{round(float(place), 2) + 0.0:g} m"
 
 
 def _said_of(found: GaugeSpectra | NoSpectrum) -> str:

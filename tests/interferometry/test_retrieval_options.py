@@ -94,6 +94,18 @@ def test_sea_state_follows_from_the_maps() -> None:
     assert in_words(state).startswith("Hs 1.")
 
 
+def test_a_sea_state_of_several_turns_is_their_mean() -> None:
+    """Heights in the mean, with their ends; directions around north in the mean on the circle."""
+    one = sea_state(maps())
+    names = ("significant_wave_height", "peak_period", "mean_direction", "directional_spread")
+    turns = [one.assign({name: (one[name].dims, [value]) for name, value in zip(names, each, strict=True)}) for each in
+             ((1.0, 5.0, 350.0, 20.0), (np.nan, np.nan, np.nan, np.nan), (1.5, 6.0, 20.0, 30.0))]  # fmt: skip
+    state = xr.concat(turns, "turn", data_vars="all")
+    assert in_words(state) == "Hs 1.25 m in the mean of 2 turns (1.00 to 1.50 m), Tp 5.5 s, from 5°, spread 25°"
+    assert in_words(state.isel(turn=slice(1))).startswith("Hs 1.00 ± ")
+    assert in_words(state.isel(turn=slice(1, 2))).startswith("sea state unknown")
+
+
 def test_where_the_echo_grows_a_gate_hears_its_far_side() -> None:
     ranges = np.arange(30.0, 60.0, 1.5)
     response = RangeResponse(20e-9, 50e6)
