@@ -114,6 +114,7 @@ def run(
     timings: list[dict[str, float]] = []
     store = EchoStore(folder / "echoes.zarr")
     counts: dict[str, float] = {}
+    seen: list[int] = []  # ground cells that the turns' beams passed
     truth_file, maps_file = TurnFile(folder / "truth.nc"), TurnFile(folder / "maps.nc")
     gauge_file = GaugeFile(folder / "gauges.nc")
     with truth_file, maps_file, gauge_file, _told(truth_file, scene.turns):
@@ -133,6 +134,7 @@ def run(
                     gauge_file.append(gauges)
                 store.append(turn.echoes)
             timings.append(_added(turn.timing, clock.seconds))
+            seen.append(int(np.isfinite(maps["ground"]["time"].values).sum()))
             counts = {
                 "facets": turn.facets,
                 "rays": turn.rays,
@@ -150,6 +152,7 @@ def run(
             "gauges": judge(gauges) if gauges is not None else [],
             "timing_s": _timing(timings),
             "real_time_factor": _real_time_factor(scene, timings),
+            "ground_covered": seen[-1] / max(seen[0], 1),
             **counts,
             "peak_memory_bytes": peak_memory(),
             **simulator.facts(),

@@ -15,7 +15,8 @@ from seamap_rt.dataset import QUALITY_FLAGS, check
 from seamap_rt.interferometry import retrieve
 from seamap_rt.io.scenefile import InputError
 from seamap_rt.radar.scan import pulses
-from seamap_rt.report import fold_warning
+from seamap_rt.report import fold_warning, ground_warning
+from seamap_rt.runs import run
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulation, Simulator, expected, simulate
 
@@ -330,6 +331,16 @@ def test_a_choppy_sea_that_folds_is_flagged() -> None:
     assert Simulator(scene(sea__model="choppy")).turn(0).folded_share == 0.0
     assert fold_warning({"sea": {"choppy": {"folded_share": 0.0}}, "folded_share": 0.0}) is None
     assert fold_warning({"sea": {"choppy": None}}) is None
+
+
+@pytest.mark.parametrize(("speed", "covered"), [(0.0, 1.0), (8.0, 0.55), (30.0, 0.0)])
+def test_a_boat_that_runs_off_the_ground_maps_is_told(tmp_path: Path, speed: float, covered: float) -> None:
+    """They end 60.5 m from its start. After 2 s at 8 m/s a fan of 60 m that looks ahead has 44.5 m left, and areas are
+    as squares: 0.55 (of 380 cells, of which edges cut one in ten). At 30 m/s none is left."""
+    keys = {"turns": 3, "platform__speed_m_s": speed, "platform__heading_deg": 266.0, "retrieval__ground_m": 1.0}
+    found = run(scene(**keys), tmp_path / "out").metrics
+    assert found["ground_covered"] == pytest.approx(covered, rel=0.05)
+    assert (ground_warning(found) is None) == (covered == 1.0)
 
 
 def test_a_choppy_run_differs_from_a_linear_one_by_sharper_crests_only() -> None:

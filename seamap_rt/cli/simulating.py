@@ -33,11 +33,13 @@ def _print_account(metrics: dict[str, Any]) -> None:
         console.print(Text.assemble((f"{kind}: ", "bold" if kind == "modelled" else "dim bold"), said))
 
 
-def _warn_of_folds(metrics: dict[str, Any]) -> None:
-    from ..report import fold_warning
+def _warn(metrics: dict[str, Any]) -> None:
+    """Of folded waves, and of ground maps that the boat has left."""
+    from ..report import fold_warning, ground_warning
 
-    if warning := fold_warning(metrics):
-        console.print(f"flag: {warning}")
+    for warning in (fold_warning(metrics), ground_warning(metrics)):
+        if warning:
+            console.print(f"flag: {warning}")
 
 
 @app.command
@@ -81,7 +83,7 @@ def run(
     _print_account(result.metrics)
     console.print(_headline(result.metrics))
     console.print(f"sea state from the maps: {result.metrics['sea_state_in_words']}")
-    _warn_of_folds(result.metrics)
+    _warn(result.metrics)
     console.print(f"{result.folder / 'report.html'} (with maps.nc, truth.nc, echoes.zarr, metrics.json, scene.toml)")
     return 0
 

@@ -3,12 +3,13 @@
 from .curves import error_against_range, height_scatter, timing, visible_share
 from .maps import echo_power, height_maps, slope_maps
 from .page import write_report
-from .sea_words import fold_warning
+from .sea_words import fold_warning, ground_warning
 
 __all__ = [
     "echo_power",
     "error_against_range",
     "fold_warning",
+    "ground_warning",
     "height_maps",
     "height_scatter",
     "slope_maps",

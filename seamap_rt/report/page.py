@@ -20,7 +20,7 @@ from ..radar.array import antenna_array
 from ..scene import Scene
 from . import curves, evolution, gauge_figures, maps, reduce, style
 from .parts import NOTHING, Picture, Table, count, digits, metres, percent
-from .sea_words import fold_warning, sea_rows
+from .sea_words import fold_warning, ground_warning, sea_rows
 
 REPORT = "report.html"
 _PACKAGES = ("seamap_rt", "numpy", "scipy", "xarray", "matplotlib", "sionna-rt", "mitsuba", "drjit")
@@ -180,6 +180,8 @@ def pictures(
         "Grey is where the radar looked and got no height: shadow, an echo under the threshold, or a cell that the "
         "retrieval would not vouch for. Nothing is filled in. "
     )
+    if left := ground_warning(metrics):
+        blank += f"{left[0].upper()}{left[1:]}. "
     return [
         Picture(
             "height_maps",

@@ -11,6 +11,7 @@ from . import reduce
 
 Row = tuple[str, str]
 NO_WAVES_DB = -60.0  # a spectrum that begins so far below the resolved waves' has none there
+_LEAST_COVERED = 0.9  # of the ground cells of the first turn
 
 
 def sea_rows(metrics: Mapping[str, Any]) -> list[Row]:
@@ -58,6 +59,17 @@ def fold_warning(metrics: Mapping[str, Any]) -> str | None:
     return (
         f"sea.model = 'choppy': crests fold over on {water:.2g} of the water and {mesh:.2g} of the mesh; the highest "
         "sheet is meshed there"
+    )
+
+
+def ground_warning(metrics: Mapping[str, Any]) -> str | None:
+    """One line if the boat ran off the ground maps, else None."""
+    covered = reduce.number(metrics.get("ground_covered"))
+    if not covered < _LEAST_COVERED:
+        return None
+    return (
+        f"the boat runs off the ground maps, which lie around its start: of the last turn they hold {covered:.0%}; the "
+        "polar maps hold all of it"
     )
 
 
