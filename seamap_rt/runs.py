@@ -134,7 +134,7 @@ def run(
                     gauge_file.append(gauges)
                 store.append(turn.echoes)
             timings.append(_added(turn.timing, clock.seconds))
-            seen.append(int(np.isfinite(maps["ground"]["time"].values).sum()))
+            seen.append(int(np.isfinite(maps["ground"].to_dataset()["time"].values).sum()))
             counts = {
                 "facets": turn.facets,
                 "rays": turn.rays,

@@ -54,14 +54,14 @@ def alone(script: str, folder: Path) -> str:
     return done.stdout
 
 
-@pytest.mark.parametrize(
-    ("file", "made", "group"),
-    [
-        ("TurnFile(Path('it.nc'))", "tree(turn, 128)", "polar"),
-        ("SeaFile(Path('it.nc'), {})", "moment(turn, 256)", "/"),
-        ("GaugeFile(Path('it.nc'))", "series(turn, 20_000)", "/"),
-    ],
-)
+KINDS = [
+    ("TurnFile(Path('it.nc'))", "tree(turn, 128)", "polar"),
+    ("SeaFile(Path('it.nc'), {})", "moment(turn, 256)", "/"),
+    ("GaugeFile(Path('it.nc'))", "series(turn, 20_000)", "/"),
+]
+
+
+@pytest.mark.parametrize(("file", "made", "group"), KINDS)
 def test_a_full_disk_ends_with_the_last_whole_turn(tmp_path: Path, file: str, made: str, group: str) -> None:
     said = alone(
         f"""
@@ -86,6 +86,46 @@ def test_a_full_disk_ends_with_the_last_whole_turn(tmp_path: Path, file: str, ma
     # The room that is asked for beforehand is what a turn takes, and little more.
     size = (tmp_path / "it.nc").stat().st_size
     assert size + 1.05 * size / int(turns) + 1_000_000 > 5_000_000
+
+
+@pytest.mark.parametrize(("file", "made", "group"), KINDS)
+def test_a_turn_that_is_given_back_goes(tmp_path: Path, file: str, made: str, group: str) -> None:
+    """Whatever its kind, a file that has had three turns and keeps two is as long as one that has had two."""
+    alone(
+        f"""
+        for given_back in (False, True):
+            with {file} as file:
+                for turn in range(2):
+                    file.append({made})
+                try:
+                    with all_or_none(file):
+                        if given_back:
+                            file.append({made})
+                        raise InterruptedError
+                except InterruptedError:
+                    pass
+            Path("it.nc").rename(f"{{given_back}}.nc")
+        """,
+        tmp_path,
+    )
+    with xr.open_datatree(tmp_path / "True.nc") as found, xr.open_datatree(tmp_path / "False.nc") as asked:
+        xr.testing.assert_identical(found[group].to_dataset(), asked[group].to_dataset())
+
+
+def test_room_that_a_turn_does_not_need_is_given_back(tmp_path: Path) -> None:
+    """Files of a few small turns are small: asked for was a third of a megabyte each time."""
+    alone(
+        """
+        for turns in (1, 20):
+            with TurnFile(Path(f"{turns}.nc")) as file:
+                for turn in range(turns):
+                    file.append(tree(turn, 4))
+        """,
+        tmp_path,
+    )
+    one, twenty = ((tmp_path / f"{turns}.nc").stat().st_size for turns in (1, 20))
+    assert one < 50_000
+    assert twenty - one < 50_000  # 19 turns of 256 bytes and the trees that find them
 
 
 def test_a_turn_that_one_file_cannot_take_is_in_none(tmp_path: Path) -> None:

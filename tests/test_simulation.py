@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.dataset import QUALITY_FLAGS, check
-from seamap_rt.interferometry import retrieve
+from seamap_rt.echoes.files import EchoStore
+from seamap_rt.interferometry import open_echoes, retrieve
 from seamap_rt.io.scenefile import InputError
 from seamap_rt.radar.scan import pulses
 from seamap_rt.report import fold_warning, ground_warning
@@ -331,6 +333,25 @@ def test_a_choppy_sea_that_folds_is_flagged() -> None:
     assert Simulator(scene(sea__model="choppy")).turn(0).folded_share == 0.0
     assert fold_warning({"sea": {"choppy": {"folded_share": 0.0}}, "folded_share": 0.0}) is None
     assert fold_warning({"sea": {"choppy": None}}) is None
+
+
+def test_truth_and_echoes_of_a_simulation_that_fails_end_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    append, calls = EchoStore.append, []
+
+    def full(store: EchoStore, turn: xr.Dataset) -> None:
+        calls.append(turn)
+        if len(calls) == 3:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        append(store, turn)
+
+    monkeypatch.setattr(EchoStore, "append", full)
+    with pytest.raises(OSError, match="No space left"):
+        simulate(scene(turns=4), tmp_path)
+    assert open_echoes(tmp_path / "echoes.zarr").attrs["complete_turns"] == 2
+    with xr.open_datatree(tmp_path / "truth.nc") as truth:
+        assert truth["polar"].sizes["turn"] == truth["ground"].sizes["turn"] == 2
 
 
 @pytest.mark.parametrize(("speed", "covered"), [(0.0, 1.0), (8.0, 0.55), (30.0, 0.0)])

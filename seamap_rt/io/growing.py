@@ -55,10 +55,11 @@ class GrowingFile:
         if self._hdf5 is None or self._file is None:
             self._hdf5 = h5py.File(self._part, "w", track_order=True)
             self._file = h5netcdf.File(self._hdf5, "w")
-        handle = os.open(self._part, os.O_RDWR)
+        handle, size = os.open(self._part, os.O_RDWR), self._hdf5.id.get_filesize()
         try:
-            os.posix_fallocate(handle, self._hdf5.id.get_filesize(), room + _INDEX_BYTES * (16 + variables))
+            os.posix_fallocate(handle, size, room + _INDEX_BYTES * (16 + variables))
         except OSError as error:
+            os.ftruncate(handle, size)  # some file systems keep the part of the room that they had
             raise OSError(error.errno, os.strerror(error.errno or 0), str(self.path)) from None
         finally:
             os.close(handle)
@@ -67,6 +68,8 @@ class GrowingFile:
     def _count(self, length: dict[str, int]) -> None:
         """What was written is complete, and room that it did not need is given back."""
         assert self._hdf5 is not None
+        assert self._file is not None
+        self._file.flush()  # it ties dimensions to variables only now, which takes room too
         self._hdf5.flush()
         os.truncate(self._part, self._hdf5.id.get_filesize())
         self.length = length
