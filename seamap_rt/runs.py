@@ -85,11 +85,11 @@ def clear_folder(folder: Path, products: tuple[str, ...] = _PRODUCTS) -> None:
             path.unlink(missing_ok=True)
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a text file that appears whole or not at all."""
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write a file that appears whole or not at all."""
     part = path.with_name(f".{path.name}.part")
     try:
-        part.write_text(text, encoding="utf-8")
+        part.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8"))
         os.replace(part, path)
     finally:
         part.unlink(missing_ok=True)
@@ -117,7 +117,7 @@ def run(
     seen: list[int] = []  # ground cells that the turns' beams passed
     truth_file, maps_file = TurnFile(folder / "truth.nc"), TurnFile(folder / "maps.nc")
     gauge_file = GaugeFile(folder / "gauges.nc")
-    with truth_file, maps_file, gauge_file, _told(truth_file, scene.turns):
+    with store, truth_file, maps_file, gauge_file, _told(truth_file, scene.turns):
         for number in range(scene.turns):
             say(f"turn {number + 1} of {scene.turns}: simulating")
             turn = simulator.turn(number)

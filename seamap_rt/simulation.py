@@ -274,7 +274,7 @@ def simulate(scene: Scene, out: str | Path | None = None, *, overwrite: bool = F
             raise InputError(f"out = '{folder}': holds an earlier {name}; choose another folder, or overwrite it")
     folder.mkdir(parents=True, exist_ok=True)
     store, timing = EchoStore(folder / "echoes.zarr"), []
-    with TurnFile(folder / "truth.nc") as truth_file:
+    with store, TurnFile(folder / "truth.nc") as truth_file:
         for number in range(scene.turns):
             turn = simulator.turn(number)
             with uninterrupted(), all_or_none(truth_file):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import errno
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
+import zarr
 from numpy.testing import assert_allclose, assert_array_equal
 
 from seamap_rt.conventions import unit_from_azimuth
@@ -335,23 +337,33 @@ def test_a_choppy_sea_that_folds_is_flagged() -> None:
     assert fold_warning({"sea": {"choppy": None}}) is None
 
 
-def test_truth_and_echoes_of_a_simulation_that_fails_end_together(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("made", [simulate, run])
+@pytest.mark.parametrize("whole", [0, 2])
+def test_files_of_a_run_that_fails_end_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, made: Callable[..., Any], whole: int
 ) -> None:
+    """A disk that fills: all files hold the turns that are whole, and where there are none no file is left."""
     append, calls = EchoStore.append, []
 
     def full(store: EchoStore, turn: xr.Dataset) -> None:
         calls.append(turn)
-        if len(calls) == 3:
-            raise OSError(errno.ENOSPC, "No space left on device")
+        if len(calls) > whole:
+            monkeypatch.setattr(zarr.Array, "resize", no_room)
         append(store, turn)
+
+    def no_room(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(EchoStore, "append", full)
     with pytest.raises(OSError, match="No space left"):
-        simulate(scene(turns=4), tmp_path)
-    assert open_echoes(tmp_path / "echoes.zarr").attrs["complete_turns"] == 2
-    with xr.open_datatree(tmp_path / "truth.nc") as truth:
-        assert truth["polar"].sizes["turn"] == truth["ground"].sizes["turn"] == 2
+        made(scene(turns=4), tmp_path)
+    if whole == 0:
+        assert not list(tmp_path.iterdir())
+        return
+    assert open_echoes(tmp_path / "echoes.zarr").attrs["complete_turns"] == whole
+    for name in ("truth.nc", "maps.nc") if made is run else ("truth.nc",):
+        with xr.open_datatree(tmp_path / name) as tree:
+            assert tree["polar"].sizes["turn"] == tree["ground"].sizes["turn"] == whole
 
 
 @pytest.mark.parametrize(("speed", "covered"), [(0.0, 1.0), (8.0, 0.55), (30.0, 0.0)])

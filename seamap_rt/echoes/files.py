@@ -5,7 +5,8 @@ from __future__ import annotations
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from types import TracebackType
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
@@ -99,11 +100,15 @@ def echo_dataset(
 
 
 class EchoStore:
-    """A Zarr group that grows by whole turns; its attribute `complete_turns` counts those that are all there."""
+    """A Zarr group that grows by whole turns; its attribute `complete_turns` counts those that are all there.
+
+    Left as a context without a single one, it leaves nothing behind.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self._group: zarr.Group | None = None
+        self._begun = self._complete = False
 
     def append(self, turn: xr.Dataset) -> None:
         """Append one turn's echoes."""
@@ -124,10 +129,21 @@ class EchoStore:
                 array.resize((start, *array.shape[1:]))  # type: ignore[union-attr]
             raise
         self._group.attrs["complete_turns"] = turn.attrs["complete_turns"]
+        self._complete = True
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._begun and not self._complete:
+            shutil.rmtree(self.path, ignore_errors=True)
 
     def _create(self, turn: xr.Dataset) -> zarr.Group:
         if self.path.exists():
             shutil.rmtree(self.path)
+        self._begun = True
         group = zarr.open_group(self.path, mode="w", zarr_format=3)
         for name, variable in turn.variables.items():
             rolling = variable.dims[0] == "pulse"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -206,7 +205,5 @@ def write_link(
     clear_folder(folder, PRODUCTS)
     with uninterrupted():
         write_whole(folder / "link.csv", link_table(radar, table))
-        part = folder / ".link.png.part"
-        part.write_bytes(picture)
-        os.replace(part, folder / "link.png")
+        write_whole(folder / "link.png", picture)
     return LinkProducts(lines, tuple(folder / name for name in PRODUCTS))

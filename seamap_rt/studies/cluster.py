@@ -117,7 +117,7 @@ def existing_client(scheduler: str) -> Iterator[Client]:
     try:
         _knock(address)
         client = Client(address, timeout=_CONNECT_S, set_as_default=False)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, TypeError) as error:  # TypeError: a worker, or TLS without keys
         raise InputError(
             f"--scheduler = '{scheduler}': no scheduler answers at {address} ({error}); start one, or leave "
             "--scheduler out to compute here"
@@ -135,11 +135,15 @@ def existing_client(scheduler: str) -> Iterator[Client]:
 def _knock(address: str) -> None:
     """OSError where no scheduler greets whoever connects: a client would wait for ever, or take any greeting for one.
 
-    A greeting begins with its length in bytes.
+    A greeting is its own length in bytes, and so many bytes.
     """
     place = urlsplit(address)
-    with socket.create_connection((place.hostname, place.port or 0), _CONNECT_S) as door:
-        if place.scheme == "tcp" and not 0 < int.from_bytes(door.recv(8, socket.MSG_WAITALL), "little") < _GREETING:
+    with socket.create_connection((place.hostname, place.port or 0), _CONNECT_S) as door, door.makefile("rb") as said:
+        if place.scheme != "tcp":
+            return  # others have to be greeted first
+        length = said.read(8)
+        size = int.from_bytes(length, "little")
+        if not (len(length) == 8 and 0 < size < _GREETING and len(said.read(size)) == size):
             raise OSError("something else does")
 
 

@@ -116,7 +116,7 @@ def _refuse(heights_m: Sequence[float], seeds: int, bin_m: float) -> None:
     if seeds < 1:
         raise InputError(f"seeds = {seeds}: must be at least 1; 2 or more give bands")
     if not (np.isfinite(bin_m) and bin_m > 0.0):
-        raise InputError(f"bin_m = {bin_m:g}: must be finite and greater than 0, the length of a range bin in metres")
+        raise InputError(f"bin = {bin_m:g}: must be finite and greater than 0, the length of a range bin in metres")
 
 
 def _window_of(scene: Scene, meshing: TracingSettings, sea: Sea, bin_m: float) -> Window:
@@ -125,11 +125,11 @@ def _window_of(scene: Scene, meshing: TracingSettings, sea: Sea, bin_m: float) -
     if bin_m < LEAST_RUNGS_A_BIN * rung:
         least = LEAST_RUNGS_A_BIN * rung
         raise InputError(
-            f"bin_m = {bin_m:g}: must be at least {least:g} ({LEAST_RUNGS_A_BIN} rungs of the mesh); lengthen it"
+            f"bin = {bin_m:g}: must be at least {least:g} ({LEAST_RUNGS_A_BIN} rungs of the mesh); lengthen it"
         )
     edges = np.arange(np.ceil(near / bin_m - 1e-9), np.floor(far / bin_m + 1e-9) + 1.0) * bin_m
     if edges.size < 3:
-        raise InputError(f"bin_m = {bin_m:g}: radar.range_m = [{near:g}, {far:g}] must hold two of them; shorten it")
+        raise InputError(f"bin = {bin_m:g}: radar.range_m = [{near:g}, {far:g}] must hold two of them; shorten it")
     waves = main_waves(scene)
     looks = Looks.of(grid, scene.radar, waves.from_deg if waves else 0.0)
     return Window(grid, looks, edges, meshing.columns_per_beam or 0)

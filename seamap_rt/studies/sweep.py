@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -27,7 +26,7 @@ from ..runs import clear_folder, prepare_folder, write_whole
 from ..scene import Scene
 from .point import MANIFEST, POINTS, Outcome, Task, ended, keep, kept
 from .trade_figures import draw_trade
-from .trade_table import rows, trade_table, write_table
+from .trade_table import rows, trade_table
 from .usable import Criterion
 from .vary import Point, Vary, grid, scenes_of, seeds_of
 
@@ -149,10 +148,9 @@ class Sweep:
         """The table and its figure, as files."""
         with uninterrupted():
             write_whole(self.folder / "trade.csv", rows(table))
-            write_table(table, self.folder / "trade.nc")
-        part = self.folder / ".trade.png.part"
-        part.write_bytes(style.png(draw_trade(table)))
-        os.replace(part, self.folder / "trade.png")
+            # By way of memory: HDF5 itself may crash on a full disk.
+            write_whole(self.folder / "trade.nc", bytes(table.to_netcdf(engine="h5netcdf")))
+        write_whole(self.folder / "trade.png", style.png(draw_trade(table)))
 
 
 def _named_files(tree: Any) -> Iterator[str]:

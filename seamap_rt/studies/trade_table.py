@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -158,13 +156,3 @@ def _cell(value: Any) -> str:
     if isinstance(value, float):
         return "" if np.isnan(value) else f"{value:.10g}"
     return str(value)
-
-
-def write_table(table: xr.Dataset, path: Path) -> None:
-    """Write the dataset as NetCDF, whole or not at all."""
-    part = path.with_name(f".{path.name}.part")
-    try:
-        part.write_bytes(bytes(table.to_netcdf(engine="h5netcdf")))  # HDF5 itself may crash on a full disk
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from ..io.interrupts import uninterrupted
 from ..report import style
 from ..runs import clear_folder, prepare_folder, write_whole
 from .case import Case, Check
@@ -49,9 +50,11 @@ def validate(
         try:
             for number, case in enumerate(asked):
                 say(f"case {number + 1} of {len(asked)}: {case.title}")
-                done.append(_run(case, full))
-                result = Result(folder, tuple(done), len(asked), time.perf_counter() - start)
-                _write(result, around, full)  # after each: whatever ends the process later leaves what is done
+                ended = _run(case, full)
+                with uninterrupted():  # so that what is said to be on the page is
+                    done.append(ended)
+                    result = Result(folder, tuple(done), len(asked), time.perf_counter() - start)
+                    _write(result, around, full)  # after each: whatever ends the process later leaves what is done
         except KeyboardInterrupt:
             shown = f"; {folder / PAGE} shows them" if done else ""
             raise KeyboardInterrupt(f"{len(done)} of {len(asked)} cases are done{shown}") from None

@@ -54,7 +54,16 @@ def refused(scheduler: str, match: str) -> None:
     assert time.monotonic() - start < 15.0  # a client of its own accord waits for ever
 
 
-@pytest.mark.parametrize("greets", [None, b"", b"SSH-2.0-OpenSSH_9.2\r\n"], ids=["hangs up", "silent", "ssh"])
+GREETINGS = {
+    "hangs up": None,
+    "silent": b"",
+    "ssh": b"SSH-2.0-OpenSSH_9.2\r\n",
+    "three letters": b"hi\n",
+    "a length alone": (100).to_bytes(8, "little"),
+}
+
+
+@pytest.mark.parametrize("greets", GREETINGS.values(), ids=GREETINGS)
 def test_what_is_no_scheduler_is_refused(greets: bytes | None) -> None:
     with port_that(greets) as address:
         refused(address, f"--scheduler = '{address}': no scheduler answers at {address}")

@@ -244,7 +244,7 @@ def test_a_study_that_cannot_end_leaves_the_one_before(
         ({"heights_m": [3.0, 3]}, "given twice"),
         ({"heights_m": [-1.0]}, "radar.height_m"),
         ({"seeds": 0}, "seeds = 0"),
-        ({"bin_m": float("nan")}, "bin_m"),
+        ({"bin_m": float("nan")}, "bin = nan"),
         ({"bin_m": 1.0}, "rungs of the mesh"),
         ({"bin_m": 150.0}, "must hold two"),
     ],

@@ -272,7 +272,7 @@ CASES: list[Case] = [
         expectation=(
             "Every shorter wave adds slope, and so shadow: the half range falls with each. Smith takes its points "
             "for independent and sees farther, by less than 20 % (see smith_overestimates). As a bound, over all looks "
-            "and with waves drawn down to 1 m, the claim holds to 95 %."
+            "and with waves drawn down to 1 m (0.5 m with --full), the claim holds to 95 %."
         ),
         run=shadowed,
     ),
