@@ -164,3 +164,25 @@ def test_no_turn_leaves_no_file(tmp_path: Path) -> None:
     )
     assert said.startswith("none.nc ")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("answer", ["None", "EINVAL", "EOPNOTSUPP"])
+def test_file_systems_that_give_no_word_are_written_to(tmp_path: Path, answer: str) -> None:
+    """macOS knows no such call (None), and some file systems refuse it for all sizes."""
+    alone(
+        f"""
+        import errno, os
+        def refuse(*_):
+            raise OSError(errno.{answer if answer != "None" else "EIO"}, "not here")
+        if "{answer}" == "None":
+            del os.posix_fallocate
+        else:
+            os.posix_fallocate = refuse
+        with TurnFile(Path("it.nc")) as file:
+            for turn in range(3):
+                file.append(tree(turn, 16))
+        """,
+        tmp_path,
+    )
+    with xr.open_datatree(tmp_path / "it.nc") as found:
+        assert found["polar"].to_dataset()["turn"].values.tolist() == [0, 1, 2]

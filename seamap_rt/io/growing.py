@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -50,15 +51,19 @@ class GrowingFile:
     def _opened(self, room: int, variables: int) -> h5netcdf.File:
         """The file, with the disk's word that so many bytes in so many variables can follow. OSError if not.
 
-        HDF5 itself may crash, as late as at the end of the process, if it finds the disk full while it writes.
+        HDF5 itself may crash, as late as at the end of the process, if it finds the disk full while it writes. Where
+        the system (macOS) or the file system gives no such word, the file is written without it.
         """
         if self._hdf5 is None or self._file is None:
             self._hdf5 = h5py.File(self._part, "w", track_order=True)
             self._file = h5netcdf.File(self._hdf5, "w")
         handle, size = os.open(self._part, os.O_RDWR), self._hdf5.id.get_filesize()
         try:
-            os.posix_fallocate(handle, size, room + _INDEX_BYTES * (16 + variables))
+            if hasattr(os, "posix_fallocate"):
+                os.posix_fallocate(handle, size, room + _INDEX_BYTES * (16 + variables))
         except OSError as error:
+            if error.errno in (errno.EINVAL, errno.EOPNOTSUPP):
+                return self._file
             os.ftruncate(handle, size)  # some file systems keep the part of the room that they had
             raise OSError(error.errno, os.strerror(error.errno or 0), str(self.path)) from None
         finally:
