@@ -141,8 +141,8 @@ def draw(curves: dict[str, list[tuple[tuple[float, int], NDArray[np.float64], Me
             axis.set_ylim(bottom=0.0)
         column[-1].set_xlabel("range (m)")
     figure.suptitle("What the mesh costs the maps: predicted (lines), measured against 0.125 m and 16 columns (points)")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="lower center", ncols=len(curves[next(iter(curves))]))
-    figure.tight_layout(rect=(0.0, 0.04, 1.0, 1.0))
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="lower center", ncols=5)
+    figure.tight_layout(rect=(0.0, 0.06, 1.0, 1.0))
     path.parent.mkdir(exist_ok=True)
     figure.savefig(path, dpi=110)
 
