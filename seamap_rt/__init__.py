@@ -17,18 +17,18 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from . import analytic, echoes, scattering, sea, studies
-    from .backend import NoBackend
+    from .errors import InputError, NoBackend
     from .gauges import gauge_series
-    from .interferometry import echoes_from_recording, open_recording, retrieve, sea_state
-    from .io.scenefile import InputError
+    from .interferometry import echoes_from_recording, open_recording, retrieve
     from .metrics import compare
-    from .runs import run
     from .scene import Scene, load_scene
+    from .session import run
     from .simulation import Simulation, expected, simulate
+    from .wavefield import sea_state
 
 _HOMES = {
-    "InputError": "io.scenefile",
-    "NoBackend": "backend",
+    "InputError": "errors",
+    "NoBackend": "errors",
     "Scene": "scene",
     "Simulation": "simulation",
     "compare": "metrics",
@@ -38,7 +38,7 @@ _HOMES = {
     "load_scene": "scene",
     "open_recording": "interferometry",
     "retrieve": "interferometry",
-    "run": "runs",
+    "run": "session",
     "sea_state": "interferometry",
     "simulate": "simulation",
 }

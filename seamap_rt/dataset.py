@@ -12,9 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-
-class SchemaError(ValueError):
-    """A dataset that does not keep the schema; the message is one line."""
+from .errors import SchemaError
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, model_validator
 
 from .conventions import SPEED_OF_LIGHT
-from .detail import MOST_TRIANGLES, MeshDetail, mesh_detail, triangles
 from .io import scenefile
+from .mesh.sizing import MOST_TRIANGLES, MeshDetail, mesh_detail, triangles
 from .radar.array import antenna_array
 from .radar.checks import check_radar, pulses_of_a_look, pulses_of_a_turn
 from .radar.platform import boat_motion

@@ -23,9 +23,9 @@ from .echoes.radar_cross_section import Returns, SeaSurface
 from .echoes.riding import masts, run_sea
 from .echoes.scenery import Scenery
 from .echoes.turn import turn_echoes
+from .errors import InputError
 from .io.growing import all_or_none
 from .io.interrupts import uninterrupted
-from .io.scenefile import InputError
 from .io.turnfile import TurnFile
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
 from .mesh.polar import PolarGrid, sea_on_grid, submerged_lines

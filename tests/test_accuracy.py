@@ -62,7 +62,7 @@ def test_a_window_that_follows_the_waves_beats_single_cells(noise: bool) -> None
 
 @pytest.mark.parametrize("noise", [False, True])
 def test_a_window_that_adapts_itself_beats_fixed_ones(noise: bool) -> None:
-    # By 5 %, as was asked; over five seeds it is 10 % and 13 %. These windows do best here (validation/retrieval.py).
+    # By 5 %, as asked; over five seeds it is 10 % and 13 %. These windows do best here (validation.retrieval.maps).
     windows = [(6.0, 2.7), (9.0, 2.7)]
     fixed = min(overall(noise, "VV", "sliding_plane", *window)["height_rmse_m"] for window in windows)
     assert overall(noise)["height_rmse_m"] < 0.95 * fixed

@@ -15,8 +15,9 @@ from typing import Any
 
 import pytest
 
-from seamap_rt import backend
-from seamap_rt.backend import VARIABLE, Backend, Check, NoBackend, _Candidate, _Verdict
+from seamap_rt.compute import backend
+from seamap_rt.compute.backend import VARIABLE, Backend, Check, _Candidate, _Verdict
+from seamap_rt.errors import NoBackend
 
 ROOT = Path(__file__).parents[1]
 choose = backend.prepare.__wrapped__  # without the memory of this process

@@ -14,8 +14,9 @@ import xarray as xr
 import zarr
 from numpy.testing import assert_array_equal
 
-from seamap_rt.dataset import ECHO_ATTRIBUTES, QUALITY_FLAGS, SCHEMA, SchemaError, build, check
+from seamap_rt.dataset import ECHO_ATTRIBUTES, QUALITY_FLAGS, SCHEMA, build, check
 from seamap_rt.echoes.files import EchoStore, echo_dataset
+from seamap_rt.errors import SchemaError
 from seamap_rt.interferometry import open_echoes
 from seamap_rt.io.interrupts import uninterrupted
 from seamap_rt.io.turnfile import TurnFile

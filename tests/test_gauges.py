@@ -15,14 +15,14 @@ from numpy.testing import assert_allclose, assert_array_equal
 from seamap_rt import analytic
 from seamap_rt.conventions import GRAVITY, SURFACE_TENSION, WATER_DENSITY
 from seamap_rt.dataset import QUALITY_FLAGS, build, check
+from seamap_rt.errors import InputError
 from seamap_rt.gauges import GaugeFile, GaugeSpectra, NoSpectrum, gauge_series, judge, judge_one, spectra
 from seamap_rt.gauges.reading import sample_times
 from seamap_rt.interferometry import retrieve
-from seamap_rt.io.scenefile import InputError
 from seamap_rt.report import style
-from seamap_rt.runs import RunResult, run
 from seamap_rt.scene import load_scene
 from seamap_rt.sea import Sea, realize
+from seamap_rt.session import RunResult, run
 from seamap_rt.settings import GaugeSettings, RadarSettings, SeaSettings
 
 

@@ -1,14 +1,11 @@
-"""The four modes and the moving boat, from the sea to the map: the laws that validation/modes.py and riding.py print.
+"""The four modes and the moving boat, from the sea to the map: the laws that validation.radar prints.
 
 Their own functions are used, so that what they print is held here on small pieces of sea.
 """
 
 from __future__ import annotations
 
-import importlib
-import sys
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,10 +14,7 @@ from numpy.testing import assert_array_equal
 
 from seamap_rt.scene import load_scene
 from seamap_rt.simulation import Simulator, Turn
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "validation"))
-modes, riding = importlib.import_module("modes"), importlib.import_module("riding")
-sys.path.pop(0)
+from validation.radar import modes, riding
 
 EDGES = (50.0, 75.0, 100.0)
 SMALL: dict[str, Any] = {"radar.range_m": [15.0, 110.0], "sea.extent_m": 400.0}

@@ -13,11 +13,10 @@ import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
-from seamap_rt.backend import NoBackend
 from seamap_rt.cli import main
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.dataset import check
-from seamap_rt.io.scenefile import InputError
+from seamap_rt.errors import InputError, NoBackend
 from seamap_rt.io.seafile import ROUNDING
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.mesh.polar import sea_on_grid

@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
 from seamap_rt.conventions import SPEED_OF_LIGHT
-from seamap_rt.io.scenefile import InputError, list_shipped, read_toml
+from seamap_rt.errors import InputError
+from seamap_rt.io.scenefile import list_shipped, read_toml
 from seamap_rt.radar.antenna import antenna
 from seamap_rt.scattering import MEAN_MODELS
 from seamap_rt.scene import Scene, load_scene

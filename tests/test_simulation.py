@@ -16,12 +16,12 @@ from numpy.testing import assert_allclose, assert_array_equal
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.dataset import QUALITY_FLAGS, check
 from seamap_rt.echoes.files import EchoStore
+from seamap_rt.errors import InputError
 from seamap_rt.interferometry import open_echoes, retrieve
-from seamap_rt.io.scenefile import InputError
 from seamap_rt.radar.scan import pulses
 from seamap_rt.report import fold_warning, ground_warning
-from seamap_rt.runs import run
 from seamap_rt.scene import Scene, load_scene
+from seamap_rt.session import run
 from seamap_rt.simulation import Simulation, Simulator, expected, simulate
 
 GRAVITY, TENSION = 9.81, 0.074 / 1025.0

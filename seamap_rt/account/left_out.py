@@ -21,8 +21,8 @@ def left_out_rows(basis: Basis) -> list[Row]:
             "multiple scattering",
             "one bounce; the second is not traced",
             "0.5 % of the echo if the sea scatters evenly; up to 2 % along the waves and 8 % across them by mirrors",
-            "choppy_sea by Sionna RT's path solver (`validation/paths.py`); twice to four times that where a path and "
-            "its reverse add in phase",
+            "choppy_sea by Sionna RT's path solver (`validation/light/paths.py`); twice to four times that where a "
+            "path and its reverse add in phase",
         ),
         _mesh(basis),
         _curvature(basis),
@@ -45,7 +45,7 @@ def _mesh(basis: Basis) -> Row:
         why,
         f"{detail.height_error_m:.2g} m rms of the maps' heights, {detail.power_error_db:.2g} dB of power, "
         f"{detail.visible_error:.1%} of what is visible",
-        "the model by which the mesh was sized (`validation/detail.py`), cells more than half visible",
+        "the model by which the mesh was sized (`validation/light/detail.py`), cells more than half visible",
     )
 
 

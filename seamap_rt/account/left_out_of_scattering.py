@@ -34,14 +34,14 @@ def _diffraction(basis: Basis) -> Row:
             "diffraction at shadow edges",
             "geometric shadows; an edge blurs by about 0.5 m at X band; tracing.diffraction = 'knife_edge'",
             "0.4–3 dB of the echo at 50–400 m",
-            "choppy_sea, `validation/diffraction.py`",
+            "choppy_sea, `validation/light/diffraction.py`",
         )
     return Row(
         "what diffraction does to heights",
         "a shadow answers with its crest's height, and the fringes above a crest pull heights beside it down; "
         "the stated error knows neither",
         "0.11 m rms of height",
-        "choppy_sea, `validation/scattering_speed.py`: 0.139 m with it, 0.090 m without",
+        "choppy_sea, `validation/scattering/scattering_speed.py`: 0.139 m with it, 0.090 m without",
     )
 
 
@@ -63,7 +63,7 @@ def _of_two_scale(basis: Basis) -> list[Row]:
                 "a breaker's life",
                 "breakers are a share of each facet, not bursts that grow and fade",
                 "echo too smooth by 5–10 × in HH, 1.4 × in VV",
-                "shape parameter on choppy_sea against Watts & Wicks (1990), `validation/texture.py`",
+                "shape parameter on choppy_sea against Watts & Wicks (1990), `validation/scattering/texture.py`",
             )
         )
     else:

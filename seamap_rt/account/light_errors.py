@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from ..analytic import shadowing_smith67
 from ..conventions import db, from_db
+from ..physics.dispersion import angular_frequency
 from ..radar.link import grazing_angle
 from ..scattering import MEAN_MODELS, PERMITTIVITIES, ShortWaves, mean_nrcs, nrcs_composite
 from ..scattering.bragg import radar_wavenumber
 from ..scattering.modulation import ACTION_POWER
 from ..scene import Scene
 from ..sea import Resolved
-from ..sea.dispersion import angular_frequency
 from ..settings import RadarSettings
 
 _RANGES = 400  # of the window, at which a share is asked for

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.special import spherical_jn
 
 from ..conventions import unit_from_azimuth
+from ..physics.dispersion import angular_frequency, orbital_ratio
 from ..sea import spectral_system, wave_facts
-from ..sea.dispersion import angular_frequency, orbital_ratio
 from ..settings import RandomWaves, SeaSettings, SinusoidWaves
 
 _LONGEST = 1e-5  # rad/m, beyond every sea wave

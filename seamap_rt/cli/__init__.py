@@ -7,9 +7,9 @@ import sys
 
 from cyclopts import CycloptsError
 
-from ..backend import NoBackend, doctor, doctor_lines
-from ..dataset import SchemaError
-from ..io.scenefile import InputError, list_shipped, read_toml
+from ..compute.backend import doctor, doctor_lines
+from ..errors import InputError, NoBackend, SchemaError
+from ..io.scenefile import list_shipped, read_toml
 from . import retrieving, simulating, studying  # noqa: F401  their commands join the application
 from .shell import app, console
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from ..dataset import QUALITY_FLAGS, SchemaError
-from ..io.scenefile import InputError
+from ..dataset import QUALITY_FLAGS
+from ..errors import InputError, SchemaError
 from .shell import Names, Settings, app, console, overrides_of
 
 
@@ -40,12 +40,12 @@ def retrieve(
         retrieval.KEY=VALUE, as often as wanted.
     """
     from ..interferometry import retrieve as retrieve_echoes
-    from ..interferometry import sea_state
-    from ..interferometry.sea_state import in_words
     from ..io.scenefile import apply_overrides, validate
     from ..io.turnfile import TurnFile
-    from ..runs import clear_folder, prepare_folder
+    from ..session import clear_folder, prepare_folder
     from ..settings import RetrievalSettings
+    from ..wavefield import sea_state
+    from ..wavefield.sea_state import in_words
 
     overrides = overrides_of(set_)
     for key in overrides:

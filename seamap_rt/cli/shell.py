@@ -9,7 +9,7 @@ from cyclopts import App, Parameter
 from rich.console import Console
 
 from .. import __version__
-from ..io.scenefile import InputError
+from ..errors import InputError
 
 app = App(
     name="seamap-rt",

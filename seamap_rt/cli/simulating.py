@@ -73,7 +73,7 @@ def run(
         KEY=VALUE, any key of the scene file, as often as wanted.
     """
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
-    from ..runs import run as run_scene
+    from ..session import run as run_scene
 
     say, stop = progress()
     try:
@@ -104,7 +104,7 @@ def simulate(scene: str, *, out: Path, overwrite: bool = False, set_: Settings |
         KEY=VALUE, any key of the scene file, as often as wanted.
     """
     loaded = scene_of(scene, set_)
-    from ..runs import prepare_folder
+    from ..session import prepare_folder
     from ..simulation import simulate as simulate_scene
 
     prepare_folder(out, overwrite, ("echoes.zarr", "truth.nc"))

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ..io.scenefile import InputError
+from ..errors import InputError
 from .shell import Settings, app, console, progress, scene_of
 
 FAILED = 1

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..compiled import compiled
-from ..lanes import LANES, add, less, load, plus, product, store, zeros
+from ..compute.compiled import compiled
+from ..compute.lanes import LANES, add, less, load, plus, product, store, zeros
 from .gaussian import count_bits, key_of, normals, turned
 
 _ALIKE = 1e-3  # rad that paths may turn against each other while a facet is heard, and share a phasor

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compiled import compiled
+from ..compute.compiled import compiled
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _ONE = np.float32(1.0)

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compiled import compiled
+from ..compute.compiled import compiled
 from ..mesh import Facets
 from ..radar.array import antenna_array
 from ..radar.scan import Pulses

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compiled import compiled
+from ..compute.compiled import compiled
 from ..conventions import SPEED_OF_LIGHT
 from ..mesh import Facets
 from ..radar.antenna import Cut

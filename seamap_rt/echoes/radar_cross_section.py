@@ -16,17 +16,17 @@ from numpy.typing import NDArray
 
 from ..conventions import SPEED_OF_LIGHT, from_db, wrap_degrees
 from ..mesh import Facets
+from ..physics.dispersion import angular_frequency
 from ..scattering import PERMITTIVITIES, ShortWaves, mean_nrcs
 from ..scattering.breaking import breaker_motion
 from ..scattering.calibration import Scale, fit_scale
 from ..scattering.composite import nrcs_composite
 from ..scattering.modulation import approaching_share, relaxation_rate
-from ..sea.dispersion import angular_frequency
 from ..settings import RadarSettings, ScatteringSettings
 from .motion import Motion
 
 _NEAREST = 0.8  # of the near gate's range, from which on facets count for the calibration
-_DEGREE = 5  # of the scale in log grazing: within 0.3 dB of the mean over two decades (`validation/nrcs.py`)
+_DEGREE = 5  # of the scale in log grazing: within 0.3 dB of the mean over two decades (`validation/scattering/nrcs.py`)
 
 
 class Returns(NamedTuple):

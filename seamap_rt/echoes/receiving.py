@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compiled import compiled
+from ..compute.compiled import compiled
 from ..conventions import db
 from ..radar.array import antenna_array
 from ..radar.digital import DigitalReceiver

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..io.scenefile import InputError
+from ..errors import InputError
 from ..radar.array import as_it_looks
 from ..radar.mast import Mast
 from ..radar.platform import boat_motion

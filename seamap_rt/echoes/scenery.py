@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..conventions import SPEED_OF_LIGHT, unit_from_azimuth, wrap_degrees
+from ..errors import InputError
 from ..io.meshfile import load_mesh
-from ..io.scenefile import InputError
 from ..mesh import Facets, SurfaceMesh
 from ..radar.mast import Mast, Stance
 from ..radar.pose import boat_axes

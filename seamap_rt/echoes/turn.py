@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from ..compute.lanes import LANES
 from ..conventions import unit_from_azimuth
-from ..lanes import LANES
 from ..mesh import Facets
 from ..radar.array import antenna_array
 from ..radar.mast import column_frame

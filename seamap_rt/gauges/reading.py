@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import wrap_degrees
 from ..dataset import QUALITY_FLAGS, build
-from ..io.scenefile import InputError
+from ..errors import InputError
 from ..sea import Sea
 from ..settings import GaugeSettings
 

@@ -1,7 +1,7 @@
 """Echoes → phase, height and slope, on the ground. Reads echoes and the radar's own description, nothing else."""
 
-from .recorded import echoes_from_recording, open_recording
+from ..wavefield.sea_state import sea_state
+from .input.recorded import echoes_from_recording, open_recording
 from .retrieval import open_echoes, retrieve, retrieve_one
-from .sea_state import sea_state
 
 __all__ = ["echoes_from_recording", "open_echoes", "open_recording", "retrieve", "retrieve_one", "sea_state"]

@@ -12,18 +12,18 @@ from numpy.typing import NDArray
 
 from ..radar.grid import look_sweeps
 from ..settings import RetrievalSettings
-from .ambiguity import Expected
-from .covariance import pulse_correlation
-from .description import RadarDescription, compared_receivers, transmitters
-from .dwell_sums import DwellSums, Paired
-from .dwells import Dwells
-from .estimators import single_cell
-from .heights import PhaseModel
-from .interferogram import Interferogram
-from .pairs import PulsePairs
-from .stance import LookStances, PulseStances
-from .uncertainty import Dwelt
-from .velocity import Lag, beam_passage
+from .covariance.dwell_sums import DwellSums, Paired
+from .covariance.dwells import Dwells
+from .covariance.pairs import PulsePairs
+from .covariance.velocity import Lag, beam_passage
+from .covariance.windows import pulse_correlation
+from .estimation.estimators import single_cell
+from .geometry.heights import PhaseModel
+from .geometry.stance import LookStances, PulseStances
+from .input.description import RadarDescription, compared_receivers, transmitters
+from .phase.ambiguity import Expected
+from .phase.interferogram import Interferogram
+from .phase.uncertainty import Dwelt
 
 _BLURRED_GATES = 0.2  # at most, of all
 _LASTING = 0.9  # coherence of an antenna's echo with its next one, below which pulses are not compared

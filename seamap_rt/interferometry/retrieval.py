@@ -11,21 +11,22 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..conventions import db
-from ..dataset import QUALITY_FLAGS, SchemaError, build, check
+from ..dataset import QUALITY_FLAGS, build, check
+from ..errors import SchemaError
 from ..settings import RetrievalSettings
-from .covariance import window_weights
-from .description import RadarDescription
-from .estimators import ESTIMATORS, Estimate
-from .ground_map import Ground, ground_map
-from .heights import Found
-from .instant import at_one_instant
-from .interferogram import Interferogram
+from .covariance.velocity import Doppler, Lag, doppler, over_ground, own_velocity
+from .covariance.windows import window_weights
+from .estimation.estimators import ESTIMATORS, Estimate
+from .estimation.quality import lit_power, quality_flags
+from .estimation.shadow import Shadow, rms_slope, shadow
+from .estimation.slopes import Slopes, local_planes, plane_reach
+from .geometry.heights import Found
+from .gridding.ground_map import Ground, ground_map
+from .gridding.instant import at_one_instant
+from .input.checks import sound
+from .input.description import RadarDescription
 from .looks import Looks, interferogram
-from .quality import lit_power, quality_flags
-from .shadow import Shadow, rms_slope, shadow
-from .slopes import Slopes, local_planes, plane_reach
-from .sound import sound
-from .velocity import Doppler, Lag, doppler, over_ground, own_velocity
+from .phase.interferogram import Interferogram
 
 Map = NDArray[np.float64]
 

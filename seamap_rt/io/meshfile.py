@@ -13,8 +13,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from ..errors import InputError
 from ..settings import ObjectSettings
-from .scenefile import InputError
 
 ENDINGS = (".stl", ".glb", ".gltf", ".obj", ".ply")
 MOST_TRIANGLES = 2_000_000

@@ -26,8 +26,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, model_validator
 
+from ..errors import InputError
 from ..settings import Section, as_tuple, limited
-from .scenefile import InputError, read_toml, validate
+from .scenefile import read_toml, validate
 
 Header = Mapping[str, Any] | str | os.PathLike[str]
 NEEDED = ("lower", "upper", "time", "azimuth")

@@ -22,17 +22,12 @@ import numpy as np
 from pydantic import BaseModel, Discriminator, ValidationError
 from pydantic_core import ErrorDetails
 
+from ..errors import InputError
+
 Model = TypeVar("Model", bound=BaseModel)
 Key = tuple[str | int, ...]
 
 _LONGEST_VALUE = 60  # characters of a refused value that are shown
-
-
-class InputError(ValueError):
-    """Bad input, said in exactly one line."""
-
-    def __init__(self, message: str) -> None:
-        super().__init__(" ".join(message.split()))
 
 
 # --------------------------------------------------------------------------------------------------- reading

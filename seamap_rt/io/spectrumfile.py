@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .scenefile import InputError
+from ..errors import InputError
 
 KINDS = ("ndbc", "swan", "ww3", "wavespectra")
 """ndbc: a buoy of the US National Data Buoy Center, five text files or NetCDF; swan: SWAN's text; ww3: WAVEWATCH III's

@@ -7,8 +7,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from ..compiled import compiled
-from ..machine import threads
+from ..compute.compiled import compiled
+from ..compute.machine import threads
 
 _COLUMNS = 32  # a block
 

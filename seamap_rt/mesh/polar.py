@@ -25,13 +25,13 @@ import trimesh
 from numpy.typing import NDArray
 
 from ..conventions import unit_from_azimuth
-from ..detail import radar_detail
 from ..radar.array import antenna_array
 from ..radar.mast import Mast, Stance, column_frame
 from ..radar.scan import BEAMS_BEYOND, sector_width
 from ..radar.waveform import RangeResponse
 from ..settings import RadarSettings, TracingSettings
 from .facet_kernel import fill_facets, fill_strain, in_blocks
+from .sizing import radar_detail
 
 FAR_FRACTION, NEAR_FRACTION = 1.0 / 3.0, 2.0 / 3.0
 _INNERMOST = 1.0  # m, ground range of the first rung

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..io.scenefile import InputError
+from ..errors import InputError
 from ..scene import Scene
 from ..sea import resolution
 

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..analytic import flat_sea_power
 from ..conventions import db, from_db
+from ..errors import InputError
 from ..io.interrupts import uninterrupted
-from ..io.scenefile import InputError
 from ..radar import link
 from ..radar.antenna import antenna
 from ..radar.link import LinkBudget
@@ -21,9 +21,9 @@ from ..radar.waveform import unambiguous_range_m
 from ..report import style
 from ..report.link_figure import draw
 from ..report.link_words import link_lines, link_table
-from ..runs import clear_folder, prepare_folder, write_whole
 from ..scattering import MEAN_MODELS, mean_nrcs
 from ..scene import STEEPEST, Scene
+from ..session import clear_folder, prepare_folder, write_whole
 from ..settings import RadarSettings
 
 PRODUCTS = ("link.csv", "link.png")

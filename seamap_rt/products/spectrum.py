@@ -6,8 +6,9 @@ import numpy as np
 import xarray as xr
 
 from ..dataset import build
+from ..physics import dispersion
 from ..scene import Scene
-from ..sea import Sea, directional_density, dispersion, spectral_system, wave_facts
+from ..sea import Sea, directional_density, spectral_system, wave_facts
 from ..settings import RandomWaves
 
 SHORT_CRESTED, LONG_CRESTED, REGULAR = 0, 1, 2  # kinds of wave systems

@@ -9,15 +9,15 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.image import imsave
 
-from ..backend import NoBackend
+from ..errors import NoBackend
 from ..io.interrupts import uninterrupted
 from ..io.seafile import SeaFile
 from ..report import reduce, sea_figures, style
 from ..report.sea_statistics import Moments, asked_height, statistics_table
-from ..runs import clear_folder, prepare_folder, write_whole
 from ..scattering import ShortWaves
 from ..scene import Scene
 from ..sea import Sea
+from ..session import clear_folder, prepare_folder, write_whole
 from ..simulation import Simulator
 from ..tracing import tracer
 from .asked import refuse_if_too_large, square, step, times_of

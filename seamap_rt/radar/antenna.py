@@ -21,8 +21,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
 from ..conventions import SPEED_OF_LIGHT, from_db
+from ..io.patternfile import read_pattern
 from ..settings import AntennaSettings, RadarSettings
-from .pattern_file import read_pattern
 
 Cut = Callable[[NDArray[np.float64]], NDArray[np.float64]]  # direction cosine → voltage, 1 at its peak
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import unit_from_azimuth, wrap_degrees
-from ..io.scenefile import InputError
+from ..errors import InputError
 from ..settings import PlatformSettings, RadarSettings
 from .array import antenna_array
 from .platform import BoatMotion, boat_motion

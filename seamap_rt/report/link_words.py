@@ -16,13 +16,7 @@ from ..radar.antenna import antenna
 from ..radar.data_rate import data_rate
 from ..radar.link import Budget, LinkBudget
 from ..radar.receiver import noise_power
-from ..radar.waveform import (
-    RangeResponse,
-    blind_range_m,
-    gate_spacing_m,
-    straddling_loss_db,
-    unambiguous_range_m,
-)
+from ..radar.waveform import RangeResponse, blind_range_m, gate_spacing_m, straddling_loss_db, unambiguous_range_m
 from ..scene import Scene
 from ..settings import RadarSettings
 

@@ -22,8 +22,9 @@ from PIL import Image
 from scipy.ndimage import map_coordinates
 
 from ..conventions import unit_from_azimuth
+from ..physics import dispersion
 from ..scene import Scene
-from ..sea import Resolved, dispersion
+from ..sea import Resolved
 from . import reduce, style
 from .gif import gif
 from .maps import describe_waves

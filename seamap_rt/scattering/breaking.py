@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from seamap_rt.conventions import GRAVITY, SPEED_OF_LIGHT, WATER_DENSITY
-from seamap_rt.sea.dispersion import angular_frequency
+from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.sea.elfouhaily import elfouhaily97_peak_wavenumber, friction_velocity
 
 FRONT_POWER = 6.0  # n + 1: the fronts' length goes like that power of the breaking waves' spectrum, n = 5

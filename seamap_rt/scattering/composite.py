@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from seamap_rt.compute.machine import threads
 from seamap_rt.conventions import POLARIZATIONS
-from seamap_rt.machine import threads
 from seamap_rt.scattering.breaking import Breakers, breakers, nrcs_breaker
 from seamap_rt.scattering.facet_view import Array, facet_view
 from seamap_rt.scattering.modulation import breaking_level, breaking_share, crowding, mean_crowding

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import root_scalar
 
+from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scattering.breaking import FRONT_POWER
-from seamap_rt.sea.dispersion import angular_frequency
 from seamap_rt.sea.elfouhaily import friction_velocity
 
 ACTION_POWER = 4.5  # N ∝ k^−4.5 of gravity waves with a spectrum k⁻⁴; ripples of 1 to 2 cm would have about 4

@@ -1,6 +1,7 @@
 """The water: spectra, spreading, dispersion, and the evolving surface that is drawn from them."""
 
-from . import dispersion, spectra, spreading
+from ..physics import dispersion
+from . import spectra, spreading
 from .components import Components, SurfaceState, direct_sum
 from .facts import Resolved
 from .realisation import realize, resolution

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .dispersion import orbital_ratio
+from ..physics.dispersion import orbital_ratio
 from .lattice import Lattice
 from .spline import bspline_image_error
 

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .dispersion import orbital_ratio
+from ..physics.dispersion import orbital_ratio
 from .linear import LinearSurface
 from .parts import Points, Quantity, SinusoidPart
 

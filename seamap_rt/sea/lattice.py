@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from .dispersion import angular_frequency
+from ..physics.dispersion import angular_frequency
 
 Radial = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """S(k) [m³], with ∫ S dk the variance."""

@@ -25,9 +25,9 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from ..machine import threads
+from ..compute.machine import threads
+from ..physics.dispersion import orbital_ratio
 from .accuracy import TIME_ORDER, InterpolationError, interpolation_error, longest_time_step
-from .dispersion import orbital_ratio
 from .lattice import Lattice
 from .spline import bspline_polynomials, bspline_transform
 
@@ -155,7 +155,7 @@ class MovingField:
     @cached_property
     def _grid_shape(self) -> tuple[int, int]:
         """Rows and columns of a field at one knot, with the halo that the kernel asks for."""
-        from ..lanes import LANES
+        from ..compute.lanes import LANES
 
         return self.shape[0] + (0 if self.lattice.line else self.order), self.shape[1] + LANES - 1
 

@@ -9,8 +9,8 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..physics.dispersion import angular_frequency, orbital_ratio
 from .components import Components
-from .dispersion import angular_frequency, orbital_ratio
 from .lattice import Lattice
 from .moving_field import MovingField, Relaxed, Term
 

@@ -20,7 +20,7 @@ from .parts import LinePart, PlanePart, SinusoidPart, Waves
 from .surface import Sea
 from .systems import SpectralSystem, spectral_system, travel_direction
 
-SPLINE_ORDER, OVERSAMPLING = 7, 1.25  # chosen from validation/sea_speed.py
+SPLINE_ORDER, OVERSAMPLING = 7, 1.25  # chosen from validation/sea/sea_speed.py
 LINE_ORDER, LINE_OVERSAMPLING = 5, 2.0  # a line costs next to nothing
 _NEGLIGIBLE = 1e-12  # of a system's variance: so little resolved is nothing
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import GRAVITY
-from .dispersion import angular_frequency, group_speed, wavenumber
+from ..physics.dispersion import angular_frequency, group_speed, wavenumber
 from .elfouhaily import elfouhaily97
 
 __all__ = [

@@ -14,8 +14,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ..compiled import compiled
-from ..lanes import LANES, add, dot, load, prefetch, store, zeros
+from ..compute.compiled import compiled
+from ..compute.lanes import LANES, add, dot, load, prefetch, store, zeros
 
 DERIVATIVES = ((0, 0, 0), (0, 0, 1), (1, 0, 0), (0, 1, 0), (2, 0, 0), (1, 1, 0), (0, 2, 0))
 """How often each value of the kernel is differentiated along rows, columns and time."""

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import GRAVITY, SURFACE_TENSION, WATER_DENSITY, unit_from_azimuth
 from ..io.spectrumfile import read_directional_spectrum
+from ..physics.dispersion import angular_frequency, group_speed, wavenumber
 from ..settings import (
     ElfouhailyWaves,
     FileWaves,
@@ -25,7 +26,6 @@ from ..settings import (
     WaveSystem,
 )
 from . import elfouhaily, spectra, spreading
-from .dispersion import angular_frequency, group_speed, wavenumber
 from .lattice import Radial, Spreading
 from .tabulated import TabulatedSpectrum
 

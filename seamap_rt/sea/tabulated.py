@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from .dispersion import angular_frequency
+from ..physics.dispersion import angular_frequency
 from .spectra import wavenumber_spectrum
 
 _OPEN = 2.5  # times the usual spacing: a gap between directions that the table leaves open, not a missing value

@@ -27,8 +27,8 @@ from distributed import Client, Future, KilledWorker, LocalCluster, Worker, Work
 from distributed.client import FutureCancelledError, FuturesCancelledError
 from distributed.utils import silence_logging_cmgr
 
-from ..io.scenefile import InputError
-from ..machine import cores
+from ..compute.machine import cores
+from ..errors import InputError
 from .point import Outcome, SchedulerLost, Task, compute, ended
 
 _CONNECT_S = 10.0

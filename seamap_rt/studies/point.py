@@ -22,12 +22,13 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from .. import __version__
+from ..compute.machine import forget_peak_memory, peak_memory
+from ..errors import InputError
 from ..interferometry import retrieve_one
-from ..io.scenefile import InputError, validate
-from ..machine import forget_peak_memory, peak_memory
+from ..io.scenefile import validate
 from ..metrics import BIN_M, compare
-from ..runs import write_whole
 from ..scene import Scene
+from ..session import write_whole
 from ..simulation import Simulator, Stopwatch
 
 MANIFEST, POINTS = "trade.json", "points"

@@ -17,15 +17,15 @@ import numpy as np
 import xarray as xr
 
 from ..echoes.riding import masts
+from ..errors import InputError
 from ..io.interrupts import uninterrupted
-from ..io.scenefile import InputError
 from ..mesh import polar_grid
 from ..radar.array import as_it_looks
 from ..report import style
 from ..report.reduce import main_waves
-from ..runs import prepare_folder
 from ..scene import Scene
 from ..sea import Sea
+from ..session import prepare_folder
 from ..settings import TracingSettings
 from .shadowing_figures import draw_seen, draw_shadowing
 from .visible_dataset import OUTSIDE, MastView, Window, shadowing_dataset

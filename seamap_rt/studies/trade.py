@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from ..io.scenefile import InputError
+from ..errors import InputError
 from ..scene import Scene
 from .point import Outcome, SchedulerLost, Task, compute, keep, kept
 from .sweep import PRODUCTS, Sweep

@@ -13,7 +13,8 @@ from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Any
 
-from ..io.scenefile import InputError, apply_overrides
+from ..errors import InputError
+from ..io.scenefile import apply_overrides
 from ..scene import Scene, load_scene
 
 MOST_POINTS = 10_000

@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 from ..analytic import shadowing_smith67, shadowing_wagner67, sinusoid_visible_intervals, visible_share
 from ..conventions import unit_from_azimuth
 from ..mesh import PolarGrid
+from ..physics.dispersion import angular_frequency
 from ..scene import Scene
 from ..sea import Sea
-from ..sea.dispersion import angular_frequency
 from ..sea.systems import travel_direction
 from ..settings import SinusoidWaves
 

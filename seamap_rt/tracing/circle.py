@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..detail import radar_detail
 from ..mesh.polar import PolarGrid, polar_grid
+from ..mesh.sizing import radar_detail
 from ..settings import RadarSettings, TracingSettings
 
 _GROUP = 4  # columns

@@ -12,8 +12,8 @@ over it has passed others before. Of those the dominating one is found in the sa
 two factors multiply (Epstein & Peterson 1953, Deygout 1966). Against a march of the field over all silhouettes of
 `choppy_sea` two edges give dark facets 1.0 to 1.5 times the power, where one alone gives them several times, and all
 facets together 4 % too little at 50–100 m, 30 % at 350–400 m, where straight light gives twice too much
-(`validation/diffraction.py --columns 80`). Edges are black and straight: neither polarization nor a crest's roundness
-is known.
+(`validation/light/diffraction.py --columns 80`). Edges are black and straight: neither polarization nor a crest's
+roundness is known.
 
 The last leg of a dark facet's ray comes from the edge, steeper than the straight ray would: facets that lean away from
 the antenna may face it. Those that lean away from their own ray stay dark.
@@ -31,7 +31,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import wofz
 
-from ..machine import threads
+from ..compute.machine import threads
 from ..mesh.polar import FAR_FRACTION, NEAR_FRACTION, Facets, Profile, SurfaceMesh, profile
 
 _END = 22.5  # |v| from which on the edge is not felt: |F|² is below 1e-4 in shadow, within 2 % of 1 in light

@@ -17,7 +17,7 @@ import numpy as np
 import trimesh
 from numpy.typing import ArrayLike, NDArray
 
-from ..backend import prepare
+from ..compute.backend import prepare
 from ..conventions import unit_from_azimuth
 from ..settings import ObjectSettings
 

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..backend import prepare
+from ..compute.backend import prepare
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets, PolarGrid, SurfaceMesh
 from ..settings import RadarSettings

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..backend import prepare
+from ..compute.backend import prepare
 from ..mesh import Facets, SurfaceMesh
 from ..mesh.polar import triangulation, widths
 from ..scattering.permittivity import PERMITTIVITIES

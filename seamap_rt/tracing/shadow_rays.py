@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..backend import prepare
-from ..compiled import compiled
+from ..compute.backend import prepare
+from ..compute.compiled import compiled
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets, SurfaceMesh
 from ..mesh.polar import FAR_FRACTION, NEAR_FRACTION, Plane, PolarGrid

@@ -5,39 +5,30 @@ from __future__ import annotations
 import difflib
 import importlib.util
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import get_args
 
-from ..io.scenefile import InputError
+from ..errors import InputError
 from .case import Case, Group, Outcome
 
-_PACKAGE = Path(__file__).resolve().parents[1]
-_HOMES = (_PACKAGE.parent / "validation", _PACKAGE / "_validation")  # of a checkout, of an installed wheel
+_HOME = Path(__file__).resolve().parents[2] / "validation"  # beside this package, in a checkout and where installed
 _ORDER = {group: place for place, group in enumerate(get_args(Group))}
 
 
 def cases_folder() -> Path:
-    """The folder of the case modules; the scripts that they may import lie in its parent."""
-    for home in _HOMES:
-        if (home / "cases").is_dir():
-            return home / "cases"
-    raise InputError(
-        f"validation cases: none in {' or '.join(str(home / 'cases') for home in _HOMES)}; install the package whole"
-    )
-
-
-@contextmanager
-def importable(folder: Path) -> Iterator[None]:
-    """Scripts beside the cases' folder can be imported by the cases, while they are loaded and while they run."""
-    place = str(folder.parent)
-    sys.path.append(place)
-    try:
-        yield
-    finally:
-        sys.path.remove(place)
+    """The folder of the case modules. InputError where they are missing, or another package has taken their name."""
+    if not (_HOME / "cases").is_dir():
+        raise InputError(f"validation cases: none in {_HOME / 'cases'}; install the package whole")
+    spec = importlib.util.find_spec("validation")
+    folder = Path(spec.origin).resolve().parent if spec is not None and spec.origin else None
+    if folder != _HOME:
+        raise InputError(
+            f"validation cases: Python finds the package `validation` in {folder}, and needs it from {_HOME}; run from "
+            "another folder, or take that one off PYTHONPATH"
+        )
+    return _HOME / "cases"
 
 
 def load_cases(folder: Path) -> list[Case]:

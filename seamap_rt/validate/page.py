@@ -11,7 +11,7 @@ from pathlib import Path
 
 import jinja2
 
-from ..runs import write_whole
+from ..session import write_whole
 from .case import Check
 from .result import Done, Result
 from .surroundings import Surroundings

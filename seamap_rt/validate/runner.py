@@ -12,9 +12,9 @@ from typing import Any
 
 from ..io.interrupts import uninterrupted
 from ..report import style
-from ..runs import clear_folder, prepare_folder, write_whole
+from ..session import clear_folder, prepare_folder, write_whole
 from .case import Case, Check
-from .found import cases_folder, chosen, importable, load_cases
+from .found import cases_folder, chosen, load_cases
 from .page import write_page
 from .result import METRICS, PAGE, Done, Result
 from .surroundings import Surroundings
@@ -41,23 +41,22 @@ def validate(
     """
     folder, say, start = Path(out), progress or (lambda _: None), time.perf_counter()
     home = cases or cases_folder()
-    with importable(home):
-        asked = chosen(load_cases(home), full, only)
-        prepare_folder(folder, overwrite, _PRODUCTS)
-        clear_folder(folder, _PRODUCTS)
-        around, done = Surroundings.here(), list[Done]()
-        result = Result(folder, (), len(asked), 0.0)
-        try:
-            for number, case in enumerate(asked):
-                say(f"case {number + 1} of {len(asked)}: {case.title}")
-                ended = _run(case, full)
-                with uninterrupted():  # so that what is said to be on the page is
-                    done.append(ended)
-                    result = Result(folder, tuple(done), len(asked), time.perf_counter() - start)
-                    _write(result, around, full)  # after each: whatever ends the process later leaves what is done
-        except KeyboardInterrupt:
-            shown = f"; {folder / PAGE} shows them" if done else ""
-            raise KeyboardInterrupt(f"{len(done)} of {len(asked)} cases are done{shown}") from None
+    asked = chosen(load_cases(home), full, only)
+    prepare_folder(folder, overwrite, _PRODUCTS)
+    clear_folder(folder, _PRODUCTS)
+    around, done = Surroundings.here(), list[Done]()
+    result = Result(folder, (), len(asked), 0.0)
+    try:
+        for number, case in enumerate(asked):
+            say(f"case {number + 1} of {len(asked)}: {case.title}")
+            ended = _run(case, full)
+            with uninterrupted():  # so that what is said to be on the page is
+                done.append(ended)
+                result = Result(folder, tuple(done), len(asked), time.perf_counter() - start)
+                _write(result, around, full)  # after each: whatever ends the process later leaves what is done
+    except KeyboardInterrupt:
+        shown = f"; {folder / PAGE} shows them" if done else ""
+        raise KeyboardInterrupt(f"{len(done)} of {len(asked)} cases are done{shown}") from None
     return result
 
 

@@ -17,8 +17,8 @@ from seamap_rt.conventions import SPEED_OF_LIGHT, from_db, unit_from_azimuth, wr
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes.scenery import Scenery
 from seamap_rt.echoes.turn import turn_echoes
+from seamap_rt.errors import InputError
 from seamap_rt.interferometry import retrieve
-from seamap_rt.io.scenefile import InputError
 from seamap_rt.mesh import Facets, polar_grid, surface_mesh
 from seamap_rt.mesh.polar import mesh_turn
 from seamap_rt.radar.antenna import antenna

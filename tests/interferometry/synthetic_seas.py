@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import unit_from_azimuth
-from seamap_rt.interferometry.covariance import Covariance
-from seamap_rt.interferometry.description import RadarDescription
-from seamap_rt.interferometry.heights import PhaseModel
-from seamap_rt.interferometry.interferogram import Interferogram
-from seamap_rt.interferometry.inversion import Fan, Places, place
-from seamap_rt.interferometry.stance import LookStances
-from seamap_rt.interferometry.uncertainty import Dwelt
+from seamap_rt.interferometry.covariance.windows import Covariance
+from seamap_rt.interferometry.geometry.heights import PhaseModel
+from seamap_rt.interferometry.geometry.inversion import Fan, Places, place
+from seamap_rt.interferometry.geometry.stance import LookStances
+from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.phase.interferogram import Interferogram
+from seamap_rt.interferometry.phase.uncertainty import Dwelt
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import RetrievalSettings
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from seamap_rt import load_scene, retrieve
 from seamap_rt.conventions import GRAVITY, unit_from_azimuth
-from seamap_rt.interferometry.advance import GroundFields, advanced
-from seamap_rt.interferometry.wave_direction import Travel, by_energy
 from seamap_rt.simulation import Simulator
+from seamap_rt.wavefield.advance import GroundFields, advanced
+from seamap_rt.wavefield.wave_direction import Travel, by_energy
 
 SIDE, REACH = 3.0, 300.0
 X, Y = np.meshgrid(*2 * [np.arange(-REACH, REACH + 0.5 * SIDE, SIDE)])

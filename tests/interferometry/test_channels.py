@@ -9,12 +9,12 @@ import pytest
 import xarray as xr
 
 import seamap_rt as sr
-from seamap_rt.dataset import SchemaError
-from seamap_rt.interferometry.channels import Channel
-from seamap_rt.interferometry.covariance import Covariance
-from seamap_rt.interferometry.description import RadarDescription
-from seamap_rt.interferometry.dwell_sums import DwellSums, Paired
-from seamap_rt.interferometry.dwells import Dwells
+from seamap_rt.errors import SchemaError
+from seamap_rt.interferometry.covariance.channels import Channel
+from seamap_rt.interferometry.covariance.dwell_sums import DwellSums, Paired
+from seamap_rt.interferometry.covariance.dwells import Dwells
+from seamap_rt.interferometry.covariance.windows import Covariance
+from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.settings import RetrievalSettings
 
 GAIN_DB, PHASE_DEG = 1.5, 25.0

@@ -9,12 +9,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy.special import gamma
 
-from seamap_rt.dataset import SchemaError
-from seamap_rt.interferometry import products
-from seamap_rt.interferometry.covariance import without_noise
-from seamap_rt.interferometry.description import RadarDescription
-from seamap_rt.interferometry.dwell_sums import DwellSums, Paired
-from seamap_rt.interferometry.dwells import Dwells
+from seamap_rt.errors import SchemaError
+from seamap_rt.interferometry.covariance import products
+from seamap_rt.interferometry.covariance.dwell_sums import DwellSums, Paired
+from seamap_rt.interferometry.covariance.dwells import Dwells
+from seamap_rt.interferometry.covariance.windows import without_noise
+from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import RetrievalSettings
 

@@ -10,9 +10,16 @@ import pytest
 from numpy.typing import NDArray
 from synthetic_seas import MAST, WAVELENGTH, Heard, Waves, heard
 
-from seamap_rt.interferometry.ambiguity import Expected
-from seamap_rt.interferometry.estimators import ESTIMATORS, Estimate, adaptive, mean_plane, single_cell, sliding_plane
-from seamap_rt.interferometry.estimators import _ground_step as ground_step
+from seamap_rt.interferometry.estimation.estimators import (
+    ESTIMATORS,
+    Estimate,
+    adaptive,
+    mean_plane,
+    single_cell,
+    sliding_plane,
+)
+from seamap_rt.interferometry.estimation.estimators import _ground_step as ground_step
+from seamap_rt.interferometry.phase.ambiguity import Expected
 
 Array = NDArray[np.float64]
 RMS = 0.35

@@ -12,7 +12,8 @@ import xarray as xr
 from rolling_echoes import Boat, ideal_sea
 from scipy.special import gammaincc
 
-from seamap_rt.dataset import QUALITY_FLAGS, SchemaError
+from seamap_rt.dataset import QUALITY_FLAGS
+from seamap_rt.errors import SchemaError
 from seamap_rt.interferometry import retrieve
 from seamap_rt.settings import RetrievalSettings
 

@@ -9,9 +9,9 @@ from rolling_echoes import Boat, ideal_sea
 
 from seamap_rt import analytic
 from seamap_rt.interferometry import retrieve
-from seamap_rt.interferometry.description import RadarDescription
-from seamap_rt.interferometry.interferogram import Interferogram
+from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.looks import Looks, interferogram
+from seamap_rt.interferometry.phase.interferogram import Interferogram
 from seamap_rt.settings import RadarSettings, RetrievalSettings
 
 RNG_SEED = 1

@@ -10,9 +10,9 @@ import pytest
 from numpy.typing import NDArray
 from synthetic_seas import Waves, evenly, polar
 
-from seamap_rt.interferometry import optimal
-from seamap_rt.interferometry.optimal import Measured, optimal_heights
-from seamap_rt.interferometry.sea_covariance import SeaCovariance
+from seamap_rt.interferometry.estimation import optimal
+from seamap_rt.interferometry.estimation.optimal import Measured, optimal_heights
+from seamap_rt.interferometry.estimation.sea_covariance import SeaCovariance
 
 Array = NDArray[np.float64]
 RANGES = evenly(30.0, 1.5, 40)

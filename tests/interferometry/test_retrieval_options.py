@@ -9,14 +9,15 @@ import pytest
 import xarray as xr
 
 from seamap_rt.dataset import QUALITY_FLAGS
-from seamap_rt.interferometry import retrieve, sea_state
-from seamap_rt.interferometry.description import RadarDescription
-from seamap_rt.interferometry.gate_edge import edge_bias
-from seamap_rt.interferometry.sea_state import in_words
+from seamap_rt.interferometry import retrieve
+from seamap_rt.interferometry.geometry.gate_edge import edge_bias
+from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scene import load_scene
 from seamap_rt.settings import RetrievalSettings
 from seamap_rt.simulation import Simulator, Turn
+from seamap_rt.wavefield import sea_state
+from seamap_rt.wavefield.sea_state import in_words
 
 
 @cache

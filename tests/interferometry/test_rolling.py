@@ -9,13 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rolling_echoes import MODES, Boat, ideal_sea, reflectors
 
-from seamap_rt.dataset import QUALITY_FLAGS, SchemaError
+from seamap_rt.dataset import QUALITY_FLAGS
+from seamap_rt.errors import SchemaError
 from seamap_rt.interferometry import retrieve, retrieve_one
-from seamap_rt.interferometry.description import RadarDescription
-from seamap_rt.interferometry.dwells import Dwells
-from seamap_rt.interferometry.inversion import Fan, difference_at_height, height_per_phase, place
+from seamap_rt.interferometry.covariance.dwells import Dwells
+from seamap_rt.interferometry.geometry.inversion import Fan, difference_at_height, height_per_phase, place
+from seamap_rt.interferometry.geometry.stance import LookStances, PulseStances
+from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.retrieval import retrieve_turn
-from seamap_rt.interferometry.stance import LookStances, PulseStances
 from seamap_rt.radar.pose import antenna_axes, bearing
 from seamap_rt.settings import RetrievalSettings
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import GRAVITY, unit_from_azimuth, wrap_degrees
 from seamap_rt.dataset import QUALITY_FLAGS
-from seamap_rt.interferometry.resolution import Resolution
-from seamap_rt.interferometry.sea_state import sea_state
+from seamap_rt.wavefield.resolution import Resolution
+from seamap_rt.wavefield.sea_state import sea_state
 
 MAST = 5.0
 GROUND = np.arange(12.0, 150.0, 1.5)

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.analytic import sinusoid_visible_intervals, visible_share
-from seamap_rt.interferometry import shadow
+from seamap_rt.interferometry.estimation import shadow
 from seamap_rt.radar.waveform import RangeResponse
 
 SPACING, CELL, HEIGHT = 1.5, 3.0, 5.0

@@ -10,8 +10,8 @@ from scipy.special import i0e
 from scipy.stats import t as student
 
 from seamap_rt.analytic import phase_std_lee94
-from seamap_rt.interferometry.covariance import Covariance
-from seamap_rt.interferometry.speckle import estimation_doubt, incoherent_power, phase_variance, wrapped_variance
+from seamap_rt.interferometry.covariance.windows import Covariance
+from seamap_rt.interferometry.phase.speckle import estimation_doubt, incoherent_power, phase_variance, wrapped_variance
 
 Array = NDArray[np.float64]
 COHERENCES = (0.9, 0.97, 0.999)

@@ -7,11 +7,16 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import SPEED_OF_LIGHT
-from seamap_rt.interferometry.covariance import Covariance, independent_looks, pulse_correlation, window_weights
-from seamap_rt.interferometry.description import RadarDescription
-from seamap_rt.interferometry.gate_edge import edge_bias
-from seamap_rt.interferometry.speckle import incoherent_power
-from seamap_rt.interferometry.uncertainty import ONE_CELL, Dwelt
+from seamap_rt.interferometry.covariance.windows import (
+    Covariance,
+    independent_looks,
+    pulse_correlation,
+    window_weights,
+)
+from seamap_rt.interferometry.geometry.gate_edge import edge_bias
+from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.phase.speckle import incoherent_power
+from seamap_rt.interferometry.phase.uncertainty import ONE_CELL, Dwelt
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scene import load_scene
 

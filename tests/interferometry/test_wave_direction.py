@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import GRAVITY, unit_from_azimuth, wrap_degrees
-from seamap_rt.interferometry.wave_direction import Travel, by_energy, travel
+from seamap_rt.wavefield.wave_direction import Travel, by_energy, travel
 
 SIDE, REACH = 3.0, 200.0
 AZIMUTH = np.arange(0.9, 360.0, 1.8)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seamap_rt.interferometry.covariance import Covariance, Level
+from seamap_rt.interferometry.covariance.windows import Covariance, Level
 
 LOOKS, GATES = 9, 13
 

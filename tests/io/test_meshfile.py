@@ -10,9 +10,9 @@ import pytest
 import trimesh
 from numpy.testing import assert_allclose
 
+from seamap_rt.errors import InputError
 from seamap_rt.io import meshfile
 from seamap_rt.io.meshfile import load_mesh
-from seamap_rt.io.scenefile import InputError
 from seamap_rt.settings import ObjectSettings
 
 FLOAT32 = 1e-6  # STL and GLB keep metres in single precision

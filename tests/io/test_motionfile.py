@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seamap_rt.errors import InputError
 from seamap_rt.io.motionfile import MotionRecord, read_motion
-from seamap_rt.io.scenefile import InputError
 
 
 def written(folder: Path, text: str) -> Path:

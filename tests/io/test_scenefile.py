@@ -14,15 +14,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from seamap_rt.io.scenefile import (
-    InputError,
-    apply_overrides,
-    find_scene,
-    list_shipped,
-    read_toml,
-    to_toml,
-    validate,
-)
+from seamap_rt.errors import InputError
+from seamap_rt.io.scenefile import apply_overrides, find_scene, list_shipped, read_toml, to_toml, validate
 from seamap_rt.settings import (
     JonswapWaves,
     RadarSettings,

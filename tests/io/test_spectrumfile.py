@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.io import netcdf_file
 
-from seamap_rt.io.scenefile import InputError
+from seamap_rt.errors import InputError
 from seamap_rt.io.spectrumfile import DirectionalTable, read_directional_spectrum
 
 FOLDER = Path(__file__).parent / "spectra"

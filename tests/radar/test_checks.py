@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from seamap_rt.conventions import SPEED_OF_LIGHT
-from seamap_rt.io.scenefile import InputError
+from seamap_rt.errors import InputError
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.settings import ObjectSettings, PlacedAntenna, PlatformSettings, SensorSettings

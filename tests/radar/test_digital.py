@@ -130,8 +130,8 @@ def test_phases_keep_their_sign_in_every_zone(number: int) -> None:
     volts[:, 1] = volts[:, 0] * np.exp(-0.8j)
     envelope = echo(radar, receiver, receiver.range_m[50], volts)
     digital, ideal = receiver(envelope).voltage[..., 50], receiver.ideal(envelope)[..., 50]
-    # The image of a point reflector lies 40 dB below it (validation/digital.py): 0.01 of its voltage. A wrong sign of
-    # the phases would make the difference as large as the echo.
+    # The image of a point reflector lies 40 dB below it (validation/radar/digital.py): 0.01 of its voltage. A wrong
+    # sign of the phases would make the difference as large as the echo.
     assert np.abs(digital - ideal).max() < 0.02 * np.abs(ideal).min()
     assert np.angle(np.sum(digital[:, 0] * digital[:, 1].conj())) == pytest.approx(0.8, abs=1e-3)
 

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import unit_from_azimuth, wrap_degrees
-from seamap_rt.io.scenefile import InputError
+from seamap_rt.errors import InputError
 from seamap_rt.radar.mast import Mast, column_frame, turn_duration
 from seamap_rt.radar.platform import BoatState
 from seamap_rt.radar.pose import boat_axes

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from seamap_rt.conventions import db, from_db
-from seamap_rt.io.scenefile import InputError
+from seamap_rt.errors import InputError
+from seamap_rt.io.patternfile import read_pattern
 from seamap_rt.radar.antenna import Antenna, antenna, antenna_of, directivity
-from seamap_rt.radar.pattern_file import read_pattern
 from seamap_rt.settings import AntennaSettings, RadarSettings
 
 Level = Callable[[np.ndarray], np.ndarray]  # deg → dB

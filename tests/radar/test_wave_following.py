@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from seamap_rt.conventions import unit_from_azimuth
+from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.radar import wave_following
 from seamap_rt.radar.platform import boat_motion
 from seamap_rt.radar.pose import boat_axes
 from seamap_rt.radar.wave_following import WaveFollowing
 from seamap_rt.sea import Sea, realize
-from seamap_rt.sea.dispersion import angular_frequency
 from seamap_rt.settings import JonswapWaves, PlatformSettings, SeaSettings, SinusoidWaves
 
 TIMES = np.linspace(-5.0, 55.0, 601)

@@ -8,13 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from seamap_rt.conventions import SPEED_OF_LIGHT, db
-from seamap_rt.scattering import (
-    bragg_coefficients,
-    fresnel,
-    nrcs_bragg,
-    nrcs_two_scale,
-    permittivity_meissner_wentz12,
-)
+from seamap_rt.scattering import bragg_coefficients, fresnel, nrcs_bragg, nrcs_two_scale, permittivity_meissner_wentz12
 from seamap_rt.sea.elfouhaily import elfouhaily97, elfouhaily97_plane
 
 F = 10e9

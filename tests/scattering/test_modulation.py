@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from seamap_rt.scattering.modulation import (
-    breaking_level,
-    breaking_share,
-    crowding,
-    mean_crowding,
-    relaxation_rate,
-)
+from seamap_rt.scattering.modulation import breaking_level, breaking_share, crowding, mean_crowding, relaxation_rate
 
 QUANTILES = ndtri((np.arange(400_000) + 0.5) / 400_000)  # a Gaussian population without chance
 

@@ -10,11 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from seamap_rt.scattering import fresnel, permittivity_meissner_wentz12
-from seamap_rt.scattering.permittivity import (
-    PERMITTIVITIES,
-    permittivity_klein_swift77,
-    permittivity_meissner_wentz04,
-)
+from seamap_rt.scattering.permittivity import PERMITTIVITIES, permittivity_klein_swift77, permittivity_meissner_wentz04
 
 EACH = pytest.mark.parametrize("permittivity", PERMITTIVITIES.values(), ids=PERMITTIVITIES.keys())
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from seamap_rt.physics.dispersion import wavenumber
 from seamap_rt.sea import Sea, direct_sum, realize
 from seamap_rt.sea.choppy import ChoppySurface, Displacement, height_keeping_scale
-from seamap_rt.sea.dispersion import wavenumber
 from seamap_rt.sea.facts import ChoppyFacts
 from seamap_rt.settings import JonswapWaves, SeaSettings, SinusoidWaves
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from seamap_rt.conventions import GRAVITY, SURFACE_TENSION, WATER_DENSITY
-from seamap_rt.sea.dispersion import angular_frequency, group_speed, wavenumber
+from seamap_rt.physics.dispersion import angular_frequency, group_speed, wavenumber
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from seamap_rt.cli import main
-from seamap_rt.io.scenefile import InputError
+from seamap_rt.errors import InputError
 from seamap_rt.scattering import ShortWaves
 from seamap_rt.scene import load_scene
 from seamap_rt.sea import realize, resolution, spectral_system

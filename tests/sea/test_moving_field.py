@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from small_seas import PARTS
 
-from seamap_rt.lanes import LANES
+from seamap_rt.compute.lanes import LANES
 from seamap_rt.sea import accuracy, moving_field, realize
 from seamap_rt.sea.lattice import Lattice
 from seamap_rt.sea.moving_field import MovingField

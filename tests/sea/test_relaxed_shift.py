@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from small_seas import PARTS, jonswap, sea_of, sinusoid
 
+from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.sea import realize
 from seamap_rt.sea.choppy import ChoppySurface
-from seamap_rt.sea.dispersion import angular_frequency
 from seamap_rt.sea.parts import Quantity
 
 HALF_DAY = 12.0 * 3600.0

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from seamap_rt.cli import main
-from seamap_rt.io.scenefile import InputError, validate
+from seamap_rt.errors import InputError
+from seamap_rt.io.scenefile import validate
 from seamap_rt.scene import load_scene
 from seamap_rt.sea import realize, spectral_system, wave_facts
 from seamap_rt.settings import (

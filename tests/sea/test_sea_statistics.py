@@ -14,8 +14,8 @@ import pytest
 from scipy.signal import hilbert
 
 from seamap_rt.conventions import unit_from_azimuth
+from seamap_rt.physics.dispersion import angular_frequency, wavenumber
 from seamap_rt.sea import realize, spectral_system
-from seamap_rt.sea.dispersion import angular_frequency, wavenumber
 from seamap_rt.settings import (
     ElfouhailyWaves,
     FileWaves,

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.sea import Sea, direct_sum, realize
-from seamap_rt.sea.dispersion import angular_frequency
 from seamap_rt.sea.linear import LinearSurface
 from seamap_rt.sea.moving_field import MovingField
 from seamap_rt.sea.parts import PlanePart

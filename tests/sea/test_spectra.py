@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from seamap_rt.conventions import GRAVITY
+from seamap_rt.physics.dispersion import angular_frequency, wavenumber
 from seamap_rt.sea import spectra
-from seamap_rt.sea.dispersion import angular_frequency, wavenumber
 from seamap_rt.sea.spreading import cos2s
 
 OMEGA = np.geomspace(1e-2, 2e3, 400_001)

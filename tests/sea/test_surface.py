@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from seamap_rt.physics.dispersion import angular_frequency, wavenumber
 from seamap_rt.sea import direct_sum, realize, spectra
 from seamap_rt.sea import moving_field as moving_field_module
-from seamap_rt.sea.dispersion import angular_frequency, wavenumber
 from seamap_rt.settings import FlatWaves, JonswapWaves, PiersonMoskowitzWaves, SeaSettings, SinusoidWaves
 
 HALF_DAY = 12.0 * 3600.0

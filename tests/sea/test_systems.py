@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seamap_rt.physics.dispersion import wavenumber
 from seamap_rt.sea import directional_density, realize, spectral_system, wave_facts
-from seamap_rt.sea.dispersion import wavenumber
 from seamap_rt.sea.elfouhaily import elfouhaily97_spreading
 from seamap_rt.settings import ElfouhailyWaves, FileWaves, JonswapWaves, SeaSettings, SinusoidWaves, TmaWaves
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import unit_from_azimuth
-from seamap_rt.sea.dispersion import group_speed, wavenumber
+from seamap_rt.physics.dispersion import group_speed, wavenumber
 from seamap_rt.sea.tabulated import TabulatedSpectrum
 
 FREQUENCY: NDArray[np.float64] = 0.04 * 1.1 ** np.arange(28.0)  # log-spaced, as wave models have it

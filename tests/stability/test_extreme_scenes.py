@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from seamap_rt import sea
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes.turn import turn_voltages
+from seamap_rt.errors import InputError
 from seamap_rt.interferometry import retrieve
-from seamap_rt.io.scenefile import InputError
 from seamap_rt.mesh.polar import mesh_turn
 from seamap_rt.metrics import compare
 from seamap_rt.radar.scan import pulses
@@ -312,7 +312,7 @@ def test_more_facets_than_memory_holds_are_refused_with_the_memory_they_need() -
 
 
 def test_a_sector_of_ten_million_facets_is_traced() -> None:
-    """One seventieth of 10⁷: as fine and as far, in a sector; the whole is in validation/hard_cases.py --full."""
+    """One seventieth of 10⁷: as fine and far, in a sector; the whole is in validation.hard_cases.report --full."""
     made = scene(**{**triangles_of(0.5), "radar__sector_deg": [0.0, 1.8]})
     mesh = rings(lambda r: 0.3 * np.cos(r / 5.0), made)
     assert 1e5 < 2 * mesh.grid.columns * (mesh.grid.ground_range.size - 1) < 1e6

@@ -1,8 +1,8 @@
 """A simulation that turns on and on holds no more memory than it held once it was warm: no turn leaves anything behind.
 
 The small scene runs in a process of its own, whose memory no other test has filled, with one arena for all threads:
-else glibc gives threads arenas as they happen to meet, and what fills is theirs. `validation/scaling.py` has 600 turns
-as they come, and their seconds.
+else glibc gives threads arenas as they happen to meet, and what fills is theirs. `validation/speed/scaling.py` has 600
+turns as they come, and their seconds.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ import numpy as np
 import pytest
 
 TURNS, WARM, COMPARED = 70, 25, 15
-FLAT = 0.05  # validation/scaling.py finds 0.014 to 0.052 over 600 turns as they come. 0.6 MB a turn exceeds it.
+FLAT = 0.05  # validation/speed/scaling.py finds 0.014 to 0.052 over 600 turns as they come. 0.6 MB a turn exceeds it.
 
 MARCH = """
 import json, os, sys
 from pathlib import Path
 import seamap_rt as sr
-from seamap_rt.runs import run
+from seamap_rt.session import run
 from seamap_rt.simulation import Simulator, simulate
 
 tracer, through, turns, out = sys.argv[1:]

@@ -11,7 +11,7 @@ from threading import Thread
 import pytest
 from distributed import LocalCluster
 
-from seamap_rt.io.scenefile import InputError
+from seamap_rt.errors import InputError
 from seamap_rt.studies import cluster
 
 

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 from seamap_rt.analytic import shadowing_smith67
-from seamap_rt.io.scenefile import InputError
+from seamap_rt.errors import InputError
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.studies.shadowing import headlines, shadowing, shadowing_by_cutoff, write_shadowing
 from seamap_rt.studies.visible_statistics import (

@@ -16,7 +16,7 @@ import pytest
 import xarray as xr
 from distributed import Client, Future
 
-from seamap_rt.io.scenefile import InputError
+from seamap_rt.errors import InputError
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.studies.cluster import local_client, shares
 from seamap_rt.studies.point import Outcome, Task, compute, kept

@@ -14,8 +14,8 @@ import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
 from seamap_rt import studies
+from seamap_rt.errors import InputError
 from seamap_rt.interferometry import retrieve
-from seamap_rt.io.scenefile import InputError
 from seamap_rt.metrics import compare
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator, Stopwatch, simulate

@@ -17,8 +17,8 @@ from seamap_rt.analytic.shadowing import sinusoid_visible_intervals
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.mesh import Facets, SurfaceMesh
 from seamap_rt.mesh.polar import FAR_FRACTION, NEAR_FRACTION, chord_point, mesh_turn, profile
+from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.sea.dispersion import angular_frequency
 from seamap_rt.tracing import tracer
 from seamap_rt.tracing.diffraction import diffract
 from seamap_rt.tracing.horizon import trace_horizon

@@ -16,8 +16,8 @@ from seamap_rt.analytic.shadowing import sinusoid_visible_intervals, visible_sha
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.mesh import Facets, SurfaceMesh
 from seamap_rt.mesh.polar import mesh_turn
+from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.sea.dispersion import angular_frequency
 from seamap_rt.tracing import tracer
 from seamap_rt.tracing.bounces import DIFFUSE, MIRRORED, Body, PathEcho, lambertian_power, path_echo
 from seamap_rt.tracing.horizon import trace_horizon
@@ -74,7 +74,7 @@ def beside_an_edge(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 @pytest.mark.parametrize("other", ["facets", "horizon"])
 def test_agrees_on_a_choppy_sea(other: str) -> None:
-    """Float32 decides where a ray grazes an edge: on 0.0003 % of a whole turn's facets (`validation/paths.py`)."""
+    """Float32 decides where a ray grazes an edge: on 0.0003 % of a whole turn's facets (validation.light.paths)."""
     made = scene("choppy_sea", radar__sector_deg=[260.0, 262.0], radar__range_m=[15.0, 400.0])
     mesh = meshed(made)
     seen, known = light("paths", mesh, made), light(other, mesh, made)
@@ -249,7 +249,7 @@ def test_a_choppy_sea_facet_by_facet() -> None:
     """Power of lit facets a gate, by paths and by the radar equation, within the launches' spread.
 
     Beside the edges of shadows a facet is lit in part, which its point does not tell: 1 % of the power with four
-    columns a beam, 0.1 % with sixteen (`validation/paths.py`).
+    columns a beam, 0.1 % with sixteen (`validation/light/paths.py`).
     """
     keys = {"radar__sector_deg": [268.0, 272.0], "tracing__columns_per_beam": 16}
     mesh = meshed(scene("choppy_sea", **keys))

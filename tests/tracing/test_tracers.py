@@ -16,9 +16,9 @@ from seamap_rt.analytic.shadowing import sinusoid_visible_intervals, visible_sha
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.mesh import Facets, SurfaceMesh
 from seamap_rt.mesh.polar import mesh_turn
+from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scattering.permittivity import permittivity_meissner_wentz12
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.sea.dispersion import angular_frequency
 from seamap_rt.simulation import simulate
 from seamap_rt.tracing import tracer
 from seamap_rt.tracing.rays import RayTracer, SeaScene

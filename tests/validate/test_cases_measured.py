@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterator
 from types import ModuleType
 
 import numpy as np
@@ -12,21 +11,19 @@ from numpy.testing import assert_allclose
 
 from seamap_rt.radar import link
 from seamap_rt.validate import Case
-from seamap_rt.validate.found import cases_folder, importable, load_cases
+from seamap_rt.validate.found import cases_folder, load_cases
 
 MODULES = ("claims", "measured", "stability", "costs")
 
 
 @pytest.fixture(scope="module")
-def cases() -> Iterator[dict[str, Case]]:
-    folder = cases_folder()
-    with importable(folder):
-        yield {case.name: case for case in load_cases(folder)}
+def cases() -> dict[str, Case]:
+    return {case.name: case for case in load_cases(cases_folder())}
 
 
 @pytest.fixture(scope="module")
 def sampling(cases: dict[str, Case]) -> ModuleType:
-    return importlib.import_module("claims_sampling")
+    return importlib.import_module("validation.claims.sampling")
 
 
 def red(cases: dict[str, Case], name: str) -> list[str]:

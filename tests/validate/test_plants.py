@@ -9,7 +9,7 @@ import pytest
 
 from seamap_rt import analytic
 from seamap_rt.analytic import phase
-from seamap_rt.interferometry import inversion
+from seamap_rt.interferometry.geometry import inversion
 from seamap_rt.scattering import gregers_hansen12
 from seamap_rt.sea import spectra
 from seamap_rt.validate import validate

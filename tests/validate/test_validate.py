@@ -11,9 +11,9 @@ from typing import get_args
 
 import pytest
 
-from seamap_rt.io.scenefile import InputError
+from seamap_rt.errors import InputError
 from seamap_rt.validate import Group, Result, found, validate
-from seamap_rt.validate.found import cases_folder, importable, load_cases
+from seamap_rt.validate.found import cases_folder, load_cases
 
 HEAD = """
 from seamap_rt.validate import Case, Check, Outcome
@@ -222,19 +222,17 @@ def test_an_older_page_never_stands_beside_a_newer_run(tmp_path: Path) -> None:
 
 def test_cases_are_those_of_the_checkout_or_of_the_wheel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert (cases_folder().parent / "reference").is_dir()
-    homes = tmp_path / "checkout", tmp_path / "wheel"
-    monkeypatch.setattr(found, "_HOMES", homes)
+    home = tmp_path / "validation"
+    monkeypatch.setattr(found, "_HOME", home)
     with pytest.raises(InputError, match="validation cases: none in"):
         cases_folder()
-    (homes[1] / "cases").mkdir(parents=True)
-    assert cases_folder() == homes[1] / "cases"
-    (homes[0] / "cases").mkdir(parents=True)
-    assert cases_folder() == homes[0] / "cases"
+    (home / "cases").mkdir(parents=True)
+    with pytest.raises(InputError, match=r"Python finds the package `validation` in .*, and needs it from"):
+        cases_folder()
 
 
 def test_the_packages_own_cases_load_and_say_what_they_ask() -> None:
-    with importable(cases_folder()):
-        cases = load_cases(cases_folder())
+    cases = load_cases(cases_folder())
     assert len(cases) > 30
     assert {case.group for case in cases} <= set(get_args(Group)) - {"cases that cannot be loaded"}
     for case in cases:
@@ -281,21 +279,19 @@ def test_an_interruption_leaves_the_page_of_what_is_done(tmp_path: Path) -> None
     assert list(json.loads((tmp_path / "out" / "metrics.json").read_text(encoding="utf-8"))["cases"]) == ["first"]
 
 
-def test_cases_import_the_scripts_beside_their_folder(tmp_path: Path) -> None:
+def test_cases_import_the_package_by_its_own_name(tmp_path: Path) -> None:
     cases = modules(
         tmp_path,
         some="""
-    import a_script_of_the_validation as script
+    from validation import FIGURES
 
     def late(full):
-        import another_script_of_the_validation as other
-        return Outcome((Check("both", str(script.VALUE + other.VALUE), "3", script.VALUE + other.VALUE == 3),))
+        from validation.claims import radar
+        return Outcome((Check("both", "", "", radar.__name__ == "validation.claims.radar"),))
 
     CASES = [case("late", late)]
     """,
     )
-    (cases.parent / "a_script_of_the_validation.py").write_text("VALUE = 1\n", encoding="utf-8")
-    (cases.parent / "another_script_of_the_validation.py").write_text("VALUE = 2\n", encoding="utf-8")
     path = list(sys.path)
     assert ran(tmp_path, cases).passed == 1
     assert sys.path == path

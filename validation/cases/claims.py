@@ -3,7 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
-from claims_map import (
+from matplotlib.figure import Figure
+
+from seamap_rt.conventions import SPEED_OF_LIGHT
+from seamap_rt.products.link import claim_minimum_nrcs
+from seamap_rt.radar import link
+from seamap_rt.radar.antenna import antenna
+from seamap_rt.radar.data_rate import CLAIM, claim_data_rate
+from seamap_rt.radar.scan import turn_duration
+from seamap_rt.radar.waveform import RangeResponse
+from seamap_rt.report import style
+from seamap_rt.settings import AntennaSettings, RadarSettings
+from seamap_rt.validate import Case, Check, Outcome
+from seamap_rt.validate.checks import at_least, at_most, between, recorded, relative, within
+from validation.claims.maps import (
     AHEAD_S,
     CRITERION,
     HEIGHT_M,
@@ -18,29 +31,16 @@ from claims_map import (
     usable,
     useful_heights,
 )
-from claims_radar import AT_M, STUDY, TOLERANCE, WEAKEST_DB, Claim
-from claims_radar import beam as beam_claim
-from claims_radar import footprint as footprint_claim
-from claims_radar import range_resolution as resolution_claim
-from claims_radar import rate as rate_claim
-from claims_radar import weakest_sea as weakest_claim
-from claims_sampling import ESTIMATORS, GRID_M, MASTS_M, draw_transfer, sampling, transfers
-from matplotlib.figure import Figure
-from shadowing_claim import CLAIM_M, JUDGED, cutoffs_of, half_ranges
-from shadowing_claim import draw as draw_half_ranges
-from shadowing_claim import judged as shadow_claim
-
-from seamap_rt.conventions import SPEED_OF_LIGHT
-from seamap_rt.products.link import claim_minimum_nrcs
-from seamap_rt.radar import link
-from seamap_rt.radar.antenna import antenna
-from seamap_rt.radar.data_rate import CLAIM, claim_data_rate
-from seamap_rt.radar.scan import turn_duration
-from seamap_rt.radar.waveform import RangeResponse
-from seamap_rt.report import style
-from seamap_rt.settings import AntennaSettings, RadarSettings
-from seamap_rt.validate import Case, Check, Outcome
-from seamap_rt.validate.checks import at_least, at_most, between, recorded, relative, within
+from validation.claims.radar import AT_M, STUDY, TOLERANCE, WEAKEST_DB, Claim
+from validation.claims.radar import beam as beam_claim
+from validation.claims.radar import footprint as footprint_claim
+from validation.claims.radar import range_resolution as resolution_claim
+from validation.claims.radar import rate as rate_claim
+from validation.claims.radar import weakest_sea as weakest_claim
+from validation.claims.sampling import ESTIMATORS, GRID_M, MASTS_M, draw_transfer, sampling, transfers
+from validation.claims.shadowing import CLAIM_M, JUDGED, cutoffs_of, half_ranges
+from validation.claims.shadowing import draw as draw_half_ranges
+from validation.claims.shadowing import judged as shadow_claim
 
 SMITH_SHARE = (0.8, 1.0)
 RUN_M = (31.0, 47.0, 62.0, 78.0)  # by energy of waves of PERIODS_S in 10 s: g T/4π times that, to a metre

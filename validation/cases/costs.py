@@ -12,24 +12,22 @@ import subprocess
 import sys
 
 import numpy as np
-import peers
-import scaling
-import speed_error
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from peers_power import RING_M, compare_power, rays_needed, seconds_of
-from peers_rays import PACKAGE, compare_rays
-from peers_turn import case as peers_turn
-from peers_turn import one_antenna
-from speed import real_time_factor, turn_times
-from speed_error_figure import QUANTITIES, figure_of
-from speed_error_ways import FINE_SPLINE, Bench, Errors, Mesh, Reference, expected_maps
 
 import seamap_rt as sr
 from seamap_rt.report import style
 from seamap_rt.simulation import Simulator
 from seamap_rt.validate import Case, Check, Outcome
 from seamap_rt.validate.checks import at_most, between, recorded
+from validation.speed import peers, speed_error
+from validation.speed.peers_power import RING_M, compare_power, rays_needed, seconds_of
+from validation.speed.peers_rays import PACKAGE, compare_rays
+from validation.speed.peers_turn import case as peers_turn
+from validation.speed.peers_turn import one_antenna
+from validation.speed.speed import real_time_factor, turn_times
+from validation.speed.speed_error_figure import QUANTITIES, figure_of
+from validation.speed.speed_error_ways import FINE_SPLINE, Bench, Errors, Mesh, Reference, expected_maps
 
 Array = NDArray[np.float64]
 HEIGHT, POWER = QUANTITIES[:2]
@@ -160,7 +158,13 @@ def flat_memory(full: bool) -> Outcome:
 
 def _march(tracer: str, turns: int, through: str) -> Array:
     """(turn,) bytes, in a process of its own with one arena: else threads fill arenas as they happen to meet."""
-    command = [sys.executable, scaling.__file__, "--call", json.dumps(["march", tracer, turns, through])]
+    command = [
+        sys.executable,
+        "-m",
+        "validation.speed.scaling",
+        "--call",
+        json.dumps(["march", tracer, turns, through]),
+    ]
     alone = {**os.environ, "MALLOC_ARENA_MAX": "1"}
     done = subprocess.run(command, env=alone, capture_output=True, text=True, check=False)
     if done.returncode:

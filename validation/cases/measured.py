@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from hard_case import light
-from hard_cases_light import beside_an_edge
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from sea_state import SEAS, Sea, scene_of, true_height
 
 import seamap_rt as sr
 from seamap_rt.mesh import SurfaceMesh
@@ -16,6 +13,9 @@ from seamap_rt.report import style
 from seamap_rt.simulation import Simulator
 from seamap_rt.validate import Case, Outcome
 from seamap_rt.validate.checks import at_least, at_most, recorded, within
+from validation.hard_cases.case import light
+from validation.hard_cases.light import beside_an_edge
+from validation.sea.sea_state import SEAS, Sea, scene_of, true_height
 
 Array = NDArray[np.float64]
 WIJAYA, OVERLOOKING_M = 0.90, 7.0  # correlation, and the mast [m] of 5 Hs for which it was published

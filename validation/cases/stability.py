@@ -8,13 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-import hard_cases_extreme
-import hard_cases_far
-import hard_cases_light
-from hard_case import Effort, Finding
-
 from seamap_rt.report import style
 from seamap_rt.validate import Case, Check, Group, Outcome
+from validation.hard_cases import extreme as hard_cases_extreme
+from validation.hard_cases import far as hard_cases_far
+from validation.hard_cases import light as hard_cases_light
+from validation.hard_cases.case import Effort, Finding
 
 RAYS = {False: 1_000_000, True: 10_000_000}  # by full
 Hard = Callable[[Effort], list[Finding]]

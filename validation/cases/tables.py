@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,9 +13,10 @@ from seamap_rt.conventions import SPEED_OF_LIGHT, db
 from seamap_rt.report import style
 from seamap_rt.validate import Case, Check, Outcome
 from seamap_rt.validate.checks import at_least, at_most, recorded, relative, within
+from validation import REFERENCE
 
 Array = NDArray[np.float64]
-TABLE = Path(__file__).parents[1] / "reference" / "nathanson_9p3ghz.csv"
+TABLE = REFERENCE / "nathanson_9p3ghz.csv"
 STATES = (1, 2, 3, 4, 5)
 INKS = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE)
 

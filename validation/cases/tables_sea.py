@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from seamap_rt.io.spectrumfile import read_directional_spectrum
+from seamap_rt.physics import dispersion
 from seamap_rt.report import style
-from seamap_rt.sea import dispersion, elfouhaily, spectra, spreading
+from seamap_rt.sea import elfouhaily, spectra, spreading
 from seamap_rt.sea.tabulated import TabulatedSpectrum
 from seamap_rt.validate import Case, Check, Outcome
 from seamap_rt.validate.checks import at_most, recorded, relative, within

@@ -1,0 +1,172 @@
+"""From a turn's interferogram to heights: one cell at a time, along a sliding plane, or by optimal interpolation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...conventions import wrap_phase
+from ..covariance.windows import window_weights
+from ..geometry.heights import Found
+from ..input.description import RadarDescription
+from ..phase.interferogram import Interferogram, PhaseSlopes
+from ..phase.speckle import wrapped_variance
+from ..phase.uncertainty import ONE_CELL, Weights
+from .optimal import Measured, optimal_heights
+from .quality import gate_median
+from .sea_covariance import SeaCovariance
+from .slopes import local_planes
+
+Map = NDArray[np.float64]
+
+
+_UNSEEN = 0.02  # of the errors' variance: a smaller sea's is not told from none
+_FEWEST_LOOKS = 3
+_EDGE_LEFT = 0.5  # of a correction of first order
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Heights of a turn; arrays (look, gate)."""
+
+    found: Found
+    echo_power: Map  # W, without noise
+    echoing: NDArray[np.bool_]  # cells with an echo of their own
+    variance: Map  # rad², of the phase of the covariance that was averaged, not wrapped
+    ambiguous: NDArray[np.bool_]
+    window: Weights  # that it was averaged over
+    incoherent: Map  # W, that the receivers do not share
+    std: Map  # m, of the height, from speckle and noise
+    edge: Map  # m, of Interferogram.edge, what is left in the height
+
+
+def single_cell(given: Interferogram) -> Estimate:
+    """Heights from the covariance of each cell alone."""
+    settings, radar = given.settings, given.model.radar
+    window = (
+        window_weights(settings.cell_range_m, radar.spacing),
+        window_weights(settings.cell_azimuth_deg, given.width),
+    )
+    return _averaged(given, window, given.level_slopes)
+
+
+def sliding_plane(given: Interferogram) -> Estimate:
+    """Heights from a wider window that follows the slopes of the single cells' map."""
+    settings, radar = given.settings, given.model.radar
+    first = _averaged(given, (window_weights(settings.cell_range_m, radar.spacing), np.ones(1)), given.level_slopes)
+    window = (
+        window_weights(settings.window_range_m, radar.spacing),
+        window_weights(settings.window_azimuth_deg, given.width),
+    )
+    return _averaged(given, window, _along_waves(given, first), first)
+
+
+def adaptive(given: Interferogram) -> Estimate:
+    """Heights by optimal interpolation between single dwells and gates, each trusted as far as its echo goes.
+
+    The map of sliding planes says which cycle each phase is on; the sea's covariance is taken from the same heights.
+    Of fewer than three looks it is not known across them, and that map is all.
+    """
+    start = sliding_plane(given)
+    if given.dwell.cross.shape[0] < _FEWEST_LOOKS:
+        return start
+    model, found, settings = given.model, start.found, given.settings
+    phase = found.phase + wrap_phase(np.angle(given.dwell.cross) - found.phase)
+    each = model.found(given.dwell, phase - model.flat)
+    variance = each.gain**2 * given.variance(given.dwell, ONE_CELL, start.incoherent)
+    ground = model.ground(found.places)
+    echoing = start.echoing & np.isfinite(found.height)
+    sure = echoing & ~start.ambiguous
+    distributed = each.height - given.edge
+    level = mean_plane(np.where(sure, distributed, np.nan), variance, *ground)
+    waves = distributed - level
+    # Near and far are the radar's: a boat may have gone a long way from the origin.
+    about = (each - _centre(middle) for each, middle in zip(ground, model.stances.middle, strict=True))
+    sea = SeaCovariance.of(np.where(sure, waves, np.nan), np.where(sure, variance, np.nan), *about)
+    height, error = optimal_heights(
+        # A cell that may be a cycle off tells its neighbours nothing; they tell it.
+        Measured(waves, np.where(start.ambiguous, np.inf, variance), ground, model.outward(*ground)),
+        sea,
+        echoing,
+        (settings.cell_range_m, np.radians(settings.cell_azimuth_deg)),
+        model.radar.ranges,
+    )
+    # Of a sea that is lost in the heights' errors no more is known than that it is smaller than these.
+    errors = variance[sure & np.isfinite(variance)]
+    error = error + _UNSEEN * max(0.0, (float(np.median(errors)) if errors.size else 0.0) - sea.variance)
+    made = model.found_at(found.cells, level + height)
+    return replace(start, found=made, std=np.sqrt(error), edge=_EDGE_LEFT * given.edge)
+
+
+def _centre(place: Map) -> float:
+    known = place[np.isfinite(place)]
+    return float(known.mean()) if known.size else 0.0
+
+
+def mean_plane(height: Map, variance: Map, x: Map, y: Map) -> Map:
+    """The plane through a turn's heights: mean sea level as the boat's sensors have it, which may lie high or askew.
+
+    Weighted by the inverse of the sea's own variance and that of the errors; 0 where there are too few for a plane.
+    """
+    known = np.isfinite(height) & np.isfinite(variance) & np.isfinite(x) & np.isfinite(y)
+    if np.count_nonzero(known) < 3:
+        return np.zeros(height.shape)
+    sea = float(np.median(height[known] ** 2)) + 1e-9
+    root = 1.0 / np.sqrt(sea + variance[known])
+    terms = np.stack((np.ones(root.size), x[known], y[known]), axis=1)
+    scale = np.maximum(np.abs(terms).max(axis=0), 1e-9)
+    found = np.linalg.lstsq(terms / scale * root[:, None], height[known] * root, rcond=1e-9)[0] / scale
+    return found[0] + np.nan_to_num(x) * found[1] + np.nan_to_num(y) * found[2]
+
+
+ESTIMATORS = {"adaptive": adaptive, "single_cell": single_cell, "sliding_plane": sliding_plane}
+
+
+def _averaged(given: Interferogram, window: Weights, along: PhaseSlopes, before: Estimate | None = None) -> Estimate:
+    """Heights of a window's means; their cycles are those of an earlier map, if there is one."""
+    cells = given.windowed(window, along)
+    echo_power, incoherent = given.echo_power(window), given.incoherent(along)
+    echoing = given.echoing(cells, echo_power)
+    variance = given.variance(cells, window, incoherent)
+    if before is None:
+        found, ambiguous = given.resolved(cells, variance, echoing)
+    else:
+        found, ambiguous = given.found_near(cells, before.found), before.ambiguous
+    std = found.gain * np.sqrt(wrapped_variance(variance))
+    return Estimate(found, echo_power, echoing, variance, ambiguous, window, incoherent, std, given.edge)
+
+
+def _along_waves(given: Interferogram, first: Estimate) -> PhaseSlopes:
+    """Phase slopes of the waves that a first map shows.
+
+    By planes over three looks and a cell and a half to either side; shorter ones would follow steeper waves, and more
+    noise. Strong echoes count for more, up to thrice the median.
+    """
+    model, found = given.model, first.found
+    radar = model.radar
+    power = found.cells.lower
+    with np.errstate(invalid="ignore", divide="ignore"):
+        weight = np.clip(np.nan_to_num(power / gate_median(power, np.isfinite(power))), 0.0, 3.0)
+    ground = model.ground(found.places)
+    reach = 1.0 + max(1, round(1.5 * given.settings.cell_range_m / radar.spacing)), 2.0
+    planes = local_planes(found.height, weight, ground, model.outward(*ground), reach)
+    per_height = model.rise_sign * np.nan_to_num(1.0 / found.gain, posinf=0.0, neginf=0.0)
+    step = _ground_step(radar, found.ground_range, model.stances.fan.height - found.height, planes.outward)
+    across = found.ground_range * np.radians(given.width)
+    return (
+        model.flat_per_gate + np.nan_to_num(planes.outward * step) * per_height,
+        np.nan_to_num(planes.clockwise * across) * per_height,
+        model.level,
+    )
+
+
+def _ground_step(radar: RadarDescription, ground_range: Map, drop: Map, slope: Map) -> Map:
+    """Ground range from a gate to the next along a surface of that slope: r dr = (x − drop · slope) dx.
+
+    Kept within three gates' spacing: where the surface faces the radar squarely, many places share a gate.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        step = radar.ranges / (ground_range - drop * np.nan_to_num(slope))
+    return radar.spacing * np.clip(np.where(step > 0.0, step, 3.0), 0.0, 3.0)

@@ -1,0 +1,85 @@
+"""The inner loops of the local planes, compiled: each cell is summed by itself, always in the same order."""
+
+from __future__ import annotations
+
+import math
+
+from ...compute.compiled import compiled
+
+_COLLINEAR = 1e-3  # places whose spread across their line is less than this part of it span no plane
+
+
+@compiled
+def fit_planes(height, weight, places, outward, reach, variance, slopes, squares):
+    """Write slopes (2, look, gate), outward and clockwise; and their variances, unless `squares` holds nothing.
+
+    places (2, look, gate) x and y, outward (2, look, gate) east and north, reach (2, gate) in gates and looks. Cells of
+    weight 0 count nothing, but need finite numbers all the same.
+    """
+    looks, gates = height.shape
+    for i in range(looks):
+        for j in range(gates):
+            if weight[i, j] == 0.0:
+                continue
+            far_gate, far_look = math.ceil(reach[0, j]) - 1, math.ceil(reach[1, j]) - 1
+            rows = max(0, i - far_look), min(looks, i + far_look + 1)
+            span = rows[0], rows[1], max(0, j - far_gate), min(gates, j + far_gate + 1)
+            s, mu, mv, uu, uv, vv, uz, vz, spans = _moments(height, weight, places, outward, reach, i, j, span)
+            determinant = uu * vv - uv * uv
+            if not (spans and determinant > _COLLINEAR * uu * vv):
+                continue
+            slopes[0, i, j] = (uz * vv - vz * uv) / determinant
+            slopes[1, i, j] = (vz * uu - uz * uv) / determinant
+            if squares.size:
+                pull = (vv / determinant / s, uv / determinant / s, uu / determinant / s)
+                squares[0, i, j], squares[1, i, j] = _squares(
+                    variance, weight, places, outward, reach, i, j, span, (mu, mv), pull
+                )
+
+
+@compiled
+def _moments(height, weight, places, outward, reach, i, j, span):
+    """Sum of weights, means and second moments of places (u, v) and heights; and whether several looks and gates have a
+    part in them: one gate's own places lie on an arc, whose bend alone would seem to span a plane."""
+    x, y, east, north = places[0, i, j], places[1, i, j], outward[0, i, j], outward[1, i, j]
+    s = su = sv = suu = suv = svv = sz = suz = svz = of_gate = of_look = 0.0
+    for a in range(span[0], span[1]):
+        taper = 1.0 - ((a - i) / reach[1, j]) ** 2
+        before = s
+        for b in range(span[2], span[3]):
+            # Relative to the cell itself, which keeps the sums well conditioned.
+            dx, dy, z = places[0, a, b] - x, places[1, a, b] - y, height[a, b] - height[i, j]
+            u, v = dx * east + dy * north, dx * north - dy * east
+            w = weight[a, b] * taper * (1.0 - ((b - j) / reach[0, j]) ** 2)
+            wu, wv = w * u, w * v
+            s += w
+            su += wu
+            sv += wv
+            suu += wu * u
+            suv += wu * v
+            svv += wv * v
+            sz += w * z
+            suz += wu * z
+            svz += wv * z
+        of_gate += weight[a, j] * taper
+        if a == i:
+            of_look = s - before
+    spans = s - of_gate > 1e-9 * s and s - of_look > 1e-9 * s
+    u, v, z = su / s, sv / s, sz / s
+    return s, u, v, suu / s - u * u, suv / s - u * v, svv / s - v * v, suz / s - u * z, svz / s - v * z, spans
+
+
+@compiled
+def _squares(variance, weight, places, outward, reach, i, j, span, middle, pull):
+    """Variances of the two slopes, of heights that err each for itself: a slope is the sum of heights by their pull."""
+    x, y, east, north = places[0, i, j], places[1, i, j], outward[0, i, j], outward[1, i, j]
+    out = clockwise = 0.0
+    for a in range(span[0], span[1]):
+        taper = 1.0 - ((a - i) / reach[1, j]) ** 2
+        for b in range(span[2], span[3]):
+            dx, dy = places[0, a, b] - x, places[1, a, b] - y
+            u, v = dx * east + dy * north - middle[0], dx * north - dy * east - middle[1]
+            w = weight[a, b] * taper * (1.0 - ((b - j) / reach[0, j]) ** 2)
+            out += variance[a, b] * (w * (u * pull[0] - v * pull[1])) ** 2
+            clockwise += variance[a, b] * (w * (v * pull[2] - u * pull[1])) ** 2
+    return out, clockwise

@@ -1,0 +1,103 @@
+"""What a phase means: the phase of mean sea level in each gate, and the height of any other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...conventions import wrap_phase
+from ..covariance.windows import Covariance, Level
+from ..input.description import RadarDescription
+from .inversion import Places, difference_at_height, height_per_phase, place
+from .stance import LookStances
+
+Map = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Found:
+    """Heights that the phases of averaged cells mean; arrays (look, gate)."""
+
+    cells: Covariance  # the averaged covariance that the phase was taken from
+    phase: Map  # rad, its ambiguity resolved as far as is known
+    places: Places  # m, height above mean sea level, outward and clockwise of the lower antenna
+    ground_range: Map  # m, from the middle of the receivers
+    gain: Map  # |dz/dφ| [m/rad]
+
+    @property
+    def height(self) -> Map:
+        return self.places.height
+
+
+class PhaseModel:
+    """What a phase of p ways means in each gate, from where the antennas stood in each look."""
+
+    def __init__(self, radar: RadarDescription, stances: LookStances, paths: int) -> None:
+        self.radar, self.stances, self.paths = radar, stances, paths
+        self._wavenumber = 2.0 * np.pi * paths / radar.wavelength
+        self.flat = self.of_height(0.0)
+        self._levels: dict[int, Map] = {}  # antennas of a boat that rolls or heaves are not where they were a look ago
+        # With the second receiver below the first a rise turns the phase on, not back.
+        self.rise_sign = -np.sign(stances.fan.upper.up)
+
+    @cached_property
+    def flat_per_gate(self) -> Map:
+        """By how much [rad] the phase of mean sea level turns from a gate to the next."""
+        spacing = self.radar.spacing
+        return 0.5 * (self._flat_phase(spacing) - self._flat_phase(-spacing))
+
+    @property
+    def turn_within_pulse(self) -> Map:
+        """By how much [rad] the phase of mean sea level turns within the pulse's own spread, of each gate."""
+        return np.abs(np.nan_to_num(self.flat_per_gate)) / self.radar.spacing * self.radar.response.spread_m
+
+    def of_height(self, height: Map | float) -> Map:
+        """Phase [rad] of places at that height [m] in each gate, by the fan's geometry."""
+        return self._wavenumber * difference_at_height(self.radar.ranges, height, self.stances.fan)
+
+    def _flat_phase(self, offset: float) -> Map:
+        """Phase of mean sea level `offset` beyond each gate."""
+        return self._wavenumber * difference_at_height(self.radar.ranges + offset, 0.0, self.stances.fan)
+
+    @property
+    def level(self) -> Level | None:
+        """The phase of mean sea level so many gates on; None of a boat at rest."""
+        return None if self.stances.at_rest else self._level
+
+    def _level(self, gates: int) -> Map:
+        if gates not in self._levels:
+            self._levels[gates] = np.nan_to_num(self._flat_phase(gates * self.radar.spacing))
+        return self._levels[gates]
+
+    def residual(self, cells: Covariance) -> Map:
+        """Wrapped phase [rad] of cells less that of mean sea level."""
+        return wrap_phase(np.angle(cells.cross) - self.flat)
+
+    def found(self, cells: Covariance, residual: Map) -> Found:
+        """Heights of cells whose phase is `residual` beyond that of mean sea level."""
+        return self._found(cells, self.flat + residual)
+
+    def found_at(self, cells: Covariance, height: Map) -> Found:
+        """The same for heights that are known otherwise."""
+        return self._found(cells, self.of_height(height))
+
+    def _found(self, cells: Covariance, phase: Map) -> Found:
+        radar, fan = self.radar, self.stances.fan
+        difference = phase / self._wavenumber
+        places = place(radar.ranges, difference, fan)
+        gain = height_per_phase(radar.ranges, difference, fan, radar.wavelength, self.paths)
+        return Found(cells, phase, places, self.stances.ground_range(places), gain)
+
+    def ground(self, places: Places) -> tuple[Map, Map]:
+        """East and north [m] of places (look, gate)."""
+        return self.stances.world(places)
+
+    def outward(self, x: Map, y: Map) -> tuple[Map, Map]:
+        """East and north of the direction from the antennas, as they stood, to places at x, y [m]."""
+        east, north = x - self.stances.middle[0], y - self.stances.middle[1]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            distance = np.hypot(east, north)
+            return east / distance, north / distance

@@ -1,0 +1,149 @@
+"""How the array stood during each cell's dwell, from the boat's own sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ...conventions import unit_from_azimuth
+from ...radar.pose import antenna_axes, scan_of_bearing
+from ..covariance.dwells import Dwells, allot, unwrapped_sweep
+from ..input.description import RadarDescription
+from .inversion import Antenna, Fan, Places, azimuth_at_sea
+
+_UPRIGHT = 0.1  # of the turn between two pulses: a fan that leans by less changes no dwell to speak of
+_STILL = 0.01  # m; antennas that stray less from above the origin are at rest
+
+
+@dataclass(frozen=True)
+class PulseStances:
+    """One stance for each pulse (pulse,): axes by parts right of the bearing, out along it and up, places in metres."""
+
+    time: NDArray[np.float64]  # s
+    sweep: NDArray[np.float64]  # deg, bearing of the boresight from the sector's start, not wrapped
+    boresight: NDArray[np.float64]  # (pulse, 3) right, out, up; right is 0
+    upright: NDArray[np.float64]  # (pulse, 3) right, out, up, of the array's own upright axis
+    axes: NDArray[np.float64]  # (pulse, 3 across boresight up, 3 east north up)
+    antennas: NDArray[np.float64]  # (pulse, antenna, 3) east, north, up
+
+    @classmethod
+    def of(cls, echoes: xr.Dataset, radar: RadarDescription) -> PulseStances:
+        time, azimuth, attitude, positions = (
+            np.asarray(echoes[name].values, dtype=np.float64) for name in ("time", "azimuth", "attitude", "position")
+        )
+        # A boat that stands still has one attitude for all.
+        own = attitude[:1] if not np.ptp(attitude, axis=0).any() else attitude
+        axes = antenna_axes(own, scan_of_bearing(own, azimuth, radar.tilt), radar.tilt)
+        sweep = unwrapped_sweep(azimuth, time, radar.sector, np.inf if radar.staring else radar.period)
+        return cls(time, sweep, _turned(axes[:, 1], azimuth), _turned(axes[:, 2], azimuth), axes, positions)
+
+    def __getitem__(self, rows: NDArray[np.intp]) -> PulseStances:
+        """Those of some pulses, in any order and number."""
+        return PulseStances(*(getattr(self, each.name)[rows] for each in fields(self)))
+
+    def dwells(self, radar: RadarDescription, lower: int, centres: NDArray[np.float64], width: float) -> Dwells:
+        """Pulses to looks, `width` deg wide and centred on `centres` (look,) deg from the sector's start."""
+        height = self.antennas[:, lower, 2]
+
+        def aside(ranges: NDArray[np.float64]) -> NDArray[np.float64]:
+            rise, out = ((self.boresight[:, n, None], self.upright[:, n, None]) for n in (2, 1))
+            return np.degrees(azimuth_at_sea(ranges, height[:, None], rise, out, self.upright[:, 0, None]))
+
+        # From the nearest gate to the farthest the fan swings one way only: if both are upright all are.
+        step = np.median(np.abs(np.diff(self.sweep))) if self.sweep.size > 1 else 0.0
+        ends = np.abs(aside(radar.ranges[[0, -1]]))
+        leaning = np.nanmax(ends, initial=0.0) > _UPRIGHT * step
+        return allot(self.sweep, aside(radar.ranges) if leaning else None, centres, width, radar.closed)
+
+    def looks(self, centres: NDArray[np.float64], width: float) -> NDArray[np.intp]:
+        """The look (pulse,) of the boresight's own bearing, or −1."""
+        number = np.floor((self.sweep - centres[0]) / width + 0.5 + 1e-9).astype(np.intp)
+        return np.where((number >= 0) & (number < centres.size), number, -1)
+
+
+@dataclass(frozen=True)
+class LookStances:
+    """Means over each cell's pulses, (look, 1), or (look, gate) where the fan leans; of a boat at rest the fan is one
+    for all looks, (1, 1)."""
+
+    fan: Fan
+    azimuth: NDArray[np.float64]  # deg, of the boresight
+    lower: tuple[NDArray[np.float64], NDArray[np.float64]]  # m east, north, of the lower receiver
+    middle: tuple[NDArray[np.float64], NDArray[np.float64]]  # m east, north, of both receivers
+    time: NDArray[np.float64]  # s
+    at_rest: bool  # upright above the origin all along: each look's cells lie on a straight line from the origin
+
+    @classmethod
+    def of(
+        cls,
+        stances: PulseStances,
+        dwells: Dwells,
+        pair: tuple[int, int],
+        senders: Sequence[int],
+        start: float,
+    ) -> LookStances:
+        """stances and dwells: of the same pulses; pair: antennas, lower and upper, of the receivers; senders: antennas
+        that transmit; start: of the sector."""
+        lower, upper = (stances.antennas[:, antenna] for antenna in pair)
+        middle = 0.5 * (lower + upper)
+        others = [antenna for antenna in senders if antenna not in pair]
+        arms = [stances.antennas[:, antenna] - lower for antenna in (pair[1], *others)]
+        columns = [
+            stances.sweep,
+            stances.time,
+            *lower.T,
+            *middle.T[:2],
+            *stances.boresight.T[1:],
+            *stances.upright.T,
+        ]
+        # The fan's plane stands in the middle between the receivers. An arm that leads across it is as one in the plane
+        # whose square is less by twice their product: û·b = b_x x₀/R₁ + what lies in the plane, with û·x̂ = x₀/R₁.
+        middle_across = 0.5 * np.einsum("pi,pi->p", arms[0], stances.axes[:, 0])
+        for arm in arms:
+            across, along, up = np.einsum("pi,pai->ap", arm, stances.axes)
+            square = np.einsum("pi,pi->p", arm, arm) - 2.0 * across * middle_across
+            columns += [along, up, np.sqrt(np.maximum(square, 0.0))]
+        mean = list(dwells.means(np.stack(columns, axis=1)))
+        sweep, when, x, y, z, middle_x, middle_y, out, rise, right_up, out_up, rise_up = mean[:12]
+        # The mean of axes that swing is a little short.
+        length, length_up = np.hypot(out, rise), np.sqrt(right_up**2 + out_up**2 + rise_up**2)
+        antennas = [Antenna(*mean[12 + 3 * n : 15 + 3 * n]) for n in range(len(arms))]
+        weight = 0.5 / len(senders)
+        fan = Fan(
+            height=z,
+            upper=antennas[0],
+            rise=(rise / length, rise_up / length_up),
+            out=(out / length, out_up / length_up),
+            right=right_up / length_up,
+            share=0.25 + weight * (pair[1] in senders),
+            others=tuple((weight, antenna) for antenna in antennas[1:]),
+        )
+        at_rest = not dwells.leaning and not np.nanmax(np.hypot(middle_x, middle_y), initial=0.0) > _STILL
+        if at_rest:
+            fan = fan.common()
+        return cls(fan, start + sweep, (x, y), (middle_x, middle_y), when, at_rest)
+
+    def world(self, places: Places) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """East and north [m] of places (look, gate)."""
+        east, north = unit_from_azimuth(self.azimuth)
+        return (
+            self.lower[0] + places.out * east + places.right * north,
+            self.lower[1] + places.out * north - places.right * east,
+        )
+
+    def ground_range(self, places: Places) -> NDArray[np.float64]:
+        """Distance [m] of places (look, gate) from the middle of the two receivers as it stood at their dwell."""
+        x, y = self.world(places)
+        return np.hypot(x - self.middle[0], y - self.middle[1])
+
+
+def _turned(axis: NDArray[np.float64], azimuth: NDArray[np.float64]) -> NDArray[np.float64]:
+    """World vectors (pulse, 3) as parts right of the bearing, out along it, and up."""
+    east, north = unit_from_azimuth(azimuth)
+    return np.stack(
+        (axis[:, 0] * north - axis[:, 1] * east, axis[:, 0] * east + axis[:, 1] * north, axis[:, 2]), axis=1
+    )

@@ -1,0 +1,1 @@
+"""What comes in: echoes, recordings and the radar's own description of itself, checked."""

@@ -1,0 +1,103 @@
+"""How far the phase of a sum over a window is off: speckle and noise, given how strong the echo is in that window.
+
+Of one sample of speckle the phase between two receivers follows, given both amplitudes, von Mises' law of concentration
+2|γ||V₁V₂|/((1 − |γ|²)⟨P⟩): a strong echo's phase is good, a faded one's bad. Lee's law (Lee et al. 1994), whose tails
+are heavy, is its mean over all amplitudes. Those are seen, so that nothing need be averaged over: what is not
+known of the phase is the part of the power that the receivers do not share, over the power that is there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..covariance.windows import Covariance
+
+_TREND_GATES = 21  # over which the incoherent share is averaged where noise hides it
+_SHARE_SPREAD = 0.7  # of a cell's incoherent share about its gate's mean, of itself
+_FAINTEST = 0.02  # of the noise: power below it is not told from none
+
+Map = NDArray[np.float64]
+
+
+def incoherent_power(wide: Covariance, noise_power: float, samples: float) -> Map:
+    """Power [W], (look, gate), that the receivers do not share, without the noise's: ½(P₁ + P₂) − |C| − N.
+
+    wide: sums over a longer window, since one sample of speckle is always coherent with itself; samples: of noise in
+    that window. Where noise hides it the share of all looks at about that range stands in, as far as it does.
+    """
+    known = wide.known
+    power = np.where(known, 0.5 * (wide.lower + wide.upper), noise_power) - noise_power
+    shared = np.where(known, np.abs(wide.cross), 0.0)
+    missing = np.where(known, power - shared, 0.0)
+    power = np.maximum(power, 0.0)
+    around = np.ones(min(_TREND_GATES, power.shape[1]))
+    all_missing, all_power = (np.convolve(each.sum(axis=0), around, "same") for each in (missing, power))
+    share = np.divide(all_missing, all_power, out=np.ones_like(all_power), where=all_power > np.abs(all_missing))
+    usual = np.clip(share, 0.0, 1.0) * power
+    measured, expected = (noise_power / np.sqrt(samples)) ** 2, (_SHARE_SPREAD * usual) ** 2
+    with np.errstate(invalid="ignore", divide="ignore"):
+        trust = np.where(expected + measured > 0.0, expected / (expected + measured), 1.0)
+    return trust * np.maximum(missing, 0.0) + (1.0 - trust) * usual
+
+
+def estimation_doubt(samples: float) -> float:
+    """By how much a variance that was itself found from so many complex samples understates the errors' mean square:
+    theirs is Student's law, ν/(ν − 2); at most 2.
+
+    Of samples that fade, each counted by its power, half as many are as good as even ones: ν is their number, not twice
+    that.
+    """
+    return min(2.0, samples / max(samples - 2.0, 1e-9))
+
+
+def phase_variance(
+    cells: Covariance,
+    incoherent: Map,
+    noise_power: float,
+    looks: float,
+    samples: float,
+    noise_square: float = 1.0,
+    doubt: float = 1.0,
+) -> Map:
+    """Variance [rad²], (look, gate), of the phase of `cells`, while it is small.
+
+    incoherent: power [W] that the receivers do not share, and by `doubt` of how much more it may be; looks: independent
+    samples of speckle in the cell's window; samples: of noise, which is new at each pulse. The noise's own beat with
+    itself averages less or more than its beat with the echo: noise_square (PulsePairs). Infinite where nothing is
+    heard.
+    """
+    # The law's is the product of both amplitudes: where one of them fades its mean with the other's says too much.
+    power = np.minimum(0.5 * (cells.lower + cells.upper) - noise_power, np.abs(cells.cross))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        power = np.where(power > 0.0, np.maximum(power, _FAINTEST * noise_power), np.nan)
+        noise = noise_power / power
+        variance = doubt * incoherent / power / looks + (2.0 * noise + noise_square * noise**2) / (2.0 * samples)
+    return np.where(np.isfinite(variance), variance, np.inf)
+
+
+def _von_mises_variances() -> Map:
+    """Of inverse concentrations v/(1 + v) = 0 … 1, evenly spaced: v itself while small, π²/3 in the end."""
+    share = np.linspace(0.0, 1.0, _TABLE)
+    spread = np.full(_TABLE, np.pi**2 / 3.0)
+    spread[0] = 0.0
+    for n in range(1, _TABLE - 1):
+        concentration = (1.0 - share[n]) / share[n]
+        angle = np.linspace(0.0, min(np.pi, 12.0 / np.sqrt(concentration)), 1001)
+        density = np.exp(concentration * (np.cos(angle) - 1.0))
+        spread[n] = np.trapezoid(angle**2 * density, angle) / np.trapezoid(density, angle)
+    return spread
+
+
+_TABLE = 257
+_VARIANCES = _von_mises_variances()
+
+
+def wrapped_variance(variance: Map) -> Map:
+    """Variance [rad²] of a phase that cannot leave the circle, of von Mises' law, whose inverse concentration is
+    `variance`: itself while small, π²/3 at most."""
+    with np.errstate(invalid="ignore"):
+        place = (_TABLE - 1) * np.where(np.isinf(variance), 1.0, variance / (1.0 + variance))
+    low = np.clip(np.nan_to_num(place).astype(int), 0, _TABLE - 2)
+    part = place - low
+    return _VARIANCES[low] * (1.0 - part) + _VARIANCES[low + 1] * part

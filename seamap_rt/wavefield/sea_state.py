@@ -1,0 +1,205 @@
+"""Sea state from maps: significant height, periods, direction and spread of the waves, each with a standard error.
+
+Heights are about mean sea level, which is known: their mean square needs no mean of its own, and hardly depends on
+which half of the sea is in sight, since what crests have too much, the troughs that they hide have too little.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..conventions import GRAVITY
+from .range_bins import Rings, View
+from .resolution import Resolution
+from .wave_direction import Travel, travel
+from .wave_spectrum import Field, Transforms, WaveSpectrum, wave_spectrum
+
+_UNSEEN = 0.16  # relative error of the variance by what is not in sight, of its share
+_NOISE_KNOWN = 0.2  # relative standard error of the stated error variances
+_TRANSFER_KNOWN = 0.2  # of what is added for the waves that a cell averages away
+_LEAST_TRANSFER = 0.25  # of the variance: shorter waves are not in the map, but follow from the longer ones
+_TAIL_FROM = 2.0  # times the peak's wavenumber: shorter waves hold at least what a wind sea's do
+_CORE_OVER_TAIL = 2.76  # what it holds between half that and that over what is beyond (Hasselmann et al. 1973)
+_STEP = 1.3  # from one wavenumber to the next, of waves too short to be seen
+_SURE_DEG = 60.0  # between the heights' axis and the way that the water moves: farther off the way is called unknown
+_PEAK_WIDTH = 0.3  # relative, of a wind sea's spectrum: how far the peak of a single draw of few waves strays
+_SIDE_M = 3.0  # of squares on which waves are sorted by the way they run
+_LEAST_SPAN = 80.0  # deg of looks: fewer do not tell waves of all directions apart
+
+_VARIABLES = {
+    "significant_wave_height": ("m", "four standard deviations of the sea", "sea_surface_wave_significant_height"),
+    "peak_period": (
+        "s",
+        "period of the spectrum's peak",
+        "sea_surface_wave_period_at_variance_spectral_density_maximum",
+    ),
+    "mean_direction": ("degree", "mean azimuth the waves come from", "sea_surface_wave_from_direction"),
+    "directional_spread": ("degree", "circular spread of the directions", "sea_surface_wave_directional_spread"),
+    "significant_wave_height_std": ("m", "standard error of the height of the sea that was seen", None),
+    "significant_wave_height_sampling": ("m", "standard deviation by which a sea of this size differs", None),
+    "peak_period_std": ("s", "standard error of the peak period", None),
+    "mean_direction_std": ("degree", "standard error of the mean direction", None),
+    "directional_spread_std": ("degree", "standard error of the spread", None),
+    "mean_axis": ("degree", "azimuth or its opposite the waves come from, 0 to 180", None),
+    "raw_height": ("m", "four standard deviations of all heights of the map", None),
+    "noise_height": ("m", "what errors of the heights alone would give, over the range used", None),
+    "transfer": ("1", "share of the sea's variance that the map's cells keep", None),
+    "seen_share": ("1", "share of the sea in sight, over the range used", None),
+    "range_first": ("m", "begin of the range used", None),
+    "range_last": ("m", "end of the range used", None),
+    "cells": ("1", "cells used", None),
+}
+
+
+def sea_state(maps: xr.DataTree) -> xr.Dataset:
+    """Significant wave height, peak period, mean direction and spread of each turn, with standard errors, dims (turn,).
+
+    maps: as from `retrieve`, in deep water, of an antenna that moves slowly beside the waves. The standard error
+    `significant_wave_height_std` is against the sea that was seen; how far that may differ from the sea at large, by
+    chance, is `significant_wave_height_sampling`, and part of the other errors. Where too little is seen, or too noisy,
+    all is NaN; of a calm sea, and of looks that span less than 80°, the period and directions are. Mean direction and
+    spread are NaN as well where no radial velocity tells which way the waves run; `mean_axis` needs none.
+
+    Method: mean square about mean sea level, less that of the errors (of heights that are the mean of what may be,
+    given the echoes, plus that of what they leave open), over the share that cells keep of the spectrum; peak by S⁴
+    (Young 1995), mean direction and spread by the first moment (Kuik, van Vledder & Holthuijsen 1988).
+    """
+    polar = maps["polar"].to_dataset()
+    rows = [_one_turn(polar.isel(turn=turn)) for turn in range(polar.sizes["turn"])]
+
+    def variable(name: str) -> tuple[str, Field, dict[str, str]]:
+        units, long_name, standard_name = _VARIABLES[name]
+        attributes = {"long_name": long_name, "units": units}
+        if standard_name:
+            attributes["standard_name"] = standard_name
+        return "turn", np.array([row.get(name, np.nan) for row in rows]), attributes
+
+    return xr.Dataset(
+        {name: variable(name) for name in _VARIABLES}, {"turn": polar["turn"]}, {"Conventions": "CF-1.11"}
+    )
+
+
+def _one_turn(polar: xr.Dataset) -> dict[str, float]:
+    """The numbers of one turn; those that cannot be had are left out."""
+    view = View.of(polar)
+    heights = polar["height"].values
+    found = {"cells": 0.0, "raw_height": 4.0 * float(np.nanstd(heights)) if np.isfinite(heights).any() else np.nan}
+    rings = Rings.of(view)
+    if rings is None or not rings.used.any():
+        return found
+    inside = view.known & rings.within(rings.glimpsed, view.distance)
+    way = _travel(polar, view, inside)
+    spectrum = wave_spectrum(Transforms.of(view.cells(inside)), way)
+    resolution = Resolution.of(polar.attrs, np.degrees(view.width))
+    overall = rings.weight(rings.glimpsed) @ resolution.transfer(spectrum.ring_wavenumber, rings.middle)
+    spectrum = spectrum.corrected(overall, _LEAST_TRANSFER)
+    found |= _height(view, rings, _kept(spectrum, overall, resolution, rings.middle))
+    part = rings.area[rings.used].sum() / rings.area[rings.glimpsed].sum()
+    chance = 0.5 / np.sqrt(max(1.0, spectrum.independent * part))
+    found["significant_wave_height_sampling"] = chance * found["significant_wave_height"]
+    weight = rings.weight(rings.used)
+    # Heights that are a conditional mean hold nothing of a sea that noise hides.
+    least = 2.0 if view.conditional else 2.0 * _NOISE_KNOWN
+    shown = weight @ rings.waves > least * (weight @ rings.noise)
+    return found | (_direction(spectrum, way) if shown and view.span > _LEAST_SPAN else {})
+
+
+def _height(view: View, rings: Rings, keep: Field) -> dict[str, float]:
+    """The waves' height and what it was found by. keep: share of the waves' variance that each ring's cells hold."""
+    weight, (first, last) = rings.weight(rings.used), rings.edges(rings.used)
+    count = int(np.count_nonzero(view.known & rings.within(rings.used, view.distance)))
+    signal, noise, transfer, seen = (float(weight @ each) for each in (rings.waves, rings.noise, keep, rings.seen))
+    variance = max(float(weight @ (rings.waves / keep)), 0.0)
+    errors = (
+        _NOISE_KNOWN * noise / transfer,
+        np.sqrt(2.0 / count) * (noise + 0.1 * max(signal, 0.0)) / transfer,
+        _TRANSFER_KNOWN * (1.0 - transfer) * variance,
+        _UNSEEN * (1.0 - seen) * variance,
+    )
+    return {
+        "significant_wave_height": 4.0 * np.sqrt(variance),
+        "significant_wave_height_std": _height_error(4.0 * np.sqrt(variance), float(np.linalg.norm(errors))),
+        "noise_height": 4.0 * np.sqrt(noise),
+        "transfer": transfer,
+        "seen_share": seen,
+        "range_first": first,
+        "range_last": last,
+        "cells": float(count),
+    }
+
+
+def _height_error(height: float, error: float) -> float:
+    """Of 4 √variance, whose variance has the standard error `error`: 8 error/height, but for a sea that may be calm."""
+    return 8.0 * error / max(height, 2.0 * np.sqrt(error)) if error > 0.0 else 0.0
+
+
+def _travel(polar: xr.Dataset, view: View, inside: NDArray[np.bool_]) -> Travel:
+    """Which way the waves run by the water's velocity; no way without one."""
+    if "radial_velocity" not in polar:
+        return Travel(np.ones(1), np.zeros(1), np.zeros(1))
+    velocity = np.where(inside, polar["radial_velocity"].values.astype(np.float64), np.nan)
+    return travel(view.height, np.sqrt(view.noise), velocity, view.azimuth, view.distance, _SIDE_M)
+
+
+def _kept(spectrum: WaveSpectrum, overall: Field, resolution: Resolution, distance: Field) -> Field:
+    """Share of the waves' variance that the cells of each distance [m] keep; 1 where no waves are found.
+
+    Waves are as found where the map as a whole keeps enough (`overall`, (ring,)), but beyond the peak no less than a
+    tail that falls with the fifth power of frequency (Phillips 1958), of which noise and cells leave little.
+    """
+    wavenumber, peak = spectrum.ring_wavenumber, (2.0 * np.pi * spectrum.peak_frequency) ** 2 / GRAVITY
+    told = overall > _LEAST_TRANSFER
+    core = told & (wavenumber < _TAIL_FROM * peak)
+    if not spectrum.ring_power[core].any():
+        return np.ones(distance.size)
+    edge = wavenumber[core].max()
+    tail = spectrum.ring_power[core & (wavenumber > 0.5 * edge)].sum() / _CORE_OVER_TAIL
+    # ∫ f⁻⁵ df ∝ k⁻²
+    least = np.where(wavenumber > edge, 2.0 * tail * edge**2 * wavenumber**-3 * np.gradient(wavenumber), 0.0)
+    shorter = wavenumber[-1] * _STEP ** np.arange(8)  # than all rings
+    power = np.append(
+        np.maximum(np.where(told, spectrum.ring_power, 0.0), least), tail * (edge / shorter) ** 2 * (1.0 - _STEP**-2)
+    )
+    return resolution.transfer(np.append(wavenumber, shorter * np.sqrt(_STEP)), distance) @ power / power.sum()
+
+
+def _direction(spectrum: WaveSpectrum, way: Travel) -> dict[str, float]:
+    """Periods and directions, with what chance makes of as few waves as were seen."""
+    peak, moment, doubled = spectrum.peak_frequency, spectrum.direction(1), spectrum.direction(2)
+    if not (np.isfinite(peak) and np.isfinite(moment)):
+        return {}
+    chance = 1.0 / np.sqrt(spectrum.independent)
+    axis = np.degrees(0.5 * np.angle(doubled)) % 180.0
+    found = {"peak_period": 1.0 / peak, "peak_period_std": _PEAK_WIDTH * chance / peak, "mean_axis": axis}
+    if not abs(np.cos(np.radians(way.wave_from_deg - axis))) > np.cos(np.radians(_SURE_DEG)):
+        return found
+    spread = float(np.degrees(np.sqrt(2.0 * max(1.0 - abs(moment), 0.0))))
+    return found | {
+        "mean_direction": (np.degrees(np.angle(moment)) + 180.0) % 360.0,
+        "mean_direction_std": spread * chance,
+        "directional_spread": spread,
+        "directional_spread_std": spread * chance / np.sqrt(2.0),
+    }
+
+
+def in_words(state: xr.Dataset) -> str:
+    """One line: height, peak period, direction and spread, as far as they are known; of several turns their means."""
+    height = state["significant_wave_height"].values
+    known = np.isfinite(height)
+    if not known.any():
+        return "sea state unknown: too little of the sea in sight"
+    text = f"Hs {height[known].mean():.2f}"
+    if known.sum() == 1:
+        text += f" ± {float(state['significant_wave_height_std'].values[known][0]):.2f} m"
+    else:  # what a turn's own bar leaves out: a patch of sea is one draw of many
+        text += f" m in the mean of {known.sum()} turns ({height[known].min():.2f} to {height[known].max():.2f} m)"
+    period, direction = (state[name].values for name in ("peak_period", "mean_direction"))
+    if np.isfinite(period).any():
+        text += f", Tp {np.nanmean(period):.1f} s"
+    known = np.isfinite(direction)
+    if known.any():
+        mean = np.degrees(np.angle(np.mean(np.exp(1j * np.radians(direction[known]))))) % 360.0
+        text += f", from {mean:.0f}°, spread {np.nanmean(state['directional_spread'].values):.0f}°"
+    return text

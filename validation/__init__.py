@@ -1,0 +1,6 @@
+"""The evidence: studies, benchmarks and judged cases, and the figures and tables that they make."""
+
+from pathlib import Path
+
+FIGURES = Path(__file__).parent / "figures"
+REFERENCE = Path(__file__).parent / "reference"

@@ -1,0 +1,1 @@
+"""What `seamap-rt validate` judges."""

@@ -1,0 +1,1 @@
+"""What the design study of 2004 claimed, and what comes out."""

@@ -1,0 +1,233 @@
+"""The design study's claims on its maps, each worked out anew and judged: how often (6), how far (7), how early (8).
+
+    python -m validation.claims.maps [--seeds 1] [--out DIR]
+
+The maps are those of `choppy_sea`, whose waves are the 1.4 m of the study; the `horizon` tracer stands in for the rays.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+import seamap_rt as sr
+from seamap_rt.interferometry import retrieve_one
+from seamap_rt.metrics import BIN_M
+from seamap_rt.physics.dispersion import angular_frequency, group_speed, wavenumber
+from seamap_rt.radar.scan import turn_duration
+from seamap_rt.report import style
+from seamap_rt.simulation import Simulator
+from seamap_rt.studies.usable import Criterion, Window
+from validation.claims.radar import NOT, ONLY_IF, REPRODUCED, STUDY, Claim
+
+Array = NDArray[np.float64]
+HEIGHT_M, PERIOD_S = 1.4, 5.5  # H1/3 and peak period of the sea
+ROTATIONS_RPM = (30.0, 60.0)
+CRITERION = Criterion()  # of a bin of ranges that is usable
+SEVERAL_M = 300.0  # the least that is several hundred metres
+FEWEST = 0.02  # of all cells, for the error of a bin to be drawn
+AHEAD_S = 10.0
+PERIODS_S = (4.0, 6.0, 8.0, 10.0)
+INKS = (style.BLACK, style.BLUE, style.SKY, style.ORANGE, style.VERMILION)
+
+
+@dataclass(frozen=True)
+class Mount:
+    """An antenna's mast, baseline and transmitter."""
+
+    height_m: float
+    baseline_m: float
+    watts: float
+
+    def __str__(self) -> str:
+        return f"mast {self.height_m:g} m, B = {self.baseline_m:g} m, {self.watts:g} W"
+
+
+MOUNTS = (
+    Mount(STUDY.height_m, STUDY.baseline_m, STUDY.transmit_power_w),
+    Mount(10.0, 0.2, 1.0),
+    Mount(10.0, 0.4, 1.0),
+    Mount(10.0, 0.4, 25.0),
+    Mount(20.0, 0.4, 25.0),
+)
+
+
+@dataclass(frozen=True)
+class Usable:
+    """What maps hold by range; (bin,), each BIN_M wide."""
+
+    middle: Array  # m
+    error: Array  # m rms of heights, cells more than half visible that are answered
+    share: Array  # of all cells, those
+    visible: Array  # share of the sea
+
+    def window(self) -> Window:
+        return CRITERION.window(self.middle.tolist(), self.error.tolist(), self.share.tolist(), HEIGHT_M)
+
+
+@cache
+def usable(mount: Mount, seeds: int) -> Usable:
+    """A turn of each seed, all cells of a bin together."""
+    square = cells = places = visible = np.zeros(0)
+    middle: Array = np.zeros(0)
+    for seed in range(1, seeds + 1):
+        scene = sr.load_scene(
+            "choppy_sea",
+            {
+                "seed": seed,
+                "tracing.tracer": "horizon",
+                "radar.height_m": mount.height_m,
+                "radar.baseline_m": mount.baseline_m,
+                "radar.transmit_power_w": mount.watts,
+            },
+        )
+        turn = Simulator(scene).turn(0)
+        maps = sr.retrieve(turn.echoes, scene.retrieval)
+        found, polar = sr.compare(maps, turn.truth), maps["polar"].to_dataset()
+        middle, number = np.array(found["range_m"]), np.array(found["cells"], dtype=float)
+        rms = np.array(found["height_rmse_m"], dtype=float)  # None, without a cell, becomes nan
+        gates = np.bincount((polar["range"].values // BIN_M).astype(int))
+        squares = np.where(number > 0, number * rms**2, 0.0)
+        parts = squares, number, polar.sizes["azimuth"] * gates[gates > 0], np.array(found["visible_fraction"]) / seeds
+        old = (square, cells, places, visible) if square.size else (0.0, 0.0, 0.0, 0.0)
+        square, cells, places, visible = (a + b for a, b in zip(old, parts, strict=True))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return Usable(middle, np.sqrt(square / cells), cells / places, visible)
+
+
+# ------------------------------------------------------------------------------------------------- how often
+
+
+def map_rate(turns: int = 1) -> Claim:
+    """A turn is a map; its processing is timed, but not judged: it is this machine's."""
+    scene = sr.load_scene("choppy_sea", {"tracing.tracer": "horizon"})
+    simulator, taken, ages = Simulator(scene), [], np.zeros(0)
+    for number in range(turns):
+        echoes = simulator.turn(number).echoes
+        retrieve_one(echoes, scene.retrieval)  # what only a first turn does is no part of it
+        start = time.perf_counter()
+        maps = retrieve_one(echoes, scene.retrieval)
+        taken.append(time.perf_counter() - start)
+        ages = maps["polar"].to_dataset()["time"].values
+    turn_s = [turn_duration(STUDY.model_copy(update={"rotation_rpm": rpm})) for rpm in ROTATIONS_RPM]
+    spread, k = float(np.nanmax(ages) - np.nanmin(ages)), float(wavenumber(2.0 * np.pi / PERIOD_S))
+    moved = float(angular_frequency(k)) / k * spread
+    figures = [
+        ("a turn, and so a map, at 30 and 60 rpm", " and ".join(f"{each:.2f} s" for each in turn_s)),
+        ("a turn's retrieval on this machine", f"{np.median(taken):.2f} s of wall clock"),
+        ("times of one map's cells at 60 rpm", f"{spread:.2f} s apart"),
+        ("meanwhile waves of the peak run", f"{moved:.1f} m, {moved * k / (2.0 * np.pi):.0%} of their length"),
+    ]
+    good = max(turn_s) <= 2.0 and min(turn_s) >= 1.0
+    assumption = "a map is a turn, and its cells are of different times: the maps on the ground say which"
+    return Claim("6", "a map every 1–2 s", REPRODUCED if good else NOT, assumption, figures)
+
+
+# --------------------------------------------------------------------------------------------------- how far
+
+
+def useful_heights(seeds: int = 1) -> Claim:
+    """How far out heights are of use from the study's mast, and from higher ones with more baseline and power."""
+    reach = {mount: usable(mount, seeds).window() for mount in MOUNTS}
+    figures = [(str(mount), f"usable from {near:.0f} to {far:.0f} m") for mount, (near, far) in reach.items()]
+    enough = [mount for mount in MOUNTS if reach[mount][1] >= SEVERAL_M]
+    criterion = f"usable: {CRITERION}; several hundred metres: {SEVERAL_M:g} m"
+    if MOUNTS[0] in enough:
+        verdict, assumption = REPRODUCED, criterion
+    elif enough:
+        verdict, assumption = ONLY_IF, f"{enough[0]}; {criterion}"
+    else:
+        verdict, assumption = NOT, criterion
+    return Claim(
+        "7", f"useful heights to several hundred metres at H1/3 = {HEIGHT_M:g} m", verdict, assumption, figures
+    )
+
+
+@style.styled
+def draw_usable(seeds: int = 1) -> Figure:
+    figure = style.new_figure(3.2)
+    left, right = (style.place(figure, at, 0.35, 2.95, 2.0) for at in (0.55, 4.1))
+    style.graph(left, "range, m", "rms error of heights, m", "a) error, cells more than half visible")
+    style.graph(right, "range, m", "share", "b) cells seen and answered; dotted: sea in sight")
+    for mount, ink in zip(MOUNTS, INKS, strict=True):
+        each = usable(mount, seeds)
+        known = np.where(each.share >= FEWEST, each.error, np.nan)
+        left.plot(each.middle, known, "o-", color=ink, markersize=2.5, label=str(mount))
+        right.plot(each.middle, each.share, "o-", color=ink, markersize=2.5)
+        right.plot(each.middle, each.visible, ":", color=ink, linewidth=0.9)
+    for axes, limit in ((left, CRITERION.error_over_height * HEIGHT_M), (right, CRITERION.known_share)):
+        axes.axhline(limit, color=style.GREY, linewidth=0.9, linestyle="--")
+        axes.set_xlim(0.0, STUDY.range_m[1])
+    left.set_ylim(0.0, 0.5)
+    right.set_ylim(0.0, 1.05)
+    figure.legend(*left.get_legend_handles_labels(), loc="lower center", ncols=3, fontsize=6.5)
+    return figure
+
+
+# ------------------------------------------------------------------------------------------------- how early
+
+
+def run_in(period_s: float, seconds: float = AHEAD_S) -> float:
+    """How far [m] the energy of waves of a period runs meanwhile, in deep water."""
+    return seconds * float(group_speed(wavenumber(2.0 * np.pi / period_s)))
+
+
+def predictability(seeds: int = 1) -> Claim:
+    """What bounds a forecast: energy comes at the group speed (Naaijen et al. 2014), from as far as the map reaches."""
+    near, far = usable(MOUNTS[0], seeds).window()
+    near = max(near, STUDY.range_m[0])
+    figures = []
+    for period in PERIODS_S:
+        speed = run_in(period, 1.0)
+        words = f"run {run_in(period):.0f} m in {AHEAD_S:g} s; from {near:.0f} to {far:.0f} m they are at the boat"
+        figures.append((f"waves of {period:g} s", f"{words} after {near / speed:.0f} to {far / speed:.0f} s"))
+    assumption = (
+        f"no forecast is made here; the group speed alone leaves {far / run_in(PERIODS_S[-1], 1.0):.0f} s and more to "
+        f"waves of up to {PERIODS_S[-1]:g} s, were they known without gaps in the map's {near:.0f} to {far:.0f} m"
+    )
+    return Claim("8", "about 10 s of wave predictability", "open", assumption, figures)
+
+
+@style.styled
+def draw_predictability(seeds: int = 1) -> Figure:
+    """Seconds after which the energy of waves seen from one place arrives, by period."""
+    near, far = usable(MOUNTS[0], seeds).window()
+    period = np.linspace(3.0, 12.0, 91)
+    speed = np.array([run_in(each, 1.0) for each in period])
+    figure = style.new_figure(2.9)
+    axes = style.place(figure, 0.9, 0.35, 5.6, 2.0)
+    style.graph(axes, "period, s", "seconds until it is at the boat", "Energy at the group speed, from the map's edges")
+    inner = max(near, STUDY.range_m[0])
+    axes.fill_between(period, inner / speed, far / speed, color=style.SKY, alpha=0.3, linewidth=0.0)
+    names = (f"usable map, {inner:.0f}–{far:.0f} m", f"if it reached {SEVERAL_M:g} m", f"{AHEAD_S:g} s")
+    axes.plot(period, far / speed, color=style.BLUE, label=names[0])
+    axes.plot(period, SEVERAL_M / speed, "--", color=style.VERMILION, label=names[1])
+    axes.axhline(AHEAD_S, color=style.GREY, linewidth=0.9, linestyle=":", label=names[2])
+    axes.set_xlim(period[0], period[-1])
+    axes.set_ylim(0.0, 80.0)
+    axes.legend(loc="upper right")
+    return figure
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--out", type=Path, help="folder of the figures")
+    arguments = parser.parse_args()
+    for claim in (map_rate(), useful_heights(arguments.seeds), predictability(arguments.seeds)):
+        claim.show()
+    if arguments.out:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        for name, draw in (("claim_heights", draw_usable), ("claim_forecast", draw_predictability)):
+            (arguments.out / f"{name}.png").write_bytes(style.png(draw(arguments.seeds)))
+
+
+if __name__ == "__main__":
+    main()

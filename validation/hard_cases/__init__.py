@@ -1,0 +1,1 @@
+"""Numerical stability: cases whose right answer is known."""

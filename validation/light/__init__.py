@@ -1,0 +1,1 @@
+"""Light and shadow: the mesh, edges, several bounces."""

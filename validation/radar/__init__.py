@@ -1,0 +1,1 @@
+"""The radar and its boat: antenna, modes, waveforms, converter, motion."""

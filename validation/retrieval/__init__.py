@@ -1,0 +1,1 @@
+"""The maps: accuracy, error bars, floors, cycles, seconds."""

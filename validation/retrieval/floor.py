@@ -1,0 +1,143 @@
+"""The floor under a map's errors: the same estimator, told the sea's covariance and each cell's true coherence.
+
+Of what the facets send back the expectation over speckle is known: of each look and gate the power, and the covariance
+of the two receivers, whose phase and coherence hold the spread of heights within the cell, layover and shadow. From it
+follows the error variance of each phase, given how strong the echo came out.
+
+`told` is the floor: the phases of the very echoes, their cycles as the truth has them, interpolated with those
+variances and the covariance of the sea as it is. What is left above it is what the retrieval must find out for itself.
+`drawn` checks it without the echoes: speckle and noise drawn pulse by pulse from the expectation, with the correlation
+in time that the echoes have. Each gate has speckle of its own: true gates overlap, yet a bright spot between two of
+them draws them to opposite sides, and with speckle that they share like a common factor `drawn` errs more than `told`
+(0.049 against 0.040 m at 25–50 m).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from seamap_rt.conventions import wrap_phase
+from seamap_rt.echoes.expected import expected_look_gates
+from seamap_rt.interferometry.covariance.windows import Covariance
+from seamap_rt.interferometry.estimation.estimators import sliding_plane
+from seamap_rt.interferometry.estimation.optimal import Measured, optimal_heights
+from seamap_rt.interferometry.estimation.sea_covariance import SeaCovariance
+from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.looks import Looks, interferogram
+from seamap_rt.interferometry.phase.interferogram import Interferogram
+from seamap_rt.interferometry.phase.speckle import phase_variance
+from seamap_rt.interferometry.phase.uncertainty import ONE_CELL
+from seamap_rt.scene import Scene
+from seamap_rt.sea import Sea
+from seamap_rt.simulation import Simulator
+
+Map = NDArray[np.float64]
+
+LAG_M, STEP_M = 48.0, 0.5  # of the sea's covariance: as far, and as fine, as the retrieval's own
+
+
+@dataclass(frozen=True)
+class Law:
+    """What the two receivers hear of each look and gate, over all speckle, without noise; arrays (look, gate)."""
+
+    lower: Map  # W
+    upper: Map  # W
+    cross: NDArray[np.complex128]  # W
+    sea: SeaCovariance
+
+    @property
+    def incoherent(self) -> Map:
+        return 0.5 * (self.lower + self.upper) - np.abs(self.cross)
+
+
+def law_of(scene: Scene) -> Law:
+    """Of the pairs of both ways (p = 2), which `paths = "best"` takes from switched transmitters."""
+    simulator = Simulator(scene)
+    facets, returns, _ = simulator.light(0)
+    radar = simulator.radar.model_copy(update={"interferogram": "alternating_pulse"})
+    gates = expected_look_gates(facets, returns.rcs, radar, scene.retrieval.cell_azimuth_deg)
+    return Law(
+        gates.power[0, 0], gates.power[1, 1], gates.covariance, sea_covariance(simulator.sea, scene.sea.extent_m)
+    )
+
+
+def sea_covariance(sea: Sea, extent_m: float) -> SeaCovariance:
+    """Of the surface itself, over its whole patch at one time, at points."""
+    x = STEP_M * np.arange(round(extent_m / STEP_M))
+    waves = np.concatenate([sea.elevation(*np.meshgrid(part, x, indexing="ij"), 0.5) for part in np.split(x, 16)])
+    power = np.abs(np.fft.rfft2(waves - waves.mean())) ** 2
+    lags = np.arange(-round(LAG_M / STEP_M), round(LAG_M / STEP_M) + 1)
+    covariance = np.fft.irfft2(power, waves.shape)[lags[:, None], lags] / waves.size
+    return SeaCovariance(np.ascontiguousarray(covariance), STEP_M)
+
+
+def floors(scene: Scene, echoes: xr.Dataset, height: Map, law: Law, seed: int) -> dict[str, Map]:
+    """Heights (look, gate) by `drawn` and `told`; height: the truth's, for the phases' cycles."""
+    radar = RadarDescription.of(echoes)
+    looks = Looks.of(echoes, radar, scene.retrieval)
+    given, _ = interferogram(looks)
+    if given.model.paths != 2:
+        raise ValueError(f"paths = {given.model.paths}: must be 2; give echoes of switched transmitters")
+    cells = _drawn(law, given, radar, np.random.default_rng(seed))
+    drawn = replace(given, dwell=cells, heard=cells)
+    return {"drawn": _interpolated(drawn, law, height), "told": _interpolated(given, law, height)}
+
+
+def _interpolated(given: Interferogram, law: Law, height: Map) -> Map:
+    """Optimal interpolation between single dwells and gates, as the `adaptive` estimator does it."""
+    model, cells, settings = given.model, given.dwell, given.settings
+    expected = model.of_height(np.nan_to_num(height))
+    each = model.found(cells, expected + wrap_phase(np.angle(cells.cross) - expected) - model.flat)
+    samples = given.dwelt.samples(ONE_CELL, model.radar)
+    variance = each.gain**2 * phase_variance(
+        cells, law.incoherent, given.noise_power, samples.speckle, samples.noise, given.noise_square
+    )
+    ground = model.ground(each.places)
+    known = Measured(each.height, variance, ground, model.outward(*ground))
+    echoing = sliding_plane(given).echoing  # of a strong speckle: it is heard farther out, and errs less
+    cell = settings.cell_range_m, np.radians(settings.cell_azimuth_deg)
+    return optimal_heights(known, law.sea, echoing & np.isfinite(each.height), cell, model.radar.ranges)[0]
+
+
+def _drawn(law: Law, given: Interferogram, radar: RadarDescription, random: np.random.Generator) -> Covariance:
+    """Dwells' means of echoes and noise drawn pulse by pulse."""
+    looks, gates = law.cross.shape
+    pulses = given.dwelt.pulses
+    lags = radar.spacing * np.arange(gates)
+    hissing = _along_gates(radar.response.noise_correlation(lags)).astype(np.float32)
+
+    def white() -> NDArray[np.complex64]:
+        parts = random.standard_normal((2, looks * pulses, gates), dtype=np.float32) * np.float32(np.sqrt(0.5))
+        return parts[0] + 1j * parts[1]
+
+    shape = (looks, pulses, gates)
+    one, other = (_in_time(white(), given).reshape(shape) for _ in range(2))
+    scale = np.sqrt(np.maximum(law.lower * law.upper, 1e-300))
+    coherence = np.clip(np.abs(law.cross) / scale, 0.0, 1.0)
+    shared = coherence * np.exp(1j * np.angle(law.cross))
+    lower = np.sqrt(law.lower)[:, None] * one
+    upper = np.sqrt(law.upper)[:, None] * (shared.conj()[:, None] * one + np.sqrt(1.0 - coherence**2)[:, None] * other)
+    root = np.sqrt(given.noise_power)
+    lower, upper = (volts + root * (white() @ hissing.T).reshape(shape) for volts in (lower, upper))
+    powers = [np.asarray(np.mean(np.abs(volts) ** 2, axis=1, dtype=np.float64)) for volts in (lower, upper)]
+    beside = 0.5 * (upper + np.roll(upper, 1, axis=1))  # each pulse is compared with that before it and that after it
+    return Covariance(np.mean(lower * beside.conj(), axis=1), *powers)
+
+
+def _in_time(white: NDArray[np.complex64], given: Interferogram) -> NDArray[np.complex64]:
+    """Pulses (pulse, gate) that go together as exp(−(lag/τ)²), τ from what the echoes do within a dwell."""
+    constant = max(1, np.count_nonzero(given.dwelt.correlation > np.exp(-1.0)))
+    lag = np.minimum(np.arange(white.shape[0]), white.shape[0] - np.arange(white.shape[0]))
+    gain = np.sqrt(np.maximum(np.fft.fft(np.exp(-((lag / constant) ** 2))).real, 0.0)).astype(np.float32)
+    return np.fft.ifft(np.fft.fft(white, axis=0) * gain[:, None], axis=0).astype(np.complex64)
+
+
+def _along_gates(correlation: Map) -> Map:
+    """A root of the correlation's matrix (gate, gate)."""
+    lag = np.abs(np.subtract.outer(np.arange(correlation.size), np.arange(correlation.size)))
+    value, vector = np.linalg.eigh(correlation[lag])
+    return vector * np.sqrt(np.maximum(value, 0.0))

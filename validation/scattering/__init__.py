@@ -1,0 +1,1 @@
+"""How the sea echoes: levels, Doppler, texture."""

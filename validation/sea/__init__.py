@@ -1,0 +1,1 @@
+"""The water: spectra, statistics, speed."""

@@ -1,0 +1,1 @@
+"""Seconds: stages, scaling, speed against error, peers."""

@@ -1,0 +1,133 @@
+"""How fast a turn is: seconds per stage of warm turns of a scene, medians over turns, each tracer in turn, and how far
+each stage is from its floor: what the same numbers would take if nothing but the unavoidable were done.
+
+python -m validation.speed.speed [--scene choppy_sea] [--turns 5] [--set sea.model=choppy]
+
+Floors, measured in the same run: the sea's FFTs alone; shadow rays and tree as `validation/speed/peers.py` has them (a
+bare tree of the triangles that can be hit, and ray_test on arrays that lie ready); of the echoes the multiply-adds
+at the rate at which BLAS does them, and the random numbers that the lit facets and the noise need.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import statistics
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import scipy.fft
+
+import seamap_rt as sr
+from seamap_rt.echoes.gaussian import gaussians, stream_key
+from seamap_rt.interferometry import retrieve_one
+from seamap_rt.simulation import Simulator
+
+STAGES = ("sea", "mesh", "trace", "echoes", "truth", "retrieve", "total")
+MODES, KNOTS, GATES, TAPS = 20, 38, 7, 16  # of choppy_sea: speckle's modes, knots a column is heard at, gates a facet
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scene", default="choppy_sea")
+    parser.add_argument("--turns", type=int, default=5)
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="any key of the scene")
+    arguments = parser.parse_args()
+    changes = dict(pair.split("=", 1) for pair in arguments.set)
+    print(f"{'tracer':8} {'turn':>6} " + " ".join(f"{stage:>9}" for stage in STAGES) + f" {'real time':>10}")
+    floors: dict[str, float] = {}
+    for tracer in ("facets", "horizon"):
+        scene = sr.load_scene(arguments.scene, overrides={**changes, "tracing.tracer": tracer})
+        simulator = Simulator(scene)
+        rows = turn_times(simulator, arguments.turns + 1)
+        for label, chosen in (("first", rows[:1]), ("warm", rows[1:])):
+            middle = {stage: statistics.median(row[stage] for row in chosen) for stage in STAGES}
+            factor = real_time_factor(scene, middle)
+            shown = " ".join(f"{middle[stage]:9.3f}" for stage in STAGES)
+            print(f"{tracer:8} {label:>6} {shown} {factor:10.2f}")
+        if tracer == "facets":
+            floors = _floors(simulator)
+            words = ", ".join(f"{stage} {middle[stage] / floor:.1f} × {floor:.3f} s" for stage, floor in floors.items())
+            print(f"from the floor: {words}")
+    print(f"peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.2f} GiB")
+
+
+def turn_times(simulator: Simulator, turns: int) -> list[dict[str, float]]:
+    """Seconds by stage of turns and their retrievals; the first is not warm."""
+    rows = []
+    for number in range(turns):
+        turn = simulator.turn(number)
+        start = time.perf_counter()
+        retrieve_one(turn.echoes, simulator.scene.retrieval)
+        timing = {**turn.timing, "retrieve": time.perf_counter() - start}
+        timing["total"] += timing["retrieve"]
+        rows.append(timing)
+    return rows
+
+
+def real_time_factor(scene: sr.Scene, seconds: dict[str, float]) -> float:
+    """The turn's own duration over what sea, mesh, trace and echoes take."""
+    return scene.turn_duration_s / sum(seconds[stage] for stage in ("sea", "mesh", "trace", "echoes"))
+
+
+def _floors(simulator: Simulator) -> dict[str, float]:
+    """Seconds, by stage."""
+    returns = simulator.light(0)[1]
+    heard = int(np.count_nonzero(returns.rcs))
+    pulses = round(simulator.scene.radar.prf_hz * simulator.scene.turn_duration_s)
+    samples = 2 * pulses * 257
+    sums = heard * (8 * MODES * KNOTS + 3 * KNOTS * (8 + 4 * GATES)) + samples * 4 * TAPS
+    matrix = np.ones((2000, 2000), dtype=np.float32)
+    rate = 2.0 * 2000**3 / _least(lambda: matrix @ matrix)
+    draws = _least(lambda: gaussians(stream_key(1), 100_000, MODES)) / (100_000 * MODES)
+    # Two threads draw at once.
+    return {
+        "sea": _ffts(simulator),
+        "trace": _bare_rays(simulator),
+        "echoes": sums / rate + 0.5 * draws * (heard * MODES + samples),
+    }
+
+
+def _ffts(simulator: Simulator) -> float:
+    """Those of a turn's new knots, three fields each, on two threads."""
+    field: Any = simulator.sea.parts[0]
+    field = field.field
+    rows, columns = field.shape
+    half = np.zeros((rows, columns // 2 + 1), dtype=np.complex64)
+    new = simulator.scene.turn_duration_s / field.time_step
+
+    def once() -> None:
+        scipy.fft.irfft2(half, s=(rows, columns), workers=2)
+
+    return 3.0 * new * _least(once)
+
+
+def _bare_rays(simulator: Simulator) -> float:
+    """A tree of the triangles that can be hit, and all shadow rays of a turn's own sheet, on arrays that lie ready."""
+    from seamap_rt.tracing.rays import RayTracer, SeaScene, what_can_be_hit
+    from seamap_rt.tracing.shadow_rays import shadow_rays
+
+    mesh = simulator.mesh(0)
+    sheet, facets = mesh.sheets()[0], mesh.facets
+    rays = shadow_rays(mesh, facets, sheet)
+    tracer = RayTracer(simulator.scene.radar, simulator.scene.scattering)
+    triangles = what_can_be_hit(mesh, sheet, rays.turned_away)
+    scene = SeaScene(mesh, sheet, simulator.scene.radar.frequency_hz, tracer.permittivity, triangles)
+    return _least(lambda: scene.update(triangles)) + _least(lambda: scene.hits(rays))
+
+
+def _least(work: Callable[[], object], rounds: int = 5) -> float:
+    """Seconds, the least of some rounds."""
+    work()
+    taken = []
+    for _ in range(rounds):
+        start = time.perf_counter()
+        work()
+        taken.append(time.perf_counter() - start)
+    return min(taken)
+
+
+if __name__ == "__main__":
+    main()
