@@ -172,7 +172,7 @@ def _gauges(simulator: Simulator, maps: xr.DataTree, truth: xr.DataTree, number:
     scene, period = simulator.scene, turn_duration(simulator.radar)
     if not scene.gauges:
         return None
-    middle = simulator.sensed.stance(np.array([(number + 0.5) * period])).origin[0, :2]
+    middle = simulator.sensed.pose(np.array([(number + 0.5) * period])).origin[0, :2]
     return gauge_series(maps, simulator.sea, scene.gauges, truth, turn_s=period, antenna_m=middle)
 
 

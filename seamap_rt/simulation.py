@@ -236,7 +236,7 @@ class Simulator:
 
     def _refuse_if_under_water(self) -> None:
         radar = self.scene.radar
-        centre = self.mast.stance(np.zeros(1)).positions[0]
+        centre = self.mast.pose(np.zeros(1)).positions[0]
         level = self.sea.elevation(centre[:, 0], centre[:, 1], np.zeros(len(centre)))
         if (level >= centre[:, 2]).any():
             worst = int(np.argmax(level - centre[:, 2]))

@@ -168,13 +168,13 @@ def _passing(
     """Which places the boresight passes in a turn, and when [s], NaN for the others."""
     radar, width = mast.radar, sector_width(mast.radar)
     moments = (turn + np.linspace(0.0, 1.0, 721)) * mast.period
-    stance = mast.stance(moments)
+    pose = mast.pose(moments)
     swept = (moments - moments[0]) * mast.rate + mast.swing(moments)
-    resting = np.ptp(stance.origin, axis=0).max() == 0.0
+    resting = np.ptp(pose.origin, axis=0).max() == 0.0
     time = np.full(x.shape, moments[0])
     inside, east, north = np.zeros(x.shape, dtype=bool), np.zeros(x.shape), np.zeros(x.shape)
     for _ in range(1 if resting else 12):  # a moving mast: where from, when it passes
-        east, north = (np.interp(time, moments, stance.origin[:, axis]) for axis in (0, 1))
+        east, north = (np.interp(time, moments, pose.origin[:, axis]) for axis in (0, 1))
         sweep = (np.degrees(np.arctan2(x - east, y - north)) - radar.sector_deg[0]) % 360.0
         if radar.scan == "staring":
             inside, time = np.abs(sweep - 0.5 * width) <= 0.5 * cell_deg, np.full(x.shape, moments[360])
@@ -187,7 +187,7 @@ def _passing(
             time = np.interp(sweep, swept, moments)
     inside &= np.hypot(x - east, y - north) <= far
     if not resting and radar.scan != "staring":  # places close to the boat's own path may not be passed at all
-        east, north = (np.interp(time, moments, stance.origin[:, axis]) for axis in (0, 1))
+        east, north = (np.interp(time, moments, pose.origin[:, axis]) for axis in (0, 1))
         bearing = np.degrees(np.arctan2(x - east, y - north)) - radar.sector_deg[0]
         inside &= np.abs(wrap_degrees(bearing - np.interp(time, moments, swept))) <= 0.5 * cell_deg
     return inside, np.where(inside, time, np.nan)

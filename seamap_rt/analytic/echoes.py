@@ -78,7 +78,7 @@ def echoes(
     speckle, points, noise = (np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(3))
     fired = _Fired.of(radar, turns)
     attitude, position = _at(attitude_deg, fired.time), _at(position_m, fired.time)
-    array, known = _stances(radar, fired, attitude, position)
+    array, known = _poses(radar, fired, attitude, position)
     if isinstance(sea, PointSea):
         voltage = _point_voltages(sea, radar, fired, array, attitude, points)
     else:
@@ -140,7 +140,7 @@ class _Fired:
         return cls(number, number / radar.prf_hz, turn, 360.0 * (number / a_turn - turn), slot, senders[slot])
 
 
-def _stances(radar: RadarSettings, fired: _Fired, attitude: Field, position: Field) -> tuple[Array, Array]:
+def _poses(radar: RadarSettings, fired: _Fired, attitude: Field, position: Field) -> tuple[Array, Array]:
     """The array as it stands, and with its antennas where they are thought to be."""
     scan = radar.sector_deg[0] + fired.sweep - attitude[0, 2]
     middle = position + np.array((0.0, 0.0, radar.height_m))

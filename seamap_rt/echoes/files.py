@@ -71,13 +71,13 @@ def echo_dataset(
     flags = np.zeros(numbers.size, dtype=np.int16)
     if submerged is not None:
         flags[np.concatenate(list(submerged))] = 64
-    stances = [(turn.mast if sensed is None else sensed).stance(turn.time) for turn in turns]
+    poses = [(turn.mast if sensed is None else sensed).pose(turn.time) for turn in turns]
     moving = sensed is not None or any(turn.mast.swing(turn.time).any() for turn in turns)
-    bearings = [stance.bearing for stance in stances] if moving else [turn.azimuth for turn in turns]
+    bearings = [pose.bearing for pose in poses] if moving else [turn.azimuth for turn in turns]
     values = {
         "voltage": received[0].voltage if len(received) == 1 else np.concatenate([each.voltage for each in received]),
-        "position": np.concatenate([stance.positions for stance in stances]),
-        "attitude": np.concatenate([stance.attitude for stance in stances]),
+        "position": np.concatenate([pose.positions for pose in poses]),
+        "attitude": np.concatenate([pose.attitude for pose in poses]),
         "flag": flags,
     }
     if any(each.saturated is not None for each in received):

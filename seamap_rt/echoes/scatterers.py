@@ -55,16 +55,16 @@ def scatterer_voltages(
 ) -> NDArray[np.complex64]:
     """Voltages (pulse, receiver, sample) of point scatterers at the antennas' ports over one turn; NaN where the mode
     does not sample a receiver. places (n, 3) [m] at time 0; sight (antenna, n): which are seen; left out, all."""
-    array, samples, stance = antenna_array(radar), received_samples(radar), turn.stance
+    array, samples, pose = antenna_array(radar), received_samples(radar), turn.pose
     ranges, k = samples.range, wavenumber(radar)
     within = np.sin(np.radians(min(90.0, BEAMS_BEYOND * array.beam_deg)))
     everywhere = any(element.antenna.everywhere for element in array.elements)
-    centres = stance.positions
+    centres = pose.positions
     voltages = np.zeros((turn.number.size, len(array.receivers), ranges.size), dtype=np.complex128)
     for scatterer, (place, area, speed) in enumerate(zip(places, areas, speeds, strict=True)):
         position = place + speed * turn.time[:, None]
-        away = position - stance.origin
-        across, ahead, up = np.moveaxis(np.einsum("pij,pj->pi", stance.axes, away), -1, 0)
+        away = position - pose.origin
+        across, ahead, up = np.moveaxis(np.einsum("pij,pj->pi", pose.axes, away), -1, 0)
         chosen = np.flatnonzero(everywhere | ((ahead > 0.0) & (np.abs(across) <= within * np.hypot(across, ahead))))
         if chosen.size == 0:
             continue

@@ -15,7 +15,7 @@ from ..conventions import SPEED_OF_LIGHT, unit_from_azimuth, wrap_degrees
 from ..errors import InputError
 from ..io.meshfile import load_mesh
 from ..mesh import Facets, SurfaceMesh
-from ..radar.mast import Mast, Stance
+from ..radar.mast import ArrayPose, Mast
 from ..radar.pose import boat_axes
 from ..radar.scan import Pulses
 from ..scene import Scene
@@ -54,7 +54,7 @@ class Scenery:
 
     def _refuse_if_enclosing(self) -> None:
         moments = min(_MOMENTS * self._scene.turns, _MOST_MOMENTS) + 1
-        way = self._mast.stance(np.linspace(0.0, self._scene.turns * self._mast.period, moments))
+        way = self._mast.pose(np.linspace(0.0, self._scene.turns * self._mast.period, moments))
         try:
             refuse_if_enclosing(self._world.occluder, way.positions)
             refuse_if_enclosing(self._boat.occluder, self._aboard(way, way.positions))
@@ -76,15 +76,15 @@ class Scenery:
             echoing += [] if found is None else [found]
         return _Frame(Occluder(meshes, numbers), echoing)
 
-    def _aboard(self, stance: Stance, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _aboard(self, pose: ArrayPose, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Points (n, …, 3) of the world in the boat's axes at n moments."""
-        foot, axes = self._foot(stance)
+        foot, axes = self._foot(pose)
         return to_boat(points, foot[:, None], axes[:, None])
 
-    def _foot(self, stance: Stance) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _foot(self, pose: ArrayPose) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The foot of the mast (n, 3) at the waterline, and the boat's axes (n, 3, 3) there."""
-        axes = boat_axes(stance.attitude)
-        return stance.origin - self._scene.radar.height_m * axes[:, 2], axes
+        axes = boat_axes(pose.attitude)
+        return pose.origin - self._scene.radar.height_m * axes[:, 2], axes
 
     # ------------------------------------------------------------------------------------------ what they hide
 
@@ -97,12 +97,12 @@ class Scenery:
         all_columns = self._columns(facets)
         for first in range(0, all_columns.size, _COLUMNS):
             columns = all_columns[first : first + _COLUMNS]
-            stance = facets.grid.column_stance[columns]
+            pose = facets.grid.column_pose[columns]
             for antenna in range(lit.shape[0]):
                 # What light bends to over a crest is hidden likewise, and none comes round an object.
                 reached = lit[antenna, columns] if field is None else field[antenna, columns] != 0.0
                 place, facet = np.nonzero(reached)
-                hidden = self._hidden(stance, antenna, place, _points(facets, columns[place], facet))
+                hidden = self._hidden(pose, antenna, place, _points(facets, columns[place], facet))
                 place, facet = columns[place[hidden]], facet[hidden]
                 lit[antenna, place, facet] = False
                 if field is not None:
@@ -110,13 +110,13 @@ class Scenery:
         return replace(facets, lit=lit, field=field)
 
     def _hidden(
-        self, stance: Stance, antenna: int, place: NDArray[np.intp], ends: NDArray[np.float64]
+        self, pose: ArrayPose, antenna: int, place: NDArray[np.intp], ends: NDArray[np.float64]
     ) -> NDArray[np.bool_]:
-        """(n,) whether objects hide points (n, 3) of the world from an antenna, as it stands at `place` of `stance`."""
-        starts = stance.positions[place, antenna]
+        """(n,) whether objects hide points (n, 3) of the world from an antenna, as it stands at `place` of `pose`."""
+        starts = pose.positions[place, antenna]
         hidden = self._world.occluder.blocked(starts, ends)
         if self._boat.occluder.bodies:
-            foot, axes = self._foot(stance)
+            foot, axes = self._foot(pose)
             here = to_boat(np.stack((starts, ends)), foot[place], axes[place])
             hidden |= self._boat.occluder.blocked(*here)
         return hidden
@@ -127,8 +127,8 @@ class Scenery:
         if self._boat.occluder.bodies:
             return np.arange(grid.columns)
         near = np.zeros(grid.columns, dtype=bool)
-        stance = grid.column_stance
-        origin, beside = stance.origin, float(np.hypot(*np.moveaxis(stance.places[..., :2], -1, 0)).max())
+        pose = grid.column_pose
+        origin, beside = pose.origin, float(np.hypot(*np.moveaxis(pose.places[..., :2], -1, 0)).max())
         for body in self._world.occluder.bodies:
             east, north = (body.centre[axis] - origin[:, axis] for axis in (0, 1))
             away, girth = np.maximum(np.hypot(east, north), 1e-9), body.girth + beside
@@ -150,21 +150,21 @@ class Scenery:
         return total
 
     def _echoes(self, frame: _Frame, aboard: bool, skyline: Skyline, pulses: Pulses) -> NDArray[np.complex64]:
-        radar, stance = self._mast.radar, pulses.stance
-        centres, azimuth = stance.positions, pulses.azimuth
+        radar, pose = self._mast.radar, pulses.pose
+        centres, azimuth = pose.positions, pulses.azimuth
 
         def sees(eyes: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.bool_]:
             """Over the sea, and past the boat's own structure."""
             seen = skyline.sees(eyes, ends)
             if self._boat.occluder.bodies:
-                at = passing(ends, stance.origin, pulses.azimuth)
-                here = self._aboard(stance[at], np.stack((eyes, ends), axis=1))
+                at = passing(ends, pose.origin, pulses.azimuth)
+                here = self._aboard(pose[at], np.stack((eyes, ends), axis=1))
                 seen &= ~self._boat.occluder.blocked(here[:, 0], here[:, 1])
             return seen
 
         if aboard:
-            centres = self._aboard(stance, centres)
-            azimuth = azimuth - stance.attitude[:, 2]
+            centres = self._aboard(pose, centres)
+            azimuth = azimuth - pose.attitude[:, 2]
         places, areas, sight = objects_in_sight(
             frame.echoing,
             frame.occluder,
@@ -179,7 +179,7 @@ class Scenery:
         # A point of the boat goes with it: where it is when the beam passes it, and as fast.
         time = np.interp(_bearing(places), *_by_bearing(azimuth, pulses.time))
         before, now, after = (
-            to_world(places, *self._foot(self._mast.stance(time + late))) for late in (-0.5 * _STEP, 0.0, 0.5 * _STEP)
+            to_world(places, *self._foot(self._mast.pose(time + late))) for late in (-0.5 * _STEP, 0.0, 0.5 * _STEP)
         )
         speeds = (after - before) / _STEP
         return scatterer_voltages(radar, pulses, now - speeds * time[:, None], areas, speeds, sight=sight)
@@ -201,6 +201,6 @@ def _points(facets: Facets, column: NDArray[np.intp], facet: NDArray[np.intp]) -
     """World places (n, 3) of facets, each by its column and its number along it."""
     grid = facets.grid
     east, north = unit_from_azimuth(grid.column_azimuth[column] + np.degrees(facets.angle[facet]))
-    origin, distance = grid.column_stance.origin[column], facets.distance[facet]
+    origin, distance = grid.column_pose.origin[column], facets.distance[facet]
     height = facets.height[column, facet]
     return np.stack((origin[:, 0] + distance * east, origin[:, 1] + distance * north, height), axis=1)

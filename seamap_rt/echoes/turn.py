@@ -84,7 +84,7 @@ def turn_echoes(
     else:
         k = wavenumber(radar)
         speckle = MovingSpeckle.over(window, knots.spacing_s, k, decorrelation_time_s, motion, seed)
-    across = pulses.mast.stance(knots.time).axes[:, 0]
+    across = pulses.mast.pose(knots.time).axes[:, 0]
     sums = ColumnSums(facets, rcs, radar, heard, knots, window, reach, speckle, two_way_beams(radar), across)
 
     total = np.zeros((2, len(antenna_array(radar).paths), heard.samples.range.size, knots.count), dtype=np.float32)
@@ -133,7 +133,7 @@ class ColumnSums:
 
     def __call__(self, columns: slice) -> tuple[int, NDArray[np.float32]]:
         """First knot's number and the columns' sum (part, path, gate, knot), part being real and imaginary."""
-        passing = self.facets.grid.column_stance.time[columns]
+        passing = self.facets.grid.column_pose.time[columns]
         first = np.zeros(passing.size, dtype=int)
         if np.isfinite(self.reach_s):
             first = np.ceil((passing - self.reach_s - self.knots.time[0]) / self.knots.spacing_s).astype(int)
@@ -190,7 +190,7 @@ class ColumnSums:
         height = grid.column_height[columns] / self.radar.height_m
         # A boat that runs past what it looks at sees it for shorter, or longer, than one at rest.
         drift = np.einsum("ci,cij->cj", grid.drift[columns].mean(axis=1), column_frame(grid.column_azimuth[columns]))
-        seconds = self.knots.time[knots] - grid.column_stance.time[columns, None]
+        seconds = self.knots.time[knots] - grid.column_pose.time[columns, None]
         past = np.einsum("cki,ci->ck", across, drift) * seconds
         inverse_range = 1.0 / np.maximum(self.tabulated.samples.range, self.radar.height_m)
         beams, drop = self.beams, self.radar.height_m * inverse_range

@@ -19,7 +19,7 @@ from .covariance.velocity import Lag, beam_passage
 from .covariance.windows import pulse_correlation
 from .estimation.estimators import single_cell
 from .geometry.heights import PhaseModel
-from .geometry.stance import LookStances, PulseStances
+from .geometry.poses import LookPoses, PulsePoses
 from .input.description import RadarDescription, compared_receivers, transmitters
 from .phase.ambiguity import Expected
 from .phase.interferogram import Interferogram
@@ -35,7 +35,7 @@ class Looks:
 
     voltage: NDArray[np.complex64]  # (pulse, receiver, gate)
     transmitter: NDArray[np.integer]
-    pulses: PulseStances
+    pulses: PulsePoses
     dwells: Dwells
     antennas: tuple[int, int]  # of the receivers that are compared
     sweeps: NDArray[np.float64]  # deg from the sector's start, centres of the looks
@@ -48,7 +48,7 @@ class Looks:
         sweeps = look_sweeps(radar.sector, settings.cell_azimuth_deg, radar.staring)
         width = float(sweeps[1] - sweeps[0]) if sweeps.size > 1 else settings.cell_azimuth_deg
         antennas = compared_receivers(echoes, radar, settings.receivers)
-        pulses = PulseStances.of(echoes, radar)
+        pulses = PulsePoses.of(echoes, radar)
         return cls(
             np.asarray(echoes["voltage"].values),
             np.asarray(echoes["transmitter"].values),
@@ -73,14 +73,14 @@ class Looks:
         senders = self._senders(pairs, paths, same)
         every = same and rows.size == self.pulses.time.size
         pulses, dwells = (self.pulses, self.dwells) if every else (self.pulses[rows], self.dwells[owners])
-        stances = LookStances.of(pulses, dwells, self.antennas, senders, self.radar.sector[0])
-        return PhaseModel(self.radar, stances, paths)
+        poses = LookPoses.of(pulses, dwells, self.antennas, senders, self.radar.sector[0])
+        return PhaseModel(self.radar, poses, paths)
 
     def level_of(self, senders: tuple[int, ...]) -> NDArray[np.float64]:
         """Phase (pulse, gate) of mean sea level on each pulse, of one way."""
         each = Dwells.of_single_pulses(self.pulses.time.size)
-        stances = LookStances.of(self.pulses, each, self.antennas, senders, self.radar.sector[0])
-        return np.nan_to_num(PhaseModel(self.radar, stances, 1).flat)
+        poses = LookPoses.of(self.pulses, each, self.antennas, senders, self.radar.sector[0])
+        return np.nan_to_num(PhaseModel(self.radar, poses, 1).flat)
 
     def senders(self, pairs: PulsePairs, paths: int) -> tuple[int, ...]:
         """The antennas that send what is compared."""
@@ -102,7 +102,7 @@ def interferogram(looks: Looks) -> tuple[Interferogram, tuple[Lag, ...]]:
     pairs = {paths: each for paths, each in ((1, paired.one), (2, paired.two)) if each is not None}
     models = {paths: looks.model(each, paths) for paths, each in pairs.items()}
     levels = None
-    if not all(model.stances.at_rest for model in models.values()):
+    if not all(model.poses.at_rest for model in models.values()):
         senders = {paths: looks.senders(each, paths) for paths, each in pairs.items()}
         level = {each: looks.level_of(each) for each in set(senders.values())}
         levels = {paths: paths * level[each] for paths, each in senders.items()}

@@ -133,10 +133,10 @@ def retrieve_turn(
         "doppler_width": np.where(heard, moving.width, np.nan),
         "visible_share": seen.visible_share,
         "crest_bias": seen.crest_bias,
-        "time": _look_times(model.stances.time, (turn + looks.sweeps / 360.0) * radar.period),
+        "time": _look_times(model.poses.time, (turn + looks.sweeps / 360.0) * radar.period),
         "quality": flags,
     }
-    return _polar(fields, looks, model.paths, turn), Ground.of(model.stances, found, looks.sweeps)
+    return _polar(fields, looks, model.paths, turn), Ground.of(model.poses, found, looks.sweeps)
 
 
 def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int) -> xr.Dataset:
@@ -176,7 +176,7 @@ def _shadow(given: Interferogram, slopes: Slopes, spread: Map, heard: NDArray[np
     """What of each cell is in sight, by the echo of each dwell and gate and the slopes."""
     radar, settings = given.model.radar, given.settings
     power = given.echo_power()
-    height = given.model.stances.fan.height
+    height = given.model.poses.fan.height
     with np.errstate(invalid="ignore"):
         grazing = height / np.sqrt(np.maximum(radar.ranges**2 - height**2, 1e-6))
     return shadow(
@@ -205,9 +205,9 @@ def _velocities(looks: Looks, given: Interferogram, lags: Sequence[Lag], found: 
         lags, radar.wavelength, radar.noise_power, window, 2.0 * samples.noise, samples.speckle, looks.passage
     )
     own = own_velocity(looks.pulses.antennas, looks.pulses.time, looks.dwells)
-    height = given.model.stances.fan.height - found.height
+    height = given.model.poses.fan.height - found.height
     return replace(
-        seen, velocity=over_ground(seen.velocity, own, given.model.stances.azimuth, found.ground_range, height)
+        seen, velocity=over_ground(seen.velocity, own, given.model.poses.azimuth, found.ground_range, height)
     )
 
 

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from ..conventions import unit_from_azimuth
 from ..radar.array import antenna_array
-from ..radar.mast import Mast, Stance, column_frame
+from ..radar.mast import ArrayPose, Mast, column_frame
 from ..radar.scan import BEAMS_BEYOND, sector_width
 from ..radar.waveform import RangeResponse
 from ..settings import RadarSettings, TracingSettings
@@ -65,8 +65,8 @@ class PolarGrid:
     azimuth: NDArray[np.float64]  # (line,) deg, not wrapped
     time: NDArray[np.float64]  # (line,) s, when the boresight passes the line
     ground_range: NDArray[np.float64]  # (rung,) m
-    stance: Stance  # (line,) of the antennas at those times
-    column_stance: Stance  # (column,)
+    pose: ArrayPose  # (line,) of the antennas at those times
+    column_pose: ArrayPose  # (column,)
     drift: NDArray[np.float64]  # (column, antenna, 3) m/s of the antennas along the column, across it, up
     reach_deg: float  # to either side of the boresight, within which the beam hears something
 
@@ -90,17 +90,17 @@ class PolarGrid:
     @cached_property
     def column_height(self) -> NDArray[np.float64]:
         """(column, 1) m, of the frame's origin above mean sea level."""
-        return self.column_stance.origin[:, 2:]
+        return self.column_pose.origin[:, 2:]
 
     @cached_property
     def places(self) -> NDArray[np.float64]:
         """(column, antenna, 3) m, the antennas from the frame's origin: along the column, across it, up."""
-        return self._in_columns(self.column_stance.places)
+        return self._in_columns(self.column_pose.places)
 
     @cached_property
     def array_up(self) -> NDArray[np.float64]:
         """(column, 3) unit vector up the array: along the column, across it, up."""
-        return self._in_columns(self.column_stance.axes[:, 2:])[:, 0]
+        return self._in_columns(self.column_pose.axes[:, 2:])[:, 0]
 
     def _in_columns(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
         """Vectors (column, n, 3) east north up as along, across, up."""
@@ -150,7 +150,7 @@ def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int, mast: 
         time = mast.passing(spacing * line.astype(np.float64), nominal)
         column_time = 0.5 * (time[1:] + time[:-1])
     sweep = spacing * line.astype(np.float64)
-    middles = mast.stance(column_time)
+    middles = mast.pose(column_time)
     azimuth = radar.sector_deg[0] + sweep
     frame = column_frame(0.5 * (azimuth[1:] + azimuth[:-1]))
     return PolarGrid(
@@ -162,8 +162,8 @@ def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int, mast: 
         azimuth=azimuth,
         time=time,
         ground_range=_INNERMOST + detail.facet_m * np.arange(rungs, dtype=np.float64),
-        stance=mast.stance(time),
-        column_stance=middles,
+        pose=mast.pose(time),
+        column_pose=middles,
         drift=np.einsum("cij,caj->cai", frame, mast.velocity(column_time)),
         reach_deg=reach,
     )
@@ -212,7 +212,7 @@ class SurfaceMesh:
             vertices = np.empty((east.size, ranges.size, 3))
             np.multiply(east[:, None], ranges, out=vertices[..., 0])
             np.multiply(north[:, None], ranges, out=vertices[..., 1])
-            np.subtract(self.elevation[lines], self.grid.stance.origin[lines, 2:], out=vertices[..., 2])
+            np.subtract(self.elevation[lines], self.grid.pose.origin[lines, 2:], out=vertices[..., 2])
             whole.append(vertices.reshape(-1, 3))
         return np.concatenate(whole) if len(whole) > 1 else whole[0]
 
@@ -221,7 +221,7 @@ class SurfaceMesh:
         """The turn as one trimesh, east, north and up of mean sea level in the world."""
         (columns,) = self.sheets()[0]
         vertices, faces = self.triangles((columns,))
-        origin = self.grid.stance.origin[columns.start : columns.stop + 1]
+        origin = self.grid.pose.origin[columns.start : columns.stop + 1]
         vertices = (vertices.reshape(origin.shape[0], -1, 3) + origin[:, None]).reshape(-1, 3)
         return trimesh.Trimesh(vertices=vertices, faces=faces, process=False, validate=False)
 
@@ -289,8 +289,8 @@ def sea_on_grid(sea, grid: PolarGrid, rate: float | None = None):
     With the rate [1/s] at which short waves relax also their relaxed shift (line, rung, 2) m, for `Facets.strain`.
     """
     east, north = unit_from_azimuth(grid.place_azimuth)
-    x = grid.stance.origin[:, :1] + east[:, None] * grid.ground_range
-    y = grid.stance.origin[:, 1:2] + north[:, None] * grid.ground_range
+    x = grid.pose.origin[:, :1] + east[:, None] * grid.ground_range
+    y = grid.pose.origin[:, 1:2] + north[:, None] * grid.ground_range
     t = np.broadcast_to(grid.time[:, None], x.shape)
     if rate is None:
         return sea.elevation_and_velocity(x, y, t)
@@ -318,11 +318,11 @@ def mesh_turn(sea: MovingSurface, radar: RadarSettings, tracing: TracingSettings
 
 def submerged_lines(mesh: SurfaceMesh, sea: MovingSurface) -> NDArray[np.bool_]:
     """(line,): the sea covers a phase centre, at its own place, when the beam passes the line."""
-    stance = mesh.grid.stance
-    centres = stance.positions
+    pose = mesh.grid.pose
+    centres = pose.positions
     # The first rung lies a metre from the mast: where the sea stays two metres below the antennas there, it does not
     # reach them (that would be a slope of 2), and need not be asked for.
-    away = float(np.abs(stance.places[..., :2]).max()) + _INNERMOST
+    away = float(np.abs(pose.places[..., :2]).max()) + _INNERMOST
     if mesh.elevation[:, 0].max() + 2.0 * away < centres[..., 2].min():
         return np.zeros(mesh.grid.sweep.size, dtype=bool)
     time = np.broadcast_to(mesh.grid.time[:, None], centres.shape[:2])

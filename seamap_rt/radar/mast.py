@@ -8,7 +8,7 @@ keeps its heading; a boat that rolls or yaws swings the boresight off that.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -29,7 +29,7 @@ _ROUNDING = 1e-9  # deg; a boresight that is so little off its schedule is on it
 
 
 @dataclass(frozen=True)
-class Stance:
+class ArrayPose:
     """Where the antennas are and how they stand at some moments; world axes east, north, up, metres."""
 
     time: NDArray[np.float64]  # (n,) s
@@ -38,8 +38,8 @@ class Stance:
     axes: NDArray[np.float64]  # (n, 3, 3) rows: across, boresight, up the array
     places: NDArray[np.float64]  # (n, antenna, 3) of the phase centres, from the origin
 
-    def __getitem__(self, index: slice | NDArray) -> Stance:
-        return Stance(self.time[index], self.origin[index], self.attitude[index], self.axes[index], self.places[index])
+    def __getitem__(self, index: slice | NDArray) -> ArrayPose:
+        return ArrayPose(*(getattr(self, each.name)[index] for each in fields(self)))
 
     @property
     def positions(self) -> NDArray[np.float64]:
@@ -100,7 +100,7 @@ class Mast:
             return np.full(np.shape(time), 0.5 * (start + stop))
         return start + 360.0 / self.period * np.asarray(time, dtype=np.float64)
 
-    def stance(self, time: ArrayLike, sweep: ArrayLike | None = None) -> Stance:
+    def pose(self, time: ArrayLike, sweep: ArrayLike | None = None) -> ArrayPose:
         """How the array stands at times (n,). sweep: of the schedule [deg from the sector's start], else the time's."""
         time = np.asarray(time, dtype=np.float64)
         boat = self.motion(time)
@@ -109,19 +109,19 @@ class Mast:
         attitude = boat.attitude[:1] if steady else boat.attitude
         axes = antenna_axes(attitude, toward - self.heading, self.radar.tilt_deg)
         origin = boat.position + self._lever @ boat_axes(attitude) - self._foot
-        return Stance(time, origin, boat.attitude, axes, self.offsets @ axes)
+        return ArrayPose(time, origin, boat.attitude, axes, self.offsets @ axes)
 
     def velocity(self, time: ArrayLike) -> NDArray[np.float64]:
         """(n, antenna, 3) m/s of the phase centres, the turntable's turning included."""
         time = np.asarray(time, dtype=np.float64)
-        after, before = (self.stance(time + side * _STEP).positions for side in (0.5, -0.5))
+        after, before = (self.pose(time + side * _STEP).positions for side in (0.5, -0.5))
         return (after - before) / _STEP
 
     def swing(self, time: ArrayLike) -> NDArray[np.float64]:
         """(n,) deg by which the boresight points clockwise of its schedule."""
         if not np.any(self.motion(time).attitude - (0.0, 0.0, self.heading)):  # upright and on her heading
             return np.zeros(np.shape(time))
-        off = wrap_degrees(self.stance(time).bearing - self.schedule(time))
+        off = wrap_degrees(self.pose(time).bearing - self.schedule(time))
         return np.where(np.abs(off) < _ROUNDING, 0.0, off)
 
     def passing(self, sweep: NDArray[np.float64], nominal: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -161,7 +161,7 @@ class Mast:
 
     def lean_deg(self, time: NDArray[np.float64], depression: float) -> float:
         """By how much [deg] at most the fan of the beam stands off its own bearing at a depression [rad]."""
-        axes = self.stance(time).axes
+        axes = self.pose(time).axes
         upright = np.hypot(axes[:, 0, 0], axes[:, 0, 1])
         sine = np.tan(depression) * np.abs(axes[:, 0, 2]) / np.maximum(upright, 1e-9)
         return float(np.degrees(np.arcsin(np.minimum(sine, 1.0))).max(initial=0.0))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..settings import RadarSettings
 from .array import antenna_array
 from .grid import look_sweeps
-from .mast import Mast, Stance, turn_duration
+from .mast import ArrayPose, Mast, turn_duration
 
 # Beam widths to either side that an antenna hears; so far beyond the sector the sea is meshed.
 BEAMS_BEYOND = 3.0
@@ -35,9 +35,9 @@ class Pulses:
     mast: Mast
 
     @cached_property
-    def stance(self) -> Stance:
+    def pose(self) -> ArrayPose:
         """How the array truly stands at each pulse."""
-        return self.mast.stance(self.time)
+        return self.mast.pose(self.time)
 
 
 def sector_width(radar: RadarSettings) -> float:
@@ -73,8 +73,8 @@ def phase_centres(radar: RadarSettings, azimuth_deg: NDArray[np.float64]) -> NDA
     """World positions (…, antenna, xyz) [m] of the phase centres when the boresight of a boat at rest points to an
     azimuth: the middle of the baseline above the origin, the upper antenna leaning towards the look by the tilt."""
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
-    stance = Mast(radar).stance(np.zeros(azimuth.size), azimuth.ravel() - radar.sector_deg[0])
-    return stance.positions.reshape(*azimuth.shape, -1, 3)
+    pose = Mast(radar).pose(np.zeros(azimuth.size), azimuth.ravel() - radar.sector_deg[0])
+    return pose.positions.reshape(*azimuth.shape, -1, 3)
 
 
 __all__ = [

@@ -80,7 +80,7 @@ def exact_share(scene: Scene, wave: SinusoidWaves, grid: PolarGrid, height_m: fl
     along = look_east * east + look_north * north
     current_east, current_north = unit_from_azimuth(scene.sea.current_toward_deg)
     drift = k * scene.sea.current_m_s * float(current_east * east + current_north * north)
-    origin = grid.column_stance.origin[:, :2] @ (east, north)
+    origin = grid.column_pose.origin[:, :2] @ (east, north)
     turning = float(angular_frequency(k, scene.sea.depth_m)) + drift
     phase = np.radians(wave.phase_deg) + k * origin - turning * grid.column_time
     below = 0.5 * wave.height_m * np.cos(phase)  # the water at the foot of the mast

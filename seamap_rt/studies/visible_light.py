@@ -61,7 +61,7 @@ def lights(scenes: Sequence[Scene], meshing: TracingSettings, sea: Sea, tracer_n
         else:
             surface = surface_mesh(grid, *sea_on_grid(sea, grid))
         facets = tracer(tracer_name, scene.radar, scene.scattering)(surface)
-        yield Light(_without_drowned(facets, surface, sea), float(grid.stance.positions[..., 2].mean(axis=0).min()))
+        yield Light(_without_drowned(facets, surface, sea), float(grid.pose.positions[..., 2].mean(axis=0).min()))
 
 
 def realised(scene: Scene, seed: int) -> tuple[Scene, Sea]:
@@ -72,7 +72,7 @@ def realised(scene: Scene, seed: int) -> tuple[Scene, Sea]:
 
 def _under_water(scene: Scene, sea: Sea, mast: Mast) -> str:
     """Why an antenna does not stand above the water at time 0; empty if all do."""
-    centre = mast.stance(np.zeros(1)).positions[0]
+    centre = mast.pose(np.zeros(1)).positions[0]
     level = sea.elevation(centre[:, 0], centre[:, 1], np.zeros(len(centre)))
     worst = int(np.argmax(level - centre[:, 2]))
     if level[worst] < centre[worst, 2]:
@@ -88,7 +88,7 @@ def _same_points(one: PolarGrid, other: PolarGrid) -> bool:
         (one.azimuth, other.azimuth),
         (one.time, other.time),
         (one.ground_range, other.ground_range),
-        (one.stance.origin[:, :2], other.stance.origin[:, :2]),
+        (one.pose.origin[:, :2], other.pose.origin[:, :2]),
     )
     return all(np.array_equal(a, b) for a, b in pairs)
 

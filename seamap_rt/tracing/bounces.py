@@ -203,7 +203,7 @@ def _window(mesh: SurfaceMesh, columns: slice, antenna: int) -> _Window:
     grid, facets = mesh.grid, mesh.facets
     north_of_east = np.radians(90.0 - grid.azimuth[[columns.stop, columns.start]])
     lines = slice(columns.start, columns.stop + 1)
-    up = mesh.elevation[lines] - grid.stance.origin[lines, 2:] - grid.places[columns.start, antenna, 2]
+    up = mesh.elevation[lines] - grid.pose.origin[lines, 2:] - grid.places[columns.start, antenna, 2]
     sine = up / np.hypot(up, grid.ground_range)
     up = facets.rise[columns] - grid.places[columns, antenna, 2:]
     seen = (up / np.hypot(up, facets.distance))[lit[antenna, columns]]

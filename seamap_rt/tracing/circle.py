@@ -41,8 +41,8 @@ def circle_grid(radar: RadarSettings, tracing: TracingSettings) -> tuple[PolarGr
         sweep=whole.sweep[lines],
         azimuth=whole.azimuth[lines],
         time=np.zeros(lines.size),
-        stance=whole.stance[lines],
-        column_stance=whole.column_stance[lines[:-1]],  # a column follows its first line
+        pose=whole.pose[lines],
+        column_pose=whole.column_pose[lines[:-1]],  # a column follows its first line
         drift=whole.drift[lines[:-1]],
     )
     return grid, np.arange(grid.columns) % (_GROUP + 1) < _GROUP

@@ -67,9 +67,9 @@ def test_pulses_and_places_are_the_radars(mode: tuple[str, str]) -> None:
     np.testing.assert_array_equal(made["turn"], np.repeat(np.arange(3), [each.number.size for each in fired]))
     time = made["time"].values
     np.testing.assert_allclose(time, np.concatenate([each.time for each in fired]), atol=1e-15)
-    stances = [each.mast.stance(each.time) for each in fired]
-    np.testing.assert_allclose(made["azimuth"], np.concatenate([each.bearing for each in stances]), atol=1e-9)
-    places = np.concatenate([each.places for each in stances])
+    poses = [each.mast.pose(each.time) for each in fired]
+    np.testing.assert_allclose(made["azimuth"], np.concatenate([each.bearing for each in poses]), atol=1e-9)
+    places = np.concatenate([each.places for each in poses])
     middle = np.stack((time, 2.0 * time, np.full(time.size, 5.0)), axis=1)
     np.testing.assert_allclose(made["position"], middle[:, None] + places, atol=1e-9)
     heard = np.isfinite(voltages(made)).all(axis=2)

@@ -89,19 +89,19 @@ def direct_sum(
     for slot, each in enumerate(array.cycle):
         sampled[np.ix_(fired.slot == slot, each.receivers)] = True
     for column in range(grid.columns):
-        passing = grid.column_stance[slice(column, column + 1)]
+        passing = grid.column_pose[slice(column, column + 1)]
         heard = np.flatnonzero(np.abs(fired.time - passing.time) <= reach)
         if heard.size == 0 or not rcs[column].any():
             continue
-        stance, seconds = fired.stance[heard], fired.time[heard, None] - passing.time
+        pose, seconds = fired.pose[heard], fired.time[heard, None] - passing.time
         look = np.stack(unit_from_azimuth(grid.column_azimuth[column] + np.degrees(facets.angle)), axis=-1)
         start = np.column_stack((passing.origin[0, :2] + facets.distance[:, None] * look, facets.height[column]))
         speed = np.column_stack((facets.velocity_look[column][:, None] * look, facets.velocity_up[column]))
         place = start + speed * seconds[..., None]  # (pulse, facet, 3)
         off = np.stack(unit_from_azimuth(grid.column_azimuth[column])) - look  # the beam is laid on whole columns
-        towards = place - stance.origin[:, None] + np.column_stack((facets.distance[:, None] * off, 0.0 * facets.angle))
-        across, _, up = _along_axes(towards, stance.axes)
-        path = np.linalg.norm(place[:, None] - stance.positions[:, :, None], axis=-1)  # (pulse, antenna, facet)
+        towards = place - pose.origin[:, None] + np.column_stack((facets.distance[:, None] * off, 0.0 * facets.angle))
+        across, _, up = _along_axes(towards, pose.axes)
+        path = np.linalg.norm(place[:, None] - pose.positions[:, :, None], axis=-1)  # (pulse, antenna, facet)
         _, _, up_then = _along_axes(start - passing.origin[:, None], passing.axes)
         then = np.linalg.norm(start - passing.positions[:, :, None], axis=-1)
         length, rise = (path, up) if walking else (then, up_then)

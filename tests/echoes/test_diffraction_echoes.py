@@ -114,7 +114,7 @@ def test_in_deep_shadow_the_phase_is_the_ridges() -> None:
     voltages = turn_voltages(facets, lone, radar, pulses(radar, 0), 1, np.inf).astype(np.complex128)
     place = np.unravel_index(np.abs(voltages[:, 0]).argmax(), voltages[:, 0].shape)
     found = np.angle(voltages[place[0], 0, place[1]] * voltages[place[0], 1, place[1]].conj())
-    heights = mesh.grid.stance.positions[0, :, 2]
+    heights = mesh.grid.pose.positions[0, :, 2]
     to_top, to_facet = (
         np.diff(np.hypot(x, heights - z))[0] for x, z in ((RIDGE, HEIGHT), (facets.distance[chosen], 0.0))
     )

@@ -154,7 +154,7 @@ def at_knots(
     array, grid, k = antenna_array(radar), facets.grid, 2.0 * np.pi * radar.frequency_hz / SPEED_OF_LIGHT
     knots, samples = choose_knots(facets, radar, fired, decorrelation_time_s, motion), received_samples(radar)
     chosen = np.arange(0, fired.number.size, 1 if np.isinf(decorrelation_time_s) else knots.stride)
-    time, stance = fired.time[chosen], fired.stance[chosen]
+    time, pose = fired.time[chosen], fired.pose[chosen]
     reach = np.inf if fired.mast.rate == 0.0 else _reach(facets, fired)
     window = knots.count if np.isinf(reach) else int(2.0 * reach / knots.spacing_s) + 1
     speckle = (
@@ -165,7 +165,7 @@ def at_knots(
     sums = np.zeros((chosen.size, len(array.paths), samples.range.size), complex)
     assert facets.lit is not None
     for column, facet in zip(*np.nonzero(seen.rcs), strict=True):
-        passing = grid.column_stance[slice(column, column + 1)]
+        passing = grid.column_pose[slice(column, column + 1)]
         first = 0 if np.isinf(reach) else int(np.ceil((passing.time[0] - reach - knots.time[0]) / knots.spacing_s))
         knot = chosen // knots.stride - knots.first - first
         series = np.zeros(window, complex)
@@ -184,12 +184,12 @@ def at_knots(
         start = np.append(passing.origin[0, :2] + facets.distance[facet] * look, facets.height[column, facet])
         flow = np.append(facets.velocity_look[column, facet] * look, facets.velocity_up[column, facet])
         place = start + flow * (time - passing.time)[:, None]
-        path = np.linalg.norm(place[:, None] - stance.positions, axis=-1)  # (knot, antenna)
+        path = np.linalg.norm(place[:, None] - pose.positions, axis=-1)  # (knot, antenna)
         then = np.linalg.norm(start - passing.positions[0], axis=-1)
         # The beam is laid on whole columns.
-        towards = place - stance.origin + np.append(facets.distance[facet] * (middle - look), 0.0)
+        towards = place - pose.origin + np.append(facets.distance[facet] * (middle - look), 0.0)
         away = np.linalg.norm(towards, axis=-1)
-        across = np.einsum("pi,pi->p", towards, stance.axes[:, 0]) / away
+        across = np.einsum("pi,pi->p", towards, pose.axes[:, 0]) / away
         up = (start - passing.origin[0]) @ passing.axes[0, 2] / np.linalg.norm(start - passing.origin[0])
         for number, (one, other) in enumerate(array.paths):
             ends = [array.elements[one], array.elements[other]]

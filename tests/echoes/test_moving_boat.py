@@ -147,7 +147,7 @@ def test_perfect_sensors_tell_the_truth_and_others_their_own() -> None:
     )
     np.testing.assert_array_equal(exact["voltage"], biased["voltage"])  # what is heard does not care
     np.testing.assert_allclose(biased["attitude"] - exact["attitude"], [[1.0, 0.0, 0.0]] * 223, atol=1e-12)
-    truth = mast_of(scene_of(ROCKING).radar, ROCKING).stance(exact["time"].values)
+    truth = mast_of(scene_of(ROCKING).radar, ROCKING).pose(exact["time"].values)
     np.testing.assert_array_equal(exact["position"], truth.positions)
     np.testing.assert_array_equal(exact["azimuth"], truth.bearing)
 
@@ -198,7 +198,7 @@ def test_leaning_fans_against_a_direct_sum() -> None:
     def error(platform: dict, height_m: float, **radar) -> float:
         settings = radar_of(**radar)
         facets, rcs, fired = sea_seen(settings, platform, height_m=height_m)
-        assert np.abs(fired.stance.axes[:, 0, 2]).max() > 0.03
+        assert np.abs(fired.pose.axes[:, 0, 2]).max() > 0.03
         found = turn_voltages(facets, rcs, settings, fired, SEED, np.inf)
         return relative_rms(found, direct_sum(facets, rcs, settings, fired))
 

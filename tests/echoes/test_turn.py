@@ -158,7 +158,7 @@ def test_every_pulse_is_a_knot_at_a_low_prf() -> None:
     window = int(np.floor(2.0 * reach / knots.spacing_s)) + 1
     basis = speckle_basis(window, knots.spacing_s, time_constant).astype(np.float64)
     speckle = []
-    passing = facets.grid.column_stance.time
+    passing = facets.grid.column_pose.time
     for when, sweep, number in zip(passing, facets.grid.column_sweep, facets.grid.column_number, strict=True):
         series = basis.T @ speckle_weights(SEED, int(number), basis.shape[0], facets.distance.size)
         first = int(np.ceil((when - reach - knots.time[0]) / knots.spacing_s))

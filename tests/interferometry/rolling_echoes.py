@@ -55,7 +55,7 @@ class Boat:
     def time(self) -> Array:
         return np.arange(int((self.sector[1] - self.sector[0]) / 360.0 * self.prf)) / self.prf
 
-    def stance(self, bias: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> tuple[Array, Array]:
+    def pose(self, bias: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> tuple[Array, Array]:
         """Axes (pulse, 3, 3) and antennas (pulse, antenna, 3). The turntable keeps its pace against the boat, whose
         yaw swings the boresight."""
         time = self.time
@@ -65,7 +65,7 @@ class Boat:
 
     def echoes(self, voltage_of: Callable[[Boat], NDArray[np.complex128]]) -> xr.Dataset:
         """Schema `echoes`; voltage_of gives (pulse, receiver, gate) as if every receiver were always sampled."""
-        time, (axes, _), (_, measured) = self.time, self.stance(), self.stance(self.bias)
+        time, (axes, _), (_, measured) = self.time, self.pose(), self.pose(self.bias)
         voltage = voltage_of(self).astype(np.complex64)
         for slot, (_, receivers) in enumerate(self.slots):
             unheard = [r for r in range(voltage.shape[1]) if r not in receivers]
@@ -114,7 +114,7 @@ class Boat:
     def where_the_fan_meets_the_sea(self) -> Array:
         """(pulse, gate, 3): at z = 0 in the plane of the beam, so far off that the mean half path of the mode's
         interferograms over the two receivers and their senders is the gate's range."""
-        axes, antennas = self.stance()
+        axes, antennas = self.pose()
         middle = antennas[:, :2].mean(axis=1)
         senders = sorted({sender for sender, _ in self.slots})
         distance = np.broadcast_to(self.ranges, (axes.shape[0], self.ranges.size))
@@ -136,7 +136,7 @@ class Boat:
 
 def ideal_sea(boat: Boat, speed: float = 0.0) -> NDArray[np.complex128]:
     """Of unit strength in each gate; it recedes at `speed` [m/s] in every direction."""
-    _, antennas = boat.stance()
+    _, antennas = boat.pose()
     away = np.linalg.norm(boat.where_the_fan_meets_the_sea()[:, None] - antennas[:, :, None], axis=-1)
     away = away + speed * boat.time[:, None, None]
     out = away[np.arange(boat.time.size), boat.sender][:, None]
@@ -145,7 +145,7 @@ def ideal_sea(boat: Boat, speed: float = 0.0) -> NDArray[np.complex128]:
 
 def reflectors(boat: Boat, points: Array) -> NDArray[np.complex128]:
     """Of points (n, 3) through a Gaussian beam of 1.8° about the fan's plane, as strong near as far."""
-    axes, antennas = boat.stance()
+    axes, antennas = boat.pose()
     response = RangeResponse(20e-9, 50e6)
     voltage = np.zeros((boat.time.size, 2, boat.ranges.size), dtype=np.complex128)
     for point in points:

@@ -15,7 +15,7 @@ from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.interferometry.covariance.windows import Covariance
 from seamap_rt.interferometry.geometry.heights import PhaseModel
 from seamap_rt.interferometry.geometry.inversion import Fan, Places, place
-from seamap_rt.interferometry.geometry.stance import LookStances
+from seamap_rt.interferometry.geometry.poses import LookPoses
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.phase.interferogram import Interferogram
 from seamap_rt.interferometry.phase.uncertainty import Dwelt
@@ -104,10 +104,10 @@ def heard(
     azimuth = evenly(0.9, 1.8, looks)[:, None]
     zero = np.zeros((1, 1))
     fan = Fan.upright(np.full((1, 1), baseline), np.full((1, 1), MAST))
-    stances = LookStances(fan, azimuth, (zero, zero), (zero, zero), np.zeros((looks, 1)), True)
-    model = PhaseModel(radar, stances, paths)
+    poses = LookPoses(fan, azimuth, (zero, zero), (zero, zero), np.zeros((looks, 1)), True)
+    model = PhaseModel(radar, poses, paths)
     fine = evenly(24.0, 1.5 / _FINE, (gates + 8) * _FINE)
-    height, phase = _on_the_surface(surface, PhaseModel(_with(radar, fine), stances, paths))
+    height, phase = _on_the_surface(surface, PhaseModel(_with(radar, fine), poses, paths))
     middle = np.s_[:, 4 * _FINE : -4 * _FINE : _FINE]
     if coherence is None:
         one = np.ones((looks, gates))
@@ -152,11 +152,11 @@ def _with(radar: RadarDescription, ranges: Array) -> RadarDescription:
 
 def _on_the_surface(surface: Surface, model: PhaseModel) -> tuple[Array, Array]:
     """Heights (look, range) of the surface at those ranges, and their phases: the fixed point of both."""
-    height = np.zeros((model.stances.azimuth.shape[0], model.radar.ranges.size))
+    height = np.zeros((model.poses.azimuth.shape[0], model.radar.ranges.size))
     wavenumber = 2.0 * np.pi * model.paths / model.radar.wavelength
     phase = height
     for _ in range(12):
         phase = model.of_height(height)
-        places: Places = place(model.radar.ranges, phase / wavenumber, model.stances.fan)
+        places: Places = place(model.radar.ranges, phase / wavenumber, model.poses.fan)
         height = surface(*model.ground(places))
     return height, phase

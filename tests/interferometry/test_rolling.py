@@ -14,7 +14,7 @@ from seamap_rt.errors import SchemaError
 from seamap_rt.interferometry import retrieve, retrieve_one
 from seamap_rt.interferometry.covariance.dwells import Dwells
 from seamap_rt.interferometry.geometry.inversion import Fan, difference_at_height, height_per_phase, place
-from seamap_rt.interferometry.geometry.stance import LookStances, PulseStances
+from seamap_rt.interferometry.geometry.poses import LookPoses, PulsePoses
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.retrieval import retrieve_turn
 from seamap_rt.radar.pose import antenna_axes, bearing
@@ -42,7 +42,7 @@ def radar_of(tilt: float = 0.0) -> RadarDescription:
 RADAR = radar_of()
 
 
-def stance_of(attitude, scan: float, tilt: float, antennas: np.ndarray, senders: tuple[int, ...]) -> LookStances:
+def pose_of(attitude, scan: float, tilt: float, antennas: np.ndarray, senders: tuple[int, ...]) -> LookPoses:
     """That of a single pulse with antennas (antenna, 3) in the world."""
     axes = antenna_axes(attitude, scan, tilt)
     echoes = xr.Dataset(
@@ -54,9 +54,9 @@ def stance_of(attitude, scan: float, tilt: float, antennas: np.ndarray, senders:
         }
     )
     radar = RadarDescription(**{**RADAR.__dict__, "tilt": tilt})
-    pulses = PulseStances.of(echoes, radar)
+    pulses = PulsePoses.of(echoes, radar)
     dwells = Dwells(np.zeros(1, dtype=np.intp), 1)
-    return LookStances.of(pulses, dwells, (0, 1), senders, radar.sector[0])
+    return LookPoses.of(pulses, dwells, (0, 1), senders, radar.sector[0])
 
 
 @settings(deadline=None, max_examples=300)
@@ -86,12 +86,12 @@ def test_the_place_of_an_exact_phase(attitude, scan, tilt, baseline, height, rea
     base = antennas - antennas[0]
     difference = (np.sum(base**2, axis=1) - 2.0 * base @ away[0]) / (length + length[0])
     gate = length[0] + 0.25 * difference[1] + 0.5 * np.mean(difference[list(senders)])
-    stances = stance_of(attitude, scan, tilt, antennas, senders)
-    found = place(gate, difference[1], stances.fan)
+    poses = pose_of(attitude, scan, tilt, antennas, senders)
+    found = place(gate, difference[1], poses.fan)
     assert np.abs(found.height - point[2]).max() < 1e-6
-    for got, asked in zip(stances.world(found), point[:2], strict=True):
+    for got, asked in zip(poses.world(found), point[:2], strict=True):
         assert np.abs(got - asked).max() < 1e-5
-    back = difference_at_height(gate, point[2], stances.fan)
+    back = difference_at_height(gate, point[2], poses.fan)
     turned = np.abs(back - difference[1]).max()
     steep = np.abs(np.cos(eta) * axes[2, 2] - np.sin(eta) * axes[1, 2])  # of the height against the angle
     if np.cos(eta) * axes[1, 2] + np.sin(eta) * axes[2, 2] < 0.0 and steep > 0.2:
@@ -110,8 +110,8 @@ def test_receivers_on_either_side_of_the_fans_plane(aside: float, distance: floa
     eta = -np.arcsin(4.0 / distance)
     point = middle + distance * (np.cos(eta) * axes[1] + np.sin(eta) * axes[2])
     length = np.linalg.norm(point - antennas, axis=1)
-    stances = stance_of((8.0, -3.0, 40.0), 70.0, 4.0, antennas, (0, 1))
-    found = place(length.mean(), length[1] - length[0], stances.fan)
+    poses = pose_of((8.0, -3.0, 40.0), 70.0, 4.0, antennas, (0, 1))
+    found = place(length.mean(), length[1] - length[0], poses.fan)
     # What a range of R loses in a plane a beside it: a²/2R; and a part of the baseline's own length.
     assert np.abs(found.height - point[2]).max() < aside**2 / distance + 1e-7 * distance**2
 
@@ -120,7 +120,7 @@ def test_receivers_on_either_side_of_the_fans_plane(aside: float, distance: floa
 def test_height_per_phase_is_the_derivative_for_a_leaning_fan(roll: float) -> None:
     axes = antenna_axes((roll, 4.0, 0.0), 60.0, 5.0)
     antennas = np.array((0.0, 0.0, 5.0)) + 0.2 * np.array(((0.0, 0.0, -0.5), (0.0, 0.0, 0.5))) @ axes
-    fan, gate, step = stance_of((roll, 4.0, 0.0), 60.0, 5.0, antennas, (0, 1)).fan, np.array([30.0, 100.0, 400.0]), 1e-6
+    fan, gate, step = pose_of((roll, 4.0, 0.0), 60.0, 5.0, antennas, (0, 1)).fan, np.array([30.0, 100.0, 400.0]), 1e-6
     middle = difference_at_height(gate, 0.0, fan)
     up, down = (place(gate, middle + s, fan).height for s in (step, -step))
     for paths in (1, 2):
@@ -164,7 +164,7 @@ def test_a_dwell_from_a_heeling_boat_keeps_its_coherence(mode: tuple[str, str]) 
 def test_a_fan_taken_for_upright_would_be_wrong() -> None:
     # H sin²(roll) = 0.15 m at 10°: the law above can fail.
     boat = Boat(attitude=steady(10.0), sector=(-9.0, 9.0))
-    axes, antennas = boat.stance()
+    axes, antennas = boat.pose()
     points = boat.where_the_fan_meets_the_sea()
     away = np.linalg.norm(points[90, :, None] - antennas[90], axis=-1)
     difference = away[:, 1] - away[:, 0]
@@ -248,7 +248,7 @@ def test_reflectors_are_laid_where_they_are(roll: float) -> None:
     gates = np.arange(4, 68, 9)
     cells = np.array([(2 + 2 * n, gate) for n, gate in enumerate(gates)])
     meets = boat.where_the_fan_meets_the_sea()
-    _, antennas = boat.stance()
+    _, antennas = boat.pose()
     toward = meets - antennas.mean(axis=1)[:, None]
     azimuth = np.degrees(np.arctan2(toward[..., 0], toward[..., 1]))
     rows = [int(np.argmin(np.abs(azimuth[:, gate] - 1.8 * (look + 0.5)))) for look, gate in cells]

@@ -291,7 +291,7 @@ def test_antennas_stand_where_the_mast_has_them() -> None:
     }
     mast = Mast(radar, PlatformSettings.model_validate({**boat, "lever_arm_m": [0.7, -1.2, 3.5], "yaw_phase_deg": 0.0}))
     time, _ = clock(1.5)
-    stance, motion = mast.stance(time), mast.motion(time)
+    pose, motion = mast.pose(time), mast.motion(time)
     scan = mast.schedule(time) - mast.heading
     head = {"azimuth_from": "bow", "tilt_deg": 7.0, "lever_arm_m": [0.7, -1.2, 3.5], "sector_deg": [0.0, 360.0]}
     utm = np.add(motion.position, (350_000.0, 5_600_000.0, 0.0))
@@ -299,10 +299,10 @@ def test_antennas_stand_where_the_mast_has_them() -> None:
         turns=1.5, azimuth=scan, attitude=motion.attitude, position=utm, head=head | {"partial_turns": "keep"}
     )
     # Rounding of a northing of 5.6e6 m: 1e-9.
-    np.testing.assert_allclose(found["position"], stance.positions, rtol=0.0, atol=1e-8)
-    np.testing.assert_allclose(wrap_degrees(found["azimuth"] - stance.bearing), 0.0, atol=1e-9)
-    given = echoes(turns=1.5, position=stance.positions, head={"partial_turns": "keep"})
-    np.testing.assert_array_equal(given["position"], stance.positions)
+    np.testing.assert_allclose(found["position"], pose.positions, rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(wrap_degrees(found["azimuth"] - pose.bearing), 0.0, atol=1e-9)
+    given = echoes(turns=1.5, position=pose.positions, head={"partial_turns": "keep"})
+    np.testing.assert_array_equal(given["position"], pose.positions)
 
 
 def test_slower_sensors_are_drawn_straight_and_through_north() -> None:

@@ -69,16 +69,16 @@ def mesh_of(made: Scene, turn: int = 0, water: Any = None) -> SurfaceMesh:
 def test_each_line_is_where_the_antenna_is_when_the_boresight_passes_it(turn: int) -> None:
     made = scene([0.0, 360.0])
     mast, grid = Mast(made.radar, made.platform), grid_of(made, turn)
-    stance = mast.stance(grid.time)
-    assert_allclose(wrap_degrees(stance.bearing - grid.azimuth), 0.0, rtol=0.0, atol=1e-9)
-    assert_array_equal(grid.stance.origin, stance.origin)
+    pose = mast.pose(grid.time)
+    assert_allclose(wrap_degrees(pose.bearing - grid.azimuth), 0.0, rtol=0.0, atol=1e-9)
+    assert_array_equal(grid.pose.origin, pose.origin)
     fired = pulses(made.radar, turn, mast)
     inside = (grid.sweep >= fired.sweep[0]) & (grid.sweep <= fired.sweep[-1])
     # Between two pulses, 0.1 ms, the boat's swing bends the sweep by at most ½ · 15°/s² · (0.1 ms)²: 1e-10 s.
     assert_allclose(grid.time[inside], np.interp(grid.sweep[inside], fired.sweep, fired.time), rtol=0.0, atol=1e-9)
     # Columns are seen half-way between their lines.
-    middle = mast.stance(0.5 * (grid.time[1:] + grid.time[:-1]))
-    assert_array_equal(grid.column_stance.positions, middle.positions)
+    middle = mast.pose(0.5 * (grid.time[1:] + grid.time[:-1]))
+    assert_array_equal(grid.column_pose.positions, middle.positions)
 
 
 def test_the_sea_is_asked_for_where_the_boat_has_come_to() -> None:
@@ -88,14 +88,14 @@ def test_the_sea_is_asked_for_where_the_boat_has_come_to() -> None:
     grid = mesh.grid
     east, north = unit_from_azimuth(grid.azimuth)
     place = np.stack((east[:, None] * grid.ground_range, north[:, None] * grid.ground_range), axis=-1)
-    world = grid.stance.origin[:, None, :2] + place
-    assert np.abs(grid.stance.origin[:, :2]).max() > 15.0  # the boat has come away from the world's origin
+    world = grid.pose.origin[:, None, :2] + place
+    assert np.abs(grid.pose.origin[:, :2]).max() > 15.0  # the boat has come away from the world's origin
     # Rounding: 1e-15 of 60 m, and of azimuths of 400°.
     assert_allclose(mesh.elevation, plane(world), rtol=0.0, atol=1e-13)
     for sheet in mesh.sheets():
         vertices, _ = mesh.triangles(sheet)
         lines = np.concatenate([np.arange(s.start, s.stop + 1) for s in sheet])
-        in_world = vertices.reshape(lines.size, -1, 3) + grid.stance.origin[lines, None]
+        in_world = vertices.reshape(lines.size, -1, 3) + grid.pose.origin[lines, None]
         assert_allclose(in_world[..., 2], plane(in_world), rtol=0.0, atol=1e-13)
 
 
@@ -108,14 +108,14 @@ def test_the_written_mesh_stands_in_the_world() -> None:
 def test_facets_rise_from_the_antenna_at_their_columns_time() -> None:
     mesh = mesh_of(scene([0.0, 360.0]), 4)
     facets, grid = mesh.facets, mesh.grid
-    origin = grid.column_stance.origin
+    origin = grid.column_pose.origin
     assert_array_equal(facets.rise, facets.height - origin[:, 2:])
     azimuth = grid.column_azimuth[:, None] + np.degrees(facets.angle)
     east, north = unit_from_azimuth(azimuth)
     point = np.stack((east * facets.distance, north * facets.distance), axis=-1) + origin[:, None, :2]
     # Facets take their corners from lines whose origins lie apart by what the array moves in 1.2 ms: 12 mm at 10 m/s
     # or less; facets are a sixth to a quarter of the column's width off its middle (their diagonals cross it askew).
-    apart = np.hypot(*np.diff(grid.stance.origin[:, :2], axis=0).T).max()
+    apart = np.hypot(*np.diff(grid.pose.origin[:, :2], axis=0).T).max()
     assert 1e-3 < apart < 12e-3
     assert_allclose(facets.height, plane(point), rtol=0.0, atol=0.25 * apart * np.hypot(EAST, NORTH))
     assert np.ptp(grid.column_height) > 0.3  # the boat heaves
@@ -162,7 +162,7 @@ def test_a_staring_mesh_is_the_sea_as_it_is_half_way() -> None:
     made = scene([200.0, 260.0], radar__scan="staring", radar__stare_s=0.05)
     mast, grid = Mast(made.radar, made.platform), grid_of(made, 3)
     assert_allclose(grid.time, 3.5 * 0.05, rtol=1e-15)
-    assert_allclose(grid.stance.origin, np.broadcast_to(mast.stance(np.array([0.175])).origin, (grid.columns + 1, 3)))
+    assert_allclose(grid.pose.origin, np.broadcast_to(mast.pose(np.array([0.175])).origin, (grid.columns + 1, 3)))
     heard = pulses(made.radar, 3, mast).sweep
     assert grid.sweep[0] <= heard.min() - 5.4
     assert grid.sweep[-1] >= heard.max() + 5.4
@@ -214,7 +214,7 @@ def test_column_numbers_go_on_into_the_next_turn(sector: list[float]) -> None:
         shared, here, there = np.intersect1d(one.column_number, other.column_number, return_indices=True)
         if sector_width(made.radar) == 360.0:
             assert shared.size > 30
-        assert_array_equal(one.column_stance.origin[here], other.column_stance.origin[there])
+        assert_array_equal(one.column_pose.origin[here], other.column_pose.origin[there])
         around = (one.column_azimuth[here] - other.column_azimuth[there]) / 360.0
         assert_allclose(around, np.rint(around), rtol=0.0, atol=1e-9)
     assert grids[0].column_number[0] >= 0
@@ -236,7 +236,7 @@ def test_end_of_a_turn_is_the_start_of_the_next_bit_by_bit(motion: str) -> None:
     assert_array_equal(first.time[here], second.time[there])
     assert_array_equal(first.place_azimuth[here], second.place_azimuth[there])
     for name in ("origin", "attitude", "axes", "places"):
-        assert_array_equal(getattr(first.stance, name)[here], getattr(second.stance, name)[there])
+        assert_array_equal(getattr(first.pose, name)[here], getattr(second.pose, name)[there])
     elevation, later = (sea_on_grid(water, grid)[0] for grid in (first, second))
     # The sea sums its waves in another order for other points: 1e-9 of a metre, as for a boat at rest.
     assert_allclose(elevation[here], later[there], rtol=0.0, atol=1e-9)

@@ -46,16 +46,16 @@ def test_a_boat_at_rest_carries_the_antennas_round_their_foot(tilt: float, headi
     """Against the geometry by hand; the sector counts from north, whatever the boat's heading."""
     mast = mast_of({"heading_deg": heading}, tilt_deg=tilt, baseline_m=0.8, height_m=6.0, sector_deg=[20.0, 320.0])
     azimuth = 20.0 + 360.0 * TIMES
-    stance, lean = mast.stance(TIMES), np.radians(tilt)
+    pose, lean = mast.pose(TIMES), np.radians(tilt)
     east, north = unit_from_azimuth(azimuth)
     for antenna, side in enumerate((-0.4, 0.4)):
         by_hand = np.stack(
             (side * np.sin(lean) * east, side * np.sin(lean) * north, np.full_like(east, 6.0 + side * np.cos(lean))), -1
         )
         # Rounding of angles of some 2600°: 1e-13 of a turn, times 0.4 m.
-        assert_allclose(stance.positions[:, antenna], by_hand, rtol=0.0, atol=1e-12)
-    assert_allclose(phase_centres(mast.radar, azimuth), stance.positions, rtol=0.0, atol=1e-12)
-    assert_allclose(stance.origin, np.tile((0.0, 0.0, 6.0), (TIMES.size, 1)), rtol=0.0, atol=1e-14)
+        assert_allclose(pose.positions[:, antenna], by_hand, rtol=0.0, atol=1e-12)
+    assert_allclose(phase_centres(mast.radar, azimuth), pose.positions, rtol=0.0, atol=1e-12)
+    assert_allclose(pose.origin, np.tile((0.0, 0.0, 6.0), (TIMES.size, 1)), rtol=0.0, atol=1e-14)
 
 
 @pytest.mark.parametrize("platform", [{}, {"heading_deg": 123.4}, {"speed_m_s": 5.0, "heading_deg": -77.7}])
@@ -81,7 +81,7 @@ def test_a_staring_antenna_points_to_the_sectors_middle() -> None:
     assert mast.rate == 0.0
     assert_array_equal(mast.schedule(TIMES), 60.0)
     assert_array_equal(mast.passing(TIMES, TIMES), TIMES)
-    assert_allclose(mast_of(scan="staring", sector_deg=[30.0, 90.0]).stance(TIMES).bearing, 60.0, rtol=1e-14)
+    assert_allclose(mast_of(scan="staring", sector_deg=[30.0, 90.0]).pose(TIMES).bearing, 60.0, rtol=1e-14)
     # List swings it: with starboard east and down, the boresight (sin 60°, cos 60°, 0) leans to sin 60° cos ρ east.
     sine, cosine = np.sin(np.radians(60.0)), np.cos(np.radians(60.0))
     expected = np.degrees(np.arctan2(sine * np.cos(np.radians(10.0)), cosine)) - 60.0
@@ -94,17 +94,17 @@ def test_a_staring_antenna_points_to_the_sectors_middle() -> None:
 @pytest.mark.parametrize("roll", [10.0, -30.0])
 def test_a_roll_shifts_mast_and_baseline_to_starboard(roll: float) -> None:
     """Hand formulas for roll alone: the origin by height · sin ρ, the antennas by ± B/2 sin ρ about it."""
-    stance = mast_of({"list_deg": roll}, baseline_m=0.8, height_m=5.0).stance(TIMES)
+    pose = mast_of({"list_deg": roll}, baseline_m=0.8, height_m=5.0).pose(TIMES)
     sine, cosine = np.sin(np.radians(roll)), np.cos(np.radians(roll))
     for antenna, length in enumerate((4.6, 5.4)):
         expected = np.tile((length * sine, 0.0, length * cosine), (TIMES.size, 1))
-        assert_allclose(stance.positions[:, antenna], expected, rtol=0.0, atol=1e-14)
+        assert_allclose(pose.positions[:, antenna], expected, rtol=0.0, atol=1e-14)
 
 
 def test_a_pitch_shifts_the_mast_aft() -> None:
-    stance = mast_of({"trim_deg": 10.0, "heading_deg": 90.0}, height_m=5.0).stance(TIMES)
+    pose = mast_of({"trim_deg": 10.0, "heading_deg": 90.0}, height_m=5.0).pose(TIMES)
     sine, cosine = np.sin(np.radians(10.0)), np.cos(np.radians(10.0))
-    assert_allclose(stance.origin, np.tile((-5.0 * sine, 0.0, 5.0 * cosine), (TIMES.size, 1)), rtol=0.0, atol=1e-14)
+    assert_allclose(pose.origin, np.tile((-5.0 * sine, 0.0, 5.0 * cosine), (TIMES.size, 1)), rtol=0.0, atol=1e-14)
 
 
 def exact_position(mast: Mast, platform: PlatformSettings, lever: Any, antenna: int, time: float) -> NDArray:
@@ -155,7 +155,7 @@ def test_positions_are_exact(lever: tuple[float, float, float] | None, tilt: flo
     mast = mast_of(platform, tilt_deg=tilt, sector_deg=[-40.0, 200.0], **ASIDE)
     assert mast.platform.lever_arm_m == lever
     times = np.array([-0.08, 0.0, 0.61, 3.27, 19.9])
-    found = mast.stance(times).positions
+    found = mast.pose(times).positions
     for number, time in enumerate(times):
         for antenna in (0, 1):
             arm = lever or (0.0, 0.0, mast.radar.height_m)
@@ -168,35 +168,35 @@ def test_the_origin_is_below_the_array_of_the_upright_boat_at_time_0() -> None:
     for lever in (None, [1.5, -2.0, 4.0], [0.0, 0.0, 0.0]):
         arm = {} if lever is None else {"lever_arm_m": lever}
         mast = mast_of({"heading_deg": 50.0, "speed_m_s": 3.0, **arm}, height_m=5.5)
-        assert_allclose(mast.stance(np.zeros(1)).origin[0], (0.0, 0.0, 5.5), rtol=0.0, atol=1e-14)
+        assert_allclose(mast.pose(np.zeros(1)).origin[0], (0.0, 0.0, 5.5), rtol=0.0, atol=1e-14)
 
 
 def test_a_lever_of_no_length_keeps_a_rolling_array_in_its_place() -> None:
-    stance = mast_of({"list_deg": 25.0, "lever_arm_m": [0.0, 0.0, 0.0]}).stance(TIMES)
-    assert_allclose(stance.origin, np.tile((0.0, 0.0, 5.0), (TIMES.size, 1)), rtol=0.0, atol=1e-15)
+    pose = mast_of({"list_deg": 25.0, "lever_arm_m": [0.0, 0.0, 0.0]}).pose(TIMES)
+    assert_allclose(pose.origin, np.tile((0.0, 0.0, 5.0), (TIMES.size, 1)), rtol=0.0, atol=1e-15)
 
 
 def test_speed_and_heading_carry_the_origin_along() -> None:
-    stance = mast_of({"speed_m_s": 5.0, "heading_deg": 120.0}).stance(TIMES)
+    pose = mast_of({"speed_m_s": 5.0, "heading_deg": 120.0}).pose(TIMES)
     expected = np.outer(5.0 * TIMES, np.append(unit_from_azimuth(120.0), 0.0))
-    assert_allclose(stance.origin - np.array([0.0, 0.0, 5.0]), expected, rtol=0.0, atol=1e-13)
+    assert_allclose(pose.origin - np.array([0.0, 0.0, 5.0]), expected, rtol=0.0, atol=1e-13)
 
 
-def test_a_stance_is_what_its_parts_say() -> None:
+def test_a_pose_is_what_its_parts_say() -> None:
     mast = mast_of(SWINGING, tilt_deg=10.0, **ASIDE)
-    stance = mast.stance(TIMES)
-    assert_allclose(stance.positions, stance.origin[:, None] + mast.offsets @ stance.axes, rtol=0.0, atol=1e-14)
-    assert_allclose(stance.bearing, np.degrees(np.arctan2(stance.axes[:, 1, 0], stance.axes[:, 1, 1])) % 360.0)
-    some = stance[5:17]
+    pose = mast.pose(TIMES)
+    assert_allclose(pose.positions, pose.origin[:, None] + mast.offsets @ pose.axes, rtol=0.0, atol=1e-14)
+    assert_allclose(pose.bearing, np.degrees(np.arctan2(pose.axes[:, 1, 0], pose.axes[:, 1, 1])) % 360.0)
+    some = pose[5:17]
     for name in ("time", "origin", "attitude", "axes", "places", "positions", "bearing"):
-        assert_array_equal(getattr(some, name), getattr(stance, name)[5:17])
+        assert_array_equal(getattr(some, name), getattr(pose, name)[5:17])
 
 
 def test_a_mast_with_errors_is_known_without_them() -> None:
     radar = RadarSettings(baseline_error_m=0.02, baseline_m=0.5)
     true = Mast(radar)
     sensed = true.sensed(true.motion)
-    between = [np.diff(mast.stance(TIMES).positions, axis=1)[..., 2] for mast in (true, sensed)]
+    between = [np.diff(mast.pose(TIMES).positions, axis=1)[..., 2] for mast in (true, sensed)]
     assert_allclose(between[0], 0.52, rtol=1e-14)
     assert_allclose(between[1], 0.5, rtol=1e-14)
 
@@ -216,9 +216,9 @@ def test_a_sensed_heading_that_is_wrong_does_not_turn_the_turntable(recorded: bo
         return BoatState(state.position, state.attitude + np.array([0.0, 0.0, 2.0]))
 
     sensed = true.sensed(compass)
-    apart = wrap_degrees(sensed.stance(TIMES).bearing - true.stance(TIMES).bearing)
+    apart = wrap_degrees(sensed.pose(TIMES).bearing - true.pose(TIMES).bearing)
     assert_allclose(apart, 2.0, rtol=0.0, atol=1e-11)
-    assert_allclose(sensed.stance(TIMES).origin, true.stance(TIMES).origin, rtol=0.0, atol=1e-14)
+    assert_allclose(sensed.pose(TIMES).origin, true.pose(TIMES).origin, rtol=0.0, atol=1e-14)
 
 
 # ----------------------------------------------------------------------------------------------------------- moving
@@ -269,7 +269,7 @@ def test_the_boresight_passes_each_place_when_it_is_said_to(rpm: float, more: di
     for turn in (0, 7):
         sweep = np.linspace(-15.0, 295.0, 1000)
         time = mast.passing(sweep, (turn + sweep / 360.0) * mast.period)
-        assert_allclose(wrap_degrees(mast.stance(time).bearing - (-30.0 + sweep)), 0.0, rtol=0.0, atol=1e-9)
+        assert_allclose(wrap_degrees(mast.pose(time).bearing - (-30.0 + sweep)), 0.0, rtol=0.0, atol=1e-9)
         assert np.all(np.diff(time) > 0.0)
         assert np.abs(time - (turn + sweep / 360.0) * mast.period).max() < 0.2 * mast.period  # of this turn
 
@@ -322,7 +322,7 @@ def test_the_heeled_fan_stands_off_its_bearing_as_the_closed_form_says() -> None
 def test_the_heeled_fan_is_where_the_closed_form_has_it() -> None:
     """The direction that stands δ off the bearing, ε down, has no component along the aperture."""
     roll, depression = 17.0, 0.35
-    across = mast_of({"list_deg": roll}, scan="staring", sector_deg=[-10.0, 10.0]).stance(np.zeros(1)).axes[0, 0]
+    across = mast_of({"list_deg": roll}, scan="staring", sector_deg=[-10.0, 10.0]).pose(np.zeros(1)).axes[0, 0]
     delta = -np.arcsin(np.tan(depression) * np.tan(np.radians(roll)))  # starboard down: it swings to port
     towards = (np.cos(depression) * np.sin(delta), np.cos(depression) * np.cos(delta), -np.sin(depression))
     assert across @ towards == pytest.approx(0.0, abs=1e-15)
@@ -337,7 +337,7 @@ def test_a_recorded_motion_sets_the_turntable_by_its_first_heading(tmp_path: Any
     assert mast.heading == pytest.approx(70.0, abs=1e-9)
     time = np.linspace(0.0, 9.0, 91)
     assert_allclose(mast.swing(time), 4.0 * time, rtol=0.0, atol=1e-9)  # a line: the spline is exact
-    assert_allclose(mast.stance(time).attitude[:, 2], 70.0 + 4.0 * time, rtol=1e-12)
+    assert_allclose(mast.pose(time).attitude[:, 2], 70.0 + 4.0 * time, rtol=1e-12)
 
 
 def test_column_frames_are_along_clockwise_up() -> None:

@@ -61,12 +61,12 @@ def test_the_azimuth_is_where_the_boresight_of_a_moving_boat_bears() -> None:
     mast = Mast(radar, ROLLING)
     for turn in (0, 4):
         fired = pulses(radar, turn, mast)
-        assert_allclose(wrap_degrees(fired.azimuth - fired.stance.bearing), 0.0, rtol=0.0, atol=1e-10)
+        assert_allclose(wrap_degrees(fired.azimuth - fired.pose.bearing), 0.0, rtol=0.0, atol=1e-10)
         assert np.all((fired.azimuth >= 0.0) & (fired.azimuth < 360.0))
         assert_allclose(wrap_degrees(-50.0 + fired.sweep - fired.azimuth), 0.0, rtol=0.0, atol=1e-10)
         assert np.abs(fired.sweep - (fired.time - turn) * 360.0).max() > 1.0  # the boat does swing it
         assert np.ptp(fired.sweep) > 340.0  # and it never wraps
-        assert_array_equal(fired.stance.time, fired.time)
+        assert_array_equal(fired.pose.time, fired.time)
 
 
 @pytest.mark.parametrize(("transmit", "interferogram"), MODES)
@@ -99,7 +99,7 @@ def test_a_staring_antenna_fires_all_the_time_into_one_direction() -> None:
         assert_array_equal(fired.sweep, 15.0)
         assert_array_equal(fired.azimuth, 55.0)
     rolling = pulses(radar, 0, Mast(radar, ROLLING))
-    assert_allclose(rolling.azimuth, rolling.stance.bearing, rtol=0.0, atol=1e-10)
+    assert_allclose(rolling.azimuth, rolling.pose.bearing, rtol=0.0, atol=1e-10)
 
 
 def test_looks_are_whole_cells_of_the_sector() -> None:

@@ -59,8 +59,8 @@ def test_10_km_from_the_origin_the_boat_sees_the_same(name: str, lean: float) ->
     far, near = Simulator(made), Simulator(made)
     moored(near)
     meshes = [each.mesh(TURN) for each in (far, near)]
-    assert meshes[0].grid.stance.origin[:, 0].min() > AWAY - 1.0
-    assert np.abs(meshes[1].grid.stance.origin[:, 0]).max() < 10.0
+    assert meshes[0].grid.pose.origin[:, 0].min() > AWAY - 1.0
+    assert np.abs(meshes[1].grid.pose.origin[:, 0]).max() < 10.0
     assert_allclose(meshes[0].elevation, meshes[1].elevation, rtol=0.0, atol=3e-7)
     lit = [light(name, mesh, made) for mesh in meshes]
     assert np.mean(lit[0] != lit[1]) < 1e-4  # an edge that is passed within 1e-7 m
@@ -180,7 +180,7 @@ def test_the_mesh_of_a_boat_far_away_is_as_wide_as_at_home() -> None:
     mast = Mast(made.radar, made.platform)
     water = sea.realize(made.sea, 5)
     home, away = (polar_grid(made.radar, made.meshing, turn, mast) for turn in (0, 340))
-    assert away.stance.origin[:, 1].min() > 1e4
+    assert away.pose.origin[:, 1].min() > 1e4
     assert_array_equal(home.ground_range, away.ground_range)
     assert_allclose(home.azimuth, away.azimuth, rtol=0.0, atol=1e-9)
     mesh = surface_mesh(away, *sea_on_grid(water, away))

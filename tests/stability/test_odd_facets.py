@@ -143,8 +143,8 @@ def one_column(mesh: SurfaceMesh, rungs: int) -> SurfaceMesh:
         azimuth=grid.azimuth[lines],
         time=grid.time[lines],
         ground_range=grid.ground_range[:rungs],
-        stance=grid.stance[lines],
-        column_stance=grid.column_stance[column],
+        pose=grid.pose[lines],
+        column_pose=grid.column_pose[column],
         drift=grid.drift[column],
     )
     held = (lines, slice(0, rungs))

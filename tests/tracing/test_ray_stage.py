@@ -174,7 +174,7 @@ def test_rays_run_from_their_antenna_to_their_facets_point() -> None:
     grid, facets, rays = mesh.grid, mesh.facets, shadow_rays(mesh, mesh.facets, sheet)
     antenna, column, facet = np.unravel_index(rays.number, rays.front.shape)
     column = rays.columns[column]
-    places = grid.column_stance.places[column, antenna]
+    places = grid.column_pose.places[column, antenna]
     assert_allclose(rays.starts[rays.start], places, rtol=0.0, atol=1e-6)
     bearing = np.radians(grid.column_azimuth[column]) + facets.angle[facet]
     point = facets.distance[facet] * np.stack((np.sin(bearing), np.cos(bearing)))
@@ -235,7 +235,7 @@ def test_no_ray_slips_between_two_facets(edge: str) -> None:
     """
     mesh = mesh_of(scene("choppy_sea", radar__sector_deg=[250.0, 260.0], radar__height_m=12.0, tracing__facet_m=0.5))
     (sheet,) = mesh.sheets()
-    start, held = mesh.grid.column_stance.places[0, 0], SeaScene(mesh, sheet, 10e9, WATER)
+    start, held = mesh.grid.column_pose.places[0, 0], SeaScene(mesh, sheet, 10e9, WATER)
     corners = mesh.vertices(sheet).reshape(-1, mesh.grid.ground_range.size, 3)
     one, other = {
         "radial": (corners[3:-3, 3:-12], corners[3:-3, 4:-11]),
@@ -323,7 +323,7 @@ def test_front_is_where_the_antenna_stands_above_the_facets_plane() -> None:
     corners = np.empty((grid.columns, mesh.facets.distance.size, 3, 3))
     # In the column's own frame: lines half a column askew, heights above mean sea level.
     vertices, faces = mesh.triangles(sheet)
-    vertices = vertices.reshape(grid.sweep.size, -1, 3) + grid.stance.origin[:, None] * (0.0, 0.0, 1.0)
+    vertices = vertices.reshape(grid.sweep.size, -1, 3) + grid.pose.origin[:, None] * (0.0, 0.0, 1.0)
     corners = vertices.reshape(-1, 3)[faces].reshape(corners.shape)
     normal = np.cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])
     for antenna in (0, 1):

@@ -281,8 +281,8 @@ def one_column(mesh: SurfaceMesh) -> SurfaceMesh:
         azimuth=grid.azimuth[lines],
         time=grid.time[lines],
         ground_range=grid.ground_range[:2],
-        stance=grid.stance[lines],
-        column_stance=grid.column_stance[column],
+        pose=grid.pose[lines],
+        column_pose=grid.column_pose[column],
         drift=grid.drift[column],
     )
     return SurfaceMesh(part, mesh.elevation[lines, :2], mesh.velocity_look[lines, :2], mesh.velocity_up[lines, :2])

@@ -74,8 +74,8 @@ def as_sensed(echoes: xr.Dataset, made: Scene, sensors: dict[str, float]) -> xr.
     """The same echoes with what other sensors say of the boat."""
     settings = made.platform.sensors.model_copy(update=sensors)
     boat = made.model_copy(update={"platform": made.platform.model_copy(update={"sensors": settings})})
-    stance = masts(boat).sensed.stance(echoes["time"].values)
-    said = {"position": stance.positions, "attitude": stance.attitude, "azimuth": stance.bearing}
+    pose = masts(boat).sensed.pose(echoes["time"].values)
+    said = {"position": pose.positions, "attitude": pose.attitude, "azimuth": pose.bearing}
     return echoes.assign({name: echoes[name].copy(data=values) for name, values in said.items()})
 
 
@@ -105,11 +105,11 @@ def seen(turn: Turn, made: Scene) -> Cells:
 def elevation_gain(turn: Turn, made: Scene, mast: Mast) -> NDArray[np.float64]:
     """(look, gate) two-way power gain towards mean sea level, off the boresight's, as the array stands at each look."""
     true = turn.truth["polar"].to_dataset().isel(turn=0)
-    stance = mast.stance(true["time"].values)
+    pose = mast.pose(true["time"].values)
     east, north = unit_from_azimuth(true["azimuth"].values)
-    sine = -stance.origin[:, 2, None] / true["range"].values
+    sine = -pose.origin[:, 2, None] / true["range"].values
     level = np.sqrt(1.0 - sine**2)
-    up = stance.axes[:, 2]
+    up = pose.axes[:, 2]
     along = (up[:, 0] * east + up[:, 1] * north)[:, None] * level + up[:, 2, None] * sine
     return antenna(made.radar).elevation(along) ** 4
 

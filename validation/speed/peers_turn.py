@@ -19,7 +19,7 @@ from seamap_rt.tracing.rays import RayTracer, SeaScene, what_can_be_hit
 from seamap_rt.tracing.shadow_rays import ShadowRays, shadow_rays
 
 Array = NDArray[np.float64]
-STANCES = "stance", "column_stance"
+POSES = "pose", "column_pose"
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,8 @@ def case(changes: dict[str, str]) -> Case:
 def one_antenna(case: Case) -> Case:
     """The case with its first antenna alone."""
     grid = case.mesh.grid
-    stances = {name: replace(getattr(grid, name), places=getattr(grid, name).places[:, :1]) for name in STANCES}
-    alone = replace(case.mesh, grid=replace(grid, drift=grid.drift[:, :1], **stances))
+    poses = {name: replace(getattr(grid, name), places=getattr(grid, name).places[:, :1]) for name in POSES}
+    alone = replace(case.mesh, grid=replace(grid, drift=grid.drift[:, :1], **poses))
     _ = alone.facets  # now: what the mesh costs is no part of the comparison
     return replace(case, mesh=alone)
 

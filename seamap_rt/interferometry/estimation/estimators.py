@@ -83,7 +83,7 @@ def adaptive(given: Interferogram) -> Estimate:
     level = mean_plane(np.where(sure, distributed, np.nan), variance, *ground)
     waves = distributed - level
     # Near and far are the radar's: a boat may have gone a long way from the origin.
-    about = (each - _centre(middle) for each, middle in zip(ground, model.stances.middle, strict=True))
+    about = (each - _centre(middle) for each, middle in zip(ground, model.poses.middle, strict=True))
     sea = SeaCovariance.of(np.where(sure, waves, np.nan), np.where(sure, variance, np.nan), *about)
     height, error = optimal_heights(
         # A cell that may be a cycle off tells its neighbours nothing; they tell it.
@@ -153,7 +153,7 @@ def _along_waves(given: Interferogram, first: Estimate) -> PhaseSlopes:
     reach = 1.0 + max(1, round(1.5 * given.settings.cell_range_m / radar.spacing)), 2.0
     planes = local_planes(found.height, weight, ground, model.outward(*ground), reach)
     per_height = model.rise_sign * np.nan_to_num(1.0 / found.gain, posinf=0.0, neginf=0.0)
-    step = _ground_step(radar, found.ground_range, model.stances.fan.height - found.height, planes.outward)
+    step = _ground_step(radar, found.ground_range, model.poses.fan.height - found.height, planes.outward)
     across = found.ground_range * np.radians(given.width)
     return (
         model.flat_per_gate + np.nan_to_num(planes.outward * step) * per_height,

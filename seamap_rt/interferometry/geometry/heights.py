@@ -12,7 +12,7 @@ from ...conventions import wrap_phase
 from ..covariance.windows import Covariance, Level
 from ..input.description import RadarDescription
 from .inversion import Places, difference_at_height, height_per_phase, place
-from .stance import LookStances
+from .poses import LookPoses
 
 Map = NDArray[np.float64]
 
@@ -35,13 +35,13 @@ class Found:
 class PhaseModel:
     """What a phase of p ways means in each gate, from where the antennas stood in each look."""
 
-    def __init__(self, radar: RadarDescription, stances: LookStances, paths: int) -> None:
-        self.radar, self.stances, self.paths = radar, stances, paths
+    def __init__(self, radar: RadarDescription, poses: LookPoses, paths: int) -> None:
+        self.radar, self.poses, self.paths = radar, poses, paths
         self._wavenumber = 2.0 * np.pi * paths / radar.wavelength
         self.flat = self.of_height(0.0)
         self._levels: dict[int, Map] = {}  # antennas of a boat that rolls or heaves are not where they were a look ago
         # With the second receiver below the first a rise turns the phase on, not back.
-        self.rise_sign = -np.sign(stances.fan.upper.up)
+        self.rise_sign = -np.sign(poses.fan.upper.up)
 
     @cached_property
     def flat_per_gate(self) -> Map:
@@ -56,16 +56,16 @@ class PhaseModel:
 
     def of_height(self, height: Map | float) -> Map:
         """Phase [rad] of places at that height [m] in each gate, by the fan's geometry."""
-        return self._wavenumber * difference_at_height(self.radar.ranges, height, self.stances.fan)
+        return self._wavenumber * difference_at_height(self.radar.ranges, height, self.poses.fan)
 
     def _flat_phase(self, offset: float) -> Map:
         """Phase of mean sea level `offset` beyond each gate."""
-        return self._wavenumber * difference_at_height(self.radar.ranges + offset, 0.0, self.stances.fan)
+        return self._wavenumber * difference_at_height(self.radar.ranges + offset, 0.0, self.poses.fan)
 
     @property
     def level(self) -> Level | None:
         """The phase of mean sea level so many gates on; None of a boat at rest."""
-        return None if self.stances.at_rest else self._level
+        return None if self.poses.at_rest else self._level
 
     def _level(self, gates: int) -> Map:
         if gates not in self._levels:
@@ -85,19 +85,19 @@ class PhaseModel:
         return self._found(cells, self.of_height(height))
 
     def _found(self, cells: Covariance, phase: Map) -> Found:
-        radar, fan = self.radar, self.stances.fan
+        radar, fan = self.radar, self.poses.fan
         difference = phase / self._wavenumber
         places = place(radar.ranges, difference, fan)
         gain = height_per_phase(radar.ranges, difference, fan, radar.wavelength, self.paths)
-        return Found(cells, phase, places, self.stances.ground_range(places), gain)
+        return Found(cells, phase, places, self.poses.ground_range(places), gain)
 
     def ground(self, places: Places) -> tuple[Map, Map]:
         """East and north [m] of places (look, gate)."""
-        return self.stances.world(places)
+        return self.poses.world(places)
 
     def outward(self, x: Map, y: Map) -> tuple[Map, Map]:
         """East and north of the direction from the antennas, as they stood, to places at x, y [m]."""
-        east, north = x - self.stances.middle[0], y - self.stances.middle[1]
+        east, north = x - self.poses.middle[0], y - self.poses.middle[1]
         with np.errstate(invalid="ignore", divide="ignore"):
             distance = np.hypot(east, north)
             return east / distance, north / distance

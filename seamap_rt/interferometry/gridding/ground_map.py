@@ -13,7 +13,7 @@ from ...dataset import build
 from ...radar.grid import LookFan, ground_grid, look_sweeps
 from ...settings import RetrievalSettings
 from ..geometry.heights import Found
-from ..geometry.stance import LookStances
+from ..geometry.poses import LookPoses
 from ..input.description import RadarDescription
 from .ground import centred_looks, resample_looks, square_means
 
@@ -28,13 +28,13 @@ class Ground:
     centre: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
-    def of(cls, stances: LookStances, found: Found, sweeps: NDArray[np.float64]) -> Ground:
-        if stances.at_rest:
+    def of(cls, poses: LookPoses, found: Found, sweeps: NDArray[np.float64]) -> Ground:
+        if poses.at_rest:
             return cls()
-        east, north = (float(np.nanmean(middle)) for middle in stances.middle)
+        east, north = (float(np.nanmean(middle)) for middle in poses.middle)
         if sweeps.size < 2:  # a single look has no neighbours to lie askew of
             return cls(centre=(east, north))
-        x, y = stances.world(found.places)
+        x, y = poses.world(found.places)
         return cls(x, y, (east, north))
 
 

@@ -52,7 +52,7 @@ class Interferogram:
     @cached_property
     def edge(self) -> Map:
         """Height [m] by which a distributed sea is found too high where its echo grows along the range."""
-        return edge_bias(self.echo_power(), self.model.stances.fan.height, self.model.radar)
+        return edge_bias(self.echo_power(), self.model.poses.fan.height, self.model.radar)
 
     @cached_property
     def own(self) -> NDArray[np.bool_]:
@@ -98,7 +98,7 @@ class Interferogram:
         if self.settings.ambiguity == "fold":
             return found, certain
         # Nearer than the sea is below, nothing is level: what echoes there is no part of it.
-        known = echoing & np.isfinite(found.gain) & (self.model.radar.ranges > self.model.stances.fan.height)
+        known = echoing & np.isfinite(found.gain) & (self.model.radar.ranges > self.model.poses.fan.height)
         if not needed(found.gain, known, sea_size(residual, found.gain, known)).any():
             return found, certain
         told = self._cycles(residual, np.sqrt(wrapped_variance(variance)), found, known)

@@ -20,8 +20,8 @@ _STILL = 0.01  # m; antennas that stray less from above the origin are at rest
 
 
 @dataclass(frozen=True)
-class PulseStances:
-    """One stance for each pulse (pulse,): axes by parts right of the bearing, out along it and up, places in metres."""
+class PulsePoses:
+    """One pose for each pulse (pulse,): axes by parts right of the bearing, out along it and up, places in metres."""
 
     time: NDArray[np.float64]  # s
     sweep: NDArray[np.float64]  # deg, bearing of the boresight from the sector's start, not wrapped
@@ -31,7 +31,7 @@ class PulseStances:
     antennas: NDArray[np.float64]  # (pulse, antenna, 3) east, north, up
 
     @classmethod
-    def of(cls, echoes: xr.Dataset, radar: RadarDescription) -> PulseStances:
+    def of(cls, echoes: xr.Dataset, radar: RadarDescription) -> PulsePoses:
         time, azimuth, attitude, positions = (
             np.asarray(echoes[name].values, dtype=np.float64) for name in ("time", "azimuth", "attitude", "position")
         )
@@ -41,9 +41,9 @@ class PulseStances:
         sweep = unwrapped_sweep(azimuth, time, radar.sector, np.inf if radar.staring else radar.period)
         return cls(time, sweep, _turned(axes[:, 1], azimuth), _turned(axes[:, 2], azimuth), axes, positions)
 
-    def __getitem__(self, rows: NDArray[np.intp]) -> PulseStances:
+    def __getitem__(self, rows: NDArray[np.intp]) -> PulsePoses:
         """Those of some pulses, in any order and number."""
-        return PulseStances(*(getattr(self, each.name)[rows] for each in fields(self)))
+        return PulsePoses(*(getattr(self, each.name)[rows] for each in fields(self)))
 
     def dwells(self, radar: RadarDescription, lower: int, centres: NDArray[np.float64], width: float) -> Dwells:
         """Pulses to looks, `width` deg wide and centred on `centres` (look,) deg from the sector's start."""
@@ -66,7 +66,7 @@ class PulseStances:
 
 
 @dataclass(frozen=True)
-class LookStances:
+class LookPoses:
     """Means over each cell's pulses, (look, 1), or (look, gate) where the fan leans; of a boat at rest the fan is one
     for all looks, (1, 1)."""
 
@@ -80,31 +80,31 @@ class LookStances:
     @classmethod
     def of(
         cls,
-        stances: PulseStances,
+        poses: PulsePoses,
         dwells: Dwells,
         pair: tuple[int, int],
         senders: Sequence[int],
         start: float,
-    ) -> LookStances:
-        """stances and dwells: of the same pulses; pair: antennas, lower and upper, of the receivers; senders: antennas
+    ) -> LookPoses:
+        """poses and dwells: of the same pulses; pair: antennas, lower and upper, of the receivers; senders: antennas
         that transmit; start: of the sector."""
-        lower, upper = (stances.antennas[:, antenna] for antenna in pair)
+        lower, upper = (poses.antennas[:, antenna] for antenna in pair)
         middle = 0.5 * (lower + upper)
         others = [antenna for antenna in senders if antenna not in pair]
-        arms = [stances.antennas[:, antenna] - lower for antenna in (pair[1], *others)]
+        arms = [poses.antennas[:, antenna] - lower for antenna in (pair[1], *others)]
         columns = [
-            stances.sweep,
-            stances.time,
+            poses.sweep,
+            poses.time,
             *lower.T,
             *middle.T[:2],
-            *stances.boresight.T[1:],
-            *stances.upright.T,
+            *poses.boresight.T[1:],
+            *poses.upright.T,
         ]
         # The fan's plane stands in the middle between the receivers. An arm that leads across it is as one in the plane
         # whose square is less by twice their product: û·b = b_x x₀/R₁ + what lies in the plane, with û·x̂ = x₀/R₁.
-        middle_across = 0.5 * np.einsum("pi,pi->p", arms[0], stances.axes[:, 0])
+        middle_across = 0.5 * np.einsum("pi,pi->p", arms[0], poses.axes[:, 0])
         for arm in arms:
-            across, along, up = np.einsum("pi,pai->ap", arm, stances.axes)
+            across, along, up = np.einsum("pi,pai->ap", arm, poses.axes)
             square = np.einsum("pi,pi->p", arm, arm) - 2.0 * across * middle_across
             columns += [along, up, np.sqrt(np.maximum(square, 0.0))]
         mean = list(dwells.means(np.stack(columns, axis=1)))
