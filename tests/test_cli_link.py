@@ -11,7 +11,6 @@ import pytest
 from matplotlib.image import imread
 from numpy.testing import assert_allclose
 
-from seamap_rt.analytic import flat_sea_power
 from seamap_rt.cli import main
 from seamap_rt.conventions import db
 from seamap_rt.products.link import (
@@ -23,6 +22,7 @@ from seamap_rt.products.link import (
     simulated_power,
     write_link,
 )
+from seamap_rt.radar.link import flat_sea_power
 from seamap_rt.radar.receiver import noise_power
 from seamap_rt.radar.waveform import unambiguous_range_m
 from seamap_rt.report import link_figure, link_words

@@ -28,8 +28,8 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..analytic.shadowing import shadowing_smith67
 from ..conventions import SPEED_OF_LIGHT
+from ..physics.shadowing import shadowing_smith67
 from ..radar.antenna import pattern_stamps
 from ..radar.array import antenna_array
 from ..radar.scan import BEAMS_BEYOND, sector_width

@@ -1,4 +1,4 @@
-"""Visible share of a sea, in closed form: random seas by their rms slope (Smith, Wagner), one regular wave by its crests.
+"""Visible share of a sea, in closed form: random seas by rms slope (Smith, Wagner), one regular wave by crests.
 
 Written from the papers. `seamap_rt.analytic` holds the same laws once more, in other ways, as their judge.
 """

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..analytic import flat_sea_power
 from ..conventions import db, from_db
 from ..errors import InputError
 from ..io.interrupts import uninterrupted
@@ -76,7 +75,7 @@ def _furthest(radar: RadarSettings) -> float:
 def link_budget(scene: Scene, range_m: ArrayLike) -> LinkBudget:
     """Both budgets at slant ranges (range,) [m] to mean sea level, each at least radar.height_m.
 
-    The textbook's is `radar.link.textbook_power`, the simulator's `analytic.flat_sea_power`: the integral over the
+    The textbook's is `radar.link.textbook_power`, the simulator's `radar.link.flat_sea_power`: the integral over the
     two-way pattern and the range response, less what of a chirp is still being sent. Neither counts shadows.
     """
     radar, ranges = scene.radar, np.asarray(range_m, dtype=np.float64)
@@ -100,7 +99,7 @@ def link_budget(scene: Scene, range_m: ArrayLike) -> LinkBudget:
 
 def simulated_power(radar: RadarSettings, ranges: NDArray[np.float64]) -> NDArray[np.float64]:
     """Echo [W] of a sea of σ0 = 1 by the simulator's own integral."""
-    return flat_sea_power(radar, 1.0, ranges) * link.eclipsed_share(radar, ranges)
+    return link.flat_sea_power(radar, 1.0, ranges) * link.eclipsed_share(radar, ranges)
 
 
 class MinimumNrcs(NamedTuple):

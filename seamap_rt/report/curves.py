@@ -12,7 +12,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 
-from ..analytic import shadowing_smith67, shadowing_wagner67
+from ..physics.shadowing import shadowing_smith67, shadowing_wagner67
 from ..scene import Scene
 from . import reduce, style
 from .reduce import Array

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..analytic import shadowing_smith67, shadowing_wagner67, sinusoid_visible_intervals, visible_share
 from ..conventions import unit_from_azimuth
 from ..mesh import PolarGrid
 from ..physics.dispersion import angular_frequency
+from ..physics.shadowing import regular_wave_visible_fraction, shadowing_smith67, shadowing_wagner67
 from ..scene import Scene
 from ..sea import Sea
 from ..sea.systems import travel_direction
@@ -40,7 +40,7 @@ def shadowing_half(name: str, height_m: float, slope_rms: Array, weight: Array) 
 
 
 def resolved_slope(sea: Sea, azimuth_deg: ArrayLike) -> Array:
-    """rms slope (n,) along azimuths (n,) of the resolved waves, expected before the dice and before they are meshed."""
+    """rms slope (n,) along azimuths (n,) of the resolved waves: the expectation, of no single realisation or mesh."""
     spectrum = sea.spectrum
     tensor = np.zeros((2, 2))
     density = spectrum["variance_density"].values
@@ -89,8 +89,6 @@ def exact_share(scene: Scene, wave: SinusoidWaves, grid: PolarGrid, height_m: fl
         if abs(cosine) * _LONG < 1.0 or below[column] >= height_m:
             continue
         met = wave.wavelength_m / abs(cosine)
-        seen, _ = sinusoid_visible_intervals(
-            wave.height_m, met, height_m, 0.0, edges[-1], phase[column], 1 if cosine > 0.0 else -1
-        )
-        share[column] = visible_share(seen**2, edges**2)  # area grows as the square of range
+        ahead = phase[column] if cosine > 0.0 else -phase[column]
+        share[column] = regular_wave_visible_fraction(wave.height_m, met, height_m, ahead, edges)
     return share
