@@ -1,0 +1,7 @@
+"""The backend that Dr.Jit runs on: CUDA or an LLVM library, proven before it is used."""
+
+from .choose import prepare
+from .doctor import Check, doctor_lines
+from .kinds import VARIABLE, Backend
+
+__all__ = ["VARIABLE", "Backend", "Check", "doctor_lines", "prepare"]

@@ -1,0 +1,73 @@
+"""What a run would use here, and what mends what is missing."""
+
+from __future__ import annotations
+
+import ctypes
+import platform
+import sys
+from typing import NamedTuple
+
+from ..machine import cores
+from . import choose, memory
+from .kinds import PACKAGES, REMEDY_ATOMIC, package_version
+
+
+class Check(NamedTuple):
+    """A line of `doctor`: what was looked at, what was found (or what mends it), and whether it will do."""
+
+    item: str
+    value: str
+    ok: bool
+
+
+def doctor() -> list[Check]:
+    """What a run would use here, and what mends what is missing. Never raises."""
+    checks = [*_check_backend(), _check_libatomic(), Check("python", platform.python_version(), True)]
+    checks += [_check_package(name) for name in PACKAGES]
+    return [*checks, _check_cache(), Check("cores", str(len(cores())), True)]
+
+
+def doctor_lines() -> list[str]:
+    """`doctor` as plain lines of text."""
+    checks = doctor()
+    width = max(len(check.item) for check in checks)
+    return [f"{'ok' if check.ok else 'MISSING':<7}  {check.item:<{width}}  {check.value}" for check in checks]
+
+
+def _check_backend() -> list[Check]:
+    try:
+        backend = choose.prepare()
+    except Exception as error:  # a doctor who falls ill helps nobody
+        return [Check("backend", _one_line(error), False)]
+    version = f"LLVM {backend.llvm_version}" if backend.kind == "llvm" else "CUDA"
+    return [
+        Check("backend", f"{backend.kind} ({backend.variant})", True),
+        Check("library", f"{version}, {backend.library}", True),
+        Check("found by", backend.source, True),
+        *(Check("passed over", note, True) for note in backend.notes),
+    ]
+
+
+def _check_libatomic() -> Check:
+    try:
+        if sys.platform == "linux":
+            ctypes.CDLL("libatomic.so.1")
+    except OSError:
+        return Check("libatomic.so.1", f"not found: {REMEDY_ATOMIC}", False)
+    return Check("libatomic.so.1", "found" if sys.platform == "linux" else "not needed here", True)
+
+
+def _check_package(name: str) -> Check:
+    version = package_version(name)
+    return Check(name, version or f"not installed: run `pip install {name}`", version is not None)
+
+
+def _check_cache() -> Check:
+    try:
+        return Check("cache", str(memory.cache_folder()), True)
+    except OSError as error:
+        return Check("cache", f"{_one_line(error)}: set XDG_CACHE_HOME to a folder that can be written", False)
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

@@ -1,0 +1,140 @@
+"""A library of our own: the wheel's static archives, linked once into the user's cache."""
+
+from __future__ import annotations
+
+import importlib.util
+import logging
+import os
+import platform
+import re
+import shlex
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from . import memory, probe, search
+from .kinds import WHEEL, Candidate, package_version
+
+LINK_LIMIT_S = 300.0
+
+
+log = logging.getLogger(__name__)
+
+
+class _CannotBuild(Exception):
+    """Why no library can be linked from the wheel here."""
+
+
+def own_llvm(notes: list[str]) -> Iterator[Candidate]:
+    """The library linked on an earlier day; if there is none, or it failed its proof, a new one."""
+    wheel = package_version(WHEEL)
+    try:
+        folder = memory.cache_folder()
+        for library in _cached_builds(folder, wheel):
+            yield Candidate("llvm", library, "cached build")
+        yield Candidate("llvm", _link(folder, wheel), f"built from {WHEEL}")
+    except _CannotBuild as error:
+        notes.append(str(error))
+    except OSError as error:
+        notes.append(f"no LLVM can be kept in a cache: {error}")
+
+
+def _build_name(wheel: str) -> str:
+    return f"libLLVM-{wheel}-{platform.machine()}.so"
+
+
+def _cached_builds(folder: Path, wheel: str | None) -> list[Path]:
+    """The installed wheel's build; where no wheel is installed any more, the newest that one has left."""
+    builds = [path for path in folder.glob(_build_name(wheel or "*")) if path.is_file()]
+    return sorted(builds, key=search.version_in_name, reverse=True)[:1]
+
+
+def _link(folder: Path, wheel: str | None) -> Path:
+    """Link the wheel's archives into one shared library, which appears in the folder whole or not at all."""
+    if sys.platform != "linux":
+        raise _CannotBuild(f"{WHEEL} is linked on Linux only")
+    archives = _archives()
+    if wheel is None or not archives:
+        raise _CannotBuild(f"the wheel {WHEEL} is not installed")
+    linker = _linker()
+    if linker is None:
+        raise _CannotBuild(f"no g++ to link {WHEEL} with")
+    library = folder / _build_name(wheel)
+    log.info("linking LLVM from %s into %s (once)", WHEEL, library)
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".link-") as scratch:
+        whole = Path(scratch, library.name)
+        _run_linker(linker, archives, whole)
+        os.replace(whole, library)
+    return library
+
+
+def _archives() -> list[Path]:
+    """The wheel's static archives, found without importing it."""
+    spec = importlib.util.find_spec("mlc_llvm_static")
+    roots = (spec.submodule_search_locations or []) if spec else []
+    return [path for root in roots for path in sorted(Path(root, "static", "lib").glob("*.a"))]
+
+
+def _linker() -> list[str] | None:
+    """A C++ compiler driver: it knows where its own runtime library lies, which a bare ld does not."""
+    for name in (os.environ.get("CXX", ""), "c++", "g++", "clang++"):
+        command = shlex.split(name)
+        if command and shutil.which(command[0]):
+            return command
+    return None
+
+
+def _run_linker(linker: list[str], archives: list[Path], output: Path) -> None:
+    exports = output.with_suffix(".map")
+    # Only the C interface is shown: another LLVM in the same process then cannot be confused with this one.
+    exports.write_text("{ global: LLVM*; local: *; };\n", encoding="ascii")
+    command = [
+        *linker,
+        *("-shared", "-s", "-o", str(output)),
+        # Dr.Jit asks for its functions by name at run time, so no object file asks for them: name them here.
+        *(f"-Wl,-u,{symbol}" for symbol in _c_interface(archives)),
+        f"-Wl,--version-script={exports}",
+        "-Wl,--gc-sections",
+        "-Wl,-z,defs",  # what is missing shall show now, not when the library is loaded
+        "-Wl,-z,nodelete",  # Dr.Jit closes its LLVM at exit, while LLVM's own destructors are still to run
+        *("-Wl,--start-group", *map(str, archives), "-Wl,--end-group"),
+        *("-lpthread", "-ldl", "-lm"),
+    ]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=LINK_LIMIT_S)
+    except (OSError, subprocess.SubprocessError) as error:
+        raise _CannotBuild(f"{linker[0]} did not link {WHEEL}: {type(error).__name__}") from error
+    if done.returncode != 0:
+        raise _CannotBuild(f"{linker[0]} did not link {WHEEL}: {probe.reason(done.returncode, done.stderr)}")
+
+
+def _c_interface(archives: list[Path]) -> list[str]:
+    """LLVM's whole C interface, of which Dr.Jit resolves about sixty functions, other ones with each release.
+
+    All of it makes the library 4 % larger than the sixty do. Only the initialisers of other machines' targets
+    stay out: where the wheel's extra targets are installed each would draw in a whole code generator.
+    """
+    target = {"x86_64": "X86", "aarch64": "AArch64", "arm64": "AArch64"}.get(platform.machine(), "")
+    foreign = re.compile(rf"LLVMInitialize(?!{target}(?:Target|Asm|Disassembler))")
+    symbols = {name for archive in archives for name in _symbols(archive)}
+    return sorted(name for name in symbols if re.match("LLVM[A-Z]", name) and not foreign.match(name))
+
+
+def _symbols(archive: Path) -> list[str]:
+    """What an archive defines, by the index at its head.
+
+    System V's format: 8 bytes of magic; a member header of 60 bytes with the name in the first 16, "/" for
+    the index, and the size as decimal digits in bytes 48 to 58; then a big-endian count, as many 4-byte
+    offsets, and as many names, each closed by a zero byte.
+    """
+    with archive.open("rb") as file:
+        head = file.read(68)
+        if head[:8] != b"!<arch>\n" or head[8:24].rstrip() != b"/":
+            return []
+        index = file.read(int(head[56:66]))
+    (count,) = struct.unpack_from(">I", index)
+    return [name.decode("ascii", "replace") for name in index[4 + 4 * count :].split(b"\0")[:count]]
