@@ -10,28 +10,30 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from seamap_rt.compute import backend
-from seamap_rt.compute.backend import VARIABLE, Backend, Check, _Candidate, _Verdict
+from seamap_rt.compute.backend import VARIABLE, Backend, Check, choose, doctor, link, memory, probe, search
+from seamap_rt.compute.backend.kinds import OLDEST_LLVM, Candidate, Verdict
 from seamap_rt.errors import NoBackend
 
 ROOT = Path(__file__).parents[1]
-choose = backend.prepare.__wrapped__  # without the memory of this process
+prepare = choose.prepare.__wrapped__  # without the memory of this process
 
 START = """
 import dataclasses, json, os, sys
 from pathlib import Path
-from seamap_rt import backend
+from seamap_rt.compute import backend
+from seamap_rt.compute.backend import link, probe
 
 def forbidden(*_):
     raise AssertionError("a warm start neither probes nor links")
 
 if "warm" in sys.argv:
-    backend._try_out = backend._link = forbidden
+    probe.try_out = link.link_wheel = forbidden
 cache = Path(os.environ["XDG_CACHE_HOME"])
 untouched = "warm" in sys.argv or not any(cache.iterdir())
 chosen = backend.prepare()
@@ -79,17 +81,17 @@ def alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setenv(VARIABLE, "")  # not delenv: prepare() sets it, and monkeypatch shall take that back
     monkeypatch.delitem(sys.modules, "drjit", raising=False)
-    monkeypatch.setattr(backend, "_find", lambda name: [])
+    monkeypatch.setattr(search, "find", lambda name: [])
     return tmp_path
 
 
-def trial(works: Callable[[Path], bool]) -> tuple[list[Path], Callable[[_Candidate], _Verdict]]:
+def trial(works: Callable[[Path], bool]) -> tuple[list[Path], Callable[[Candidate], Verdict]]:
     """A stand-in for the probe, and the list of what it was asked to try."""
     tried: list[Path] = []
 
-    def try_out(candidate: _Candidate) -> _Verdict:
+    def try_out(candidate: Candidate) -> Verdict:
         tried.append(candidate.library)
-        return _Verdict(True, "19.1.7") if works(candidate.library) else _Verdict(False, "no good")
+        return Verdict(True, "19.1.7") if works(candidate.library) else Verdict(False, "no good")
 
     return tried, try_out
 
@@ -111,7 +113,7 @@ def test_a_first_start_finds_or_builds_a_backend_that_computes(cold: dict[str, A
     assert cold["again"]
     if cold["kind"] == "llvm":
         assert cold["told"] == cold["library"]
-        assert int(cold["llvm_version"].split(".")[0]) >= backend.OLDEST_LLVM
+        assert int(cold["llvm_version"].split(".")[0]) >= OLDEST_LLVM
 
 
 def test_a_second_start_neither_probes_nor_links(cache: Path, cold: dict[str, Any]) -> None:
@@ -128,7 +130,7 @@ def test_a_named_library_that_would_abort_is_refused(alone: Path, monkeypatch: p
     named = old if old.exists() else library(alone / "libLLVM-15.so.1", "not a library")
     monkeypatch.setenv(VARIABLE, str(named))
     with pytest.raises(NoBackend) as refusal:
-        choose()
+        prepare()
     message = str(refusal.value)
     assert "\n" not in message
     assert f"{VARIABLE} {named}" in message
@@ -139,10 +141,10 @@ def test_a_named_library_that_would_abort_is_refused(alone: Path, monkeypatch: p
 
 
 def test_the_wheel_offers_what_dr_jit_asks_for() -> None:
-    archives = backend._archives()
+    archives = link._archives()
     if not archives:
         pytest.skip("the wheel mlc-llvm-static is not installed")
-    symbols = set(backend._c_interface(archives))
+    symbols = set(link._c_interface(archives))
     target = "AArch64" if platform.machine() in ("aarch64", "arm64") else "X86"
     needed = {"Target", "TargetInfo", "TargetMC", "AsmPrinter", "Disassembler"}
     assert {f"LLVMInitialize{target}{part}" for part in needed} <= symbols
@@ -157,14 +159,14 @@ def test_nothing_usable_is_one_line_with_the_remedies(
     alone: Path, monkeypatch: pytest.MonkeyPatch, missing: str
 ) -> None:
     if missing == "wheel":
-        monkeypatch.setattr(backend, "_archives", list)
+        monkeypatch.setattr(link, "_archives", list)
     else:
-        monkeypatch.setattr(backend, "_version", lambda package: "23.1.1")
-        monkeypatch.setattr(backend, "_archives", lambda: [alone / "libLLVMCore.a"])
+        monkeypatch.setattr(link, "package_version", lambda package: "23.1.1")
+        monkeypatch.setattr(link, "_archives", lambda: [alone / "libLLVMCore.a"])
         monkeypatch.delenv("CXX", raising=False)
         monkeypatch.setenv("PATH", str(alone))
     with pytest.raises(NoBackend) as refusal:
-        choose()
+        prepare()
     message = str(refusal.value)
     assert "\n" not in message
     assert ("mlc-llvm-static is not installed" if missing == "wheel" else "no g++") in message
@@ -177,20 +179,20 @@ def test_nothing_usable_is_one_line_with_the_remedies(
 
 
 def test_a_linker_that_fails_leaves_nothing_behind(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(backend, "_version", lambda package: "23.1.1")
-    monkeypatch.setattr(backend, "_archives", lambda: [library(alone / "libLLVMCore.a")])
+    monkeypatch.setattr(link, "package_version", lambda package: "23.1.1")
+    monkeypatch.setattr(link, "_archives", lambda: [library(alone / "libLLVMCore.a")])
     complaint = library(alone / "linker.py", "raise SystemExit('disk full')")
     monkeypatch.setenv("CXX", f"{sys.executable} {complaint}")
     with pytest.raises(NoBackend, match="did not link mlc-llvm-static: disk full"):
-        choose()
-    assert list(backend.cache_folder().iterdir()) == []
+        prepare()
+    assert list(memory.cache_folder().iterdir()) == []
 
 
 def test_too_late_after_an_import_of_dr_jit(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "drjit", sys)
-    monkeypatch.setattr(backend, "_loaded_llvm", list)
+    monkeypatch.setattr(search, "loaded_llvm", list)
     with pytest.raises(NoBackend, match="imported before an LLVM was chosen"):
-        choose()
+        prepare()
 
 
 def test_a_missing_libatomic_is_named() -> None:
@@ -199,33 +201,33 @@ def test_a_missing_libatomic_is_named() -> None:
         "During handling of the above exception, another exception occurred:\n\n"
         "NameError: name '_drjit_ext' is not defined\n"
     )
-    reason = backend._reason(1, stderr)
+    reason = probe.reason(1, stderr)
     assert "libatomic.so.1 is missing" in reason
-    assert backend._explain([reason]).endswith("run `apt-get install libatomic1`")
+    assert choose._explain([reason]).endswith("run `apt-get install libatomic1`")
 
 
 # ----------------------------------------------------------------------------------------- what is remembered
 
 
 def test_a_verdict_is_bound_to_the_file(alone: Path) -> None:
-    candidate = _Candidate("llvm", library(alone / "libLLVM.so"), "system")
-    first = backend._verdict_file(candidate)
-    assert first == backend._verdict_file(candidate)
+    candidate = Candidate("llvm", library(alone / "libLLVM.so"), "system")
+    first = memory.verdict_file(candidate)
+    assert first == memory.verdict_file(candidate)
     library(candidate.library, "another")
-    second = backend._verdict_file(candidate)
+    second = memory.verdict_file(candidate)
     os.utime(candidate.library, ns=(0, 0))
-    third = backend._verdict_file(candidate)
+    third = memory.verdict_file(candidate)
     assert len({first, second, third}) == 3
-    assert backend._verdict_file(_Candidate("llvm", Path("libLLVM.so"), VARIABLE)) is None
+    assert memory.verdict_file(Candidate("llvm", Path("libLLVM.so"), VARIABLE)) is None
 
 
 def test_a_failure_is_remembered_for_a_while(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bad, good = library(alone / "libLLVM-20.so", "bad"), library(alone / "libLLVM-19.so")
     tried, try_out = trial(lambda path: path == good)
-    monkeypatch.setattr(backend, "_try_out", try_out)
-    monkeypatch.setattr(backend, "_system_llvm", lambda: [bad, good])
+    monkeypatch.setattr(probe, "try_out", try_out)
+    monkeypatch.setattr(search, "system_llvm", lambda: [bad, good])
     for _ in range(2):
-        chosen = choose()
+        chosen = prepare()
         assert chosen == Backend(
             "llvm",
             good,
@@ -237,46 +239,46 @@ def test_a_failure_is_remembered_for_a_while(alone: Path, monkeypatch: pytest.Mo
         assert os.environ[VARIABLE] == str(good)
         monkeypatch.setenv(VARIABLE, "")
     assert tried == [bad, good]
-    long_ago = time.time() - 2 * backend.FAILURE_LIFETIME_S
-    for file in backend.cache_folder().glob("verdict-*.json"):
+    long_ago = time.time() - 2 * memory.FAILURE_LIFETIME_S
+    for file in memory.cache_folder().glob("verdict-*.json"):
         os.utime(file, (long_ago, long_ago))
-    choose()
+    prepare()
     assert tried == [bad, good, bad]
 
 
 def test_a_failure_is_not_remembered_where_nothing_works(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tried, try_out = trial(lambda path: False)
     bad = library(alone / "libLLVM-20.so")
-    monkeypatch.setattr(backend, "_try_out", try_out)
-    monkeypatch.setattr(backend, "_system_llvm", lambda: [bad])
-    monkeypatch.setattr(backend, "_archives", list)
+    monkeypatch.setattr(probe, "try_out", try_out)
+    monkeypatch.setattr(search, "system_llvm", lambda: [bad])
+    monkeypatch.setattr(link, "_archives", list)
     for _ in range(2):
         with pytest.raises(NoBackend, match="no good"):
-            choose()
+            prepare()
     assert tried == [bad, bad]
 
 
 def test_a_damaged_build_is_linked_anew(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(backend, "_version", lambda package: "23.1.1")
-    built = library(backend.cache_folder() / backend._build_name("23.1.1"), "torn")
+    monkeypatch.setattr(link, "package_version", lambda package: "23.1.1")
+    built = library(memory.cache_folder() / link._build_name("23.1.1"), "torn")
     tried, try_out = trial(lambda path: path.read_text() == "good")
-    monkeypatch.setattr(backend, "_try_out", try_out)
-    monkeypatch.setattr(backend, "_link", lambda folder, wheel: library(built))
-    assert choose().source == "built from mlc-llvm-static"
+    monkeypatch.setattr(probe, "try_out", try_out)
+    monkeypatch.setattr(link, "link_wheel", lambda folder, wheel: library(built))
+    assert prepare().source == "built from mlc-llvm-static"
     monkeypatch.setenv(VARIABLE, "")
-    assert choose().source == "cached build"
+    assert prepare().source == "cached build"
     assert tried == [built, built]
 
 
 def test_an_unwritable_cache_gives_way_to_a_private_temporary_one(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(library(alone / "file")))
     monkeypatch.setattr(tempfile, "tempdir", str(alone))
-    folder = backend.cache_folder()
+    folder = memory.cache_folder()
     assert folder.parent == alone
     assert folder.stat().st_mode & 0o777 == 0o700
     folder.chmod(0o777)
     with pytest.raises(PermissionError, match="someone else"):
-        backend.cache_folder()
+        memory.cache_folder()
 
 
 # ------------------------------------------------------------------------------------------------- the search
@@ -293,7 +295,7 @@ def test_an_unwritable_cache_gives_way_to_a_private_temporary_one(alone: Path, m
     ],
 )
 def test_versions_are_read_from_names(name: str, version: tuple[int, ...]) -> None:
-    assert backend._version_in_name(Path(name)) == version
+    assert search.version_in_name(Path(name)) == version
 
 
 def test_system_libraries_come_newest_first_and_old_ones_not_at_all(
@@ -305,8 +307,8 @@ def test_system_libraries_come_newest_first_and_old_ones_not_at_all(
     (tmp_path / "libLLVM-18.so").symlink_to("libLLVM-18.so.1")
     unknown = library(tmp_path / "other" / "libLLVM.so")
     folders = [unknown.parent, tmp_path, tmp_path / "absent"]
-    monkeypatch.setattr(backend, "_library_folders", lambda: folders)
-    found = backend._system_llvm()
+    monkeypatch.setattr(search, "library_folders", lambda: folders)
+    found = search.system_llvm()
     assert found == [tmp_path / "libLLVM.so.20.1", tmp_path / "libLLVM-18.so.1", unknown]
 
 
@@ -315,23 +317,23 @@ def test_system_libraries_come_newest_first_and_old_ones_not_at_all(
 
 def test_the_doctor_reports_what_it_finds(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = Backend("llvm", Path("/lib/libLLVM.so.19.1"), "19.1.7", "system", "llvm_ad_mono_polarized", ("x: y",))
-    monkeypatch.setattr(backend, "prepare", lambda: found)
-    checks = {check.item: check for check in backend.doctor()}
+    monkeypatch.setattr(choose, "prepare", lambda: found)
+    checks = {check.item: check for check in doctor.checks()}
     assert checks["library"] == Check("library", "LLVM 19.1.7, /lib/libLLVM.so.19.1", True)
     assert checks["passed over"].value == "x: y"
     assert checks["drjit"].ok
     assert int(checks["cores"].value) >= 1
-    assert len(backend.doctor_lines()) == len(checks)
+    assert len(doctor.doctor_lines()) == len(checks)
 
 
-def test_the_doctor_never_falls_ill(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_doctor_never_raises(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise OSError("two\nlines")
 
-    for name in ("prepare", "cache_folder"):
-        monkeypatch.setattr(backend, name, fail)
-    monkeypatch.setattr(backend.metadata, "version", fail)
-    lines = backend.doctor_lines()
+    monkeypatch.setattr(choose, "prepare", fail)
+    monkeypatch.setattr(memory, "cache_folder", fail)
+    monkeypatch.setattr(metadata, "version", fail)
+    lines = doctor.doctor_lines()
     assert not any("\n" in line for line in lines)
     assert lines[0] == f"MISSING  {'backend':<14}  two lines"
     assert any("pip install sionna-rt" in line for line in lines)

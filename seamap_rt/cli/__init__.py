@@ -7,7 +7,7 @@ import sys
 
 from cyclopts import CycloptsError
 
-from ..compute.backend import doctor, doctor_lines
+from ..compute.backend import doctor_checks, doctor_lines
 from ..errors import InputError, NoBackend, SchemaError
 from ..io.scenefile import list_shipped, read_toml
 from . import retrieving, simulating, studying  # noqa: F401  their commands join the application
@@ -29,7 +29,7 @@ def doctor_command() -> int:
     """Tell which backend is used, what was found, and what mends what is missing."""
     for line in doctor_lines():
         console.print(line)
-    return 0 if all(check.ok for check in doctor() if check.item == "backend") else NO_BACKEND
+    return 0 if all(check.ok for check in doctor_checks() if check.item == "backend") else NO_BACKEND
 
 
 def _terminated(*_: object) -> None:

@@ -2,6 +2,7 @@
 
 from .choose import prepare
 from .doctor import Check, doctor_lines
+from .doctor import checks as doctor_checks
 from .kinds import VARIABLE, Backend
 
-__all__ = ["VARIABLE", "Backend", "Check", "doctor_lines", "prepare"]
+__all__ = ["VARIABLE", "Backend", "Check", "doctor_checks", "doctor_lines", "prepare"]

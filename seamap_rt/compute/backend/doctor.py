@@ -20,24 +20,24 @@ class Check(NamedTuple):
     ok: bool
 
 
-def doctor() -> list[Check]:
+def checks() -> list[Check]:
     """What a run would use here, and what mends what is missing. Never raises."""
-    checks = [*_check_backend(), _check_libatomic(), Check("python", platform.python_version(), True)]
-    checks += [_check_package(name) for name in PACKAGES]
-    return [*checks, _check_cache(), Check("cores", str(len(cores())), True)]
+    rows = [*_check_backend(), _check_libatomic(), Check("python", platform.python_version(), True)]
+    rows += [_check_package(name) for name in PACKAGES]
+    return [*rows, _check_cache(), Check("cores", str(len(cores())), True)]
 
 
 def doctor_lines() -> list[str]:
-    """`doctor` as plain lines of text."""
-    checks = doctor()
-    width = max(len(check.item) for check in checks)
-    return [f"{'ok' if check.ok else 'MISSING':<7}  {check.item:<{width}}  {check.value}" for check in checks]
+    """`checks` as plain lines of text."""
+    found = checks()
+    width = max(len(each.item) for each in found)
+    return [f"{'ok' if check.ok else 'MISSING':<7}  {check.item:<{width}}  {check.value}" for check in found]
 
 
 def _check_backend() -> list[Check]:
     try:
         backend = choose.prepare()
-    except Exception as error:  # a doctor who falls ill helps nobody
+    except Exception as error:  # whatever is wrong here is what is to be reported
         return [Check("backend", _one_line(error), False)]
     version = f"LLVM {backend.llvm_version}" if backend.kind == "llvm" else "CUDA"
     return [

@@ -36,7 +36,7 @@ def own_llvm(notes: list[str]) -> Iterator[Candidate]:
         folder = memory.cache_folder()
         for library in _cached_builds(folder, wheel):
             yield Candidate("llvm", library, "cached build")
-        yield Candidate("llvm", _link(folder, wheel), f"built from {WHEEL}")
+        yield Candidate("llvm", link_wheel(folder, wheel), f"built from {WHEEL}")
     except _CannotBuild as error:
         notes.append(str(error))
     except OSError as error:
@@ -53,7 +53,7 @@ def _cached_builds(folder: Path, wheel: str | None) -> list[Path]:
     return sorted(builds, key=search.version_in_name, reverse=True)[:1]
 
 
-def _link(folder: Path, wheel: str | None) -> Path:
+def link_wheel(folder: Path, wheel: str | None) -> Path:
     """Link the wheel's archives into one shared library, which appears in the folder whole or not at all."""
     if sys.platform != "linux":
         raise _CannotBuild(f"{WHEEL} is linked on Linux only")
