@@ -345,7 +345,7 @@ def test_drowned_antennas_see_nothing() -> None:
 
     places = square(made, 50.0, 1.0)
     dry = camera_of(made, places).moment(0.0)["visible"].values
-    wet = camera_of(made, places, Spiked(flat.parts, flat.surface, flat.resolved)).moment(0.0)["visible"].values
+    wet = camera_of(made, places, Spiked(flat.trains, flat.surface, flat.resolved)).moment(0.0)["visible"].values
     assert_array_equal(np.unique(dry), [-1, 2])
     assert_array_equal(np.unique(wet), [-1, 0])
 

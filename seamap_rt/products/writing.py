@@ -109,7 +109,7 @@ def write_sea(
 def _coarse(sea: Sea, spacing: float) -> tuple[str, ...]:
     """A note where the points are too far apart for the waves."""
     finest = sea.resolved.resolution_m
-    if spacing <= 1.01 * finest or not sea.parts:
+    if spacing <= 1.01 * finest or not sea.trains:
         return ()
     return (
         f"sea.nc has a point every {spacing:.3g} m, the sea waves down to {2.0 * finest:.3g} m: values are right at "

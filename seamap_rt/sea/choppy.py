@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from ..physics.dispersion import orbital_ratio
 from .linear import LinearSurface
-from .parts import Points, Quantity, SinusoidPart
+from .wave_trains import Points, Quantity, RegularTrain
 
 MOST_FOLDED = 0.02  # of the water, at time 0: beyond it first-order Lagrangian waves say nothing sensible
 _PHASE_ERROR = 3e-3  # rad of the shortest wave, to which labels are found
@@ -76,7 +76,7 @@ class Displacement:
         return Displacement(covariance, *(float(np.sum(spread * k**power)) for power in (0, 2, 4)))
 
     @staticmethod
-    def of_regular(wave: SinusoidPart) -> Displacement:
+    def of_regular(wave: RegularTrain) -> Displacement:
         """Of one regular wave."""
         east, north = (wave.wavenumber * np.array([part]) for part in wave.toward)
         return Displacement.of(east, north, np.array([0.5 * wave.amplitude**2]), wave.depth)
@@ -163,7 +163,7 @@ class ChoppySurface:
         near = determinant < _NEAR_A_FOLD
         if np.sqrt(self.displacement.strain) * _FOLDING < 1.0:
             return near
-        beside, turned = _BESIDE_A_FOLD
+        beside, folded = _BESIDE_A_FOLD
         unsure = np.flatnonzero(~near & (determinant < beside))
         reach = np.sqrt(0.5 * self.displacement.variance)
         angle = np.pi * np.arange(8) / 4.0
@@ -176,7 +176,7 @@ class ChoppySurface:
                 around_x, around_y, np.tile(t[at], away_x.size), _GRADIENT
             )
             around = (1.0 + east_east) * (1.0 + north_north) - east_north**2
-            near[at] = around.reshape(away_x.size, -1).min(axis=0) < turned
+            near[at] = around.reshape(away_x.size, -1).min(axis=0) < folded
         return near
 
     def _newton(self, label_x: Points, label_y: Points, x: Points, y: Points, t: Points) -> _Step:

@@ -1,4 +1,4 @@
-"""What of a sea is resolved, and the spectrum that was realised: expectations, before the dice."""
+"""What of a sea is resolved, and the spectrum that was realised: expectations over realisations."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from .choppy import ChoppySurface
-from .parts import LinePart, PlanePart, SinusoidPart, Waves
 from .systems import SpectralSystem, azimuth_toward
+from .wave_trains import LineTrain, PlaneTrain, RegularTrain, WaveTrain
 
 _ABOUT_TO_FOLD = 0.1
 _SAMPLES = 200_000  # labels, over the whole patch
@@ -31,7 +31,7 @@ class ChoppyFacts:
 
 @dataclass(frozen=True)
 class Resolved:
-    """What of the sea is resolved: expectations, before the dice. Short waves left out live in the scattering model."""
+    """What of the sea is resolved: expectations over realisations. Shorter waves belong to the scattering model."""
 
     resolution_m: float  # spacing of the resolved waves' grid
     wavenumber_limit: float  # rad/m, π/resolution_m
@@ -57,7 +57,7 @@ class Resolved:
 
 
 def resolved_facts(
-    parts: Sequence[Waves],
+    trains: Sequence[WaveTrain],
     systems: Sequence[SpectralSystem],
     resolution: float,
     *,
@@ -70,16 +70,16 @@ def resolved_facts(
     carried: see `Resolved.carried_share`.
     """
     limit = np.pi / resolution
-    waves = [part for part in parts if isinstance(part, SinusoidPart)]
-    regular = sum(0.5 * part.amplitude**2 for part in waves)
-    regular_slope = np.sum([part.slope_variance() for part in waves], axis=0) if waves else np.zeros(2)
+    waves = [train for train in trains if isinstance(train, RegularTrain)]
+    regular = sum(0.5 * train.amplitude**2 for train in waves)
+    regular_slope = np.sum([train.slope_variance() for train in waves], axis=0) if waves else np.zeros(2)
     variance = regular + sum(system.moment(0, limit) for system in systems)
     all_variance = regular + sum(system.variance for system in systems)
     all_slope = float(regular_slope.sum()) + sum(system.moment(2, max(system.shortest, limit)) for system in systems)
-    random = [part.slope_variance() for part in parts if not isinstance(part, SinusoidPart)]
+    random = [train.slope_variance() for train in trains if not isinstance(train, RegularTrain)]
     slopes = regular_slope + (np.sum(random, axis=0) / scale if random else 0.0)
-    errors = [part.field.error for part in parts if isinstance(part, PlanePart | LinePart)]
-    steps = [part.field.time_step for part in parts if isinstance(part, PlanePart | LinePart)]
+    errors = [train.field.error for train in trains if isinstance(train, PlaneTrain | LineTrain)]
+    steps = [train.field.time_step for train in trains if isinstance(train, PlaneTrain | LineTrain)]
     peak, is_regular = _main_peak(waves, systems)
     deviation = float(np.sqrt(variance))
     return Resolved(
@@ -134,24 +134,24 @@ def choppy_facts(surface: ChoppySurface, extent: float, scale: float) -> ChoppyF
     )
 
 
-def _main_peak(regular: Sequence[SinusoidPart], systems: Sequence[SpectralSystem]) -> tuple[float, bool]:
+def _main_peak(regular: Sequence[RegularTrain], systems: Sequence[SpectralSystem]) -> tuple[float, bool]:
     """Wavenumber of the peak of the highest system, rad/m, and whether it is a regular wave; 0 without waves."""
-    candidates = [(0.5 * part.amplitude**2, part.wavenumber, True) for part in regular]
+    candidates = [(0.5 * train.amplitude**2, train.wavenumber, True) for train in regular]
     candidates += [(system.variance, system.peak_wavenumber, False) for system in systems if system.variance > 0.0]
     return max(candidates, default=(0.0, 0.0, False))[1:]
 
 
-def spectrum_dataset(parts: Sequence[Waves], resolved: Resolved) -> xr.Dataset:
-    """The expected spectrum of every part, labelled; waves travel along +k. attrs: the resolved facts. A choppy sea's
+def spectrum_dataset(trains: Sequence[WaveTrain], resolved: Resolved) -> xr.Dataset:
+    """The expected spectrum of every train, labelled; waves travel along +k. attrs: the resolved facts. A choppy sea's
     is the one that was asked for, before its waves were enlarged.
 
     `variance_density(ky, kx)` m⁴ of the short-crested systems together, `line_density(line, k)` m³ of the long-crested
     ones with `line_toward`, and amplitude, wavenumber and `sinusoid_toward` of the regular waves.
     """
     scale = 1.0 if resolved.choppy is None else resolved.choppy.amplitude_scale**2
-    planes = [part for part in parts if isinstance(part, PlanePart)]
-    lines = [part for part in parts if isinstance(part, LinePart)]
-    regular = [part for part in parts if isinstance(part, SinusoidPart)]
+    planes = [train for train in trains if isinstance(train, PlaneTrain)]
+    lines = [train for train in trains if isinstance(train, LineTrain)]
+    regular = [train for train in trains if isinstance(train, RegularTrain)]
     kx = planes[0].lattice.east if planes else np.zeros(0)
     ky = planes[0].lattice.north if planes else np.zeros(0)
     plane = planes[0].variance / (scale * planes[0].lattice.step ** 2) if planes else np.zeros((0, 0))
@@ -176,15 +176,15 @@ def spectrum_dataset(parts: Sequence[Waves], resolved: Resolved) -> xr.Dataset:
             "line_toward": ("line", [azimuth_toward(line.toward) for line in lines], toward),
             "sinusoid_amplitude": (
                 "sinusoid",
-                [part.amplitude for part in regular],
+                [train.amplitude for train in regular],
                 {"units": "m", "long_name": "amplitude of a regular wave"},
             ),
             "sinusoid_wavenumber": (
                 "sinusoid",
-                [part.wavenumber for part in regular],
+                [train.wavenumber for train in regular],
                 {"units": "rad m-1", "long_name": "wavenumber of a regular wave"},
             ),
-            "sinusoid_toward": ("sinusoid", [azimuth_toward(part.toward) for part in regular], toward),
+            "sinusoid_toward": ("sinusoid", [azimuth_toward(train.toward) for train in regular], toward),
         },
         coords={
             "kx": ("kx", kx, {"units": "rad m-1", "long_name": "wavenumber east"}),

@@ -1,4 +1,4 @@
-"""The linear surface: all parts of the sea, added up."""
+"""The linear surface: all trains of the sea, added up."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .parts import Points, Quantity, Waves
+from .wave_trains import Points, Quantity, WaveTrain
 
 
 class Surface(Protocol):
@@ -34,17 +34,17 @@ class Surface(Protocol):
 class LinearSurface:
     """First-order (Airy 1845) waves."""
 
-    parts: tuple[Waves, ...]
+    trains: tuple[WaveTrain, ...]
 
     def sample(
         self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity], rate: float = 0.0
     ) -> NDArray[np.float64]:
         """Quantities (quantity, n); "rate" is ∂η/∂t, and to first order the rise of the water particle."""
-        if not self.parts or x.size == 0:
+        if not self.trains or x.size == 0:
             return np.zeros((len(quantities), x.size))
-        total = self.parts[0].sample(x, y, t, quantities, rate)
-        for part in self.parts[1:]:
-            total += part.sample(x, y, t, quantities, rate)
+        total = self.trains[0].sample(x, y, t, quantities, rate)
+        for train in self.trains[1:]:
+            total += train.sample(x, y, t, quantities, rate)
         return total
 
     def elevation_rate(self, x: Points, y: Points, t: Points, current: tuple[float, float]) -> NDArray[np.float64]:

@@ -194,26 +194,26 @@ class MovingField:
                 self._cache.popitem(last=False)
         missing = [key for key in wanted if key not in found]
         new = sorted({number for number, _ in missing})
-        turned = dict(zip(new, pool.map(self._turn, (number * self.time_step for number in new)), strict=True))
-        made = pool.map(lambda key: self._coefficients(key[1], turned[key[0]]), missing)
+        phasor = dict(zip(new, pool.map(self._phasor_at, (number * self.time_step for number in new)), strict=True))
+        made = pool.map(lambda key: self._coefficients(key[1], phasor[key[0]]), missing)
         found.update(zip(missing, made, strict=True))
         with self._lock:
             for key in wanted:
                 self._cache[key] = found[key]
         return found
 
-    def _turn(self, time: float) -> NDArray[np.complex64]:
+    def _phasor_at(self, time: float) -> NDArray[np.complex64]:
         """exp(−iωt) on the quadrant, the phase reduced in float64: 12 hours lose nothing."""
         turns = self.lattice.omega * (time / (2.0 * np.pi))
         turns -= np.rint(turns)
         phase = (turns * (-2.0 * np.pi)).astype(np.float32)
-        turned = np.empty(phase.shape, dtype=np.complex64)
-        np.cos(phase, out=turned.real)
-        np.sin(phase, out=turned.imag)
-        return turned
+        phasor = np.empty(phase.shape, dtype=np.complex64)
+        np.cos(phase, out=phasor.real)
+        np.sin(phase, out=phasor.imag)
+        return phasor
 
-    def _coefficients(self, kind: Kind, turned: NDArray[np.complex64]) -> NDArray[np.float32]:
-        """The spline's coefficients of a field, its waves turned in time, with their halo: by one real FFT.
+    def _coefficients(self, kind: Kind, phasor: NDArray[np.complex64]) -> NDArray[np.float32]:
+        """The spline's coefficients of a field, its waves advanced in time, with their halo: by one real FFT.
 
         What makes the field of the elevation is the same for all directions, but for the sign of what is odd in time,
         as flow is: under a wave that runs the other way it is reversed. So those waves take the factor's conjugate.
@@ -221,7 +221,7 @@ class MovingField:
         from .half_plane import half_plane
 
         # A function, not an operator: that would multiply in place where it can, by a loop that rounds otherwise.
-        factor = turned if kind == "elevation" else np.multiply(turned, self._per_elevation(kind))
+        factor = phasor if kind == "elevation" else np.multiply(phasor, self._per_elevation(kind))
         half = np.empty((self.shape[0], factor.shape[1]), dtype=np.complex64)
         half_plane(self._ahead, self._behind, factor, half)
         half = np.asarray(scipy.fft.ifft(half, axis=0, norm="forward", overwrite_x=True))

@@ -16,9 +16,9 @@ from .facts import choppy_facts, resolved_facts
 from .lattice import LINE_REPEATS, Lattice, draw_amplitudes, line_variance, plane_variance
 from .linear import LinearSurface
 from .moving_field import MovingField
-from .parts import LinePart, PlanePart, SinusoidPart, Waves
 from .surface import Sea
 from .systems import SpectralSystem, spectral_system, travel_direction
+from .wave_trains import LineTrain, PlaneTrain, RegularTrain, WaveTrain
 
 SPLINE_ORDER, OVERSAMPLING = 7, 1.25  # chosen from validation/sea/sea_speed.py
 LINE_ORDER, LINE_OVERSAMPLING = 5, 2.0  # a line costs next to nothing
@@ -46,9 +46,9 @@ def realize(settings: SeaSettings, seed: int | np.random.SeedSequence) -> Sea:
     scale = 1.0
     if settings.model == "choppy":
         random, scale = _keeping_height(random, regular)
-    parts: list[Waves] = [*(waves.part() for waves in random), *regular]
+    trains: list[WaveTrain] = [*(waves.train() for waves in random), *regular]
     resolved = resolved_facts(
-        parts,
+        trains,
         list(systems.values()),
         spacing,
         scale=scale,
@@ -56,16 +56,16 @@ def realize(settings: SeaSettings, seed: int | np.random.SeedSequence) -> Sea:
     )
     east, north = unit_from_azimuth(settings.current_toward_deg)
     current = (settings.current_m_s * float(east), settings.current_m_s * float(north))
-    linear = LinearSurface(tuple(parts))
-    if settings.model == "linear" or not parts:
-        return Sea(parts, linear, resolved, current)
+    linear = LinearSurface(tuple(trains))
+    if settings.model == "linear" or not trains:
+        return Sea(trains, linear, resolved, current)
 
     drawn = sum((waves.displacement(expected=False) for waves in random), Displacement.none())
     drawn = sum((Displacement.of_regular(wave) for wave in regular), drawn)
     surface = ChoppySurface(linear, drawn, max([np.pi / spacing, *(2.0 * wave.wavenumber for wave in regular)]))
     facts = choppy_facts(surface, settings.extent_m, scale)
     check_folding(facts.folded_share)
-    return Sea(parts, surface, replace(resolved, choppy=facts), current)
+    return Sea(trains, surface, replace(resolved, choppy=facts), current)
 
 
 def resolution(settings: SeaSettings) -> float:
@@ -101,20 +101,20 @@ class _Random:
     toward: tuple[float, float]  # unit vector along which the lattice's columns run
     carried: float  # share of the variance that the lattice found of the spectrum, before it was scaled
 
-    def part(self) -> Waves:
+    def train(self) -> WaveTrain:
         """The waves, ready to be evaluated."""
         order, oversampling = (LINE_ORDER, LINE_OVERSAMPLING) if self.lattice.line else (SPLINE_ORDER, OVERSAMPLING)
         field = MovingField(self.lattice, self.amplitude, self.variance, order=order, oversampling=oversampling)
         if self.lattice.line:
-            return LinePart(self.lattice, self.variance, self.amplitude, field, self.toward)
-        return PlanePart(self.lattice, self.variance, self.amplitude, field)
+            return LineTrain(self.lattice, self.variance, self.amplitude, field, self.toward)
+        return PlaneTrain(self.lattice, self.variance, self.amplitude, field)
 
     def scaled(self, factor: float) -> _Random:
         """The same waves with `factor` times the variance."""
         return replace(self, variance=factor * self.variance, amplitude=np.sqrt(factor) * self.amplitude)
 
     def displacement(self, *, expected: bool) -> Displacement:
-        """Moments of the waves as expected before the dice, or as drawn."""
+        """Moments of the waves as expected, or as realised."""
         variance = self.variance if expected else 0.5 * np.abs(self.amplitude) ** 2
         along, across = self.lattice.east[None, :], self.lattice.north[:, None]
         east = along * self.toward[0] - across * self.toward[1]
@@ -153,7 +153,7 @@ def _draw(
     return [_Random(plane, variance, amplitude, (1.0, 0.0), carried), *lines]
 
 
-def _keeping_height(random: list[_Random], regular: list[SinusoidPart]) -> tuple[list[_Random], float]:
+def _keeping_height(random: list[_Random], regular: list[RegularTrain]) -> tuple[list[_Random], float]:
     """Random waves made larger, so that displaced sideways they still have the variance over the ground."""
     expected = sum((waves.displacement(expected=True) for waves in random), Displacement.none())
     beside = sum((Displacement.of_regular(wave) for wave in regular), Displacement.none())
@@ -162,8 +162,8 @@ def _keeping_height(random: list[_Random], regular: list[SinusoidPart]) -> tuple
     return [waves.scaled(scale) for waves in random], scale
 
 
-def _sinusoid(waves: SinusoidWaves, depth: float) -> SinusoidPart:
-    return SinusoidPart(
+def _sinusoid(waves: SinusoidWaves, depth: float) -> RegularTrain:
+    return RegularTrain(
         amplitude=0.5 * waves.height_m,
         wavenumber=2.0 * np.pi / waves.wavelength_m,
         phase=float(np.radians(waves.phase_deg)),

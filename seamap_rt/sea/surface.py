@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from .components import Components
 from .facts import Resolved, spectrum_dataset
 from .linear import Surface
-from .parts import Quantity, Waves
+from .wave_trains import Quantity, WaveTrain
 
 
 class Sea:
@@ -31,13 +31,13 @@ class Sea:
 
     def __init__(
         self,
-        parts: Sequence[Waves],
+        trains: Sequence[WaveTrain],
         surface: Surface,
         resolved: Resolved,
         current: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        """current: m/s east, north. Waves ride on it, so that the whole surface is carried along (Doppler shift)."""
-        self.parts = tuple(parts)
+        """current: m/s east, north. Waves ride on it: the whole surface is carried along (Doppler shift)."""
+        self.trains = tuple(trains)
         self.surface = surface
         self.resolved = resolved
         self.current = current
@@ -103,12 +103,12 @@ class Sea:
     def components(self) -> Components:
         """Every wave of this realisation, for `direct_sum`: as they are without a current. Of a choppy sea the waves by
         which labels are displaced, enlarged by `ChoppyFacts.amplitude_scale`: their sum is not the surface."""
-        return Components.joined([part.components() for part in self.parts])
+        return Components.joined([train.components() for train in self.trains])
 
     @cached_property
     def spectrum(self) -> xr.Dataset:
-        """The directional spectrum that was realised, as expected before the dice; see `facts.spectrum_dataset`."""
-        return spectrum_dataset(self.parts, self.resolved)
+        """The directional spectrum, its expectation over realisations; see `facts.spectrum_dataset`."""
+        return spectrum_dataset(self.trains, self.resolved)
 
     def _sample(
         self, x: ArrayLike, y: ArrayLike, t: ArrayLike, quantities: Sequence[Quantity], rate: float = 0.0

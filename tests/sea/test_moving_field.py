@@ -13,9 +13,9 @@ from seamap_rt.compute.lanes import LANES
 from seamap_rt.sea import accuracy, moving_field, realize
 from seamap_rt.sea.lattice import Lattice
 from seamap_rt.sea.moving_field import MovingField
-from seamap_rt.sea.parts import PlanePart, Quantity
 from seamap_rt.sea.spline import bspline_polynomials
 from seamap_rt.sea.spline_kernel import DERIVATIVES, spline_kernel
+from seamap_rt.sea.wave_trains import PlaneTrain, Quantity
 from seamap_rt.settings import JonswapWaves, SeaSettings
 
 HALF_DAY = 12.0 * 3600.0
@@ -66,7 +66,7 @@ def scattered(count, seed, duration=3.0):
 
 
 def part_of(name) -> Any:
-    (part,) = realize(PARTS[name], seed=1).parts
+    (part,) = realize(PARTS[name], seed=1).trains
     return part
 
 
@@ -132,7 +132,7 @@ def one_wave(column, row, time_step, oversampling, order=5, depth=np.inf, length
     amplitude[16 + row, 16 + column] = np.exp(0.3j)
     variance = 0.5 * np.abs(amplitude) ** 2
     field = MovingField(lattice, amplitude, variance, order=order, oversampling=oversampling, time_step=time_step)
-    part = PlanePart(lattice, variance, amplitude, field)
+    part = PlaneTrain(lattice, variance, amplitude, field)
     return part, lambda x, y, t: exact(part.components(), x, y, t)
 
 
@@ -192,7 +192,7 @@ def test_coefficients_round_alike_whoever_made_their_factor(kind, monkeypatch):
     # then multiply in place, by a loop that rounds otherwise. Arrays must be larger than 256 KiB for that.
     waves = JonswapWaves(spectrum="jonswap", significant_wave_height_m=1.0, peak_period_s=5.0)
     sea: Any = realize(SeaSettings(waves=(waves,), extent_m=200.0, resolution_m=0.5), 1)
-    (part,) = sea.parts
+    (part,) = sea.trains
     field = part.field
     turned = field._turn(1.0)
     assert turned.nbytes > 2**18

@@ -9,7 +9,7 @@ from small_seas import PARTS, jonswap, sea_of, sinusoid
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.sea import realize
 from seamap_rt.sea.choppy import ChoppySurface
-from seamap_rt.sea.parts import Quantity
+from seamap_rt.sea.wave_trains import Quantity
 
 HALF_DAY = 12.0 * 3600.0
 RELAXED: tuple[Quantity, ...] = ("relaxed_east", "relaxed_north")
@@ -17,7 +17,7 @@ FLOW: tuple[Quantity, ...] = ("flow_east", "flow_north")
 
 
 def part_of(name) -> Any:
-    (part,) = realize(PARTS[name], seed=1).parts
+    (part,) = realize(PARTS[name], seed=1).trains
     return part
 
 

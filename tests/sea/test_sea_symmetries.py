@@ -13,8 +13,8 @@ from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.sea import Sea, direct_sum, realize
 from seamap_rt.sea.linear import LinearSurface
 from seamap_rt.sea.moving_field import MovingField
-from seamap_rt.sea.parts import PlanePart
 from seamap_rt.sea.realisation import OVERSAMPLING, SPLINE_ORDER
+from seamap_rt.sea.wave_trains import PlaneTrain
 from seamap_rt.settings import (
     ElfouhailyWaves,
     FileWaves,
@@ -80,8 +80,8 @@ def scattered(count, seed, extent=300.0, duration=2.0):
 
 def with_amplitudes(sea, amplitude, variance):
     """The same sea with other waves on its plane."""
-    (plane,) = sea.parts
-    assert isinstance(plane, PlanePart)
+    (plane,) = sea.trains
+    assert isinstance(plane, PlaneTrain)
     field = MovingField(plane.lattice, amplitude, variance, order=SPLINE_ORDER, oversampling=OVERSAMPLING)
     part = replace(plane, amplitude=amplitude, variance=variance, field=field)
     return Sea([part], LinearSurface((part,)), sea.resolved)
@@ -105,8 +105,8 @@ def test_waves_turned_by_90_degrees_have_the_spectrum_turned(name):
 
 def test_turned_amplitudes_are_the_turned_surface():
     sea = realize(sea_of(elfouhaily(wave_from_deg=300.0)), 3)
-    (plane,) = sea.parts
-    assert isinstance(plane, PlanePart)
+    (plane,) = sea.trains
+    assert isinstance(plane, PlaneTrain)
     turned = with_amplitudes(sea, plane.amplitude.T[::-1, :], plane.variance.T[::-1, :])
     x, y, t = scattered(300, seed=1)
     # (x, y) → (y, −x). The grid has the symmetry as well: single precision of the knots is left, some 1e-7 of metres.
@@ -119,8 +119,8 @@ def test_turned_amplitudes_are_the_turned_surface():
 
 def test_time_that_runs_backwards_shows_waves_from_the_other_side():
     sea = realize(sea_of(jonswap(wave_from_deg=300.0)), 3)
-    (plane,) = sea.parts
-    assert isinstance(plane, PlanePart)
+    (plane,) = sea.trains
+    assert isinstance(plane, PlaneTrain)
     # Re Σ a e^{i(k·x + ωt)} is the sum of a* along −k.
     mirrored = with_amplitudes(sea, np.conj(plane.amplitude[::-1, ::-1]), plane.variance[::-1, ::-1])
     opposite = realize(sea_of(jonswap(wave_from_deg=120.0)), 3)
@@ -278,7 +278,7 @@ def test_systems_add(model):
     choppy = together.resolved.choppy
     scale = choppy.amplitude_scale if choppy else 1.0
     found, *parts = (
-        LinearSurface(sea.parts).sample(x, y, t, ("elevation", "slope_east", "flow_north"))
+        LinearSurface(sea.trains).sample(x, y, t, ("elevation", "slope_east", "flow_north"))
         for sea in (together, *alone)
     )
     # Interpolation: the same grid, perhaps another step in time.

@@ -51,9 +51,9 @@ from seamap_rt.report.style import (
 from seamap_rt.sea import direct_sum, realize
 from seamap_rt.sea.accuracy import TIME_ORDER
 from seamap_rt.sea.moving_field import TAPS, MovingField
-from seamap_rt.sea.parts import PlanePart, Quantity
 from seamap_rt.sea.spline import bspline_polynomials, bspline_transform
 from seamap_rt.sea.spline_kernel import DERIVATIVES, spline_kernel
+from seamap_rt.sea.wave_trains import PlaneTrain, Quantity
 from seamap_rt.settings import JonswapWaves, SeaSettings
 from validation import FIGURES
 
@@ -125,7 +125,7 @@ def median_seconds(work: Callable[[], object], times: int = 3) -> float:
 # ------------------------------------------------------------------------------------------------- this package
 
 
-def spline_ways(plane: PlanePart, mesh: Mesh) -> Iterator[Way]:
+def spline_ways(plane: PlaneTrain, mesh: Mesh) -> Iterator[Way]:
     """The package's own way: orders × oversampling × knots a second, and the sea's own choice."""
     choices = [(order, over, steps) for order in (3, 5, 7) for over in (1.25, 1.5) for steps in (3, 4, 5, 6)]
     chosen = plane.field
@@ -142,8 +142,8 @@ def spline_ways(plane: PlanePart, mesh: Mesh) -> Iterator[Way]:
         yield _spline_way(plane, field, mesh, f"order {order}, {oversampling:.2f} ×, {steps} knots/s", default)
 
 
-def _spline_way(plane: PlanePart, field: MovingField, mesh: Mesh, name: str, default: bool) -> Way:
-    tried = PlanePart(plane.lattice, plane.variance, plane.amplitude, field)
+def _spline_way(plane: PlaneTrain, field: MovingField, mesh: Mesh, name: str, default: bool) -> Way:
+    tried = PlaneTrain(plane.lattice, plane.variance, plane.amplitude, field)
     found = tried.sample(mesh.x, mesh.y, mesh.t, QUANTITIES)[:, mesh.picked]
     turn = itertools.count(1.0)
     taken = median_seconds(lambda: tried.sample(mesh.x, mesh.y, mesh.t + next(turn), QUANTITIES), TURNS)
@@ -156,7 +156,7 @@ def _spline_way(plane: PlanePart, field: MovingField, mesh: Mesh, name: str, def
 class Spectra:
     """Complex amplitudes of the quantities' real fields on the whole lattice, at any time."""
 
-    def __init__(self, plane: PlanePart) -> None:
+    def __init__(self, plane: PlaneTrain) -> None:
         self.lattice = lattice = plane.lattice
         k = lattice.quadrant(lambda k: np.where(k > 0.0, k, np.inf))
         self.amplitude = plane.amplitude.astype(np.complex64)
@@ -201,7 +201,7 @@ class Spectra:
         return np.stack([part for pair in found for part in (pair.real, pair.imag)])
 
 
-def plain_ways(plane: PlanePart, mesh: Mesh) -> Iterator[Way]:
+def plain_ways(plane: PlaneTrain, mesh: Mesh) -> Iterator[Way]:
     """FFT grids at knots, without a spline's deconvolution, on grids 1, 2 and 4 times as fine as the waves need."""
     spectra = Spectra(plane)
     knot_time = mesh.t * PLAIN_STEPS
@@ -252,7 +252,7 @@ def on_all_cores(kernel: Callable[..., None], *arguments) -> None:
 # ------------------------------------------------------------------------------------------------- other libraries
 
 
-def nufft_knot_ways(plane: PlanePart, mesh: Mesh) -> Iterator[Way]:
+def nufft_knot_ways(plane: PlaneTrain, mesh: Mesh) -> Iterator[Way]:
     """A non-uniform FFT of all quantities at each knot for the points around it, then a B-spline in time."""
     spectra = Spectra(plane)
     for steps, eps in ((4, 1e-3), (5, 1e-4), (8, 1e-5)):
@@ -271,7 +271,7 @@ def nufft_knot_ways(plane: PlanePart, mesh: Mesh) -> Iterator[Way]:
         yield Way("nufft, knots", f"{steps} knots/s, ε = {eps:.0e}", sum(taken), mesh.errors(found[:, mesh.picked]))
 
 
-def nufft_time_ways(plane: PlanePart, mesh: Mesh) -> Iterator[Way]:
+def nufft_time_ways(plane: PlaneTrain, mesh: Mesh) -> Iterator[Way]:
     """A non-uniform FFT at each column's own time: exact in time. Four columns are timed."""
     spectra = Spectra(plane)
     few = slice(0, 4)
@@ -346,7 +346,7 @@ def main() -> None:
 
     waves = JonswapWaves(spectrum="jonswap", significant_wave_height_m=1.4, peak_period_s=5.5)
     sea = realize(SeaSettings(waves=(waves,)), seed=1)
-    (plane,) = (part for part in sea.parts if isinstance(part, PlanePart))
+    (plane,) = (part for part in sea.trains if isinstance(part, PlaneTrain))
     x, y, t = (np.ravel(value) for value in polar_mesh())
     picked = np.random.default_rng(1).choice(x.size, chosen.points, replace=False)
     start = time.perf_counter()

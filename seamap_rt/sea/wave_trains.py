@@ -1,4 +1,4 @@
-"""The parts of a sea: a regular wave, a plane of short-crested waves, a line of long-crested ones."""
+"""Wave trains, whose sum is the sea: a regular wave, a plane of short-crested waves, a line of long-crested ones."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ Quantity = Literal[
 Points = NDArray[np.float64]
 
 
-class Waves(Protocol):
-    """One part of the sea; parts add."""
+class WaveTrain(Protocol):
+    """One train of waves; trains add up to the sea."""
 
     def sample(
         self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity], rate: float = 0.0
@@ -49,7 +49,7 @@ class Waves(Protocol):
 
 
 @dataclass(frozen=True)
-class SinusoidPart:
+class RegularTrain:
     """One regular wave in closed form, η = a cos(k·x − ωt + phase)."""
 
     amplitude: float  # m
@@ -101,7 +101,7 @@ class SinusoidPart:
 
 
 @dataclass(frozen=True)
-class PlanePart:
+class PlaneTrain:
     """All short-crested systems together, on the periodic plane."""
 
     lattice: Lattice
@@ -141,7 +141,7 @@ class PlanePart:
 
 
 @dataclass(frozen=True)
-class LinePart:
+class LineTrain:
     """One long-crested system: a function of time and of the distance along its direction."""
 
     lattice: Lattice
