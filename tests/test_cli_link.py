@@ -15,7 +15,6 @@ from seamap_rt.cli import main
 from seamap_rt.conventions import db
 from seamap_rt.products.link import (
     PRODUCTS,
-    claim_minimum_nrcs,
     link_budget,
     mean_sea,
     ranges_of,
@@ -29,6 +28,7 @@ from seamap_rt.report import link_figure, link_words
 from seamap_rt.scattering import nrcs_gregers_hansen12, sea_state_from_wind
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.settings import RadarSettings
+from validation.claims.weakest_sea import claim_minimum_nrcs
 
 RANGES = np.array([50.0, 100.0, 200.0])
 

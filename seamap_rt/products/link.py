@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..conventions import db, from_db
+from ..conventions import from_db
 from ..errors import InputError
 from ..io.interrupts import uninterrupted
 from ..radar import link
-from ..radar.antenna import antenna
 from ..radar.link import LinkBudget
 from ..radar.receiver import noise_power
 from ..radar.waveform import unambiguous_range_m
@@ -26,8 +24,8 @@ from ..session import clear_folder, prepare_folder, write_whole
 from ..settings import RadarSettings
 
 PRODUCTS = ("link.csv", "link.png")
-_FURTHEST = 20_000.0  # m, the longest range window that a scene may have
-_CURVE_POINTS = 160
+FURTHEST_M = 20_000.0  # m, the longest range window that a scene may have
+CURVE_POINTS = 160
 
 
 # ------------------------------------------------------------------------------------------------- numbers
@@ -69,7 +67,7 @@ def _modelled(scene: Scene, name: str, ranges: NDArray[np.float64], extrapolate:
 
 def _furthest(radar: RadarSettings) -> float:
     """Where the search for crossings ends [m]: an echo from beyond would be folded."""
-    return max(radar.range_m[1], min(_FURTHEST, unambiguous_range_m(radar)))
+    return max(radar.range_m[1], min(FURTHEST_M, unambiguous_range_m(radar)))
 
 
 def link_budget(scene: Scene, range_m: ArrayLike) -> LinkBudget:
@@ -102,46 +100,6 @@ def simulated_power(radar: RadarSettings, ranges: NDArray[np.float64]) -> NDArra
     return link.flat_sea_power(radar, 1.0, ranges) * link.eclipsed_share(radar, ranges)
 
 
-class MinimumNrcs(NamedTuple):
-    """The weakest sea that stands out of the noise, under one set of assumptions."""
-
-    assumption: str
-    gain_dbi: float
-    integration: str
-    minimum_db: float  # σ0 at the claim's range
-    met: bool
-    reached_m: float  # range at which σ0 of the claim has a signal to noise ratio of 0 dB
-
-
-def claim_minimum_nrcs(
-    radar: RadarSettings, decorrelation_time_s: float = 0.010, claim_db: float = -55.0, range_m: float = 100.0
-) -> list[MinimumNrcs]:
-    """Under which assumptions σ0 = −55 dB has 0 dB of signal to noise at 100 m, and at what range each has that.
-
-    The textbook's echo with the gain of 100 % and 60 % of the aperture's area and with that of the scene's own pattern,
-    and the simulator's echo; each for one pulse and for a dwell added without and with phase.
-    """
-    ranges = np.geomspace(1.001 * radar.height_m, _FURTHEST, 2 * _CURVE_POINTS)
-    own = antenna(radar).gain
-    echoes: list[tuple[str, float, Callable[[NDArray[np.float64]], NDArray[np.float64]]]] = [
-        (words, gain, lambda r, gain=gain: link.textbook_power(radar, 1.0, r, gain))
-        for words, gain in (
-            ("textbook, 100 % of the aperture", link.aperture_gain(radar)),
-            ("textbook, 60 % of the aperture", link.aperture_gain(radar, 0.6)),
-            ("textbook, gain of the pattern", own),
-        )
-    ]
-    echoes.append(("simulator, with its losses", own, lambda r: simulated_power(radar, r)))
-    found: list[MinimumNrcs] = []
-    for words, gain, echo in echoes:
-        there, everywhere = echo(np.array([range_m])), echo(ranges)
-        for way in link.integrations(radar, decorrelation_time_s):
-            minimum = float(db(link.minimum_nrcs(radar, there, way.gain))[0])
-            reached = link.furthest(ranges, from_db(claim_db) / link.minimum_nrcs(radar, everywhere, way.gain))
-            found.append(MinimumNrcs(words, float(db(gain)), way.name, minimum, minimum <= claim_db, reached))
-    return found
-
-
 # ------------------------------------------------------------------------------------------------ what is asked
 
 
@@ -159,10 +117,10 @@ def ranges_of(text: str | None, scene: Scene) -> NDArray[np.float64]:
     if not np.all(np.isfinite(ranges)):
         raise InputError(f"{about}: ranges must be finite; {form}")
     height = scene.radar.height_m
-    wrong = ranges[(ranges <= height) | (ranges > _FURTHEST)]
+    wrong = ranges[(ranges <= height) | (ranges > FURTHEST_M)]
     if wrong.size:
         raise InputError(
-            f"--ranges = {wrong[0]:.10g}: must be greater than {height:.10g} and at most {_FURTHEST:.10g} (the sea "
+            f"--ranges = {wrong[0]:.10g}: must be greater than {height:.10g} and at most {FURTHEST_M:.10g} (the sea "
             "begins radar.height_m below the antenna, and no range window reaches farther); change it"
         )
     return ranges
@@ -194,13 +152,13 @@ def write_link(
     """
     radar = scene.radar
     table = link_budget(scene, ranges_of(ranges, scene))
-    curve = link_budget(scene, np.geomspace(window_of(scene)[0], _furthest(radar), _CURVE_POINTS))
+    curve = link_budget(scene, np.geomspace(window_of(scene)[0], _furthest(radar), CURVE_POINTS))
     lines = link_lines(scene, table, curve)
     if out is None:
         return LinkProducts(lines, ())
     folder = Path(out)
     prepare_folder(folder, overwrite, PRODUCTS)
-    picture = style.png(draw(scene, link_budget(scene, np.geomspace(*window_of(scene), _CURVE_POINTS))))
+    picture = style.png(draw(scene, link_budget(scene, np.geomspace(*window_of(scene), CURVE_POINTS))))
     clear_folder(folder, PRODUCTS)
     with uninterrupted():
         write_whole(folder / "link.csv", link_table(radar, table))

@@ -11,10 +11,6 @@ from ..settings import RadarSettings
 from .array import antenna_array
 from .waveform import gate_spacing_m
 
-CLAIM = 32e6  # B/s, printed by the design study of 2004 for 10 kHz over 400 m
-_CLAIM_TOLERANCE = 0.03  # one gate or sample more or less, and a rounded figure
-_CLAIM_WINDOW_M, _CLAIM_PRF_HZ = 400.0, 10e3
-
 
 class DataRate(NamedTuple):
     """Mean bytes per second, all receivers that a pulse samples together, bits packed without gaps."""
@@ -26,26 +22,12 @@ class DataRate(NamedTuple):
     complex_32: float  # complex64
 
 
-class Reading(NamedTuple):
-    """One way to read the study's figure."""
-
-    receivers: int
-    sampling: str
-    bits: int  # of one sample, I and Q together
-    bytes_per_second: float
-
-    @property
-    def fits(self) -> bool:
-        """Whether it gives what the study printed, within 3 %."""
-        return abs(self.bytes_per_second / CLAIM - 1.0) <= _CLAIM_TOLERANCE
-
-
 def data_rate(radar: RadarSettings, near_m: float | None = None) -> DataRate:
     """Rates over the range window at the PRF; near_m [m] moves the window's near end (0: from the antenna on)."""
     near = radar.range_m[0] if near_m is None else near_m
     window, receivers = radar.range_m[1] - near, sampled_receivers(radar)
-    raw = _bytes(window, _spacing(radar.receiver.adc_rate_hz), radar.receiver.adc_bits)
-    gates = [_bytes(window, gate_spacing_m(radar), 2 * bits) for bits in (12, 16, 24, 32)]
+    raw = bytes_of_a_pulse(window, sample_spacing_m(radar.receiver.adc_rate_hz), radar.receiver.adc_bits)
+    gates = [bytes_of_a_pulse(window, gate_spacing_m(radar), 2 * bits) for bits in (12, 16, 24, 32)]
     return DataRate(*(radar.prf_hz * receivers * each for each in (raw, *gates)))
 
 
@@ -54,24 +36,11 @@ def sampled_receivers(radar: RadarSettings) -> int:
     return len(antenna_array(radar).cycle[0].receivers)
 
 
-def claim_data_rate() -> list[Reading]:
-    """The readings of the study's 32 MB/s: which samples, of how many bits, of one receiver or both, 0 to 400 m.
-
-    Among them is the converter's full rate as complex samples, which holds nothing that real ones do not.
-    """
-    kinds = [("real 200 MS/s", 200e6, bits) for bits in (12, 16)]
-    kinds += [(f"complex {rate} MS/s", 1e6 * rate, 2 * bits) for rate in (50, 100, 200) for bits in (12, 16, 24, 32)]
-    return [
-        Reading(receivers, sampling, bits, receivers * _CLAIM_PRF_HZ * _bytes(_CLAIM_WINDOW_M, _spacing(rate), bits))
-        for receivers in (1, 2)
-        for sampling, rate, bits in kinds
-    ]
-
-
-def _spacing(rate_hz: float) -> float:
+def sample_spacing_m(rate_hz: float) -> float:
+    """Metres of range between samples at a rate [Hz]."""
     return 0.5 * SPEED_OF_LIGHT / rate_hz
 
 
-def _bytes(window_m: float, spacing_m: float, bits: int) -> float:
+def bytes_of_a_pulse(window_m: float, spacing_m: float, bits: int) -> float:
     """Bytes of one pulse of one receiver: samples at both ends of the window and between."""
     return (int(np.floor(window_m / spacing_m + 1e-9)) + 1) * bits / 8.0

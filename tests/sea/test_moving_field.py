@@ -194,11 +194,11 @@ def test_coefficients_round_alike_whoever_made_their_factor(kind, monkeypatch):
     sea: Any = realize(SeaSettings(waves=(waves,), extent_m=200.0, resolution_m=0.5), 1)
     (part,) = sea.trains
     field = part.field
-    turned = field._turn(1.0)
-    assert turned.nbytes > 2**18
-    kept = field._coefficients(kind, turned)
+    phasor = field._phasor_at(1.0)
+    assert phasor.nbytes > 2**18
+    kept = field._coefficients(kind, phasor)
     monkeypatch.setattr(field, "_per_elevation", field._make_per_elevation)
-    np.testing.assert_array_equal(field._coefficients(kind, turned), kept)
+    np.testing.assert_array_equal(field._coefficients(kind, phasor), kept)
 
 
 @pytest.mark.parametrize("name", ["plane", "line"])

@@ -6,16 +6,15 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from seamap_rt.conventions import SPEED_OF_LIGHT
-from seamap_rt.products.link import claim_minimum_nrcs
 from seamap_rt.radar import link
 from seamap_rt.radar.antenna import antenna
-from seamap_rt.radar.data_rate import CLAIM, claim_data_rate
 from seamap_rt.radar.scan import turn_duration
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.report import style
 from seamap_rt.settings import AntennaSettings, RadarSettings
 from seamap_rt.validate import Case, Check, Outcome
 from seamap_rt.validate.checks import at_least, at_most, between, recorded, relative, within
+from validation.claims.data_rate import CLAIM, claim_data_rate
 from validation.claims.maps import (
     AHEAD_S,
     CRITERION,
@@ -41,6 +40,7 @@ from validation.claims.sampling import ESTIMATORS, GRID_M, MASTS_M, draw_transfe
 from validation.claims.shadowing import CLAIM_M, JUDGED, cutoffs_of, half_ranges
 from validation.claims.shadowing import draw as draw_half_ranges
 from validation.claims.shadowing import judged as shadow_claim
+from validation.claims.weakest_sea import claim_minimum_nrcs
 
 SMITH_SHARE = (0.8, 1.0)
 RUN_M = (31.0, 47.0, 62.0, 78.0)  # by energy of waves of PERIODS_S in 10 s: g T/4π times that, to a metre

@@ -14,12 +14,12 @@ import numpy as np
 from scipy.optimize import brentq
 
 from seamap_rt.conventions import SPEED_OF_LIGHT, db
-from seamap_rt.products.link import claim_minimum_nrcs
 from seamap_rt.radar import link
 from seamap_rt.radar.antenna import Cut, antenna
-from seamap_rt.radar.data_rate import CLAIM, claim_data_rate
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import AntennaSettings, RadarSettings
+from validation.claims.data_rate import CLAIM, claim_data_rate
+from validation.claims.weakest_sea import claim_minimum_nrcs
 
 REPRODUCED, ONLY_IF, NOT = "reproduced", "only if", "not reproduced"
 STUDY = RadarSettings()  # its defaults are the study's radar
