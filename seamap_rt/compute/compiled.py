@@ -1,19 +1,36 @@
-"""Numba's compiler, as the inner loops of echoes and retrieval use it."""
+"""Numba's compiler, as all inner loops use it: without Python's lock, kept on disk, and with stated arithmetic."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 from numba import njit
 
-# Sums may be split among a processor's lanes, for the same bits at every call; NaN and infinities are what they are.
-_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
+Arithmetic = Literal["reordered", "fused", "strict"]
+
+# What the compiler may do to floating-point sums. Each gives the same bits at every call on one machine.
+_FASTMATH: dict[Arithmetic, Any] = {
+    "reordered": {"contract", "reassoc", "nsz"},  # sums split among a processor's lanes; NaN and infinities are kept
+    "fused": {"contract"},  # sums keep their order; a product and its sum may be rounded once
+    "strict": False,  # as written: the same on every processor
+}
 
 
-def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+def compiled(function: Callable[..., Any], arithmetic: Arithmetic = "reordered") -> Callable[..., Any]:
     """The function compiled at its first call, for threads: it lets go of Python's lock."""
+    options = {"nogil": True, "error_model": "numpy", "fastmath": _FASTMATH[arithmetic]}
     try:
-        return njit(cache=True, **_OPTIONS)(function)
+        return njit(cache=True, **options)(function)
     except RuntimeError:  # no folder to keep the compiled code in: each process compiles it again
-        return njit(**_OPTIONS)(function)
+        return njit(**options)(function)
+
+
+def compiled_fused(function: Callable[..., Any]) -> Callable[..., Any]:
+    """`compiled`, its sums in the order in which they are written."""
+    return compiled(function, "fused")
+
+
+def compiled_strict(function: Callable[..., Any]) -> Callable[..., Any]:
+    """`compiled`, its arithmetic as it is written."""
+    return compiled(function, "strict")
