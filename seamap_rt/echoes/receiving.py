@@ -16,7 +16,7 @@ from ..radar.receiver import noise_power, noise_taps, thermal_noise
 from ..radar.scan import Pulses
 from ..radar.waveform import gate_spacing_m
 from ..settings import RadarSettings
-from .gaussian import draw, key_of, stream_key
+from .summation.gaussian import draw, key_of, stream_key
 
 _NOISE_STAGE, _NOISE_CHUNK = 3, 1000
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from seamap_rt import sea as sea_package
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.echoes import turn, turn_voltages
-from seamap_rt.echoes.gaussian import draw_all, key_of
 from seamap_rt.echoes.motion import Motion, MovingSpeckle, echo_bandwidth
 from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis, two_way_basis
+from seamap_rt.echoes.summation.gaussian import draw_all, key_of
 from seamap_rt.echoes.turn import choose_knots
 from seamap_rt.mesh import Facets, mesh_turn, polar_grid, surface_mesh
 from seamap_rt.radar.scan import pulses
