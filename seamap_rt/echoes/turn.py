@@ -11,7 +11,6 @@ windowed sinc.
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -19,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from ..compute.machine import pool
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets
 from ..radar.array import antenna_array
@@ -44,11 +44,10 @@ def turn_voltages(
     pulses: Pulses,
     seed: int,
     decorrelation_time_s: float,
-    workers: int = 2,
     motion: Motion | None = None,
 ) -> NDArray[np.complex64]:
     """Voltages (pulse, receiver, gate) [√W] of one turn; see `turn_echoes`."""
-    return turn_echoes(facets, rcs, radar, pulses, seed, decorrelation_time_s, workers, motion).voltage
+    return turn_echoes(facets, rcs, radar, pulses, seed, decorrelation_time_s, motion).voltage
 
 
 def turn_echoes(
@@ -58,7 +57,6 @@ def turn_echoes(
     pulses: Pulses,
     seed: int,
     decorrelation_time_s: float,
-    workers: int = 2,
     motion: Motion | None = None,
     further: NDArray[np.complex64] | None = None,
 ) -> Received:
@@ -66,7 +64,7 @@ def turn_echoes(
 
     rcs (column, facet) [m²]. motion: of the scatterers relative to the water; without it they go where the water goes.
     further: voltages (pulse, receiver, sample) of other scatterers, to be added before the receiver. Receivers that the
-    mode does not sample on a pulse are NaN. The same seed gives the same bits for any number of workers.
+    mode does not sample on a pulse are NaN. The same seed gives the same bits for any number of threads.
     Raises ValueError if motion is not of these facets.
     """
     if motion is not None:
@@ -87,17 +85,17 @@ def turn_echoes(
     edges = [*range(0, facets.grid.columns, _CHUNK), facets.grid.columns]
     chunks = [slice(a, b) for a, b in pairwise(edges)]
     # BLAS's own threads would fight with ours over small products, and could change the bits.
-    with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(workers) as pool:
+    with threadpool_limits(1, user_api="blas"), pool() as workers:
         # Chunks are added in their own order, whoever finishes first: the sum keeps its bits.
-        for start, part in pool.map(sums, chunks):
+        for start, part in workers.map(sums, chunks):
             low, high = max(start, 0), min(start + part.shape[-1], knots.count)
             if high > low:
                 total[..., low:high] += part[..., low - start : high - start]
-    echo = knots_first(total, workers)
+    echo = knots_first(total)
     if heard.samples.compress is not None:
         echo = np.ascontiguousarray(heard.samples.compress(echo), dtype=np.complex64)
-    voltages = pulses_from_knots(echo, knots, radar, pulses, workers)
-    return receive(voltages, radar, pulses, seed, workers, further)
+    voltages = pulses_from_knots(echo, knots, radar, pulses)
+    return receive(voltages, radar, pulses, seed, further)
 
 
 def _reach_s(facets: Facets, pulses: Pulses) -> float:
