@@ -6,6 +6,7 @@ import contextlib
 import os
 import resource
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 _MOST_THREADS = 16  # more gain nothing on blocks as short as ours
@@ -21,6 +22,11 @@ def cores() -> list[int]:
 def threads() -> int:
     """How many threads a pool takes."""
     return min(_MOST_THREADS, len(cores()))
+
+
+def pool() -> ThreadPoolExecutor:
+    """A pool of `threads()`. Whoever maps work on it must give the same bits for any number of them."""
+    return ThreadPoolExecutor(threads())
 
 
 def peak_memory() -> int:

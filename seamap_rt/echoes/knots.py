@@ -6,7 +6,6 @@ less than the PRF. What is known at knots a few pulses apart is known at every p
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compute.compiled import compiled
+from ..compute.machine import pool
 from ..mesh import Facets
 from ..radar.array import antenna_array
 from ..radar.scan import Pulses
@@ -83,7 +83,7 @@ def _cycles_a_degree(settings: AntennaSettings, beam_deg: float, wavelength: flo
     return {"slotted_waveguide": strict, "file": max(strict, soft)}.get(settings.pattern, soft)
 
 
-def knots_first(sums: NDArray[np.float32], workers: int) -> NDArray[np.complex64]:
+def knots_first(sums: NDArray[np.float32]) -> NDArray[np.complex64]:
     """(knot, path, gate) from (part, path, gate, knot), part being real and imaginary."""
     echo = np.empty((sums.shape[3], *sums.shape[1:3]), dtype=np.complex64)
 
@@ -91,13 +91,13 @@ def knots_first(sums: NDArray[np.float32], workers: int) -> NDArray[np.complex64
         knots = slice(first, first + _KNOTS)
         echo.real[knots], echo.imag[knots] = sums[..., knots].transpose(0, 3, 1, 2)
 
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(work, range(0, len(echo), _KNOTS)))
+    with pool() as workers:
+        list(workers.map(work, range(0, len(echo), _KNOTS)))
     return echo
 
 
 def pulses_from_knots(
-    echo: NDArray[np.complex64], knots: Knots, radar: RadarSettings, pulses: Pulses, workers: int
+    echo: NDArray[np.complex64], knots: Knots, radar: RadarSettings, pulses: Pulses
 ) -> NDArray[np.complex64]:
     """Voltages (pulse, receiver, gate) from the paths' sums (knot, path, gate); NaN where a receiver is not sampled."""
     array = antenna_array(radar)
@@ -115,8 +115,8 @@ def pulses_from_knots(
         stop = min(start + _PULSES, count)
         _interpolate(sums, -knots.first, knots.stride, weights, path[pulses.slot[start:stop]], start, out)
 
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(work, range(0, count, _PULSES)))
+    with pool() as workers:
+        list(workers.map(work, range(0, count, _PULSES)))
     return voltages
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..compute.compiled import compiled
+from ..compute.machine import pool
 from ..conventions import db
 from ..radar.array import antenna_array
 from ..radar.digital import DigitalReceiver
@@ -16,7 +16,7 @@ from ..radar.receiver import noise_power, noise_taps, thermal_noise
 from ..radar.scan import Pulses
 from ..radar.waveform import gate_spacing_m
 from ..settings import RadarSettings
-from .gaussian import draw, key_of, stream_key
+from .summation.gaussian import draw, key_of, stream_key
 
 _NOISE_STAGE, _NOISE_CHUNK = 3, 1000
 
@@ -34,7 +34,6 @@ def receive(
     radar: RadarSettings,
     pulses: Pulses,
     seed: int,
-    workers: int,
     further: NDArray[np.complex64] | None = None,
 ) -> Received:
     """Pass voltages (pulse, receiver, sample) [√W] through the receivers; they are changed in place.
@@ -47,7 +46,7 @@ def receive(
     digital = DigitalReceiver(radar) if radar.receiver.chain == "digital" else None
     if radar.noise:
         spacing = None if digital is None else float(np.diff(digital.sample_range[:2])[0])
-        add_noise(voltages, radar, pulses, seed, workers, spacing)
+        add_noise(voltages, radar, pulses, seed, spacing)
     for receiver, antenna in enumerate(array.receivers):  # a channel's gain is its own noise's too
         if array.elements[antenna].channel != 1.0:
             voltages[:, receiver] *= np.complex64(array.elements[antenna].channel)
@@ -55,7 +54,7 @@ def receive(
         return Received(voltages, None)
     silent = np.isnan(voltages[..., 0].real)  # receivers that the mode does not sample on a pulse
     voltages[silent] = 0.0
-    digitised = digital(voltages, workers=workers)
+    digitised = digital(voltages)
     digitised.voltage[silent] = np.nan
     saturated = np.asarray(digitised.saturated.any(axis=1))
     return Received(digitised.voltage, saturated, float(np.median(digitised.full_scale)))
@@ -85,7 +84,7 @@ def _measured_noise(radar: RadarSettings) -> float:
     spacing = float(np.diff(digital.sample_range[:2])[0])
     count = digital.sample_range.size
     noise = thermal_noise(radar, pulses, count, np.random.default_rng(_NOISE_STAGE), 1, spacing)
-    heard = digital(noise, workers=1).voltage
+    heard = digital(noise).voltage
     return float(np.mean(np.square(np.abs(heard), dtype=np.float64)))
 
 
@@ -94,7 +93,6 @@ def add_noise(
     radar: RadarSettings,
     pulses: Pulses,
     seed: int,
-    workers: int,
     spacing_m: float | None = None,
 ) -> None:
     """Add thermal noise in place; every pulse and receiver has random numbers of its own.
@@ -103,7 +101,7 @@ def add_noise(
     """
     first = int(pulses.number[0])
     if radar.waveform == "chirp":  # noise goes through the compression too
-        _add_compressed_noise(voltages, radar, first, seed, workers)
+        _add_compressed_noise(voltages, radar, first, seed)
         return
     key = stream_key(seed, _NOISE_STAGE)
     taps = noise_taps(radar, spacing_m or gate_spacing_m(radar), voltages.shape[2]).astype(np.float32)
@@ -111,20 +109,18 @@ def add_noise(
     def add(start: int) -> None:
         _add_filtered_noise(voltages[start : start + _NOISE_CHUNK], taps, key, first + start)
 
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(add, range(0, voltages.shape[0], _NOISE_CHUNK)))
+    with pool() as workers:
+        list(workers.map(add, range(0, voltages.shape[0], _NOISE_CHUNK)))
 
 
-def _add_compressed_noise(
-    voltages: NDArray[np.complex64], radar: RadarSettings, first: int, seed: int, workers: int
-) -> None:
+def _add_compressed_noise(voltages: NDArray[np.complex64], radar: RadarSettings, first: int, seed: int) -> None:
     def add(start: int) -> None:
         part = voltages[start : start + _NOISE_CHUNK]
         random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_NOISE_STAGE, first + start)))
         part += thermal_noise(radar, part.shape[0], part.shape[2], random, part.shape[1])
 
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(add, range(0, voltages.shape[0], _NOISE_CHUNK)))
+    with pool() as workers:
+        list(workers.map(add, range(0, voltages.shape[0], _NOISE_CHUNK)))
 
 
 @compiled

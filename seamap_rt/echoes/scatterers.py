@@ -39,8 +39,7 @@ def from_scatterers(scene: Scene, xyz: ArrayLike, rcs: ArrayLike, velocity: Arra
     boat, radar = masts(scene), as_it_looks(scene.radar)
     turns = [pulses(radar, turn, boat.true) for turn in range(scene.turns)]
     received = [
-        receive(scatterer_voltages(radar, turn, places, areas, speeds), radar, turn, scene.seed, workers=1)
-        for turn in turns
+        receive(scatterer_voltages(radar, turn, places, areas, speeds), radar, turn, scene.seed) for turn in turns
     ]
     return echo_dataset(radar, turns, received, scene.scattering.polarization, sensed=boat.sensed)
 

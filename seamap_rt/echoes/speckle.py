@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from .gaussian import gaussians, key_of, stream_key
+from .summation.gaussian import gaussians, key_of, stream_key
 
 _STAGE = 2  # of the scene's random source; 1 is the sea, 3 the receiver's noise
 

@@ -11,16 +11,14 @@ windowed sinc.
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from ..compute.lanes import LANES
+from ..compute.machine import pool
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets
 from ..radar.array import antenna_array
@@ -28,17 +26,15 @@ from ..radar.mast import column_frame
 from ..radar.scan import Pulses
 from ..settings import RadarSettings
 from .beams import TwoWayBeams, two_way_beams
-from .column_kernel import add_columns
 from .gating import Tabulated, tabulated
 from .knots import Knots, choose_knots, knots_first, pulses_from_knots
 from .motion import Motion, MovingSpeckle
-from .paths import FacetPaths, facet_paths, wavenumber
+from .paths import Chosen, facet_paths, wavenumber
 from .receiving import Received, receive
 from .speckle import StillSpeckle, speckle_basis
+from .summation import Beam, ColumnBatch, Columns, Geometry, ListedFacets, RangeTable, Speckle, sum_columns
 
 _CHUNK = 16  # columns worked on at a time: their sums stay near the cache
-
-Beam = tuple[Any, ...]
 
 
 def turn_voltages(
@@ -48,11 +44,10 @@ def turn_voltages(
     pulses: Pulses,
     seed: int,
     decorrelation_time_s: float,
-    workers: int = 2,
     motion: Motion | None = None,
 ) -> NDArray[np.complex64]:
     """Voltages (pulse, receiver, gate) [√W] of one turn; see `turn_echoes`."""
-    return turn_echoes(facets, rcs, radar, pulses, seed, decorrelation_time_s, workers, motion).voltage
+    return turn_echoes(facets, rcs, radar, pulses, seed, decorrelation_time_s, motion).voltage
 
 
 def turn_echoes(
@@ -62,7 +57,6 @@ def turn_echoes(
     pulses: Pulses,
     seed: int,
     decorrelation_time_s: float,
-    workers: int = 2,
     motion: Motion | None = None,
     further: NDArray[np.complex64] | None = None,
 ) -> Received:
@@ -70,7 +64,7 @@ def turn_echoes(
 
     rcs (column, facet) [m²]. motion: of the scatterers relative to the water; without it they go where the water goes.
     further: voltages (pulse, receiver, sample) of other scatterers, to be added before the receiver. Receivers that the
-    mode does not sample on a pulse are NaN. The same seed gives the same bits for any number of workers.
+    mode does not sample on a pulse are NaN. The same seed gives the same bits for any number of threads.
     Raises ValueError if motion is not of these facets.
     """
     if motion is not None:
@@ -91,17 +85,17 @@ def turn_echoes(
     edges = [*range(0, facets.grid.columns, _CHUNK), facets.grid.columns]
     chunks = [slice(a, b) for a, b in pairwise(edges)]
     # BLAS's own threads would fight with ours over small products, and could change the bits.
-    with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(workers) as pool:
+    with threadpool_limits(1, user_api="blas"), pool() as workers:
         # Chunks are added in their own order, whoever finishes first: the sum keeps its bits.
-        for start, part in pool.map(sums, chunks):
+        for start, part in workers.map(sums, chunks):
             low, high = max(start, 0), min(start + part.shape[-1], knots.count)
             if high > low:
                 total[..., low:high] += part[..., low - start : high - start]
-    echo = knots_first(total, workers)
+    echo = knots_first(total)
     if heard.samples.compress is not None:
         echo = np.ascontiguousarray(heard.samples.compress(echo), dtype=np.complex64)
-    voltages = pulses_from_knots(echo, knots, radar, pulses, workers)
-    return receive(voltages, radar, pulses, seed, workers, further)
+    voltages = pulses_from_knots(echo, knots, radar, pulses)
+    return receive(voltages, radar, pulses, seed, further)
 
 
 def _reach_s(facets: Facets, pulses: Pulses) -> float:
@@ -110,9 +104,8 @@ def _reach_s(facets: Facets, pulses: Pulses) -> float:
     rate, grid = pulses.mast.rate, facets.grid
     if rate == 0.0:
         return np.inf
-    slowest = grid.spacing_deg / float(
-        np.diff(grid.time).max()
-    )  # a boat that yaws against the turntable slows the beam
+    # A boat that yaws against the turntable slows the beam.
+    slowest = grid.spacing_deg / float(np.diff(grid.time).max())
     return grid.reach_deg / (slowest if slowest < rate * (1.0 - 1e-6) else rate)
 
 
@@ -143,56 +136,59 @@ class ColumnSums:
         column, facet = np.nonzero(self.rcs[columns])
         chosen = column + columns.start, facet
         paths = facet_paths(self.facets, self.rcs, self.radar, columns, chosen=chosen)
-        modes, of_first = self._modes(columns, seconds[:, 0])
-        gates = self.tabulated.samples.range
-        # Behind the last knot there is room for a group of lanes.
-        knots = int(first.max()) - low + modes.shape[-1]
-        out = np.zeros((2, len(paths.paths), gates.size, knots), np.float32)
-        apart = float(gates[1] - gates[0]) if gates.size > 1 else 1.0
-        add_columns(
-            np.searchsorted(column, np.arange(passing.size + 1)),
-            first - low,
-            self.window,
-            facet,
-            self.speckle.streams,
-            self.facets.grid.column_number[columns],
-            (modes, of_first, self.speckle.strengths(chosen)),
-            self._geometry(paths, seconds[:, 0]),
-            paths.amplitude.astype(np.complex64, copy=False),
-            (self.tabulated.response, 1.0 / self.tabulated.step, float(gates[0]), apart),
-            self._beam(columns, np.clip(heard, 0, self.knots.count - 1)),  # what lies outside is dropped later
-            out,
+        batch = ColumnBatch(
+            window=self.window,
+            nodes=int(first.max()) - low + self.window,
+            columns=Columns(
+                number=self.facets.grid.column_number[columns],
+                first_facet=np.searchsorted(column, np.arange(passing.size + 1)),
+                first_node=first - low,
+                begin_s=np.ascontiguousarray(seconds[:, 0]),
+            ),
+            facets=ListedFacets(
+                number=np.ascontiguousarray(facet),
+                range_m=paths.range[0],
+                difference_m=paths.difference,
+                radial_velocity=paths.coming,
+                amplitude=paths.amplitude.astype(np.complex64, copy=False),
+            ),
+            speckle=self._speckle(columns, seconds[:, 0], chosen),
+            geometry=Geometry(np.array(paths.paths), wavenumber(self.radar), self.knots.spacing_s),
+            response=self._response(),
+            beam=self._beam(columns, np.clip(heard, 0, self.knots.count - 1)),  # what lies outside is dropped later
         )
-        return low, out
+        return low, sum_columns(batch)
 
-    def _modes(self, columns: slice, begin: NDArray[np.float64]) -> tuple[NDArray[np.float32], int]:
-        """Modes (column, part, mode, knot), the knots padded to whole groups of lanes, and how many are of the first
-        kind."""
-        kinds = self.speckle.modes(columns, begin)
-        modes = np.concatenate(kinds, axis=1)
-        whole = -(-self.window // LANES) * LANES
-        padded = np.zeros((columns.stop - columns.start, 2, modes.shape[1], whole), dtype=np.float32)
-        padded[:, 0, :, : self.window], padded[:, 1, :, : self.window] = modes.real, modes.imag
-        return padded, kinds[0].shape[1]
+    def _speckle(self, columns: slice, begin_s: NDArray[np.float64], chosen: Chosen) -> Speckle:
+        kinds = self.speckle.modes(columns, begin_s)
+        modes = np.ascontiguousarray(np.concatenate(kinds, axis=1))
+        return Speckle(self.speckle.streams, modes, kinds[0].shape[1], self.speckle.strengths(chosen))
 
-    def _geometry(self, paths: FacetPaths, begin: NDArray[np.float64]) -> tuple[Any, ...]:
-        """Pairs of antennas and how far and fast their paths grow, as `add_columns` takes it."""
-        pairs, moving = np.array(paths.paths), (paths.range[0], paths.difference, paths.coming)
-        return pairs, begin, *moving, wavenumber(self.radar), self.knots.spacing_s
+    def _response(self) -> RangeTable:
+        gates = self.tabulated.samples.range
+        spacing = float(gates[1] - gates[0]) if gates.size > 1 else 1.0
+        return RangeTable(self.tabulated.response, 1.0 / self.tabulated.step, float(gates[0]), spacing)
 
     def _beam(self, columns: slice, knots: NDArray[np.intp]) -> Beam:
-        """The beam towards each column's mean sea at the range of each gate, as `add_columns` takes it."""
+        """The beam towards each column's mean sea at the range of each gate, at knots (column, knot)."""
         grid = self.facets.grid
         east, north = unit_from_azimuth(grid.column_azimuth[columns])
         across = self.across[knots]
-        along = across[..., 0] * east[:, None] + across[..., 1] * north[:, None]
         # Where the fan leans, what lies deeper below is heard off the bearing.
         height = grid.column_height[columns] / self.radar.height_m
         # A boat that runs past what it looks at sees it for shorter, or longer, than one at rest.
         drift = np.einsum("ci,cij->cj", grid.drift[columns].mean(axis=1), column_frame(grid.column_azimuth[columns]))
         seconds = self.knots.time[knots] - grid.column_pose.time[columns, None]
-        past = np.einsum("cki,ci->ck", across, drift) * seconds
         inverse_range = 1.0 / np.maximum(self.tabulated.samples.range, self.radar.height_m)
-        beams, drop = self.beams, self.radar.height_m * inverse_range
-        level = np.sqrt(1.0 - drop**2)
-        return beams.tables, beams.scale, beams.aside, level, drop, inverse_range, along, across[..., 2] * height, past
+        drop = self.radar.height_m * inverse_range
+        return Beam(
+            table=self.beams.tables,
+            entries_per_cosine=self.beams.scale,
+            aside_m=self.beams.aside,
+            level=np.sqrt(1.0 - drop**2),
+            drop=drop,
+            inverse_range=inverse_range,
+            along=across[..., 0] * east[:, None] + across[..., 1] * north[:, None],
+            up=across[..., 2] * height,
+            past_m=np.einsum("cki,ci->ck", across, drift) * seconds,
+        )

@@ -13,7 +13,6 @@ receiver's Gaussian skirts let through from beyond the zone's edge.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -21,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
+from ..compute.machine import pool
 from ..conventions import SPEED_OF_LIGHT, from_db
 from ..settings import RadarSettings
 from .array import antenna_array
@@ -160,11 +160,11 @@ class DigitalReceiver:
             for gates, samples, weights in self._bands()
         ]
 
-    def __call__(self, baseband: NDArray[np.complex64], *, workers: int = 2) -> Digitised:
+    def __call__(self, baseband: NDArray[np.complex64]) -> Digitised:
         """The gates of consecutive pulses from their envelope, (pulse, receiver, sample) √W at `sample_range`.
 
         baseband: through the receiver's Gaussian filter, thermal noise included. Automatic gain begins anew with each
-        call: its first dwell takes its own level, having none before it. Any number of workers gives the same bits.
+        call: its first dwell takes its own level, having none before it. Any number of threads gives the same bits.
         Raises ValueError if baseband does not have the samples of sample_range.
         """
         self._check(baseband)
@@ -181,8 +181,8 @@ class DigitalReceiver:
                 saturated[chunk] = self._meets(clipped)
 
         # BLAS's own threads would fight with ours over small products, and could change the bits.
-        with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(workers) as pool:
-            list(pool.map(convert, range(0, pulses, _PULSES)))
+        with threadpool_limits(1, user_api="blas"), pool() as workers:
+            list(workers.map(convert, range(0, pulses, _PULSES)))
         return Digitised(voltage, saturated, full_scale)
 
     def ideal(self, baseband: NDArray[np.complexfloating]) -> NDArray[np.complex128]:

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from seamap_rt import sea as sea_package
 from seamap_rt.conventions import SPEED_OF_LIGHT, unit_from_azimuth
-from seamap_rt.echoes.gaussian import gaussians, key_of
 from seamap_rt.echoes.motion import MovingSpeckle
 from seamap_rt.echoes.speckle import StillSpeckle, speckle_weights
+from seamap_rt.echoes.summation.gaussian import gaussians, key_of
 from seamap_rt.mesh import Facets, polar_grid, surface_mesh
 from seamap_rt.mesh.polar import sea_on_grid
 from seamap_rt.radar.array import antenna_array

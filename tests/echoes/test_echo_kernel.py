@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from seamap_rt.conventions import SPEED_OF_LIGHT, unit_from_azimuth
 from seamap_rt.echoes import turn_voltages
 from seamap_rt.echoes.gating import received_samples
-from seamap_rt.echoes.gaussian import draw, gaussians
 from seamap_rt.echoes.knots import choose_knots
 from seamap_rt.echoes.motion import Motion, MovingSpeckle, echo_bandwidth
 from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis
+from seamap_rt.echoes.summation.gaussian import draw, gaussians
 from seamap_rt.mesh import Facets, polar_grid, surface_mesh
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.radar.receiver import amplitude_constant

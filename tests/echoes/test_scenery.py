@@ -13,6 +13,7 @@ import trimesh
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
+from seamap_rt.compute import machine
 from seamap_rt.conventions import SPEED_OF_LIGHT, from_db, unit_from_azimuth, wrap_degrees
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes.scenery import Scenery
@@ -578,7 +579,7 @@ def test_an_object_is_sampled_as_the_mode_samples(transmit: str, interferogram: 
     assert np.angle(np.exp(1j * (phase - ways * k * out))) == pytest.approx(0.0, abs=0.01)
 
 
-def test_workers_do_not_change_the_bits(tmp_path: Path) -> None:
+def test_threads_do_not_change_the_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made = scene(
         box((1.0, 1.0, 4.0), (0.0, 0.0, 0.0)),
         tmp_path,
@@ -589,12 +590,13 @@ def test_workers_do_not_change_the_bits(tmp_path: Path) -> None:
         **SPEED,
     )
     bits = []
-    for workers in (1, 2, 3):
+    for count in (1, 2, 3):
+        monkeypatch.setattr(machine, "threads", lambda count=count: count)
         simulator = Simulator(made)
         fired, mesh = pulses(made.radar, 0, simulator.mast), simulator.mesh(0)
         facets, returns, _ = simulator.light(0, mesh=mesh)
         further = simulator.scenery.voltages(mesh, fired)
-        received = turn_echoes(facets, returns.rcs, made.radar, fired, 1, 0.01, workers, returns.motion, further)
+        received = turn_echoes(facets, returns.rcs, made.radar, fired, 1, 0.01, returns.motion, further)
         bits.append(received.voltage.tobytes())
     assert bits[0] == bits[1] == bits[2]
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from seamap_rt.compute import machine
 from seamap_rt.conventions import SPEED_OF_LIGHT, db, from_db
 from seamap_rt.radar.digital import (
     DigitalReceiver,
@@ -403,13 +404,19 @@ def test_time_control_is_a_power_of_range_and_ends_at_the_window() -> None:
 # ------------------------------------------------------------------------------------------------------------ manners
 
 
-def test_the_bits_do_not_depend_on_workers_or_on_the_other_pulses() -> None:
+def test_the_bits_do_not_depend_on_threads_or_on_the_other_pulses(monkeypatch: pytest.MonkeyPatch) -> None:
     radar = radar_of()
     receiver = DigitalReceiver(radar)
     envelope = near_and_far(radar, receiver, np.full(300, 2.0))
-    one, three = receiver(envelope, workers=1), receiver(envelope, workers=3)
-    np.testing.assert_array_equal(one.voltage, three.voltage)
-    np.testing.assert_array_equal(one.saturated, three.saturated)
+    heard = []
+    for count in (1, 2, 16):
+        monkeypatch.setattr(machine, "threads", lambda count=count: count)
+        heard.append(receiver(envelope))
+    one = heard[0]
+    for other in heard[1:]:
+        np.testing.assert_array_equal(one.voltage, other.voltage)
+        np.testing.assert_array_equal(one.saturated, other.saturated)
+        np.testing.assert_array_equal(one.full_scale, other.full_scale)
     assert one.voltage.dtype == np.complex64
     assert one.saturated.dtype == bool
 

@@ -129,7 +129,7 @@ def simulated(scene: Scene) -> Turn:
 def with_noise(turn: Turn, radar: RadarSettings, seed: int, mast: Mast | None = None) -> Turn:
     """A turn that was simulated without noise as radar.noise would have it, bit by bit. mast: of a boat that moves."""
     loud, voltage = radar.model_copy(update={"noise": True}), turn.echoes["voltage"].values.copy()
-    add_noise(voltage, loud, pulses(loud, turn.number, mast), seed, workers=2)
+    add_noise(voltage, loud, pulses(loud, turn.number, mast), seed)
     echoes = turn.echoes.assign(voltage=turn.echoes["voltage"].copy(data=voltage))
     echoes.attrs["noise_power_w"] = gate_noise_power(loud)
     return replace(turn, echoes=echoes)

@@ -21,7 +21,7 @@ import numpy as np
 import scipy.fft
 
 import seamap_rt as sr
-from seamap_rt.echoes.gaussian import gaussians, stream_key
+from seamap_rt.echoes.summation.gaussian import gaussians, stream_key
 from seamap_rt.interferometry import retrieve_one
 from seamap_rt.simulation import Simulator
 

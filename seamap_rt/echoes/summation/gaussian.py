@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compute.compiled import compiled
+from ...compute.compiled import compiled
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _ONE = np.float32(1.0)
@@ -38,7 +38,7 @@ def key_of(key, number):
 
 
 @compiled
-def turned(turns):
+def unit_phasor(turns):
     """Cosine and sine, in single precision, of an angle in turns within ±½."""
     half = np.rint(np.float32(2.0) * turns)
     angle = (turns - np.float32(0.5) * half) * _TURN
@@ -70,7 +70,7 @@ def normals(bits, real, imag):
         z = ratio * ratio
         logarithm = (exponent + np.float32(0.5)) * _LN_2 + ratio * (_L1 + z * (_L2 + z * (_L3 + z * _L4)))
         radius = np.sqrt(max(-logarithm, np.float32(0.0)))
-        cosine, sine = turned(np.float32(np.int32(np.uint32(bits[n]))) * np.float32(2.0**-32))
+        cosine, sine = unit_phasor(np.float32(np.int32(np.uint32(bits[n]))) * np.float32(2.0**-32))
         real[n], imag[n] = radius * cosine, radius * sine
 
 
