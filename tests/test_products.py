@@ -317,7 +317,8 @@ def test_places_find_their_facets() -> None:
     grid = polar_grid(made.radar, made.tracing, 0)
     mesh = surface_mesh(grid, *sea_on_grid(sea, grid))
     (sheet,) = mesh.sheets()
-    vertices, faces = mesh.triangles(sheet)
+    surface = mesh.trimesh(sheet)
+    vertices, faces = surface.vertices, surface.faces
     corners = vertices[faces][..., :2]
     random = np.random.default_rng(4)
     azimuth, ground = random.uniform(350.5, 369.5, 300), random.uniform(5.0, 19.0, 300)

@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import Protocol, overload
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
+from trimesh import Trimesh
 
 from ..conventions import unit_from_azimuth
 from ..radar.array import antenna_array
@@ -195,15 +195,15 @@ class SurfaceMesh:
             return [(slice(start, stop),), *((each,) for each in rest)]
         return [(slice(start, stop),), tuple(rest)]
 
-    def triangles(self, sheet: tuple[slice, ...]) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-        """Vertices (n, 3) in the antenna's frame and faces (m, 3), counter-clockwise seen from above.
+    def trimesh(self, sheet: tuple[slice, ...]) -> Trimesh:
+        """The surface of a sheet in the antennas' frame, east, north, up [m]; faces counter-clockwise from above.
 
         Slices are not joined. Faces come column by column and from near to far, near facet before far facet.
         """
-        return self.vertices(sheet), triangulation(widths(sheet), self.grid.ground_range.size)
+        return as_trimesh(self.vertices(sheet), triangulation(widths(sheet), self.grid.ground_range.size))
 
     def vertices(self, sheet: tuple[slice, ...]) -> NDArray[np.float64]:
-        """Those of `triangles`: line by line, from near to far."""
+        """(n, 3) m, those of `trimesh`: line by line, from near to far."""
         ranges = self.grid.ground_range
         whole = []
         for columns in sheet:
@@ -217,20 +217,20 @@ class SurfaceMesh:
         return np.concatenate(whole) if len(whole) > 1 else whole[0]
 
     @cached_property
-    def trimesh(self) -> trimesh.Trimesh:
-        """The turn as one trimesh, east, north and up of mean sea level in the world."""
+    def world_trimesh(self) -> Trimesh:
+        """The surface of the turn, east, north and up of mean sea level in the world [m]."""
         (columns,) = self.sheets()[0]
-        vertices, faces = self.triangles((columns,))
+        surface = self.trimesh((columns,))
         origin = self.grid.pose.origin[columns.start : columns.stop + 1]
-        vertices = (vertices.reshape(origin.shape[0], -1, 3) + origin[:, None]).reshape(-1, 3)
-        return trimesh.Trimesh(vertices=vertices, faces=faces, process=False, validate=False)
+        vertices = (surface.vertices.reshape(origin.shape[0], -1, 3) + origin[:, None]).reshape(-1, 3)
+        return as_trimesh(vertices, surface.faces)
 
     def write(self, path: str | Path) -> Path:
         """Write the turn as PLY or GLB, by the file's ending."""
         path = Path(path)
         if path.suffix.lower() not in (".ply", ".glb"):
             raise ValueError(f"mesh file '{path}': the ending must be .ply or .glb")
-        self.trimesh.export(path)
+        self.world_trimesh.export(path)
         return path
 
     @cached_property
@@ -328,6 +328,15 @@ def submerged_lines(mesh: SurfaceMesh, sea: MovingSurface) -> NDArray[np.bool_]:
     time = np.broadcast_to(mesh.grid.time[:, None], centres.shape[:2])
     elevation, _ = sea.elevation_and_velocity(centres[..., 0], centres[..., 1], time)
     return np.any(elevation >= centres[..., 2], axis=1)
+
+
+def as_trimesh(vertices: NDArray[np.float64], faces: NDArray[np.integer]) -> Trimesh:
+    """The surface as trimesh holds it, unchanged: nothing is merged, dropped or copied.
+
+    trimesh keeps faces as int64, into which int32 are cast: 1 ms of a turn of `choppy_sea`. To hold them so from the
+    start would cost as much, for twice the bytes are then moved.
+    """
+    return Trimesh(vertices=vertices, faces=faces, process=False, validate=False)
 
 
 def widths(sheet: tuple[slice, ...]) -> tuple[int, ...]:

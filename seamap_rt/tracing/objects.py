@@ -9,17 +9,15 @@ World-fixed objects are told in the world's axes, boat-fixed ones in the boat's,
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import trimesh
 from numpy.typing import ArrayLike, NDArray
 
-from ..compute.backend import prepare
 from ..conventions import unit_from_azimuth
 from ..settings import ObjectSettings
+from .shapes import flat, mitsuba, mitsuba_mesh
 
 STOP_SHORT_M = 1e-3  # a pier's wall hides the facet behind it, though it stands in that very facet
 _SLACK = 1.0 + 1e-6  # of the bounding sphere: no triangle touches where a segment enters
@@ -76,18 +74,9 @@ class _Body:
         self.radius = _SLACK * float(np.linalg.norm(corners, axis=1).max())
         self.girth = _SLACK * float(np.hypot(corners[:, 0], corners[:, 1]).max())  # radius seen from above
 
-        backend = prepare()
-        mi: Any = importlib.import_module("mitsuba")  # late, and untyped: what it holds depends on the variant
-        if mi.variant() is None:
-            mi.set_variant(backend.variant)
-        count = len(mesh.vertices), len(mesh.faces)
-        shape = mi.Mesh("object", *count, has_vertex_normals=False, has_vertex_texcoords=False)
-        parameters = mi.traverse(shape)
-        parameters["vertex_positions"] = _flat(mi.Float, np.asarray(mesh.vertices) - self.centre)
-        parameters["faces"] = mi.UInt32(np.asarray(mesh.faces).astype(np.uint32).ravel())
-        parameters.update()
-        self._mi = mi
-        self._scene = mi.load_dict({"type": "scene", "object": shape})
+        self._mi = mitsuba()
+        about_centre = trimesh.Trimesh(mesh.vertices - self.centre, mesh.faces, process=False, validate=False)
+        self._scene = self._mi.load_dict({"type": "scene", "object": mitsuba_mesh("object", about_centre)})
 
     def rays(
         self, starts: NDArray[np.float64], ends: NDArray[np.float64], stop_short_m: float
@@ -142,9 +131,9 @@ class _Body:
         """
         mi = self._mi
         origin, direction, length = rays
-        start = mi.Point3f(*(_flat(mi.Float, axis) for axis in origin.T))
-        way = mi.Vector3f(*(_flat(mi.Float, axis) for axis in direction.T))
-        reach = _flat(mi.Float, length)
+        start = mi.Point3f(*(flat(mi.Float, axis) for axis in origin.T))
+        way = mi.Vector3f(*(flat(mi.Float, axis) for axis in direction.T))
+        reach = flat(mi.Float, length)
         hit = mi.Bool(False)
         for aside in (0.0, *mi.coordinate_system(way)):
             ray = mi.Ray3f(start + self.radius * _HAIR * aside, way, reach, time=mi.Float(0.0), wavelengths=[])
@@ -206,7 +195,3 @@ def _all_directions() -> NDArray[np.float64]:
     turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(_DIRECTIONS)
     level = np.sqrt(1.0 - up * up)
     return np.stack((level * np.cos(turn), level * np.sin(turn), up), axis=1)
-
-
-def _flat(kind: Any, values: NDArray[Any]) -> Any:
-    return kind(np.ascontiguousarray(values, dtype=np.float32).ravel())

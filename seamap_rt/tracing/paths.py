@@ -24,6 +24,7 @@ from ..compute.backend import prepare
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets, PolarGrid, SurfaceMesh
 from ..settings import RadarSettings
+from .shapes import mitsuba_mesh
 
 Array = NDArray[np.float64]
 _BEFORE = 0.2  # of the rung spacing: a point lies 1/3 of it inside its facet along the look
@@ -102,17 +103,8 @@ class LineOfSight:
 
 def sea_scene(mesh: SurfaceMesh, sheet: tuple[slice, ...], frequency_hz: float, **material: float) -> Any:
     """A Sionna scene that holds the sheet alone, of a radio material with these properties, for isotropic antennas."""
-    backend = prepare()
-    mi: Any = importlib.import_module("mitsuba")
-    if mi.variant() is None:
-        mi.set_variant(backend.variant)
+    shape = mitsuba_mesh("sea", mesh.trimesh(sheet))
     rt: Any = importlib.import_module("sionna.rt")
-    vertices, faces = mesh.triangles(sheet)
-    shape = mi.Mesh("sea", len(vertices), len(faces), has_vertex_normals=False, has_vertex_texcoords=False)
-    parameters = mi.traverse(shape)
-    parameters["vertex_positions"] = mi.Float(vertices.astype(np.float32).ravel())
-    parameters["faces"] = mi.UInt32(faces.astype(np.uint32).ravel())
-    parameters.update()
     scene = rt.Scene()
     scene.frequency = frequency_hz
     scene.edit(add=rt.SceneObject(mi_mesh=shape, name="sea", radio_material=rt.RadioMaterial("sea-body", **material)))

@@ -9,7 +9,6 @@ glints of glints would be specks. The Earth is flat.
 
 from __future__ import annotations
 
-import importlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 
 from ..compute.backend import prepare
 from ..conventions import unit_from_azimuth
+from .shapes import mitsuba
 
 Elevation = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 
@@ -94,9 +94,7 @@ def render_from_mast(
     view, sky = view or View(), sky or Sky()
     _check(elevation, view, sky, unresolved_mss, samples)
     backend = prepare()
-    mi: Any = importlib.import_module("mitsuba")  # late, and untyped: what it holds depends on the variant
-    if mi.variant() is None:
-        mi.set_variant(backend.variant)
+    mi = mitsuba()
     vertices, normals, faces = _fan(elevation, view)
     # Sionna computes in another variant, so this one holds only while the picture is made.
     with mi.util.scoped_set_variant(backend.variant.replace("mono_polarized", "rgb")):

@@ -14,17 +14,17 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from trimesh import Trimesh
 
 from ..compute.backend import prepare
 from ..mesh import Facets, SurfaceMesh
-from ..mesh.polar import triangulation, widths
+from ..mesh.polar import as_trimesh, triangulation, widths
 from ..scattering.permittivity import PERMITTIVITIES
 from ..settings import RadarSettings, ScatteringSettings
-from .shadow_rays import ShadowRays, mitsuba, shadow_rays
+from .shadow_rays import ShadowRays, shadow_rays
+from .shapes import mitsuba, mitsuba_mesh, set_triangles
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m
-
-Triangles = tuple[NDArray[np.float64], NDArray[np.int32]]  # vertices (n, 3) m and faces (m, 3)
 
 
 class RayTracer:
@@ -34,7 +34,7 @@ class RayTracer:
         self.radar = radar
         model = PERMITTIVITIES[water.permittivity]
         self.permittivity = complex(model(radar.frequency_hz, water.temperature_c, water.salinity_psu))
-        self._scenes: dict[tuple[tuple[int, int], ...], SeaScene] = {}
+        self.scenes: dict[tuple[tuple[int, int], ...], SeaScene] = {}  # by the columns of their sheets
         prepare()  # now, before anything is computed or replaced: without a backend no ray can be traced
 
     def __call__(self, mesh: SurfaceMesh) -> Facets:
@@ -44,69 +44,59 @@ class RayTracer:
         traced = 0
         for sheet in mesh.sheets():
             rays = shadow_rays(mesh, facets, sheet)
-            seen = what_can_be_hit(mesh, sheet, rays.turned_away)
-            lit[:, rays.columns] = rays.lit(self._scene(mesh, sheet, seen).hits(rays))
+            surface = what_can_be_hit(mesh, sheet, rays.turned_away)
+            antennas = mesh.grid.places[sheet[0].start]
+            lit[:, rays.columns] = rays.lit(self._scene(sheet, surface, antennas).hits(rays))
             traced += rays.number.size
         return replace(facets, lit=lit, rays=traced)
 
-    def _scene(self, mesh: SurfaceMesh, sheet: tuple[slice, ...], triangles: Triangles) -> SeaScene:
+    def _scene(self, sheet: tuple[slice, ...], surface: Trimesh, antennas: NDArray[np.float64]) -> SeaScene:
+        """The sheet's own scene, with the surface in it."""
         key = tuple((columns.start, columns.stop) for columns in sheet)
-        known = self._scenes.get(key)
-        if known is None or not known.update(triangles):
-            known = SeaScene(mesh, sheet, self.radar.frequency_hz, self.permittivity, triangles)
-            self._scenes[key] = known
-        return known
+        kept = self.scenes.get(key)
+        if kept is None or not kept.update(surface):
+            kept = SeaScene(surface, antennas, self.radar.frequency_hz, self.permittivity)
+            self.scenes[key] = kept
+        return kept
 
 
 class SeaScene:
-    """A Sionna scene: the sea as a scene object of sea water, and the two antennas as radio devices.
+    """A Sionna scene: the sea as a scene object of sea water, and the antennas as radio devices.
 
     The first antenna is the transmitter and all are receivers. They stand where they are when the beam passes the first
     column, seen along it, y ahead; rays start from where they are when it passes their own.
     """
 
     def __init__(
-        self,
-        mesh: SurfaceMesh,
-        sheet: tuple[slice, ...],
-        frequency_hz: float,
-        permittivity: complex,
-        triangles: Triangles | None = None,
+        self, surface: Trimesh, antennas: NDArray[np.float64], frequency_hz: float, permittivity: complex
     ) -> None:
-        """triangles: what stands for the sheet, if not all of it."""
-        self.backend, mi = prepare(), mitsuba()
+        """surface: of a sheet, in the antennas' frame. antennas (antenna, 3) m: along the first column, across it, up.
+        permittivity: ε′ − jε″ of sea water, relative to vacuum."""
+        backend, self._mi = prepare(), mitsuba()
         rt: Any = importlib.import_module("sionna.rt")
 
-        self._mi = mi
-        vertices, faces = triangles or mesh.triangles(sheet)
-        shape = mi.Mesh("sea", len(vertices), len(faces), has_vertex_normals=False, has_vertex_texcoords=False)
-        parameters = mi.traverse(shape)
-        parameters["vertex_positions"] = _flat(mi.Float, vertices, np.float32)
-        parameters["faces"] = _flat(mi.UInt32, faces, np.uint32)
-        parameters.update()
-        self._vertices = len(vertices)
-
+        shape = mitsuba_mesh("sea", surface)
+        self._vertices = len(surface.vertices)
         conductivity = -permittivity.imag * 2.0 * np.pi * frequency_hz * VACUUM_PERMITTIVITY
         water = rt.RadioMaterial("sea-water", relative_permittivity=permittivity.real, conductivity=float(conductivity))
         shape.set_bsdf(water)
         # Watertight tests take a third more time, but the simpler tree that they need is built in half of it.
-        watertight = {"embree_use_robust_intersections": True} if self.backend.kind == "llvm" else {}
-        self.scene: Any = rt.Scene(mi.load_dict({"type": "scene", **watertight, "sea": shape}))
+        watertight = {"embree_use_robust_intersections": True} if backend.kind == "llvm" else {}
+        self.scene: Any = rt.Scene(self._mi.load_dict({"type": "scene", **watertight, "sea": shape}))
         self.scene.frequency = frequency_hz
-        places = [[float(part) for part in (x, y, z)] for y, x, z in mesh.grid.places[sheet[0].start]]
-        names = ("lower", "upper") if len(places) == 2 else [f"antenna-{number}" for number in range(len(places))]
-        self.scene.add(rt.Transmitter(f"{names[0]}-transmitter", position=places[0]))
-        for name, place in zip(names, places, strict=True):
-            self.scene.add(rt.Receiver(name, position=place))
+        positions = [[float(value) for value in (x, y, z)] for y, x, z in antennas]
+        count = len(positions)
+        names = ("lower", "upper") if count == 2 else [f"antenna-{number}" for number in range(count)]
+        self.scene.add(rt.Transmitter(f"{names[0]}-transmitter", position=positions[0]))
+        for name, position in zip(names, positions, strict=True):
+            self.scene.add(rt.Receiver(name, position=position))
 
-    def update(self, triangles: Triangles) -> bool:
-        """Hold other triangles; False if they have not as many vertices, and the scene has to be made anew."""
-        vertices, faces = triangles
-        if self._vertices != len(vertices):
+    def update(self, surface: Trimesh) -> bool:
+        """Hold another surface; False if it has not as many vertices, and the scene has to be made anew."""
+        if self._vertices != len(surface.vertices):
             return False
         parameters = self.scene.mi_scene_params
-        parameters["sea.vertex_positions"] = _flat(self._mi.Float, vertices, np.float32)
-        parameters["sea.faces"] = _flat(self._mi.UInt32, faces, np.uint32)
+        set_triangles(parameters, "sea.", surface)
         parameters.update()
         return True
 
@@ -119,8 +109,8 @@ class SeaScene:
         return np.array(self.scene.mi_scene.ray_test(rays, coherent=True))
 
 
-def what_can_be_hit(mesh: SurfaceMesh, sheet: tuple[slice, ...], turned_away: NDArray[np.bool_]) -> Triangles:
-    """The triangles of a sheet without those that are turned away from every antenna: for shadow rays it is the same.
+def what_can_be_hit(mesh: SurfaceMesh, sheet: tuple[slice, ...], turned_away: NDArray[np.bool_]) -> Trimesh:
+    """The sheet's surface without what is turned away from every antenna: for shadow rays it is the same.
 
     A ray that starts above the water goes under it only through a facet that shows it its upper side. So if it hits
     anything, it hits such a facet first, and those turned away can be left out, were it not for the sheet's border: a
@@ -137,7 +127,7 @@ def what_can_be_hit(mesh: SurfaceMesh, sheet: tuple[slice, ...], turned_away: ND
     border, walls = _walls(*topology)
     feet = vertices[border]
     feet[:, 2] = min(vertices[:, 2].min(), grid.places[..., 2].min()) - 1.0
-    return np.concatenate((vertices, feet)), np.concatenate((faces, walls))
+    return as_trimesh(np.concatenate((vertices, feet)), np.concatenate((faces, walls)))
 
 
 _known_triangulation = lru_cache(maxsize=4)(triangulation)
@@ -160,7 +150,3 @@ def _walls(widths: tuple[int, ...], rungs: int) -> tuple[NDArray[np.intp], NDArr
         walls += [np.stack((border[:-1], foot[1:], foot[:-1]), axis=1)]
         borders.append(border)
     return np.concatenate(borders), np.concatenate(walls).astype(np.int32)
-
-
-def _flat(kind: Any, values: NDArray[Any], dtype: Any) -> Any:
-    return kind(np.ascontiguousarray(values, dtype=dtype).ravel())

@@ -20,11 +20,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compute.backend import prepare
 from ..compute.compiled import compiled
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets, SurfaceMesh
 from ..mesh.polar import FAR_FRACTION, NEAR_FRACTION, Plane, PolarGrid
+from .shapes import mitsuba
 
 _STOP_SHORT = 0.9  # of the way back from a facet's point to where its plane enters the facet
 _EDGE_ON = 1e-3  # rad: float32 corners tilt a facet by less, 1e-5 at 400 m and 0.5 m between rungs
@@ -92,14 +92,6 @@ class ShadowRays:
         lit = np.zeros(self.front.shape, dtype=bool)
         _light_up(self.number, hit, lit.reshape(-1))
         return lit
-
-
-def mitsuba() -> Any:
-    """Mitsuba on the backend. Late, and untyped: what it holds depends on the backend's variant."""
-    backend, mi = prepare(), importlib.import_module("mitsuba")
-    if mi.variant() is None:
-        mi.set_variant(backend.variant)
-    return mi
 
 
 def _axes(mi: Any, table: NDArray[np.float32]) -> list[Any]:

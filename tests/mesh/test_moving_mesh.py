@@ -93,7 +93,7 @@ def test_the_sea_is_asked_for_where_the_boat_has_come_to() -> None:
     # Rounding: 1e-15 of 60 m, and of azimuths of 400°.
     assert_allclose(mesh.elevation, plane(world), rtol=0.0, atol=1e-13)
     for sheet in mesh.sheets():
-        vertices, _ = mesh.triangles(sheet)
+        vertices = mesh.trimesh(sheet).vertices
         lines = np.concatenate([np.arange(s.start, s.stop + 1) for s in sheet])
         in_world = vertices.reshape(lines.size, -1, 3) + grid.pose.origin[lines, None]
         assert_allclose(in_world[..., 2], plane(in_world), rtol=0.0, atol=1e-13)
@@ -101,7 +101,7 @@ def test_the_sea_is_asked_for_where_the_boat_has_come_to() -> None:
 
 def test_the_written_mesh_stands_in_the_world() -> None:
     mesh = mesh_of(scene([200.0, 260.0]), 2)
-    vertices = np.asarray(mesh.trimesh.vertices)
+    vertices = np.asarray(mesh.world_trimesh.vertices)
     assert_allclose(vertices[:, 2], plane(vertices), rtol=0.0, atol=1e-13)
 
 

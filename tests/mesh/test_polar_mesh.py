@@ -70,7 +70,7 @@ def facet_points(mesh: SurfaceMesh) -> NDArray[np.float64]:
 
 def test_facet_points_lie_on_their_triangles(fan: SurfaceMesh) -> None:
     """Barycentric coordinates in the plan are positive, and give the height: to rounding at 50 m (1e-14 of it)."""
-    corners = fan.trimesh.triangles
+    corners = fan.world_trimesh.triangles
     points = facet_points(fan).reshape(-1, 3)
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     to_point = points - corners[:, 0]
@@ -83,7 +83,7 @@ def test_facet_points_lie_on_their_triangles(fan: SurfaceMesh) -> None:
 
 def test_facet_point_is_the_middle_of_its_planes_path_and_near_the_centroid(fan: SurfaceMesh) -> None:
     """The distance from the centroid is of the order of spacing/range of the facet's own length."""
-    centroid = fan.trimesh.triangles_center.reshape(facet_points(fan).shape)
+    centroid = fan.world_trimesh.triangles_center.reshape(facet_points(fan).shape)
     gap = np.linalg.norm(facet_points(fan)[..., :2] - centroid[..., :2], axis=-1)
     facets = fan.facets
     step = np.diff(fan.grid.ground_range)[0]
@@ -93,7 +93,7 @@ def test_facet_point_is_the_middle_of_its_planes_path_and_near_the_centroid(fan:
 
 def test_slopes_are_those_of_the_triangles(fan: SurfaceMesh) -> None:
     """Against trimesh's face normals, in the frame of the column's middle; stored as float32."""
-    normal = fan.trimesh.face_normals.reshape(*fan.facets.height.shape, 3)
+    normal = fan.world_trimesh.face_normals.reshape(*fan.facets.height.shape, 3)
     gradient = -normal[..., :2] / normal[..., 2:]
     look = np.stack(unit_from_azimuth(fan.grid.column_azimuth), axis=-1)[:, None]
     cross = np.stack(unit_from_azimuth(fan.grid.column_azimuth + 90.0), axis=-1)[:, None]
@@ -108,14 +108,15 @@ def test_slopes_are_those_of_the_triangles(fan: SurfaceMesh) -> None:
 
 def test_faces_are_counter_clockwise_from_above(circle: SurfaceMesh) -> None:
     for sheet in circle.sheets():
-        vertices, faces = circle.triangles(sheet)
+        surface = circle.trimesh(sheet)
+        vertices, faces = surface.vertices, surface.faces
         a, b, c = (vertices[faces[:, i]] for i in range(3))
         assert np.all(turned(b - a, c - a) > 0.0)
-    assert np.all(circle.trimesh.face_normals[:, 2] > 0.0)
+    assert np.all(circle.world_trimesh.face_normals[:, 2] > 0.0)
 
 
 def test_faces_come_column_by_column_near_before_far_outward(fan: SurfaceMesh) -> None:
-    plan = fan.trimesh.triangles_center.reshape(*fan.facets.height.shape, 3)
+    plan = fan.world_trimesh.triangles_center.reshape(*fan.facets.height.shape, 3)
     distance = np.hypot(plan[..., 0], plan[..., 1])
     assert np.all(np.diff(distance, axis=1) > 0.0)
     bearing = np.degrees(np.arctan2(plan[..., 0], plan[..., 1])) % 360.0
@@ -134,7 +135,8 @@ def test_horizontal_areas_fill_the_polygon(sector: list[float]) -> None:
     outline = 0.5 * abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
     total = grid.columns * facets.horizontal_area.sum()
     assert_allclose(total, outline, rtol=1e-12)
-    vertices, faces = mesh.triangles((slice(0, grid.columns),))
+    surface = mesh.trimesh((slice(0, grid.columns),))
+    vertices, faces = surface.vertices, surface.faces
     a, b, c = (vertices[faces[:, i]] for i in range(3))
     each = 0.5 * turned(b - a, c - a).reshape(facets.height.shape)
     assert_allclose(each, np.broadcast_to(facets.horizontal_area, each.shape), rtol=1e-11)
@@ -277,7 +279,8 @@ def test_sheets_hold_every_column_once_and_do_not_overlap(sector: list[float]) -
         bearing = np.sort(grid.column_azimuth[columns] % 360.0)
         gaps = np.diff(np.append(bearing, bearing[0] + 360.0))
         assert gaps.min() > grid.spacing_deg * (1.0 - 1e-9)  # middles at least a column apart: no two overlap
-        vertices, faces = mesh.triangles(sheet)
+        surface = mesh.trimesh(sheet)
+        vertices, faces = surface.vertices, surface.faces
         assert faces.min() == 0
         assert faces.max() == len(vertices) - 1
     width = sector_width(load_scene("tiny", overrides={"radar.sector_deg": sector}).radar)
@@ -293,8 +296,8 @@ def test_sheets_are_watertight_between_lines_and_open_at_the_seam(sector: list[f
     mesh = mesh_of(scene(sector, tracing__facet_m=1.0))
     rungs = mesh.grid.ground_range.size
     for sheet in mesh.sheets():
-        vertices, faces = mesh.triangles(sheet)
-        body = trimesh.Trimesh(vertices, faces, process=False)
+        body = mesh.trimesh(sheet)
+        vertices, faces = body.vertices, body.faces
         edges, count = np.unique(body.edges_sorted, axis=0, return_counts=True)
         assert count.max() == 2
         around = sum(2 * (columns.stop - columns.start) for columns in sheet)
@@ -314,7 +317,7 @@ def test_seam_is_a_step_in_time(circle: SurfaceMesh) -> None:
     assert_allclose(circle.grid.time[last] - circle.grid.time[first], 1.0, rtol=1e-12)
     assert np.abs(circle.elevation[last] - circle.elevation[first]).max() > 0.1
     rungs = circle.grid.ground_range.size
-    faces = circle.trimesh.faces // rungs
+    faces = circle.world_trimesh.faces // rungs
     assert (np.ptp(faces, axis=1) <= 1).all()
 
 
@@ -326,16 +329,15 @@ def test_seam_is_a_step_in_time(circle: SurfaceMesh) -> None:
 def test_profile_is_the_meshs_own_cut(fan: SurfaceMesh, fraction: float, column: int) -> None:
     """trimesh cuts the column's triangles with the vertical plane; rungs and diagonals come out as its corners."""
     grid = fan.grid
-    vertices, faces = fan.triangles((slice(column, column + 1),))
+    body = fan.trimesh((slice(column, column + 1),))
     _, angle = chord_point(fraction, grid.spacing_deg)
     east, north = unit_from_azimuth(grid.azimuth[column] + np.degrees(angle))
-    body = trimesh.Trimesh(vertices, faces, process=False)
     segments, cut = trimesh.intersections.mesh_plane(
         body, plane_normal=[float(north), -float(east), 0.0], plane_origin=[0.0, 0.0, 0.0], return_faces=True
     )
     distance = np.hypot(segments[..., 0], segments[..., 1])
     order = np.argsort(distance.mean(axis=1))
-    assert_array_equal(np.asarray(cut)[order], np.arange(len(faces)))  # every facet once, outward
+    assert_array_equal(np.asarray(cut)[order], np.arange(len(body.faces)))  # every facet once, outward
     along, height = np.sort(distance[order], axis=1), segments[..., 2][order]
     swap = distance[order, 0] > distance[order, 1]
     height[swap] = height[swap][:, ::-1]
@@ -432,8 +434,8 @@ def test_written_mesh_reads_back(circle: SurfaceMesh, tmp_path: Any, ending: str
     assert path == tmp_path / f"sea.{ending}"
     loaded = trimesh.load_mesh(path, process=False)
     assert isinstance(loaded, trimesh.Trimesh)
-    assert_array_equal(loaded.faces, circle.trimesh.faces)
-    assert_array_equal(loaded.vertices.astype(np.float32), circle.trimesh.vertices.astype(np.float32))
+    assert_array_equal(loaded.faces, circle.world_trimesh.faces)
+    assert_array_equal(loaded.vertices.astype(np.float32), circle.world_trimesh.vertices.astype(np.float32))
 
 
 @pytest.mark.parametrize("name", ["sea.stl", "sea", "sea.ply.txt"])
@@ -447,9 +449,9 @@ def test_other_endings_are_refused_in_one_line(circle: SurfaceMesh, tmp_path: An
 
 def test_trimesh_is_the_turn_above_sea_level(circle: SurfaceMesh) -> None:
     (columns,) = circle.sheets()[0]
-    z = circle.trimesh.vertices[:, 2].reshape(-1, circle.grid.ground_range.size)
+    z = circle.world_trimesh.vertices[:, 2].reshape(-1, circle.grid.ground_range.size)
     assert_allclose(z, circle.elevation[columns.start : columns.stop + 1], rtol=0.0, atol=1e-14)
-    assert len(circle.trimesh.faces) == circle.grid.per_circle * circle.facets.height.shape[1]
+    assert len(circle.world_trimesh.faces) == circle.grid.per_circle * circle.facets.height.shape[1]
 
 
 def test_any_sea_can_be_meshed() -> None:

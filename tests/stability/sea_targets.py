@@ -22,7 +22,7 @@ class Targets:
 
     def __init__(self, mesh: SurfaceMesh, place: NDArray[np.float64]) -> None:
         (sheet,) = mesh.sheets()
-        vertices, _ = mesh.triangles(sheet)
+        vertices = mesh.trimesh(sheet).vertices
         self.place = place
         self.corner = vertices.astype(np.float32).astype(np.float64).reshape(mesh.grid.sweep.size, -1, 3)
         start, across, both, out = self._quads()

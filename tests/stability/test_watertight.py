@@ -25,7 +25,7 @@ def choppy() -> tuple[SurfaceMesh, SeaScene]:
     made = scene("choppy_sea", radar__sector_deg=[81.0, 99.0], tracing__facet_m=0.5, tracing__columns_per_beam=4)
     mesh = mesh_turn(sea.realize(made.sea, 3), made.radar, made.meshing, 0)
     (sheet,) = mesh.sheets()
-    return mesh, SeaScene(mesh, sheet, made.radar.frequency_hz, 55.0 - 37.5j)
+    return mesh, SeaScene(mesh.trimesh(sheet), mesh.grid.places[sheet[0].start], made.radar.frequency_hz, 55.0 - 37.5j)
 
 
 def leaks(traced: Any, place: NDArray[np.float64], points: NDArray[np.float64]) -> int:

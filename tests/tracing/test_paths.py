@@ -282,7 +282,8 @@ def corner() -> tuple[SurfaceMesh, slice]:
 def second_bounce(mesh: SurfaceMesh, columns: slice) -> float:
     """λ²/(4π)² ΣΣ (A₁ c₁/r₁²)(c₁₂/π)(A₂ c₂₁/r₁₂²)(c₂/π)/r₂², over all pairs of triangles."""
     (sheet,) = mesh.sheets()
-    vertices, faces = mesh.triangles(sheet)
+    surface = mesh.trimesh(sheet)
+    vertices, faces = surface.vertices, surface.faces
     corners = vertices[faces]
     middle = corners.mean(axis=1)
     normal = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # as long as the area

@@ -19,7 +19,8 @@ from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing.horizon import trace_horizon
 from seamap_rt.tracing.rays import RayTracer, SeaScene, what_can_be_hit
-from seamap_rt.tracing.shadow_rays import mitsuba, shadow_rays
+from seamap_rt.tracing.shadow_rays import shadow_rays
+from seamap_rt.tracing.shapes import mitsuba
 
 WATER = 55.0 - 37.5j
 
@@ -51,11 +52,12 @@ def with_and_without(mesh: SurfaceMesh) -> tuple[list[NDArray[np.bool_]], list[N
     whole, part, out = [], [], []
     for sheet in mesh.sheets():
         rays = shadow_rays(mesh, mesh.facets, sheet)
-        whole.append(rays.lit(SeaScene(mesh, sheet, 10e9, WATER).hits(rays)))
-        triangles = what_can_be_hit(mesh, sheet, rays.turned_away)
-        part.append(rays.lit(SeaScene(mesh, sheet, 10e9, WATER, triangles).hits(rays)))
+        antennas = mesh.grid.places[sheet[0].start]
+        whole.append(rays.lit(SeaScene(mesh.trimesh(sheet), antennas, 10e9, WATER).hits(rays)))
+        surface = what_can_be_hit(mesh, sheet, rays.turned_away)
+        part.append(rays.lit(SeaScene(surface, antennas, 10e9, WATER).hits(rays)))
         walls = sum(2 * (2 * mesh.grid.ground_range.size + each.stop - each.start - 2) for each in sheet)
-        out.append(1.0 - (len(triangles[1]) - walls) / rays.turned_away.size)
+        out.append(1.0 - (len(surface.faces) - walls) / rays.turned_away.size)
     return whole, part, float(np.mean(out))
 
 
@@ -110,7 +112,8 @@ def test_turned_away_facets_are_seen_from_the_front_by_no_antenna_of_the_turn() 
     mesh = mesh_of(scene("rough_ride", radar__sector_deg=[250.0, 265.0]))
     (sheet,) = mesh.sheets()
     rays = shadow_rays(mesh, mesh.facets, sheet)
-    vertices, faces = mesh.triangles(sheet)
+    surface = mesh.trimesh(sheet)
+    vertices, faces = surface.vertices, surface.faces
     corners = vertices[faces[rays.turned_away.ravel()]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     antennas = rays.starts.astype(np.float64)
@@ -139,7 +142,8 @@ def test_rays_end_inside_their_own_facet(spaced: str) -> None:
     (sheet,) = mesh.sheets()
     rays = shadow_rays(mesh, mesh.facets, sheet)
     ends = rays.starts[rays.start].astype(np.float64) + rays.direction.T * rays.length[:, None].astype(np.float64)
-    vertices, faces = mesh.triangles(sheet)
+    surface = mesh.trimesh(sheet)
+    vertices, faces = surface.vertices, surface.faces
     _, column, facet = np.unravel_index(rays.number, rays.front.shape)
     corners = vertices[faces.reshape(*rays.front.shape[1:], 3)[column, facet]]
     edges = np.roll(corners, -1, axis=1) - corners
@@ -235,7 +239,8 @@ def test_no_ray_slips_between_two_facets(edge: str) -> None:
     """
     mesh = mesh_of(scene("choppy_sea", radar__sector_deg=[250.0, 260.0], radar__height_m=12.0, tracing__facet_m=0.5))
     (sheet,) = mesh.sheets()
-    start, held = mesh.grid.column_pose.places[0, 0], SeaScene(mesh, sheet, 10e9, WATER)
+    start = mesh.grid.column_pose.places[0, 0]
+    held = SeaScene(mesh.trimesh(sheet), mesh.grid.places[sheet[0].start], 10e9, WATER)
     corners = mesh.vertices(sheet).reshape(-1, mesh.grid.ground_range.size, 3)
     one, other = {
         "radial": (corners[3:-3, 3:-12], corners[3:-3, 4:-11]),
@@ -322,7 +327,8 @@ def test_front_is_where_the_antenna_stands_above_the_facets_plane() -> None:
     look = np.radians(grid.column_azimuth)
     corners = np.empty((grid.columns, mesh.facets.distance.size, 3, 3))
     # In the column's own frame: lines half a column askew, heights above mean sea level.
-    vertices, faces = mesh.triangles(sheet)
+    surface = mesh.trimesh(sheet)
+    vertices, faces = surface.vertices, surface.faces
     vertices = vertices.reshape(grid.sweep.size, -1, 3) + grid.pose.origin[:, None] * (0.0, 0.0, 1.0)
     corners = vertices.reshape(-1, 3)[faces].reshape(corners.shape)
     normal = np.cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
@@ -21,7 +22,7 @@ from seamap_rt.scattering.permittivity import permittivity_meissner_wentz12
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import simulate
 from seamap_rt.tracing import tracer
-from seamap_rt.tracing.rays import RayTracer, SeaScene
+from seamap_rt.tracing.rays import RayTracer, SeaScene, what_can_be_hit
 
 TRACERS = ("facets", "horizon")
 Height = Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -177,7 +178,7 @@ def test_facets_seen_from_behind_are_dark(choppy: tuple[Scene, SurfaceMesh, dict
     """By trimesh's normals and the antennas' places, for both tracers; float32 slopes blur the grazing ones."""
     _, mesh, traced = choppy
     (columns,) = mesh.sheets()[0]
-    body, grid = mesh.trimesh, mesh.grid
+    body, grid = mesh.world_trimesh, mesh.grid
     shape = traced["horizon"].height[columns].shape
     east, north = (part[columns, None] for part in unit_from_azimuth(grid.column_azimuth))
     for antenna in (0, 1):
@@ -360,7 +361,7 @@ def test_traced_scene_is_a_sionna_scene_of_sea_water_and_two_antennas() -> None:
     mesh = mesh_turn(sea.realize(made.sea, 1), made.radar, made.meshing, 0)
     epsilon = complex(permittivity_meissner_wentz12(9.4e9, 20.0, 35.0))
     (sheet,) = mesh.sheets()
-    held = SeaScene(mesh, sheet, made.radar.frequency_hz, epsilon).scene
+    held = SeaScene(mesh.trimesh(sheet), mesh.grid.places[sheet[0].start], made.radar.frequency_hz, epsilon).scene
 
     import sionna.rt as rt  # late: the backend is chosen before it is imported
 
@@ -393,13 +394,52 @@ def test_traced_scene_holds_the_meshs_own_triangles() -> None:
     made = scene("tiny", radar__sector_deg=[260.0, 270.0])
     mesh = mesh_turn(sea.realize(made.sea, 3), made.radar, made.meshing, 0)
     (sheet,) = mesh.sheets()
-    held = SeaScene(mesh, sheet, made.radar.frequency_hz, 55.0 - 37.5j).scene
-    vertices, faces = mesh.triangles(sheet)
+    held = SeaScene(mesh.trimesh(sheet), mesh.grid.places[sheet[0].start], made.radar.frequency_hz, 55.0 - 37.5j).scene
+    surface = mesh.trimesh(sheet)
+    vertices, faces = surface.vertices, surface.faces
     shape = held.objects["sea"].mi_mesh
     assert (shape.vertex_count(), shape.face_count()) == (len(vertices), len(faces))
     stored = np.array(held.mi_scene_params["sea.vertex_positions"]).reshape(-1, 3)
     assert_array_equal(stored, vertices.astype(np.float32))
     assert_array_equal(np.array(held.mi_scene_params["sea.faces"]).reshape(-1, 3), faces)
+
+
+@pytest.mark.parametrize("sector", [[0.0, 360.0], [260.0, 270.0]])
+def test_what_is_traced_each_turn_is_a_trimesh(sector: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The scenes hold its triangles and no others, in its order, made anew or updated; the kept faces are the sheet's.
+
+    Vertices are rounded to float32 and faces are numbers, so that both are equal to the bit.
+    """
+    made = scene("tiny", radar__sector_deg=sector, radar__range_m=[15.0, 80.0])
+    water, kept = sea.realize(made.sea, 3), RayTracer(made.radar, made.scattering)
+    surfaces: list[trimesh.Trimesh] = []
+
+    def recorded(*arguments: Any) -> trimesh.Trimesh:
+        surfaces.append(what_can_be_hit(*arguments))
+        return surfaces[-1]
+
+    monkeypatch.setattr("seamap_rt.tracing.rays.what_can_be_hit", recorded)
+    for turn in range(2):
+        mesh = mesh_turn(water, made.radar, made.meshing, turn)
+        surfaces.clear()
+        kept(mesh)
+        scenes = list(kept.scenes.values())
+        for surface, held, sheet in zip(surfaces, scenes, mesh.sheets(), strict=True):
+            assert isinstance(surface, trimesh.Trimesh)
+            parameters = held.scene.mi_scene_params
+            stored = np.array(parameters["sea.vertex_positions"]).reshape(-1, 3)
+            assert_array_equal(stored, surface.vertices.astype(np.float32))
+            assert_array_equal(np.array(parameters["sea.faces"]).reshape(-1, 3), surface.faces)
+            whole = mesh.trimesh(sheet)
+            assert_array_equal(surface.vertices[: len(whole.vertices)], whole.vertices)
+            of_sheet = surface.faces[(surface.faces < len(whole.vertices)).all(axis=1)]
+            assert 0 < len(of_sheet) <= len(whole.faces)
+            assert np.isin(_numbers(of_sheet), _numbers(whole.faces)).all()
+
+
+def _numbers(faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """One number for each face: those of its first and its second corner."""
+    return faces[:, 0] * 2**31 + faces[:, 1]
 
 
 @pytest.mark.parametrize("sector", [[0.0, 360.0], [260.0, 270.0]])

@@ -109,7 +109,7 @@ class Targets:
     """Points on vertices, edges and facets of a sea, all facets about which face a place (3,): no ray can pass them."""
 
     def __init__(self, mesh: SurfaceMesh, place: NDArray[np.float64]) -> None:
-        vertices = mesh.triangles(mesh.sheets()[0])[0]
+        vertices = mesh.trimesh(mesh.sheets()[0]).vertices
         c = vertices.astype(np.float32).astype(np.float64).reshape(mesh.grid.sweep.size, -1, 3)
         self.place, self.corners = place, (c[:-1, :-1], c[1:, :-1], c[1:, 1:], c[:-1, 1:])
         start, across, both, out = self.corners
@@ -146,7 +146,8 @@ def watertight(effort: Effort) -> list[Finding]:
     """Rays at facets, edges and vertices that get below the sea: as the package traces, and by Mitsuba's default."""
     made = scene("choppy_sea", tracing__facet_m=0.5, tracing__columns_per_beam=4, radar__sector_deg=[60.0, 120.0])
     mesh = mesh_turn(sr.sea.realize(made.sea, 3), made.radar, made.meshing, 0)
-    held = SeaScene(mesh, mesh.sheets()[0], made.radar.frequency_hz, 55.0 - 37.5j)
+    (sheet,) = mesh.sheets()
+    held = SeaScene(mesh.trimesh(sheet), mesh.grid.places[sheet[0].start], made.radar.frequency_hz, 55.0 - 37.5j)
     import mitsuba as mi
 
     shape = held.scene.objects["sea"].mi_mesh

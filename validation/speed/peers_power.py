@@ -102,13 +102,13 @@ def path_solver(case: Case, cells: Cells, samples: list[int], repeat: int) -> li
 def finely(case: Case, cells: Cells, ring: NDArray[np.bool_], cut: int) -> Array:
     """Power (cell,) in a ring of cells by cut² points a facet, each with a ray of its own through all triangles."""
     place = antenna_places(case.mesh.grid)[case.columns.start, 0]
-    vertices, faces = case.mesh.triangles(case.sheet)
+    surface = case.mesh.trimesh(case.sheet)
     chosen = np.flatnonzero(ring[cells.of_facet.ravel()])
-    corners = vertices[faces[chosen]] - place
+    corners = surface.vertices[surface.faces[chosen]] - place
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     front = np.einsum("fi,fi->f", normal, corners[:, 0]) < 0.0
     chosen, corners, normal = chosen[front], corners[front], normal[front]
-    floor, total = Floor(vertices, faces), np.zeros(len(chosen))
+    floor, total = Floor(surface), np.zeros(len(chosen))
     area = 0.5 * np.linalg.norm(normal, axis=1)
     wavelength = SPEED_OF_LIGHT / case.frequency_hz
     for weights in _middles(cut):

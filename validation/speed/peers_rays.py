@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from seamap_rt.tracing import tracer
@@ -74,7 +73,7 @@ def slow_engines(sheet: OneSheet) -> list[Engine]:
     if importlib.util.find_spec("embreex") is None:
         return engines
     embree: Any = importlib.import_module("trimesh.ray.ray_pyembree")
-    mesh = trimesh.Trimesh(*case.mesh.triangles(case.sheet), process=False, validate=False)
+    mesh = case.mesh.trimesh(case.sheet)
     intersector, starts = embree.RayMeshIntersector(mesh), rays.starts[rays.start]
     directions, wrap = np.ascontiguousarray(rays.direction.T), intersector._scene
     scaled = ((starts - wrap.origin) * wrap.scale).astype(np.float32)
@@ -104,7 +103,7 @@ def trimesh_alone(sheet: OneSheet, package: NDArray[np.bool_], floor_seconds: fl
     case, rays = sheet.case, sheet.rays
     columns = int(RTREE_DEG / case.mesh.grid.spacing_deg)
     sector = (slice(case.columns.start, case.columns.start + columns),)
-    mesh = trimesh.Trimesh(*case.mesh.triangles(sector), process=False, validate=False)
+    mesh = case.mesh.trimesh(sector)
     chosen = np.random.default_rng(1).choice(rays.first[columns], RTREE_RAYS, replace=False)
     intersector = engine.RayMeshIntersector(mesh)
     intersector.intersects_first(rays.starts[rays.start[chosen[:2]]], rays.direction.T[chosen[:2]])  # builds its tree
@@ -128,7 +127,7 @@ class Rays:
 
 
 def compare_rays(case: Case, repeat: int) -> Rays:
-    sheet, floor = OneSheet(case), Floor(*case.mesh.triangles(case.sheet))
+    sheet, floor = OneSheet(case), Floor(case.mesh.trimesh(case.sheet))
     rays, hit = sheet.rays, sheet.scene.hits(sheet.rays)
     engines, slow = device_engines(sheet, floor), slow_engines(sheet)
     steps = {

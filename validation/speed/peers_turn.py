@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from trimesh import Trimesh
 
 import seamap_rt as sr
 from seamap_rt.mesh import Facets, SurfaceMesh
@@ -85,10 +86,10 @@ def ratio(one: list[float], other: list[float]) -> float:
 class Floor:
     """Mitsuba without this package: a bare scene of triangles, and rays whose arrays the device already has."""
 
-    def __init__(self, vertices: Array, faces: NDArray[np.int32]) -> None:
+    def __init__(self, surface: Trimesh) -> None:
         self._mi: Any = importlib.import_module("mitsuba")
         self._dr: Any = importlib.import_module("drjit")
-        mi = self._mi
+        mi, vertices, faces = self._mi, surface.vertices, surface.faces
         self._shape = mi.Mesh("sea", len(vertices), len(faces), has_vertex_normals=False, has_vertex_texcoords=False)
         parameters = mi.traverse(self._shape)
         parameters["vertex_positions"] = mi.Float(vertices.astype(np.float32).ravel())
@@ -127,8 +128,8 @@ class OneSheet:
         self.case = case
         water = RayTracer(case.simulator.radar, case.simulator.scene.scattering).permittivity
         self.rays = self.make()
-        triangles = what_can_be_hit(case.mesh, case.sheet, self.rays.turned_away)
-        self.scene = SeaScene(case.mesh, case.sheet, case.frequency_hz, water, triangles)
+        surface = what_can_be_hit(case.mesh, case.sheet, self.rays.turned_away)
+        self.scene = SeaScene(surface, case.mesh.grid.places[case.sheet[0].start], case.frequency_hz, water)
 
     def make(self) -> ShadowRays:
         return shadow_rays(self.case.mesh, self.case.facets, self.case.sheet)

@@ -113,9 +113,9 @@ def _bare_rays(simulator: Simulator) -> float:
     sheet, facets = mesh.sheets()[0], mesh.facets
     rays = shadow_rays(mesh, facets, sheet)
     tracer = RayTracer(simulator.scene.radar, simulator.scene.scattering)
-    triangles = what_can_be_hit(mesh, sheet, rays.turned_away)
-    scene = SeaScene(mesh, sheet, simulator.scene.radar.frequency_hz, tracer.permittivity, triangles)
-    return _least(lambda: scene.update(triangles)) + _least(lambda: scene.hits(rays))
+    surface = what_can_be_hit(mesh, sheet, rays.turned_away)
+    scene = SeaScene(surface, mesh.grid.places[sheet[0].start], simulator.scene.radar.frequency_hz, tracer.permittivity)
+    return _least(lambda: scene.update(surface)) + _least(lambda: scene.hits(rays))
 
 
 def _least(work: Callable[[], object], rounds: int = 5) -> float:
