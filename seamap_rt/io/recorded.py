@@ -23,11 +23,12 @@ from typing import Annotated, Any, Literal, Self
 
 import h5py
 import numpy as np
+from annotated_types import Ge, Gt, Le
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, model_validator
 
 from ..errors import InputError
-from ..settings import Section, as_tuple, limited
+from ..settings import Meaning, Section, as_tuple
 from .scenefile import read_toml, validate
 
 Header = Mapping[str, Any] | str | os.PathLike[str]
@@ -49,35 +50,141 @@ class RecordingHeader(Section):
     middle of the antennas: starboard, forward, up. `partial_turns`: of a first and a last turn that are not whole.
     """
 
-    frequency_hz: Annotated[float, limited("a carrier", above=0.0, most=1e12)]
-    pulse_width_s: Annotated[float, limited("as long as the transmitter is on", above=0.0, most=1e-2)]
-    bandwidth_hz: Annotated[float, limited("noise bandwidth of the receiver", above=0.0, most=1e11)]
-    height_m: Annotated[float, limited("of the antennas' middle over the sea", above=0.0, most=1e4)]
-    baseline_m: Annotated[float, limited("distance between the phase centres", above=0.0, most=100.0)]
-    azimuth_beamwidth_deg: Annotated[float, limited("one-way, −3 dB", above=0.0, most=180.0)]
-    elevation_beamwidth_deg: Annotated[float, limited("one-way, −3 dB", above=0.0, most=180.0)]
-    first_gate_m: Annotated[float, limited("range of the first gate, c t/2", least=-1e6, most=1e6)] | None = None
-    gate_m: Annotated[float, limited("spacing of the gates", above=0.0, most=1e4)] | None = None
-    range_offset_m: Annotated[float, limited("what is taken off every range", least=-1e6, most=1e6)] = 0.0
-    tilt_deg: Annotated[float, limited("top towards the look", least=-60.0, most=60.0)] = 0.0
+    frequency_hz: Annotated[float, Gt(0.0), Le(1e12), Meaning("Carrier frequency.", unit="Hz", reason="a carrier")]
+    pulse_width_s: Annotated[
+        float,
+        Gt(0.0),
+        Le(1e-2),
+        Meaning("Length of the transmitted pulse.", unit="s", reason="as long as the transmitter is on"),
+    ]
+    bandwidth_hz: Annotated[
+        float,
+        Gt(0.0),
+        Le(1e11),
+        Meaning("Noise bandwidth of the receiver.", unit="Hz", reason="noise bandwidth of the receiver"),
+    ]
+    height_m: Annotated[
+        float,
+        Gt(0.0),
+        Le(1e4),
+        Meaning(
+            "Mean height of the antennas over mean sea level.", unit="m", reason="of the antennas' middle over the sea"
+        ),
+    ]
+    baseline_m: Annotated[
+        float,
+        Gt(0.0),
+        Le(100.0),
+        Meaning("Distance between the phase centres.", unit="m", reason="distance between the phase centres"),
+    ]
+    azimuth_beamwidth_deg: Annotated[
+        float,
+        Gt(0.0),
+        Le(180.0),
+        Meaning("Beam width in azimuth, one-way at −3 dB.", unit="°", reason="one-way, −3 dB"),
+    ]
+    elevation_beamwidth_deg: Annotated[
+        float,
+        Gt(0.0),
+        Le(180.0),
+        Meaning("Beam width in elevation, one-way at −3 dB.", unit="°", reason="one-way, −3 dB"),
+    ]
+    first_gate_m: Annotated[
+        float | None,
+        Ge(-1e6),
+        Le(1e6),
+        Meaning(
+            "Range of the first gate.", unit="m", reason="range of the first gate, c t/2", left_out="the array `ranges`"
+        ),
+    ] = None
+    gate_m: Annotated[
+        float | None,
+        Gt(0.0),
+        Le(1e4),
+        Meaning("Spacing of the gates.", unit="m", reason="spacing of the gates", left_out="the array `ranges`"),
+    ] = None
+    range_offset_m: Annotated[
+        float,
+        Ge(-1e6),
+        Le(1e6),
+        Meaning("What cables and trigger add to every range.", unit="m", reason="what is taken off every range"),
+    ] = 0.0
+    tilt_deg: Annotated[
+        float,
+        Ge(-60.0),
+        Le(60.0),
+        Meaning("Tilt of the antennas, top towards the look.", unit="°", reason="top towards the look"),
+    ] = 0.0
     lever_arm_m: Annotated[tuple[float, float, float], BeforeValidator(as_tuple)] | None = None
-    heading_deg: Annotated[float, limited("if no attitude is given", least=-360.0, most=360.0)] = 0.0
+    heading_deg: Annotated[
+        float,
+        Ge(-360.0),
+        Le(360.0),
+        Meaning(
+            "Heading of the boat, where the recording has no attitude.", unit="°", reason="if no attitude is given"
+        ),
+    ] = 0.0
     polarization: Literal["VV", "HH"] = "VV"
     transmit: Literal["single", "switched"] = "single"
     interferogram: Literal["single_pulse", "alternating_pulse"] = "single_pulse"
     waveform: Literal["pulse", "chirp"] = "pulse"
-    chirp_bandwidth_hz: Annotated[float, limited("swept by a chirp", least=0.0, most=1e11)] = 0.0
+    chirp_bandwidth_hz: Annotated[
+        float, Ge(0.0), Le(1e11), Meaning("Bandwidth that a chirp sweeps.", unit="Hz", reason="swept by a chirp")
+    ] = 0.0
     compression_weighting: Literal["none", "hann", "hamming", "taylor"] = "none"
-    prf_hz: Annotated[float, limited("pulses per second", above=0.0, most=1e7)] | None = None
-    rotation_rpm: Annotated[float, limited("the antenna turns clockwise", above=0.0, most=1e4)] | None = None
+    prf_hz: Annotated[
+        float | None,
+        Gt(0.0),
+        Le(1e7),
+        Meaning("Pulse repetition frequency.", unit="Hz", reason="pulses per second", left_out="by the times"),
+    ] = None
+    rotation_rpm: Annotated[
+        float | None,
+        Gt(0.0),
+        Le(1e4),
+        Meaning(
+            "Rotation of the antenna.", unit="1/min", reason="the antenna turns clockwise", left_out="by the azimuths"
+        ),
+    ] = None
     sector_deg: Annotated[tuple[float, float], BeforeValidator(as_tuple)] | None = None
-    noise_power_w: Annotated[float, limited("of a gate and receiver", least=0.0)] | None = None
+    noise_power_w: Annotated[
+        float | None,
+        Ge(0.0),
+        Meaning(
+            "Noise power of a gate and receiver.",
+            unit="W",
+            reason="of a gate and receiver",
+            left_out="by pulses without transmission or the farthest gates",
+        ),
+    ] = None
     conjugate: bool = False
-    voltage_scale: Annotated[float, limited("√W of one unit of the recording", above=0.0)] = 1.0
+    voltage_scale: Annotated[
+        float, Gt(0.0), Meaning("√W of one unit of the recording.", unit="√W", reason="√W of one unit of the recording")
+    ] = 1.0
     dc_offset: Literal["keep", "remove"] = "keep"
-    full_scale: Annotated[float, limited("of I and Q, in the recording's units", above=0.0)] | None = None
-    encoder_counts: Annotated[int, limited("of a turn", least=2)] | None = None
-    encoder_zero_deg: Annotated[float, limited("where the encoder reads 0", least=-360.0, most=360.0)] = 0.0
+    full_scale: Annotated[
+        float | None,
+        Gt(0.0),
+        Meaning(
+            "Full scale of I and Q, in the recording's units.",
+            unit="1",
+            reason="of I and Q, in the recording's units",
+            left_out="no pulse is flagged as saturated",
+        ),
+    ] = None
+    encoder_counts: Annotated[
+        int | None,
+        Ge(2),
+        Meaning(
+            "Counts of the encoder in a turn.", unit="1", reason="of a turn", left_out="the azimuths are in degrees"
+        ),
+    ] = None
+    encoder_zero_deg: Annotated[
+        float,
+        Ge(-360.0),
+        Le(360.0),
+        Meaning("Azimuth at which the encoder reads 0.", unit="°", reason="where the encoder reads 0"),
+    ] = 0.0
     encoder_clockwise: bool = True
     azimuth_from: Literal["north", "bow"] = "north"
     partial_turns: Literal["drop", "keep"] = "drop"

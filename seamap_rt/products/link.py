@@ -19,7 +19,8 @@ from ..report import style
 from ..report.link_figure import draw
 from ..report.link_words import link_lines, link_table
 from ..scattering import MEAN_MODELS, mean_nrcs
-from ..scene import STEEPEST, Scene
+from ..scene import Scene
+from ..scene.checks.scattering import STEEPEST
 from ..session import clear_folder, prepare_folder, write_whole
 from ..settings import RadarSettings
 

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from itertools import combinations
 from pathlib import Path
 
 from ..conventions import SPEED_OF_LIGHT
-from ..settings import RadarSettings
+from ..io.numbers import rounded_down, rounded_up
+from ..settings import WIDEST_DEG, RadarSettings
 from .array import antenna_array
 from .chirp import Chirp
 from .digital import DigitalReceiver
 from .scan import scanned_share, turn_duration
 from .waveform import blind_range_m, unambiguous_range_m
-
-WIDEST_DEG = 25.0  # as of the other patterns' azimuth_beamwidth_deg
 
 
 def check_radar(radar: RadarSettings) -> None:
@@ -80,9 +78,9 @@ def _pulses_do_not_overlap(radar: RadarSettings) -> None:
         )
     if far > unambiguous:
         raise ValueError(
-            f"radar.prf_hz = {radar.prf_hz:g}: must be at most {_down(SPEED_OF_LIGHT / (2.0 * far))} (c/2 over the "
-            f"far end of radar.range_m = {far:g}: an echo from there would come after the next pulse); lower it, or "
-            "the far end"
+            f"radar.prf_hz = {radar.prf_hz:g}: must be at most {rounded_down(SPEED_OF_LIGHT / (2.0 * far))} (c/2 over "
+            f"the far end of radar.range_m = {far:g}: an echo from there would come after the next pulse); lower it, "
+            "or the far end"
         )
 
 
@@ -97,8 +95,8 @@ def _waveform(radar: RadarSettings) -> None:
         Chirp(radar)
     if far <= blind_range_m(radar):
         raise ValueError(
-            f"radar.range_m = [{near:g}, {far:g}]: lies wholly nearer than {_up(blind_range_m(radar))} m (half the "
-            "length of the pulse: the transmitter is on while the echo begins); raise its far end or shorten "
+            f"radar.range_m = [{near:g}, {far:g}]: lies wholly nearer than {rounded_up(blind_range_m(radar))} m (half "
+            "the length of the pulse: the transmitter is on while the echo begins); raise its far end or shorten "
             "radar.pulse_width_s"
         )
 
@@ -106,17 +104,3 @@ def _waveform(radar: RadarSettings) -> None:
 def _receiver(radar: RadarSettings) -> None:
     if radar.receiver.chain == "digital":
         DigitalReceiver(radar)
-
-
-def _down(value: float) -> str:
-    """Four digits, rounded down: a limit that satisfies its check when it is typed in."""
-    return _four_digits(value, math.floor)
-
-
-def _up(value: float) -> str:
-    return _four_digits(value, math.ceil)
-
-
-def _four_digits(value: float, towards: Callable[[float], int]) -> str:
-    scale = 10.0 ** (3 - math.floor(math.log10(value)))
-    return f"{towards(value * scale) / scale:.6g}"

@@ -18,9 +18,10 @@ from seamap_rt.echoes.turn import turn_voltages
 from seamap_rt.errors import InputError
 from seamap_rt.interferometry import retrieve
 from seamap_rt.mesh.polar import mesh_turn
+from seamap_rt.mesh.sizing import MOST_TRIANGLES
 from seamap_rt.metrics import compare
 from seamap_rt.radar.scan import pulses
-from seamap_rt.scene import MOST_TRIANGLES, Scene
+from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulation, Simulator, simulate
 
 CREST, LENGTH = 1.5, 22.0  # m: a wave as steep as can be, its crest over the origin at time 0

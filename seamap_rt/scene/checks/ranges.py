@@ -1,0 +1,85 @@
+"""Range window, patch of sea, range gates and ground map."""
+
+from __future__ import annotations
+
+import math
+
+from ...conventions import SPEED_OF_LIGHT
+from ...io.numbers import rounded_down, rounded_up
+from ...radar.waveform import RangeResponse, gate_spacing_m
+from ...settings import RadarSettings, RandomWaves, RetrievalSettings, SeaSettings
+
+LEAST_MARGIN_M = 30.0  # beyond the far gate; the mesh itself runs on by the range response's reach
+MOST_GROUND_CELLS = 1e7
+
+
+def check_height(radar: RadarSettings) -> None:
+    """The far end of the range window reaches the sea."""
+    (near, far), height = radar.range_m, radar.height_m
+    if far <= height:
+        raise ValueError(
+            f"radar.range_m = [{near:.10g}, {far:.10g}]: its far end must be greater than radar.height_m "
+            f"= {height:.10g} (the sea lies farther below the antenna, so nothing is seen); raise the "
+            "far end or lower radar.height_m"
+        )
+
+
+def check_patch(radar: RadarSettings, sea: SeaSettings) -> None:
+    """The range circle fits in the periodic patch, if the waves repeat."""
+    margin = max(LEAST_MARGIN_M, RangeResponse.of(radar).support_m)
+    needed, extent = 2.0 * (radar.range_m[1] + margin), sea.extent_m
+    repeats = any(
+        isinstance(waves, RandomWaves) and getattr(waves, "spreading", None) != "long_crested" for waves in sea.waves
+    )
+    if repeats and extent < needed:
+        room = 0.5 * extent - margin
+        nearer = f" or lower the far end of radar.range_m to {rounded_down(room)}" if room > 0.0 else ""
+        raise ValueError(
+            f"sea.extent_m = {extent:.10g}: must be at least {rounded_up(needed)} (the range circle, 2 × (far "
+            f"end of radar.range_m + {margin:.10g} m), must fit in the periodic patch, or the same "
+            f"waves are seen twice); raise sea.extent_m{nearer}"
+        )
+
+
+def check_gates(radar: RadarSettings, retrieval: RetrievalSettings) -> None:
+    """Gates lie no further apart than cells are long and than the range resolution."""
+    sampling, cell = radar.range_sampling_m, retrieval.cell_range_m
+    if sampling > cell:
+        raise ValueError(
+            f"radar.range_sampling_m = {sampling:.10g}: must be at most retrieval.cell_range_m = "
+            f"{cell:.10g} (else cells hold no gate); lower radar.range_sampling_m or lengthen "
+            "retrieval.cell_range_m"
+        )
+    chirp = radar.waveform == "chirp"
+    swept = radar.chirp_bandwidth_hz if chirp else 1.0 / radar.pulse_width_s
+    resolution = SPEED_OF_LIGHT / (2.0 * min(radar.bandwidth_hz, swept))
+    if gate_spacing_m(radar) > resolution:
+        raise ValueError(
+            f"radar.range_sampling_m = {sampling:.10g}: must be at most the range resolution of "
+            f"{rounded_down(resolution)} m (c/2 over the lesser of radar.bandwidth_hz and "
+            f"{'radar.chirp_bandwidth_hz' if chirp else '1/radar.pulse_width_s'}; the sea between the gates "
+            f"would be missed); lower radar.range_sampling_m to {rounded_down(resolution)}"
+        )
+
+
+def check_window(radar: RadarSettings, retrieval: RetrievalSettings) -> None:
+    """The range window holds a cell."""
+    (near, far), cell = radar.range_m, retrieval.cell_range_m
+    length = max(cell, 2.0 * gate_spacing_m(radar))
+    if far - near < length:
+        raise ValueError(
+            f"radar.range_m = [{near:.10g}, {far:.10g}]: must be at least {length:.4g} long (a cell of "
+            "retrieval.cell_range_m, or three gates); raise its far end"
+        )
+
+
+def check_ground_map(radar: RadarSettings, retrieval: RetrievalSettings) -> None:
+    """The ground map fits memory."""
+    far, side = radar.range_m[1], retrieval.ground_m
+    cells = (2.0 * far / side) ** 2
+    if cells > MOST_GROUND_CELLS:
+        least = 2.0 * far / math.sqrt(MOST_GROUND_CELLS)
+        raise ValueError(
+            f"retrieval.ground_m = {side:.10g}: must be at least {rounded_up(least)} (the ground map would have "
+            f"{cells:.3g} cells, and may have {MOST_GROUND_CELLS:.3g}); raise retrieval.ground_m"
+        )

@@ -1,0 +1,48 @@
+"""Scene files and shipped scenes, with keys overridden and the paths of their files made absolute."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ..io import scenefile
+from .model import Scene
+
+
+def load_scene(path_or_name: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None) -> Scene:
+    """The scene of a file, or a shipped one by its name, with keys overridden as {"radar.height_m": 10.0}.
+
+    Files that a scene names count from the scene file's folder, those of overrides from the working folder. Raises
+    InputError, in one line, for whatever is wrong with the file or the scene.
+    """
+    path, overrides = scenefile.find_scene(path_or_name), overrides or {}
+    tree = _anchored(scenefile.read_toml(path), path.parent)
+    for key, other in (("energy_fraction", "resolution_m"), ("resolution_m", "energy_fraction")):
+        # Either sets the resolution: the one that is overridden takes the other's place in the file.
+        replaces = overrides.get(f"sea.{key}") is not None and f"sea.{other}" not in overrides
+        if replaces and isinstance(tree.get("sea"), dict):
+            tree["sea"].pop(other, None)
+    return scenefile.validate(Scene, _anchored(scenefile.apply_overrides(tree, overrides), Path.cwd()))
+
+
+def _anchored(tree: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The tree with the paths of its files made absolute, so that the scene means the same everywhere."""
+    radar = _table(tree.get("radar"))
+    holders = [("file", each) for each in _tables(_table(tree.get("sea")).get("waves"))]
+    holders += [("file", _table(tree.get("platform"))), ("file", _table(radar.get("antenna")))]
+    holders += [("file", each) for each in _tables(radar.get("antennas"))]
+    holders += [("mesh", each) for each in _tables(tree.get("objects"))]
+    for key, holder in holders:
+        if isinstance(holder.get(key), str) and holder[key]:
+            holder[key] = str((folder / holder[key]).resolve())
+    return tree
+
+
+def _table(value: Any) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}
+
+
+def _tables(value: Any) -> list[dict[str, Any]]:
+    return [_table(entry) for entry in value] if isinstance(value, list | tuple) else []

@@ -1,0 +1,135 @@
+"""The scene: its sections, and the order in which they are checked against each other."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Annotated, Literal, Self
+
+from annotated_types import Ge, Le
+from pydantic import AfterValidator, BeforeValidator, model_validator
+
+from ..conventions import SPEED_OF_LIGHT
+from ..io import scenefile
+from ..mesh.sizing import MeshDetail, mesh_detail
+from ..radar.checks import check_radar
+from ..radar.scan import turn_duration
+from ..settings import (
+    GaugeSettings,
+    Meaning,
+    ObjectSettings,
+    PlatformSettings,
+    RadarSettings,
+    RetrievalSettings,
+    ScatteringSettings,
+    SeaSettings,
+    Section,
+    TracingSettings,
+    as_tuple,
+)
+from .checks import antennas, gauges, looks, meshing, platform, ranges, scattering
+
+_NAME = r"[A-Za-z0-9][A-Za-z0-9._+-]{0,99}"
+
+
+def _file_name(name: str) -> str:
+    if not re.fullmatch(_NAME, name):
+        raise ValueError(
+            "must be 1 to 100 letters, digits and . _ + -, the first a letter or digit (it names the results' folder)"
+        )
+    return name
+
+
+class Scene(Section):
+    """All that a run depends on."""
+
+    name: Annotated[
+        str, AfterValidator(_file_name), Meaning("Name of the scene and of its results' folder.", pattern=f"^{_NAME}$")
+    ]
+    title: Annotated[str, Meaning("What the scene shows, in a line.")] = ""
+    seed: Annotated[
+        int,
+        Ge(0),
+        Meaning(
+            "Seed of all random numbers: the same seed gives the same bits.",
+            unit="1",
+            reason="seeds of the random source count from 0",
+        ),
+    ] = 1
+    turns: Annotated[
+        int,
+        Ge(1),
+        Le(1_000_000),
+        Meaning(
+            "Turns of the antenna, the sea running on; or maps of a staring one.",
+            unit="1",
+            reason="turns of the antenna",
+        ),
+    ] = 1
+    earth: Annotated[Literal["flat"], Meaning("Shape of the earth.")] = "flat"
+    sea: Annotated[SeaSettings, Meaning("The water and its waves.")] = SeaSettings()
+    scattering: Annotated[ScatteringSettings, Meaning("How the sea returns the radar's power.")] = ScatteringSettings()
+    radar: Annotated[RadarSettings, Meaning("The radar.")] = RadarSettings()
+    platform: Annotated[PlatformSettings, Meaning("The boat that carries it.")] = PlatformSettings()
+    objects: Annotated[
+        tuple[ObjectSettings, ...], BeforeValidator(as_tuple), Meaning("Things in the scene, `[[objects]]`.")
+    ] = ()
+    gauges: Annotated[
+        tuple[GaugeSettings, ...], BeforeValidator(as_tuple), Meaning("Virtual wave gauges, `[[gauges]]`.")
+    ] = ()
+    tracing: Annotated[TracingSettings, Meaning("Light and shadow, and the mesh.")] = TracingSettings()
+    retrieval: Annotated[RetrievalSettings, Meaning("How echoes become maps.")] = RetrievalSettings()
+
+    @property
+    def detail(self) -> MeshDetail:
+        """How fine the mesh is made."""
+        return mesh_detail(self.sea, self.radar, self.tracing, self.scattering)
+
+    @property
+    def meshing(self) -> TracingSettings:
+        """The tracing with the mesh's spacings filled in."""
+        return self.detail.meshing(self.tracing)
+
+    @property
+    def wavelength_m(self) -> float:
+        """The radar's wavelength."""
+        return SPEED_OF_LIGHT / self.radar.frequency_hz
+
+    @property
+    def turn_duration_s(self) -> float:
+        """How long one turn of the antenna lasts."""
+        return turn_duration(self.radar)
+
+    @property
+    def far_ground_range(self) -> float:
+        """Horizontal distance [m] at which the far end of the range window meets mean sea level."""
+        return math.sqrt(self.radar.range_m[1] ** 2 - self.radar.height_m**2)
+
+    def to_toml(self) -> str:
+        """The scene file with every key resolved: it reads back to an equal scene."""
+        return scenefile.to_toml(self)
+
+    @model_validator(mode="after")
+    def _sections_agree(self) -> Self:
+        """Each check raises ValueError in one line, and may rely on those before it."""
+        radar, retrieval = self.radar, self.retrieval
+        antennas.check_apertures(radar)
+        check_radar(radar)
+        antennas.check_receivers(radar, retrieval)
+        platform.check_motion(self.platform, radar, self.turns)
+        platform.check_meshes(self.objects)
+        ranges.check_height(radar)
+        antennas.check_above_water(radar)
+        ranges.check_patch(radar, self.sea)
+        ranges.check_gates(radar, retrieval)
+        looks.check_pulses(radar, retrieval)
+        ranges.check_window(radar, retrieval)
+        looks.check_echo_memory(radar)
+        ranges.check_ground_map(radar, retrieval)
+        scattering.check_permittivity(self.scattering, radar)
+        scattering.check_mean_model(self.scattering, radar)
+        meshing.check_waves(self.detail, self.sea)
+        meshing.check_memory(self.detail, radar)
+        gauges.check_names_and_rates(self.gauges)
+        gauges.check_places(self.gauges, radar, self.platform, retrieval)
+        return self

@@ -1,0 +1,67 @@
+"""One frozen model per section of a scene file, a module each: limits, default, unit and meaning of every key.
+
+Keys carry their unit as a suffix; unknown keys are refused. A check that needs one section alone stands beside that
+section. Settings lie below `radar`, `scattering`, `sea` and `mesh`, which take them as arguments; checks across
+sections ask those rooms, so they lie above them, in `seamap_rt.scene`: two rooms on purpose.
+"""
+
+from .antenna import WIDEST_DEG, AntennaSettings, PlacedAntenna
+from .gauges import GaugeSettings
+from .limits import Meaning
+from .objects import ObjectSettings
+from .platform import PlatformSettings, SensorSettings
+from .radar import RadarSettings
+from .receiver import ReceiverSettings
+from .retrieval import RetrievalSettings
+from .scattering import ScatteringSettings
+from .sea import DEFAULT_RESOLUTION_M, MOST_POINTS_A_SIDE, SeaSettings, check_grid
+from .section import Section, as_tuple
+from .tracing import TracingSettings
+from .waves import (
+    ElfouhailyWaves,
+    FileWaves,
+    FlatWaves,
+    GrowingWaves,
+    JonswapWaves,
+    PiersonMoskowitzWaves,
+    RandomWaves,
+    SinusoidWaves,
+    SpectralWaves,
+    SpreadWaves,
+    TmaWaves,
+    WaveSystem,
+)
+
+__all__ = [
+    "DEFAULT_RESOLUTION_M",
+    "MOST_POINTS_A_SIDE",
+    "WIDEST_DEG",
+    "AntennaSettings",
+    "ElfouhailyWaves",
+    "FileWaves",
+    "FlatWaves",
+    "GaugeSettings",
+    "GrowingWaves",
+    "JonswapWaves",
+    "Meaning",
+    "ObjectSettings",
+    "PiersonMoskowitzWaves",
+    "PlacedAntenna",
+    "PlatformSettings",
+    "RadarSettings",
+    "RandomWaves",
+    "ReceiverSettings",
+    "RetrievalSettings",
+    "ScatteringSettings",
+    "SeaSettings",
+    "Section",
+    "SensorSettings",
+    "SinusoidWaves",
+    "SpectralWaves",
+    "SpreadWaves",
+    "TmaWaves",
+    "TracingSettings",
+    "WaveSystem",
+    "as_tuple",
+    "check_grid",
+]

@@ -1,0 +1,96 @@
+"""[[gauges]]: virtual wave gauges."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Self
+
+from annotated_types import Ge, Le
+from pydantic import AfterValidator, model_validator
+
+from ..conventions import unit_from_azimuth
+from .limits import Meaning
+from .section import Direction, Section, compass
+
+_NAME = r"[A-Za-z0-9][A-Za-z0-9 ._+-]{0,39}"
+
+
+def _gauge_name(name: str) -> str:
+    if not re.fullmatch(_NAME, name):
+        raise ValueError("must be 1 to 40 letters, digits, blanks and . _ + -, the first a letter or digit")
+    return name
+
+
+Coordinate = Annotated[float, Ge(-20_000.0), Le(20_000.0)]
+
+
+class GaugeSettings(Section):
+    """A virtual wave gauge: a wire, fixed to the ground, that reads the surface where it stands.
+
+    The radar's map is read beside it once a turn. It stands where `east_m` and `north_m` say or where `ground_range_m`
+    and `azimuth_deg` say, counted from the origin, the foot of the mast at time 0.
+    """
+
+    name: Annotated[str, AfterValidator(_gauge_name), Meaning("Name of the gauge, its own.", pattern=f"^{_NAME}$")]
+    east_m: Annotated[
+        Coordinate | None,
+        Meaning(
+            "Distance east of the origin; together with `north_m`.",
+            unit="m",
+            reason="a place in the scene",
+            left_out="by `ground_range_m` and `azimuth_deg`",
+        ),
+    ] = None
+    north_m: Annotated[
+        Coordinate | None,
+        Meaning(
+            "Distance north of the origin; together with `east_m`.",
+            unit="m",
+            reason="a place in the scene",
+            left_out="by `ground_range_m` and `azimuth_deg`",
+        ),
+    ] = None
+    ground_range_m: Annotated[
+        float | None,
+        Ge(0.0),
+        Le(20_000.0),
+        Meaning(
+            "Horizontal distance from the origin; together with `azimuth_deg`.",
+            unit="m",
+            reason="a distance",
+            left_out="by `east_m` and `north_m`",
+        ),
+    ] = None
+    azimuth_deg: Annotated[
+        Direction | None,
+        compass("Azimuth from the origin, together with `ground_range_m`", left_out="by `east_m` and `north_m`"),
+    ] = None
+    sample_hz: Annotated[
+        float,
+        Ge(0.1),
+        Le(1000.0),
+        Meaning(
+            "Readings a second of the wire; one rate for all gauges.", unit="Hz", reason="readings a second of the wire"
+        ),
+    ] = 4.0
+
+    @model_validator(mode="after")
+    def _place_is_given_once(self) -> Self:
+        square = (self.east_m is not None, self.north_m is not None)
+        polar = (self.ground_range_m is not None, self.azimuth_deg is not None)
+        if (all(square), any(polar)) != (True, False) and (any(square), all(polar)) != (False, True):
+            raise ValueError(
+                "give its place either by east_m and north_m or by ground_range_m and azimuth_deg, not by "
+                + ("a mixture" if any(square + polar) else "nothing")
+            )
+        return self
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """East and north of the origin [m]."""
+        if self.east_m is not None and self.north_m is not None:
+            return self.east_m, self.north_m
+        assert self.ground_range_m is not None
+        assert self.azimuth_deg is not None
+        east, north = unit_from_azimuth(self.azimuth_deg)
+        return self.ground_range_m * float(east), self.ground_range_m * float(north)

@@ -1,0 +1,159 @@
+"""[platform] and [platform.sensors]: the boat, how it moves, and how it measures that."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal, Self
+
+from annotated_types import Ge, Gt, Le
+from pydantic import model_validator
+
+from .antenna import Offset
+from .limits import Meaning
+from .section import Direction, Phase, Section, compass
+
+Period = Annotated[float, Ge(0.5), Le(300.0)]
+Angle = Annotated[float, Ge(0.0), Le(45.0)]
+Bias = Annotated[float, Ge(-45.0), Le(45.0)]
+Noise = Annotated[float, Ge(0.0), Le(45.0)]
+
+
+def _amplitude(motion: str) -> Meaning:
+    return Meaning(f'Amplitude of {motion}; 0 unless motion = "sinusoidal".', unit="°", reason="an amplitude")
+
+
+def _period(motion: str) -> Meaning:
+    return Meaning(f"Period of {motion}.", unit="s", reason="a boat answers waves of 0.5 s and more")
+
+
+def _phase(motion: str) -> Meaning:
+    return Meaning(f"Phase of {motion} at time 0.", unit="°", reason="a phase")
+
+
+def _bias(reading: str, unit: str) -> Meaning:
+    return Meaning(
+        f"Constant error of the measured {reading}.", unit=unit, reason="a sensor that errs by more is broken"
+    )
+
+
+def _noise(reading: str, unit: str) -> Meaning:
+    return Meaning(f"Random error of each reading of {reading}, rms.", unit=unit, reason="rms of one reading")
+
+
+class SensorSettings(Section):
+    """How the boat measures its own motion: without error unless given.
+
+    The true motion moves the antennas; the measured one goes to the retrieval, interpolated between readings.
+    """
+
+    roll_bias_deg: Annotated[Bias, _bias("roll", "°")] = 0.0
+    pitch_bias_deg: Annotated[Bias, _bias("pitch", "°")] = 0.0
+    heading_bias_deg: Annotated[Bias, _bias("heading", "°")] = 0.0
+    height_bias_m: Annotated[Bias, _bias("height", "m")] = 0.0
+    attitude_noise_deg: Annotated[Noise, _noise("roll and pitch", "°")] = 0.0
+    heading_noise_deg: Annotated[Noise, _noise("heading", "°")] = 0.0
+    position_noise_m: Annotated[Noise, _noise("position", "m")] = 0.0
+    rate_hz: Annotated[
+        float,
+        Ge(0.1),
+        Meaning("Readings a second; inf is one at every pulse.", unit="Hz", reason="readings a second", infinite=True),
+    ] = math.inf
+    latency_s: Annotated[
+        float,
+        Ge(0.0),
+        Le(10.0),
+        Meaning("Age of a reading: it reports the motion of that long before.", unit="s", reason="age of a reading"),
+    ] = 0.0
+
+
+class PlatformSettings(Section):
+    """The boat: its course, how it moves about it, and what its sensors measure of that.
+
+    Signs: roll + starboard down, pitch + bow up, heading clockwise from north.
+    """
+
+    motion: Annotated[
+        Literal["fixed", "sinusoidal", "wave_following", "file"],
+        Meaning(
+            "`fixed` keeps its attitude; `sinusoidal` rolls, pitches, yaws and heaves by the amplitudes below; "
+            "`wave_following` rides the very waves that the radar sees, as far as length and beam let it; `file` is a "
+            "recorded motion."
+        ),
+    ] = "fixed"
+    speed_m_s: Annotated[
+        float,
+        Ge(0.0),
+        Le(30.0),
+        Meaning("Speed along the heading.", unit="m/s", reason="through the scene, along the heading"),
+    ] = 0.0
+    heading_deg: Annotated[Direction, compass("Heading of the bow")] = 0.0
+    list_deg: Annotated[
+        float,
+        Ge(-45.0),
+        Le(45.0),
+        Meaning("Roll at rest, starboard down.", unit="°", reason="beyond it the boat capsizes"),
+    ] = 0.0
+    trim_deg: Annotated[
+        float, Ge(-45.0), Le(45.0), Meaning("Pitch at rest, bow up.", unit="°", reason="beyond it the boat founders")
+    ] = 0.0
+    roll_deg: Annotated[Angle, _amplitude("roll")] = 0.0
+    roll_period_s: Annotated[Period, _period("roll")] = 4.0
+    roll_phase_deg: Annotated[Phase, _phase("roll")] = 0.0
+    pitch_deg: Annotated[Angle, _amplitude("pitch")] = 0.0
+    pitch_period_s: Annotated[Period, _period("pitch")] = 5.0
+    pitch_phase_deg: Annotated[Phase, _phase("pitch")] = 0.0
+    yaw_deg: Annotated[Angle, _amplitude("yaw")] = 0.0
+    yaw_period_s: Annotated[Period, _period("yaw")] = 8.0
+    yaw_phase_deg: Annotated[Phase, _phase("yaw")] = 0.0
+    heave_m: Annotated[
+        float,
+        Ge(0.0),
+        Le(20.0),
+        Meaning('Amplitude of heave; 0 unless motion = "sinusoidal".', unit="m", reason="an amplitude"),
+    ] = 0.0
+    heave_period_s: Annotated[Period, _period("heave")] = 5.0
+    heave_phase_deg: Annotated[Phase, _phase("heave")] = 0.0
+    file: Annotated[
+        str | None,
+        Meaning(
+            "Path of a recorded motion: CSV with `time_s` and any of `roll_deg`, `pitch_deg`, `heading_deg`, "
+            "`heave_m`, `x_m`, `y_m`; a relative one counts from the scene file's folder.",
+            left_out='no file; needed with motion = "file"',
+        ),
+    ] = None
+    length_m: Annotated[
+        float,
+        Gt(0.1),
+        Le(300.0),
+        Meaning("Length of the boat, where it follows the waves.", unit="m", reason="of the boat's waterline"),
+    ] = 7.0
+    beam_m: Annotated[
+        float,
+        Gt(0.1),
+        Le(60.0),
+        Meaning("Beam of the boat, where it follows the waves.", unit="m", reason="of the boat's waterline"),
+    ] = 2.5
+    lever_arm_m: Annotated[
+        Offset | None,
+        Meaning(
+            "Vector from the point about which the boat turns to the middle of the antennas: starboard, forward, up.",
+            unit="m",
+            left_out="that point lies at the waterline straight below the antennas",
+        ),
+    ] = None
+    sensors: Annotated[SensorSettings, Meaning("The motion sensors, `[platform.sensors]`.")] = SensorSettings()
+
+    @model_validator(mode="after")
+    def _motion_and_its_keys_agree(self) -> Self:
+        if (self.motion == "file") != bool(self.file):
+            raise ValueError("give motion = 'file' and file = '…' together: one says what the other is for")
+        if self.motion == "file" and (self.speed_m_s or self.list_deg or self.trim_deg):
+            raise ValueError("speed_m_s, list_deg and trim_deg: must be 0 with motion = 'file'; the file holds them")
+        if self.motion != "sinusoidal":
+            for key in ("roll_deg", "pitch_deg", "yaw_deg", "heave_m"):
+                if getattr(self, key):
+                    raise ValueError(
+                        f"{key} = {getattr(self, key):g}: is an amplitude, and must be 0 unless motion = 'sinusoidal'; "
+                        "set that, or give a steady attitude by list_deg and trim_deg"
+                    )
+        return self

@@ -1,0 +1,121 @@
+"""[sea]: the water, its wave systems, and how much of them the surface resolves."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal, Self
+
+from annotated_types import Ge, Gt, Le, Lt
+from pydantic import BeforeValidator, model_validator
+
+from .limits import Meaning
+from .section import Direction, Section, as_tuple, compass
+from .waves import WaveSystem
+
+DEFAULT_RESOLUTION_M = 0.8
+MOST_POINTS_A_SIDE = 4096
+
+
+class SeaSettings(Section):
+    """The water: its depth, its current, its wave systems, and the finest wave that is resolved.
+
+    Any number of wave systems add up. Periods and spectra are those that one meets who drifts with the current. Waves
+    follow the full dispersion relation, with depth and surface tension. Waves shorter than twice `resolution_m` are not
+    on the surface but in the scattering; which waves are on the surface decides what hides behind crests.
+    """
+
+    model: Annotated[
+        Literal["linear", "choppy"],
+        Meaning(
+            "`linear` waves, or `choppy`: first-order Lagrangian waves, whose crests are sharper; a scene of which "
+            "more than 2 % of the water folds over at time 0 is refused."
+        ),
+    ] = "linear"
+    depth_m: Annotated[
+        float,
+        Ge(0.05),
+        Meaning("Depth of the water; inf is deep.", unit="m", reason="water has a depth; inf is deep", infinite=True),
+    ] = math.inf
+    resolution_m: Annotated[
+        float | None,
+        Gt(0.0),
+        Le(100.0),
+        Meaning(
+            "Spacing of the grid of resolved waves: the shortest wave on the surface is twice as long.",
+            unit="m",
+            reason="spacing of the resolved waves' grid",
+            left_out=f"{DEFAULT_RESOLUTION_M}, or by `energy_fraction`",
+        ),
+    ] = None
+    energy_fraction: Annotated[
+        float | None,
+        Gt(0.0),
+        Lt(1.0),
+        Meaning(
+            "Share of the waves' variance that is to be on the surface: asks for the resolution that keeps it, in "
+            "place of `resolution_m`.",
+            unit="1",
+            reason="share of the waves' variance that is resolved",
+            left_out="by `resolution_m`",
+        ),
+    ] = None
+    extent_m: Annotated[
+        float,
+        Ge(10.0),
+        Le(20_000.0),
+        Meaning(
+            "Side of the periodic patch of sea; it must hold the range circle, unless the waves do not repeat "
+            "(`sinusoid`, `flat`, `long_crested`).",
+            unit="m",
+            reason="side of the periodic patch",
+        ),
+    ] = 1024.0
+    current_m_s: Annotated[
+        float,
+        Ge(0.0),
+        Le(10.0),
+        Meaning("Speed of a uniform current, which carries the waves.", unit="m/s", reason="a uniform current"),
+    ] = 0.0
+    current_toward_deg: Annotated[Direction, compass("Direction to which the current flows")] = 0.0
+    waves: Annotated[
+        tuple[WaveSystem, ...],
+        BeforeValidator(as_tuple),
+        Meaning("Wave systems, `[[sea.waves]]`: wind sea and swells, each with its own spectrum."),
+    ] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _default_resolution(cls, tree: object) -> object:
+        if isinstance(tree, dict) and tree.get("resolution_m") is None and tree.get("energy_fraction") is None:
+            return {**tree, "resolution_m": DEFAULT_RESOLUTION_M}
+        return tree
+
+    @model_validator(mode="after")
+    def _one_resolution(self) -> Self:
+        if self.resolution_m is not None and self.energy_fraction is not None:
+            raise ValueError("give resolution_m or energy_fraction, not both: one follows from the other")
+        return self
+
+    @model_validator(mode="after")
+    def _grid_fits_memory(self) -> Self:
+        if self.resolution_m is not None:
+            check_grid(self.extent_m, self.resolution_m)
+        return self
+
+
+def check_grid(extent_m: float, resolution_m: float, energy_fraction: float | None = None) -> None:
+    """Raise ValueError unless the grid of resolved waves fits memory and holds waves.
+
+    energy_fraction: the share from which the resolution follows, if it was not given itself.
+    """
+    side = extent_m / resolution_m
+    cause = "" if energy_fraction is None else f"energy_fraction = {energy_fraction!r}: asks for {resolution_m:.3g} m, "
+    key = "resolution_m" if energy_fraction is None else "energy_fraction"
+    finer, coarser = ("lower", "raise") if energy_fraction is None else ("raise", "lower")
+    if side > MOST_POINTS_A_SIDE:
+        raise ValueError(
+            f"{cause}extent_m/resolution_m = {side:.0f}: must be at most {MOST_POINTS_A_SIDE} (a grid of {side:.0f}² "
+            f"points would take {side**2 * 100 / 1e9:.3g} GB); {coarser} {key} or lower extent_m"
+        )
+    if side < 8:
+        raise ValueError(f"{cause}extent_m/resolution_m = {side:.1f}: must be at least 8; {finer} {key}")

@@ -1,0 +1,80 @@
+"""[tracing]: how the lit part of the sea is found, and how finely the sea is meshed."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from annotated_types import Ge, Le
+
+from .limits import Meaning
+from .section import Section
+
+
+class TracingSettings(Section):
+    """How the lit part of the sea is found, and how finely the sea is meshed.
+
+    The mesh is as fine as the maps need: a model predicts what it costs them and takes the fewest facets that meet the
+    errors allowed here, never coarser than the sea's own grid, a third of the radar's range cell or three columns a
+    beam. `facet_m` and `columns_per_beam`, if given, are taken as they are.
+    """
+
+    tracer: Annotated[
+        Literal["facets", "horizon", "paths"],
+        Meaning(
+            "`facets`: a shadow ray to every facet that faces the antenna, by Sionna RT/Mitsuba, on any triangulated "
+            "sea; `horizon`: running maximum of the elevation angle along the mesh's own profiles, for a sea that "
+            "stands once over each place, without a ray tracing backend; `paths`: a line of sight to every facet by "
+            "Sionna RT's PathSolver, an independent and slower reference."
+        ),
+    ] = "facets"
+    diffraction: Annotated[
+        Literal["none", "knife_edge"],
+        Meaning(
+            "`none`: geometric shadows; `knife_edge`: the field over up to two crests, with its phase, at each facet "
+            "and antenna."
+        ),
+    ] = "none"
+    height_error_m: Annotated[
+        float,
+        Ge(1e-4),
+        Le(10.0),
+        Meaning(
+            "What the mesh may cost the maps' heights: rms over cells more than half visible, in the expectation over "
+            "speckle.",
+            unit="m",
+            reason="an error is more than nothing",
+        ),
+    ] = 0.02
+    visible_error: Annotated[
+        float | None,
+        Ge(1e-3),
+        Le(1.0),
+        Meaning(
+            "What the mesh may cost a cell's visible share, rms.",
+            unit="1",
+            reason="a share of a cell",
+            left_out="no target",
+        ),
+    ] = None
+    facet_m: Annotated[
+        float | None,
+        Ge(0.02),
+        Le(20.0),
+        Meaning(
+            "Spacing of the mesh along the look.",
+            unit="m",
+            reason="spacing of the mesh along the look",
+            left_out="by the errors allowed",
+        ),
+    ] = None
+    columns_per_beam: Annotated[
+        int | None,
+        Ge(3),
+        Le(64),
+        Meaning(
+            "Columns of the mesh within a beam width.",
+            unit="1",
+            reason="fewer than 3 alias the two-way pattern, more than 64 gain nothing",
+            left_out="by the errors allowed",
+        ),
+    ] = None
