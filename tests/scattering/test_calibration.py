@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 import pytest
@@ -125,7 +125,7 @@ def test_a_turn_is_calibrated_in_no_time() -> None:
     target = model(grazing).astype(np.float32)
     times = []
     for _ in range(3):
-        start = perf_counter()
+        start = process_time()
         calibration_scale(raw, area, target, grazing, wind)
-        times.append(perf_counter() - start)
-    assert min(times) < 1.0  # 0.06 s alone on a core; the margin is for a busy machine
+        times.append(process_time() - start)
+    assert min(times) < 1.0  # 0.06 s alone on a core; of the process, however busy the machine is

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from time import perf_counter
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -158,9 +158,9 @@ def test_a_turn_of_facets_takes_a_fraction_of_a_second():
     rng = np.random.default_rng(4)
     theta, p, q, strain = (rng.normal(mean, 0.1, 1_330_000).astype(np.float32) for mean in (1.4, 0.0, 0.0, 0.0))
     composite(theta[:10], p[:10], q[:10], 0.3, strain=strain[:10], strain_variance=0.01)  # makes the tables
-    started = perf_counter()
+    started = process_time()
     composite(theta, p, q, 0.3, strain=strain, strain_variance=0.01)
-    assert perf_counter() - started < 1.0  # 0.16 s on two cores; they are shared
+    assert process_time() - started < 1.0  # 0.3 s of all threads together, however busy the machine is
 
 
 def test_nonsense_is_refused():

@@ -58,7 +58,7 @@ def test_a_wider_footprint_turns_its_claim_red(cases: dict[str, Case], monkeypat
 
 
 def test_energy_runs_at_the_group_speed(cases: dict[str, Case]) -> None:
-    run_in = importlib.import_module("claims_map").run_in
+    run_in = importlib.import_module("validation.claims.maps").run_in
     # g T/4π in deep water; surface tension speeds waves of 4 s up by less than 1e-5.
     for period in (4.0, 6.0, 8.0, 10.0):
         assert run_in(period) == pytest.approx(10.0 * 9.81 * period / (4.0 * np.pi), rel=1e-3)
@@ -90,7 +90,7 @@ def test_quick_hard_cases_are_right(cases: dict[str, Case], name: str) -> None:
 
 
 def test_a_hard_case_that_goes_wrong_is_red(cases: dict[str, Case], monkeypatch: pytest.MonkeyPatch) -> None:
-    light = importlib.import_module("hard_cases_light")
+    light = importlib.import_module("validation.hard_cases.light")
     lit = light.light
     monkeypatch.setattr(light, "light", lambda *given: ~lit(*given))
     assert red(cases, "hard_one_facet") == ["one column of two facets"]

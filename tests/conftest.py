@@ -1,0 +1,20 @@
+"""How many processes share the tests."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+_MOST = 8  # each holds up to 2 GB, and collects all tests anew: more gain little
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """A worker for each core that this process may use; none for a few files, which end before workers would begin."""
+    named = [Path(each.split("::")[0]) for each in config.args]
+    if config.args_source is pytest.Config.ArgsSource.ARGS and len(named) < 4 and all(path.is_file() for path in named):
+        return 0
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return 0 if cores == 1 else min(cores, _MOST)
