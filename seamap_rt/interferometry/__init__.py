@@ -1,4 +1,38 @@
-"""Echoes → phase, height and slope, on the ground. Reads echoes and the radar's own description, nothing else."""
+"""Echoes → phase, height and slope, on the ground. Reads echoes and the radar's own description, nothing else.
+
+It sees no truth, loads neither Dr.Jit nor Mitsuba, and takes ray-traced, analytic and recorded echoes alike. Settings
+(`[retrieval]`; `retrieve(echoes)` takes the defaults, not those of a scene: give `scene.retrieval`):
+
+    estimator    adaptive (the default): optimal interpolation (Bretherton et al. 1976) between single dwells and gates.
+                 Each counts as its own echo deserves, with the sea's covariance as the map itself shows it.
+                 sliding_plane: one window that follows the slopes. single_cell: no window.
+    paths        best: where transmitters alternate and both receivers hear all, each antenna on itself, p = 2, between
+                 neighbouring pulses; p = 1 of the same echoes gives the cycle. one_way: p = 1.
+    ambiguity    resolve: regions of cells grow from the most certain on, round shadows, by the mean level, by p = 1 and
+                 by their neighbours; cells that stay in doubt are flagged ambiguous.
+                 fold: all within half an ambiguity of mean level.
+    crest_bias   report, or remove: in partly shadowed cells what is seen stands above the mean of the cell.
+    map_time_s   ground maps at one instant: each wave is advanced at its own speed, in the direction that the radial
+                 velocities give.
+    channels     as_given (channel_gain_db, channel_phase_deg), or from_cross_paths: lower to upper against upper to
+                 lower.
+    coherent_s   pulses added up before the receivers are compared; pays far out for sliding_plane, not for adaptive.
+    cell_range_m, cell_azimuth_deg
+                 the cells; looks may be finer than the beam.
+
+`/polar` holds, beside heights, slopes and error bars: `radial_velocity` of what echoes (it includes the own speeds of
+Bragg waves and breakers) and `doppler_width` (0 where it is too narrow to be measured); `visible_share` and
+`crest_bias`, estimated from the echo alone; and the flags.
+
+Heights of adaptive are expectations: where the echo says little they stay near mean level, so their spread is less than
+the sea's. Take the wave height from `sea_state`, which allows for that.
+
+Recordings: `open_recording(file, header)` or `echoes_from_recording(lower, upper, header, time=…, azimuth=…)`.
+`seamap_rt/io/recorded.py` lists the header's keys: conjugated phases, cable delays, encoder counts, a heading sensor's
+own clock, missing pulses. A wrong sign of the phase is not detected; heights of many metres show it.
+
+Evidence: validation/README.md, "Accuracy of the maps" and "Recorded data and analytic echoes".
+"""
 
 from ..wavefield.sea_state import sea_state
 from .input.recorded import echoes_from_recording, open_recording

@@ -1,4 +1,39 @@
-"""How the sea's surface returns the radar's power: Bragg waves, mirrors, breakers, measured means, calibration."""
+"""How the sea's surface returns the radar's power: Bragg waves, mirrors, breakers, measured means, calibration.
+
+Settings (`[scattering]`):
+
+    nrcs            two_scale (theory by facet, the default); nrl, git, tsc, hybrid: the mean of a measured model on all
+                    that is seen; constant
+    calibrated_to   the measured model that sets the mean of two_scale, or none
+    breaking, hydrodynamic_modulation
+                    breakers; short waves that the strain of the long ones gathers
+    doppler         full: Bragg waves of both directions and breakers move on the water at their own speeds;
+                    orbital: they move with it
+    permittivity    meissner_wentz12, meissner_wentz04, klein_swift77
+    tracing.diffraction
+                    none: geometric shadows; knife_edge: the field over up to two crests, with its phase, at each facet
+                    and antenna (`seamap_rt.tracing`)
+
+Theory, with no constant tuned here:
+
+* First-order Bragg scattering by the ripples of Elfouhaily et al. (1997), tilted by the facet and averaged in closed
+  tables over the Gaussian tilts of the waves that the mesh does not carry (Valenzuela 1978).
+* Specular reflection near the vertical (Barrick 1968).
+* Breakers by Kudryavtsev et al. (2003, 2005). They do not depend on polarization, and so raise HH.
+* Relaxing hydrodynamic modulation (Alpers & Hasselmann 1978).
+
+Mean models carry the names of their papers (`nrcs_gregers_hansen12`, `nrcs_horst78`, `nrcs_tsc90`, `nrcs_reilly90`) and
+refuse winds and frequencies beyond the ranges of their papers unless `extrapolate` is set. The ranges of GIT, TSC and
+Hybrid are taken from codes that quote the papers.
+
+Calibration is one smooth scale by grazing and wind direction, found once a run on samples of the whole circle, so that
+single turns and narrow sectors keep their own random variation.
+
+Speckle is complex Gaussian for each facet. Its correlation is exp(−(τ/τc)²) times that of the scatterers' own motion.
+The spread of power from cell to cell comes from the resolved waves alone; no random texture is added.
+
+Evidence: validation/README.md, "Scattering" and "Scattering options".
+"""
 
 from seamap_rt.scattering.bragg import bragg_coefficients, nrcs_bragg, nrcs_two_scale
 from seamap_rt.scattering.calibration import calibration_scale

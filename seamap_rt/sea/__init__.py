@@ -1,4 +1,33 @@
-"""The water: spectra, spreading, dispersion, and the evolving surface that is drawn from them."""
+"""The water: spectra, spreading, dispersion, and the evolving surface that is drawn from them.
+
+Wave systems. Any number of systems (wind sea, swells) add up. Each `[[sea.waves]]` has a spectrum, a direction and a
+spreading of its own; `scenes/wind_and_swell.toml` shows the keys, those of a measured spectrum too.
+
+    spectrum     pierson_moskowitz, jonswap, tma (by wind and fetch, or by Hs and Tp), elfouhaily (peak to ripples),
+                 file (NDBC, SWAN, WAVEWATCH III, or wavespectra's own), sinusoid, flat
+    spreading    cos2s, mitsuyasu, hasselmann, donelan_banner, elfouhaily, long_crested
+    sea.model    linear, or choppy: first-order Lagrangian waves, whose crests are sharper
+    sea.depth_m, sea.current_m_s
+                 full dispersion with depth and surface tension; a uniform current carries the waves
+    sea.resolution_m or sea.energy_fraction
+                 the shortest wave on the surface, or the share of the variance that is to be on it
+
+Resolved waves. Which waves the surface carries decides the shadowing, so each run states it (`Sea.resolved`, metrics,
+report). Shorter waves belong to `seamap_rt.scattering`: its spectrum (Elfouhaily et al. 1997, of the scene's wind)
+begins at the wavenumber where that of the mesh ends, so that no wave is missing and none counts twice. This holds as
+long as the mesh is finer than the waves; it is, unless `tracing.facet_m` is set above `sea.resolution_m`, and then a
+run says so. Where the two spectra do not meet, the step in level is stated in dB.
+
+Choppy waves are evaluated at fixed places on the ground, by finding the water that stands there. Significant height
+and mean level stay those that were set, by closed forms. Crests that fold over are counted and flagged, and a scene is
+refused if more than 2 % of its water is folded at time 0. The elevation has no skewness at this order; the report puts
+3kσ, that of a second-order sea, beside it.
+
+    sea = realize(scene.sea, seed=1)
+    sea.elevation(x, y, t), sea.slopes(x, y, t), sea.velocity(x, y, t)    # arrays that broadcast; m, m/s
+
+Evidence: validation/README.md, "The sea" and "The sea alone".
+"""
 
 from ..physics import dispersion
 from . import spectra, spreading

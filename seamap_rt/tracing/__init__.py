@@ -1,4 +1,24 @@
-"""Which facets each antenna lights. The only users of Sionna and Mitsuba, and they only when rays are asked for."""
+"""Which facets each antenna lights. The only users of Sionna and Mitsuba, and they only when rays are asked for.
+
+Three tracers, which must agree where all apply (`tracing.tracer`):
+
+    facets    a shadow ray to every facet that faces the antenna, by Sionna RT/Mitsuba; float32, watertight at edges,
+              through the facets that can be hit. The default: any triangulated sea.
+    horizon   running maximum of the elevation angle along the mesh's own profiles, float64. For a surface with one
+              height at each place; needs no backend.
+    paths     a line of sight to every facet by Sionna RT's PathSolver, made deterministic. An independent reference,
+              for boats at rest: a leaning mast costs a call a column.
+
+Shadows are geometric unless `tracing.diffraction = "knife_edge"`: then each facet and antenna has the field over up to
+two crests, taken for black straight edges, with its phase.
+
+`bounces.path_echo` asks the PathSolver for diffuse and mirror paths of one, two and three bounces, with rays only
+towards the sector. It shows what a second bounce would add; the simulated echoes have one.
+
+Objects (`[[objects]]`) hide the sea and, with `rcs_dbsm`, echo; they are fixed to the world or to the boat.
+
+How fine the mesh is: `seamap_rt.mesh.sizing`. Evidence: validation/README.md, "Light and shadow".
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The validation report: cases run one after another, and a page that says what each asked and what came out."""
+"""The validation report: cases run one after another, and a page with what each expected and what came out."""
 
 from .case import Case, Check, Group, Outcome
-from .result import Done, Result
+from .result import CaseResult, ValidationResult
 from .runner import validate
 
-__all__ = ["Case", "Check", "Done", "Group", "Outcome", "Result", "validate"]
+__all__ = ["Case", "CaseResult", "Check", "Group", "Outcome", "ValidationResult", "validate"]

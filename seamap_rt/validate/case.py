@@ -1,4 +1,4 @@
-"""A case of the validation report: what is asked, why, what must come out, and what came out."""
+"""A case of the validation report: question, reason, expectation, and outcome."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Group = Literal[
 class Check:
     """One line of a case's result, in words: "height of a flat sea at 100 m", "0.4 mm", "0 ± 1 mm".
 
-    `passed` is None where nothing was asked: a figure for the record.
+    `passed` is None where nothing is required: the figure is only recorded.
     """
 
     what: str
@@ -33,13 +33,13 @@ class Check:
     passed: bool | None
 
     def __post_init__(self) -> None:
-        if self.passed is not None:  # numpy's own truth values are no JSON
+        if self.passed is not None:  # JSON does not take numpy's bool
             object.__setattr__(self, "passed", bool(self.passed))
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a case found; a claim's verdict is one of: reproduced, only if …, not reproduced, open."""
+    """The outcome of a case; the verdict of a claim is one of: reproduced, only if …, not reproduced, open."""
 
     checks: tuple[Check, ...]
     figure: Figure | None = None  # drawn with report.style
@@ -55,7 +55,7 @@ class Case:
     name: str  # snake_case, unique
     group: Group
     title: str
-    rationale: str  # why it is worth a look
+    rationale: str  # why it matters
     setup: str
     expectation: str  # what must come out, and where the tolerance comes from
     run: Callable[[bool], Outcome]  # called with full: bool

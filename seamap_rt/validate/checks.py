@@ -1,4 +1,4 @@
-"""Checks from numbers: what was found beside what was asked, in the words that a reader of the page needs."""
+"""Checks from numbers: a measured value beside its limits, as text for the page."""
 
 from __future__ import annotations
 
@@ -7,39 +7,39 @@ import math
 from .case import Check
 
 
-def within(what: str, found: float, expected: float, tolerance: float, unit: str = "") -> Check:
-    """Found must lie within `tolerance` of `expected`; nan never does."""
-    passed = abs(found - expected) <= tolerance
-    return Check(what, _number(found, tolerance, unit), _band(expected, tolerance, unit), bool(passed))
+def within(what: str, measured: float, expected: float, tolerance: float, unit: str = "") -> Check:
+    """`measured` must lie within `tolerance` of `expected`; nan never does."""
+    passed = abs(measured - expected) <= tolerance
+    return Check(what, _number(measured, tolerance, unit), _band(expected, tolerance, unit), bool(passed))
 
 
-def relative(what: str, found: float, expected: float, tolerance: float, unit: str = "") -> Check:
-    """Found must agree with `expected` to `tolerance` of it."""
-    passed = abs(found - expected) <= tolerance * abs(expected)
+def relative(what: str, measured: float, expected: float, tolerance: float, unit: str = "") -> Check:
+    """`measured` must agree with `expected` to `tolerance` of it."""
+    passed = abs(measured - expected) <= tolerance * abs(expected)
     least = tolerance * abs(expected)
     words = f"{_number(expected, least, unit)} to {100.0 * tolerance:.2g} %"
-    return Check(what, _number(found, least, unit), words, bool(passed))
+    return Check(what, _number(measured, least, unit), words, bool(passed))
 
 
-def at_most(what: str, found: float, limit: float, unit: str = "") -> Check:
-    """Found must not exceed `limit`."""
-    return Check(what, _rounded(found, unit), f"at most {_rounded(limit, unit)}", bool(found <= limit))
+def at_most(what: str, measured: float, limit: float, unit: str = "") -> Check:
+    """`measured` must not exceed `limit`."""
+    return Check(what, _rounded(measured, unit), f"at most {_rounded(limit, unit)}", bool(measured <= limit))
 
 
-def at_least(what: str, found: float, limit: float, unit: str = "") -> Check:
-    """Found must reach `limit`."""
-    return Check(what, _rounded(found, unit), f"at least {_rounded(limit, unit)}", bool(found >= limit))
+def at_least(what: str, measured: float, limit: float, unit: str = "") -> Check:
+    """`measured` must reach `limit`."""
+    return Check(what, _rounded(measured, unit), f"at least {_rounded(limit, unit)}", bool(measured >= limit))
 
 
-def between(what: str, found: float, low: float, high: float, unit: str = "") -> Check:
-    """Found must lie within `low` to `high`."""
+def between(what: str, measured: float, low: float, high: float, unit: str = "") -> Check:
+    """`measured` must lie within `low` to `high`."""
     words = f"{_rounded(low, '')} to {_rounded(high, unit)}"
-    return Check(what, _rounded(found, unit), words, bool(low <= found <= high))
+    return Check(what, _rounded(measured, unit), words, bool(low <= measured <= high))
 
 
-def recorded(what: str, found: str) -> Check:
-    """A figure for the record, of which nothing was asked."""
-    return Check(what, found, "—", None)
+def recorded(what: str, measured: str) -> Check:
+    """A figure that is only recorded: nothing is required of it."""
+    return Check(what, measured, "—", None)
 
 
 def _band(expected: float, tolerance: float, unit: str) -> str:

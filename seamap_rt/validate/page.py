@@ -1,4 +1,4 @@
-"""The page of a validation: one file that needs no other, readable on paper and on a phone."""
+"""The page of a validation: one self-contained HTML file, for screen, paper and phone."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import jinja2
 
 from ..session import write_whole
 from .case import Check
-from .result import Done, Result
-from .surroundings import Surroundings
+from .environment import Environment
+from .result import CaseResult, ValidationResult
 
 CLAIMS = "claims of 2004"
 _WORDS = {True: "green", False: "red", None: "record"}
@@ -25,16 +25,16 @@ class Section:
     """The cases of one group."""
 
     title: str
-    done: Sequence[Done]
+    done: Sequence[CaseResult]
 
 
-def write_page(path: Path, result: Result, around: Surroundings, full: bool) -> None:
+def write_page(path: Path, result: ValidationResult, environment: Environment, full: bool) -> None:
     """The whole validation as one HTML file, which appears whole or not at all."""
     sections = [Section(group, list(done)) for group, done in groupby(result.done, lambda done: done.case.group)]
     claims = [done for section in sections if section.title == CLAIMS for done in section.done]
     page = _template().render(
         result=result,
-        around=around,
+        environment=environment,
         full=full,
         sections=sections,
         claims=claims,
@@ -46,7 +46,7 @@ def write_page(path: Path, result: Result, around: Surroundings, full: bool) -> 
 
 
 def worst(checks: Sequence[Check]) -> Check | None:
-    """The check that tells most: the first that failed, else the first of which something was asked, else the first."""
+    """The most important check: the first that failed, else the first with a requirement, else the first."""
     for passed in (False, True, None):
         for check in checks:
             if check.passed is passed:
@@ -56,7 +56,7 @@ def worst(checks: Sequence[Check]) -> Check | None:
 
 def _template() -> jinja2.Template:
     source = importlib.resources.files("seamap_rt.validate").joinpath("validate.html.j2").read_text(encoding="utf-8")
-    environment = jinja2.Environment(
+    templates = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    return environment.from_string(source)
+    return templates.from_string(source)

@@ -1,4 +1,4 @@
-"""What the cases came to."""
+"""Results of cases and of a whole validation."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PAGE, METRICS = "validation.html", "metrics.json"
 
 
 @dataclass(frozen=True)
-class Done:
+class CaseResult:
     """A case that has run, its figure drawn."""
 
     case: Case
@@ -21,21 +21,21 @@ class Done:
     assumption: str = ""
     caption: str = ""
     png: bytes | None = None
-    trace: str = ""  # the last lines of what stopped it
+    trace: str = ""  # last lines of the traceback, if it raised
 
     @property
     def passed(self) -> bool | None:
-        """False if any check failed, None if nothing was asked."""
-        asked = [check.passed for check in self.checks if check.passed is not None]
-        return all(asked) if asked else None
+        """False if any check failed, None if no check has a requirement."""
+        judged = [check.passed for check in self.checks if check.passed is not None]
+        return all(judged) if judged else None
 
 
 @dataclass(frozen=True)
-class Result:
-    """What a validation left behind."""
+class ValidationResult:
+    """A validation: the folder of its page, and the cases that have run."""
 
     folder: Path
-    done: tuple[Done, ...]
+    done: tuple[CaseResult, ...]
     planned: int
     seconds: float
 
@@ -57,7 +57,7 @@ class Result:
 
     @property
     def summary(self) -> str:
-        """One line: how many are green, red and for the record."""
+        """One line: how many passed (green), failed (red) and are only recorded."""
         counts = f"{self.passed} green, {self.failed} red, {self.recorded} for the record"
         whole = "" if len(self.done) == self.planned else f" of {self.planned}; the others were not run"
         return f"{len(self.done)} cases{whole}: {counts}; {self.seconds:.0f} s"

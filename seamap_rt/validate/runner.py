@@ -1,4 +1,4 @@
-"""Run the cases one after another, time each, and leave a page and its figures behind."""
+"""Run the cases one after another, time each, and write a page and its figures."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from ..io.interrupts import uninterrupted
 from ..report import style
 from ..session import clear_folder, prepare_folder, write_whole
 from .case import Case, Check
-from .found import cases_folder, chosen, load_cases
+from .discovery import cases_folder, load_cases, select_cases
+from .environment import Environment
 from .page import write_page
-from .result import METRICS, PAGE, Done, Result
-from .surroundings import Surroundings
+from .result import METRICS, PAGE, CaseResult, ValidationResult
 
 _PRODUCTS = (PAGE, METRICS)
 _TRACE_LINES = 12
@@ -31,59 +31,59 @@ def validate(
     overwrite: bool = False,
     progress: Progress | None = None,
     cases: Path | None = None,
-) -> Result:
+) -> ValidationResult:
     """Run the validation cases and write validation.html and metrics.json into `out`.
 
     full: the long version of each case, and the cases that have no short one. only: names of cases. cases: another
-    folder of case modules than the package's own. An exception in a case is a red case, and the others go on.
-    Interrupted, the page of what is done is written before KeyboardInterrupt goes on its way. Raises InputError for a
+    folder of case modules than the package's own. A case that raises fails, and the others run.
+    Interrupted, the page of the finished cases is written before KeyboardInterrupt is raised. Raises InputError for a
     folder that cannot be written or holds another run's results, and for unknown names.
     """
     folder, say, start = Path(out), progress or (lambda _: None), time.perf_counter()
     home = cases or cases_folder()
-    asked = chosen(load_cases(home), full, only)
+    selected = select_cases(load_cases(home), full, only)
     prepare_folder(folder, overwrite, _PRODUCTS)
     clear_folder(folder, _PRODUCTS)
-    around, done = Surroundings.here(), list[Done]()
-    result = Result(folder, (), len(asked), 0.0)
+    environment, done = Environment.here(), list[CaseResult]()
+    result = ValidationResult(folder, (), len(selected), 0.0)
     try:
-        for number, case in enumerate(asked):
-            say(f"case {number + 1} of {len(asked)}: {case.title}")
+        for number, case in enumerate(selected):
+            say(f"case {number + 1} of {len(selected)}: {case.title}")
             ended = _run(case, full)
-            with uninterrupted():  # so that what is said to be on the page is
+            with uninterrupted():  # so that the page and the list of finished cases agree
                 done.append(ended)
-                result = Result(folder, tuple(done), len(asked), time.perf_counter() - start)
-                _write(result, around, full)  # after each: whatever ends the process later leaves what is done
+                result = ValidationResult(folder, tuple(done), len(selected), time.perf_counter() - start)
+                _write(result, environment, full)  # after each case, so that nothing is lost if the process ends
     except KeyboardInterrupt:
         shown = f"; {folder / PAGE} shows them" if done else ""
-        raise KeyboardInterrupt(f"{len(done)} of {len(asked)} cases are done{shown}") from None
+        raise KeyboardInterrupt(f"{len(done)} of {len(selected)} cases are done{shown}") from None
     return result
 
 
-def _run(case: Case, full: bool) -> Done:
-    """The case's outcome; red with its reason in one line if it raises."""
+def _run(case: Case, full: bool) -> CaseResult:
+    """The result of a case; if it raises, failed, with the reason in one line."""
     start = time.perf_counter()
     try:
-        found = case.run(full)
-        drawn = None if found.figure is None else style.png(found.figure)
-        seconds, words = time.perf_counter() - start, (found.verdict, found.assumption, found.caption)
-        return Done(case, tuple(found.checks), seconds, *words, drawn)
+        outcome = case.run(full)
+        drawn = None if outcome.figure is None else style.png(outcome.figure)
+        seconds, words = time.perf_counter() - start, (outcome.verdict, outcome.assumption, outcome.caption)
+        return CaseResult(case, tuple(outcome.checks), seconds, *words, drawn)
     except (Exception, SystemExit) as error:
         reason = " ".join(f"{type(error).__name__}: {error}".split())
         trace = "\n".join("".join(traceback.format_exception(error)).splitlines()[-_TRACE_LINES:])
         stopped = Check("the case runs to its end", reason, "no exception", False)
-        return Done(case, (stopped,), time.perf_counter() - start, trace=trace)
+        return CaseResult(case, (stopped,), time.perf_counter() - start, trace=trace)
 
 
-def _write(result: Result, around: Surroundings, full: bool) -> None:
+def _write(result: ValidationResult, environment: Environment, full: bool) -> None:
     """The page and the figures, each whole or not at all."""
-    write_page(result.page, result, around, full)
-    write_whole(result.folder / METRICS, json.dumps(_metrics(result, around, full), indent=1, ensure_ascii=False))
+    write_page(result.page, result, environment, full)
+    write_whole(result.folder / METRICS, json.dumps(_metrics(result, environment, full), indent=1, ensure_ascii=False))
 
 
-def _metrics(result: Result, around: Surroundings, full: bool) -> dict[str, Any]:
+def _metrics(result: ValidationResult, environment: Environment, full: bool) -> dict[str, Any]:
     return {
-        **dataclasses.asdict(around),
+        **dataclasses.asdict(environment),
         "full": full,
         "planned": result.planned,
         "green": result.passed,

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 from seamap_rt.radar import link
 from seamap_rt.validate import Case
-from seamap_rt.validate.found import cases_folder, load_cases
+from seamap_rt.validate.discovery import cases_folder, load_cases
 
 MODULES = ("claims", "measured", "stability", "costs")
 

@@ -12,8 +12,8 @@ from typing import get_args
 import pytest
 
 from seamap_rt.errors import InputError
-from seamap_rt.validate import Group, Result, found, validate
-from seamap_rt.validate.found import cases_folder, load_cases
+from seamap_rt.validate import Group, ValidationResult, discovery, validate
+from seamap_rt.validate.discovery import cases_folder, load_cases
 
 HEAD = """
 from seamap_rt.validate import Case, Check, Outcome
@@ -36,7 +36,7 @@ def modules(folder: Path, **bodies: str) -> Path:
     return cases
 
 
-def ran(folder: Path, cases: Path, **asked) -> Result:
+def ran(folder: Path, cases: Path, **asked) -> ValidationResult:
     return validate(folder / "out", cases=cases, **asked)
 
 
@@ -223,7 +223,7 @@ def test_an_older_page_never_stands_beside_a_newer_run(tmp_path: Path) -> None:
 def test_cases_are_those_of_the_checkout_or_of_the_wheel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert (cases_folder().parent / "reference").is_dir()
     home = tmp_path / "validation"
-    monkeypatch.setattr(found, "_HOME", home)
+    monkeypatch.setattr(discovery, "_HOME", home)
     with pytest.raises(InputError, match="validation cases: none in"):
         cases_folder()
     (home / "cases").mkdir(parents=True)

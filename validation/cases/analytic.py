@@ -1,4 +1,4 @@
-"""Closed forms through the retrieval: seas whose every echo is known, and what the maps make of them."""
+"""Closed forms through the retrieval: maps of seas whose echoes are known exactly."""
 
 from __future__ import annotations
 

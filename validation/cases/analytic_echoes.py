@@ -82,7 +82,7 @@ def _draw_power(curves: list[tuple[str, Array, Array, Array, Array]]) -> Figure:
 
 
 def speckle(full: bool) -> Outcome:
-    """Intensity, its contrast, its independence, and how it forgets itself in time."""
+    """Intensity, its contrast, its independence, and its decorrelation in time."""
     scene = flat_scene(range_m=[60.0, 105.0], transmit="single")
     facets, returns, _ = Simulator(scene).light(0)
     volts = turn_voltages(facets, returns.rcs, scene.radar, pulses(scene.radar, 0), 3, 0.5e-3)[:, 0]
@@ -111,7 +111,7 @@ def speckle(full: bool) -> Outcome:
 
 
 def _forgetting() -> tuple[Array, dict[float, Array], dict[float, Array]]:
-    """Lags [s], correlation at them found and asked, by decorrelation time [s]."""
+    """Lags [s], correlation at them, simulated and set, by decorrelation time [s]."""
     scene = flat_scene(rotation_rpm=6.0, sector_deg=[20.0, 80.0], prf_hz=4e3, range_m=[15.0, 120.0], transmit="single")
     facets, returns, _ = Simulator(scene).light(0)
     fired, lags = pulses(scene.radar, 0), np.array([0, 2, 4, 8, 12, 16, 24, 32])
@@ -154,7 +154,7 @@ RECEDING = 1.0  # m/s
 
 
 def doppler(full: bool) -> Outcome:
-    """A point that moves turns its voltage by −2v/λ; a sea that does shifts the heights of alternating pulses."""
+    """A point that moves turns its voltage by −2v/λ; a sea that moves shifts the heights of alternating pulses."""
     worst = max(abs(_turning(speed) + 2.0 * speed * 100.0 / np.hypot(100.0, 5.0) / WAVELENGTH) for speed in SPEEDS)
     checks = [at_most("frequency of a point at ±0.5 to ±6 m/s against −2v/λ, worst", worst, 0.5, "Hz")]
     biases: dict[str, tuple[Array, Array]] = {}

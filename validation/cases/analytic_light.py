@@ -22,7 +22,7 @@ INKS = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE)
 
 
 def traced(scene: Scene, surface: MovingSurface, name: str) -> Facets:
-    """Facets of the surface, lit by the lower antenna and the upper one; they scatter nothing."""
+    """Facets of the surface, lit by the lower antenna and the upper one; without scattering."""
     mesh = mesh_turn(surface, scene.radar, scene.meshing, 0)
     return tracer(name, scene.radar, scene.scattering)(mesh)
 
@@ -143,7 +143,7 @@ class Ring:
 
 
 def smith(full: bool) -> Outcome:
-    """A short broad-banded sea, many waves to each ring: what is seen, and what Smith and Wagner promise."""
+    """A short broad-banded sea, many waves to each ring: the visible share beside those of Smith and Wagner."""
     seas = [_seen(seed) for seed in range(1, 13 if full else 5)]
     rings = {name: [_ring([sea[name][n] for sea in seas]) for n in range(RINGS_M.size - 1)] for name in SECTORS_DEG}
     checks: list[Check] = []

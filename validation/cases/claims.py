@@ -1,4 +1,4 @@
-"""The nine claims that a design study of 2004 made of its radar, each worked out anew and judged."""
+"""The nine claims that a design study of 2004 made of its radar, each recomputed and judged."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def seeds_of(full: bool) -> int:
 
 
 def judged(claim: Claim, checks: list[Check], figure: Figure | None = None, caption: str = "") -> Outcome:
-    """The claim's verdict, the checks of what it rests on, and its figures for the record."""
+    """The claim's verdict, the checks of its assumptions, and its recorded figures."""
     shown = (*checks, *(recorded(what, found) for what, found in claim.figures))
     return Outcome(shown, figure, caption, claim.verdict, claim.assumption)
 

@@ -1,6 +1,6 @@
-"""What a turn costs: errors of the mesh that buys its speed, peers on the same triangles, seconds, memory.
+"""What a turn costs: errors of its mesh, peers on the same triangles, seconds, memory.
 
-Seconds are this machine's and what else runs on it: they are for the record, and nothing is asked of them.
+Seconds depend on the machine and on what else runs there: they are recorded, and nothing is required of them.
 """
 
 from __future__ import annotations
@@ -157,7 +157,7 @@ def flat_memory(full: bool) -> Outcome:
 
 
 def _march(tracer: str, turns: int, through: str) -> Array:
-    """(turn,) bytes, in a process of its own with one arena: else threads fill arenas as they happen to meet."""
+    """(turn,) bytes, in a process of its own with one arena: otherwise memory depends on the order of threads."""
     command = [
         sys.executable,
         "-m",

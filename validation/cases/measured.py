@@ -1,4 +1,4 @@
-"""Accuracy beside what has been published, and three tracers beside one another."""
+"""Accuracy compared with published figures, and the three tracers compared with each other."""
 
 from __future__ import annotations
 

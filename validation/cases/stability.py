@@ -1,6 +1,6 @@
-"""Hard cases, at full size: rays along edges and facets, far out, after hours, and scenes at the edge of what is taken.
+"""Hard cases, at full size: rays along edges and facets, far ranges, after hours, scenes at the limits of settings.
 
-What each asks and finds is worked out in `hard_cases_*.py`, which `hard_cases.py` runs alone; here they are cases.
+`validation/hard_cases/` computes them, and its `report.py` runs them alone; here they are validation cases.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Numbers that others printed: sea clutter, sea water, and the statistics that the judges themselves rest on."""
+"""Published values: sea clutter, sea water, and the statistics on which other cases rest."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _draw_clutter(measured: dict[str, tuple[Array, Array]]) -> Figure:
 
 
 def git_clutter(full: bool) -> Outcome:
-    """Horst, Dyer & Tuley's formula, written out here, and what it is off Nathanson's table."""
+    """Horst, Dyer & Tuley's formula, written out here, and its deviation from Nathanson's table."""
     grazing, states = np.array([0.3, 1.0, 3.0, 10.0]), np.array([1.0, 3.0, 5.0])
     looks = {"upwind": 0.0, "across": 0.5 * np.pi, "downwind": np.pi}
     worst = 0.0

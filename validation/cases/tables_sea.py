@@ -1,4 +1,4 @@
-"""Numbers that others printed of the sea: dispersion, spectra, slopes; and the same sea by another library."""
+"""Published values of the sea: dispersion, spectra, slopes; and the same sea by another library."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ PERIOD = 8.0
 
 
 def wavespectra_library(full: bool) -> Outcome:
-    """Spectra, spreading and a file of wavespectra, which was written by others."""
+    """Spectra, spreading and a file of the library wavespectra."""
     with warnings.catch_warnings():  # of readers that want packages which are not here, and of a sinh where Φ is 1
         warnings.filterwarnings("ignore", message="Cannot import function")
         warnings.filterwarnings("ignore", message="overflow encountered in sinh")
@@ -193,7 +193,7 @@ def _by_another(library: Any) -> list[Check]:
 
 
 def _through_a_file(library: Any) -> list[Check]:
-    """A sea of theirs, written by them and read by us."""
+    """A sea of that library, written by it and read here."""
     frequency, direction = np.arange(0.03, 0.6, 0.005), np.arange(0.0, 360.0, 5.0)
     sea = library.construct_partition(
         freq_kwargs={"freq": frequency, "fp": 1.0 / PERIOD, "hs": 2.5},

@@ -1,1 +1,1 @@
-"""What the design study of 2004 claimed, and what comes out."""
+"""The claims of the design study of 2004, and what this program finds."""

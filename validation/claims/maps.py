@@ -1,8 +1,8 @@
-"""The design study's claims on its maps, each worked out anew and judged: how often (6), how far (7), how early (8).
+"""The design study's claims on its maps, each recomputed and judged: how often (6), how far (7), how early (8).
 
     python -m validation.claims.maps [--seeds 1] [--out DIR]
 
-The maps are those of `choppy_sea`, whose waves are the 1.4 m of the study; the `horizon` tracer stands in for the rays.
+The maps are those of `choppy_sea`, whose waves are the 1.4 m of the study, lit by the tracer `horizon`.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def usable(mount: Mount, seeds: int) -> Usable:
 
 
 def map_rate(turns: int = 1) -> Claim:
-    """A turn is a map; its processing is timed, but not judged: it is this machine's."""
+    """A turn is a map. Its processing time is recorded but not judged: it depends on the machine."""
     scene = sr.load_scene("choppy_sea", {"tracing.tracer": "horizon"})
     simulator, taken, ages = Simulator(scene), [], np.zeros(0)
     for number in range(turns):
@@ -175,7 +175,7 @@ def draw_usable(seeds: int = 1) -> Figure:
 
 
 def run_in(period_s: float, seconds: float = AHEAD_S) -> float:
-    """How far [m] the energy of waves of a period runs meanwhile, in deep water."""
+    """How far [m] the energy of waves of a period travels in that time, in deep water."""
     return seconds * float(group_speed(wavenumber(2.0 * np.pi / period_s)))
 
 

@@ -1,9 +1,9 @@
-"""The radar's claims of the design study of 2004, each worked out anew and judged.
+"""The radar's claims of the design study of 2004, each recomputed and judged.
 
     python -m validation.claims.radar
 
 Claims on range resolution (1), beam and footprint (2), the weakest detectable sea (3) and the data rate (5): what was
-printed, what comes out, under which assumption, and a verdict: reproduced, only if …, or not reproduced.
+printed, what is computed here, under which assumption, and a verdict: reproduced, only if …, or not reproduced.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _APERTURE = STUDY.antenna.width_m, STUDY.antenna.height_m
 
 
 class Claim(NamedTuple):
-    """One claim, what was found, and the judgement."""
+    """One claim, its computed figures, and the verdict."""
 
     number: str
     printed: str
@@ -74,7 +74,7 @@ def _dip(response: RangeResponse, distance: float) -> float:
 
 
 def beam() -> Claim:
-    """Beam widths of the aperture: what it gives evenly lit, and what tapers the study's widths ask for."""
+    """Beam widths of the aperture: those of uniform illumination, and the tapers that the study's widths need."""
     half = _half_power(np.sinc)  # half the beam width of an evenly lit line, as (aperture/λ) · direction cosine
     even = [2.0 * np.degrees(np.arcsin(half * link.wavelength(STUDY) / size)) for size in _APERTURE]
     figures = [
@@ -125,7 +125,7 @@ def footprint() -> Claim:
 
 
 def weakest_sea() -> Claim:
-    """Minimum detectable NRCS: which reckonings have 0 dB there."""
+    """Minimum detectable NRCS: which link budgets give 0 dB there."""
     rows = claim_minimum_nrcs(STUDY, claim_db=WEAKEST_DB, range_m=AT_M)
     figures = [
         (

@@ -1,9 +1,9 @@
-"""The design study's claim that its maps sample waves longer than 6 m (9): the grid, and what the maps hold of them.
+"""The design study's claim that its maps sample waves longer than 6 m (9): the grid, and how well maps resolve them.
 
     python -m validation.claims.sampling [--seeds 2] [--out DIR]
 
-Maps of `choppy_sea` without the radar's noise are set beside the very surface, taken as points at the place and time of
-each cell, and both are transformed along looks up and down the waves, 50 to 125 m, and along arcs across them, about
+Maps of `choppy_sea` without the radar's noise are compared with the true surface, taken as points at the place and time
+of each cell, and both are transformed along looks up and down the waves, 50 to 125 m, and along arcs across them, about
 95 m out. By wavelength along the line this gives the gain, |cross-spectrum| over the sea's spectrum, and the coherence:
 the share of the map's variance that is the sea's. A cell without a height counts as mean level.
 """
@@ -46,7 +46,7 @@ ESTIMATORS = ("adaptive", "single_cell")
 
 @dataclass(frozen=True)
 class Transfer:
-    """What comes of the sea's waves in a map, by wavelength along a line; (band,)."""
+    """How a map reproduces the waves of the sea, by wavelength along a line; (band,)."""
 
     gain: Array
     coherence: Array  # squared
@@ -84,7 +84,7 @@ def transfers(mast_m: float, seeds: int) -> dict[tuple[str, str], Transfer]:
 
 
 def surface(simulator: Simulator, polar: xr.Dataset) -> Array:
-    """Elevation (look, gate) of the very sea, at points, where and when the cells are."""
+    """Elevation (look, gate) of the true sea, at points, at the place and time of each cell."""
     out = np.sqrt(np.maximum(polar["range"].values ** 2 - simulator.scene.radar.height_m**2, 0.0))
     east, north = (axis[:, None] * out for axis in unit_from_azimuth(polar["azimuth"].values))
     times = polar["time"].values

@@ -2,11 +2,11 @@
 
     python -m validation.claims.shadowing [--seeds 4] [--full] [--out validation/figures/shadowing_claim.png]
 
-A steepness does not say how far one sees: slopes do, and these hang on the shortest wave that is drawn. JONSWAP seas
-(γ = 3.3, cos²ˢ with s = 10) whose peaks are 20, 40 and 60 m long are drawn down to shorter and shorter waves, and the
-range beyond which half is shadowed is found for each, along the waves, at 45°, across and over all looks, with 95 %
-bands over seeds (Student's t; all that is pooled of one seed counts as one draw). Beside it stands Smith's
-(1967), with the slope that the mesh carries along the look. The mesh follows the waves: never coarser than their grid.
+Slopes decide how far one sees, not steepness, and slopes depend on the shortest wave in the sea. JONSWAP seas (γ = 3.3,
+cos²ˢ with s = 10) whose peaks are 20, 40 and 60 m long are simulated down to shorter and shorter waves. For each the
+range beyond which half is shadowed is computed along the waves, at 45°, across and over all looks, with 95 % bands over
+seeds (Student's t; all values of one seed count as one draw). Beside it stands that of Smith (1967), with the slope
+that the mesh carries along the look. The mesh is never coarser than the grid of the waves.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def _span(values: list[float]) -> str:
 
 
 def _finest(found: dict[float, xr.Dataset], look: str) -> str:
-    """What is left of the claim with all the waves that were drawn."""
+    """The claim with the shortest waves that were simulated."""
     halves = [float(data["look_r50"].sel(look=look).isel(resolution=-1)) for data in found.values()]
     shortest = min(float(data["cutoff_wavelength"].min()) for data in found.values())
     low, high = min(halves), max(halves)

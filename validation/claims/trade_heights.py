@@ -1,4 +1,4 @@
-"""What a taller mast buys: usable range against antenna height, for three seas and two baselines.
+"""What a taller mast gains: usable range against antenna height, for three seas and two baselines.
 
     python -m validation.claims.trade_heights [--seeds 3] [--out runs/trade_heights] [--resume]
 

@@ -21,7 +21,7 @@ TRACERS = ("facets", "horizon")
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is tried."""
+    """Size of the cases: rays, points, facets."""
 
     rays: int = 10_000_000
     full: bool = False  # with a mesh of 10⁷ facets, which takes 7 GB

@@ -1,4 +1,4 @@
-"""Hard cases of scenes at the edge of what is taken: crests, storms, walls, next to no sea, too many facets."""
+"""Hard cases of scenes at the limits of the settings: crests, storms, walls, next to no sea, too many facets."""
 
 from __future__ import annotations
 
@@ -174,7 +174,7 @@ def level(_: Effort) -> list[Finding]:
 
 
 def ten_million(effort: Effort) -> list[Finding]:
-    """A refusal that says what is needed; and, with --full, 10⁷ facets traced."""
+    """A scene that is too large is refused with what it needs; with --full, 10⁷ facets are traced."""
     keys = {
         "radar__range_m": [15.0, 3000.0],
         "radar__prf_hz": 2000.0,

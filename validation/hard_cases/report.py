@@ -2,7 +2,7 @@
 
     python -m validation.hard_cases.report [--out validation/figures/hard_cases] [--rays 10000000] [--full]
 
-Each row says what must come out, what did, and whether that is right. --full adds a mesh of 10⁷ facets (7 GB).
+Each row has the expected result, the result, and whether they agree. --full adds a mesh of 10⁷ facets (7 GB).
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@
 Twelve degrees of each sea are simulated in the expectation over speckle on meshes of 0.25 to 1.5 m and three to eight
 columns a beam, and on one of 0.125 m and sixteen, all with the same calibration: the rms differences of height, power
 and visible share over the cells that are more than half visible. The table has each as measured/predicted for the whole
-window; its last lines, how far the predictions are off. The figure has the errors by range. Some four minutes of one
-core; --quick, of three seas and four meshes, forty seconds.
+window; its last lines, how far the predictions are off. The figure has the errors by range. About four minutes of
+one core; --quick (three seas, four meshes) forty seconds.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""Two knife edges against the wave itself: a march of the field over every crest of a few profiles of `choppy_sea`.
+"""Two knife edges against the wave equation: a march of the field over every crest of some profiles of `choppy_sea`.
 
     python -m validation.light.diffraction [--columns 6]
 
 The paraxial wave equation, stepped outward by FFTs over height (Hardin & Tappert 1973), with each silhouette a black
-screen, knows any number of edges. Printed by range: the two-way power Σ|F|⁴ r⁻³ of the facets that face their ray, the
-share of it that comes from facets in geometric shadow, and the rms difference of the field, of geometric shadows and of
-`tracing.diffraction = "knife_edge"`, beside the march's.
+screen, takes any number of edges into account. Printed by range: the two-way power Σ|F|⁴ r⁻³ of the facets that face
+their ray, the share of it that comes from facets in geometric shadow, and the rms difference of the field, of geometric
+shadows and of `tracing.diffraction = "knife_edge"`, from the march's.
 """
 
 from __future__ import annotations

@@ -8,9 +8,9 @@ of the radar equation over lit facets, by range, for two widths of columns; the 
 for a white Lambertian sea and for two with a mirror's share. Errors are standard errors by the launches' spread. The
 figure goes into validation/figures.
 
-Shares are of powers path by path. At one antenna a path and the one that runs it backwards add in phase: twice that for
-two diffuse bounces. Those that meet the mirror last, which PathSolver does not find, are as strong as those that meet
-it first: four times.
+Shares are of powers, path by path. At one antenna a path and its reverse add in phase: twice the share for two diffuse
+bounces. Paths that meet the mirror last, which PathSolver does not compute, are as strong as those that meet it first:
+four times.
 """
 
 from __future__ import annotations

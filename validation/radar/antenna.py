@@ -1,4 +1,4 @@
-"""The study's antenna, 1 m × 0.1 m at 10 GHz: both cuts of the default pattern, and what they are worth.
+"""The study's antenna, 1 m × 0.1 m at 10 GHz: both cuts of the default pattern, their widths, sidelobes and gain.
 
     python -m validation.radar.antenna [--out validation/figures/antenna_pattern.png]
 

@@ -1,4 +1,4 @@
-"""How a boat goes with the sea: roll, pitch and heave beside the sea's elevation under it, on two courses.
+"""How a boat follows the sea: roll, pitch and heave beside the sea's elevation under it, on two courses.
 
     python -m validation.radar.boat [--length 7] [--beam 2.5] [--speed 3] [--headings 270 0] [--seconds 60] [--out PNG]
 
@@ -56,7 +56,7 @@ def course_in_words(heading_deg: float) -> str:
 
 
 def following(arguments: argparse.Namespace, heading_deg: float) -> PlatformSettings:
-    """The boat that was asked for."""
+    """The boat of the command line."""
     return PlatformSettings(
         motion="wave_following",
         speed_m_s=arguments.speed,

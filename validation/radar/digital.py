@@ -5,7 +5,7 @@
 All against the linear chain, which has the same low-pass but neither carrier nor converter. The scene is thermal noise
 and point reflectors 20 dB below full scale, each on a gate, whose phases differ by 0.5 rad between the receivers. `SNR`
 is theirs over what the converter adds; `predicted` is from q²/12. `phase` is the rms error of their interferometric
-phase, `less image` the same with the image put into the linear chain too: what is left is the converter's.
+phase, `less image` the same with the image put into the linear chain too: the rest is due to the converter.
 """
 
 from __future__ import annotations

@@ -4,12 +4,12 @@
 
  map            errors by range of the scene's four modes, without noise and with it
  doppler        the bias of alternating pulses over a flat sea that drifts, beside 2vτR/(pB)
- channels       the bias of an upper receiver 5° ahead and of a baseline 2 mm too long, and how one learns of the former
- decorrelation  alternating pulses over a sea that forgets itself in 2 ms, at 10 kHz and at 2 kHz
- edges          what the shadows' edges, which either antenna sees elsewhere, cost a switched transmitter
+ channels       the bias of an upper receiver 5° ahead and of a baseline 2 mm too long, and how to measure the former
+ decorrelation  alternating pulses over a sea that decorrelates in 2 ms, at 10 kHz and at 2 kHz
+ edges          what a switched transmitter loses at the edges of shadows, which each antenna sees elsewhere
  answer         does switching minimise the phase error? In figures of this run
 
-Noise on and off share sea and speckle: what noise alone does is the difference of the two maps.
+Runs with and without noise share sea and speckle, so the difference of the two maps is due to noise alone.
 """
 
 from __future__ import annotations
@@ -188,7 +188,7 @@ def print_map(maps: Maps) -> None:
 
 
 def drifting(scene: str, look_deg: float, mode: Mode, seed: int, **keys: Any) -> Scene:
-    """A flat sea, alike everywhere, that drifts east at 1 m/s and never forgets its speckle."""
+    """A flat sea, alike everywhere, that drifts east at 1 m/s with speckle that does not decorrelate."""
     flat: dict[str, Any] = {
         "seed": seed,
         "sea.waves": [],
@@ -218,7 +218,7 @@ def doppler_height(cells: Cells, radar: RadarSettings, mode: Mode, pairs: Pairs)
 def doppler_bias(
     scene: str, look_deg: float, mode: Mode, seeds: int, edges: Sequence[float] = BINS_M, **keys: Any
 ) -> dict[Pairs, NDArray[np.float64]]:
-    """(range bin, found and asked) mean height error [m] of each kind of pairs, over seeds."""
+    """(range bin, simulated and predicted) mean height error [m] of each kind of pairs, over seeds."""
     choices: tuple[Pairs, ...] = ("forward", "backward", "both") if mode.alternating else ("both",)
     sums: dict[Pairs, NDArray[np.float64]] = {pairs: np.zeros((len(edges) - 1, 2)) for pairs in choices}
     for seed in range(1, seeds + 1):
@@ -260,7 +260,7 @@ def sector(scene: str, mode: Mode, seed: int, **keys: Any) -> Scene:
 
 
 def channel_phase_found(echoes: xr.Dataset) -> float:
-    """The upper receiver's phase over the lower's [deg], from what switched transmitters give for nothing.
+    """The upper receiver's phase over the lower's [deg], from the cross paths of switched transmitters.
 
     From lower to upper antenna an echo runs the same path as from upper to lower, one pulse later: what differs is the
     receivers, and Doppler, which pulses in the other order have the other way round.

@@ -2,14 +2,14 @@
 
     python -m validation.radar.riding [--seeds 3] [--scene choppy_sea] [--parts motion,roll,sensors]
 
- motion   a boat that leans, swings or follows the waves, sensors perfect: errors from 50 to 200 m, beside those of the
-          boat at rest, without noise and with it
+ motion   a boat with list or trim, that swings or that follows the waves, sensors perfect: errors from 50 to 200 m,
+          beside those of the boat at rest, without noise and with it
  roll     a roll sensor 0.1° off: mean height error abeam, beside R δα
- sensors  biased, late, noisy and rare readings of a boat that swings
+ sensors  biased, late, noisy and infrequent readings on a boat that swings
 
-With noise the error that is asked for is the boat's own without noise and, added in square, what noise made of the map
-of the boat at rest, enlarged as an elevation beam that points up and down weakens the echo. Sensors are held against
-the same echoes: the antenna was where it was, whatever the boat thinks.
+The predicted error with noise is the boat's own without noise and, added in square, the error by noise of the boat at
+rest, enlarged because an elevation beam that points up and down weakens the echo. All sensors are compared on the same
+echoes: they change what the retrieval is given, not where the antenna was.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ SENSORS: dict[str, dict[str, float]] = {
 
 
 def boat_scene(scene: str, seed: int, platform: dict[str, Any], **keys: Any) -> Scene:
-    """The scene without noise, from a boat that moves so; retrieved with one window for all, by one way."""
+    """The scene without noise, from a boat with that motion; retrieved with one window for all, by p = 1 alone."""
     asked = {"seed": seed, "radar.noise": False, "tracing.tracer": "horizon", "radar.range_m": [15.0, 210.0]}
     asked |= {"retrieval.estimator": "sliding_plane", "retrieval.paths": "one_way"}
     boat = {f"platform.{key}": value for key, value in platform.items()}
@@ -71,7 +71,7 @@ def boat_scene(scene: str, seed: int, platform: dict[str, Any], **keys: Any) -> 
 
 
 def as_sensed(echoes: xr.Dataset, made: Scene, sensors: dict[str, float]) -> xr.Dataset:
-    """The same echoes with what other sensors say of the boat."""
+    """The same echoes with the readings of other sensors."""
     settings = made.platform.sensors.model_copy(update=sensors)
     boat = made.model_copy(update={"platform": made.platform.model_copy(update={"sensors": settings})})
     pose = masts(boat).sensed.pose(echoes["time"].values)

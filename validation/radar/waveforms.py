@@ -1,9 +1,10 @@
-"""What a chirp buys and what it costs: signal to noise and height error by range, beside the plain pulse.
+"""What a chirp gains and loses: signal to noise and height error by range, beside the plain pulse.
 
     python -m validation.radar.waveforms [--seeds 3]
 
-A chirp of half a microsecond sees further for the same peak power, is deaf while it is sent (nearer than c T/2, in
-part), and its sidelobes carry the strong near echo into every gate: the less, the larger pulse width × bandwidth is.
+A chirp of half a microsecond sees further for the same peak power, but receives nothing while it is sent (nearer than
+c T/2, in part), and its sidelobes carry the strong near echo into every gate: the less, the larger pulse width ×
+bandwidth is.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
     python -m validation.retrieval.accuracy [--seeds 3] [--scene choppy_sea]
 
 All three estimators, without noise (the floor that speckle sets) and with the 1 W radar's noise, for VV and HH: a table
-for any scene, by its own tracer. What lies behind the figures of `choppy_sea` is in `retrieval.py`.
+for any scene, by its own tracer. More on `choppy_sea`: `python -m validation.retrieval.maps`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Wide baselines: how many visible cells are on a wrong cycle of phase, and how many of those the map says so of.
+"""Wide baselines: how many visible cells are on a wrong cycle of phase, and how many of those are flagged.
 
 A cell is wrong if its height is more than half an ambiguity, λR/(2pB), off the truth.
 """

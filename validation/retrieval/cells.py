@@ -1,4 +1,4 @@
-"""Cells of maps beside the truth: which of them count, and what is said of their errors."""
+"""Cells of maps beside the truth: which of them count, and statistics of their errors."""
 
 from __future__ import annotations
 

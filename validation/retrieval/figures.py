@@ -1,4 +1,4 @@
-"""Figures of validation/retrieval/maps.py: errors by range beside their floor, and what the stated errors are worth."""
+"""Figures of validation/retrieval/maps.py: errors by range beside their floor, and how reliable the error bars are."""
 
 from __future__ import annotations
 

@@ -1,15 +1,15 @@
-"""The floor under a map's errors: the same estimator, told the sea's covariance and each cell's true coherence.
+"""The floor under a map's errors: the same estimator, given the sea's covariance and each cell's true coherence.
 
-Of what the facets send back the expectation over speckle is known: of each look and gate the power, and the covariance
-of the two receivers, whose phase and coherence hold the spread of heights within the cell, layover and shadow. From it
-follows the error variance of each phase, given how strong the echo came out.
+The expectation of the echo over speckle is known: for each look and gate the power, and the covariance of the two
+receivers, whose phase and coherence contain the spread of heights within the cell, layover and shadow. From it follows
+the error variance of each phase, given the power of the echo.
 
-`told` is the floor: the phases of the very echoes, their cycles as the truth has them, interpolated with those
-variances and the covariance of the sea as it is. What is left above it is what the retrieval must find out for itself.
+`told` is the floor: the phases of the same echoes, with the true cycles, interpolated with those variances and the
+covariance of the true sea. An error above it is due to what the retrieval has to estimate.
 `drawn` checks it without the echoes: speckle and noise drawn pulse by pulse from the expectation, with the correlation
-in time that the echoes have. Each gate has speckle of its own: true gates overlap, yet a bright spot between two of
-them draws them to opposite sides, and with speckle that they share like a common factor `drawn` errs more than `told`
-(0.049 against 0.040 m at 25–50 m).
+in time that the echoes have. Each gate has its own speckle. Real gates overlap, but a bright spot between two of
+them moves their heights in opposite directions; with a common factor of speckle `drawn` errs more than `told` (0.049
+against 0.040 m at 25–50 m).
 """
 
 from __future__ import annotations

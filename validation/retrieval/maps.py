@@ -1,18 +1,18 @@
-"""How good the retrieval's maps are, how honest their error bars, and how close both come to what can be had.
+"""How accurate the maps are, how reliable their error bars, and how close the maps come to the lowest possible error.
 
     python -m validation.retrieval.maps [--seeds 5] [--only accuracy,floor,errorbars,slopes,ambiguity,speed] [--out DIR]
 
 Prints tables (Markdown rows) and draws `retrieval_accuracy.png` and `retrieval_errorbars.png`. Scenes are traced by the
-`horizon` tracer; five seeds take about 10 min on two cores, 5 of them for `accuracy`, and 6 GB. `speed` wants the
-machine for itself.
+`horizon` tracer; five seeds take about 10 min on two cores, 5 of them for `accuracy`, and 6 GB. `speed` needs an
+idle machine.
 
   accuracy   choppy_sea, VV and HH, without and with the 1 W radar's noise: the three estimators, and the best of all
-             fixed windows, chosen for each case with the truth in hand
-  floor      errors by range beside those of the same estimator that was told the truth (retrieval_floor.py)
-  errorbars  errors over stated errors, by SNR and by how much of a cell is in sight
+             fixed windows, chosen for each case with the truth known
+  floor      errors by range beside those of the same estimator that is given the truth (floor.py)
+  errorbars  errors over stated errors, by SNR and by the visible share of a cell
   slopes     errors by range beside the slopes themselves
-  ambiguity  wide baselines: cells on a wrong cycle, and how many of them are flagged (retrieval_ambiguity.py)
-  speed      seconds and memory of a turn's retrieval (retrieval_speed.py)
+  ambiguity  wide baselines: cells on a wrong cycle, and how many of them are flagged (ambiguity.py)
+  speed      seconds and memory of a turn's retrieval (speed.py)
 """
 
 from __future__ import annotations

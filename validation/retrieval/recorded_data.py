@@ -4,18 +4,19 @@
 
 There is no real recording here, so the scene `tiny` is simulated and written as a foreign recorder might: time factor
 exp(−jωt), 16-bit I and Q, ranges 12.3 m long by cables and trigger, an encoder of 8192 counts that counts against the
-clock from the bow of a boat that heads 100°, and array names of its own. What follows is what one does with a
+clock from the bow of a boat that heads 100°, and array names of its own. The steps for any
 recording:
 
 1. Which receiver is the lower one, and which array holds it? (`names`)
 2. Do phases fall as a target recedes, as conventions.py has it? If they grow: `conjugate = true`.
 3. Which range has the first gate, and what do cables and trigger add? (`first_gate_m`, `gate_m`, `range_offset_m`)
-4. What does the encoder count, from where and which way? (`encoder_counts`, `encoder_zero_deg`, `encoder_clockwise`,
-   `azimuth_from`)
+4. What does the encoder count, from where and in which direction? (`encoder_counts`, `encoder_zero_deg`,
+   `encoder_clockwise`, `azimuth_from`)
 5. How do the antennas stand? (`height_m`, `baseline_m`, `tilt_deg`; of a boat that moves `attitude` and `position`)
 6. Which antenna sends? (`transmit`; the array `transmitter`)
 7. `open_recording(file, header, names)` gives echoes, `retrieve(echoes)` maps.
-8. Look at the heights: with the wrong sign of the phase, or antennas exchanged, they are no sea; this prints both.
+8. Look at the heights: with the wrong sign of the phase, or antennas exchanged, they are not those of a sea; this
+   prints both.
 """
 
 from __future__ import annotations

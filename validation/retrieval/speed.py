@@ -49,7 +49,7 @@ print(f"{imports:.2f} {first - held:.2f} {second:.3f} {int(peak[1]) / 1024:.0f}"
 
 
 def best(work: Callable[[], object]) -> tuple[float, float]:
-    """Least wall clock and processor seconds of doing it again and again."""
+    """Least wall clock and processor seconds of several calls."""
     taken = []
     for _ in range(TIMES):
         start = time.perf_counter(), time.process_time()

@@ -1,1 +1,1 @@
-"""How the sea echoes: levels, Doppler, texture."""
+"""How the sea scatters: mean level, Doppler, texture, seconds of the options."""

@@ -1,10 +1,10 @@
-"""Do the voltages decorrelate and turn as the scatterers that they come from? Up-wave and down-wave, HH and VV.
+"""Decorrelation and Doppler of the voltages beside those of their scatterers: up-wave and down-wave, HH and VV.
 
     python -m validation.scattering.doppler [--seeds 4] [--out validation/figures]
 
 The slowest scan (1 rpm, a beam's dwell of 0.2 s resolves 2 Hz) over the waves of `choppy_sea`. Draws
 
-  doppler_correlation.png   autocorrelation of cells of a sea at rest, beside what was asked for
+  doppler_correlation.png   autocorrelation of cells of a sea at rest, beside the one that was set
   doppler_spectra.png       Doppler spectra of range cells, beside the radial velocities of the water that they see
 """
 
@@ -90,7 +90,7 @@ class Case:
         return Motion(0.23, np.full(columns, self.approaching), share, np.full(columns, self.speed), 0.5)
 
     def law(self, lag: NDArray[np.float64], tau: float, k: float) -> NDArray[np.complex128]:
-        """The covariance that is asked for."""
+        """The covariance that was set."""
         phase = 2.0 * k * 0.23 * lag
         bragg = np.cos(phase) + 1j * (2.0 * self.approaching - 1.0) * np.sin(phase)
         breakers = np.exp(-2j * k * self.speed * lag - 0.5 * (2.0 * k * 0.5 * lag) ** 2)
@@ -167,7 +167,7 @@ class Look:
 
 
 def look_spectra(scene: Scene, seeds: int) -> Look:
-    """Simulated and asked-for spectra; the seeds draw other speckle over the same sea."""
+    """Simulated and predicted spectra; the seeds draw other speckle over the same sea."""
     facets, (rcs, motion), _ = Simulator(scene).light(0)
     assert motion is not None  # scattering.doppler = "full"
     radar, fired = scene.radar, pulses(scene.radar, 0)

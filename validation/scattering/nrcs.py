@@ -1,4 +1,4 @@
-"""The published models of mean sea clutter held against Nathanson's table, and a picture of both.
+"""The published models of mean sea clutter compared with Nathanson's table, and a figure of both.
 
     python -m validation.scattering.nrcs [--out validation/figures/nrcs_models.png]
 
@@ -61,7 +61,7 @@ class Measured:
 
 
 def nathanson() -> list[Measured]:
-    """The table, without what it does not give."""
+    """The table, without its empty entries."""
     lines = [line for line in TABLE.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
     return [
         Measured(
@@ -123,7 +123,7 @@ def curve_of(model: MeanModel) -> Curve:
 def deviations(
     curve: Curve, polarization: str, table: list[Measured], least_grazing: float = 0.0
 ) -> NDArray[np.float64]:
-    """dB of the curve over the table, at each of its points from a grazing angle up that the curve speaks of."""
+    """dB of the curve over the table, at each of its points, from a grazing angle up, that the curve covers."""
     found = [
         float(db(curve(np.array(row.grazing_deg), float(state), polarization))) - row.level_db[state]
         for row in table
@@ -148,7 +148,7 @@ def print_deviations(compared: list[tuple[str, Curve]], table: list[Measured]) -
 
 
 def print_terms(table: list[Measured]) -> None:
-    """What each part of the theory adds, what calibration then adds, and how well it does what it should."""
+    """What each term of the theory adds, what calibration adds, and how close the result is to the model."""
     given = {(row.grazing_deg, row.polarization): row.level_db for row in table}
     print("\ntwo_scale by term, dB: first-order Bragg on a plane; that of the tilted facets, shadows included; with")
     print("mirrors; with breakers: raw theory; that with knife edges for geometric shadows; NRL 2012; calibrated less")

@@ -1,4 +1,4 @@
-"""The facets' own mean echo, summed over a simulated sea: what theory gives, by term, and what calibration makes of it.
+"""The facets' own mean echo, summed over a simulated sea: what theory gives, by term, and the calibrated result.
 
 A sea for each sea state (Elfouhaily's, of its wind, from its peak to the ripples) is meshed from a 10 m mast, in groups
 of columns all around it, and lit by the horizon method: out to 6.3 km, where it is seen under 0.09°, and once more, in

@@ -3,7 +3,7 @@
     python -m validation.scattering.scattering_speed [--scene choppy_sea] [--rounds 5] [--tracer horizon]
 
 Warm turns (sea, mesh, light, echoes, truth; no retrieval) of the scene as it is, with one option changed at a time, in
-turn, round after round, so that a noisy hour hits all alike; medians. Beside them the first calibration, and the rms
+turn, round after round, so that other load affects all alike; medians. Beside them the first calibration, and the rms
 height error, 50–200 m, of a noise-free turn.
 """
 

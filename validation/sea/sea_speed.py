@@ -1,11 +1,11 @@
-"""Error against time of ways to evaluate the moving sea on a mesh that turns with the beam.
+"""Error against time of methods to evaluate the moving sea on a mesh that turns with the beam.
 
     python -m validation.sea.sea_speed [--points 60] [--out validation/figures/sea_speed.png]
 
 One turn of the default scene (JONSWAP, Hs 1.4 m, Tp 5.5 s, 0.8 m, 1024 m) on a polar mesh of 636,000 points, each of
 its 825 columns at its own time: elevation, both slopes and the water's velocity. Errors are rms against the exact sum
 of waves at points drawn from the mesh. Times are medians in the steady state: a turn makes the knots of one second and
-has the others from the turn before. The ways:
+has the others from the turn before. The methods:
 
   plain        fields by FFT at knots, interpolated as they are: bilinear or cubic (Keys 1981) in space, cubic in time
   spline       this package: elevation and potential by FFT, as B-splines in space and time (the default is marked)
@@ -113,7 +113,7 @@ def polar_mesh() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def median_seconds(work: Callable[[], object], times: int = 3) -> float:
-    """Median time of doing it again and again."""
+    """Median time of several calls."""
     taken = []
     for _ in range(times):
         start = time.perf_counter()

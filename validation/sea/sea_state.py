@@ -2,10 +2,10 @@
 
     python -m validation.sea.sea_state [--seeds 1 2 3] [--mast 5] [--out validation/figures/sea_state.png]
 
-VV with the 1 W radar's noise, a turn each. The true height is that of the very sea: four times the rms of the resolved
+VV with the 1 W radar's noise, a turn each. The true height is that of the same sea: four times the rms of the resolved
 waves, dark ones too, over the range that the estimate names, as points at each look's time. The true direction is that
-of the same sea's true heights, dark cells too, by the same transform of the same circle: a circle of some waves has
-not the mean direction of the spectrum that they were drawn from, which stands beside it, as does the asked period.
+of the same sea's true heights, dark cells too, by the same transform of the same circle. It differs from the mean
+direction of the spectrum, because the circle holds only some waves; that direction and the set period are given too.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def true_direction(simulator: Simulator, truth: xr.Dataset, polar: xr.Dataset, a
 
 @dataclass(frozen=True)
 class Case:
-    """One turn: what was asked for, what was there, what was found."""
+    """One turn: the settings, the true sea, and the estimate."""
 
     sea: Sea
     height: float  # m, true

@@ -1,8 +1,9 @@
-"""The water held against published values, and pictures of what it does.
+"""The water compared with published values, and figures of its behaviour.
 
     python -m validation.sea.water [--seeds 8] [--out validation/figures]
 
-Prints published values beside this package's, and what first-order Lagrangian waves do to the spectrum's tail. Draws
+Prints published values beside this package's, and the effect of first-order Lagrangian waves on the spectrum's tail.
+Draws
 
   sea_dispersion.png   wavenumber–frequency spectra of 60 s of sea, deep and 5 m deep, without and with a current
   sea_spectra.png      all spectra as saturation k³ S(k) from swell to ripples, and the spreadings

@@ -1,4 +1,4 @@
-"""The ray stage beside its peers on the same triangles: Sionna's PathSolver as shipped, trimesh's engines, raw Mitsuba.
+"""The ray stage and its peers on the same triangles: Sionna's PathSolver as shipped, trimesh's engines, raw Mitsuba.
 
     python -m validation.speed.peers [--quick] [--repeat 7] [--samples 30000000] [--out validation/figures]
 
@@ -13,7 +13,7 @@ One turn of `choppy_sea`, meshed as by default; all engines in one run, interlea
 2. Rays a second, and by how many answers engines differ: the package's rays asked of the package, of Mitsuba's
    `ray_test` with all arrays on the device (the floor), of Embree by trimesh (`pip install embreex`), of trimesh's own
    engine on a few rays of a narrow sector (`pip install rtree`); and the horizon in float64.
-3. The tree (BVH): the package's update beside a bare Mitsuba scene of all triangles.
+3. The tree (BVH): the package's update compared with a bare Mitsuba scene of all triangles.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The turn that the ray stage and its peers are given, and how they are timed: see `peers.py`."""
+"""The turn that the ray stage and its peers trace, and how they are timed: see `peers.py`."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def one_antenna(case: Case) -> Case:
 
 
 def seconds(work: Callable[[], Any]) -> float:
-    """Of wall, with all that the device still has to do."""
+    """Wall time, until the device has finished."""
     dr: Any = importlib.import_module("drjit")
     dr.sync_thread()
     start = time.perf_counter()

@@ -1,4 +1,4 @@
-"""How time and memory grow with range, facets, sector and turns; and what a scene that is too large is told.
+"""How time and memory grow with range, facets, sector and turns; and how a scene that is too large is refused.
 
     python -m validation.speed.scaling [--quick] [--turns 600] [--repeat 3] [--out validation/figures]
 
@@ -83,7 +83,7 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Point:
-    """What one process found."""
+    """What one process measured."""
 
     value: float
     facets: int
@@ -201,7 +201,7 @@ def in_a_process(call: str, *arguments: Any) -> Keys:
 
 
 def slope(x: Array, y: Array) -> float:
-    """d log y / d log x over the larger half of the points, where what does not grow no longer hides what does."""
+    """d log y / d log x over the larger half of the points, where constant costs matter less."""
     half = slice(x.size // 2 if x.size > 3 else 0, None)
     return float(np.polyfit(np.log(x[half]), np.log(np.maximum(y[half], 1e-6)), 1)[0])
 
@@ -277,7 +277,7 @@ def measure_marches(turns: int) -> list[March]:
 
 
 def show_refusals() -> None:
-    """What `choppy_sea` to 3 km round the circle is told, doing each time what was asked for."""
+    """The refusals of `choppy_sea` to 3 km round the circle, each remedy taken in turn."""
     print("\nchoppy_sea, 360°, 3 km")
     keys: Keys = {"radar.range_m": [15.0, 3000.0]}
     for remedy in ({"sea.extent_m": 6144.0}, {"sea.resolution_m": 1.5}, {"tracing.facet_m": 0.1}, {}):

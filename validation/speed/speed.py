@@ -1,5 +1,5 @@
 """How fast a turn is: seconds per stage of warm turns of a scene, medians over turns, each tracer in turn, and how far
-each stage is from its floor: what the same numbers would take if nothing but the unavoidable were done.
+each stage is from its floor: the time of the unavoidable work alone.
 
 python -m validation.speed.speed [--scene choppy_sea] [--turns 5] [--set sea.model=choppy]
 

@@ -1,11 +1,11 @@
-"""Speed against error: what each way of making `choppy_sea`'s turn takes, and by how much its maps are wrong.
+"""Speed against error: the seconds of each way to compute a turn of `choppy_sea`, and the errors of its maps.
 
     python -m validation.speed.speed_error [--quick | --full] [--repeat 3] [--out validation/figures]
 
 Ways differ in tracer, size of facets, columns a beam, the spline that the sea is taken from, and pulses kept. Each is
 
 * timed: warm whole turns by stage, all ways once a round, and medians over the rounds. The tracers light the same mesh
-  one after the other, so that only what differs between them differs. Truth and retrieval are not counted.
+  one after the other, so that they differ in nothing else. Truth and retrieval are not counted.
 * judged: the speckle-averaged maps (`expected_look_gates`) of 30° up the waves and 30° along the crests, with the same
   sea and calibration, against those of a fine mesh lit by `horizon`, on a sea of a finer spline. rms over the cells of
   3 m × 1.8° of 15 to 400 m that are more than half visible there.
@@ -14,9 +14,9 @@ The reference's own error follows from how the last two halvings of its spacings
 triangle inequality no rms is wrong by more. Fewer pulses leave the expectation as it is; what they cost is seen in
 retrieved heights, speckle and noise included, of 30° up the waves, over seeds.
 
-Printed: every way; the front, the ways than which no other is better in seconds, height and power; whether the defaults
-are on it. The figure has error against seconds. Four minutes on two cores; --quick, of five meshes, one; --full, of 45
-and eight seeds, a quarter of an hour, and there the reference is itself held against one of half its spacings (8 GB).
+Printed: every way; the Pareto front in seconds, height and power; whether the defaults are on it. The figure has error
+against seconds. Four minutes on two cores; --quick, of five meshes, one; --full, of 45 and eight seeds, a quarter of an
+hour, and there the reference itself is compared with one of half its spacings (8 GB).
 """
 
 from __future__ import annotations

@@ -138,7 +138,7 @@ _INSIDE = {
 
 
 def _target(axes: Axes, quantity: Quantity) -> None:
-    """What is asked for lies towards the lower left."""
+    """The target lies towards the lower left."""
     top = quantity.scale * quantity.allowed
     for tracer, seconds in TARGET_S.items():
         if np.isfinite(top):

@@ -1,4 +1,4 @@
-"""Ways of making a turn, their seconds and their errors: what `speed_error.py` sets one against the other."""
+"""Ways to compute a turn, their seconds and their errors: see `speed_error.py`."""
 
 from __future__ import annotations
 
@@ -214,7 +214,7 @@ def rms(errors: Array, cells: NDArray[np.bool_]) -> Array:
 
 @dataclass(frozen=True)
 class Reference:
-    """Maps that others are held against, and how wrong they may be themselves."""
+    """Maps of the reference mesh, and the bounds of their own errors."""
 
     maps: Maps
     order: Array  # (quantity,): errors fall as the spacings to this power

@@ -1,4 +1,4 @@
-"""When and on what a validation ran: a figure without its machine and its versions cannot be held against another."""
+"""When and where a validation ran: figures can be compared only with their machine and versions."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _PACKAGES = (
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class Environment:
     """Time, machine, versions, and the commit of a checkout ("" elsewhere)."""
 
     when: str
@@ -35,7 +35,7 @@ class Surroundings:
     commit: str
 
     @classmethod
-    def here(cls) -> Surroundings:
+    def here(cls) -> Environment:
         return cls(datetime.now().astimezone().isoformat(" ", "seconds"), _machine(), _versions(), _commit())
 
 
@@ -53,13 +53,13 @@ def _processor() -> str:
 
 
 def _versions() -> dict[str, str]:
-    found = {}
+    versions = {}
     for name in _PACKAGES:
         try:
-            found[name] = importlib.metadata.version(name)
+            versions[name] = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+            versions[name] = "not installed"
+    return versions
 
 
 def _commit() -> str:

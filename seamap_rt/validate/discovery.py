@@ -1,4 +1,4 @@
-"""Where the cases lie, and which of them are to be run."""
+"""Finds the modules of cases, loads them, and selects the cases to run."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ def cases_folder() -> Path:
 
 
 def load_cases(folder: Path) -> list[Case]:
-    """All cases of the modules in a folder, in the page's order; a module that cannot be loaded is a red case."""
+    """All cases of the modules in a folder, in the order of the page; a module that does not load is a failed case."""
     cases: list[Case] = []
     for path in sorted(folder.glob("[!_.]*.py")):
         try:
-            found = list(_load(path).CASES)
-            _refuse_doubles(cases, found)
+            loaded = list(_load(path).CASES)
+            _refuse_duplicates(cases, loaded)
         except (Exception, SystemExit) as error:
-            found = [_unloaded(path, error)]
-        cases += found
+            loaded = [_unloaded(path, error)]
+        cases += loaded
     return sorted(cases, key=lambda case: _ORDER.get(case.group, len(_ORDER)))
 
 
-def chosen(cases: Sequence[Case], full: bool, only: Sequence[str] | None) -> list[Case]:
-    """The cases to be run. InputError for a name that there is not, or that is left to the full version."""
+def select_cases(cases: Sequence[Case], full: bool, only: Sequence[str] | None) -> list[Case]:
+    """The cases to run. InputError for an unknown name, or for a case of the full version where `full` is not given."""
     if not only:
         return [case for case in cases if full or not case.full_only]
     by_name = {case.name: case for case in cases}
@@ -69,11 +69,11 @@ def _load(path: Path) -> ModuleType:
     return module
 
 
-def _refuse_doubles(before: Sequence[Case], more: Sequence[Case]) -> None:
+def _refuse_duplicates(before: Sequence[Case], more: Sequence[Case]) -> None:
     names = [case.name for case in (*before, *more)]
-    doubles = sorted({name for name in names if names.count(name) > 1})
-    if doubles:
-        raise ValueError(f"case names given twice: {', '.join(doubles)}")
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise ValueError(f"case names given twice: {', '.join(repeated)}")
 
 
 def _unloaded(path: Path, error: BaseException) -> Case:
@@ -84,7 +84,7 @@ def _unloaded(path: Path, error: BaseException) -> Case:
         name=path.stem,
         group="cases that cannot be loaded",
         title=f"Module {path.name}",
-        rationale="A case that is not run says nothing.",
+        rationale="A case that cannot be loaded cannot be judged.",
         setup=f"{path}",
         expectation="The module loads and its cases run.",
         run=fail,
