@@ -25,7 +25,7 @@ INSTALL = (
     "python3 -m venv .venv && .venv/bin/pip install -e '.[llvm]' && .venv/bin/seamap-rt run scenes/choppy_sea.toml",
     ".venv/bin/pip install -e '.[llvm,test]' && .venv/bin/pytest",
 )
-PENDING = {"account", "random_streams"}  # rooms that are about to go or to come
+PENDING = {"account"}  # a room that is about to go
 COMING = {"../scenes/README.md", "scenes/README.md"}  # generated from the settings
 QUICK = {"sector_deg": "[264.0, 276.0]", "resolution_m": "1.6", "height_error_m": "0.2"}  # takes seconds
 MOST_LINES = 200  # of README.md: what a newcomer reads in five minutes
