@@ -29,7 +29,10 @@ class FlatWaves(Section):
 
 
 class SinusoidWaves(Section):
-    """One regular wave, η = (height_m/2) cos(k·x − ωt + phase). Steeper than 0.142 it would break and is refused."""
+    """One regular wave, η = (height_m/2) cos(k·x − ωt + phase).
+
+    Its steepness height_m/wavelength_m is at most 0.142: a steeper wave breaks (Michell 1893).
+    """
 
     spectrum: Annotated[Literal["sinusoid"], Meaning("One regular wave.")]
     height_m: Annotated[
