@@ -160,7 +160,7 @@ class Simulator:
                 scene.seed,
                 scene.scattering.decorrelation_time_s,
                 motion=returns.motion,
-                further=objects,
+                objects=objects,
             )
             under_water = _drowned_pulses(drowned, facets, fired)
             received.voltage[under_water] = np.nan

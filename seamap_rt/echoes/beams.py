@@ -22,11 +22,11 @@ _ENTRIES = 2**16  # over ±3.5 beams: the nearest entry errs by at most 1e-4 of 
 class TwoWayBeams:
     """Two-way voltages of the paths, or of a single one where all antennas are alike and stand on one axis.
 
-    Antennas beside the array's axis look along lines of their own: the way out and the way back then have a table each.
+    Antennas beside the array's axis look along lines of their own: the legs out and back then have a table each.
     """
 
-    tables: NDArray[np.float32]  # (path or 1, way, entry) voltage; 0 at both ends, and beyond
-    aside: NDArray[np.float64]  # (path or 1, way) m that the way's antenna stands off the array's axis
+    tables: NDArray[np.float32]  # (path or 1, leg, entry) voltage; 0 at both ends, and beyond
+    aside: NDArray[np.float64]  # (path or 1, leg) m that the leg's antenna stands off the array's axis
     scale: float  # entries per unit of direction cosine; 0 lies half an entry beyond the middle
 
 
@@ -42,10 +42,10 @@ def _two_way_beams(settings: Hashable, _: Hashable) -> TwoWayBeams:
     alike = len({element.antenna.azimuth for element in array.elements}) == 1
     on_axis = np.ptp(array.offsets[:, 0]) == 0.0 and array.offsets[0, 0] == 0.0
     paths = array.paths[:1] if alike and on_axis else array.paths
-    ways = [((i, j),) if on_axis else ((i,), (j,)) for i, j in paths]
+    legs = [((i, j),) if on_axis else ((i,), (j,)) for i, j in paths]
     return TwoWayBeams(
-        tables=np.array([[_table(array, way, reach) for way in each] for each in ways]),
-        aside=np.array([[float(array.offsets[way[0], 0]) for way in each] for each in ways]),
+        tables=np.array([[_table(array, leg, reach) for leg in each] for each in legs]),
+        aside=np.array([[float(array.offsets[leg[0], 0]) for leg in each] for each in legs]),
         scale=(_ENTRIES - 1) / (2.0 * reach),
     )
 

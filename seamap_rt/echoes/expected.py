@@ -31,7 +31,7 @@ class ExpectedGates:
     range: NDArray[np.float64]  # (gate,) m
     power: NDArray[np.float64]  # (tx, rx, look, gate) W
     covariance: NDArray[np.complex128]  # W, mean over the interferograms of the mode; no Doppler between pulses
-    weight: NDArray[np.float64]  # Σ beam · gate · area: what weighs a cell's places, shadow or not
+    weight: NDArray[np.float64]  # Σ beam · gate · area: what weights a cell's points, shadow or not
     weighted_height: NDArray[np.float64]  # m, the mean height with that weight
 
 
@@ -154,7 +154,7 @@ def look_beams(
 
     A fan that leans is heard where it meets the sea, and looks are made of pulses by where that is: it needs no more.
     """
-    reach = BEAMS_BEYOND * array.beam_deg + 1e-9  # rounding must not part looks that stand alike
+    reach = BEAMS_BEYOND * array.beam_deg + 1e-9  # rounding must not separate looks that stand alike
     near = np.flatnonzero(np.abs(sweeps - column_sweep) <= reach + 0.5 * cell_azimuth_deg)
     points = _BEAM_POINTS if cell_azimuth_deg > 0.0 else 1
     dwell = cell_azimuth_deg * ((np.arange(points) + 0.5) / points - 0.5)

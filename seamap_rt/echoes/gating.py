@@ -38,7 +38,7 @@ class Samples:
     range: NDArray[np.float64]
     responses: tuple[Response, ...]  # of each path; the same object where they are alike
     support_m: float
-    compress: Chirp | None = None  # from samples to gates, at any pulse or knot
+    compress: Chirp | None = None  # from samples to gates, at any pulse or node
 
 
 def gate_samples(radar: RadarSettings, paths: tuple[tuple[int, int], ...] | None = None) -> Samples:
@@ -91,8 +91,8 @@ def _plain(
 
 def _tables(samples: Samples) -> list[NDArray[np.float32]]:
     """Response of each path's samples at (n + ½) steps off their middles; the same object where paths are alike."""
-    places = np.arange(0.5 * _STEP, samples.support_m + 2.0 * _STEP, _STEP)  # middles: an index is cut, not rounded
-    tables = {response: np.append(response(places), 0.0).astype(np.float32) for response in set(samples.responses)}
+    offsets = np.arange(0.5 * _STEP, samples.support_m + 2.0 * _STEP, _STEP)  # middles: an index is cut, not rounded
+    tables = {response: np.append(response(offsets), 0.0).astype(np.float32) for response in set(samples.responses)}
     return [tables[response] for response in samples.responses]
 
 
@@ -157,7 +157,7 @@ class Gating:
         index = offset.astype(np.int32)
         if all(table is self.tables[0] for table in self.tables):
             return self.tables[0].take(index)
-        return np.stack([table.take(part) for table, part in zip(self.tables, index, strict=True)])
+        return np.stack([table.take(each) for table, each in zip(self.tables, index, strict=True)])
 
 
 def _level(
@@ -177,19 +177,19 @@ def _level(
 
 class ProcessedGating:
     """The same for gates that come out of processing: a chirp's after compression, each of which hears every facet and
-    near ones in part only (eclipsed), or those that a digital receiver filters once more."""
+    near ones only partly (eclipsed), or those that a digital receiver filters once more."""
 
     def __init__(self, radar: RadarSettings, facets: Facets) -> None:
         self.range = gates(radar)
         response = RangeResponse.of(radar)
         self.level = _level(radar, self.range, response, response.support_m)
         self._step = 0.02 * response.resolution_m
-        places = np.arange(0.0, float(self.range[-1] + response.support_m) + 2.0 * self._step, self._step)
+        offsets = np.arange(0.0, float(self.range[-1] + response.support_m) + 2.0 * self._step, self._step)
         if radar.waveform == "chirp":
-            table = Chirp(radar).response(places)
+            table = Chirp(radar).response(offsets)
         else:
             digital = DigitalReceiver(radar)
-            heard = response(digital.sample_range - places[:, None])
+            heard = response(digital.sample_range - offsets[:, None])
             table = digital.ideal(heard[:, None].astype(np.complex128))[:, 0]
         self._table = table.astype(np.complex64)
         self._table[-1] = 0.0

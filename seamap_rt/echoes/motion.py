@@ -101,9 +101,9 @@ def echo_bandwidth(
     return max(bragg, edge(breakers, motion.breaker_time(wavenumber, decorrelation_time_s)))
 
 
-def _fastest(*parts: NDArray[np.float32]) -> float:
-    """m/s, the greatest magnitude of velocities given by their parts."""
-    return float(np.sqrt(np.max(sum(part**2 for part in parts), initial=0.0)))
+def _fastest(*components: NDArray[np.float32]) -> float:
+    """m/s, the greatest magnitude of velocities given by their components."""
+    return float(np.sqrt(np.max(sum(each**2 for each in components), initial=0.0)))
 
 
 def _speckle_width(time_constant: float) -> float:
@@ -113,12 +113,12 @@ def _speckle_width(time_constant: float) -> float:
 
 @dataclass(frozen=True)
 class MovingSpeckle:
-    """Speckle of Bragg waves and breakers, at knots `spacing_s` apart."""
+    """Speckle of Bragg waves and breakers, at nodes `spacing_s` apart."""
 
     motion: Motion
-    bragg: NDArray[np.complex128]  # (mode, knot)
+    bragg: NDArray[np.complex128]  # (mode, node)
     contrast: NDArray[np.float64]  # (mode,) of the directions, as two_way_basis gives it
-    breakers: NDArray[np.float32]  # (mode, knot) as they would be without their mean speed
+    breakers: NDArray[np.float32]  # (mode, node) as they would be without their mean speed
     spacing_s: float
     wavenumber: float  # rad/m, of the radar
     seed: int
@@ -126,22 +126,22 @@ class MovingSpeckle:
     @classmethod
     def over(
         cls,
-        knots: int,
+        nodes: int,
         spacing_s: float,
         wavenumber: float,
         decorrelation_time_s: float,
         motion: Motion,
         seed: int,
     ) -> MovingSpeckle:
-        """For a column that is heard at so many knots."""
-        bragg, contrast = two_way_basis(knots, spacing_s, decorrelation_time_s, 2.0 * wavenumber * motion.bragg_speed)
-        breakers = speckle_basis(knots, spacing_s, motion.breaker_time(wavenumber, decorrelation_time_s))
+        """For a column that is heard at so many nodes."""
+        bragg, contrast = two_way_basis(nodes, spacing_s, decorrelation_time_s, 2.0 * wavenumber * motion.bragg_speed)
+        breakers = speckle_basis(nodes, spacing_s, motion.breaker_time(wavenumber, decorrelation_time_s))
         return cls(motion, bragg, contrast, breakers, spacing_s, wavenumber, seed)
 
     def modes(self, columns: slice, begin: NDArray[np.float64]) -> tuple[NDArray[np.complex64], ...]:
-        """(column, mode, knot) of Bragg waves and, where there are any, of breakers.
+        """(column, mode, node) of Bragg waves and, where there are any, of breakers.
 
-        begin (column,) s: the first knot after the beam's passing, from which breakers' phases are reckoned.
+        begin (column,) s: the first node after the beam's passing, from which breakers' phases are reckoned.
         """
         bragg = self.bragg_of(columns)
         return (bragg, self.breakers_of(columns, begin)) if self._breaks else (bragg,)
@@ -160,17 +160,17 @@ class MovingSpeckle:
         return np.sqrt(np.stack((1.0 - share, share), axis=1)).astype(np.float32, copy=False)
 
     def bragg_of(self, columns: slice) -> NDArray[np.complex64]:
-        """(column, mode, knot)."""
+        """(column, mode, node)."""
         strength = 1.0 + (2.0 * self.motion.approaching[columns, None] - 1.0) * self.contrast
         rows = self.bragg * np.sqrt(strength)[..., None]
-        rows /= np.sqrt(np.sum(np.abs(rows) ** 2, axis=1, keepdims=True))  # unit variance at every knot, exactly
+        rows /= np.sqrt(np.sum(np.abs(rows) ** 2, axis=1, keepdims=True))  # unit variance at every node, exactly
         return rows.astype(np.complex64)
 
     def breakers_of(self, columns: slice, begin: NDArray[np.float64]) -> NDArray[np.complex64]:
-        """(column, mode, knot)."""
+        """(column, mode, node)."""
         seconds = begin[:, None] + self.spacing_s * np.arange(self.breakers.shape[1])
-        turned = np.exp(-2j * self.wavenumber * self.motion.breaker_speed[columns, None] * seconds)
-        return (self.breakers * turned[:, None]).astype(np.complex64)
+        rotation = np.exp(-2j * self.wavenumber * self.motion.breaker_speed[columns, None] * seconds)
+        return (self.breakers * rotation[:, None]).astype(np.complex64)
 
     @cached_property
     def _breaks(self) -> bool:

@@ -32,7 +32,7 @@ Sees = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.bool_]]
 class Scatterers(NamedTuple):
     """Points that echo."""
 
-    places: NDArray[np.float64]  # (n, 3) m
+    points: NDArray[np.float64]  # (n, 3) m
     rcs: NDArray[np.float64]  # (n,) m²
     normals: NDArray[np.float64]  # (n, 3) unit vectors, out of the surface on the antenna's side
 
@@ -80,22 +80,22 @@ def object_scatterers(
         normals = -normals
     below = np.cumsum(mesh.area_faces)
     random = np.random.default_rng(seed)
-    found: list[NDArray[np.float64]] = []
+    kept: list[NDArray[np.float64]] = []
     for _ in range(_MOST_DRAWN // _DRAWN_AT_ONCE):
-        face, places, rise = _drawn(random, corners, below / below[-1])
-        towards = eye - places
+        face, points, rise = _drawn(random, corners, below / below[-1])
+        towards = eye - points
         towards /= np.linalg.norm(towards, axis=1)[:, None]
         facing = np.einsum("ij,ij->i", normals[face], towards)
-        looks = (places[:, 2] > 0.0) & (facing > 0.0 if closed else facing != 0.0)
+        looks = (points[:, 2] > 0.0) & (facing > 0.0 if closed else facing != 0.0)
         if itself is not None:
-            looks[looks] = ~itself.blocked(eye, places[looks], _SHORT * float(mesh.scale))
+            looks[looks] = ~itself.blocked(eye, points[looks], _SHORT * float(mesh.scale))
         outward = normals[face] * np.sign(facing)[:, None]
-        places = places + (0.5 * wavelength_m) * rise[:, None] * towards
-        found.append(np.concatenate((places[looks], outward[looks]), axis=1))
-        if sum(map(len, found)) >= count:
+        points = points + (0.5 * wavelength_m) * rise[:, None] * towards
+        kept.append(np.concatenate((points[looks], outward[looks]), axis=1))
+        if sum(map(len, kept)) >= count:
             break
-    points = np.concatenate(found)[:count]
-    return Scatterers(points[:, :3], np.full(len(points), rcs_m2 / max(len(points), 1)), points[:, 3:])
+    chosen = np.concatenate(kept)[:count]
+    return Scatterers(chosen[:, :3], np.full(len(chosen), rcs_m2 / max(len(chosen), 1)), chosen[:, 3:])
 
 
 def _drawn(
@@ -111,13 +111,13 @@ def _drawn(
 
 
 def passing(
-    places: NDArray[np.float64], centres: NDArray[np.float64], azimuth: NDArray[np.float64]
+    points: NDArray[np.float64], centres: NDArray[np.float64], azimuth: NDArray[np.float64]
 ) -> NDArray[np.intp]:
-    """(n,) the pulse whose boresight comes nearest to the bearing of each place (n, 3).
+    """(n,) the pulse whose boresight comes nearest to the bearing of each point (n, 3).
 
     centres (pulse, 3): where the antenna is; azimuth (pulse,) deg: where it looks, in the same axes.
     """
-    away = places[:, None, :2] - centres[:, :2]
+    away = points[:, None, :2] - centres[:, :2]
     bearing = np.degrees(np.arctan2(away[..., 0], away[..., 1]))
     return np.abs(wrap_degrees(bearing - azimuth)).argmin(axis=1)
 
@@ -133,29 +133,29 @@ def objects_in_sight(
     seed: int,
     count: int = COUNT,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-    """Places (n, 3) [m], rcs (n,) [m²] and sight (antenna, n) of all points of all objects of one frame over one turn.
+    """Points (n, 3) [m], rcs (n,) [m²] and sight (antenna, n) of all points of all objects of one frame over one turn.
 
     A point is seen, or not, as it is when the beam passes it. occluder: all objects of the frame, by their numbers;
     sees: whatever else may lie between, the sea above all. centres (pulse, antenna, 3) and azimuth (pulse,) deg are
-    the antennas' places and where they look, in the frame's axes.
+    the antennas' positions and where they look, in the frame's axes.
     """
     middle = centres.mean(axis=1)
-    places, areas, sight = [np.zeros((0, 3))], [np.zeros(0)], [np.zeros((centres.shape[1], 0), dtype=bool)]
+    points, areas, sight = [np.zeros((0, 3))], [np.zeros(0)], [np.zeros((centres.shape[1], 0), dtype=bool)]
     for thing in things:
         source = np.random.SeedSequence(seed, spawn_key=(_STAGE, thing.number))
         at = passing(np.asarray(thing.mesh.bounds).mean(axis=0)[None], middle, azimuth)[0]
         itself = occluder.alone(thing.number)
-        points = object_scatterers(
+        drawn = object_scatterers(
             thing.mesh, middle[at], thing.rcs_m2, count, source, wavelength_m=wavelength_m, itself=itself
         )
-        if len(points.places) == 0:
+        if len(drawn.points) == 0:
             continue
-        eyes = centres[passing(points.places, middle, azimuth)]  # (n, antenna, 3)
+        eyes = centres[passing(drawn.points, middle, azimuth)]  # (n, antenna, 3)
         seen = [
-            sees(eye, points.places) & ~occluder.blocked(eye, points.places, thing.short_m)
+            sees(eye, drawn.points) & ~occluder.blocked(eye, drawn.points, thing.short_m)
             for eye in np.moveaxis(eyes, 1, 0)
         ]
-        places.append(points.places)
-        areas.append(points.rcs)
+        points.append(drawn.points)
+        areas.append(drawn.rcs)
         sight.append(np.stack(seen))
-    return np.concatenate(places), np.concatenate(areas), np.concatenate(sight, axis=1)
+    return np.concatenate(points), np.concatenate(areas), np.concatenate(sight, axis=1)

@@ -2,7 +2,7 @@
 
 The antennas are where they stand when the beam passes the facet's column, and move on from there at a constant
 velocity while it does. What goes from one antenna to another goes back the same way: a path serves both. Phases of
-further paths are reckoned from the first by differences of ranges, formed from differences of squares, which keeps
+the other paths are reckoned from the first by differences of ranges, formed from differences of squares, which keeps
 every digit (3e-7 m even in float32; here float64).
 """
 
@@ -68,10 +68,10 @@ def facet_paths(
     flat = np.broadcast_to(chosen[0], shape).ravel(), np.broadcast_to(chosen[1], shape).ravel()
     ranges, difference, coming = np.empty((3, grid.places.shape[1], flat[0].size))
     sine = np.empty(flat[0].size)
-    ahead, aside = (facets.distance * part(facets.angle) for part in (np.cos, np.sin))
-    places = (facets.distance, ahead, aside, facets.height, grid.column_height[:, 0])
+    ahead, aside = (facets.distance * function(facets.angle) for function in (np.cos, np.sin))
+    positions = (facets.distance, ahead, aside, facets.height, grid.column_height[:, 0])
     velocities = (facets.velocity_look, facets.velocity_up)
-    _to_antennas(*flat, places, velocities, grid.places, grid.drift, grid.array_up, ranges, difference, coming, sine)
+    _to_antennas(*flat, positions, velocities, grid.places, grid.drift, grid.array_up, ranges, difference, coming, sine)
     amplitude = _amplitudes(facets, rcs, radar, flat, paths, ranges, sine)
 
     def shaped(values: NDArray) -> NDArray:
@@ -81,14 +81,15 @@ def facet_paths(
 
 
 @compiled
-def _to_antennas(column, facet, places, velocities, antennas, drift, up, ranges, difference, coming, sine):
+def _to_antennas(column, facet, positions, velocities, antennas, drift, up, ranges, difference, coming, sine):
     """Fill ranges [m], their differences to the first antenna's and radial velocities [m/s], (antenna, n), and the
     direction cosines up the array (n,) of facets with these numbers (n,).
 
-    places: distance, ahead and aside (facet,), height (column, facet), the frame's height (column,). velocities along
-    the look and up (column, facet). antennas (column, antenna, 3) m, drift (column, antenna, 3) m/s, up (column, 3).
+    positions: distance, ahead and aside (facet,), height (column, facet), the frame's height (column,). velocities:
+    along the look and up (column, facet). antennas (column, antenna, 3) m; drift (column, antenna, 3) m/s; up
+    (column, 3).
     """
-    distance, ahead, aside, height, origin = places
+    distance, ahead, aside, height, origin = positions
     look, lift = velocities
     for n in range(column.size):
         c, f = column[n], facet[n]
@@ -105,7 +106,7 @@ def _to_antennas(column, facet, places, velocities, antennas, drift, up, ranges,
                 first_square, first_along = its_square, along
             squares = (its_square - first_square) - 2.0 * (along - first_along)
             difference[antenna, n] = squares / (ranges[antenna, n] + ranges[0, n])
-            # (u − d)·(r − a), with the facet's velocity u and place r, and the antenna's d and a.
+            # (u − d)·(r − a), with the facet's velocity u and position r, and the antenna's d and a.
             u, v, w = drift[c, antenna, 0], drift[c, antenna, 1], drift[c, antenna, 2]
             product = flow - look[c, f] * x - lift[c, f] * z
             product -= u * ahead[f] + v * aside[f] + w * rise - (u * x + v * y + w * z)
@@ -148,9 +149,9 @@ def _fill_amplitudes(column, facet, paths, constants, rcs, lit, ranges, sine, ta
     for n in range(column.size):
         c, f = column[n], facet[n]
         root = np.sqrt(float(rcs[c, f]))
-        place = (sine[n] + 1.0) * (0.5 * steps)
-        entry = min(max(int(place), 0), steps - 1)
-        beyond = place - entry
+        entry_at = (sine[n] + 1.0) * (0.5 * steps)
+        entry = min(max(int(entry_at), 0), steps - 1)
+        beyond = entry_at - entry
         for path in range(paths.shape[0]):
             i, j = paths[path, 0], paths[path, 1]
             value = 0.0

@@ -46,7 +46,7 @@ class Terms(NamedTuple):
 
 @dataclass(frozen=True)
 class SeaSurface:
-    """How the sea of a run scatters: made once, asked turn by turn."""
+    """How the sea of a run scatters: made once, called every turn."""
 
     scattering: ScatteringSettings
     radar: RadarSettings

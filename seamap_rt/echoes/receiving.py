@@ -34,14 +34,14 @@ def receive(
     radar: RadarSettings,
     pulses: Pulses,
     seed: int,
-    further: NDArray[np.complex64] | None = None,
+    objects: NDArray[np.complex64] | None = None,
 ) -> Received:
     """Pass voltages (pulse, receiver, sample) [√W] through the receivers; they are changed in place.
 
-    further: of the same shape, added first.
+    objects: voltages of the scene's objects, of the same shape, added first.
     """
-    if further is not None:
-        voltages += further
+    if objects is not None:
+        voltages += objects
     array = antenna_array(radar)
     digital = DigitalReceiver(radar) if radar.receiver.chain == "digital" else None
     if radar.noise:
@@ -115,9 +115,9 @@ def add_noise(
 
 def _add_compressed_noise(voltages: NDArray[np.complex64], radar: RadarSettings, first: int, seed: int) -> None:
     def add(start: int) -> None:
-        part = voltages[start : start + _NOISE_CHUNK]
+        chunk = voltages[start : start + _NOISE_CHUNK]
         random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_NOISE_STAGE, first + start)))
-        part += thermal_noise(radar, part.shape[0], part.shape[2], random, part.shape[1])
+        chunk += thermal_noise(radar, chunk.shape[0], chunk.shape[2], random, chunk.shape[1])
 
     with pool() as workers:
         list(workers.map(add, range(0, voltages.shape[0], _NOISE_CHUNK)))

@@ -24,22 +24,22 @@ def from_scatterers(scene: Scene, xyz: ArrayLike, rcs: ArrayLike, velocity: Arra
 
     Raises ValueError, in one line, for shapes that do not fit or values that are not finite.
     """
-    places = np.atleast_2d(np.asarray(xyz, dtype=np.float64))
+    points = np.atleast_2d(np.asarray(xyz, dtype=np.float64))
     areas = np.asarray(rcs, dtype=np.float64)
-    if areas.shape not in ((), places.shape[:1]):
-        raise ValueError(f"rcs {areas.shape}: must be one number, or one for each of the {len(places)} scatterers")
-    areas = np.broadcast_to(areas, places.shape[:1])
-    speeds = np.zeros_like(places) if velocity is None else np.atleast_2d(np.asarray(velocity, dtype=np.float64))
-    if places.ndim != 2 or places.shape[1] != 3 or speeds.shape != places.shape:
-        raise ValueError(f"xyz {places.shape}, velocity {speeds.shape}: both must be (n, 3)")
-    if not (np.isfinite(places).all() and np.isfinite(areas).all() and np.isfinite(speeds).all()):
+    if areas.shape not in ((), points.shape[:1]):
+        raise ValueError(f"rcs {areas.shape}: must be one number, or one for each of the {len(points)} scatterers")
+    areas = np.broadcast_to(areas, points.shape[:1])
+    speeds = np.zeros_like(points) if velocity is None else np.atleast_2d(np.asarray(velocity, dtype=np.float64))
+    if points.ndim != 2 or points.shape[1] != 3 or speeds.shape != points.shape:
+        raise ValueError(f"xyz {points.shape}, velocity {speeds.shape}: both must be (n, 3)")
+    if not (np.isfinite(points).all() and np.isfinite(areas).all() and np.isfinite(speeds).all()):
         raise ValueError("xyz, rcs and velocity must be finite; drop the scatterers that are not")
     if (areas < 0.0).any():
         raise ValueError(f"rcs = {areas.min():g}: must be at least 0 m²")
     boat, radar = masts(scene), as_it_looks(scene.radar)
     turns = [pulses(radar, turn, boat.true) for turn in range(scene.turns)]
     received = [
-        receive(scatterer_voltages(radar, turn, places, areas, speeds), radar, turn, scene.seed) for turn in turns
+        receive(scatterer_voltages(radar, turn, points, areas, speeds), radar, turn, scene.seed) for turn in turns
     ]
     return echo_dataset(radar, turns, received, scene.scattering.polarization, sensed=boat.sensed)
 
@@ -47,21 +47,21 @@ def from_scatterers(scene: Scene, xyz: ArrayLike, rcs: ArrayLike, velocity: Arra
 def scatterer_voltages(
     radar: RadarSettings,
     turn: Pulses,
-    places: NDArray[np.float64],
+    points: NDArray[np.float64],
     areas: NDArray[np.float64],
     speeds: NDArray[np.float64],
     sight: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.complex64]:
     """Voltages (pulse, receiver, sample) of point scatterers at the antennas' ports over one turn; NaN where the mode
-    does not sample a receiver. places (n, 3) [m] at time 0; sight (antenna, n): which are seen; left out, all."""
+    does not sample a receiver. points (n, 3) [m] at time 0; sight (antenna, n): which are seen; left out, all."""
     array, samples, pose = antenna_array(radar), received_samples(radar), turn.pose
     ranges, k = samples.range, wavenumber(radar)
     within = np.sin(np.radians(min(90.0, BEAMS_BEYOND * array.beam_deg)))
     everywhere = any(element.antenna.everywhere for element in array.elements)
     centres = pose.positions
     voltages = np.zeros((turn.number.size, len(array.receivers), ranges.size), dtype=np.complex128)
-    for scatterer, (place, area, speed) in enumerate(zip(places, areas, speeds, strict=True)):
-        position = place + speed * turn.time[:, None]
+    for scatterer, (point, area, speed) in enumerate(zip(points, areas, speeds, strict=True)):
+        position = point + speed * turn.time[:, None]
         away = position - pose.origin
         across, ahead, up = np.moveaxis(np.einsum("pij,pj->pi", pose.axes, away), -1, 0)
         chosen = np.flatnonzero(everywhere | ((ahead > 0.0) & (np.abs(across) <= within * np.hypot(across, ahead))))

@@ -24,10 +24,10 @@ from ..tracing.objects import Occluder, placed, refuse_if_enclosing, to_boat, to
 from .objects import EchoingObject, objects_in_sight, passing
 from .scatterers import scatterer_voltages
 
-_MARGIN_DEG = 0.5  # to either side of an object, within which columns are asked whether it hides them
+_MARGIN_DEG = 0.5  # to either side of an object, within which columns are tested for being hidden
 _COLUMNS = 64  # at once, whose rays stay in the cache
-_MOMENTS, _MOST_MOMENTS = 100, 10_000  # of a turn, and of a run, at which it is asked whether an antenna is enclosed
-_STEP = 1e-3  # s, over which the places of a boat's own things are differenced
+_MOMENTS, _MOST_MOMENTS = 100, 10_000  # of a turn, and of a run, at which antennas are tested for being enclosed
+_STEP = 1e-3  # s, over which the positions of a boat's own things are differenced
 
 
 @dataclass(frozen=True)
@@ -54,10 +54,10 @@ class Scenery:
 
     def _refuse_if_enclosing(self) -> None:
         moments = min(_MOMENTS * self._scene.turns, _MOST_MOMENTS) + 1
-        way = self._mast.pose(np.linspace(0.0, self._scene.turns * self._mast.period, moments))
+        track = self._mast.pose(np.linspace(0.0, self._scene.turns * self._mast.period, moments))
         try:
-            refuse_if_enclosing(self._world.occluder, way.positions)
-            refuse_if_enclosing(self._boat.occluder, self._aboard(way, way.positions))
+            refuse_if_enclosing(self._world.occluder, track.positions)
+            refuse_if_enclosing(self._boat.occluder, self._aboard(track, track.positions))
         except ValueError as error:
             raise InputError(str(error)) from None
 
@@ -72,8 +72,8 @@ class Scenery:
                 raise InputError(str(error)) from None
             meshes.append(mesh)
             numbers.append(number)
-            found = EchoingObject.of(settings, number, mesh)
-            echoing += [] if found is None else [found]
+            echo = EchoingObject.of(settings, number, mesh)
+            echoing += [] if echo is None else [echo]
         return _Frame(Occluder(meshes, numbers), echoing)
 
     def _aboard(self, pose: ArrayPose, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -110,14 +110,14 @@ class Scenery:
         return replace(facets, lit=lit, field=field)
 
     def _hidden(
-        self, pose: ArrayPose, antenna: int, place: NDArray[np.intp], ends: NDArray[np.float64]
+        self, pose: ArrayPose, antenna: int, row: NDArray[np.intp], ends: NDArray[np.float64]
     ) -> NDArray[np.bool_]:
-        """(n,) whether objects hide points (n, 3) of the world from an antenna, as it stands at `place` of `pose`."""
-        starts = pose.positions[place, antenna]
+        """(n,) whether objects hide points (n, 3) of the world from an antenna, as it stands at `row` of `pose`."""
+        starts = pose.positions[row, antenna]
         hidden = self._world.occluder.blocked(starts, ends)
         if self._boat.occluder.bodies:
             foot, axes = self._foot(pose)
-            here = to_boat(np.stack((starts, ends)), foot[place], axes[place])
+            here = to_boat(np.stack((starts, ends)), foot[row], axes[row])
             hidden |= self._boat.occluder.blocked(*here)
         return hidden
 
@@ -145,8 +145,8 @@ class Scenery:
         for frame, aboard in ((self._world, False), (self._boat, True)):
             if not frame.echoing:
                 continue
-            part = self._echoes(frame, aboard, Skyline(mesh), pulses)
-            total = part if total is None else total + part
+            own = self._echoes(frame, aboard, Skyline(mesh), pulses)
+            total = own if total is None else total + own
         return total
 
     def _echoes(self, frame: _Frame, aboard: bool, skyline: Skyline, pulses: Pulses) -> NDArray[np.complex64]:
@@ -165,7 +165,7 @@ class Scenery:
         if aboard:
             centres = self._aboard(pose, centres)
             azimuth = azimuth - pose.attitude[:, 2]
-        places, areas, sight = objects_in_sight(
+        points, areas, sight = objects_in_sight(
             frame.echoing,
             frame.occluder,
             (lambda eyes, ends: np.ones(len(ends), dtype=bool)) if aboard else sees,
@@ -175,18 +175,18 @@ class Scenery:
             seed=self._scene.seed,
         )
         if not aboard:
-            return scatterer_voltages(radar, pulses, places, areas, np.zeros_like(places), sight=sight)
+            return scatterer_voltages(radar, pulses, points, areas, np.zeros_like(points), sight=sight)
         # A point of the boat goes with it: where it is when the beam passes it, and as fast.
-        time = np.interp(_bearing(places), *_by_bearing(azimuth, pulses.time))
+        time = np.interp(_bearing(points), *_by_bearing(azimuth, pulses.time))
         before, now, after = (
-            to_world(places, *self._foot(self._mast.pose(time + late))) for late in (-0.5 * _STEP, 0.0, 0.5 * _STEP)
+            to_world(points, *self._foot(self._mast.pose(time + late))) for late in (-0.5 * _STEP, 0.0, 0.5 * _STEP)
         )
         speeds = (after - before) / _STEP
         return scatterer_voltages(radar, pulses, now - speeds * time[:, None], areas, speeds, sight=sight)
 
 
-def _bearing(places: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.degrees(np.arctan2(places[:, 0], places[:, 1])) % 360.0
+def _bearing(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.degrees(np.arctan2(points[:, 0], points[:, 1])) % 360.0
 
 
 def _by_bearing(
@@ -198,7 +198,7 @@ def _by_bearing(
 
 
 def _points(facets: Facets, column: NDArray[np.intp], facet: NDArray[np.intp]) -> NDArray[np.float64]:
-    """World places (n, 3) of facets, each by its column and its number along it."""
+    """World positions (n, 3) of facets, each by its column and its number along it."""
     grid = facets.grid
     east, north = unit_from_azimuth(grid.column_azimuth[column] + np.degrees(facets.angle[facet]))
     origin, distance = grid.column_pose.origin[column], facets.distance[facet]

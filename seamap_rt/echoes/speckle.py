@@ -21,11 +21,11 @@ _STAGE = 2  # of the scene's random source; 1 is the sea, 3 the receiver's noise
 class StillSpeckle:
     """Speckle of scatterers that go where the water goes."""
 
-    basis: NDArray[np.float32]  # (mode, knot)
+    basis: NDArray[np.float32]  # (mode, node)
     seed: int
 
     def modes(self, columns: slice, begin: NDArray[np.float64]) -> tuple[NDArray[np.complex64], ...]:
-        """(1, mode, knot) of the one kind of scatterers, the same for all columns."""
+        """(1, mode, node) of the one kind of scatterers, the same for all columns."""
         return (self.basis.astype(np.complex64)[None],)
 
     @property
@@ -39,26 +39,26 @@ class StillSpeckle:
 
 
 @lru_cache(maxsize=8)
-def speckle_basis(knots: int, spacing_s: float, decorrelation_time_s: float) -> NDArray[np.float32]:
-    """(mode, knot): real rows whose products with unit complex Gaussians have the asked-for covariance."""
-    lag = _lags(knots, spacing_s)
+def speckle_basis(nodes: int, spacing_s: float, decorrelation_time_s: float) -> NDArray[np.float32]:
+    """(mode, node): real rows whose products with unit complex Gaussians have the required covariance."""
+    lag = _lags(nodes, spacing_s)
     variance, modes = _strongest_modes(np.exp(-((lag / decorrelation_time_s) ** 2)))
     basis = (modes * np.sqrt(np.maximum(variance, 0.0))).T
-    basis /= np.sqrt(np.sum(basis**2, axis=0))  # unit variance at every knot, exactly
+    basis /= np.sqrt(np.sum(basis**2, axis=0))  # unit variance at every node, exactly
     return basis.astype(np.float32)
 
 
 @lru_cache(maxsize=8)
 def two_way_basis(
-    knots: int, spacing_s: float, decorrelation_time_s: float, turning: float
+    nodes: int, spacing_s: float, decorrelation_time_s: float, turning: float
 ) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
     """Modes of speckle whose phase turns at +turning [rad/s] for a share w of its power, at −turning for the rest.
 
-    Returns rows (mode, knot) and their contrasts κ (mode,) in ±1. Row m times √(1 + (2w − 1) κ_m), whatever w is, and
+    Returns rows (mode, node) and their contrasts κ (mode,) in ±1. Row m times √(1 + (2w − 1) κ_m), whatever w is, and
     the sum over m with unit complex Gaussians has the covariance exp(−(τ/τc)²)[w e^{+jωτ} + (1 − w) e^{−jωτ}]: where
     the sum of two covariances is made the identity, their difference can be made diagonal.
     """
-    lag = _lags(knots, spacing_s)
+    lag = _lags(nodes, spacing_s)
     envelope = np.exp(-((lag / decorrelation_time_s) ** 2))
     variance, modes = _strongest_modes(envelope * np.cos(turning * lag))  # of half and half: holds all that any w needs
     root = np.sqrt(np.maximum(variance, np.finfo(float).tiny))
@@ -67,16 +67,16 @@ def two_way_basis(
     return np.asarray((modes * root) @ rotation, dtype=np.complex128).T, np.clip(contrast, -1.0, 1.0)
 
 
-def _lags(knots: int, spacing_s: float) -> NDArray[np.float64]:
-    """(knot, knot) s: the row's time less the column's."""
-    time = spacing_s * np.arange(knots)
+def _lags(nodes: int, spacing_s: float) -> NDArray[np.float64]:
+    """(node, node) s: the row's time less the column's."""
+    time = spacing_s * np.arange(nodes)
     return time[:, None] - time[None, :]
 
 
 def _strongest_modes(covariance: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Variances (mode,) and eigenvectors (knot, mode) of a covariance of unit variance at each knot.
+    """Variances (mode,) and eigenvectors (node, mode) of a covariance of unit variance at each node.
 
-    The strongest comes first, and each is positive at the last knot: modes of windows that differ a little are alike,
+    The strongest comes first, and each is positive at the last node: modes of windows that differ a little are alike,
     and a column that is heard at the end of a turn and again at the start of the next keeps its speckle.
     """
     variance, modes = np.linalg.eigh(covariance)
@@ -88,7 +88,7 @@ def _strongest_modes(covariance: NDArray[np.float64]) -> tuple[NDArray[np.float6
 
 
 def speckle_stream(seed: int, draw: tuple[int, ...] = ()) -> np.uint64:
-    """Key of the speckle's random source; draw: names a further, independent draw of the same facets."""
+    """Key of the speckle's random source; draw: names another, independent draw of the same facets."""
     return stream_key(seed, _STAGE, *draw)
 
 

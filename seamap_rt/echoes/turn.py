@@ -5,7 +5,7 @@
 While the beam passes a column (30 ms) a facet moves by centimetres: its range response stays, its phase turns at the
 rate of its radial velocity, its speckle s(t) decorrelates, or turns by itself where its scatterers move relative to the
 water. The echo is band-limited in slow time: rotation of the aperture, Doppler and speckle together span some ±500 Hz,
-far less than the PRF. So the sum is formed at *knots* a few pulses apart, and the pulses between are interpolated by a
+far less than the PRF. So the sum is formed at *nodes* a few pulses apart, and the pulses between are interpolated by a
 windowed sinc.
 """
 
@@ -27,10 +27,10 @@ from ..radar.scan import Pulses
 from ..settings import RadarSettings
 from .beams import TwoWayBeams, two_way_beams
 from .gating import Tabulated, tabulated
-from .knots import Knots, choose_knots, knots_first, pulses_from_knots
 from .motion import Motion, MovingSpeckle
 from .paths import Chosen, facet_paths, wavenumber
 from .receiving import Received, receive
+from .slow_time import Nodes, choose_nodes, nodes_first, pulses_from_nodes
 from .speckle import StillSpeckle, speckle_basis
 from .summation import Beam, ColumnBatch, Columns, Geometry, ListedFacets, RangeTable, Speckle, sum_columns
 
@@ -58,44 +58,44 @@ def turn_echoes(
     seed: int,
     decorrelation_time_s: float,
     motion: Motion | None = None,
-    further: NDArray[np.complex64] | None = None,
+    objects: NDArray[np.complex64] | None = None,
 ) -> Received:
     """What the receivers give in one turn, speckle and (if radar.noise) thermal noise included.
 
     rcs (column, facet) [m²]. motion: of the scatterers relative to the water; without it they go where the water goes.
-    further: voltages (pulse, receiver, sample) of other scatterers, to be added before the receiver. Receivers that the
+    objects: voltages (pulse, receiver, sample) of the scene's objects, added before the receiver. Receivers that the
     mode does not sample on a pulse are NaN. The same seed gives the same bits for any number of threads.
     Raises ValueError if motion is not of these facets.
     """
     if motion is not None:
         motion.check(facets)
     heard = tabulated(radar)
-    knots = choose_knots(facets, radar, pulses, decorrelation_time_s, motion)
+    nodes = choose_nodes(facets, radar, pulses, decorrelation_time_s, motion)
     reach = _reach_s(facets, pulses)
-    window = int(np.floor(2.0 * reach / knots.spacing_s)) + 1 if np.isfinite(reach) else knots.count
+    window = int(np.floor(2.0 * reach / nodes.spacing_s)) + 1 if np.isfinite(reach) else nodes.count
     if motion is None:
-        speckle = StillSpeckle(speckle_basis(window, knots.spacing_s, decorrelation_time_s), seed)
+        speckle = StillSpeckle(speckle_basis(window, nodes.spacing_s, decorrelation_time_s), seed)
     else:
         k = wavenumber(radar)
-        speckle = MovingSpeckle.over(window, knots.spacing_s, k, decorrelation_time_s, motion, seed)
-    across = pulses.mast.pose(knots.time).axes[:, 0]
-    sums = ColumnSums(facets, rcs, radar, heard, knots, window, reach, speckle, two_way_beams(radar), across)
+        speckle = MovingSpeckle.over(window, nodes.spacing_s, k, decorrelation_time_s, motion, seed)
+    across = pulses.mast.pose(nodes.time).axes[:, 0]
+    sums = ColumnSums(facets, rcs, radar, heard, nodes, window, reach, speckle, two_way_beams(radar), across)
 
-    total = np.zeros((2, len(antenna_array(radar).paths), heard.samples.range.size, knots.count), dtype=np.float32)
+    total = np.zeros((2, len(antenna_array(radar).paths), heard.samples.range.size, nodes.count), dtype=np.float32)
     edges = [*range(0, facets.grid.columns, _CHUNK), facets.grid.columns]
     chunks = [slice(a, b) for a, b in pairwise(edges)]
     # BLAS's own threads would fight with ours over small products, and could change the bits.
     with threadpool_limits(1, user_api="blas"), pool() as workers:
         # Chunks are added in their own order, whoever finishes first: the sum keeps its bits.
-        for start, part in workers.map(sums, chunks):
-            low, high = max(start, 0), min(start + part.shape[-1], knots.count)
+        for start, chunk in workers.map(sums, chunks):
+            low, high = max(start, 0), min(start + chunk.shape[-1], nodes.count)
             if high > low:
-                total[..., low:high] += part[..., low - start : high - start]
-    echo = knots_first(total)
+                total[..., low:high] += chunk[..., low - start : high - start]
+    echo = nodes_first(total)
     if heard.samples.compress is not None:
         echo = np.ascontiguousarray(heard.samples.compress(echo), dtype=np.complex64)
-    voltages = pulses_from_knots(echo, knots, radar, pulses)
-    return receive(voltages, radar, pulses, seed, further)
+    voltages = pulses_from_nodes(echo, nodes, radar, pulses)
+    return receive(voltages, radar, pulses, seed, objects)
 
 
 def _reach_s(facets: Facets, pulses: Pulses) -> float:
@@ -111,27 +111,27 @@ def _reach_s(facets: Facets, pulses: Pulses) -> float:
 
 @dataclass(frozen=True)
 class ColumnSums:
-    """Sums the facets of some columns into gates, at the knots at which the beam passes them."""
+    """Sums the facets of some columns into gates, at the nodes at which the beam passes them."""
 
     facets: Facets
     rcs: NDArray[np.float32]
     radar: RadarSettings
     tabulated: Tabulated
-    knots: Knots
+    nodes: Nodes
     window: int
     reach_s: float
     speckle: StillSpeckle | MovingSpeckle
     beams: TwoWayBeams
-    across: NDArray[np.float64]  # (knot, 3) the aperture's axis in the world
+    across: NDArray[np.float64]  # (node, 3) the aperture's axis in the world
 
     def __call__(self, columns: slice) -> tuple[int, NDArray[np.float32]]:
-        """First knot's number and the columns' sum (part, path, gate, knot), part being real and imaginary."""
+        """First node's number and the columns' sum (component, path, gate, node), real and imaginary."""
         passing = self.facets.grid.column_pose.time[columns]
         first = np.zeros(passing.size, dtype=int)
         if np.isfinite(self.reach_s):
-            first = np.ceil((passing - self.reach_s - self.knots.time[0]) / self.knots.spacing_s).astype(int)
-        heard = first[:, None] + np.arange(self.window)  # may lie before the first knot, or after the last
-        seconds = self.knots.time[0] + heard * self.knots.spacing_s - passing[:, None]
+            first = np.ceil((passing - self.reach_s - self.nodes.time[0]) / self.nodes.spacing_s).astype(int)
+        heard = first[:, None] + np.arange(self.window)  # may lie before the first node, or after the last
+        seconds = self.nodes.time[0] + heard * self.nodes.spacing_s - passing[:, None]
         low = int(first.min())
         column, facet = np.nonzero(self.rcs[columns])
         chosen = column + columns.start, facet
@@ -153,9 +153,9 @@ class ColumnSums:
                 amplitude=paths.amplitude.astype(np.complex64, copy=False),
             ),
             speckle=self._speckle(columns, seconds[:, 0], chosen),
-            geometry=Geometry(np.array(paths.paths), wavenumber(self.radar), self.knots.spacing_s),
+            geometry=Geometry(np.array(paths.paths), wavenumber(self.radar), self.nodes.spacing_s),
             response=self._response(),
-            beam=self._beam(columns, np.clip(heard, 0, self.knots.count - 1)),  # what lies outside is dropped later
+            beam=self._beam(columns, np.clip(heard, 0, self.nodes.count - 1)),  # what lies outside is dropped later
         )
         return low, sum_columns(batch)
 
@@ -169,16 +169,16 @@ class ColumnSums:
         spacing = float(gates[1] - gates[0]) if gates.size > 1 else 1.0
         return RangeTable(self.tabulated.response, 1.0 / self.tabulated.step, float(gates[0]), spacing)
 
-    def _beam(self, columns: slice, knots: NDArray[np.intp]) -> Beam:
-        """The beam towards each column's mean sea at the range of each gate, at knots (column, knot)."""
+    def _beam(self, columns: slice, nodes: NDArray[np.intp]) -> Beam:
+        """The beam towards each column's mean sea at the range of each gate, at nodes (column, node)."""
         grid = self.facets.grid
         east, north = unit_from_azimuth(grid.column_azimuth[columns])
-        across = self.across[knots]
+        across = self.across[nodes]
         # Where the fan leans, what lies deeper below is heard off the bearing.
         height = grid.column_height[columns] / self.radar.height_m
         # A boat that runs past what it looks at sees it for shorter, or longer, than one at rest.
         drift = np.einsum("ci,cij->cj", grid.drift[columns].mean(axis=1), column_frame(grid.column_azimuth[columns]))
-        seconds = self.knots.time[knots] - grid.column_pose.time[columns, None]
+        seconds = self.nodes.time[nodes] - grid.column_pose.time[columns, None]
         inverse_range = 1.0 / np.maximum(self.tabulated.samples.range, self.radar.height_m)
         drop = self.radar.height_m * inverse_range
         return Beam(

@@ -153,7 +153,7 @@ def relative_rms(found: NDArray, exact: NDArray) -> float:
 def series_of(
     speckle: StillSpeckle | MovingSpeckle, column: int, column_number: int, facets: int
 ) -> NDArray[np.complex64]:
-    """Speckle (knot, facet) of all facets of a column, from its modes, strengths and random numbers."""
+    """Speckle (node, facet) of all facets of a column, from its modes, strengths and random numbers."""
     chosen = np.full(facets, column), np.arange(facets)
     series = np.zeros((), dtype=np.complex64)
     every = speckle.modes(slice(column, column + 1), np.zeros(1))

@@ -16,7 +16,7 @@ from seamap_rt.echoes import turn, turn_voltages
 from seamap_rt.echoes.motion import Motion, MovingSpeckle, echo_bandwidth
 from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis, two_way_basis
 from seamap_rt.echoes.summation.gaussian import draw_all, key_of
-from seamap_rt.echoes.turn import choose_knots
+from seamap_rt.echoes.turn import choose_nodes
 from seamap_rt.mesh import Facets, mesh_turn, polar_grid, surface_mesh
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
@@ -74,12 +74,12 @@ def breaker_law(lag: NDArray[np.float64], tau: float, speed: float, spread: floa
 @pytest.mark.parametrize("approaching", [0.0, 0.1, 0.5, 1.0])
 def test_one_basis_serves_every_share(tau: float, approaching: float) -> None:
     # Both directions at 0.24 and, far apart, at 2 m/s. 1e-4 of half and half's variance is left out, at most twice
-    # that of any other share's: an entry, by Cauchy and Schwarz, errs by less than what its two knots lack, and the
-    # first and the last knot lack most, up to 30 × 2e-4.
-    knots, spacing = 30, 0.7e-3
-    time = spacing * np.arange(knots)
+    # that of any other share's: an entry, by Cauchy and Schwarz, errs by less than what its two nodes lack, and the
+    # first and the last node lack most, up to 30 × 2e-4.
+    nodes, spacing = 30, 0.7e-3
+    time = spacing * np.arange(nodes)
     for speed in (0.24, 2.0):
-        basis, contrast = two_way_basis(knots, spacing, tau, 2.0 * K * speed)
+        basis, contrast = two_way_basis(nodes, spacing, tau, 2.0 * K * speed)
         covariance = np.einsum("mt,m,mu->tu", basis, 1.0 + (2.0 * approaching - 1.0) * contrast, basis.conj())
         law = bragg_law(time[:, None] - time, tau, speed, approaching)
         np.testing.assert_allclose(covariance, law, rtol=0, atol=6e-3)
@@ -92,11 +92,11 @@ def test_one_basis_serves_every_share(tau: float, approaching: float) -> None:
 def test_covariance_of_the_draws(tau: float, spread: float, approaching: float) -> None:
     # Facets of three kinds in one column. A covariance from n complex draws errs by 1/√n; 5.5 of it covers three times
     # 900 entries. The truncation leaves out up to 6e-3, see above.
-    knots, spacing, each = 30, 0.7e-3, 30_000
+    nodes, spacing, each = 30, 0.7e-3, 30_000
     breaking = np.repeat(np.array([0.0, 0.3, 1.0], dtype=np.float32), each)[None]
     motion = motion_of(approaching=approaching, breaking=breaking, speed=3.0, spread=spread)
-    series = series_of(MovingSpeckle.over(knots, spacing, K, tau, motion, SEED), 0, 17, 3 * each)
-    time = spacing * np.arange(knots)
+    series = series_of(MovingSpeckle.over(nodes, spacing, K, tau, motion, SEED), 0, 17, 3 * each)
+    time = spacing * np.arange(nodes)
     lag = time[:, None] - time
     for kind, share in enumerate((0.0, 0.3, 1.0)):
         drawn = series[:, kind * each : (kind + 1) * each]
@@ -107,7 +107,7 @@ def test_covariance_of_the_draws(tau: float, spread: float, approaching: float) 
         np.testing.assert_allclose(drawn @ drawn.T / each, 0.0, atol=5.5 * np.sqrt(2.0 / each))
 
 
-def test_every_facet_has_unit_power_at_every_knot() -> None:
+def test_every_facet_has_unit_power_at_every_node() -> None:
     breaking = np.array([[0.0, 0.25, 1.0]], dtype=np.float32)
     for approaching in (0.0, 0.5, 0.9):
         motion = motion_of(approaching=approaching, breaking=breaking, speed=-2.0, spread=0.3)
@@ -157,7 +157,7 @@ def test_speckle_without_motion_has_its_numbers() -> None:
 def test_doppler_in_the_voltages() -> None:
     # Slow rotation (6 rpm): the ratio of the gates' autocorrelation to that of unchanging speckle is the law itself.
     # 1500 pulses hold some 300 ms/4 ms independent samples for each of the 40 cells in range, 0.02 of a correlation;
-    # and interpolation between knots, at a prf of 4 kHz, must not fold what breakers at 4 m/s echo at 267 Hz.
+    # and interpolation between nodes, at a prf of 4 kHz, must not fold what breakers at 4 m/s echo at 267 Hz.
     radar = radar_of(rotation_rpm=6.0, sector_deg=(20.0, 50.0), prf_hz=4e3)
     facets, rcs = flat_sea(radar)
     fired, lags = pulses(radar, 0), np.array([1, 3, 6, 10, 16])
@@ -178,7 +178,7 @@ def test_doppler_in_the_voltages() -> None:
     ):
         motion = motion_of(facets, bragg=0.6, approaching=approaching, breaking=share, speed=speed, spread=0.2)
         if share is not None:
-            assert choose_knots(facets, radar, fired, tau, motion).stride > 1
+            assert choose_nodes(facets, radar, fired, tau, motion).stride > 1
         law = (1.0 - (share or 0.0)) * bragg_law(lag, tau, 0.6, approaching)
         law += (share or 0.0) * breaker_law(lag, tau, speed, 0.2)
         found = correlation(tau, motion) / still
@@ -272,7 +272,7 @@ def test_threads_and_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_allclose(other, one, rtol=0, atol=1e-5 * np.abs(one).max())
 
 
-# ------------------------------------------------------------------------------------------------- knots, refusals
+# ------------------------------------------------------------------------------------------------- nodes, refusals
 
 
 def test_bandwidth_has_room_for_the_fastest() -> None:

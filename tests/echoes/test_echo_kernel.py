@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from seamap_rt.conventions import SPEED_OF_LIGHT, unit_from_azimuth
 from seamap_rt.echoes import turn_voltages
 from seamap_rt.echoes.gating import received_samples
-from seamap_rt.echoes.knots import choose_knots
 from seamap_rt.echoes.motion import Motion, MovingSpeckle, echo_bandwidth
+from seamap_rt.echoes.slow_time import choose_nodes
 from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis
 from seamap_rt.echoes.summation.gaussian import draw, gaussians
 from seamap_rt.mesh import Facets, polar_grid, surface_mesh
@@ -145,38 +145,38 @@ def motion_of(facets: Facets) -> Motion:
     return Motion(0.24, rng.uniform(size=columns), breaking, rng.normal(0.0, 2.0, columns), 0.3)
 
 
-def at_knots(
+def at_nodes(
     seen: Seen, decorrelation_time_s: float, motion: Motion | None = None
 ) -> tuple[NDArray[np.intp], NDArray[np.complex128]]:
-    """The pulses that are knots (all, where speckle never changes), and their voltages (pulse, receiver, gate) by the
+    """The pulses that are nodes (all, where speckle never changes), and their voltages (pulse, receiver, gate) by the
     law: paths, beams and motion of each pulse; spreading, gates and elevation patterns of when the beam passes."""
     radar, facets, fired = seen.radar, seen.facets, seen.fired
     array, grid, k = antenna_array(radar), facets.grid, 2.0 * np.pi * radar.frequency_hz / SPEED_OF_LIGHT
-    knots, samples = choose_knots(facets, radar, fired, decorrelation_time_s, motion), received_samples(radar)
-    chosen = np.arange(0, fired.number.size, 1 if np.isinf(decorrelation_time_s) else knots.stride)
+    nodes, samples = choose_nodes(facets, radar, fired, decorrelation_time_s, motion), received_samples(radar)
+    chosen = np.arange(0, fired.number.size, 1 if np.isinf(decorrelation_time_s) else nodes.stride)
     time, pose = fired.time[chosen], fired.pose[chosen]
     reach = np.inf if fired.mast.rate == 0.0 else _reach(facets, fired)
-    window = knots.count if np.isinf(reach) else int(2.0 * reach / knots.spacing_s) + 1
+    window = nodes.count if np.isinf(reach) else int(2.0 * reach / nodes.spacing_s) + 1
     speckle = (
-        StillSpeckle(speckle_basis(window, knots.spacing_s, decorrelation_time_s), SEED)
+        StillSpeckle(speckle_basis(window, nodes.spacing_s, decorrelation_time_s), SEED)
         if motion is None
-        else MovingSpeckle.over(window, knots.spacing_s, k, decorrelation_time_s, motion, SEED)
+        else MovingSpeckle.over(window, nodes.spacing_s, k, decorrelation_time_s, motion, SEED)
     )
     sums = np.zeros((chosen.size, len(array.paths), samples.range.size), complex)
     assert facets.lit is not None
     for column, facet in zip(*np.nonzero(seen.rcs), strict=True):
         passing = grid.column_pose[slice(column, column + 1)]
-        first = 0 if np.isinf(reach) else int(np.ceil((passing.time[0] - reach - knots.time[0]) / knots.spacing_s))
-        knot = chosen // knots.stride - knots.first - first
+        first = 0 if np.isinf(reach) else int(np.ceil((passing.time[0] - reach - nodes.time[0]) / nodes.spacing_s))
+        node = chosen // nodes.stride - nodes.first - first
         series = np.zeros(window, complex)
-        begin = knots.time[0] + first * knots.spacing_s - passing.time
+        begin = nodes.time[0] + first * nodes.spacing_s - passing.time
         for number, modes in enumerate(speckle.modes(slice(column, column + 1), begin)):
             share = 1.0
             if motion is not None and motion.breaking is not None:
                 share = abs(float(motion.breaking[column, facet]) - (1 - number))
             drawn = numbers_of(stream(SEED, 2, *[1] * number), int(grid.column_number[column]), facet, modes.shape[1])
             series += np.sqrt(share) * (drawn @ modes[0])
-        heard = np.where((knot >= 0) & (knot < window), series[np.clip(knot, 0, window - 1)], 0.0)
+        heard = np.where((node >= 0) & (node < window), series[np.clip(node, 0, window - 1)], 0.0)
         look, middle = (
             np.array(unit_from_azimuth(grid.column_azimuth[column] + off))
             for off in (np.degrees(facets.angle[facet]), 0.0)
@@ -184,7 +184,7 @@ def at_knots(
         start = np.append(passing.origin[0, :2] + facets.distance[facet] * look, facets.height[column, facet])
         flow = np.append(facets.velocity_look[column, facet] * look, facets.velocity_up[column, facet])
         place = start + flow * (time - passing.time)[:, None]
-        path = np.linalg.norm(place[:, None] - pose.positions, axis=-1)  # (knot, antenna)
+        path = np.linalg.norm(place[:, None] - pose.positions, axis=-1)  # (node, antenna)
         then = np.linalg.norm(start - passing.positions[0], axis=-1)
         # The beam is laid on whole columns.
         towards = place - pose.origin + np.append(facets.distance[facet] * (middle - look), 0.0)
@@ -221,8 +221,8 @@ def _reach(facets: Facets, fired: Pulses) -> float:
 
 
 def error(seen: Seen, decorrelation_time_s: float = TAU, motion: Motion | None = None) -> float:
-    """rms over knots, receivers and gates, of the rms voltage; the silent must be silent."""
-    chosen, exact = at_knots(seen, decorrelation_time_s, motion)
+    """rms over nodes, receivers and gates, of the rms voltage; the silent must be silent."""
+    chosen, exact = at_nodes(seen, decorrelation_time_s, motion)
     fired = seen.fired
     found = turn_voltages(seen.facets, seen.rcs, seen.radar, fired, SEED, decorrelation_time_s, motion=motion)[chosen]
     np.testing.assert_array_equal(np.isnan(found), np.isnan(exact))
@@ -248,7 +248,7 @@ def test_few_facets_in_every_mode(mode: tuple[str, str], antennas: list[dict] | 
     [
         {"waveform": "chirp", "pulse_width_s": 2e-7},
         {"scan": "staring", "stare_s": 0.02},
-        {"prf_hz": 300.0, "rotation_rpm": 10.0},  # every pulse is a knot
+        {"prf_hz": 300.0, "rotation_rpm": 10.0},  # every pulse is a node
         {"height_m": 20.0},
         {"antenna": {"pattern": "gaussian", "azimuth_beamwidth_deg": 10.0}},
         {"antennas": [{"offset_m": (0.0, 0.0, -0.1), "bandwidth_hz": 3e7}, {"offset_m": (0.0, 0.0, 0.1)}]},
@@ -277,7 +277,7 @@ def test_few_facets_from_a_boat_that_yaws_against_its_turntable() -> None:
     yawing = {"motion": "sinusoidal", "yaw_deg": 40.0, "yaw_period_s": 5.0, "yaw_phase_deg": 180.0}
     seen = seen_by(radar_of(rotation_rpm=12.0), yawing, velocity=(0.0, 0.0, 0.0))
     assert _reach(seen.facets, seen.fired) > 3.0 * seen.facets.grid.reach_deg / seen.fired.mast.rate
-    assert error(seen, np.inf) < 2e-3  # and all pulses between knots
+    assert error(seen, np.inf) < 2e-3  # and all pulses between nodes
 
 
 @pytest.mark.parametrize("platform", [None, {**ROCKING, "roll_deg": 2.0, "pitch_deg": 1.0}], ids=["still", "rolling"])
@@ -286,7 +286,7 @@ def test_few_facets_whose_scatterers_move(platform: dict | None) -> None:
     assert error(seen, TAU, motion_of(seen.facets)) < (PLAIN if platform is None else LEANING)
 
 
-def test_knots_leave_room_for_breakers_that_are_but_a_share_of_a_facet() -> None:
+def test_nodes_leave_room_for_breakers_that_are_but_a_share_of_a_facet() -> None:
     facets = seen_by(radar_of()).facets
     columns = facets.height.shape[0]
     bandwidths = []
@@ -303,11 +303,11 @@ def test_knots_leave_room_for_breakers_that_are_but_a_share_of_a_facet() -> None
         np.testing.assert_allclose(drifting - still, 209.6 * 5.0 / np.pi, rtol=1e-5)
 
 
-def test_knots_leave_room_for_a_boat_that_runs() -> None:
+def test_nodes_leave_room_for_a_boat_that_runs() -> None:
     strides = []
     for speed in (0.0, 20.0):
         seen = seen_by(radar_of(), {"speed_m_s": speed, "heading_deg": 22.0}, velocity=(0.0, 0.0, 0.0))
-        strides.append(choose_knots(seen.facets, seen.radar, seen.fired, np.inf).stride)
+        strides.append(choose_nodes(seen.facets, seen.radar, seen.fired, np.inf).stride)
     assert strides[1] < 0.25 * strides[0]  # Doppler of 1.3 kHz, on 58 Hz of rotation a side
 
 
@@ -344,7 +344,7 @@ def test_water_that_rises_under_far_beams_keeps_its_phase() -> None:
         alone = np.zeros_like(seen.rcs)
         alone[seen.facets.grid.columns // 2, np.searchsorted(seen.facets.distance, far)] = 1.0
         seen = replace(seen, rcs=alone)
-        chosen, exact = at_knots(seen, np.inf)
+        chosen, exact = at_nodes(seen, np.inf)
         found = turn_voltages(seen.facets, alone, radar, seen.fired, SEED, np.inf)[chosen].astype(complex)
         pairs, true = (each[:, 0] * each[:, 1].conj() for each in (found, exact))
         heard = np.abs(true) > 0.1 * np.abs(true).max()
@@ -356,12 +356,12 @@ def test_water_that_rises_under_far_beams_keeps_its_phase() -> None:
 
 @pytest.mark.parametrize("mode", [("single", "single_pulse"), ("switched", "alternating_pulse")], ids="-".join)
 @pytest.mark.parametrize("beam_deg", [1.8, 4.0])
-def test_pulses_between_knots_of_a_beam_without_an_edge(beam_deg: float, mode: tuple[str, str]) -> None:
-    # The first and the last pulses as well, whose knots lie beyond them. 1.35 cycles a width hold all but 1e-5 of the
+def test_pulses_between_nodes_of_a_beam_without_an_edge(beam_deg: float, mode: tuple[str, str]) -> None:
+    # The first and the last pulses as well, whose nodes lie beyond them. 1.35 cycles a width hold all but 1e-5 of the
     # power, √1e-5 = 3e-3 of the voltage; found: 4e-4 to 8e-4.
     antenna = {"pattern": "gaussian", "azimuth_beamwidth_deg": beam_deg}
     seen = seen_by(radar_of(antenna=antenna, transmit=mode[0], interferogram=mode[1]))
-    assert choose_knots(seen.facets, seen.radar, seen.fired, np.inf).stride >= 4
+    assert choose_nodes(seen.facets, seen.radar, seen.fired, np.inf).stride >= 4
     assert error(seen, np.inf) < 2e-3
 
 

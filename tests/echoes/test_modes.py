@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import BOLTZMANN, SPEED_OF_LIGHT, from_db
 from seamap_rt.echoes import expected_look_gates, from_scatterers, turn_voltages
-from seamap_rt.echoes.turn import choose_knots
+from seamap_rt.echoes.turn import choose_nodes
 from seamap_rt.radar.waveform import gates
 from seamap_rt.scene import Scene
 
@@ -61,11 +61,11 @@ def test_modes_against_a_direct_sum(mode: tuple[str, str]) -> None:
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_modes_where_every_pulse_is_a_knot(mode: tuple[str, str]) -> None:
+def test_modes_where_every_pulse_is_a_node(mode: tuple[str, str]) -> None:
     # 300 pulses a second at 20 rpm: the dwell is three times longer, and v²t²/2R ninefold.
     radar = radar_of(transmit=mode[0], interferogram=mode[1], prf_hz=300.0, rotation_rpm=20.0)
     facets, rcs, fired = sea_seen(radar)
-    assert choose_knots(facets, radar, fired, np.inf).stride == 1
+    assert choose_nodes(facets, radar, fired, np.inf).stride == 1
     found = turn_voltages(facets, rcs, radar, fired, SEED, np.inf)
     assert relative_rms(found, direct_sum(facets, rcs, radar, fired)) < 8e-3
 
@@ -79,7 +79,7 @@ def _voltages(transmit: str, interferogram: str) -> NDArray[np.complex64]:
 
 @pytest.mark.parametrize("transmit", ["single", "switched"])
 def test_what_is_heard_does_not_depend_on_what_else_is(transmit: str) -> None:
-    # Sample by sample where both modes have it. Knots may lie elsewhere: the windowed sinc's 1e-4 … 1e-3.
+    # Sample by sample where both modes have it. Nodes may lie elsewhere: the windowed sinc's 1e-4 … 1e-3.
     whole, part = _voltages(transmit, "single_pulse"), _voltages(transmit, "alternating_pulse")
     both = ~np.isnan(part)
     np.testing.assert_allclose(both.mean(), 0.5)

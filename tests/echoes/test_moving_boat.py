@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from seamap_rt.compute import machine
 from seamap_rt.conventions import SPEED_OF_LIGHT, wrap_degrees
 from seamap_rt.echoes import from_scatterers, turn_voltages
-from seamap_rt.echoes.turn import choose_knots
+from seamap_rt.echoes.turn import choose_nodes
 from seamap_rt.radar.scan import Pulses
 from seamap_rt.scene import Scene
 from seamap_rt.settings import PlatformSettings, RadarSettings
@@ -153,7 +153,7 @@ def test_perfect_sensors_tell_the_truth_and_others_their_own() -> None:
     np.testing.assert_array_equal(exact["azimuth"], truth.bearing)
 
 
-# ------------------------------------------------------------------------------------- the sum over knots and columns
+# ------------------------------------------------------------------------------------- the sum over nodes and columns
 
 # A boat at rest leaves 2.3e-3 over 20 … 60 m, 1.3e-3 beyond 35 m (test_turn tells of what): moving ones are held to it.
 UPRIGHT = {
@@ -170,7 +170,7 @@ UPRIGHT = {
 def test_upright_fans_against_a_direct_sum(platform: dict) -> None:
     radar = radar_of()
     facets, rcs, fired = sea_seen(radar, platform)
-    assert choose_knots(facets, radar, fired, np.inf).stride >= 4
+    assert choose_nodes(facets, radar, fired, np.inf).stride >= 4
     found = turn_voltages(facets, rcs, radar, fired, SEED, np.inf)
     exact = direct_sum(facets, rcs, radar, fired)
     # The antennas' own flight taken as a constant radial velocity adds v²t²/2R: 4e-6 m, 2e-3 rad, at 5 m/s, 20 m, 2.5
@@ -237,7 +237,7 @@ def test_same_bits_for_any_number_of_threads(monkeypatch: pytest.MonkeyPatch) ->
     np.testing.assert_array_equal(one, three)
 
 
-# Rolling through upright when a turn ends; running, and so with another Doppler band and other knots in every turn.
+# Rolling through upright when a turn ends; running, and so with another Doppler band and other nodes in every turn.
 SEAM = {
     **ROLL_OF,
     "roll_deg": 10.0,
@@ -268,7 +268,7 @@ def test_turns_meet() -> None:
     # The direct sum goes on over the end of turn 0 with that turn's own mesh, which reaches three beams beyond it.
     radar, seen, found = _turns(np.inf)
     (facets, rcs, first), (_, _, second) = seen
-    assert choose_knots(facets, radar, first, np.inf).stride >= 4
+    assert choose_nodes(facets, radar, first, np.inf).stride >= 4
     count = 6  # pulses, 0.2°: what the mesh does not reach then lies 50 dB down, two-way
     exact = direct_sum(facets, rcs, radar, _about_the_seam(first, second, count, count))
     across = np.concatenate((found[0][-count:], found[1][:count]))

@@ -51,7 +51,7 @@ def drawn(mesh: trimesh.Trimesh, antenna: Any = ANTENNA, rcs: float = 10.0, coun
 
 def received(points: Scatterers, antenna: Array = ANTENNA, wavelength: float = WAVELENGTH) -> float:
     """The rcs that an antenna sees: exact paths there and back, all at the same range in power."""
-    path = 2.0 * np.linalg.norm(points.places - antenna, axis=1)
+    path = 2.0 * np.linalg.norm(points.points - antenna, axis=1)
     return float(np.abs(np.sum(np.sqrt(points.rcs) * np.exp(-2j * np.pi / wavelength * path))) ** 2)
 
 
@@ -62,31 +62,31 @@ def test_points_lie_on_the_faces_that_look_at_the_antenna() -> None:
     """Of a box to the north-east, higher than the antenna: its south and west sides, above the water."""
     mesh = box((2.0, 4.0, 16.0), (60.0, 60.0, 2.0))
     points = drawn(mesh, count=5000)
-    assert points.places.shape == points.normals.shape == (5000, 3)
+    assert points.points.shape == points.normals.shape == (5000, 3)
     assert_allclose(points.rcs, 10.0 / 5000)
     south, west = (np.all(points.normals == side, axis=1) for side in ([0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]))
     assert_array_equal(south, ~west)
     # By area, 2 to 4: a binomial of 5000 is off by 0.7 % rms.
     assert south.mean() == pytest.approx(1.0 / 3.0, abs=0.03)
     # On the face, but for half a wavelength towards the antenna.
-    assert_allclose(points.places[south, 1], 58.0, atol=0.5 * WAVELENGTH)
-    assert_allclose(points.places[west, 0], 59.0, atol=0.5 * WAVELENGTH)
-    assert points.places[:, 2].min() > 0.0
+    assert_allclose(points.points[south, 1], 58.0, atol=0.5 * WAVELENGTH)
+    assert_allclose(points.points[west, 0], 59.0, atol=0.5 * WAVELENGTH)
+    assert points.points[:, 2].min() > 0.0
     # Even along the 10 m above water: the mean of 5000 is off by 10/√12/√5000 = 4 cm rms.
-    assert points.places[:, 2].mean() == pytest.approx(5.0, abs=0.2)
+    assert points.points[:, 2].mean() == pytest.approx(5.0, abs=0.2)
 
 
 def test_a_closed_mesh_that_is_inside_out_looks_outward_too() -> None:
     mesh = box((2.0, 4.0, 16.0), (60.0, 60.0, 2.0))
     turned = trimesh.Trimesh(mesh.vertices, mesh.faces[:, ::-1], process=False)
-    assert_allclose(drawn(turned).places, drawn(mesh).places, atol=60.0)  # of the same sides
+    assert_allclose(drawn(turned).points, drawn(mesh).points, atol=60.0)  # of the same sides
     assert (drawn(turned).normals @ [1.0, 1.0, 0.0] < 0.0).all()
 
 
 @pytest.mark.parametrize("y", [0.0, 100.0])
 def test_an_open_mesh_looks_to_both_sides(y: float) -> None:
     points = drawn(plate(2.0, 3.0, 50.0), (0.0, y, 5.0))
-    assert len(points.places) == 64
+    assert len(points.points) == 64
     assert_array_equal(points.normals, np.broadcast_to([0.0, np.sign(y - 50.0), 0.0], (64, 3)))
 
 
@@ -95,12 +95,12 @@ def test_what_the_object_hides_of_itself_gets_no_points() -> None:
     mesh = joined(box((10.0, 1.0, 4.0), (0.0, 50.0, 0.0)), box((10.0, 1.0, 8.0), (0.0, 60.0, 0.0)))
     points = drawn(mesh, count=1000, itself=Occluder([mesh]))
     assert points.rcs.sum() == pytest.approx(10.0)
-    behind = points.places[:, 1] > 55.0
+    behind = points.points[:, 1] > 55.0
     # Over the far top edge of the low wall the ray reaches the high one at 5 − 3·59.5/50.5 = 1.47 m, and a margin of
     # stopping 1e-3 of 17 m short lets some in 17 mm lower by less than 1 mm.
-    assert points.places[behind, 2].min() > 5.0 - 3.0 * 59.5 / 50.5 - 0.002
+    assert points.points[behind, 2].min() > 5.0 - 3.0 * 59.5 / 50.5 - 0.002
     assert 0.3 < behind.mean() < 0.7
-    assert (drawn(mesh, count=1000).places[:, 2] < 1.0).sum() > 100  # without it they are everywhere
+    assert (drawn(mesh, count=1000).points[:, 2] < 1.0).sum() > 100  # without it they are everywhere
 
 
 def test_all_of_a_convex_face_is_seen_at_grazing() -> None:
@@ -108,27 +108,27 @@ def test_all_of_a_convex_face_is_seen_at_grazing() -> None:
     mesh = box((4.0, 12.0, 2.0), (0.0, 300.0, 0.0))
     with_itself, without = drawn(mesh, itself=Occluder([mesh])), drawn(mesh)
     assert (without.normals[:, 2] == 1.0).mean() > 0.5
-    assert_array_equal(with_itself.places, without.places)
+    assert_array_equal(with_itself.points, without.points)
 
 
 def test_points_stay_on_the_object() -> None:
     """Carried along with antenna and all, nothing changes; seen from a little aside, most are the same."""
     shift = np.array([30.0, -20.0, 0.0])
     here, there = drawn(vessel()), drawn(vessel(position_m=(30.0, 80.0, 0.0)), ANTENNA + shift)
-    assert_allclose(there.places - shift, here.places, atol=1e-9)
+    assert_allclose(there.points - shift, here.points, atol=1e-9)
     aside = drawn(vessel(), (5.0, 0.0, 5.0))
-    apart = np.linalg.norm(aside.places[:, None] - here.places, axis=2).min(axis=1)
+    apart = np.linalg.norm(aside.points[:, None] - here.points, axis=2).min(axis=1)
     assert np.mean(apart < 2e-3) > 0.8  # they lean after the antenna by 3° of up to 15 mm
-    assert_array_equal(drawn(vessel(), seed=4).places, drawn(vessel(), seed=np.random.SeedSequence(4)).places)
-    assert not np.isclose(drawn(vessel(), seed=5).places, drawn(vessel(), seed=4).places).any()
+    assert_array_equal(drawn(vessel(), seed=4).points, drawn(vessel(), seed=np.random.SeedSequence(4)).points)
+    assert not np.isclose(drawn(vessel(), seed=5).points, drawn(vessel(), seed=4).points).any()
 
 
 def test_nothing_in_view_echoes_nothing() -> None:
     points = drawn(box((2.0, 2.0, 2.0), (0.0, 50.0, -5.0)))  # under water
-    assert points.places.shape == points.normals.shape == (0, 3)
+    assert points.points.shape == points.normals.shape == (0, 3)
     assert points.rcs.shape == (0,)
     few = drawn(box((2.0, 2.0, 20.0), (0.0, 50.0, -9.999)), (0.0, 0.0, 0.0005))  # a millimetre of it is above
-    assert 0 < len(few.places) < 64
+    assert 0 < len(few.points) < 64
     assert few.rcs.sum() == pytest.approx(10.0)
 
 

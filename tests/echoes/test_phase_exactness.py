@@ -124,7 +124,7 @@ def test_facet_paths(baseline: float, height: float, tilt: float) -> None:
 @pytest.mark.parametrize("transmit", ["single", "switched"])
 @pytest.mark.parametrize("height", [3.0, 20.0])
 def test_phase_of_a_single_facet_through_the_echo_chain(height: float, transmit: str) -> None:
-    # One facet echoes, all others are silent: the phase between the receivers is k ΔR of that facet through knots,
+    # One facet echoes, all others are silent: the phase between the receivers is k ΔR of that facet through nodes,
     # gates and
     # interpolation. Asked: 1e-4 rad. float32 phasors and a windowed sinc applied alike to both receivers keep it to
     # 1e-6.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import SPEED_OF_LIGHT, from_db
 from seamap_rt.echoes import from_scatterers, turn_voltages
-from seamap_rt.echoes.turn import choose_knots
+from seamap_rt.echoes.turn import choose_nodes
 from seamap_rt.mesh import Facets, polar_grid, surface_mesh
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.radar.scan import pulses
@@ -60,12 +60,12 @@ def test_antennas_against_a_direct_sum(antennas: list[dict], transmit: str) -> N
     assert relative_rms(found[..., 10:], exact[..., 10:]) < far
 
 
-def test_sideways_antennas_need_closer_knots() -> None:
+def test_sideways_antennas_need_closer_nodes() -> None:
     strides = []
     for antennas in ((), SIDEWAYS):
         radar = radar_of(antennas=list(antennas))
         facets, _, fired = sea_seen(radar)
-        strides.append(choose_knots(facets, radar, fired, np.inf).stride)
+        strides.append(choose_nodes(facets, radar, fired, np.inf).stride)
     assert strides[0] > strides[1] >= 2
 
 
@@ -215,7 +215,7 @@ def flat(radar: RadarSettings, speed: float, turn: int = 0) -> tuple[Facets, NDA
 @pytest.mark.parametrize("speed", [-3.0, 0.5, 3.0])
 def test_a_staring_antenna_sees_the_phase_of_a_moving_facet_turn(speed: float) -> None:
     # −2kvt with v along the line of sight, over all 50 ms: 60 rad at 3 m/s. Phasors that turn by a constant factor in
-    # float32 from knot to knot err by some 1e-5 rad in each of 50 and more steps at most, the windowed sinc by 1e-3.
+    # float32 from node to node err by some 1e-5 rad in each of 50 and more steps at most, the windowed sinc by 1e-3.
     radar = staring(stare_s=0.05)
     facets, rcs = flat(radar, speed)
     fired = pulses(radar, 0)

@@ -595,8 +595,8 @@ def test_threads_do_not_change_the_bits(tmp_path: Path, monkeypatch: pytest.Monk
         simulator = Simulator(made)
         fired, mesh = pulses(made.radar, 0, simulator.mast), simulator.mesh(0)
         facets, returns, _ = simulator.light(0, mesh=mesh)
-        further = simulator.scenery.voltages(mesh, fired)
-        received = turn_echoes(facets, returns.rcs, made.radar, fired, 1, 0.01, returns.motion, further)
+        objects = simulator.scenery.voltages(mesh, fired)
+        received = turn_echoes(facets, returns.rcs, made.radar, fired, 1, 0.01, returns.motion, objects)
         bits.append(received.voltage.tobytes())
     assert bits[0] == bits[1] == bits[2]
 

@@ -15,7 +15,7 @@ from seamap_rt.compute import machine
 from seamap_rt.conventions import BOLTZMANN, SPEED_OF_LIGHT
 from seamap_rt.echoes import turn_voltages
 from seamap_rt.echoes.speckle import speckle_basis, speckle_weights
-from seamap_rt.echoes.turn import choose_knots
+from seamap_rt.echoes.turn import choose_nodes
 from seamap_rt.mesh import Facets, mesh_turn, polar_grid, surface_mesh
 from seamap_rt.radar.antenna import antenna
 from seamap_rt.radar.receiver import amplitude_constant
@@ -115,8 +115,8 @@ def relative_rms(found: NDArray, exact: NDArray) -> float:
     ],
     ids=["switched", "single", "tilted", "gaussian"],
 )
-def test_knots_and_interpolation_against_a_direct_sum(others: dict) -> None:
-    # Terms of the difference: the windowed sinc over knots some 0.8 ms apart (1e-4 … 1e-3), the range response's
+def test_nodes_and_interpolation_against_a_direct_sum(others: dict) -> None:
+    # Terms of the difference: the windowed sinc over nodes some 0.8 ms apart (1e-4 … 1e-3), the range response's
     # table of 1 mm
     # (2e-4), the nearest entry of the beam's table (1e-4), the azimuth cut taken at the mean sea's elevation and not
     # the
@@ -131,8 +131,8 @@ def test_knots_and_interpolation_against_a_direct_sum(others: dict) -> None:
     assert facets.lit is not None
     assert 0.5 < facets.lit.mean() < 0.99  # there are shadows
     fired = pulses(radar, 0)
-    knots = choose_knots(facets, radar, fired, np.inf)
-    assert knots.stride >= 4  # there is something to interpolate
+    nodes = choose_nodes(facets, radar, fired, np.inf)
+    assert nodes.stride >= 4  # there is something to interpolate
     found = turn_voltages(facets, rcs, radar, fired, SEED, np.inf)
     exact = direct_sum(facets, rcs, radar, fired, constant_speckle(facets))
     assert relative_rms(found, exact) < (1e-2 if wide else 3e-3)
@@ -147,24 +147,24 @@ def test_knots_and_interpolation_against_a_direct_sum(others: dict) -> None:
 
 
 def test_every_pulse_is_a_knot_at_a_low_prf() -> None:
-    # With 300 pulses a second nothing is interpolated, and speckle that changes from knot to knot can be followed
+    # With 300 pulses a second nothing is interpolated, and speckle that changes from node to node can be followed
     # exactly.
     radar = radar_of(prf_hz=300.0, rotation_rpm=20.0, transmit="switched")
     time_constant = 0.012
     facets, rcs = sinusoid(radar, turn=0)
     fired = pulses(radar, 0)
-    knots = choose_knots(facets, radar, fired, time_constant)
-    assert knots.stride == 1
+    nodes = choose_nodes(facets, radar, fired, time_constant)
+    assert nodes.stride == 1
     half = facets.grid.reach_deg
     np.testing.assert_allclose(half, BEAMS * radar.antenna.azimuth_beamwidth_deg, rtol=1e-12)
     reach = half / fired.mast.rate  # s
-    window = int(np.floor(2.0 * reach / knots.spacing_s)) + 1
-    basis = speckle_basis(window, knots.spacing_s, time_constant).astype(np.float64)
+    window = int(np.floor(2.0 * reach / nodes.spacing_s)) + 1
+    basis = speckle_basis(window, nodes.spacing_s, time_constant).astype(np.float64)
     speckle = []
     passing = facets.grid.column_pose.time
     for when, sweep, number in zip(passing, facets.grid.column_sweep, facets.grid.column_number, strict=True):
         series = basis.T @ speckle_weights(SEED, int(number), basis.shape[0], facets.distance.size)
-        first = int(np.ceil((when - reach - knots.time[0]) / knots.spacing_s))
+        first = int(np.ceil((when - reach - nodes.time[0]) / nodes.spacing_s))
         heard = np.flatnonzero(np.abs(fired.sweep - sweep) <= half)
         speckle.append(series[np.clip(heard - first, 0, window - 1)])
     found = turn_voltages(facets, rcs, radar, fired, SEED, time_constant)
@@ -272,11 +272,11 @@ def test_untraced_facets_are_refused() -> None:
 @pytest.mark.parametrize("spacing", [0.3e-3, 1e-3])
 @pytest.mark.parametrize("time_constant", [2e-3, 10e-3, 33e-3])
 def test_speckle_autocorrelation(spacing: float, time_constant: float) -> None:
-    knots, facets = 30, 60_000
-    basis = speckle_basis(knots, spacing, time_constant)
+    nodes, facets = 30, 60_000
+    basis = speckle_basis(nodes, spacing, time_constant)
     series = basis.T @ speckle_weights(7, 0, basis.shape[0], facets)
-    np.testing.assert_allclose(np.sum(basis.astype(float) ** 2, axis=0), 1.0, atol=1e-6)  # unit variance at each knot
-    lag = spacing * np.arange(knots)
+    np.testing.assert_allclose(np.sum(basis.astype(float) ** 2, axis=0), 1.0, atol=1e-6)  # unit variance at each node
+    lag = spacing * np.arange(nodes)
     law = np.exp(-(((lag[:, None] - lag) / time_constant) ** 2))
     # The basis itself: what the truncation leaves out is 1e-6 of the variance, 1e-3 of a covariance at most.
     np.testing.assert_allclose(basis.T.astype(float) @ basis, law, atol=2e-3)

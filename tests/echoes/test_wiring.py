@@ -163,7 +163,7 @@ def test_modes_of_windows_that_differ_a_little_are_alike() -> None:
 
 
 def test_placed_antennas_are_sampled_as_finely_as_their_own_beam_asks() -> None:
-    """Narrow beams pass quickly: knots must lie closer, whether the aperture is common or each antenna's own."""
+    """Narrow beams pass quickly: nodes must lie closer, whether the aperture is common or each antenna's own."""
     wide = {"width_m": 3.0, "azimuth_beamwidth_deg": 0.6}
     keys = {"radar__noise": False, "scattering__decorrelation_time_s": np.inf, "scattering__doppler": "orbital"}
     placed = [{"offset_m": [0.0, 0.0, z], **wide} for z in (-0.1, 0.1)]

@@ -79,10 +79,10 @@ def test_phase_of_a_scatterer_at_20_km(baseline: float, height: float, transmit:
 @pytest.mark.parametrize("transmit", ["single", "switched"])
 @pytest.mark.parametrize(("baseline", "height"), [(0.001, 5.0), (3.0, 20.0)])
 def test_phase_of_a_facet_at_20_km(baseline: float, height: float, transmit: str) -> None:
-    """One facet alone through knots, gates and interpolation: k ΔR between the receivers, and the lower one's own.
+    """One facet alone through nodes, gates and interpolation: k ΔR between the receivers, and the lower one's own.
 
     Asked: 1e-3 rad. float32 phasors and a windowed sinc that both receivers share keep the difference to 1e-5; of the
-    phase itself, 2e7 rad, the chain's float64 keeps 4e-9, and knots in float32 some 1e-5.
+    phase itself, 2e7 rad, the chain's float64 keeps 4e-9, and nodes in float32 some 1e-5.
     """
     radar = RadarSettings.model_validate({**far_radar(baseline, height, transmit), "sector_deg": (0.0, 1.8)})
     grid = polar_grid(radar, TracingSettings(facet_m=20.0, columns_per_beam=4), 0)

@@ -26,7 +26,7 @@ from seamap_rt.interferometry import retrieve_one
 from seamap_rt.simulation import Simulator
 
 STAGES = ("sea", "mesh", "trace", "echoes", "truth", "retrieve", "total")
-MODES, KNOTS, GATES, TAPS = 20, 38, 7, 16  # of choppy_sea: speckle's modes, knots a column is heard at, gates a facet
+MODES, NODES, GATES, TAPS = 20, 38, 7, 16  # of choppy_sea: speckle's modes, nodes a column is heard at, gates a facet
 
 
 def main() -> None:
@@ -78,7 +78,7 @@ def _floors(simulator: Simulator) -> dict[str, float]:
     heard = int(np.count_nonzero(returns.rcs))
     pulses = round(simulator.scene.radar.prf_hz * simulator.scene.turn_duration_s)
     samples = 2 * pulses * 257
-    sums = heard * (8 * MODES * KNOTS + 3 * KNOTS * (8 + 4 * GATES)) + samples * 4 * TAPS
+    sums = heard * (8 * MODES * NODES + 3 * NODES * (8 + 4 * GATES)) + samples * 4 * TAPS
     matrix = np.ones((2000, 2000), dtype=np.float32)
     rate = 2.0 * 2000**3 / _least(lambda: matrix @ matrix)
     draws = _least(lambda: gaussians(stream_key(1), 100_000, MODES)) / (100_000 * MODES)

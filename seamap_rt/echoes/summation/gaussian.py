@@ -1,4 +1,4 @@
-"""Complex Gaussian numbers by counting: each is a function of its key and its place, whatever else is drawn.
+"""Complex Gaussian numbers by counting: each is a function of its key and its number, whatever else is drawn.
 
 So a facet keeps its numbers when its neighbours fall into shadow, and those that nobody hears need not be drawn. Bits
 come from SplitMix64 (Steele, Lea & Flood 2014), normals from them by Box & Muller (1958), with polynomials in place of

@@ -1,7 +1,7 @@
-"""Slow-time knots: the few pulses at which echoes are summed, and the pulses between, interpolated.
+"""Slow-time nodes: the few pulses at which echoes are summed, and the pulses between, interpolated.
 
 The echo is band-limited in slow time: rotation of the aperture, Doppler and speckle together span some ±500 Hz, far
-less than the PRF. What is known at knots a few pulses apart is known at every pulse, by a windowed sinc.
+less than the PRF. What is known at nodes a few pulses apart is known at every pulse, by a windowed sinc.
 """
 
 from __future__ import annotations
@@ -22,26 +22,26 @@ from .motion import Motion, echo_bandwidth
 from .paths import wavenumber
 
 _TAPS = 16
-_LONGEST_STRIDE = 64  # pulses between knots, however still the sea: nothing is gained beyond
-_OVERSAMPLING = 1.3  # knots per Nyquist interval of a band that is a sum of worst cases
-_PULSES, _KNOTS = 500, 64  # worked on at a time
+_LONGEST_STRIDE = 64  # pulses between nodes, however still the sea: nothing is gained beyond
+_OVERSAMPLING = 1.3  # nodes per Nyquist interval of a band that is a sum of worst cases
+_PULSES, _NODES = 500, 64  # worked on at a time
 
 
 @dataclass(frozen=True)
-class Knots:
-    """Slow-time knots of a turn: knot n lies at pulse n·stride (n may be negative or beyond the last pulse)."""
+class Nodes:
+    """Slow-time nodes of a turn: node n lies at pulse n·stride (n may be negative or beyond the last pulse)."""
 
     stride: int
     first: int
     count: int
     spacing_s: float
-    time: NDArray[np.float64]  # (knot,) s
+    time: NDArray[np.float64]  # (node,) s
 
 
-def choose_knots(
+def choose_nodes(
     facets: Facets, radar: RadarSettings, pulses: Pulses, decorrelation_time_s: float, motion: Motion | None = None
-) -> Knots:
-    """Knots as far apart as the echo's bandwidth allows: rotation + Doppler of the fastest scatterer + speckle."""
+) -> Nodes:
+    """Nodes as far apart as the echo's bandwidth allows: rotation + Doppler of the fastest scatterer + speckle."""
     array = antenna_array(radar)
     wavelength = 2.0 * np.pi / wavenumber(radar)
     per_degree = max(
@@ -54,20 +54,20 @@ def choose_knots(
     )
     widest = radar.prf_hz / (2.0 * _OVERSAMPLING * _LONGEST_STRIDE)
     stride, cycle = max(1, int(radar.prf_hz / (2.0 * _OVERSAMPLING * max(bandwidth, widest)))), len(array.cycle)
-    # A pulse's place in the mode's cycle then depends on its place between knots alone.
+    # A pulse's slot in the mode's cycle then depends on its phase between nodes alone.
     stride = stride - stride % cycle if stride >= cycle else 1
     margin = _TAPS // 2 if stride > 1 else 0
     last = -(-pulses.number.size // stride)
     spacing_s = stride / radar.prf_hz
     first = -margin
     count = last + margin + 1 - first
-    return Knots(stride, first, count, spacing_s, pulses.time[0] + spacing_s * np.arange(first, first + count))
+    return Nodes(stride, first, count, spacing_s, pulses.time[0] + spacing_s * np.arange(first, first + count))
 
 
 def _fastest_sweep(facets: Facets, pulses: Pulses) -> float:
     """Degrees that the boresight turns in a second: the turntable's, or more where a boat yaws much with it.
 
-    Less than a tenth more is held by the oversampling, and turns that differ so little keep the same knots.
+    Less than a tenth more is held by the oversampling, and turns that differ so little keep the same nodes.
     """
     if pulses.mast.rate == 0.0:
         return 0.0
@@ -83,23 +83,23 @@ def _cycles_a_degree(settings: AntennaSettings, beam_deg: float, wavelength: flo
     return {"slotted_waveguide": strict, "file": max(strict, soft)}.get(settings.pattern, soft)
 
 
-def knots_first(sums: NDArray[np.float32]) -> NDArray[np.complex64]:
-    """(knot, path, gate) from (part, path, gate, knot), part being real and imaginary."""
+def nodes_first(sums: NDArray[np.float32]) -> NDArray[np.complex64]:
+    """(node, path, gate) from (component, path, gate, node), real and imaginary."""
     echo = np.empty((sums.shape[3], *sums.shape[1:3]), dtype=np.complex64)
 
     def work(first: int) -> None:
-        knots = slice(first, first + _KNOTS)
-        echo.real[knots], echo.imag[knots] = sums[..., knots].transpose(0, 3, 1, 2)
+        nodes = slice(first, first + _NODES)
+        echo.real[nodes], echo.imag[nodes] = sums[..., nodes].transpose(0, 3, 1, 2)
 
     with pool() as workers:
-        list(workers.map(work, range(0, len(echo), _KNOTS)))
+        list(workers.map(work, range(0, len(echo), _NODES)))
     return echo
 
 
-def pulses_from_knots(
-    echo: NDArray[np.complex64], knots: Knots, radar: RadarSettings, pulses: Pulses
+def pulses_from_nodes(
+    echo: NDArray[np.complex64], nodes: Nodes, radar: RadarSettings, pulses: Pulses
 ) -> NDArray[np.complex64]:
-    """Voltages (pulse, receiver, gate) from the paths' sums (knot, path, gate); NaN where a receiver is not sampled."""
+    """Voltages (pulse, receiver, gate) from the paths' sums (node, path, gate); NaN where a receiver is not sampled."""
     array = antenna_array(radar)
     count = pulses.number.size
     voltages = np.empty((count, len(array.receivers), echo.shape[2]), dtype=np.complex64)
@@ -107,13 +107,13 @@ def pulses_from_knots(
     for number, slot in enumerate(array.cycle):
         for receiver in slot.receivers:
             path[number, receiver] = array.path(slot.transmitter, receiver)
-    weights = interpolation_weights(knots.stride)
-    # Real and imaginary parts are weighed alike: plain numbers, twice as many.
+    weights = interpolation_weights(nodes.stride)
+    # Real and imaginary components are weighed alike: plain numbers, twice as many.
     sums, out = (each.view(np.float32).reshape(*each.shape[:2], -1) for each in (echo, voltages))
 
     def work(start: int) -> None:
         stop = min(start + _PULSES, count)
-        _interpolate(sums, -knots.first, knots.stride, weights, path[pulses.slot[start:stop]], start, out)
+        _interpolate(sums, -nodes.first, nodes.stride, weights, path[pulses.slot[start:stop]], start, out)
 
     with pool() as workers:
         list(workers.map(work, range(0, count, _PULSES)))
@@ -122,31 +122,32 @@ def pulses_from_knots(
 
 @compiled
 def _interpolate(echo, zero, stride, weights, path, start, voltages):
-    """Fill voltages (pulse, receiver, number) from `start` on; echo (knot, path, number), `zero` the knot of pulse 0.
+    """Fill voltages (pulse, receiver, number) from `start` on; echo (node, path, number), `zero` the node of pulse 0.
 
-    weights (place, tap): of knots around a pulse by its place between two; path (pulse, receiver), −1 for none.
+    weights (phase, tap): of nodes around a pulse, by its number of pulses after a node; path (pulse, receiver), −1 for
+    none.
     """
     taps = weights.shape[1]
     for pulse in range(path.shape[0]):
-        knot, place = zero + (start + pulse) // stride, (start + pulse) % stride
+        node, phase = zero + (start + pulse) // stride, (start + pulse) % stride
         for receiver in range(path.shape[1]):
             row, number = voltages[start + pulse, receiver], path[pulse, receiver]
             if number < 0:
                 row[:] = np.float32(np.nan)
-            elif place == 0:
-                row[:] = echo[knot, number]
+            elif phase == 0:
+                row[:] = echo[node, number]
             else:
                 row[:] = np.float32(0.0)
                 for tap in range(taps):
-                    weight, known = weights[place, tap], echo[knot + tap - taps // 2 + 1, number]
+                    weight, known = weights[phase, tap], echo[node + tap - taps // 2 + 1, number]
                     for n in range(row.size):
                         row[n] += weight * known[n]
 
 
 @lru_cache(maxsize=16)
 def interpolation_weights(stride: int) -> NDArray[np.float32]:
-    """(place, tap): weights of the knots around a pulse that lies `place` pulses after a knot."""
-    # Knot n + tap − taps/2 + 1 lies place/stride − (tap − taps/2 + 1) knots before the pulse.
+    """(phase, tap): weights of the nodes around a pulse that lies `phase` pulses after a node."""
+    # Node n + tap − taps/2 + 1 lies phase/stride − (tap − taps/2 + 1) nodes before the pulse.
     offset = np.arange(stride)[:, None] / stride - (np.arange(_TAPS) - _TAPS // 2 + 1)
     # A Kaiser-windowed sinc of support ±taps/2; β trades ripple against the transition that oversampling leaves.
     half = _TAPS // 2
