@@ -27,6 +27,7 @@ from ..radar.array import antenna_array
 from ..radar.mast import column_frame
 from ..radar.scan import Pulses
 from ..settings import RadarSettings
+from ..tracing import Illumination
 from .beams import TwoWayBeams, two_way_beams
 from .column_kernel import add_columns
 from .gating import Tabulated, tabulated
@@ -42,7 +43,7 @@ Beam = tuple[Any, ...]
 
 
 def turn_voltages(
-    facets: Facets,
+    facets: Illumination,
     rcs: NDArray[np.float32],
     radar: RadarSettings,
     pulses: Pulses,
@@ -56,7 +57,7 @@ def turn_voltages(
 
 
 def turn_echoes(
-    facets: Facets,
+    facets: Illumination,
     rcs: NDArray[np.float32],
     radar: RadarSettings,
     pulses: Pulses,
@@ -120,7 +121,7 @@ def _reach_s(facets: Facets, pulses: Pulses) -> float:
 class ColumnSums:
     """Sums the facets of some columns into gates, at the knots at which the beam passes them."""
 
-    facets: Facets
+    facets: Illumination
     rcs: NDArray[np.float32]
     radar: RadarSettings
     tabulated: Tabulated
