@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from seamap_rt import sea
 from seamap_rt.echoes.turn import turn_voltages
 from seamap_rt.mesh import SurfaceMesh
-from seamap_rt.mesh.polar import mesh_turn
+from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.radar.scan import pulses
 from seamap_rt.simulation import Simulator
 
@@ -46,7 +46,6 @@ def test_facets_along_the_ray(name: str, tip: float) -> None:
     made = scene(radar__sector_deg=[90.0, 92.0], radar__range_m=[15.0, 60.0], tracing__facet_m=0.5)
     foot, height = ramp(tip)
     facets = trace(name, rings(height, made), made)
-    assert facets.lit is not None
     lower, distance = facets.lit[0], facets.distance
     on_ramp = (distance > START + 0.5) & (distance < foot - 0.5)
     assert on_ramp.sum() > 40
@@ -107,7 +106,7 @@ def test_slivers_about_the_masts_foot(tilt: float) -> None:
     for name in TRACERS:
         lit = light(name, mesh, made)
         for antenna in (0, 1):
-            expected = facets.distance > mesh.grid.places[0, antenna, 0]
+            expected = facets.distance > mesh.grid.antenna_positions[0, antenna, 0]
             assert_array_equal(lit[antenna], np.broadcast_to(expected, lit[antenna].shape))
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from seamap_rt import sea
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.mesh import SurfaceMesh, surface_mesh
-from seamap_rt.mesh.polar import FAR_FRACTION, NEAR_FRACTION, profile
+from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION, profile
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing.horizon import trace_horizon
@@ -52,7 +52,7 @@ def with_and_without(mesh: SurfaceMesh) -> tuple[list[NDArray[np.bool_]], list[N
     whole, part, out = [], [], []
     for sheet in mesh.sheets():
         rays = shadow_rays(mesh, mesh.facets, sheet)
-        antennas = mesh.grid.places[sheet[0].start]
+        antennas = mesh.grid.antenna_positions[sheet[0].start]
         whole.append(rays.lit(SeaScene(mesh.trimesh(sheet), antennas, 10e9, WATER).hits(rays)))
         surface = what_can_be_hit(mesh, sheet, rays.turned_away)
         part.append(rays.lit(SeaScene(surface, antennas, 10e9, WATER).hits(rays)))
@@ -95,7 +95,6 @@ def test_rays_that_pass_below_the_first_rung_stay_dark() -> None:
     assert 0.0 < out < 0.2
     assert whole[0].size > 0
     for lit in (whole[0], part[0], trace_horizon(mesh).lit):
-        assert lit is not None
         assert not lit.any()
 
 
@@ -211,8 +210,6 @@ def test_unequal_rungs_are_lit_as_the_horizon_has_it() -> None:
     made = scene("choppy_sea", radar__sector_deg=[250.0, 260.0])
     mesh = unequal(mesh_of(made))
     rays, horizon = RayTracer(made.radar, made.scattering)(mesh).lit, trace_horizon(mesh).lit
-    assert rays is not None
-    assert horizon is not None
     assert 0.1 < horizon.mean() < 0.9
     assert np.mean(rays != horizon) < 2e-4
 
@@ -240,7 +237,7 @@ def test_no_ray_slips_between_two_facets(edge: str) -> None:
     mesh = mesh_of(scene("choppy_sea", radar__sector_deg=[250.0, 260.0], radar__height_m=12.0, tracing__facet_m=0.5))
     (sheet,) = mesh.sheets()
     start = mesh.grid.column_pose.places[0, 0]
-    held = SeaScene(mesh.trimesh(sheet), mesh.grid.places[sheet[0].start], 10e9, WATER)
+    held = SeaScene(mesh.trimesh(sheet), mesh.grid.antenna_positions[sheet[0].start], 10e9, WATER)
     corners = mesh.vertices(sheet).reshape(-1, mesh.grid.ground_range.size, 3)
     one, other = {
         "radial": (corners[3:-3, 3:-12], corners[3:-3, 4:-11]),
@@ -278,8 +275,6 @@ def test_rays_and_horizon_part_only_beside_a_shadows_edge(facet_m: float) -> Non
     made = scene("choppy_sea", radar__sector_deg=[240.0, 300.0], tracing__facet_m=facet_m)
     mesh = mesh_of(made)
     rays, horizon = RayTracer(made.radar, made.scattering)(mesh).lit, trace_horizon(mesh).lit
-    assert rays is not None
-    assert horizon is not None
     differ = rays != horizon
     assert 0.2 < horizon.mean() < 0.9
     assert differ.mean() < 2e-4
@@ -297,9 +292,11 @@ def test_horizon_is_the_running_maximum_of_the_profiles_to_the_bit(name: str) ->
     """Written once more, over whole arrays."""
     mesh = mesh_of(scene(name, radar__sector_deg=[250.0, 265.0], radar__tilt_deg=5.0))
     facets, grid = trace_horizon(mesh), mesh.grid
-    assert facets.lit is not None
     for antenna in (0, 1):
-        along, above = grid.places[:, antenna, 0, None], grid.column_height + grid.places[:, antenna, 2, None]
+        along, above = (
+            grid.antenna_positions[:, antenna, 0, None],
+            grid.column_height + grid.antenna_positions[:, antenna, 2, None],
+        )
         for first, fraction in ((0, NEAR_FRACTION), (1, FAR_FRACTION)):
             chain = profile(mesh.elevation, grid, fraction)
             tangent = np.empty((grid.columns, 2 * chain.rung_distance.size - 1))
@@ -333,10 +330,12 @@ def test_front_is_where_the_antenna_stands_above_the_facets_plane() -> None:
     corners = vertices.reshape(-1, 3)[faces].reshape(corners.shape)
     normal = np.cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])
     for antenna in (0, 1):
-        along = grid.places[:, antenna, 0]
+        along = grid.antenna_positions[:, antenna, 0]
         east, north = unit_from_azimuth(np.degrees(look))
         # The front test knows the antenna in the vertical plane of the look.
-        place = np.stack((along * east, along * north, grid.places[:, antenna, 2] + grid.column_height[:, 0]), axis=1)
+        place = np.stack(
+            (along * east, along * north, grid.antenna_positions[:, antenna, 2] + grid.column_height[:, 0]), axis=1
+        )
         above = np.einsum("cfi,cfi->cf", normal, place[:, None] - corners[:, :, 0]) / normal[..., 2]
         sure = np.abs(above) > 1e-4
         assert sure.mean() > 0.99
@@ -354,6 +353,5 @@ def test_light_of_a_sector_is_that_of_the_whole_turn() -> None:
         x, y = east[:, None] * grid.ground_range, north[:, None] * grid.ground_range
         elevation, velocity = water.elevation_and_velocity(x, y, np.zeros_like(x))
         lit = RayTracer(each.radar, each.scattering)(surface_mesh(grid, elevation, velocity)).lit
-        assert lit is not None
         light.append(lit[:, -grid.first : -grid.first + 100])
     assert_array_equal(*light)
