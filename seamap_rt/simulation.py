@@ -35,7 +35,7 @@ from .scattering.short_waves import ShortWaves
 from .scene import Scene
 from .sea import spectral_system
 from .settings import RandomWaves
-from .tracing import tracer
+from .tracing import Illumination, tracer
 from .tracing.circle import circle_grid
 from .truth import ground_truth, polar_truth
 
@@ -114,12 +114,12 @@ class Simulator:
             elevation, velocity, *shift = sea_on_grid(self.sea, grid, self._scattering.memory_rate)
         with clock("mesh"):
             mesh = surface_mesh(grid, elevation, velocity, *shift)
-            _ = mesh.facets
+            _ = mesh.facets, mesh.strain
         return mesh
 
     def light(
         self, turn: int, clock: Stopwatch | None = None, mesh: SurfaceMesh | None = None
-    ) -> tuple[Facets, Returns, NDArray[np.bool_]]:
+    ) -> tuple[Illumination, Returns, NDArray[np.bool_]]:
         """Lit facets of a turn, what they return, and the lines at which the antenna is under water."""
         clock = clock or Stopwatch()
         with clock("calibrate"):
@@ -128,7 +128,7 @@ class Simulator:
         with clock("trace"):
             facets = self.scenery.hide(self._trace(mesh))
         with clock("echoes"), clock("scattering"):
-            returns = surface(facets)
+            returns = surface(facets, mesh.strain)
         with clock("sea"):
             drowned = submerged_lines(mesh, self.sea)
         return facets, returns, drowned
@@ -140,7 +140,8 @@ class Simulator:
             return self._scattering
         grid, columns = circle_grid(self.scene.radar, self.scene.meshing)
         light = tracer("horizon", self.scene.radar, self.scene.scattering, diffraction=self.scene.tracing.diffraction)
-        return self._scattering.calibrated(light(self._mesh(grid, Stopwatch())), columns)
+        mesh = self._mesh(grid, Stopwatch())
+        return self._scattering.calibrated(light(mesh), mesh.strain, columns)
 
     def turn(self, number: int) -> Turn:
         """Simulate one turn: every pulse, both receivers, and the truth in the cells of the maps."""

@@ -23,6 +23,7 @@ from .radar.scan import BEAMS_BEYOND, sector_width
 from .radar.waveform import RangeResponse, gates
 from .sea import Sea
 from .settings import RadarSettings, RetrievalSettings
+from .tracing import Illumination
 
 FAINTEST = 1e-15  # NRCS below which a cell is dark: what is left there is rounding
 _BINS_PER_GATE = 6
@@ -31,7 +32,7 @@ _GAUSS = 0.5 / np.sqrt(3.0)  # of a cell's side: two-point Gauss quadrature, exa
 
 
 def polar_truth(
-    facets: Facets, rcs: NDArray[np.float32], radar: RadarSettings, retrieval: RetrievalSettings, turn: int
+    facets: Illumination, rcs: NDArray[np.float32], radar: RadarSettings, retrieval: RetrievalSettings, turn: int
 ) -> xr.Dataset:
     """The schema's `truth/polar` of one turn, from the traced facets."""
     ranges = gates(radar)
@@ -102,7 +103,7 @@ def _differences(values: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
     return np.gradient(values, axis=axis) if values.shape[axis] > 1 else np.zeros_like(values)
 
 
-def _halved(facets: Facets, rcs: NDArray[np.float32]) -> tuple[Facets, NDArray[np.float32]]:
+def _halved(facets: Illumination, rcs: NDArray[np.float32]) -> tuple[Illumination, NDArray[np.float32]]:
     """Each facet as two of half its area along the look, as far apart as makes its second moment: then cells' edges
     cut through it. A triangle's is the 18th part of its length squared."""
     apart = np.sqrt(1.0 / 18.0) * np.repeat(np.diff(facets.grid.ground_range), 2)
@@ -119,7 +120,7 @@ def _halved(facets: Facets, rcs: NDArray[np.float32]) -> tuple[Facets, NDArray[n
         height=(facets.height[..., None] + facets.slope_look[..., None] * step).reshape(len(facets.height), -1),
         slope_look=twice(facets.slope_look),
         slope_cross=twice(facets.slope_cross),
-        lit=None if facets.lit is None else twice(facets.lit),
+        lit=twice(facets.lit),
         field=None if facets.field is None else twice(facets.field),
     )
     return halves, np.float32(0.5) * twice(rcs)

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import Facets
 from ..radar.array import Array, antenna_array
 from ..radar.grid import look_sweeps
 from ..radar.scan import BEAMS_BEYOND
 from ..settings import RadarSettings
+from ..tracing import Illumination
 from .gating import Gating, ProcessedGating, gate_samples
 from .paths import Path, facet_paths, wavenumber
 
@@ -36,7 +36,7 @@ class ExpectedGates:
 
 
 def expected_look_gates(
-    facets: Facets, rcs: NDArray[np.float32], radar: RadarSettings, cell_azimuth_deg: float
+    facets: Illumination, rcs: NDArray[np.float32], radar: RadarSettings, cell_azimuth_deg: float
 ) -> ExpectedGates:
     """Expected power and covariance of each look (averaged over its dwell) and gate.
 

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from ..compute.compiled import compiled
 from ..conventions import SPEED_OF_LIGHT
-from ..mesh import Facets
 from ..radar.antenna import Cut
 from ..radar.array import antenna_array
 from ..radar.receiver import amplitude_constant
 from ..settings import RadarSettings
+from ..tracing import Illumination
 
 Path = tuple[int, int]  # the two antennas
 Chosen = tuple[NDArray[np.intp], NDArray[np.intp]]  # numbers of columns and of facets, which broadcast
@@ -44,7 +44,7 @@ class FacetPaths:
 
 
 def facet_paths(
-    facets: Facets,
+    facets: Illumination,
     rcs: NDArray[np.float32],
     radar: RadarSettings,
     columns: slice,
@@ -57,8 +57,6 @@ def facet_paths(
     antennas. With a diffracted field it echoes as far as that reaches it, lit or not, out and back alike.
     chosen: numbers (n,) of columns and facets: these alone, and (n,) stands for (column, facet) in what is returned.
     """
-    if facets.lit is None:
-        raise ValueError("these facets have not been traced; call a tracer first")
     array, grid = antenna_array(radar), facets.grid
     paths = array.paths if paths is None else paths
     if chosen is None:
@@ -114,7 +112,7 @@ def _to_antennas(column, facet, positions, velocities, antennas, drift, up, rang
 
 
 def _amplitudes(
-    facets: Facets,
+    facets: Illumination,
     rcs: NDArray[np.float32],
     radar: RadarSettings,
     chosen: Chosen,
@@ -129,7 +127,6 @@ def _amplitudes(
     gains = [float(np.sqrt(antennas[i].gain * antennas[j].gain)) for i, j in paths]
     constants = np.array([amplitude_constant(radar, gain) for gain in gains])
     out = np.empty((len(paths), sine.size), dtype=np.float32)
-    assert facets.lit is not None
     lit = facets.lit if facets.field is None else np.ones_like(facets.lit)
     _fill_amplitudes(*chosen, np.array(paths), constants, rcs, lit, ranges, sine, _tables(cuts), which, out)
     if facets.field is None:

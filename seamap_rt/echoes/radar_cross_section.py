@@ -23,6 +23,7 @@ from ..scattering.calibration import Scale, fit_scale
 from ..scattering.composite import nrcs_composite
 from ..scattering.modulation import approaching_share, relaxation_rate
 from ..settings import RadarSettings, ScatteringSettings
+from ..tracing import Illumination
 from .motion import Motion
 
 _NEAREST = 0.8  # of the near gate's range, from which on facets count for the calibration
@@ -54,15 +55,15 @@ class SeaSurface:
     scale: Scale | None = None
     strain_variance: float = 0.0
 
-    def __call__(self, facets: Facets) -> Returns:
-        """Radar cross-sections and motion of traced facets."""
+    def __call__(self, facets: Illumination, strain: NDArray[np.float32] | None) -> Returns:
+        """Radar cross-sections and motion of traced facets. strain (column, facet): of their mesh."""
         if self.scattering.nrcs == "constant":
             area = facets.horizontal_area.astype(np.float32)
             rcs = np.where(_reached(facets), np.float32(from_db(self.scattering.nrcs_db)) * area, np.float32(0.0))
             return Returns(rcs, self._motion(facets, None))
         if self.scattering.nrcs != "two_scale":
             return Returns(self._scaled(facets, self._mean_power(facets)), self._motion(facets, None))
-        terms = self.terms(facets)
+        terms = self.terms(facets, strain)
         total = terms.bragg + terms.specular + terms.breaking
         least = np.float32(1e-30)
         breaking = np.divide(terms.breaking, np.maximum(total, least), dtype=np.float32)
@@ -75,17 +76,22 @@ class SeaSurface:
         """Something is to be learnt from a wide area: the scale to the measured mean, or the strain's variance."""
         return self.scattering.nrcs != "constant"
 
-    def calibrated(self, facets: Facets, columns: NDArray[np.bool_] | slice = slice(None)) -> SeaSurface:
+    def calibrated(
+        self,
+        facets: Illumination,
+        strain: NDArray[np.float32] | None,
+        columns: NDArray[np.bool_] | slice = slice(None),
+    ) -> SeaSurface:
         """The same surface with the scale that brings the mean echo of these facets to the empirical model.
 
-        facets: traced, of an area so wide that its mean is the sea's; columns: of these alone.
+        facets, strain: of an area so wide that its mean is the sea's; columns: of these alone.
         """
-        strain = 0.0 if facets.strain is None else float(np.mean(np.square(facets.strain[columns], dtype=np.float64)))
-        known = replace(self, strain_variance=strain)
+        variance = 0.0 if strain is None else float(np.mean(np.square(strain[columns], dtype=np.float64)))
+        known = replace(self, strain_variance=variance)
         if self.scattering.mean_model is None:
             return known
         two_scale = self.scattering.nrcs == "two_scale"
-        power = np.sum(known.terms(facets), axis=0) if two_scale else self._mean_power(facets)
+        power = np.sum(known.terms(facets, strain), axis=0) if two_scale else self._mean_power(facets)
         received = power * two_way_power(facets)
         target = np.broadcast_to(self.mean(facets), power.shape)
         # What lies nearer than the gates is not heard, and would bend the fit.
@@ -102,8 +108,8 @@ class SeaSurface:
             return None
         return relaxation_rate(self.radar.frequency_hz, self.scattering.wind_speed_m_s)
 
-    def terms(self, facets: Facets) -> Terms:
-        """What theory gives, by what scatters."""
+    def terms(self, facets: Illumination, strain: NDArray[np.float32] | None) -> Terms:
+        """What theory gives, by what scatters. strain (column, facet): of the facets' mesh; None for none."""
         reached = _reached(facets)
         column, facet = np.nonzero(reached)
         look, cross = facets.slope_look[reached], facets.slope_cross[reached]
@@ -120,7 +126,7 @@ class SeaSurface:
             permittivity=self.permittivity,
             polarization=self.scattering.polarization,
             waves=self.short_waves,
-            strain=None if facets.strain is None else facets.strain[reached],
+            strain=None if strain is None else strain[reached],
             strain_variance=self.strain_variance,
             breaking=self.scattering.breaking,
         )
@@ -147,7 +153,7 @@ class SeaSurface:
             clipped=True,
         )
 
-    def _mean_power(self, facets: Facets) -> NDArray[np.float32]:
+    def _mean_power(self, facets: Illumination) -> NDArray[np.float32]:
         return np.where(_reached(facets), (self.mean(facets) * facets.horizontal_area).astype(np.float32), 0.0)
 
     def _scaled(self, facets: Facets, power: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -189,16 +195,12 @@ class SeaSurface:
         )
 
 
-def two_way_power(facets: Facets) -> NDArray[np.float32]:
+def two_way_power(facets: Illumination) -> NDArray[np.float32]:
     """Share (column, facet) of the power that reaches a facet and comes back, the mean over the pairs of antennas."""
-    if facets.lit is None:
-        raise ValueError("these facets have not been traced; call a tracer first")
     light = facets.lit.astype(np.float32) if facets.field is None else np.square(np.abs(facets.field))
     return np.square(light.mean(axis=0, dtype=np.float32))
 
 
-def _reached(facets: Facets) -> NDArray[np.bool_]:
+def _reached(facets: Illumination) -> NDArray[np.bool_]:
     """(column, facet): a ray arrives from either antenna, straight or over an edge."""
-    if facets.lit is None:
-        raise ValueError("these facets have not been traced; call a tracer first")
-    return np.asarray((facets.lit if facets.field is None else facets.field != 0.0).any(axis=0))
+    return np.asarray(facets.reached.any(axis=0))

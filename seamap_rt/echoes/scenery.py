@@ -6,7 +6,7 @@ starboard, forward, up, from the foot of the mast at the waterline.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from ..radar.mast import ArrayPose, Mast
 from ..radar.pose import boat_axes
 from ..radar.scan import Pulses
 from ..scene import Scene
+from ..tracing import Illumination
 from ..tracing.horizon import Skyline
 from ..tracing.objects import Occluder, placed, refuse_if_enclosing, to_boat, to_world
 from .objects import EchoingObject, objects_in_sight, passing
@@ -88,26 +89,21 @@ class Scenery:
 
     # ------------------------------------------------------------------------------------------ what they hide
 
-    def hide(self, facets: Facets) -> Facets:
+    def hide(self, facets: Illumination) -> Illumination:
         """The facets without the light that objects keep from them, at the time when the beam passes each."""
         if not self.there:
             return facets
-        assert facets.lit is not None
-        lit, field = facets.lit.copy(), None if facets.field is None else facets.field.copy()
+        reached, dark = facets.reached, np.zeros_like(facets.lit)
         all_columns = self._columns(facets)
         for first in range(0, all_columns.size, _COLUMNS):
             columns = all_columns[first : first + _COLUMNS]
             pose = facets.grid.column_pose[columns]
-            for antenna in range(lit.shape[0]):
+            for antenna in range(len(dark)):
                 # What light bends to over a crest is hidden likewise, and none comes round an object.
-                reached = lit[antenna, columns] if field is None else field[antenna, columns] != 0.0
-                place, facet = np.nonzero(reached)
+                place, facet = np.nonzero(reached[antenna, columns])
                 hidden = self._hidden(pose, antenna, place, _points(facets, columns[place], facet))
-                place, facet = columns[place[hidden]], facet[hidden]
-                lit[antenna, place, facet] = False
-                if field is not None:
-                    field[antenna, place, facet] = 0.0
-        return replace(facets, lit=lit, field=field)
+                dark[antenna, columns[place[hidden]], facet[hidden]] = True
+        return facets.without(dark)
 
     def _hidden(
         self, pose: ArrayPose, antenna: int, row: NDArray[np.intp], ends: NDArray[np.float64]

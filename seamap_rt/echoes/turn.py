@@ -25,6 +25,7 @@ from ..radar.array import antenna_array
 from ..radar.mast import column_frame
 from ..radar.scan import Pulses
 from ..settings import RadarSettings
+from ..tracing import Illumination
 from .beams import TwoWayBeams, two_way_beams
 from .gating import Tabulated, tabulated
 from .motion import Motion, MovingSpeckle
@@ -38,7 +39,7 @@ _CHUNK = 16  # columns worked on at a time: their sums stay near the cache
 
 
 def turn_voltages(
-    facets: Facets,
+    facets: Illumination,
     rcs: NDArray[np.float32],
     radar: RadarSettings,
     pulses: Pulses,
@@ -51,7 +52,7 @@ def turn_voltages(
 
 
 def turn_echoes(
-    facets: Facets,
+    facets: Illumination,
     rcs: NDArray[np.float32],
     radar: RadarSettings,
     pulses: Pulses,
@@ -113,7 +114,7 @@ def _reach_s(facets: Facets, pulses: Pulses) -> float:
 class ColumnSums:
     """Sums the facets of some columns into gates, at the nodes at which the beam passes them."""
 
-    facets: Facets
+    facets: Illumination
     rcs: NDArray[np.float32]
     radar: RadarSettings
     tabulated: Tabulated

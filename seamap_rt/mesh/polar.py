@@ -235,13 +235,19 @@ class SurfaceMesh:
 
     @cached_property
     def facets(self) -> Facets:
-        """The facets' geometry, without light."""
+        """The facets' geometry."""
         return _facets(self)
+
+    @cached_property
+    def strain(self) -> NDArray[np.float32] | None:
+        """(column, facet) −∂D/∂l of the relaxed shift D along the look l: > 0 where short waves crowd. None where the
+        mesh was made without the shift."""
+        return None if self.relaxed_shift is None else _strain(self.relaxed_shift, self.grid)
 
 
 @dataclass(frozen=True)
 class Facets:
-    """What the echoes need to know of each facet: plain arrays, (facet,) along a column or (column, facet).
+    """Where facets lie, how they lean, how their water moves: plain arrays, (facet,) along a column or (column, facet).
 
     A column's facets alternate near, far, near, far … outward. The point of a facet is where it is tested for light and
     from where its range is reckoned. Slopes are in the frame of the column's middle azimuth.
@@ -256,23 +262,11 @@ class Facets:
     slope_cross: NDArray[np.float32]  # (column, facet)
     velocity_look: NDArray[np.float32]  # (column, facet) m/s
     velocity_up: NDArray[np.float32]  # (column, facet) m/s
-    strain: NDArray[np.float32] | None = None  # (column, facet) −∂D/∂look of the relaxed shift: > 0 where ripples crowd
-    lit: NDArray[np.bool_] | None = None  # (antenna, column, facet)
-    rays: int = 0  # that were traced to find it
-    field: NDArray[np.complex64] | None = None  # (antenna, column, facet) over that of free space, one way
-    ray_slope: NDArray[np.float32] | None = None  # (column, facet) tan of the angle by which the arriving ray falls
 
     @property
     def rise(self) -> NDArray[np.float64]:
         """(column, facet) m above the frame's origin: below it, so mostly negative."""
         return self.height - self.grid.column_height
-
-    @property
-    def lit_both(self) -> NDArray[np.bool_]:
-        """(column, facet): lit for both antennas, and for all if there are more."""
-        if self.lit is None:
-            raise ValueError("these facets have not been traced; call a tracer first")
-        return np.asarray(self.lit.all(axis=0))
 
 
 @overload
@@ -286,7 +280,7 @@ def sea_on_grid(
 def sea_on_grid(sea, grid: PolarGrid, rate: float | None = None):
     """Elevation (line, rung) m and velocity (line, rung, 3) m/s, each line at the time when the beam passes it.
 
-    With the rate [1/s] at which short waves relax also their relaxed shift (line, rung, 2) m, for `Facets.strain`.
+    With the rate [1/s] at which short waves relax also their relaxed shift (line, rung, 2) m, for `SurfaceMesh.strain`.
     """
     east, north = unit_from_azimuth(grid.place_azimuth)
     x = grid.pose.origin[:, :1] + east[:, None] * grid.ground_range
@@ -442,7 +436,6 @@ def _facets(mesh: SurfaceMesh) -> Facets:
         slope_cross=slope_cross,
         velocity_look=velocity_look,
         velocity_up=velocity_up,
-        strain=None if mesh.relaxed_shift is None else _strain(mesh.relaxed_shift, grid),
     )
 
 

@@ -77,15 +77,11 @@ class Camera:
         elevation, velocity, *shift = sea_on_grid(self.sea, grid, self._scatterer.memory_rate)
         mesh = surface_mesh(grid, elevation, velocity, *shift)
         facets = self._trace(mesh)
-        assert facets.lit is not None
         drowned = submerged_lines(mesh, self.sea)
-        dry = ~(drowned[1:] | drowned[:-1])[:, None]
-        lit = facets.lit & dry
-        field = None if facets.field is None else facets.field * dry
-        seen = replace(facets, lit=lit, field=field)
-        arriving = 1.0 if field is None else two_way_power(seen)
-        sigma = self._scatterer(seen).rcs * arriving / facets.horizontal_area
-        antennas = lit.sum(axis=0, dtype=np.int8)
+        seen = facets.without((drowned[1:] | drowned[:-1])[:, None])
+        arriving = 1.0 if seen.field is None else two_way_power(seen)
+        sigma = self._scatterer(seen, mesh.strain).rcs * arriving / facets.horizontal_area
+        antennas = seen.lit.sum(axis=0, dtype=np.int8)
         visible = np.full(self._inside.shape, OUTSIDE, dtype=np.int8)
         visible[self._inside] = antennas[self._column, self._facet]
         nrcs = np.full(self._inside.shape, np.nan, dtype=np.float32)

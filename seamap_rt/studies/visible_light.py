@@ -10,21 +10,21 @@ import numpy as np
 
 from ..echoes.riding import masts, run_sea
 from ..io import scenefile
-from ..mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
+from ..mesh import SurfaceMesh, polar_grid, surface_mesh
 from ..mesh.polar import PolarGrid, sea_on_grid, submerged_lines
 from ..radar.array import as_it_looks
 from ..radar.mast import Mast
 from ..scene import Scene
 from ..sea import Sea
 from ..settings import TracingSettings
-from ..tracing import tracer
+from ..tracing import Illumination, tracer
 
 
 @dataclass(frozen=True)
 class Light:
     """The traced facets of one turn, by what alone sees them: the sea's own shadows, no objects', no diffraction."""
 
-    facets: Facets
+    facets: Illumination
     lowest_m: float  # the lowest antenna above mean sea level, mean over the turn: what it sees, all see
 
 
@@ -93,9 +93,7 @@ def _same_points(one: PolarGrid, other: PolarGrid) -> bool:
     return all(np.array_equal(a, b) for a, b in pairs)
 
 
-def _without_drowned(facets: Facets, surface: SurfaceMesh, sea: Sea) -> Facets:
+def _without_drowned(facets: Illumination, surface: SurfaceMesh, sea: Sea) -> Illumination:
     """An antenna that the sea covers later in the turn sees nothing then."""
     drowned = submerged_lines(surface, sea)
-    if not drowned.any() or facets.lit is None:
-        return facets
-    return replace(facets, lit=facets.lit & ~(drowned[1:] | drowned[:-1])[:, None])
+    return facets.without((drowned[1:] | drowned[:-1])[:, None])

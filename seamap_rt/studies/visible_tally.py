@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..conventions import wrap_degrees
-from ..mesh import Facets, PolarGrid
+from ..mesh import PolarGrid
 from ..radar.scan import sector_width
 from ..settings import RadarSettings
+from ..tracing import Illumination
 
 SECTORS = 24  # of a circle, the first centred on where the waves come from
 LOOKS = {"along": (0.0, 180.0), "at 45°": (45.0, 135.0, -135.0, -45.0), "across": (90.0, -90.0)}  # from the waves
@@ -70,7 +71,7 @@ class Tally:
     runs: NDArray[np.int64]  # (dark | seen, group, bin, length): how many begin in the bin; the last length: cut short
 
 
-def tally(facets: Facets, looks: Looks, edges: NDArray[np.float64]) -> Tally:
+def tally(facets: Illumination, looks: Looks, edges: NDArray[np.float64]) -> Tally:
     """Sums over horizontal area; edges (bin + 1,) of ground range [m]."""
     lit, bins = facets.lit_both, edges.size - 1
     number = np.searchsorted(edges, facets.distance, side="right") - 1

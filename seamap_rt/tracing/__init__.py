@@ -25,10 +25,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..conventions import SPEED_OF_LIGHT
-from ..mesh import Facets, SurfaceMesh
+from ..mesh import SurfaceMesh
 from ..settings import RadarSettings, ScatteringSettings
+from .illumination import Illumination
 
-Tracer = Callable[[SurfaceMesh], Facets]
+Tracer = Callable[[SurfaceMesh], Illumination]
 
 
 def tracer(name: str, radar: RadarSettings, water: ScatteringSettings, diffraction: str = "none") -> Tracer:
@@ -62,4 +63,4 @@ def _over_edges(trace: Tracer, wavelength_m: float) -> Tracer:
     return lambda mesh: diffract(trace(mesh), mesh, wavelength_m)
 
 
-__all__ = ["Tracer", "tracer"]
+__all__ = ["Illumination", "Tracer", "tracer"]

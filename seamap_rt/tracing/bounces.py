@@ -32,8 +32,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..conventions import SPEED_OF_LIGHT
-from ..mesh import Facets, SurfaceMesh
+from ..mesh import SurfaceMesh
 from .horizon import trace_horizon
+from .illumination import Illumination
 from .paths import antenna_places, sea_scene
 from .rays import VACUUM_PERMITTIVITY
 
@@ -148,13 +149,11 @@ def path_echo(
     return PathEcho(launches, launch, *(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
 
 
-def lambertian_power(facets: Facets, columns: slice, antenna: int, frequency_hz: float) -> tuple[Array, Array]:
+def lambertian_power(facets: Illumination, columns: slice, antenna: int, frequency_hz: float) -> tuple[Array, Array]:
     """Slant range (m) and received over transmitted power of each lit facet of the columns, both (column, facet).
 
     Of a perfectly conducting Lambertian sea, S = 1, seen by an isotropic antenna: λ² σ / ((4π)³ R⁴).
     """
-    if facets.lit is None:
-        raise ValueError("these facets have not been traced; call a tracer first")
     along, across, up = (part[:, None] for part in facets.grid.places[columns, antenna].T)
     x = facets.distance * np.cos(facets.angle) - along
     y = facets.distance * np.sin(facets.angle) - across
@@ -199,7 +198,6 @@ class _Window:
 def _window(mesh: SurfaceMesh, columns: slice, antenna: int) -> _Window:
     """All elevations at which facets of the columns lie, finely where the lit ones are."""
     lit = trace_horizon(mesh).lit
-    assert lit is not None
     grid, facets = mesh.grid, mesh.facets
     north_of_east = np.radians(90.0 - grid.azimuth[[columns.stop, columns.start]])
     lines = slice(columns.start, columns.stop + 1)

@@ -32,7 +32,8 @@ from numpy.typing import NDArray
 from scipy.special import wofz
 
 from ..compute.machine import threads
-from ..mesh.polar import FAR_FRACTION, NEAR_FRACTION, Facets, Profile, SurfaceMesh, profile
+from ..mesh.polar import FAR_FRACTION, NEAR_FRACTION, Profile, SurfaceMesh, profile
+from .illumination import Illumination
 
 _END = 22.5  # |v| from which on the edge is not felt: |F|² is below 1e-4 in shadow, within 2 % of 1 in light
 _PER_V = 200  # entries of the table per unit of v: linear between them errs by 1e-5
@@ -40,16 +41,17 @@ _ALONG = 1e-6  # rad: a ray at less than this to the facet runs along it, as tha
 _COLUMNS = 32  # worked on at a time
 
 
-def diffract(facets: Facets, mesh: SurfaceMesh, wavelength_m: float) -> Facets:
-    """The mesh's facets with `field` (antenna, column, facet) and `ray_slope` (column, facet); `lit` stays as it is.
+def diffract(light: Illumination, mesh: SurfaceMesh, wavelength_m: float) -> Illumination:
+    """The mesh's geometric light with `field` (antenna, column, facet) and `ray_slope` (column, facet) added.
 
     `field` is 0 where the facet leans away from the ray that arrives, and where less than 1e-4 of the power does.
+    wavelength_m: of the radar. ValueError unless it is finite and above 0.
     """
     if not 0.0 < wavelength_m < np.inf:
         raise ValueError(f"wavelength_m = {wavelength_m:g}: must be finite and above 0; give the radar's, c/f")
     places = mesh.grid.places
-    field = np.zeros((places.shape[1], *facets.height.shape), dtype=np.complex64)
-    ray_slope = np.zeros(facets.height.shape, dtype=np.float32)
+    field = np.zeros((places.shape[1], *light.height.shape), dtype=np.complex64)
+    ray_slope = np.zeros(light.height.shape, dtype=np.float32)
     table = _fresnel_table()
     planes = [_chain(profile(mesh.elevation, mesh.grid, fraction)) for fraction in (NEAR_FRACTION, FAR_FRACTION)]
 
@@ -62,8 +64,8 @@ def diffract(facets: Facets, mesh: SurfaceMesh, wavelength_m: float) -> Facets:
                 _over_edges(distance, surface, first, place, table, field[antenna, columns], ray_slope[columns])
 
     with ThreadPoolExecutor(threads()) as pool:
-        list(pool.map(work, range(0, facets.grid.columns, _COLUMNS)))
-    return replace(facets, field=field, ray_slope=ray_slope)
+        list(pool.map(work, range(0, light.grid.columns, _COLUMNS)))
+    return replace(light, field=field, ray_slope=ray_slope)
 
 
 def _chain(plane: Profile) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

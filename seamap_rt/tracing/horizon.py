@@ -8,7 +8,6 @@ facets seen from behind come out dark. An antenna that stands a little beside th
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,11 +15,12 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ..mesh.facet_kernel import in_blocks
-from ..mesh.polar import FAR_FRACTION, NEAR_FRACTION, Facets, Plane, SurfaceMesh
+from ..mesh.polar import FAR_FRACTION, NEAR_FRACTION, Plane, SurfaceMesh
+from .illumination import Illumination
 
 
-def trace_horizon(mesh: SurfaceMesh) -> Facets:
-    """The mesh's facets with `lit` (antenna, column, facet)."""
+def trace_horizon(mesh: SurfaceMesh) -> Illumination:
+    """The mesh's facets, lit geometrically."""
     facets, grid = mesh.facets, mesh.grid
     lit = np.empty((grid.places.shape[1], *facets.height.shape), dtype=bool)
     along, above = grid.places[..., 0], grid.column_height + grid.places[..., 2]
@@ -32,7 +32,7 @@ def trace_horizon(mesh: SurfaceMesh) -> Facets:
             _light(begin, end, first, mesh.elevation, *corners, facets.distance, facets.height, along, above, lit)
 
     in_blocks(work, grid.columns)
-    return replace(facets, lit=lit)
+    return Illumination.of(facets, lit)
 
 
 class Skyline:

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from ..compute.backend import prepare
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets, PolarGrid, SurfaceMesh
 from ..settings import RadarSettings
+from .illumination import Illumination
 from .shapes import mitsuba_mesh
 
 Array = NDArray[np.float64]
@@ -43,8 +43,8 @@ class PathsTracer:
         self._frequency_hz = radar.frequency_hz
         prepare()  # now, before anything is computed: without a backend there are no paths
 
-    def __call__(self, mesh: SurfaceMesh) -> Facets:
-        """The mesh's facets with `lit` (antenna, column, facet). ValueError where that would take hours."""
+    def __call__(self, mesh: SurfaceMesh) -> Illumination:
+        """The mesh's facets, lit geometrically. ValueError where that would take hours."""
         facets, grid = mesh.facets, mesh.grid
         starts = antenna_places(grid)
         calls = [list(_together(sheet, starts[:, a])) for sheet in mesh.sheets() for a in range(starts.shape[1])]
@@ -60,7 +60,7 @@ class PathsTracer:
                     start = starts[columns[0], antenna]
                     lit[antenna, columns] = sight.sees(start, _before(points[columns], start, spacing))
         # From under water PathSolver sees facets from behind.
-        return replace(facets, lit=lit & facing, rays=lit.size)
+        return Illumination.of(facets, lit & facing, lit.size)
 
 
 class LineOfSight:

@@ -8,7 +8,6 @@ slips between two facets (Woop, Benthin & Wald 2013).
 from __future__ import annotations
 
 import importlib
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -17,10 +16,11 @@ from numpy.typing import NDArray
 from trimesh import Trimesh
 
 from ..compute.backend import prepare
-from ..mesh import Facets, SurfaceMesh
+from ..mesh import SurfaceMesh
 from ..mesh.polar import as_trimesh, triangulation, widths
 from ..scattering.permittivity import PERMITTIVITIES
 from ..settings import RadarSettings, ScatteringSettings
+from .illumination import Illumination
 from .shadow_rays import ShadowRays, shadow_rays
 from .shapes import mitsuba, mitsuba_mesh, set_triangles
 
@@ -37,8 +37,8 @@ class RayTracer:
         self.scenes: dict[tuple[tuple[int, int], ...], SeaScene] = {}  # by the columns of their sheets
         prepare()  # now, before anything is computed or replaced: without a backend no ray can be traced
 
-    def __call__(self, mesh: SurfaceMesh) -> Facets:
-        """The mesh's facets with `lit` (antenna, column, facet)."""
+    def __call__(self, mesh: SurfaceMesh) -> Illumination:
+        """The mesh's facets, lit geometrically."""
         facets = mesh.facets
         lit = np.zeros((mesh.grid.places.shape[1], *facets.height.shape), dtype=bool)
         traced = 0
@@ -48,7 +48,7 @@ class RayTracer:
             antennas = mesh.grid.places[sheet[0].start]
             lit[:, rays.columns] = rays.lit(self._scene(sheet, surface, antennas).hits(rays))
             traced += rays.number.size
-        return replace(facets, lit=lit, rays=traced)
+        return Illumination.of(facets, lit, traced)
 
     def _scene(self, sheet: tuple[slice, ...], surface: Trimesh, antennas: NDArray[np.float64]) -> SeaScene:
         """The sheet's own scene, with the surface in it."""

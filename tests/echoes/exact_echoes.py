@@ -13,7 +13,7 @@ from seamap_rt.conventions import SPEED_OF_LIGHT, unit_from_azimuth
 from seamap_rt.echoes.motion import MovingSpeckle
 from seamap_rt.echoes.speckle import StillSpeckle, speckle_weights
 from seamap_rt.echoes.summation.gaussian import gaussians, key_of
-from seamap_rt.mesh import Facets, polar_grid, surface_mesh
+from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.mesh.polar import sea_on_grid
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.radar.mast import Mast
@@ -21,6 +21,7 @@ from seamap_rt.radar.receiver import amplitude_constant
 from seamap_rt.radar.scan import Pulses, pulses
 from seamap_rt.radar.waveform import RangeResponse, gates
 from seamap_rt.settings import FlatWaves, PlatformSettings, RadarSettings, SeaSettings, SinusoidWaves, TracingSettings
+from seamap_rt.tracing import Illumination
 from seamap_rt.tracing.horizon import trace_horizon
 
 SEED = 4
@@ -51,7 +52,7 @@ def mast_of(radar: RadarSettings, platform: dict | None) -> Mast:
 
 def sea_seen(
     radar: RadarSettings, platform: dict | None = None, turn: int = 0, height_m: float = 1.0
-) -> tuple[Facets, NDArray[np.float32], Pulses]:
+) -> tuple[Illumination, NDArray[np.float32], Pulses]:
     """Facets of a wave 20 m long that comes from 25° (flat: height_m = 0), their rcs, and the pulses of the turn."""
     mast = mast_of(radar, platform)
     wave = FlatWaves(spectrum="flat")
@@ -65,14 +66,14 @@ def sea_seen(
     return facets, rcs, pulses(radar, turn, mast)
 
 
-def still_speckle(facets: Facets) -> list[NDArray[np.complex128]]:
+def still_speckle(facets: Illumination) -> list[NDArray[np.complex128]]:
     """The one sample that each facet has when its speckle never changes."""
     count = facets.distance.size
     return [speckle_weights(SEED, int(n), 1, count)[0].astype(np.complex128) for n in facets.grid.column_number]
 
 
 def direct_sum(
-    facets: Facets, rcs: NDArray[np.float32], radar: RadarSettings, fired: Pulses, *, walking: bool = False
+    facets: Illumination, rcs: NDArray[np.float32], radar: RadarSettings, fired: Pulses, *, walking: bool = False
 ) -> NDArray[np.complex128]:
     """Σ over facets, pulse by pulse, of speckle that never changes: (pulse, receiver, gate), NaN where the mode does
     not sample. Mesh and light are the chain's.
@@ -82,7 +83,6 @@ def direct_sum(
     """
     array, ranges, k = antenna_array(radar), gates(radar), 2.0 * np.pi * radar.frequency_hz / SPEED_OF_LIGHT
     grid, lit, drawn = facets.grid, facets.lit, still_speckle(facets)
-    assert lit is not None
     reach = grid.reach_deg / fired.mast.rate if fired.mast.rate else np.inf
     voltages = np.zeros((fired.number.size, len(array.receivers), ranges.size), dtype=np.complex128)
     sampled = np.zeros(voltages.shape[:2], dtype=bool)

@@ -17,10 +17,11 @@ from seamap_rt.echoes.motion import Motion, MovingSpeckle, echo_bandwidth
 from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis, two_way_basis
 from seamap_rt.echoes.summation.gaussian import draw_all, key_of
 from seamap_rt.echoes.turn import choose_nodes
-from seamap_rt.mesh import Facets, mesh_turn, polar_grid, surface_mesh
+from seamap_rt.mesh import mesh_turn, polar_grid, surface_mesh
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
 from seamap_rt.settings import RadarSettings, SeaSettings, SinusoidWaves, TracingSettings
+from seamap_rt.tracing import Illumination
 from seamap_rt.tracing.horizon import trace_horizon
 
 SEED = 4
@@ -33,7 +34,7 @@ def radar_of(**others) -> RadarSettings:
     return RadarSettings.model_validate({**base, **others})
 
 
-def flat_sea(radar: RadarSettings) -> tuple[Facets, NDArray[np.float32]]:
+def flat_sea(radar: RadarSettings) -> tuple[Illumination, NDArray[np.float32]]:
     """A flat sea at rest."""
     grid = polar_grid(radar, TracingSettings(), 0)
     shape = (grid.sweep.size, grid.ground_range.size)
@@ -42,7 +43,7 @@ def flat_sea(radar: RadarSettings) -> tuple[Facets, NDArray[np.float32]]:
 
 
 def motion_of(
-    facets: Facets | None = None,
+    facets: Illumination | None = None,
     *,
     bragg: float = 0.24,
     approaching: float = 0.5,
@@ -211,7 +212,6 @@ def test_doppler_follows_the_swell() -> None:
     wave = SinusoidWaves(spectrum="sinusoid", height_m=1.2, wavelength_m=60.0, phase_deg=40.0, wave_from_deg=25.0)
     sea = sea_package.realize(SeaSettings(waves=(wave,)), 1)
     facets = trace_horizon(mesh_turn(sea, radar, TracingSettings(columns_per_beam=3), 0))
-    assert facets.lit is not None
     assert facets.lit.all()
     rcs = np.broadcast_to(1e-3 * facets.horizontal_area, facets.height.shape).astype(np.float32)
     fired = pulses(radar, 0)

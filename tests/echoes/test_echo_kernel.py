@@ -19,11 +19,12 @@ from seamap_rt.echoes.motion import Motion, MovingSpeckle, echo_bandwidth
 from seamap_rt.echoes.slow_time import choose_nodes
 from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis
 from seamap_rt.echoes.summation.gaussian import draw, gaussians
-from seamap_rt.mesh import Facets, polar_grid, surface_mesh
+from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.radar.receiver import amplitude_constant
 from seamap_rt.radar.scan import Pulses, pulses
 from seamap_rt.settings import RadarSettings, TracingSettings
+from seamap_rt.tracing import Illumination
 from seamap_rt.tracing.horizon import trace_horizon
 
 SEED = 4
@@ -109,7 +110,7 @@ class Seen:
     """A level sheet of water that moves as one, of which a few facets echo, and the pulses that look at it."""
 
     radar: RadarSettings
-    facets: Facets
+    facets: Illumination
     rcs: NDArray[np.float32]
     fired: Pulses
 
@@ -137,7 +138,7 @@ def seen_by(
     return Seen(radar, facets, rcs, pulses(radar, 0, mast))
 
 
-def motion_of(facets: Facets) -> Motion:
+def motion_of(facets: Illumination) -> Motion:
     """Facets of Bragg waves alone, of breakers alone, and of both, in columns that all move otherwise."""
     rng = np.random.default_rng(2)
     columns = facets.height.shape[0]
@@ -163,7 +164,6 @@ def at_nodes(
         else MovingSpeckle.over(window, nodes.spacing_s, k, decorrelation_time_s, motion, SEED)
     )
     sums = np.zeros((chosen.size, len(array.paths), samples.range.size), complex)
-    assert facets.lit is not None
     for column, facet in zip(*np.nonzero(seen.rcs), strict=True):
         passing = grid.column_pose[slice(column, column + 1)]
         first = 0 if np.isinf(reach) else int(np.ceil((passing.time[0] - reach - nodes.time[0]) / nodes.spacing_s))
@@ -214,7 +214,7 @@ def at_nodes(
     return chosen, voltages
 
 
-def _reach(facets: Facets, fired: Pulses) -> float:
+def _reach(facets: Illumination, fired: Pulses) -> float:
     """Seconds: where a boat that yaws slows the beam, it hears a column for longer."""
     slowest = facets.grid.spacing_deg / float(np.diff(facets.grid.time).max())
     return facets.grid.reach_deg / (slowest if slowest < fired.mast.rate * (1.0 - 1e-6) else fired.mast.rate)
@@ -314,7 +314,6 @@ def test_nodes_leave_room_for_a_boat_that_runs() -> None:
 def test_few_facets_in_bent_light() -> None:
     """Each antenna's field counts once for the way out and once for the way back, phase and all."""
     seen = seen_by(radar_of())
-    assert seen.facets.lit is not None
     shape, rng = seen.facets.lit.shape, np.random.default_rng(3)
     field = (rng.normal(size=shape) + 1j * rng.normal(size=shape)).astype(np.complex64)
     dark = np.zeros(shape, bool)
@@ -323,7 +322,6 @@ def test_few_facets_in_bent_light() -> None:
 
 def test_a_facet_that_one_antenna_sees_is_heard_on_that_ones_own_path() -> None:
     seen = seen_by(radar_of(transmit="switched"))
-    assert seen.facets.lit is not None
     lit = seen.facets.lit.copy()
     lit[1] = False
     half = replace(seen, facets=replace(seen.facets, lit=lit))

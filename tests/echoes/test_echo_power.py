@@ -12,15 +12,18 @@ from seamap_rt.analytic import flat_sea_power, flat_sea_power_textbook
 from seamap_rt.conventions import db, from_db
 from seamap_rt.echoes import expected_look_gates, turn_voltages
 from seamap_rt.echoes.expected import ExpectedGates
-from seamap_rt.mesh import Facets, polar_grid, surface_mesh
+from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.scan import pulses
 from seamap_rt.settings import RadarSettings, TracingSettings
+from seamap_rt.tracing import Illumination
 from seamap_rt.tracing.horizon import trace_horizon
 
 NRCS_DB = -40.0
 
 
-def flat_facets(radar: RadarSettings, tracing: TracingSettings | None = None) -> tuple[Facets, NDArray[np.float32]]:
+def flat_facets(
+    radar: RadarSettings, tracing: TracingSettings | None = None
+) -> tuple[Illumination, NDArray[np.float32]]:
     grid = polar_grid(radar, tracing or TracingSettings(), 0)
     level = np.zeros((grid.sweep.size, grid.ground_range.size))
     facets = trace_horizon(surface_mesh(grid, level, np.zeros((*level.shape, 3), np.float32)))

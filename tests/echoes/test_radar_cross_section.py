@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from seamap_rt.conventions import db, wrap_degrees
 from seamap_rt.echoes.radar_cross_section import SeaSurface, two_way_power
-from seamap_rt.mesh import Facets
 from seamap_rt.mesh.polar import polar_grid, sea_on_grid, surface_mesh
 from seamap_rt.scattering import ShortWaves, mean_nrcs, nrcs_composite, permittivity_meissner_wentz12
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator
-from seamap_rt.tracing import tracer
+from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.circle import circle_grid
 
 
@@ -27,15 +27,26 @@ def scene(**keys: Any) -> Scene:
 
 
 @cache
-def lit(diffraction: str = "none") -> Facets:
-    """The facets of a whole turn of choppy_sea."""
-    return Simulator(scene(tracing__diffraction=diffraction)).light(0)[0]
+def simulated(diffraction: str) -> tuple[Illumination, NDArray[np.float32]]:
+    """The traced facets of a whole turn of choppy_sea, and their strain."""
+    simulator = Simulator(scene(tracing__diffraction=diffraction))
+    mesh = simulator.mesh(0)
+    assert mesh.strain is not None
+    return simulator.light(0, mesh=mesh)[0], mesh.strain
 
 
-def surface(found: Scene, facets: Facets) -> SeaSurface:
+def lit(diffraction: str = "none") -> Illumination:
+    return simulated(diffraction)[0]
+
+
+def strain(diffraction: str = "none") -> NDArray[np.float32]:
+    return simulated(diffraction)[1]
+
+
+def surface(found: Scene, facets: Illumination) -> SeaSurface:
     """As the simulator makes it, but of these facets for all directions."""
     limit = np.pi / found.sea.resolution_m if found.sea.resolution_m else 0.0
-    return SeaSurface(found.scattering, found.radar, limit).calibrated(facets)
+    return SeaSurface(found.scattering, found.radar, limit).calibrated(facets, strain())
 
 
 @pytest.mark.parametrize("polarization", ["VV", "HH"])
@@ -44,7 +55,7 @@ def test_the_mean_is_the_models_by_range_and_by_wind(model: str, polarization: s
     near = 29.0 if model == "git" else 15.0  # GIT ends at 10° of grazing
     made = scene(scattering__calibrated_to=model, scattering__polarization=polarization, radar__range_m=[near, 400.0])
     facets = lit()
-    returns = surface(made, facets)(facets)
+    returns = surface(made, facets)(facets, strain())
     power = returns.rcs * two_way_power(facets)
     wind = np.radians(wrap_degrees(facets.grid.column_azimuth - 270.0))[:, None]
     grazing = np.degrees(np.arctan(5.0 / facets.distance))
@@ -70,11 +81,11 @@ def test_the_mean_is_the_models_by_range_and_by_wind(model: str, polarization: s
 def test_the_scale_takes_out_no_wave() -> None:
     facets, made = lit(), scene()
     found = surface(made, facets)
-    terms = found.terms(facets)
+    terms = found.terms(facets, strain())
     theory = terms.bragg + terms.specular + terms.breaking
     bright = theory > 0.0
     far = facets.distance > 15.0
-    scale = np.where(bright, found(facets).rcs / np.where(bright, theory, 1.0), np.nan)[:, far]
+    scale = np.where(bright, found(facets, strain()).rcs / np.where(bright, theory, 1.0), np.nan)[:, far]
     logarithm = np.log(np.nanmean(scale, axis=0))
     # Over a quarter of the peak's wavelength, 12 m, the scale changes less than a dB beyond 30 m; the waves change
     # what theory gives by 4 dB rms.
@@ -86,7 +97,7 @@ def test_the_scale_takes_out_no_wave() -> None:
 
 def test_facets_that_lean_towards_the_radar_return_more() -> None:
     facets, made = lit(), scene()
-    rcs = surface(made, facets)(facets).rcs / facets.horizontal_area
+    rcs = surface(made, facets)(facets, strain()).rcs / facets.horizontal_area
     seen = facets.lit_both & (facets.distance > 60.0) & (facets.distance < 150.0)
     leaning = facets.slope_look[seen]
     steep, flat = np.quantile(leaning, [0.8, 0.2])
@@ -95,15 +106,14 @@ def test_facets_that_lean_towards_the_radar_return_more() -> None:
 
 def test_strain_and_breakers_brighten_where_the_water_converges() -> None:
     facets = lit()
-    assert facets.strain is not None
     seen = facets.lit_both & (facets.distance > 60.0)
-    crowded, thin = (facets.strain[seen] > 0.03), (facets.strain[seen] < -0.03)
+    crowded, thin = (strain()[seen] > 0.03), (strain()[seen] < -0.03)
     with_strain, without = (surface(scene(scattering__hydrodynamic_modulation=on), facets) for on in (True, False))
     assert without.memory_rate is None
-    terms = with_strain.terms(facets)
+    terms = with_strain.terms(facets, strain())
     share = terms.breaking[seen] / (terms.bragg + terms.specular + terms.breaking)[seen]
     assert share[crowded].mean() > 2.0 * share[thin].mean()
-    bare = SeaSurface(without.scattering, without.radar, without.resolved_below).terms(replace(facets, strain=None))
+    bare = SeaSurface(without.scattering, without.radar, without.resolved_below).terms(facets, None)
     ratio = terms.bragg[seen] / bare.bragg[seen]
     assert ratio[crowded].mean() > 1.1 > 0.9 > ratio[thin].mean()  # exp(4.5 · 0.03) = 1.14
 
@@ -111,11 +121,13 @@ def test_strain_and_breakers_brighten_where_the_water_converges() -> None:
 def test_breakers_are_most_of_hh_and_little_of_vv() -> None:
     facets, shares = lit(), {}
     for polarization in ("HH", "VV"):
-        found = surface(scene(scattering__polarization=polarization), facets)(facets)
+        found = surface(scene(scattering__polarization=polarization), facets)(facets, strain())
         assert found.motion is not None
         assert found.motion.breaking is not None
         shares[polarization] = float((found.rcs * found.motion.breaking).sum() / found.rcs.sum())
-        still = surface(scene(scattering__polarization=polarization, scattering__breaking=False), facets)(facets)
+        still = surface(scene(scattering__polarization=polarization, scattering__breaking=False), facets)(
+            facets, strain()
+        )
         assert still.motion is not None
         assert still.motion.breaking is None
     # At 12° more than 90 % of a breaker's HH and some 60 % of its VV come from the crest; of the whole sea, less.
@@ -125,7 +137,7 @@ def test_breakers_are_most_of_hh_and_little_of_vv() -> None:
 
 def test_scatterers_run_down_wind() -> None:
     facets = lit()
-    motion = surface(scene(), facets)(facets).motion
+    motion = surface(scene(), facets)(facets, strain()).motion
     assert motion is not None
     wind = wrap_degrees(facets.grid.column_azimuth - 270.0)
     into, along, across = (np.abs(wrap_degrees(wind - middle)) < 10.0 for middle in (0.0, 180.0, 90.0))
@@ -137,7 +149,7 @@ def test_scatterers_run_down_wind() -> None:
     # X band's Bragg waves, 1.5 cm long: √(g/k + T k/ρ)
     k = 4.0 * np.pi * 10e9 / 299_792_458.0
     np.testing.assert_allclose(motion.bragg_speed, np.sqrt(9.81 / k + 0.074 / 1025.0 * k), rtol=1e-9)
-    assert surface(scene(scattering__doppler="orbital"), facets)(facets).motion is None
+    assert surface(scene(scattering__doppler="orbital"), facets)(facets, strain()).motion is None
 
 
 def test_a_sector_is_calibrated_as_the_circle_is() -> None:
@@ -161,11 +173,10 @@ def test_theory_alone_is_not_scaled_and_constant_is_constant() -> None:
     facets = lit()
     alone = surface(scene(scattering__calibrated_to="none"), facets)
     assert alone.scale is None
-    terms = alone.terms(facets)
-    np.testing.assert_array_equal(alone(facets).rcs, terms.bragg + terms.specular + terms.breaking)
+    terms = alone.terms(facets, strain())
+    np.testing.assert_array_equal(alone(facets, strain()).rcs, terms.bragg + terms.specular + terms.breaking)
     level = scene(scattering__nrcs="constant", scattering__nrcs_db=-30.0)
-    rcs = surface(level, facets)(facets).rcs
-    assert facets.lit is not None
+    rcs = surface(level, facets)(facets, strain()).rcs
     seen = facets.lit.any(axis=0)
     np.testing.assert_allclose(rcs[seen], np.broadcast_to(1e-3 * facets.horizontal_area, rcs.shape)[seen], rtol=1e-6)
     assert not rcs[~seen].any()
@@ -174,8 +185,7 @@ def test_theory_alone_is_not_scaled_and_constant_is_constant() -> None:
 @pytest.mark.parametrize("model", ["nrl", "tsc", "hybrid"])
 def test_a_measured_mean_on_every_lit_facet(model: str) -> None:
     facets = lit()
-    rcs = surface(scene(scattering__nrcs=model), facets)(facets).rcs
-    assert facets.lit is not None
+    rcs = surface(scene(scattering__nrcs=model), facets)(facets, strain()).rcs
     np.testing.assert_array_equal(rcs > 0.0, facets.lit.any(axis=0))
     # What is lit makes up for what is dark: in one direction, at about one range, all that is lit is scaled alike.
     per_area = (rcs / facets.horizontal_area)[100:104]
@@ -186,7 +196,6 @@ def test_a_measured_mean_on_every_lit_facet(model: str) -> None:
 
 def test_two_way_power_without_diffraction_is_the_pairs_that_see() -> None:
     facets = lit()
-    assert facets.lit is not None
     lower, upper = facets.lit.astype(np.float64)
     pairs = (lower * lower + 2.0 * lower * upper + upper * upper) / 4.0  # (0,0), (0,1), (1,0), (1,1)
     np.testing.assert_allclose(two_way_power(facets), pairs, atol=1e-7)
@@ -196,8 +205,8 @@ def test_diffraction_reaches_the_dark_and_keeps_the_mean() -> None:
     facets = lit("knife_edge")
     assert facets.field is not None
     made = scene(tracing__diffraction="knife_edge")
-    rcs = surface(made, facets)(facets).rcs
-    dark = ~facets.lit.any(axis=0) if facets.lit is not None else np.zeros(rcs.shape, dtype=bool)
+    rcs = surface(made, facets)(facets, strain()).rcs
+    dark = ~facets.lit.any(axis=0)
     assert np.any(rcs[dark] > 0.0)
     assert not np.any(rcs[(facets.field == 0.0).all(axis=0)])
     power = rcs * two_way_power(facets)
@@ -231,7 +240,7 @@ def test_the_sea_of_the_circle_is_that_of_the_turn() -> None:
     for number in np.flatnonzero(columns)[::7]:
         twin = int(np.argmin(np.abs(turn.grid.column_sweep - grid.column_sweep[number])))
         np.testing.assert_allclose(circle.height[number], turn.height[twin], atol=1e-9)
-    assert tracer("horizon", made.radar, made.scattering)(simulator.mesh(0)).lit is not None
+    assert tracer("horizon", made.radar, made.scattering)(simulator.mesh(0)).lit.any()
 
 
 @pytest.mark.parametrize("diffraction", ["none", "knife_edge"])
@@ -248,12 +257,11 @@ def test_terms_are_the_facets_own_on_their_true_area(diffraction: str) -> None:
         permittivity=complex(permittivity_meissner_wentz12(10e9, 20.0, 35.0)),
         polarization="VV",
         waves=ShortWaves(8.0, 4.0),
-        strain=facets.strain,
+        strain=strain(),
     )
     area = facets.horizontal_area * np.sqrt(1.0 + facets.slope_look**2 + facets.slope_cross**2)
     reached = facets.lit if facets.field is None else facets.field != 0.0
-    assert reached is not None
-    for term, level in zip(found.terms(facets), sigma, strict=True):
+    for term, level in zip(found.terms(facets, strain()), sigma, strict=True):
         np.testing.assert_allclose(term, level * area * reached.any(axis=0), rtol=2e-3, atol=1e-12)  # float32 angles
 
 

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from seamap_rt.conventions import SPEED_OF_LIGHT, from_db
 from seamap_rt.echoes import from_scatterers, turn_voltages
 from seamap_rt.echoes.turn import choose_nodes
-from seamap_rt.mesh import Facets, polar_grid, surface_mesh
+from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RadarSettings, TracingSettings
+from seamap_rt.tracing import Illumination
 from seamap_rt.tracing.horizon import trace_horizon
 
 GAUSSIAN = {"pattern": "gaussian", "azimuth_beamwidth_deg": 1.8}
@@ -201,7 +202,7 @@ def staring(**others) -> RadarSettings:
     return radar_of(scan="staring", transmit="single", sector_deg=(20.0, 40.0), **others)
 
 
-def flat(radar: RadarSettings, speed: float, turn: int = 0) -> tuple[Facets, NDArray[np.float32]]:
+def flat(radar: RadarSettings, speed: float, turn: int = 0) -> tuple[Illumination, NDArray[np.float32]]:
     """A flat sea that moves outward."""
     grid = polar_grid(radar, TracingSettings(), turn)
     shape = (grid.sweep.size, grid.ground_range.size)

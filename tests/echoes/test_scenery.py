@@ -20,7 +20,7 @@ from seamap_rt.echoes.scenery import Scenery
 from seamap_rt.echoes.turn import turn_echoes
 from seamap_rt.errors import InputError
 from seamap_rt.interferometry import retrieve
-from seamap_rt.mesh import Facets, polar_grid, surface_mesh
+from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.mesh.polar import mesh_turn
 from seamap_rt.radar.antenna import antenna
 from seamap_rt.radar.mast import Mast
@@ -29,7 +29,7 @@ from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import RangeResponse, gates
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator, simulate
-from seamap_rt.tracing import tracer
+from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.horizon import Skyline, trace_horizon
 
 Array = NDArray[np.float64]
@@ -74,7 +74,7 @@ def scene(
     return load_scene(name, {key.replace("__", "."): value for key, value in settings.items()})
 
 
-def traced(made: Scene, turn: int = 0) -> tuple[Facets, Facets]:
+def traced(made: Scene, turn: int = 0) -> tuple[Illumination, Illumination]:
     """The facets of a turn as the sea alone lights them, and as it does with the objects."""
     simulator = Simulator(made)
     light = tracer(made.tracing.tracer, made.radar, made.scattering, diffraction=made.tracing.diffraction)
@@ -82,12 +82,11 @@ def traced(made: Scene, turn: int = 0) -> tuple[Facets, Facets]:
     return facets, simulator.scenery.hide(facets)
 
 
-def lit(facets: Facets) -> Light:
-    assert facets.lit is not None
+def lit(facets: Illumination) -> Light:
     return facets.lit
 
 
-def places(facets: Facets, origin: Array) -> Array:
+def places(facets: Illumination, origin: Array) -> Array:
     """(column, facet, 3) of the facets in the world, seen from an array's origin (column, 3) each."""
     east, north = unit_from_azimuth(facets.grid.column_azimuth[:, None] + np.degrees(facets.angle))
     x = origin[:, :1] + facets.distance * east
@@ -206,7 +205,7 @@ def test_no_objects_change_nothing() -> None:
 # ------------------------------------------------------------------------------------------ the boat's own
 
 
-def hidden_bearings(facets: Facets, heading: float) -> Array:
+def hidden_bearings(facets: Illumination, heading: float) -> Array:
     """Bearings off the bow [deg] of the columns whose far end the lower antenna does not see."""
     bearing = wrap_degrees(facets.grid.column_azimuth[~lit(facets)[0][:, -1]] - heading)
     return np.unique(bearing.round(6))  # where the turn overlaps its own start a bearing comes twice

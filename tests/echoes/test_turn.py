@@ -16,12 +16,13 @@ from seamap_rt.conventions import BOLTZMANN, SPEED_OF_LIGHT
 from seamap_rt.echoes import turn_voltages
 from seamap_rt.echoes.speckle import speckle_basis, speckle_weights
 from seamap_rt.echoes.turn import choose_nodes
-from seamap_rt.mesh import Facets, mesh_turn, polar_grid, surface_mesh
+from seamap_rt.mesh import mesh_turn, polar_grid, surface_mesh
 from seamap_rt.radar.antenna import antenna
 from seamap_rt.radar.receiver import amplitude_constant
 from seamap_rt.radar.scan import Pulses, pulses
 from seamap_rt.radar.waveform import RangeResponse, gates
 from seamap_rt.settings import RadarSettings, SeaSettings, SinusoidWaves, TracingSettings
+from seamap_rt.tracing import Illumination
 from seamap_rt.tracing.horizon import trace_horizon
 
 SEED = 4
@@ -32,7 +33,7 @@ def radar_of(**others) -> RadarSettings:
     return RadarSettings.model_validate({"noise": False, "sector_deg": (20.0, 30.0), "range_m": (15.0, 80.0), **others})
 
 
-def sinusoid(radar: RadarSettings, turn: int = 0) -> tuple[Facets, NDArray[np.float32]]:
+def sinusoid(radar: RadarSettings, turn: int = 0) -> tuple[Illumination, NDArray[np.float32]]:
     """A wave 20 m long and 1 m high that comes from 25°: it runs against the look, and shadows itself further out."""
     wave = SinusoidWaves(spectrum="sinusoid", height_m=1.0, wavelength_m=20.0, phase_deg=40.0, wave_from_deg=25.0)
     sea = sea_package.realize(SeaSettings(waves=(wave,)), 1)
@@ -41,7 +42,7 @@ def sinusoid(radar: RadarSettings, turn: int = 0) -> tuple[Facets, NDArray[np.fl
     return facets, rcs
 
 
-def flat_sea_at_speed(radar: RadarSettings, speed: float) -> tuple[Facets, NDArray[np.float32]]:
+def flat_sea_at_speed(radar: RadarSettings, speed: float) -> tuple[Illumination, NDArray[np.float32]]:
     """A flat sea that moves outward in every look."""
     grid = polar_grid(radar, TracingSettings(), 0)
     shape = (grid.sweep.size, grid.ground_range.size)
@@ -54,7 +55,7 @@ def flat_sea_at_speed(radar: RadarSettings, speed: float) -> tuple[Facets, NDArr
 
 
 def direct_sum(
-    facets: Facets, rcs: NDArray[np.float32], radar: RadarSettings, fired: Pulses, speckle: list[NDArray]
+    facets: Illumination, rcs: NDArray[np.float32], radar: RadarSettings, fired: Pulses, speckle: list[NDArray]
 ) -> NDArray[np.complex128]:
     """Σ over facets, pulse by pulse, in float64. The place of a facet, its light and its column's beam are the
     mesh's; range,
@@ -66,7 +67,6 @@ def direct_sum(
     ends = 0.5 * radar.baseline_m * np.array([[-np.sin(tilt), -np.cos(tilt)], [np.sin(tilt), np.cos(tilt)]])
     half_width = BEAMS * radar.antenna.azimuth_beamwidth_deg
     lit = facets.lit
-    assert lit is not None
     voltages = np.zeros((fired.number.size, 2, ranges.size), dtype=np.complex128)
     for column in range(facets.grid.columns):
         offset = fired.sweep - facets.grid.column_sweep[column]
@@ -95,7 +95,7 @@ def direct_sum(
     return voltages
 
 
-def constant_speckle(facets: Facets, modes: int = 1) -> list[NDArray]:
+def constant_speckle(facets: Illumination, modes: int = 1) -> list[NDArray]:
     """The one sample that each facet has when its speckle never changes."""
     count = facets.distance.size
     return [speckle_weights(SEED, int(n), modes, count).astype(np.complex128) for n in facets.grid.column_number]
@@ -128,7 +128,6 @@ def test_nodes_and_interpolation_against_a_direct_sum(others: dict) -> None:
     wide = others.get("baseline_m", 0.2) > 0.5
     radar = radar_of(**others)
     facets, rcs = sinusoid(radar)
-    assert facets.lit is not None
     assert 0.5 < facets.lit.mean() < 0.99  # there are shadows
     fired = pulses(radar, 0)
     nodes = choose_nodes(facets, radar, fired, np.inf)
@@ -255,15 +254,6 @@ def test_another_seed_has_nothing_in_common_but_the_law() -> None:
     # |ρ| of 44 × 10 / 0.9 independent samples is below 0.2.
     common = abs(np.vdot(one, other)) / np.sqrt(np.vdot(one, one).real * np.vdot(other, other).real)
     assert common < 0.2
-
-
-def test_untraced_facets_are_refused() -> None:
-    radar = radar_of()
-    grid = polar_grid(radar, TracingSettings(), 0)
-    shape = (grid.sweep.size, grid.ground_range.size)
-    facets = surface_mesh(grid, np.zeros(shape), np.zeros((*shape, 3), np.float32)).facets
-    with pytest.raises(ValueError, match="call a tracer first"):
-        turn_voltages(facets, np.ones(facets.height.shape, np.float32), radar, pulses(radar, 0), 1, 0.01)
 
 
 # ------------------------------------------------------------------------------------------------- speckle

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from seamap_rt.conventions import BOLTZMANN, SPEED_OF_LIGHT, db, from_db
 from seamap_rt.echoes import expected_look_gates, from_scatterers, turn_voltages
 from seamap_rt.echoes.turn import turn_echoes
-from seamap_rt.mesh import Facets, polar_grid, surface_mesh
+from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.digital import DigitalReceiver
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import RangeResponse, blind_range_m, gates
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RadarSettings, TracingSettings
+from seamap_rt.tracing import Illumination
 from seamap_rt.tracing.horizon import trace_horizon
 
 CHIRP = {"waveform": "chirp", "pulse_width_s": 0.3e-6, "chirp_bandwidth_hz": 40e6}  # T B = 12; blind to 45 m
@@ -31,7 +32,7 @@ def scene_of(**radar) -> Scene:
     return Scene.model_validate({"name": "waveform", "radar": {**default, **radar}})
 
 
-def flat_facets(radar: RadarSettings) -> tuple[Facets, NDArray[np.float32]]:
+def flat_facets(radar: RadarSettings) -> tuple[Illumination, NDArray[np.float32]]:
     grid = polar_grid(radar, TracingSettings(), 0)
     level = np.zeros((grid.sweep.size, grid.ground_range.size))
     facets = trace_horizon(surface_mesh(grid, level, np.zeros((*level.shape, 3), np.float32)))

@@ -419,11 +419,6 @@ def test_flat_sea_is_flat() -> None:
         assert_array_equal(field, 0.0)
 
 
-def test_untraced_facets_say_so(fan: SurfaceMesh) -> None:
-    with pytest.raises(ValueError, match="not been traced"):
-        _ = fan.facets.lit_both
-
-
 # ----------------------------------------------------------------------------------------------------- files
 
 

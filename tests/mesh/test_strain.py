@@ -32,8 +32,8 @@ def strain_of(made: Scene, east: NDArray[np.float64], north: NDArray[np.float64]
     shape = (grid.sweep.size, grid.ground_range.size)
     relaxed = np.stack(np.broadcast_arrays(east, north, np.zeros(shape))[:2], axis=-1).astype(np.float32)
     mesh = surface_mesh(grid, np.zeros(shape), np.zeros((*shape, 3), np.float32), relaxed)
-    assert mesh.facets.strain is not None
-    return mesh.facets.strain
+    assert mesh.strain is not None
+    return mesh.strain
 
 
 def test_a_uniform_shift_strains_nothing() -> None:
@@ -63,8 +63,9 @@ def test_a_regular_wave_strains_by_its_closed_form(rate: float) -> None:
     made = scene("sinusoid", tracing__facet_m=0.25, tracing__columns_per_beam=4)
     grid = grid_of(made)
     elevation, velocity, relaxed = sea_on_grid(sea.realize(made.sea, 1), grid, rate)
-    facets = surface_mesh(grid, elevation, velocity, relaxed).facets
-    assert facets.strain is not None
+    mesh = surface_mesh(grid, elevation, velocity, relaxed)
+    facets, strain = mesh.facets, mesh.strain
+    assert strain is not None
     east, _ = unit_from_azimuth(grid.column_azimuth[:, None] + np.degrees(facets.angle))
     time = grid.column_time[:, None] + facets.angle / (2.0 * np.pi) * turn_duration(made.radar)
     k, amplitude = 2.0 * np.pi / 40.0, 40.0 / 60.0
@@ -76,12 +77,12 @@ def test_a_regular_wave_strains_by_its_closed_form(rate: float) -> None:
     # A plane's slope along the look is the surface's at the middle of its radial edge, at most half a rung (0.13 m)
     # from the facet's point: k times that, 2 %, of the largest strain.
     most = k * amplitude * omega / np.hypot(omega, rate)
-    assert_allclose(facets.strain, expected, rtol=0.0, atol=0.02 * most)
+    assert_allclose(strain, expected, rtol=0.0, atol=0.02 * most)
     across = np.abs(toward) < 0.01
     assert across.sum() > 2
-    assert np.abs(facets.strain[across]).max() < 1e-4 * most  # cos² of half a column
+    assert np.abs(strain[across]).max() < 1e-4 * most  # cos² of half a column
     along = np.abs(toward) > 0.9
-    assert np.abs(facets.strain[along]).max() > 0.8 * most
+    assert np.abs(strain[along]).max() > 0.8 * most
 
 
 def test_strain_closes_in_quadratically_on_the_seas_own() -> None:
@@ -95,7 +96,7 @@ def test_strain_closes_in_quadratically_on_the_seas_own() -> None:
         water, grid = sea.realize(made.sea, 7), grid_of(made)
         elevation, velocity, relaxed = sea_on_grid(water, grid, 1.0)
         mesh = surface_mesh(grid, elevation, velocity, relaxed)
-        strain = mesh.facets.strain
+        strain = mesh.strain
         assert strain is not None
         near, far = strain[:, 0::2], strain[:, 1::2]
         found = 0.5 * (near + far)[:, -40:]
@@ -119,14 +120,14 @@ def test_strain_closes_in_quadratically_on_the_seas_own() -> None:
 def test_without_a_rate_there_is_no_strain_and_the_rest_keeps_its_bits() -> None:
     made = scene(sea__extent_m=150.0)
     water, grid = sea.realize(made.sea, 7), grid_of(made)
-    plain = mesh_turn(water, made.radar, made.tracing, 0).facets
+    plain = mesh_turn(water, made.radar, made.tracing, 0)
     elevation, velocity, relaxed = sea_on_grid(water, grid, 1.0)
-    strained = surface_mesh(grid, elevation, velocity, relaxed).facets
+    strained = surface_mesh(grid, elevation, velocity, relaxed)
     assert plain.strain is None
     assert strained.strain is not None
     assert strained.strain.dtype == np.float32
-    assert strained.strain.shape == strained.slope_look.shape
-    for field in fields(plain):
-        value = getattr(plain, field.name)
+    assert strained.strain.shape == strained.facets.slope_look.shape
+    for field in fields(plain.facets):
+        value = getattr(plain.facets, field.name)
         if isinstance(value, np.ndarray):
-            assert_array_equal(getattr(strained, field.name), value)
+            assert_array_equal(getattr(strained.facets, field.name), value)

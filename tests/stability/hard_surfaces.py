@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seamap_rt.mesh import Facets, SurfaceMesh
+from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.mesh.polar import mesh_turn
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.tracing import tracer
+from seamap_rt.tracing import Illumination, tracer
 
 TRACERS = ("facets", "horizon")
 Height = Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -40,13 +40,11 @@ def rings(height: Height, made: Scene) -> SurfaceMesh:
     return mesh_turn(Rings(height), made.radar, made.meshing, 0)
 
 
-def trace(name: str, mesh: SurfaceMesh, made: Scene) -> Facets:
+def trace(name: str, mesh: SurfaceMesh, made: Scene) -> Illumination:
     """The mesh's facets, lit by the tracer of that name."""
     return tracer(name, made.radar, made.scattering)(mesh)
 
 
 def light(name: str, mesh: SurfaceMesh, made: Scene) -> NDArray[np.bool_]:
     """(antenna, column, facet): lit by the tracer of that name."""
-    lit = trace(name, mesh, made).lit
-    assert lit is not None
-    return lit
+    return trace(name, mesh, made).lit

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from seamap_rt import sea
 from seamap_rt.analytic.shadowing import sinusoid_visible_intervals, visible_share
 from seamap_rt.conventions import SPEED_OF_LIGHT
-from seamap_rt.mesh import Facets, SurfaceMesh
+from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.mesh.polar import mesh_turn
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.tracing import tracer
+from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.bounces import DIFFUSE, MIRRORED, Body, PathEcho, lambertian_power, path_echo
 from seamap_rt.tracing.horizon import trace_horizon
 from seamap_rt.tracing.paths import antenna_places
@@ -54,9 +54,7 @@ def meshed(made: Scene, height: Height | None = None) -> SurfaceMesh:
 
 
 def light(name: str, mesh: SurfaceMesh, made: Scene) -> NDArray[np.bool_]:
-    lit = tracer(name, made.radar, made.scattering)(mesh).lit
-    assert lit is not None
-    return lit
+    return tracer(name, made.radar, made.scattering)(mesh).lit
 
 
 def beside_an_edge(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -233,10 +231,11 @@ def test_sea_water_reflects_by_fresnel(flat: tuple[SurfaceMesh, slice, float, fl
     assert abs(np.mean(ratio / (coefficient * gamma) ** 2) - 1.0) < 0.01
 
 
-def gates_of_lit(mesh: SurfaceMesh, columns: slice, lit: Facets, echo: PathEcho, edges: Array) -> tuple[Array, ...]:
+def gates_of_lit(
+    mesh: SurfaceMesh, columns: slice, lit: Illumination, echo: PathEcho, edges: Array
+) -> tuple[Array, ...]:
     """Facets' own power a gate, the paths', and its error: over facets that no edge of a shadow comes near."""
     slant, power = lambertian_power(lit, columns, 0, FREQUENCY)
-    assert lit.lit is not None
     clear = lit.lit[0] & ~beside_an_edge(lit.lit[0])
     everywhere = np.zeros(clear.shape)
     everywhere[columns] = slant

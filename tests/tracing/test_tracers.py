@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from seamap_rt import sea
 from seamap_rt.analytic.shadowing import sinusoid_visible_intervals, visible_share
 from seamap_rt.conventions import unit_from_azimuth
-from seamap_rt.mesh import Facets, SurfaceMesh
+from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.mesh.polar import mesh_turn
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scattering.permittivity import permittivity_meissner_wentz12
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import simulate
-from seamap_rt.tracing import tracer
+from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.rays import RayTracer, SeaScene, what_can_be_hit
 
 TRACERS = ("facets", "horizon")
@@ -49,19 +49,17 @@ def narrow(**keys: Any) -> Scene:
     return scene("flat", **{"radar__sector_deg": [90.0, 92.0], "radar__range_m": [15.0, 100.0], **keys})
 
 
-def trace(name: str, mesh: SurfaceMesh, made: Scene) -> Facets:
+def trace(name: str, mesh: SurfaceMesh, made: Scene) -> Illumination:
     return tracer(name, made.radar, made.scattering)(mesh)
 
 
-def lit_rings(name: str, height: Height, made: Scene) -> tuple[Facets, NDArray[np.bool_]]:
+def lit_rings(name: str, height: Height, made: Scene) -> tuple[Illumination, NDArray[np.bool_]]:
     """Facets of a surface of rings and their light (antenna, column, facet)."""
     facets = trace(name, mesh_turn(Rings(height), made.radar, made.meshing, 0), made)
-    assert facets.lit is not None
     return facets, facets.lit
 
 
-def light(facets: Facets) -> NDArray[np.bool_]:
-    assert facets.lit is not None
+def light(facets: Illumination) -> NDArray[np.bool_]:
     return facets.lit
 
 
@@ -80,7 +78,7 @@ def along_waves(wavelength: float, azimuth: float, phase_deg: float, **tracing: 
 
 
 def shares(
-    made: Scene, facets: Facets, antenna: int, column: int, edges: NDArray[np.float64]
+    made: Scene, facets: Illumination, antenna: int, column: int, edges: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Visible share of each range bin, traced and exact, at the column's own azimuth and time."""
     (wave,) = made.sea.waves
@@ -144,7 +142,7 @@ class TestAgainstTheExactSinusoid:
 
 
 @pytest.fixture(scope="module")
-def choppy() -> tuple[Scene, SurfaceMesh, dict[str, Facets]]:
+def choppy() -> tuple[Scene, SurfaceMesh, dict[str, Illumination]]:
     """A whole turn of choppy_sea, by both tracers."""
     made = scene("choppy_sea")
     mesh = mesh_turn(sea.realize(made.sea, 3), made.radar, made.meshing, 0)
@@ -165,7 +163,7 @@ def beside_an_edge(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return some & ~every
 
 
-def test_tracers_agree_on_a_choppy_sea(choppy: tuple[Scene, SurfaceMesh, dict[str, Facets]]) -> None:
+def test_tracers_agree_on_a_choppy_sea(choppy: tuple[Scene, SurfaceMesh, dict[str, Illumination]]) -> None:
     """Rays are float32: they may differ where a ray grazes an edge, on 0.001–0.01 % of the facets."""
     rays, horizon = (light(choppy[2][name]) for name in TRACERS)
     differ = rays != horizon
@@ -174,7 +172,7 @@ def test_tracers_agree_on_a_choppy_sea(choppy: tuple[Scene, SurfaceMesh, dict[st
     assert not np.any(differ & ~(beside_an_edge(rays) | beside_an_edge(horizon)))
 
 
-def test_facets_seen_from_behind_are_dark(choppy: tuple[Scene, SurfaceMesh, dict[str, Facets]]) -> None:
+def test_facets_seen_from_behind_are_dark(choppy: tuple[Scene, SurfaceMesh, dict[str, Illumination]]) -> None:
     """By trimesh's normals and the antennas' places, for both tracers; float32 slopes blur the grazing ones."""
     _, mesh, traced = choppy
     (columns,) = mesh.sheets()[0]
@@ -194,7 +192,7 @@ def test_facets_seen_from_behind_are_dark(choppy: tuple[Scene, SurfaceMesh, dict
             assert not np.any(light(traced[name])[antenna, columns] & behind)
 
 
-def test_light_is_higher_than_the_sea(choppy: tuple[Scene, SurfaceMesh, dict[str, Facets]]) -> None:
+def test_light_is_higher_than_the_sea(choppy: tuple[Scene, SurfaceMesh, dict[str, Illumination]]) -> None:
     """Crests are seen, troughs are not; and the upper antenna sees what the lower one sees, and a little more."""
     for facets in choppy[2].values():
         lit = light(facets)

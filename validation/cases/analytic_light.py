@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt import analytic
-from seamap_rt.mesh.polar import Facets, MovingSurface, mesh_turn
+from seamap_rt.mesh.polar import MovingSurface, mesh_turn
 from seamap_rt.report import style
 from seamap_rt.scene import Scene
-from seamap_rt.tracing import tracer
+from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.validate import Case, Check, Outcome
 from seamap_rt.validate.checks import at_most, recorded
 
@@ -21,14 +21,13 @@ Array = NDArray[np.float64]
 INKS = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE)
 
 
-def traced(scene: Scene, surface: MovingSurface, name: str) -> Facets:
+def traced(scene: Scene, surface: MovingSurface, name: str) -> Illumination:
     """Facets of the surface, lit by the lower antenna and the upper one; without scattering."""
     mesh = mesh_turn(surface, scene.radar, scene.meshing, 0)
     return tracer(name, scene.radar, scene.scattering)(mesh)
 
 
-def light(facets: Facets) -> NDArray[np.bool_]:
-    assert facets.lit is not None
+def light(facets: Illumination) -> NDArray[np.bool_]:
     return facets.lit
 
 
@@ -80,7 +79,7 @@ def _compared(name: str, length: float, look: float) -> tuple[tuple[Array, Array
     return (bins, found, exact), max(off)
 
 
-def _shares(scene: Scene, facets: Facets, antenna: int, column: int, edges: Array) -> tuple[Array, Array]:
+def _shares(scene: Scene, facets: Illumination, antenna: int, column: int, edges: Array) -> tuple[Array, Array]:
     """Visible share of each range bin, traced and exact, at the column's own azimuth and time."""
     (wave,) = scene.sea.waves
     assert wave.spectrum == "sinusoid"

@@ -56,9 +56,7 @@ def scene(name: str, **keys: Any) -> Scene:
 
 def light(name: str, mesh: SurfaceMesh, made: Scene) -> NDArray[np.bool_]:
     """(antenna, column, facet)"""
-    lit = tracer(name, made.radar, made.scattering)(mesh).lit
-    assert lit is not None
-    return lit
+    return tracer(name, made.radar, made.scattering)(mesh).lit
 
 
 def graph(x_label: str, y_label: str, title: str) -> tuple[Figure, Any]:

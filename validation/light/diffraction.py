@@ -63,7 +63,6 @@ def main() -> None:
     scene = sr.load_scene("choppy_sea", {"tracing.tracer": "horizon"})
     mesh = Simulator(scene).mesh(0)
     facets = tracer("horizon", scene.radar, scene.scattering, diffraction="knife_edge")(mesh)
-    assert facets.lit is not None
     assert facets.field is not None
     plane, (along, _, above) = profile(mesh.elevation, mesh.grid, NEAR_FRACTION), mesh.grid.places[0, 0]
     sums = np.zeros((2, 3, len(BANDS_M) - 1))  # all and dark; straight, two edges, march; band

@@ -128,7 +128,6 @@ def choppy_power(per_beam: int, samples: int, launches: int) -> Power:
     columns, lit = middle(mesh, per_beam), trace_horizon(mesh)
     frequency = scene.radar.frequency_hz
     echo = path_echo(mesh, columns, frequency, Body(), samples=samples, launches=launches)
-    assert lit.lit is not None
     slant, own = lambertian_power(lit, columns, 0, frequency)
     clear = lit.lit[0] & ~beside_an_edge(lit.lit[0])
     places = np.zeros(clear.shape)

@@ -25,7 +25,6 @@ import seamap_rt as sr
 from seamap_rt.echoes import turn_voltages
 from seamap_rt.echoes.motion import Motion
 from seamap_rt.echoes.paths import facet_paths, wavenumber
-from seamap_rt.mesh import Facets
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
 from seamap_rt.report.style import (
@@ -44,6 +43,7 @@ from seamap_rt.report.style import (
 )
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
+from seamap_rt.tracing import Illumination
 from validation import FIGURES
 
 UP_WAVE, DOWN_WAVE = 270.0, 90.0  # waves and wind of choppy_sea come from 270°
@@ -84,7 +84,7 @@ class Case:
     share: float  # of breakers
     speed: float = 0.0
 
-    def motion(self, facets: Facets) -> Motion:
+    def motion(self, facets: Illumination) -> Motion:
         columns = facets.grid.columns
         share = np.full(facets.height.shape, self.share, dtype=np.float32)
         return Motion(0.23, np.full(columns, self.approaching), share, np.full(columns, self.speed), 0.5)
@@ -207,7 +207,7 @@ def segment_spectra(v: NDArray[np.complex128], size: int = SEGMENT) -> NDArray[n
 
 
 def asked_spectra(
-    facets: Facets,
+    facets: Illumination,
     rcs: NDArray[np.float32],
     scene: Scene,
     motion: Motion,

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import POLARIZATIONS, SPEED_OF_LIGHT, wrap_degrees
 from seamap_rt.echoes.radar_cross_section import SeaSurface, two_way_power
-from seamap_rt.mesh import Facets, SurfaceMesh
+from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.mesh.polar import sea_on_grid, surface_mesh
 from seamap_rt.scattering import nrcs_bragg, wind_from_sea_state
 from seamap_rt.sea import Sea, realize
 from seamap_rt.settings import ElfouhailyWaves, RadarSettings, ScatteringSettings, SeaSettings, TracingSettings
-from seamap_rt.tracing import tracer
+from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.circle import circle_grid
 
 FREQUENCY_HZ = 9.3e9
@@ -68,7 +68,8 @@ def _all_levels(sea_state: float) -> dict[tuple[str, str], Levels]:
                 facets = tracer("horizon", radar, ScatteringSettings(), diffraction=diffraction)(mesh)
                 for polarization in POLARIZATIONS:
                     case = polarization, diffraction
-                    parts[case].append(_in_bands(facets, columns, SeaSurface(cases[case], radar, limit), bands_deg))
+                    surface = SeaSurface(cases[case], radar, limit)
+                    parts[case].append(_in_bands(facets, mesh.strain, columns, surface, bands_deg))
         for case, part in parts.items():
             sums[case].append(np.concatenate(part, axis=1))
     return {case: _levels(cases[case], np.sum(each, axis=0)) for case, each in sums.items()}
@@ -86,15 +87,19 @@ def _scattering(sea_state: float, polarization: str) -> ScatteringSettings:
 
 
 def _in_bands(
-    facets: Facets, columns: NDArray[np.bool_], surface: SeaSurface, bands_deg: tuple[float, ...]
+    facets: Illumination,
+    strain: NDArray[np.float32] | None,
+    columns: NDArray[np.bool_],
+    surface: SeaSurface,
+    bands_deg: tuple[float, ...],
 ) -> NDArray[np.float64]:
     """Sums over the facets of a band, (12, band): area, power by term, calibrated, wanted; and these two up-, cross-
     and down-wind."""
-    calibrated = surface.calibrated(facets, columns)
+    calibrated = surface.calibrated(facets, strain, columns)
     arriving = two_way_power(facets)
     area = np.broadcast_to(facets.horizontal_area, facets.height.shape)
-    terms = [term * arriving for term in calibrated.terms(facets)]
-    echo, wanted = calibrated(facets).rcs * arriving, np.broadcast_to(surface.mean(facets), area.shape) * area
+    terms = [term * arriving for term in calibrated.terms(facets, strain)]
+    echo, wanted = calibrated(facets, strain).rcs * arriving, np.broadcast_to(surface.mean(facets), area.shape) * area
     wind = np.abs(wrap_degrees(facets.grid.column_azimuth - surface.scattering.wind_from_deg))
     sectors = [columns & (np.abs(wind - middle) <= 30.0) for middle in (0.0, 90.0, 180.0)]
     chosen = [(columns, power) for power in (area, *terms, echo, wanted)]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.report.style import BLACK, BLUE, ORANGE, VERMILION
-from seamap_rt.tracing import tracer
+from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.bounces import Body, lambertian_power
 from seamap_rt.tracing.horizon import trace_horizon
 from seamap_rt.tracing.paths import antenna_places, sea_scene
@@ -33,7 +33,7 @@ class Cells:
     def __init__(self, case: Case) -> None:
         facets, columns, grid = case.facets, case.columns, case.mesh.grid
         lit = np.ones((1, *facets.height.shape), dtype=bool)
-        slant, _ = lambertian_power(replace(facets, lit=lit), columns, 0, case.frequency_hz)
+        slant, _ = lambertian_power(Illumination.of(facets, lit), columns, 0, case.frequency_hz)
         self.ranges = int(case.simulator.radar.range_m[1] / CELL_M)
         sweep = np.floor((grid.column_sweep[columns] - grid.column_sweep[columns.start]) / CELL_DEG + 1e-6)
         gate = np.minimum(slant / CELL_M, self.ranges).astype(np.int64)  # the last one takes what lies beyond
@@ -153,9 +153,8 @@ def tracers_of(case: Case, cells: Cells) -> dict[str, Callable[[], Array]]:
     radar, water = case.simulator.radar, case.simulator.scene.scattering
     sheet, facets, horizon = OneSheet(case), tracer("facets", radar, water), tracer("horizon", radar, water)
 
-    def power(lit: NDArray[np.bool_] | None) -> Array:
-        assert lit is not None
-        return cells.sum(lambertian_power(replace(case.facets, lit=lit), case.columns, 0, case.frequency_hz)[1])
+    def power(lit: NDArray[np.bool_]) -> Array:
+        return cells.sum(lambertian_power(Illumination.of(case.facets, lit), case.columns, 0, case.frequency_hz)[1])
 
     def stage() -> Array:
         lit = np.zeros((1, *case.facets.height.shape), dtype=bool)
@@ -175,7 +174,6 @@ def compare_power(case: Case, samples: list[int], repeat: int, cut: int) -> Powe
     taken, sums = interleaved(works, repeat), {name: work() for name, work in works.items()}
     found = path_solver(case, cells, samples, min(repeat, 3))
     lit = trace_horizon(case.mesh).lit
-    assert lit is not None
     share = cells.sum(lit[0, case.columns] * case.facets.horizontal_area) / np.maximum(cells.area, 1e-9)
     fine = finely(case, cells, np.any([cells.ring(middle) for middle in RINGS_M], axis=0), cut)
     rings = {middle: cells.ring(middle) & (share > 0.5) for middle in RINGS_M}

@@ -1,0 +1,44 @@
+"""The facets of a turn with the light that reaches them: what every tracer gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh import Facets
+
+
+@dataclass(frozen=True)
+class Illumination(Facets):
+    """Facets, and which of them each antenna lights. Plain arrays, free of Mitsuba's.
+
+    Light is geometric, or bends over the edges of shadows: then `field` and `ray_slope` are there, `lit` stays
+    geometric, and what reaches a facet is the field alone.
+    """
+
+    lit: NDArray[np.bool_]  # (antenna, column, facet)
+    rays: int = 0  # that were traced to find it
+    field: NDArray[np.complex64] | None = None  # (antenna, column, facet) over that of free space, one way
+    ray_slope: NDArray[np.float32] | None = None  # (column, facet) tan of the angle by which the arriving ray falls
+
+    @classmethod
+    def of(cls, facets: Facets, lit: NDArray[np.bool_], rays: int = 0) -> Illumination:
+        """Facets with geometric light (antenna, column, facet)."""
+        return cls(**{each.name: getattr(facets, each.name) for each in fields(Facets)}, lit=lit, rays=rays)
+
+    @property
+    def lit_both(self) -> NDArray[np.bool_]:
+        """(column, facet): lit for both antennas, and for all if there are more."""
+        return np.asarray(self.lit.all(axis=0))
+
+    @property
+    def reached(self) -> NDArray[np.bool_]:
+        """(antenna, column, facet): a ray arrives, straight or over an edge."""
+        return self.lit if self.field is None else self.field != 0.0
+
+    def without(self, dark: NDArray[np.bool_]) -> Illumination:
+        """The same without light where `dark`, which broadcasts to (antenna, column, facet)."""
+        field = None if self.field is None else np.where(dark, np.complex64(0.0), self.field)
+        return replace(self, lit=self.lit & ~dark, field=field)
