@@ -28,7 +28,8 @@ from .io.growing import all_or_none
 from .io.interrupts import uninterrupted
 from .io.turnfile import TurnFile
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
-from .mesh.polar import PolarGrid, sea_on_grid, submerged_lines
+from .mesh.grid import PolarGrid
+from .mesh.surface import sea_on_grid, submerged_lines
 from .radar.array import antenna_array, as_it_looks
 from .radar.scan import Pulses, pulses
 from .scattering.short_waves import ShortWaves

@@ -19,7 +19,7 @@ from seamap_rt.dataset import check
 from seamap_rt.errors import InputError, NoBackend
 from seamap_rt.io.seafile import ROUNDING
 from seamap_rt.mesh import polar_grid, surface_mesh
-from seamap_rt.mesh.polar import sea_on_grid
+from seamap_rt.mesh.surface import sea_on_grid
 from seamap_rt.products import PRODUCTS, SeaProducts, write_sea, writing
 from seamap_rt.products.asked import square, times_of
 from seamap_rt.products.camera import Camera, facets_under

@@ -133,7 +133,7 @@ class Gating:
         return list(self._blocks(self._facets))
 
     def _blocks(self, facets: Facets) -> Iterator[GateBlock]:
-        margin = self._support + float(np.linalg.norm(facets.grid.places, axis=-1).max())
+        margin = self._support + float(np.linalg.norm(facets.grid.antenna_positions, axis=-1).max())
         drop = -facets.rise
         highest, lowest = max(float(drop.max()), 0.0), float(np.abs(drop).min())
         crosses = bool((drop.min() <= 0.0) and (drop.max() >= 0.0))

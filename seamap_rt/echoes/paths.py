@@ -64,12 +64,23 @@ def facet_paths(
         chosen = number[:, None], np.arange(facets.distance.size)[None, :]
     shape = np.broadcast_shapes(*(index.shape for index in chosen))
     flat = np.broadcast_to(chosen[0], shape).ravel(), np.broadcast_to(chosen[1], shape).ravel()
-    ranges, difference, coming = np.empty((3, grid.places.shape[1], flat[0].size))
+    ranges, difference, coming = np.empty((3, grid.antenna_positions.shape[1], flat[0].size))
     sine = np.empty(flat[0].size)
     ahead, aside = (facets.distance * function(facets.angle) for function in (np.cos, np.sin))
     positions = (facets.distance, ahead, aside, facets.height, grid.column_height[:, 0])
     velocities = (facets.velocity_look, facets.velocity_up)
-    _to_antennas(*flat, positions, velocities, grid.places, grid.drift, grid.array_up, ranges, difference, coming, sine)
+    _to_antennas(
+        *flat,
+        positions,
+        velocities,
+        grid.antenna_positions,
+        grid.drift,
+        grid.array_up,
+        ranges,
+        difference,
+        coming,
+        sine,
+    )
     amplitude = _amplitudes(facets, rcs, radar, flat, paths, ranges, sine)
 
     def shaped(values: NDArray) -> NDArray:

@@ -124,7 +124,7 @@ class Scenery:
             return np.arange(grid.columns)
         near = np.zeros(grid.columns, dtype=bool)
         pose = grid.column_pose
-        origin, beside = pose.origin, float(np.hypot(*np.moveaxis(pose.places[..., :2], -1, 0)).max())
+        origin, beside = pose.origin, float(np.hypot(*np.moveaxis(pose.offsets[..., :2], -1, 0)).max())
         for body in self._world.occluder.bodies:
             east, north = (body.centre[axis] - origin[:, axis] for axis in (0, 1))
             away, girth = np.maximum(np.hypot(east, north), 1e-9), body.girth + beside

@@ -17,7 +17,7 @@ from ..conventions import db
 from ..dataset import build
 from ..echoes.radar_cross_section import SeaSurface, two_way_power
 from ..mesh import PolarGrid, polar_grid, surface_mesh
-from ..mesh.polar import sea_on_grid, submerged_lines
+from ..mesh.surface import sea_on_grid, submerged_lines
 from ..radar.scan import sector_width
 from ..report.sea_statistics import asked_height
 from ..scene import Scene

@@ -36,7 +36,7 @@ class ArrayPose:
     origin: NDArray[np.float64]  # (n, 3) of the array
     attitude: NDArray[np.float64]  # (n, 3) deg, the boat's roll, pitch, yaw
     axes: NDArray[np.float64]  # (n, 3, 3) rows: across, boresight, up the array
-    places: NDArray[np.float64]  # (n, antenna, 3) of the phase centres, from the origin
+    offsets: NDArray[np.float64]  # (n, antenna, 3) m, of the phase centres, from the origin
 
     def __getitem__(self, index: slice | NDArray) -> ArrayPose:
         return ArrayPose(*(getattr(self, each.name)[index] for each in fields(self)))
@@ -44,7 +44,7 @@ class ArrayPose:
     @property
     def positions(self) -> NDArray[np.float64]:
         """(n, antenna, 3) phase centres in the world."""
-        return self.origin[:, None] + self.places
+        return self.origin[:, None] + self.offsets
 
     @cached_property
     def bearing(self) -> NDArray[np.float64]:

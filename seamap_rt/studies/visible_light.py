@@ -11,7 +11,8 @@ import numpy as np
 from ..echoes.riding import masts, run_sea
 from ..io import scenefile
 from ..mesh import SurfaceMesh, polar_grid, surface_mesh
-from ..mesh.polar import PolarGrid, sea_on_grid, submerged_lines
+from ..mesh.grid import PolarGrid
+from ..mesh.surface import sea_on_grid, submerged_lines
 from ..radar.array import as_it_looks
 from ..radar.mast import Mast
 from ..scene import Scene

@@ -154,7 +154,7 @@ def lambertian_power(facets: Illumination, columns: slice, antenna: int, frequen
 
     Of a perfectly conducting Lambertian sea, S = 1, seen by an isotropic antenna: λ² σ / ((4π)³ R⁴).
     """
-    along, across, up = (part[:, None] for part in facets.grid.places[columns, antenna].T)
+    along, across, up = (part[:, None] for part in facets.grid.antenna_positions[columns, antenna].T)
     x = facets.distance * np.cos(facets.angle) - along
     y = facets.distance * np.sin(facets.angle) - across
     z = facets.rise[columns] - up
@@ -201,9 +201,9 @@ def _window(mesh: SurfaceMesh, columns: slice, antenna: int) -> _Window:
     grid, facets = mesh.grid, mesh.facets
     north_of_east = np.radians(90.0 - grid.azimuth[[columns.stop, columns.start]])
     lines = slice(columns.start, columns.stop + 1)
-    up = mesh.elevation[lines] - grid.pose.origin[lines, 2:] - grid.places[columns.start, antenna, 2]
+    up = mesh.elevation[lines] - grid.pose.origin[lines, 2:] - grid.antenna_positions[columns.start, antenna, 2]
     sine = up / np.hypot(up, grid.ground_range)
-    up = facets.rise[columns] - grid.places[columns, antenna, 2:]
+    up = facets.rise[columns] - grid.antenna_positions[columns, antenna, 2:]
     seen = (up / np.hypot(up, facets.distance))[lit[antenna, columns]]
     inner = np.quantile(seen, np.linspace(0.0, 1.0, _BANDS + 1)[1:-1]) if seen.size else []
     edges = np.unique(np.concatenate([[sine.min()], inner, [sine.max()]]))

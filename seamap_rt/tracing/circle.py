@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh.polar import PolarGrid, polar_grid
+from ..mesh.grid import PolarGrid, polar_grid
 from ..mesh.sizing import radar_detail
 from ..settings import RadarSettings, TracingSettings
 

@@ -32,7 +32,8 @@ from numpy.typing import NDArray
 from scipy.special import wofz
 
 from ..compute.machine import threads
-from ..mesh.polar import FAR_FRACTION, NEAR_FRACTION, Profile, SurfaceMesh, profile
+from ..mesh.facets import FAR_FRACTION, NEAR_FRACTION, Profile, profile
+from ..mesh.surface import SurfaceMesh
 from .illumination import Illumination
 
 _END = 22.5  # |v| from which on the edge is not felt: |F|² is below 1e-4 in shadow, within 2 % of 1 in light
@@ -49,7 +50,7 @@ def diffract(light: Illumination, mesh: SurfaceMesh, wavelength_m: float) -> Ill
     """
     if not 0.0 < wavelength_m < np.inf:
         raise ValueError(f"wavelength_m = {wavelength_m:g}: must be finite and above 0; give the radar's, c/f")
-    places = mesh.grid.places
+    places = mesh.grid.antenna_positions
     field = np.zeros((places.shape[1], *light.height.shape), dtype=np.complex64)
     ray_slope = np.zeros(light.height.shape, dtype=np.float32)
     table = _fresnel_table()

@@ -15,15 +15,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ..mesh.facet_kernel import in_blocks
-from ..mesh.polar import FAR_FRACTION, NEAR_FRACTION, Plane, SurfaceMesh
+from ..mesh.facets import FAR_FRACTION, NEAR_FRACTION, Plane
+from ..mesh.surface import SurfaceMesh
 from .illumination import Illumination
 
 
 def trace_horizon(mesh: SurfaceMesh) -> Illumination:
     """The mesh's facets, lit geometrically."""
     facets, grid = mesh.facets, mesh.grid
-    lit = np.empty((grid.places.shape[1], *facets.height.shape), dtype=bool)
-    along, above = grid.places[..., 0], grid.column_height + grid.places[..., 2]
+    lit = np.empty((grid.antenna_positions.shape[1], *facets.height.shape), dtype=bool)
+    along, above = grid.antenna_positions[..., 0], grid.column_height + grid.antenna_positions[..., 2]
     planes = [Plane.of(grid, fraction) for fraction in (NEAR_FRACTION, FAR_FRACTION)]
 
     def work(begin: int, end: int) -> None:

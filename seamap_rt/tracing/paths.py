@@ -49,7 +49,7 @@ class PathsTracer:
         starts = antenna_places(grid)
         calls = [list(_together(sheet, starts[:, a])) for sheet in mesh.sheets() for a in range(starts.shape[1])]
         _refuse_hours(sum(map(len, calls)), facets.height.size * starts.shape[1])
-        facing = np.stack([_faces(facets, grid.places[:, antenna]) for antenna in range(starts.shape[1])])
+        facing = np.stack([_faces(facets, grid.antenna_positions[:, antenna]) for antenna in range(starts.shape[1])])
         lit = np.zeros_like(facing)
         points = _points(facets)
         spacing = np.repeat(np.diff(grid.ground_range), 2)
@@ -116,7 +116,7 @@ def sea_scene(mesh: SurfaceMesh, sheet: tuple[slice, ...], frequency_hz: float, 
 def antenna_places(grid: PolarGrid) -> Array:
     """(column, antenna, 3) m east, north, up of the frame's origin."""
     east, north = (part[:, None] for part in unit_from_azimuth(grid.column_azimuth))
-    along, across, up = np.moveaxis(grid.places, -1, 0)
+    along, across, up = np.moveaxis(grid.antenna_positions, -1, 0)
     # Clockwise of the look (east, north) is (north, −east).
     return np.stack([along * east + across * north, along * north - across * east, up], axis=-1)
 

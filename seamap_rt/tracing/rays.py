@@ -17,7 +17,7 @@ from trimesh import Trimesh
 
 from ..compute.backend import prepare
 from ..mesh import SurfaceMesh
-from ..mesh.polar import as_trimesh, triangulation, widths
+from ..mesh.surface import as_trimesh, triangulation, widths
 from ..scattering.permittivity import PERMITTIVITIES
 from ..settings import RadarSettings, ScatteringSettings
 from .illumination import Illumination
@@ -40,12 +40,12 @@ class RayTracer:
     def __call__(self, mesh: SurfaceMesh) -> Illumination:
         """The mesh's facets, lit geometrically."""
         facets = mesh.facets
-        lit = np.zeros((mesh.grid.places.shape[1], *facets.height.shape), dtype=bool)
+        lit = np.zeros((mesh.grid.antenna_positions.shape[1], *facets.height.shape), dtype=bool)
         traced = 0
         for sheet in mesh.sheets():
             rays = shadow_rays(mesh, facets, sheet)
             surface = what_can_be_hit(mesh, sheet, rays.turned_away)
-            antennas = mesh.grid.places[sheet[0].start]
+            antennas = mesh.grid.antenna_positions[sheet[0].start]
             lit[:, rays.columns] = rays.lit(self._scene(sheet, surface, antennas).hits(rays))
             traced += rays.number.size
         return Illumination.of(facets, lit, traced)
@@ -121,12 +121,12 @@ def what_can_be_hit(mesh: SurfaceMesh, sheet: tuple[slice, ...], turned_away: ND
     grid, vertices = mesh.grid, mesh.vertices(sheet)
     topology = widths(sheet), grid.ground_range.size
     faces = _known_triangulation(*topology)
-    aside = np.hypot(grid.places[..., 0], grid.places[..., 1]).max()
+    aside = np.hypot(grid.antenna_positions[..., 0], grid.antenna_positions[..., 1]).max()
     if aside < grid.ground_range[0] * np.cos(0.5 * np.radians(grid.spacing_deg)):
         faces = np.compress(~turned_away.ravel(), faces, axis=0)
     border, walls = _walls(*topology)
     feet = vertices[border]
-    feet[:, 2] = min(vertices[:, 2].min(), grid.places[..., 2].min()) - 1.0
+    feet[:, 2] = min(vertices[:, 2].min(), grid.antenna_positions[..., 2].min()) - 1.0
     return as_trimesh(np.concatenate((vertices, feet)), np.concatenate((faces, walls)))
 
 

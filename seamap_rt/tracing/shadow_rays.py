@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from ..compute.compiled import compiled
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets, SurfaceMesh
-from ..mesh.polar import FAR_FRACTION, NEAR_FRACTION, Plane, PolarGrid
+from ..mesh.facets import FAR_FRACTION, NEAR_FRACTION, Plane
+from ..mesh.grid import PolarGrid
 from .shapes import mitsuba
 
 _STOP_SHORT = 0.9  # of the way back from a facet's point to where its plane enters the facet
@@ -102,7 +103,7 @@ def shadow_rays(mesh: SurfaceMesh, facets: Facets, sheet: tuple[slice, ...]) -> 
     """The rays from every antenna, where it is when the beam passes a column, to the column's facets."""
     grid = mesh.grid
     columns = np.concatenate([np.arange(each.start, each.stop) for each in sheet])
-    look, places = np.stack(unit_from_azimuth(grid.column_azimuth[columns]), axis=1), grid.places[columns]
+    look, places = np.stack(unit_from_azimuth(grid.column_azimuth[columns]), axis=1), grid.antenna_positions[columns]
     # Clockwise of the look (east, north) is (north, −east).
     turned = np.stack((look, look[:, ::-1] * (1.0, -1.0)), axis=1)
     starts = np.concatenate((places[..., :2] @ turned, places[..., 2:]), axis=2)
@@ -111,7 +112,10 @@ def shadow_rays(mesh: SurfaceMesh, facets: Facets, sheet: tuple[slice, ...]) -> 
     front, turned_away = np.empty(shape, dtype=bool), np.empty(shape[1:], dtype=bool)
     rise, number = np.empty(shape, dtype=np.float32), np.empty(front.size + 1, dtype=np.uint32)
     bearing = np.cos(facets.angle), np.sin(facets.angle)
-    reach = float(np.hypot(grid.places[..., 0], grid.places[..., 1]).max()), float(grid.places[..., 2].max())
+    reach = (
+        float(np.hypot(grid.antenna_positions[..., 0], grid.antenna_positions[..., 1]).max()),
+        float(grid.antenna_positions[..., 2].max()),
+    )
     surface = facets.height, grid.column_height[:, 0], facets.slope_look, facets.slope_cross
     rays = _find_fronts(columns, facets.distance, *bearing, *surface, places, *reach, front, turned_away, rise, number)
     return ShadowRays(

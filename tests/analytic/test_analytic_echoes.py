@@ -69,7 +69,7 @@ def test_pulses_and_places_are_the_radars(mode: tuple[str, str]) -> None:
     np.testing.assert_allclose(time, np.concatenate([each.time for each in fired]), atol=1e-15)
     poses = [each.mast.pose(each.time) for each in fired]
     np.testing.assert_allclose(made["azimuth"], np.concatenate([each.bearing for each in poses]), atol=1e-9)
-    places = np.concatenate([each.places for each in poses])
+    places = np.concatenate([each.offsets for each in poses])
     middle = np.stack((time, 2.0 * time, np.full(time.size, 5.0)), axis=1)
     np.testing.assert_allclose(made["position"], middle[:, None] + places, atol=1e-9)
     heard = np.isfinite(voltages(made)).all(axis=2)

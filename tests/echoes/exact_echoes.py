@@ -14,7 +14,7 @@ from seamap_rt.echoes.motion import MovingSpeckle
 from seamap_rt.echoes.speckle import StillSpeckle, speckle_weights
 from seamap_rt.echoes.summation.gaussian import gaussians, key_of
 from seamap_rt.mesh import polar_grid, surface_mesh
-from seamap_rt.mesh.polar import sea_on_grid
+from seamap_rt.mesh.surface import sea_on_grid
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.radar.mast import Mast
 from seamap_rt.radar.receiver import amplitude_constant

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import db, wrap_degrees
 from seamap_rt.echoes.radar_cross_section import SeaSurface, two_way_power
-from seamap_rt.mesh.polar import polar_grid, sea_on_grid, surface_mesh
+from seamap_rt.mesh.grid import polar_grid
+from seamap_rt.mesh.surface import sea_on_grid, surface_mesh
 from seamap_rt.scattering import ShortWaves, mean_nrcs, nrcs_composite, permittivity_meissner_wentz12
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator

@@ -21,7 +21,7 @@ from seamap_rt.echoes.turn import turn_echoes
 from seamap_rt.errors import InputError
 from seamap_rt.interferometry import retrieve
 from seamap_rt.mesh import polar_grid, surface_mesh
-from seamap_rt.mesh.polar import mesh_turn
+from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.radar.antenna import antenna
 from seamap_rt.radar.mast import Mast
 from seamap_rt.radar.pose import boat_axes

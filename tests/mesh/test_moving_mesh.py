@@ -15,7 +15,8 @@ from seamap_rt import sea
 from seamap_rt.conventions import unit_from_azimuth, wrap_degrees
 from seamap_rt.echoes.riding import masts, run_sea
 from seamap_rt.errors import InputError
-from seamap_rt.mesh.polar import PolarGrid, SurfaceMesh, polar_grid, sea_on_grid, submerged_lines, surface_mesh
+from seamap_rt.mesh.grid import PolarGrid, polar_grid
+from seamap_rt.mesh.surface import SurfaceMesh, sea_on_grid, submerged_lines, surface_mesh
 from seamap_rt.radar.mast import Mast
 from seamap_rt.radar.scan import pulses, sector_width
 from seamap_rt.scene import Scene, load_scene
@@ -130,7 +131,9 @@ def test_places_and_drift_of_the_antennas_are_along_across_up() -> None:
     lean, ahead = np.radians(10.0), np.radians(120.0 - grid.column_azimuth)
     expected = [(0.1 * np.cos(lean), 0.3, -0.1 * np.sin(lean)), (0.5 * np.sin(lean), 0.0, 0.5 * np.cos(lean))]
     # A column's azimuth and its time's bearing agree to 1e-9 deg.
-    assert_allclose(grid.places, np.broadcast_to(expected, grid.places.shape), rtol=0.0, atol=1e-10)
+    assert_allclose(
+        grid.antenna_positions, np.broadcast_to(expected, grid.antenna_positions.shape), rtol=0.0, atol=1e-10
+    )
     up = np.broadcast_to((np.sin(lean), 0.0, np.cos(lean)), grid.array_up.shape)
     assert_allclose(grid.array_up, up, rtol=0.0, atol=1e-10)
     run = 5.0 * np.stack((np.cos(ahead), np.sin(ahead), np.zeros_like(ahead)), axis=-1)

@@ -12,20 +12,10 @@ from numpy.typing import NDArray
 
 from seamap_rt import sea
 from seamap_rt.conventions import unit_from_azimuth
-from seamap_rt.mesh.polar import (
-    BEAMS_BEYOND,
-    FAR_FRACTION,
-    NEAR_FRACTION,
-    MovingSurface,
-    PolarGrid,
-    SurfaceMesh,
-    chord_point,
-    mesh_turn,
-    polar_grid,
-    profile,
-    submerged_lines,
-)
-from seamap_rt.radar.scan import phase_centres, pulses, sector_width, turn_duration
+from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION, chord_point, profile
+from seamap_rt.mesh.grid import PolarGrid, polar_grid
+from seamap_rt.mesh.surface import MovingSurface, SurfaceMesh, mesh_turn, submerged_lines
+from seamap_rt.radar.scan import BEAMS_BEYOND, phase_centres, pulses, sector_width, turn_duration
 from seamap_rt.scene import Scene, load_scene
 
 SECTORS = ([0.0, 360.0], [0.0, 350.0], [0.0, 354.0], [0.0, 345.0], [-30.0, 330.0], [200.0, 260.0])
@@ -380,7 +370,7 @@ def test_antennas_are_the_scans_phase_centres(tilt: float) -> None:
     for column in (0, 17):
         azimuth = mesh.grid.column_azimuth[column]
         east, north = unit_from_azimuth(azimuth)
-        along, across, above = mesh.grid.places[column].T
+        along, across, above = mesh.grid.antenna_positions[column].T
         origin = float(mesh.grid.column_height[column, 0])
         world = np.stack((along * east + across * north, along * north - across * east, above + origin), axis=-1)
         assert_allclose(world, phase_centres(made.radar, azimuth), rtol=0.0, atol=1e-12)

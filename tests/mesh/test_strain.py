@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from seamap_rt import sea
 from seamap_rt.conventions import unit_from_azimuth
-from seamap_rt.mesh.polar import PolarGrid, mesh_turn, polar_grid, sea_on_grid, surface_mesh
+from seamap_rt.mesh.grid import PolarGrid, polar_grid
+from seamap_rt.mesh.surface import mesh_turn, sea_on_grid, surface_mesh
 from seamap_rt.radar.scan import turn_duration
 from seamap_rt.scene import Scene, load_scene
 

@@ -188,7 +188,7 @@ def test_a_pose_is_what_its_parts_say() -> None:
     assert_allclose(pose.positions, pose.origin[:, None] + mast.offsets @ pose.axes, rtol=0.0, atol=1e-14)
     assert_allclose(pose.bearing, np.degrees(np.arctan2(pose.axes[:, 1, 0], pose.axes[:, 1, 1])) % 360.0)
     some = pose[5:17]
-    for name in ("time", "origin", "attitude", "axes", "places", "positions", "bearing"):
+    for name in ("time", "origin", "attitude", "axes", "offsets", "positions", "bearing"):
         assert_array_equal(getattr(some, name), getattr(pose, name)[5:17])
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seamap_rt.mesh import SurfaceMesh
-from seamap_rt.mesh.polar import mesh_turn
+from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.tracing import Illumination, tracer
 

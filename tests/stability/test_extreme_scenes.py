@@ -17,8 +17,8 @@ from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes.turn import turn_voltages
 from seamap_rt.errors import InputError
 from seamap_rt.interferometry import retrieve
-from seamap_rt.mesh.polar import mesh_turn
 from seamap_rt.mesh.sizing import MOST_TRIANGLES
+from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.metrics import compare
 from seamap_rt.radar.scan import pulses
 from seamap_rt.scene import Scene

@@ -14,7 +14,7 @@ from seamap_rt import sea
 from seamap_rt.echoes.scatterers import scatterer_voltages
 from seamap_rt.interferometry import retrieve
 from seamap_rt.mesh import polar_grid, surface_mesh
-from seamap_rt.mesh.polar import mesh_turn, sea_on_grid
+from seamap_rt.mesh.surface import mesh_turn, sea_on_grid
 from seamap_rt.radar.mast import Mast
 from seamap_rt.radar.platform import BoatState
 from seamap_rt.radar.scan import pulses

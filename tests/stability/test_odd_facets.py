@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from seamap_rt import sea
 from seamap_rt.echoes.turn import turn_voltages
 from seamap_rt.mesh import SurfaceMesh
-from seamap_rt.mesh.polar import mesh_turn
+from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.radar.scan import pulses
 from seamap_rt.simulation import Simulator
 
@@ -106,7 +106,7 @@ def test_slivers_about_the_masts_foot(tilt: float) -> None:
     for name in TRACERS:
         lit = light(name, mesh, made)
         for antenna in (0, 1):
-            expected = facets.distance > mesh.grid.places[0, antenna, 0]
+            expected = facets.distance > mesh.grid.antenna_positions[0, antenna, 0]
             assert_array_equal(lit[antenna], np.broadcast_to(expected, lit[antenna].shape))
 
 

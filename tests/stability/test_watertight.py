@@ -12,7 +12,8 @@ from sea_targets import KINDS, Targets
 
 from seamap_rt import sea
 from seamap_rt.mesh import SurfaceMesh
-from seamap_rt.mesh.polar import FAR_FRACTION, NEAR_FRACTION, chord_point, mesh_turn
+from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION, chord_point
+from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.tracing.rays import SeaScene
 
 RAYS = 100_000  # for each antenna and kind of target
@@ -25,7 +26,9 @@ def choppy() -> tuple[SurfaceMesh, SeaScene]:
     made = scene("choppy_sea", radar__sector_deg=[81.0, 99.0], tracing__facet_m=0.5, tracing__columns_per_beam=4)
     mesh = mesh_turn(sea.realize(made.sea, 3), made.radar, made.meshing, 0)
     (sheet,) = mesh.sheets()
-    return mesh, SeaScene(mesh.trimesh(sheet), mesh.grid.places[sheet[0].start], made.radar.frequency_hz, 55.0 - 37.5j)
+    return mesh, SeaScene(
+        mesh.trimesh(sheet), mesh.grid.antenna_positions[sheet[0].start], made.radar.frequency_hz, 55.0 - 37.5j
+    )
 
 
 def leaks(traced: Any, place: NDArray[np.float64], points: NDArray[np.float64]) -> int:
@@ -42,7 +45,7 @@ def leaks(traced: Any, place: NDArray[np.float64], points: NDArray[np.float64]) 
 
 
 def place_of(mesh: SurfaceMesh, antenna: int) -> NDArray[np.float64]:
-    along, across, up = mesh.grid.places[0, antenna]
+    along, across, up = mesh.grid.antenna_positions[0, antenna]
     assert along == across == 0.0
     return np.array([0.0, 0.0, float(np.float32(up))])
 

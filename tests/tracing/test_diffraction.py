@@ -16,7 +16,8 @@ from seamap_rt.analytic.diffraction import knife_edge
 from seamap_rt.analytic.shadowing import sinusoid_visible_intervals
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.mesh import SurfaceMesh
-from seamap_rt.mesh.polar import FAR_FRACTION, NEAR_FRACTION, chord_point, mesh_turn, profile
+from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION, chord_point, profile
+from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.tracing import Illumination, tracer
@@ -91,7 +92,7 @@ def factor(antenna: tuple[float, float], edge: tuple[float, float], x: Any, z: A
 
 def antennas(seen: Seen) -> list[tuple[float, float]]:
     mast = float(seen.mesh.grid.column_height[0, 0])
-    return [(float(along), mast + float(above)) for along, _, above in seen.mesh.grid.places[0]]
+    return [(float(along), mast + float(above)) for along, _, above in seen.mesh.grid.antenna_positions[0]]
 
 
 # ------------------------------------------------------------------------------------------------ without edges
@@ -119,7 +120,7 @@ def test_a_dome_is_dark_beyond_its_horizon() -> None:
 def test_what_lies_behind_a_tilted_antenna_has_no_field() -> None:
     made = narrow(radar__tilt_deg=60.0, radar__baseline_m=4.0)
     seen = rings(lambda r: 0.0 * r, made)
-    behind = seen.facets.distance < seen.mesh.grid.places[0, 1, 0]
+    behind = seen.facets.distance < seen.mesh.grid.antenna_positions[0, 1, 0]
     assert behind.any()
     assert_array_equal(seen.field[1][:, behind], 0.0)
     assert_array_equal(seen.field[1][:, ~behind], 1.0)

@@ -15,7 +15,7 @@ from seamap_rt import sea
 from seamap_rt.analytic.shadowing import sinusoid_visible_intervals, visible_share
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.mesh import SurfaceMesh
-from seamap_rt.mesh.polar import mesh_turn
+from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.tracing import Illumination, tracer
@@ -327,7 +327,7 @@ def test_a_mirror_first_then_the_slope() -> None:
     kinds = (echo.kind[0] == MIRRORED) & (echo.kind[1] == DIFFUSE)
     power, error = (float(part[0]) for part in echo.in_gates(np.array([1.0, 40.0]), kinds))
     facets = mesh.facets
-    height = float(mesh.grid.column_height[0, 0]) + float(mesh.grid.places[0, 0, 2])
+    height = float(mesh.grid.column_height[0, 0]) + float(mesh.grid.antenna_positions[0, 0, 2])
     inside = (facets.distance > 16.0) & (facets.distance < 20.0)
     x, z = facets.distance[inside], facets.height[columns][:, inside]
     straight, bent = np.hypot(x, height - z), np.hypot(x, height + z)

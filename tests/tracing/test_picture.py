@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from seamap_rt import sea
 from seamap_rt.conventions import unit_from_azimuth
-from seamap_rt.mesh.polar import mesh_turn
+from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.scene import load_scene
 from seamap_rt.tracing import tracer
 from seamap_rt.tracing.picture import Elevation, Sky, View, render_from_mast

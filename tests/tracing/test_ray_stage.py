@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from seamap_rt import sea
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.mesh import SurfaceMesh, surface_mesh
-from seamap_rt.mesh.polar import FAR_FRACTION, NEAR_FRACTION, profile
+from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION, profile
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing.horizon import trace_horizon
@@ -52,7 +52,7 @@ def with_and_without(mesh: SurfaceMesh) -> tuple[list[NDArray[np.bool_]], list[N
     whole, part, out = [], [], []
     for sheet in mesh.sheets():
         rays = shadow_rays(mesh, mesh.facets, sheet)
-        antennas = mesh.grid.places[sheet[0].start]
+        antennas = mesh.grid.antenna_positions[sheet[0].start]
         whole.append(rays.lit(SeaScene(mesh.trimesh(sheet), antennas, 10e9, WATER).hits(rays)))
         surface = what_can_be_hit(mesh, sheet, rays.turned_away)
         part.append(rays.lit(SeaScene(surface, antennas, 10e9, WATER).hits(rays)))
@@ -177,7 +177,7 @@ def test_rays_run_from_their_antenna_to_their_facets_point() -> None:
     grid, facets, rays = mesh.grid, mesh.facets, shadow_rays(mesh, mesh.facets, sheet)
     antenna, column, facet = np.unravel_index(rays.number, rays.front.shape)
     column = rays.columns[column]
-    places = grid.column_pose.places[column, antenna]
+    places = grid.column_pose.offsets[column, antenna]
     assert_allclose(rays.starts[rays.start], places, rtol=0.0, atol=1e-6)
     bearing = np.radians(grid.column_azimuth[column]) + facets.angle[facet]
     point = facets.distance[facet] * np.stack((np.sin(bearing), np.cos(bearing)))
@@ -236,8 +236,8 @@ def test_no_ray_slips_between_two_facets(edge: str) -> None:
     """
     mesh = mesh_of(scene("choppy_sea", radar__sector_deg=[250.0, 260.0], radar__height_m=12.0, tracing__facet_m=0.5))
     (sheet,) = mesh.sheets()
-    start = mesh.grid.column_pose.places[0, 0]
-    held = SeaScene(mesh.trimesh(sheet), mesh.grid.places[sheet[0].start], 10e9, WATER)
+    start = mesh.grid.column_pose.offsets[0, 0]
+    held = SeaScene(mesh.trimesh(sheet), mesh.grid.antenna_positions[sheet[0].start], 10e9, WATER)
     corners = mesh.vertices(sheet).reshape(-1, mesh.grid.ground_range.size, 3)
     one, other = {
         "radial": (corners[3:-3, 3:-12], corners[3:-3, 4:-11]),
@@ -293,7 +293,10 @@ def test_horizon_is_the_running_maximum_of_the_profiles_to_the_bit(name: str) ->
     mesh = mesh_of(scene(name, radar__sector_deg=[250.0, 265.0], radar__tilt_deg=5.0))
     facets, grid = trace_horizon(mesh), mesh.grid
     for antenna in (0, 1):
-        along, above = grid.places[:, antenna, 0, None], grid.column_height + grid.places[:, antenna, 2, None]
+        along, above = (
+            grid.antenna_positions[:, antenna, 0, None],
+            grid.column_height + grid.antenna_positions[:, antenna, 2, None],
+        )
         for first, fraction in ((0, NEAR_FRACTION), (1, FAR_FRACTION)):
             chain = profile(mesh.elevation, grid, fraction)
             tangent = np.empty((grid.columns, 2 * chain.rung_distance.size - 1))
@@ -327,10 +330,12 @@ def test_front_is_where_the_antenna_stands_above_the_facets_plane() -> None:
     corners = vertices.reshape(-1, 3)[faces].reshape(corners.shape)
     normal = np.cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])
     for antenna in (0, 1):
-        along = grid.places[:, antenna, 0]
+        along = grid.antenna_positions[:, antenna, 0]
         east, north = unit_from_azimuth(np.degrees(look))
         # The front test knows the antenna in the vertical plane of the look.
-        place = np.stack((along * east, along * north, grid.places[:, antenna, 2] + grid.column_height[:, 0]), axis=1)
+        place = np.stack(
+            (along * east, along * north, grid.antenna_positions[:, antenna, 2] + grid.column_height[:, 0]), axis=1
+        )
         above = np.einsum("cfi,cfi->cf", normal, place[:, None] - corners[:, :, 0]) / normal[..., 2]
         sure = np.abs(above) > 1e-4
         assert sure.mean() > 0.99

@@ -16,7 +16,7 @@ from seamap_rt import sea
 from seamap_rt.analytic.shadowing import sinusoid_visible_intervals, visible_share
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.mesh import SurfaceMesh
-from seamap_rt.mesh.polar import mesh_turn
+from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scattering.permittivity import permittivity_meissner_wentz12
 from seamap_rt.scene import Scene, load_scene
@@ -180,7 +180,7 @@ def test_facets_seen_from_behind_are_dark(choppy: tuple[Scene, SurfaceMesh, dict
     shape = traced["horizon"].height[columns].shape
     east, north = (part[columns, None] for part in unit_from_azimuth(grid.column_azimuth))
     for antenna in (0, 1):
-        along, _, above = (part[columns, None] for part in grid.places[:, antenna].T)
+        along, _, above = (part[columns, None] for part in grid.antenna_positions[:, antenna].T)
         height = grid.column_height[columns] + above
         place = np.stack(np.broadcast_arrays(along * east, along * north, height), axis=-1)
         to_antenna = place - body.triangles_center.reshape(*shape, 3)
@@ -328,7 +328,7 @@ def test_tracers_agree_on_what_lies_behind_a_tilted_antenna(tilt: float) -> None
     mesh = mesh_turn(sea.realize(made.sea, 3), made.radar, made.meshing, 0)
     rays, horizon = (light(trace(name, mesh, made)) for name in TRACERS)
     outer = int(tilt > 0.0)
-    behind = mesh.facets.distance < abs(mesh.grid.places[0, outer, 0])
+    behind = mesh.facets.distance < abs(mesh.grid.antenna_positions[0, outer, 0])
     assert behind.any()
     assert not horizon[outer][:, behind].any()
     assert_array_equal(rays[..., behind], horizon[..., behind])
@@ -359,7 +359,9 @@ def test_traced_scene_is_a_sionna_scene_of_sea_water_and_two_antennas() -> None:
     mesh = mesh_turn(sea.realize(made.sea, 1), made.radar, made.meshing, 0)
     epsilon = complex(permittivity_meissner_wentz12(9.4e9, 20.0, 35.0))
     (sheet,) = mesh.sheets()
-    held = SeaScene(mesh.trimesh(sheet), mesh.grid.places[sheet[0].start], made.radar.frequency_hz, epsilon).scene
+    held = SeaScene(
+        mesh.trimesh(sheet), mesh.grid.antenna_positions[sheet[0].start], made.radar.frequency_hz, epsilon
+    ).scene
 
     import sionna.rt as rt  # late: the backend is chosen before it is imported
 
@@ -392,7 +394,9 @@ def test_traced_scene_holds_the_meshs_own_triangles() -> None:
     made = scene("tiny", radar__sector_deg=[260.0, 270.0])
     mesh = mesh_turn(sea.realize(made.sea, 3), made.radar, made.meshing, 0)
     (sheet,) = mesh.sheets()
-    held = SeaScene(mesh.trimesh(sheet), mesh.grid.places[sheet[0].start], made.radar.frequency_hz, 55.0 - 37.5j).scene
+    held = SeaScene(
+        mesh.trimesh(sheet), mesh.grid.antenna_positions[sheet[0].start], made.radar.frequency_hz, 55.0 - 37.5j
+    ).scene
     surface = mesh.trimesh(sheet)
     vertices, faces = surface.vertices, surface.faces
     shape = held.objects["sea"].mi_mesh

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.analytic.diffraction import knife_edge
-from seamap_rt.mesh.polar import mesh_turn
+from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.report import style
 from seamap_rt.tracing import tracer
 from seamap_rt.validate import Case, Outcome

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt import analytic
-from seamap_rt.mesh.polar import MovingSurface, mesh_turn
+from seamap_rt.mesh.surface import MovingSurface, mesh_turn
 from seamap_rt.report import style
 from seamap_rt.scene import Scene
 from seamap_rt.tracing import Illumination, tracer

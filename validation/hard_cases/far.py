@@ -9,7 +9,7 @@ import seamap_rt as sr
 from seamap_rt import analytic
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.mesh import polar_grid
-from seamap_rt.mesh.polar import sea_on_grid
+from seamap_rt.mesh.surface import sea_on_grid
 from seamap_rt.radar.mast import Mast
 from seamap_rt.radar.platform import BoatState
 from seamap_rt.report import style

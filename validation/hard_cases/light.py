@@ -12,7 +12,7 @@ from scipy.ndimage import binary_erosion
 import seamap_rt as sr
 from seamap_rt.analytic.shadowing import sinusoid_visible_intervals
 from seamap_rt.mesh import SurfaceMesh
-from seamap_rt.mesh.polar import mesh_turn
+from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.report import style
 from seamap_rt.tracing.rays import SeaScene
 from validation.hard_cases.case import TRACERS, Effort, Finding, Rings, graph, light, scene
@@ -147,7 +147,9 @@ def watertight(effort: Effort) -> list[Finding]:
     made = scene("choppy_sea", tracing__facet_m=0.5, tracing__columns_per_beam=4, radar__sector_deg=[60.0, 120.0])
     mesh = mesh_turn(sr.sea.realize(made.sea, 3), made.radar, made.meshing, 0)
     (sheet,) = mesh.sheets()
-    held = SeaScene(mesh.trimesh(sheet), mesh.grid.places[sheet[0].start], made.radar.frequency_hz, 55.0 - 37.5j)
+    held = SeaScene(
+        mesh.trimesh(sheet), mesh.grid.antenna_positions[sheet[0].start], made.radar.frequency_hz, 55.0 - 37.5j
+    )
     import mitsuba as mi
 
     shape = held.scene.objects["sea"].mi_mesh
@@ -155,7 +157,7 @@ def watertight(effort: Effort) -> list[Finding]:
     each = max(1, effort.rays // (2 * len(KINDS)))
     rng, counts = np.random.default_rng(1), {kind: [0, 0] for kind in KINDS}
     for antenna in (0, 1):
-        place = np.array([0.0, 0.0, float(np.float32(mesh.grid.places[0, antenna, 2]))])
+        place = np.array([0.0, 0.0, float(np.float32(mesh.grid.antenna_positions[0, antenna, 2]))])
         targets = Targets(mesh, place)
         for kind in KINDS:
             left = each
@@ -248,7 +250,7 @@ def slivers(_: Effort) -> list[Finding]:
         for name in TRACERS:
             lit = light(name, mesh, made)
             for antenna in (0, 1):
-                expected = mesh.facets.distance > mesh.grid.places[0, antenna, 0]
+                expected = mesh.facets.distance > mesh.grid.antenna_positions[0, antenna, 0]
                 wrong += int(np.count_nonzero(lit[antenna] != expected))
                 total += lit[antenna].size
     return [

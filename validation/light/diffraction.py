@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import seamap_rt as sr
-from seamap_rt.mesh.polar import NEAR_FRACTION, profile
+from seamap_rt.mesh.facets import NEAR_FRACTION, profile
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import tracer
 
@@ -64,7 +64,7 @@ def main() -> None:
     mesh = Simulator(scene).mesh(0)
     facets = tracer("horizon", scene.radar, scene.scattering, diffraction="knife_edge")(mesh)
     assert facets.field is not None
-    plane, (along, _, above) = profile(mesh.elevation, mesh.grid, NEAR_FRACTION), mesh.grid.places[0, 0]
+    plane, (along, _, above) = profile(mesh.elevation, mesh.grid, NEAR_FRACTION), mesh.grid.antenna_positions[0, 0]
     sums = np.zeros((2, 3, len(BANDS_M) - 1))  # all and dark; straight, two edges, march; band
     misses = np.zeros((2, 2, len(BANDS_M) - 1))  # square and count; lit and dark
     for column in np.linspace(0, facets.grid.columns, arguments.columns, endpoint=False).astype(int):

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 import seamap_rt as sr
 from seamap_rt.conventions import SPEED_OF_LIGHT, db
 from seamap_rt.mesh import SurfaceMesh
-from seamap_rt.mesh.polar import mesh_turn
+from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.scattering.permittivity import PERMITTIVITIES
 from seamap_rt.scene import Scene
 from seamap_rt.tracing import tracer
@@ -102,7 +102,7 @@ def flat_sea(samples: int, launches: int) -> None:
     columns, grid = middle(mesh), mesh.grid
     echo = path_echo(mesh, columns, scene.radar.frequency_hz, Body(), samples=samples, launches=launches)
     power, error = echo.in_gates(GATES_M, echo.bounces == 1)
-    height = float(grid.column_height[0, 0] + grid.places[0, 0, 2])
+    height = float(grid.column_height[0, 0] + grid.antenna_positions[0, 0, 2])
     width = np.radians(grid.azimuth[columns.stop] - grid.azimuth[columns.start])
     wavelength = SPEED_OF_LIGHT / scene.radar.frequency_hz
     closed = (wavelength * height) ** 2 / (4.0 * np.pi) ** 3 * width * (GATES_M[:-1] ** -4 - GATES_M[1:] ** -4)

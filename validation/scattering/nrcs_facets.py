@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from seamap_rt.conventions import POLARIZATIONS, SPEED_OF_LIGHT, wrap_degrees
 from seamap_rt.echoes.radar_cross_section import SeaSurface, two_way_power
 from seamap_rt.mesh import SurfaceMesh
-from seamap_rt.mesh.polar import sea_on_grid, surface_mesh
+from seamap_rt.mesh.surface import sea_on_grid, surface_mesh
 from seamap_rt.scattering import nrcs_bragg, wind_from_sea_state
 from seamap_rt.sea import Sea, realize
 from seamap_rt.settings import ElfouhailyWaves, RadarSettings, ScatteringSettings, SeaSettings, TracingSettings

@@ -51,7 +51,7 @@ def case(changes: dict[str, str]) -> Case:
 def one_antenna(case: Case) -> Case:
     """The case with its first antenna alone."""
     grid = case.mesh.grid
-    poses = {name: replace(getattr(grid, name), places=getattr(grid, name).places[:, :1]) for name in POSES}
+    poses = {name: replace(getattr(grid, name), offsets=getattr(grid, name).offsets[:, :1]) for name in POSES}
     alone = replace(case.mesh, grid=replace(grid, drift=grid.drift[:, :1], **poses))
     _ = alone.facets  # now: what the mesh costs is no part of the comparison
     return replace(case, mesh=alone)
@@ -129,7 +129,7 @@ class OneSheet:
         water = RayTracer(case.simulator.radar, case.simulator.scene.scattering).permittivity
         self.rays = self.make()
         surface = what_can_be_hit(case.mesh, case.sheet, self.rays.turned_away)
-        self.scene = SeaScene(surface, case.mesh.grid.places[case.sheet[0].start], case.frequency_hz, water)
+        self.scene = SeaScene(surface, case.mesh.grid.antenna_positions[case.sheet[0].start], case.frequency_hz, water)
 
     def make(self) -> ShadowRays:
         return shadow_rays(self.case.mesh, self.case.facets, self.case.sheet)

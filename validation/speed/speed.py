@@ -114,7 +114,9 @@ def _bare_rays(simulator: Simulator) -> float:
     rays = shadow_rays(mesh, facets, sheet)
     tracer = RayTracer(simulator.scene.radar, simulator.scene.scattering)
     surface = what_can_be_hit(mesh, sheet, rays.turned_away)
-    scene = SeaScene(surface, mesh.grid.places[sheet[0].start], simulator.scene.radar.frequency_hz, tracer.permittivity)
+    scene = SeaScene(
+        surface, mesh.grid.antenna_positions[sheet[0].start], simulator.scene.radar.frequency_hz, tracer.permittivity
+    )
     return _least(lambda: scene.update(surface)) + _least(lambda: scene.hits(rays))
 
 

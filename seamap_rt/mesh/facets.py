@@ -1,0 +1,159 @@
+"""The facets of a polar mesh: their points, slopes and velocities, and the surface's profiles through those points.
+
+Between two neighbouring lines lies a *column*. Each of its quadrilaterals is cut from the near corner of its first line
+to the far corner of its second, which gives two facets per rung spacing:
+
+    line i ──── A ────    "near" facet: rung j and the diagonal   (two corners on line i+1)
+           ╲    far       "far"  facet: the diagonal and rung j+1 (two corners on line i)
+     near    ╲
+    line i+1 ────────
+
+A vertical plane through the antenna's axis cuts every rung's chord of a column at the same fraction. The far facets are
+tested and placed on the plane of fraction 1/3, the near ones on that of 2/3: within a facet each such point is the
+middle of the plane's path, the centroid to order (spacing/range). So a whole column has just two profiles, each exact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..conventions import unit_from_azimuth
+from .facet_kernel import fill_facets, fill_strain, in_blocks
+from .grid import PolarGrid
+
+FAR_FRACTION, NEAR_FRACTION = 1.0 / 3.0, 2.0 / 3.0
+
+
+@dataclass(frozen=True)
+class Facets:
+    """Where facets lie, how they lean, how their water moves: plain arrays, (facet,) along a column or (column, facet).
+
+    A column's facets alternate near, far, near, far … outward. The point of a facet is where it is tested for light and
+    from where its range is reckoned. Slopes are in the frame of the column's middle azimuth.
+    """
+
+    grid: PolarGrid
+    distance: NDArray[np.float64]  # (facet,) m, horizontal, from the frame's origin
+    horizontal_area: NDArray[np.float64]  # (facet,) m²
+    angle: NDArray[np.float64]  # (facet,) rad, of the point from the column's middle azimuth, clockwise
+    height: NDArray[np.float64]  # (column, facet) m above mean sea level
+    slope_look: NDArray[np.float32]  # (column, facet)
+    slope_cross: NDArray[np.float32]  # (column, facet)
+    velocity_look: NDArray[np.float32]  # (column, facet) m/s
+    velocity_up: NDArray[np.float32]  # (column, facet) m/s
+
+    @property
+    def rise(self) -> NDArray[np.float64]:
+        """(column, facet) m above the frame's origin: below it, so mostly negative."""
+        return self.height - self.grid.column_height
+
+
+# ------------------------------------------------------------------------------------------------- profiles
+
+
+def chord_point(fraction: float, spacing_deg: float) -> tuple[float, float]:
+    """Distance (of a rung at 1 m) and angle (rad from the first line) at which a plane cuts a rung's chord."""
+    angle = np.radians(spacing_deg)
+    across, along = fraction * np.sin(angle), 1.0 - fraction + fraction * np.cos(angle)
+    return float(np.hypot(across, along)), float(np.arctan2(across, along))
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Where a plane that cuts every chord of a column at one fraction meets its rungs and diagonals."""
+
+    fraction: float
+    rung_distance: NDArray[np.float64]  # (rung,) m
+    diagonal_distance: NDArray[np.float64]  # (rung − 1,) m
+    share: NDArray[np.float64]  # (rung − 1,) of the diagonal, from its near corner on the column's first line
+
+    @classmethod
+    def of(cls, grid: PolarGrid, fraction: float) -> Plane:
+        ranges = grid.ground_range
+        stretch, _ = chord_point(fraction, grid.spacing_deg)
+        near, far = ranges[:-1], ranges[1:]
+        # On the diagonal (1 − s) near·e₀ + s far·e₁ the plane asks for s far / ((1 − s) near + s far) = fraction.
+        share = fraction * near / ((1.0 - fraction) * far + fraction * near)
+        return cls(fraction, stretch * ranges, stretch * ((1.0 - share) * near + share * far), share)
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The triangulated surface along one plane of every column: rungs and diagonals, alternating outward."""
+
+    rung_distance: NDArray[np.float64]  # (rung,)
+    diagonal_distance: NDArray[np.float64]  # (rung − 1,)
+    rung_height: NDArray[np.float64]  # (column, rung)
+    diagonal_height: NDArray[np.float64]  # (column, rung − 1)
+
+
+def profile(elevation: NDArray[np.float64], grid: PolarGrid, fraction: float) -> Profile:
+    """The profile at `fraction` of each column's width, from the lines' elevations (line, rung). Exact."""
+    plane = Plane.of(grid, fraction)
+    first, second = elevation[:-1], elevation[1:]
+    return Profile(
+        rung_distance=plane.rung_distance,
+        diagonal_distance=plane.diagonal_distance,
+        rung_height=(1.0 - fraction) * first + fraction * second,
+        diagonal_height=(1.0 - plane.share) * first[:, :-1] + plane.share * second[:, 1:],
+    )
+
+
+# ------------------------------------------------------------------------------------------- from the surface
+
+
+def _interleave(near: NDArray, far: NDArray) -> NDArray:
+    """near, far, near, far … along the last axis."""
+    return np.stack((near, far), axis=-1).reshape(*near.shape[:-1], -1)
+
+
+def facets_of(
+    grid: PolarGrid,
+    elevation: NDArray[np.float64],
+    velocity_look: NDArray[np.float32],
+    velocity_up: NDArray[np.float32],
+) -> Facets:
+    """The facets of a surface (line, rung): elevation [m], velocities outward and up [m/s]."""
+    ranges = grid.ground_range
+    step = np.diff(ranges)
+    half = 0.5 * np.radians(grid.spacing_deg)
+    chord = 2.0 * ranges * np.sin(half)
+    near, far = (Plane.of(grid, fraction) for fraction in (NEAR_FRACTION, FAR_FRACTION))
+    double_area = np.sin(2.0 * half) * step  # twice the area of a triangle per metre of its rung edge
+    shape = grid.columns, 2 * step.size
+    height = np.empty(shape)
+    slope_look, slope_cross, facet_look, facet_up = (np.empty(shape, dtype=np.float32) for _ in range(4))
+    in_blocks(
+        lambda *block: fill_facets(
+            *block, elevation, near.fraction, near.share, far.fraction, far.share, chord, step, half,
+            height, slope_look, slope_cross,
+            velocity_look, velocity_up, facet_look, facet_up,
+        ),
+        grid.columns,
+    )  # fmt: skip
+    return Facets(
+        grid=grid,
+        distance=_interleave(
+            0.5 * (near.rung_distance[:-1] + near.diagonal_distance),
+            0.5 * (far.diagonal_distance + far.rung_distance[1:]),
+        ),
+        horizontal_area=_interleave(0.5 * double_area * ranges[:-1], 0.5 * double_area * ranges[1:]),
+        angle=np.tile([chord_point(f, grid.spacing_deg)[1] - half for f in (NEAR_FRACTION, FAR_FRACTION)], step.size),
+        height=height,
+        slope_look=slope_look,
+        slope_cross=slope_cross,
+        velocity_look=facet_look,
+        velocity_up=facet_up,
+    )
+
+
+def strain_of(relaxed_shift: NDArray[np.float32], grid: PolarGrid) -> NDArray[np.float32]:
+    """−∂D/∂l (column, facet) of the relaxed shift D along each column's look l."""
+    step, half = np.diff(grid.ground_range), 0.5 * np.radians(grid.spacing_deg)
+    look, chord = np.stack(unit_from_azimuth(grid.column_azimuth), axis=1), 2.0 * grid.ground_range * np.sin(half)
+    strain = np.empty((grid.columns, 2 * step.size), dtype=np.float32)
+    in_blocks(lambda *block: fill_strain(*block, relaxed_shift, look, chord, step, half, strain), grid.columns)
+    return strain

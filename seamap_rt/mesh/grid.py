@@ -1,0 +1,134 @@
+"""The polar grid of one turn: radial lines, each at the moment when the beam passes it, and rungs at ground ranges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..radar.array import antenna_array
+from ..radar.mast import ArrayPose, Mast, column_frame
+from ..radar.scan import BEAMS_BEYOND, sector_width
+from ..radar.waveform import RangeResponse
+from ..settings import RadarSettings, TracingSettings
+from .sizing import radar_detail
+
+INNERMOST_M = 1.0  # ground range of the first rung
+
+
+@dataclass(frozen=True)
+class PolarGrid:
+    """Lines and rungs of one turn. Lines are numbered from `first`; line 0 starts the sector."""
+
+    turn: int
+    spacing_deg: float  # between neighbouring lines
+    first: int  # number of the first line (negative: it lies before the sector)
+    per_circle: int  # columns of a full circle: makes column numbers unique over turns
+    sweep: NDArray[np.float64]  # (line,) deg from the start of the sector
+    azimuth: NDArray[np.float64]  # (line,) deg, not wrapped
+    time: NDArray[np.float64]  # (line,) s, when the boresight passes the line
+    ground_range: NDArray[np.float64]  # (rung,) m
+    pose: ArrayPose  # (line,) of the antennas at those times
+    column_pose: ArrayPose  # (column,)
+    drift: NDArray[np.float64]  # (column, antenna, 3) m/s of the antennas along the column, across it, up
+    reach_deg: float  # to either side of the boresight, within which the beam hears something
+
+    @property
+    def columns(self) -> int:
+        return self.sweep.size - 1
+
+    @cached_property
+    def column_sweep(self) -> NDArray[np.float64]:
+        """Sweep of the columns' middles (deg)."""
+        return 0.5 * (self.sweep[1:] + self.sweep[:-1])
+
+    @cached_property
+    def column_time(self) -> NDArray[np.float64]:
+        return 0.5 * (self.time[1:] + self.time[:-1])
+
+    @cached_property
+    def column_azimuth(self) -> NDArray[np.float64]:
+        return 0.5 * (self.azimuth[1:] + self.azimuth[:-1])
+
+    @cached_property
+    def column_height(self) -> NDArray[np.float64]:
+        """(column, 1) m, of the frame's origin above mean sea level."""
+        return self.column_pose.origin[:, 2:]
+
+    @cached_property
+    def antenna_positions(self) -> NDArray[np.float64]:
+        """(column, antenna, 3) m, of the antennas in the column's frame: along the column, across it, up."""
+        return self._in_columns(self.column_pose.offsets)
+
+    @cached_property
+    def array_up(self) -> NDArray[np.float64]:
+        """(column, 3) unit vector up the array: along the column, across it, up."""
+        return self._in_columns(self.column_pose.axes[:, 2:])[:, 0]
+
+    def _in_columns(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Vectors (column, n, 3) east north up as along, across, up."""
+        return np.einsum("cij,cnj->cni", column_frame(self.column_azimuth), vectors)
+
+    @cached_property
+    def place_azimuth(self) -> NDArray[np.float64]:
+        """(line,) deg, the azimuth within one circle: lines over the same place have the same bits in every turn."""
+        line = np.rint(self.sweep / self.spacing_deg).astype(np.int64)
+        return (self.azimuth[0] - self.sweep[0]) + self.spacing_deg * (line % self.per_circle)
+
+    @property
+    def column_number(self) -> NDArray[np.int64]:
+        """A number for each column that stays the same where the end of a turn is the start of the next."""
+        return (self.turn + 1) * self.per_circle + self.first + np.arange(self.columns, dtype=np.int64)
+
+
+def polar_grid(radar: RadarSettings, tracing: TracingSettings, turn: int, mast: Mast | None = None) -> PolarGrid:
+    """The grid of a turn: columns a fraction of the beam wide, rungs equally far apart over the range window.
+
+    mast: where the antennas are; left out, on a boat at rest.
+    """
+    mast, array, detail = mast or Mast(radar), antenna_array(radar), radar_detail(radar, tracing)
+    per_circle = int(np.ceil(360.0 / (array.narrowest_beam_deg / detail.columns_per_beam)))
+    spacing = 360.0 / per_circle
+    sector = np.linspace(0.0, sector_width(radar) / 360.0, 721)
+    scanned = (turn + sector) * mast.period
+    mast.check_that_it_sweeps(scanned)
+    # The fan of a heeled mast hears the near range well off its bearing.
+    lean = mast.lean_deg(scanned, float(np.arcsin(min(1.0, radar.height_m / radar.range_m[0]))))
+    # In whole degrees: a column that two turns hear keeps its speckle while both ask for it equally long.
+    reach = BEAMS_BEYOND * array.beam_deg + np.ceil(lean - 1e-9)
+    # Rounding of a long run's angles is no swing.
+    beyond = int(np.ceil((reach + np.abs(mast.swing(scanned)).max()) / spacing - 1e-6))
+    # From the foot of the mast on, though the gates may start further out: what is near can shadow what is far.
+    far = radar.range_m[1] + RangeResponse.of(radar).support_m
+    rungs = int(np.ceil((far - INNERMOST_M) / detail.facet_m)) + 1
+    if radar.scan == "staring":
+        middle = round(0.5 * sector_width(radar) / spacing)
+        line = np.arange(middle - beyond, middle + beyond + 1)
+        time = column_time = (turn + 0.5) * mast.period  # the sea as it is half-way
+        time, column_time = np.full(line.size, time), np.full(line.size - 1, column_time)
+    else:
+        inside = int(np.ceil(sector_width(radar) / spacing - 1e-9))
+        line = np.arange(-beyond, inside + beyond + 1)
+        nominal = (turn * per_circle + line) / per_circle * mast.period  # the same bits where a turn meets the next
+        time = mast.passing(spacing * line.astype(np.float64), nominal)
+        column_time = 0.5 * (time[1:] + time[:-1])
+    sweep = spacing * line.astype(np.float64)
+    middles = mast.pose(column_time)
+    azimuth = radar.sector_deg[0] + sweep
+    frame = column_frame(0.5 * (azimuth[1:] + azimuth[:-1]))
+    return PolarGrid(
+        turn=turn,
+        spacing_deg=spacing,
+        first=int(line[0]),
+        per_circle=per_circle,
+        sweep=sweep,
+        azimuth=azimuth,
+        time=time,
+        ground_range=INNERMOST_M + detail.facet_m * np.arange(rungs, dtype=np.float64),
+        pose=mast.pose(time),
+        column_pose=middles,
+        drift=np.einsum("cij,caj->cai", frame, mast.velocity(column_time)),
+        reach_deg=reach,
+    )

@@ -1,0 +1,189 @@
+"""The triangulated sea of one turn, as a trimesh, on the polar grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Protocol, overload
+
+import numpy as np
+from numpy.typing import NDArray
+from trimesh import Trimesh
+
+from ..conventions import unit_from_azimuth
+from ..settings import RadarSettings, TracingSettings
+from .facets import Facets, facets_of, strain_of
+from .grid import INNERMOST_M, PolarGrid, polar_grid
+
+
+class MovingSurface(Protocol):
+    """What the mesher asks of a sea."""
+
+    def elevation_and_velocity(
+        self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float32]]: ...
+
+
+class StrainingSurface(MovingSurface, Protocol):
+    """… of one whose long waves strain the short ones."""
+
+    def elevation_velocity_and_relaxed_shift(
+        self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64], rate: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float32], NDArray[np.float32]]: ...
+
+
+@dataclass(frozen=True)
+class SurfaceMesh:
+    """The triangulated sea of one turn, in a frame centred on the middle of the array at each column's own time."""
+
+    grid: PolarGrid
+    elevation: NDArray[np.float64]  # (line, rung) m above mean sea level
+    velocity_look: NDArray[np.float32]  # (line, rung) m/s, horizontal, outward
+    velocity_up: NDArray[np.float32]  # (line, rung) m/s
+    relaxed_shift: NDArray[np.float32] | None = None  # (line, rung, 2) m east north, if the strain is wanted
+
+    def sheets(self) -> list[tuple[slice, ...]]:
+        """Column slices grouped so that those of a group do not overlap in azimuth.
+
+        The first group is the turn itself. Further ones, where the turn overlaps its own beginning, are what runs on
+        beyond it: the same places at other times, which must not be traced together with the first.
+        """
+        grid = self.grid
+        if grid.columns <= grid.per_circle:
+            return [(slice(0, grid.columns),)]
+        start = -grid.first
+        stop = min(start + grid.per_circle, grid.columns)  # a sector just short of the circle runs on for less
+        rest = [each for each in (slice(0, start), slice(stop, grid.columns)) if each.stop > each.start]
+        if grid.columns - (stop - start) > grid.per_circle:  # a boat that swings far off its heading
+            return [(slice(start, stop),), *((each,) for each in rest)]
+        return [(slice(start, stop),), tuple(rest)]
+
+    def trimesh(self, sheet: tuple[slice, ...]) -> Trimesh:
+        """The surface of a sheet in the antennas' frame, east, north, up [m]; faces counter-clockwise from above.
+
+        Slices are not joined. Faces come column by column and from near to far, near facet before far facet.
+        """
+        return as_trimesh(self.vertices(sheet), triangulation(widths(sheet), self.grid.ground_range.size))
+
+    def vertices(self, sheet: tuple[slice, ...]) -> NDArray[np.float64]:
+        """(n, 3) m, those of `trimesh`: line by line, from near to far."""
+        ranges = self.grid.ground_range
+        whole = []
+        for columns in sheet:
+            lines = slice(columns.start, columns.stop + 1)
+            east, north = unit_from_azimuth(self.grid.azimuth[lines])
+            vertices = np.empty((east.size, ranges.size, 3))
+            np.multiply(east[:, None], ranges, out=vertices[..., 0])
+            np.multiply(north[:, None], ranges, out=vertices[..., 1])
+            np.subtract(self.elevation[lines], self.grid.pose.origin[lines, 2:], out=vertices[..., 2])
+            whole.append(vertices.reshape(-1, 3))
+        return np.concatenate(whole) if len(whole) > 1 else whole[0]
+
+    @cached_property
+    def world_trimesh(self) -> Trimesh:
+        """The surface of the turn, east, north and up of mean sea level in the world [m]."""
+        (columns,) = self.sheets()[0]
+        surface = self.trimesh((columns,))
+        origin = self.grid.pose.origin[columns.start : columns.stop + 1]
+        vertices = (surface.vertices.reshape(origin.shape[0], -1, 3) + origin[:, None]).reshape(-1, 3)
+        return as_trimesh(vertices, surface.faces)
+
+    def write(self, path: str | Path) -> Path:
+        """Write the turn as PLY or GLB, by the file's ending."""
+        path = Path(path)
+        if path.suffix.lower() not in (".ply", ".glb"):
+            raise ValueError(f"mesh file '{path}': the ending must be .ply or .glb")
+        self.world_trimesh.export(path)
+        return path
+
+    @cached_property
+    def facets(self) -> Facets:
+        """The facets' geometry."""
+        return facets_of(self.grid, self.elevation, self.velocity_look, self.velocity_up)
+
+    @cached_property
+    def strain(self) -> NDArray[np.float32] | None:
+        """(column, facet) −∂D/∂l of the relaxed shift D along the look l: > 0 where short waves crowd. None where the
+        mesh was made without the shift."""
+        return None if self.relaxed_shift is None else strain_of(self.relaxed_shift, self.grid)
+
+
+@overload
+def sea_on_grid(
+    sea: MovingSurface, grid: PolarGrid, rate: None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float32]]: ...
+@overload
+def sea_on_grid(
+    sea: StrainingSurface, grid: PolarGrid, rate: float
+) -> tuple[NDArray[np.float64], NDArray[np.float32], NDArray[np.float32]]: ...
+def sea_on_grid(sea, grid: PolarGrid, rate: float | None = None):
+    """Elevation (line, rung) m and velocity (line, rung, 3) m/s, each line at the time when the beam passes it.
+
+    With the rate [1/s] at which short waves relax also their relaxed shift (line, rung, 2) m, for `SurfaceMesh.strain`.
+    """
+    east, north = unit_from_azimuth(grid.place_azimuth)
+    x = grid.pose.origin[:, :1] + east[:, None] * grid.ground_range
+    y = grid.pose.origin[:, 1:2] + north[:, None] * grid.ground_range
+    t = np.broadcast_to(grid.time[:, None], x.shape)
+    if rate is None:
+        return sea.elevation_and_velocity(x, y, t)
+    return sea.elevation_velocity_and_relaxed_shift(x, y, t, rate)
+
+
+def surface_mesh(
+    grid: PolarGrid,
+    elevation: NDArray[np.float64],
+    velocity: NDArray[np.float32],
+    relaxed_shift: NDArray[np.float32] | None = None,
+) -> SurfaceMesh:
+    """The mesh of a turn from the sea on its grid."""
+    east, north = (axis[:, None].astype(np.float32) for axis in unit_from_azimuth(grid.azimuth))
+    look = (velocity[..., 0] * east + velocity[..., 1] * north).astype(np.float32, copy=False)
+    up = np.ascontiguousarray(velocity[..., 2])
+    return SurfaceMesh(grid, elevation, look, up, relaxed_shift)
+
+
+def mesh_turn(sea: MovingSurface, radar: RadarSettings, tracing: TracingSettings, turn: int) -> SurfaceMesh:
+    """Mesh the sea of one turn, without the strain of short waves."""
+    grid = polar_grid(radar, tracing, turn)
+    return surface_mesh(grid, *sea_on_grid(sea, grid))
+
+
+def submerged_lines(mesh: SurfaceMesh, sea: MovingSurface) -> NDArray[np.bool_]:
+    """(line,): the sea covers a phase centre, at its own place, when the beam passes the line."""
+    pose = mesh.grid.pose
+    centres = pose.positions
+    # The first rung lies a metre from the mast: where the sea stays two metres below the antennas there, it does not
+    # reach them (that would be a slope of 2), and need not be asked for.
+    away = float(np.abs(pose.offsets[..., :2]).max()) + INNERMOST_M
+    if mesh.elevation[:, 0].max() + 2.0 * away < centres[..., 2].min():
+        return np.zeros(mesh.grid.sweep.size, dtype=bool)
+    time = np.broadcast_to(mesh.grid.time[:, None], centres.shape[:2])
+    elevation, _ = sea.elevation_and_velocity(centres[..., 0], centres[..., 1], time)
+    return np.any(elevation >= centres[..., 2], axis=1)
+
+
+def as_trimesh(vertices: NDArray[np.float64], faces: NDArray[np.integer]) -> Trimesh:
+    """The surface as trimesh holds it, unchanged: nothing is merged, dropped or copied.
+
+    trimesh keeps faces as int64, into which int32 are cast: 1 ms of a turn of `choppy_sea`. To hold them so from the
+    start would cost as much, for twice the bytes are then moved.
+    """
+    return Trimesh(vertices=vertices, faces=faces, process=False, validate=False)
+
+
+def widths(sheet: tuple[slice, ...]) -> tuple[int, ...]:
+    """How many columns each slice has."""
+    return tuple(columns.stop - columns.start for columns in sheet)
+
+
+def triangulation(widths: tuple[int, ...], rungs: int) -> NDArray[np.int32]:
+    """Faces (m, 3) of slices so many columns wide: the numbers of their vertices. They are the same for all seas."""
+    whole, offset = [], 0
+    for columns in widths:
+        corner = np.arange(columns)[:, None] * rungs + np.arange(rungs - 1) + offset
+        near, far = (0, rungs, rungs + 1), (0, rungs + 1, 1)
+        whole.append((corner[..., None] + np.array((*near, *far))).astype(np.int32).reshape(-1, 3))
+        offset += (columns + 1) * rungs
+    return np.concatenate(whole)
