@@ -157,18 +157,18 @@ def _chosen(sea: SeaSettings, radar: RadarSettings, tracing: TracingSettings, fa
     enough = fits & (worst <= 1.0)
     given = tracing.facet_m is not None and tracing.columns_per_beam is not None
     if enough.any():
-        place = np.unravel_index(np.argmin(np.where(enough, count, np.inf)), count.shape)
-        limited_by = reason if facet[place[0]] == coarsest else names[int(np.argmax([each[place] for each in shares]))]
+        cell = np.unravel_index(np.argmin(np.where(enough, count, np.inf)), count.shape)
+        limited_by = reason if facet[cell[0]] == coarsest else names[int(np.argmax([each[cell] for each in shares]))]
     else:
         # Of those that fit, the best; if none does, the coarsest: the scene then says what is too much.
         rank = np.where(fits, worst, np.inf) if fits.any() else count
-        place = np.unravel_index(np.argmin(rank), count.shape)
-        target = names[int(np.argmax([each[place] for each in shares]))]
+        cell = np.unravel_index(np.argmin(rank), count.shape)
+        target = names[int(np.argmax([each[cell] for each in shares]))]
         why = "the spacings that are given" if given or fits.all() else f"{MOST_TRIANGLES:.3g} triangles of memory"
-        limited_by = f"{why}: {target} is exceeded {worst[place]:.2g} times"
+        limited_by = f"{why}: {target} is exceeded {worst[cell]:.2g} times"
     if given and enough.any():
         limited_by = "as given"
-    return errors.detail(place, int(count[place]), limited_by)
+    return errors.detail(cell, int(count[cell]), limited_by)
 
 
 def range_cell(radar: RadarSettings) -> float:
@@ -203,8 +203,8 @@ def chord_error(kappa: ArrayLike) -> NDArray[np.float64]:
 # ------------------------------------------------------------------------------------------------------ the model
 
 
-_Parts = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
-_NO_WAVES: _Parts = (np.zeros(1), np.zeros(1), np.zeros(1))
+_Components = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+_NO_WAVES: _Components = (np.zeros(1), np.zeros(1), np.zeros(1))
 
 
 @dataclass(frozen=True)
@@ -219,15 +219,15 @@ class _Waves:
     @classmethod
     def of(cls, sea: SeaSettings) -> _Waves:
         spacing = resolution(sea)
-        found: list[_Parts] = [_NO_WAVES]
+        components: list[_Components] = [_NO_WAVES]
         for waves in sea.waves:
             if isinstance(waves, SinusoidWaves):
                 east, north = travel_direction(waves)
                 k = 2.0 * np.pi / waves.wavelength_m
-                found.append((np.array([waves.height_m**2 / 8.0]), np.array([k * east]), np.array([k * north])))
+                components.append((np.array([waves.height_m**2 / 8.0]), np.array([k * east]), np.array([k * north])))
             elif isinstance(waves, RandomWaves):
-                found.append(_random(spectral_system(waves, sea.depth_m), np.pi / spacing))
-        variance, east, north = (np.concatenate(parts) for parts in zip(*found, strict=True))
+                components.append(_random(spectral_system(waves, sea.depth_m), np.pi / spacing))
+        variance, east, north = (np.concatenate(each) for each in zip(*components, strict=True))
         return cls(variance, east, north, spacing)
 
     def toward(self, azimuth_deg: float) -> NDArray[np.float64]:
@@ -256,7 +256,7 @@ class _Waves:
         return (self.variance * k[:, 0] ** 2) @ (1.0 - np.sinc(k * spacing / (2.0 * np.pi)) ** 2)
 
 
-def _random(system: SpectralSystem, limit: float) -> _Parts:
+def _random(system: SpectralSystem, limit: float) -> _Components:
     """Variance, east and north of the waves that stand for a system's up to `limit` rad/m."""
     longest = system.peak_wavenumber / 4.0
     if longest >= limit:
@@ -305,14 +305,14 @@ class _Errors:
         """rms (facet size, columns) over the ranges of the worst look, by how much is seen there."""
         return np.sqrt(np.sum(self._weight * errors**2, axis=1)).max(axis=0)
 
-    def detail(self, place: tuple[np.intp, ...], count: int, limited_by: str) -> MeshDetail:
+    def detail(self, cell: tuple[np.intp, ...], count: int, limited_by: str) -> MeshDetail:
         """What was chosen."""
         every = (self.height, self.power, self.visible)
-        height, power, visible = (float(self.window(each)[place]) for each in every)
-        rows = zip(self.range, *(np.sqrt(np.mean(each[:, :, *place] ** 2, axis=0)) for each in every), strict=True)
+        height, power, visible = (float(self.window(each)[cell]) for each in every)
+        rows = zip(self.range, *(np.sqrt(np.mean(each[:, :, *cell] ** 2, axis=0)) for each in every), strict=True)
         return MeshDetail(
-            facet_m=float(self.facet[place[0]]),
-            columns_per_beam=int(self.columns[place[1]]),
+            facet_m=float(self.facet[cell[0]]),
+            columns_per_beam=int(self.columns[cell[1]]),
             facets=count,
             height_error_m=height,
             power_error_db=power,

@@ -18,7 +18,7 @@ from .grid import INNERMOST_M, PolarGrid, polar_grid
 
 
 class MovingSurface(Protocol):
-    """What the mesher asks of a sea."""
+    """What the mesher needs of a sea: points x, y [m] and times t [s] (…) → elevation (…) m and velocity (…, 3) m/s."""
 
     def elevation_and_velocity(
         self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64]
@@ -26,7 +26,7 @@ class MovingSurface(Protocol):
 
 
 class StrainingSurface(MovingSurface, Protocol):
-    """… of one whose long waves strain the short ones."""
+    """A sea whose long waves strain the short ones: it also gives their relaxed shift (…, 2) m, for a rate [1/s]."""
 
     def elevation_velocity_and_relaxed_shift(
         self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64], rate: float
@@ -47,7 +47,7 @@ class SurfaceMesh:
         """Column slices grouped so that those of a group do not overlap in azimuth.
 
         The first group is the turn itself. Further ones, where the turn overlaps its own beginning, are what runs on
-        beyond it: the same places at other times, which must not be traced together with the first.
+        beyond it: the same ground at other times, which must not be traced together with the first.
         """
         grid = self.grid
         if grid.columns <= grid.per_circle:
@@ -90,7 +90,7 @@ class SurfaceMesh:
         return as_trimesh(vertices, surface.faces)
 
     def write(self, path: str | Path) -> Path:
-        """Write the turn as PLY or GLB, by the file's ending."""
+        """Write the turn, in the world, as PLY or GLB by the file's ending. ValueError for any other ending."""
         path = Path(path)
         if path.suffix.lower() not in (".ply", ".glb"):
             raise ValueError(f"mesh file '{path}': the ending must be .ply or .glb")
@@ -137,7 +137,11 @@ def surface_mesh(
     velocity: NDArray[np.float32],
     relaxed_shift: NDArray[np.float32] | None = None,
 ) -> SurfaceMesh:
-    """The mesh of a turn from the sea on its grid."""
+    """The mesh of a turn from the sea on its grid.
+
+    elevation (line, rung) m, velocity (line, rung, 3) m/s east north up, relaxed_shift (line, rung, 2) m east north; as
+    `sea_on_grid` gives them.
+    """
     east, north = (axis[:, None].astype(np.float32) for axis in unit_from_azimuth(grid.azimuth))
     look = (velocity[..., 0] * east + velocity[..., 1] * north).astype(np.float32, copy=False)
     up = np.ascontiguousarray(velocity[..., 2])
@@ -151,11 +155,11 @@ def mesh_turn(sea: MovingSurface, radar: RadarSettings, tracing: TracingSettings
 
 
 def submerged_lines(mesh: SurfaceMesh, sea: MovingSurface) -> NDArray[np.bool_]:
-    """(line,): the sea covers a phase centre, at its own place, when the beam passes the line."""
+    """(line,): the sea covers a phase centre, where it stands, when the beam passes the line."""
     pose = mesh.grid.pose
     centres = pose.positions
     # The first rung lies a metre from the mast: where the sea stays two metres below the antennas there, it does not
-    # reach them (that would be a slope of 2), and need not be asked for.
+    # reach them (that would be a slope of 2), and need not be evaluated.
     away = float(np.abs(pose.offsets[..., :2]).max()) + INNERMOST_M
     if mesh.elevation[:, 0].max() + 2.0 * away < centres[..., 2].min():
         return np.zeros(mesh.grid.sweep.size, dtype=bool)

@@ -72,12 +72,12 @@ class Array:
     @cached_property
     def paths(self) -> tuple[tuple[int, int], ...]:
         """Pairs of antennas, the lower number first, between which echoes are heard."""
-        found = {
+        pairs = {
             (min(slot.transmitter, self.receivers[r]), max(slot.transmitter, self.receivers[r]))
             for slot in self.cycle
             for r in slot.receivers
         }
-        return tuple(sorted(found))
+        return tuple(sorted(pairs))
 
     def path(self, transmitter: int, receiver: int) -> int:
         """Number of the path from an antenna to a receiver."""
@@ -171,7 +171,7 @@ def _listed(radar: RadarSettings) -> list[Element]:
         _element(
             radar,
             placed,
-            tuple(place + error for place, error in zip(placed.offset_m, placed.offset_error_m, strict=True)),
+            tuple(offset + error for offset, error in zip(placed.offset_m, placed.offset_error_m, strict=True)),
             placed.offset_m,
             placed.role,
             _channel(placed.channel_gain_db, placed.channel_phase_deg),

@@ -34,7 +34,7 @@ _BLOCK = 1 << 21  # samples of `response` at a time
 
 
 class Chirp:
-    """The way of a chirp's echoes from point reflectors to compressed gates.
+    """The processing of a chirp's echoes, from point reflectors to compressed gates.
 
     raw_range: (sample,) m, uniform, the gates among them; from and to where a reflector can reach a gate.
     raw_range may begin below 0, where a reflector at the mast's foot spreads to. kernel_support_m: half-width of the
@@ -97,7 +97,7 @@ class Chirp:
         return self.compress(self._received(spectrum)).astype(np.complex64, copy=False)
 
     def response(self, range_m: ArrayLike) -> NDArray[np.complex128]:
-        """Gates (n, gate) of unit reflectors at ranges (n,) m: the same way, without the gathering's small error."""
+        """Gates (n, gate) of unit reflectors at ranges (n,) m: as above, without the gathering's small error."""
         ranges = np.atleast_1d(np.asarray(range_m, dtype=np.float64))
         heard = np.flatnonzero((ranges >= self._heard[0]) & (ranges <= self._heard[1]))
         voltage = np.zeros((ranges.size, self._gates.stop - self._gates.start), dtype=np.complex128)

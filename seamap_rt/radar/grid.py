@@ -30,7 +30,7 @@ class GroundGrid:
     side: float
 
     def points(self, per_side: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(y, x, point) places that sample each cell evenly, per_side² of them."""
+        """(y, x, point) points that sample each cell evenly, per_side² of them."""
         step = self.side * ((np.arange(per_side) + 0.5) / per_side - 0.5)
         dy, dx = np.meshgrid(step, step, indexing="ij")
         shape = (self.y.size, self.x.size, per_side * per_side)
@@ -62,7 +62,7 @@ class LookFan:
         return float(self.sweep[1] - self.sweep[0]) if self.sweep.size > 1 else self.cell_deg
 
     def sweep_of(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Angle from the start of the sector at which the beam passes a place, 0 … 360 deg."""
+        """Angle from the start of the sector at which the beam passes a point, 0 … 360 deg."""
         return (np.degrees(np.arctan2(x, y)) - self.start_deg) % 360.0
 
     def time(self, sweep: NDArray[np.float64]) -> NDArray[np.float64]:

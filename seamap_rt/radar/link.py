@@ -46,11 +46,11 @@ def wavelength(radar: RadarSettings) -> float:
 
 def beam_widths_deg(radar: RadarSettings) -> tuple[float, float]:
     """One-way −3 dB widths in azimuth and elevation; where a pattern has none, those that the scene gives."""
-    aerial, asked = antenna(radar), radar.antenna
+    aerial, given = antenna(radar), radar.antenna
     across, up = aerial.azimuth_beamwidth_deg, aerial.elevation_beamwidth_deg
     return (
-        across if np.isfinite(across) else asked.azimuth_beamwidth_deg,
-        up if np.isfinite(up) else asked.elevation_beamwidth_deg,
+        across if np.isfinite(across) else given.azimuth_beamwidth_deg,
+        up if np.isfinite(up) else given.elevation_beamwidth_deg,
     )
 
 
@@ -217,7 +217,7 @@ def coherent_gain(pulses: int, interval_s: float, decorrelation_time_s: float) -
 
 
 class Integration(NamedTuple):
-    """A way to add pulses up, and the ratio by which it betters one pulse."""
+    """A method to add pulses up, and the ratio by which it betters one pulse."""
 
     name: str
     gain: float
@@ -243,7 +243,7 @@ def minimum_nrcs(radar: RadarSettings, power_of_unity: ArrayLike, gain: float = 
 
 @dataclass(frozen=True)
 class Budget:
-    """One way to reckon the echo; arrays (range,) and (integration, range), ratios and watts."""
+    """One method to compute the echo; arrays (range,) and (integration, range), ratios and watts."""
 
     name: str
     power: NDArray[np.float64]  # W, of one pulse
@@ -273,9 +273,9 @@ def budget(
     nrcs: NDArray[np.float64],
     ways: tuple[Integration, ...],
 ) -> Budget:
-    """What follows from the echo [W] of σ0 = 1 and from σ0 itself, for each way to add pulses up."""
+    """What follows from the echo [W] of σ0 = 1 and from σ0 itself, for each method to add pulses up."""
     power = power_of_unity * nrcs
-    minimum = np.stack([minimum_nrcs(radar, power_of_unity, way.gain) for way in ways])
+    minimum = np.stack([minimum_nrcs(radar, power_of_unity, each.gain) for each in ways])
     return Budget(name, power, nrcs / minimum, minimum)
 
 

@@ -24,7 +24,7 @@ from .pose import antenna_axes, bearing, boat_axes
 _STEP = 1e-3  # s, over which positions are differenced: a jerk of 100 m/s³ errs by 0.02 mm/s
 _NEWTON_STEPS = 5  # two for a boat in waves; as many as _SLOWEST asks for
 _SLOWEST = 0.2  # of the turntable's rate: so fast at least the boresight must turn
-_FURTHEST_DEG = 150.0  # off its schedule: at 180 it would not be known which way it has turned
+_FURTHEST_DEG = 150.0  # off its schedule: at 180 it would not be known in which direction it has turned
 _ROUNDING = 1e-9  # deg; a boresight that is so little off its schedule is on it
 
 
@@ -132,7 +132,7 @@ class Mast:
         if self.rate == 0.0:
             return nominal
         time = nominal
-        for _ in range(_NEWTON_STEPS):  # so many for every place: the same bits whatever else is asked for
+        for _ in range(_NEWTON_STEPS):  # so many for every azimuth: the same bits whatever else is asked for
             ahead, behind = (self.swing(time + side * _STEP) for side in (0.5, -0.5))
             rate = self.rate + wrap_degrees(ahead - behind) / _STEP
             off = self.rate * (time - nominal) + self.swing(time)
@@ -140,8 +140,8 @@ class Mast:
         return time
 
     def check_that_it_sweeps(self, time: NDArray[np.float64]) -> None:
-        """Raise InputError where, at times (n,), the boresight does not pass each place once in about a turn: where the
-        boat swings it back about as fast as the turntable turns it on, or has turned round."""
+        """Raise InputError where, at times (n,), the boresight does not pass each azimuth once in about a turn: where
+        the boat swings it back about as fast as the turntable turns it on, or has turned round."""
         if self.rate == 0.0:
             return
         furthest = float(np.abs(self.swing(time)).max(initial=0.0))

@@ -48,9 +48,9 @@ class Sensors:
         if math.isinf(rate):
             return _state(self._readings(time, np.round(1e6 * time).astype(np.int64)))
         before = np.floor(rate * time).astype(np.int64)
-        number, place = np.unique(np.concatenate((before, before + 1)), return_inverse=True)
+        number, entry = np.unique(np.concatenate((before, before + 1)), return_inverse=True)
         readings = self._readings(number / rate, number)
-        first, second = readings[place[: time.size]], readings[place[time.size :]]
+        first, second = readings[entry[: time.size]], readings[entry[time.size :]]
         return _state(first + (rate * time - before)[:, None] * (second - first))
 
     def _readings(self, time: NDArray[np.float64], number: NDArray[np.int64]) -> NDArray[np.float64]:

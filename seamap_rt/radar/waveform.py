@@ -70,8 +70,8 @@ def chirp_spectrum(frequency_hz: NDArray[np.float64], width_s: float, bandwidth_
     (sine_stop, cosine_stop), (sine_start, cosine_start) = (
         fresnel(steepness * (0.5 * side * width_s - centre)) for side in (1.0, -1.0)
     )
-    turned = np.exp(-1j * np.pi * frequency_hz * centre)
-    return turned * (cosine_stop - cosine_start + 1j * (sine_stop - sine_start)) / steepness
+    carrier = np.exp(-1j * np.pi * frequency_hz * centre)
+    return carrier * (cosine_stop - cosine_start + 1j * (sine_stop - sine_start)) / steepness
 
 
 @dataclass(frozen=True)
@@ -174,8 +174,8 @@ class RangeResponse:
         step = 0.5 * SPEED_OF_LIGHT / (_POINTS * self.bandwidth_hz)
         offset, peak = np.arange(0.0, self.reach_m + step, step), float(self(0.0))
         first = int(np.argmax(self(offset) <= share * peak))
-        found = brentq(lambda r: float(self(r)) - share * peak, offset[first - 1], offset[first])
-        return float(found)  # type: ignore[arg-type]
+        crossing = brentq(lambda r: float(self(r)) - share * peak, offset[first - 1], offset[first])
+        return float(crossing)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)

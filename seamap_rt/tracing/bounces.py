@@ -35,7 +35,7 @@ from ..conventions import SPEED_OF_LIGHT
 from ..mesh import SurfaceMesh
 from .horizon import trace_horizon
 from .illumination import Illumination
-from .paths import antenna_places, sea_scene
+from .paths import antennas_east_north_up, sea_scene
 from .rays import VACUUM_PERMITTIVITY
 
 Array = NDArray[np.float64]
@@ -120,20 +120,20 @@ def path_echo(
     sheet = next((s for s in mesh.sheets() if any(e.start <= columns.start < columns.stop <= e.stop for e in s)), None)
     if sheet is None:
         raise ValueError(f"columns = {columns}: must lie in one sheet of the mesh; give first and last of one of them")
-    place = antenna_places(mesh.grid)[(columns.start + columns.stop) // 2, antenna]
+    position = antennas_east_north_up(mesh.grid)[(columns.start + columns.stop) // 2, antenna]
     scene = sea_scene(mesh, sheet, frequency_hz, **body.properties(frequency_hz))
     rt: Any = importlib.import_module("sionna.rt")
-    scene.add(rt.Transmitter("transmitter", position=place.tolist()))
-    scene.add(rt.Receiver("receiver", position=place.tolist()))
+    scene.add(rt.Transmitter("transmitter", position=position.tolist()))
+    scene.add(rt.Receiver("receiver", position=position.tolist()))
     window = _window(mesh, columns, antenna)
     count = mesh.facets.distance.size
     faces = np.concatenate([np.arange(each.start * count, each.stop * count) for each in sheet])
     specular = bool(body.scattering_coefficient < 1.0)
     random = np.random.default_rng(seed)
-    parts = []
+    launched = []
     for _ in range(launches):
         with _launching(window.lattice(random.random(2))):
-            found = rt.PathSolver(deterministic=True)(
+            solved = rt.PathSolver(deterministic=True)(
                 scene,
                 max_depth=bounces,
                 max_num_paths_per_src=samples * bounces,
@@ -144,9 +144,9 @@ def path_echo(
                 refraction=False,
                 seed=int(random.integers(2**31)),
             )
-        parts.append(_paths(found, place, window, faces, bounces))
-    launch = np.repeat(np.arange(launches), [part[0].size for part in parts])
-    return PathEcho(launches, launch, *(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
+        launched.append(_paths(solved, position, window, faces, bounces))
+    launch = np.repeat(np.arange(launches), [each[0].size for each in launched])
+    return PathEcho(launches, launch, *(np.concatenate(each, axis=-1) for each in zip(*launched, strict=True)))
 
 
 def lambertian_power(facets: Illumination, columns: slice, antenna: int, frequency_hz: float) -> tuple[Array, Array]:
@@ -222,16 +222,18 @@ def _launching(lattice: Lattice) -> Iterator[None]:
         solver.fibonacci_lattice = usual
 
 
-def _paths(found: Any, place: Array, window: _Window, faces: NDArray[np.int64], bounces: int) -> tuple[NDArray, ...]:
+def _paths(
+    solved: Any, position: Array, window: _Window, faces: NDArray[np.int64], bounces: int
+) -> tuple[NDArray, ...]:
     """The fields of PathEcho from `power` on, of one launch."""
-    valid = np.array(found.valid, dtype=bool).ravel()
-    kind = np.array(found.interactions).astype(np.int64).reshape(bounces, valid.size)[:, valid]
-    first = np.array(found.vertices, dtype=np.float64).reshape(bounces, valid.size, 3)[0, valid] - place
-    face = np.array(found.primitives).astype(np.int64).reshape(bounces, valid.size)[0, valid]
-    real, imaginary = (np.array(part, dtype=np.float64).ravel()[valid] for part in found.a)
+    valid = np.array(solved.valid, dtype=bool).ravel()
+    kind = np.array(solved.interactions).astype(np.int64).reshape(bounces, valid.size)[:, valid]
+    first = np.array(solved.vertices, dtype=np.float64).reshape(bounces, valid.size, 3)[0, valid] - position
+    face = np.array(solved.primitives).astype(np.int64).reshape(bounces, valid.size)[0, valid]
+    real, imaginary = (np.array(part, dtype=np.float64).ravel()[valid] for part in solved.a)
     sine = first[:, 2] / np.linalg.norm(first, axis=-1)
     weight = np.where((kind == DIFFUSE).any(axis=0), window.weight(sine), 1.0)
-    delay = np.array(found.tau, dtype=np.float64).ravel()[valid]
+    delay = np.array(solved.tau, dtype=np.float64).ravel()[valid]
     # In an order of their own: the solver's may follow its threads.
     order = np.lexsort((*first.T, delay, *kind, face))
     power = weight * (real**2 + imaginary**2)

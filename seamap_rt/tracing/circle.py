@@ -31,7 +31,7 @@ def circle_grid(radar: RadarSettings, tracing: TracingSettings) -> tuple[PolarGr
     whole = polar_grid(radar.model_copy(update=around), tracing.model_copy(update=columns), 0)
     facets = 2.0 * whole.ground_range[-1] / plain.facet_m
     most = min(int(_MOST_FACETS / ((_GROUP + 1) * facets)), whole.per_circle // (2 * _GROUP))
-    # A mesh of tiny facets takes fewer places, for memory's sake.
+    # A mesh of tiny facets takes fewer groups, for memory's sake.
     most = min(most, int(4 * _MOST_FACETS / ((_GROUP + 1) * 2 * whole.ground_range.size)))
     groups = min(max(most, _LEAST_GROUPS), whole.per_circle // (_GROUP + 1))
     start = np.arange(groups) * whole.per_circle // groups - whole.first

@@ -50,8 +50,8 @@ def diffract(light: Illumination, mesh: SurfaceMesh, wavelength_m: float) -> Ill
     """
     if not 0.0 < wavelength_m < np.inf:
         raise ValueError(f"wavelength_m = {wavelength_m:g}: must be finite and above 0; give the radar's, c/f")
-    places = mesh.grid.antenna_positions
-    field = np.zeros((places.shape[1], *light.height.shape), dtype=np.complex64)
+    positions = mesh.grid.antenna_positions
+    field = np.zeros((positions.shape[1], *light.height.shape), dtype=np.complex64)
     ray_slope = np.zeros(light.height.shape, dtype=np.float32)
     table = _fresnel_table()
     planes = [_chain(profile(mesh.elevation, mesh.grid, fraction)) for fraction in (NEAR_FRACTION, FAR_FRACTION)]
@@ -60,9 +60,10 @@ def diffract(light: Illumination, mesh: SurfaceMesh, wavelength_m: float) -> Ill
         columns = slice(start, start + _COLUMNS)
         for first, (distance, height) in enumerate(planes):
             surface = height[columns] - mesh.grid.column_height[columns]
-            for antenna in range(places.shape[1]):
-                place = np.ascontiguousarray(places[columns, antenna, ::2]), 4.0 / wavelength_m, 1.0 / places.shape[1]
-                _over_edges(distance, surface, first, place, table, field[antenna, columns], ray_slope[columns])
+            for antenna in range(positions.shape[1]):
+                antenna_at = np.ascontiguousarray(positions[columns, antenna, ::2])
+                station = antenna_at, 4.0 / wavelength_m, 1.0 / len(field)
+                _over_edges(distance, surface, first, station, table, field[antenna, columns], ray_slope[columns])
 
     with ThreadPoolExecutor(threads()) as pool:
         list(pool.map(work, range(0, light.grid.columns, _COLUMNS)))
@@ -95,20 +96,20 @@ def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @_compiled
-def _over_edges(distance, surface, first, place, table, field, ray_slope):
+def _over_edges(distance, surface, first, station, table, field, ray_slope):
     """Fill field (column, facet) with F of the facets first, first + 2 …, and add this antenna's share of their rays'
     slope to ray_slope.
 
-    distance (corner,) and surface (column, corner) are in the antennas' frame; place: where the antenna is in it for
-    each column, along and above; 4/λ; and that share.
+    distance (corner,) and surface (column, corner) are in the antennas' frame; station: the antenna's position in it
+    for each column, along and above; 4/λ; and that share.
     """
-    standing, per_wavelength, share = place
+    position, per_wavelength, share = station
     corners = distance.size
     rise, tangent = np.empty(corners), np.empty(corners)
     edges = np.empty((3, corners))  # reach, rise and tangent of each
     coming = np.empty(corners, np.complex128)  # to each edge
     for column in range(surface.shape[0]):
-        along, above = standing[column, 0], standing[column, 1]
+        along, above = position[column, 0], position[column, 1]
         reach = distance - along
         for n in range(corners):
             rise[n] = surface[column, n] - above
@@ -143,7 +144,7 @@ def _over_edges(distance, surface, first, place, table, field, ray_slope):
 
 @_compiled
 def _up_to(edges, count, x, z, per_wavelength, table):
-    """The field at (x, z), or on the way over it, after the dominating one of the first `count` edges."""
+    """The field at (x, z), or on the path over it, after the dominating one of the first `count` edges."""
     return _past(edges, _dominant(edges, count, x, z / x), x, z, per_wavelength, table)
 
 
@@ -170,10 +171,10 @@ def _past(edges, number, x, z, per_wavelength, table):
     size = abs(v)
     shadow = 0.0j
     if size < _END:
-        place = size * _PER_V
-        n = int(place)
+        entry = size * _PER_V
+        n = int(entry)
         phase = 0.5 * np.pi * size * size
-        shadow = (table[n] + (place - n) * (table[n + 1] - table[n])) * complex(np.cos(phase), -np.sin(phase))
+        shadow = (table[n] + (entry - n) * (table[n + 1] - table[n])) * complex(np.cos(phase), -np.sin(phase))
     return shadow if v > 0.0 else 1.0 - shadow
 
 

@@ -42,13 +42,13 @@ class Skyline:
     def __init__(self, mesh: SurfaceMesh) -> None:
         self._grid, self._elevation = mesh.grid, mesh.elevation
 
-    def sees(self, eyes: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """(n,) whether eyes (n, 3) near the mast see places (n, 3) of the world over the crests.
+    def sees(self, eyes: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """(n,) whether eyes (n, 3) near the mast see points (n, 3) of the world over the crests.
 
         False beside the mesh, where no beam looks.
         """
         grid = self._grid
-        away = places[:, :2] - eyes[:, :2]
+        away = points[:, :2] - eyes[:, :2]
         distance = np.maximum(np.hypot(*away.T), 1e-9)
         azimuth = np.degrees(np.arctan2(away[:, 0], away[:, 1]))
         # Of a turn that overlaps its own start, the line within the turn; of a sector, those before its start too.
@@ -58,7 +58,7 @@ class Skyline:
         tangent = (self._elevation[np.where(known, line, 0)] - eyes[:, 2:]) / grid.ground_range
         nearer = grid.ground_range < distance[:, None]
         highest = np.where(nearer, tangent, -np.inf).max(axis=1)
-        return known & ((places[:, 2] - eyes[:, 2]) / distance > highest)
+        return known & ((points[:, 2] - eyes[:, 2]) / distance > highest)
 
 
 def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -82,16 +82,16 @@ def _light(
     for column in range(begin, end):
         here, there = elevation[column], elevation[column + 1]
         for antenna in range(lit.shape[0]):
-            place, top = along[column, antenna], above[column, antenna]
+            ahead, top = along[column, antenna], above[column, antenna]
             highest = -np.inf
             for rung in range(share.size):
                 facet = 2 * rung + first
                 corner = (1.0 - fraction) * here[rung] + fraction * there[rung]
-                highest = max(highest, _tangent(rung_distance[rung] - place, corner - top))
+                highest = max(highest, _tangent(rung_distance[rung] - ahead, corner - top))
                 diagonal = (1.0 - share[rung]) * here[rung] + share[rung] * there[rung + 1]
-                beyond = max(highest, _tangent(diagonal_distance[rung] - place, diagonal - top))
+                beyond = max(highest, _tangent(diagonal_distance[rung] - ahead, diagonal - top))
                 edge = beyond if first else highest
-                lit[antenna, column, facet] = _tangent(distance[facet] - place, height[column, facet] - top) > edge
+                lit[antenna, column, facet] = _tangent(distance[facet] - ahead, height[column, facet] - top) > edge
                 highest = beyond
 
 

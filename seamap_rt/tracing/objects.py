@@ -1,10 +1,10 @@
 """What objects hide: straight segments from an antenna to a facet, or to another object, against their triangles.
 
 Rays are traced in float32 by Mitsuba, one object after another. A segment is first cut, in float64, to the part within
-the object's bounding sphere and told from the object's own middle, so that rounding costs 1e-7 of the object's size,
+the object's bounding sphere and given from the object's own middle, so that rounding costs 1e-7 of the object's size,
 wherever it lies. Segments that pass it by, most of them, are dropped before.
 
-World-fixed objects are told in the world's axes, boat-fixed ones in the boat's, and the segments likewise.
+World-fixed objects are given in the world's axes, boat-fixed ones in the boat's, and the segments likewise.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Occluder:
         return one
 
     def blocked(self, origin: ArrayLike, target: ArrayLike, stop_short_m: float = STOP_SHORT_M) -> NDArray[np.bool_]:
-        """(n,) whether the segment from origin (n, 3) or (3,) to target (n, 3), told in the frame, meets an object.
+        """(n,) whether the segment from origin (n, 3) or (3,) to target (n, 3), in the frame's axes, meets an object.
 
         It ends `stop_short_m` short of the target. Segments with a coordinate that is not finite meet nothing.
         """
@@ -82,18 +82,18 @@ class _Body:
         self, starts: NDArray[np.float64], ends: NDArray[np.float64], stop_short_m: float
     ) -> tuple[NDArray[np.intp], Rays]:
         """Which segments may meet the object, and their parts that may, from its centre."""
-        all_chosen, parts = [], []
+        all_chosen, clipped = [], []
         for first in range(0, len(ends), _AT_ONCE):
             start, end = starts[first : first + _AT_ONCE], ends[first : first + _AT_ONCE]
             near = self._near(start, end)
             if near.size:
                 inside, part = self._within(start[near], end[near], stop_short_m)
                 all_chosen.append(first + near[inside])
-                parts.append(part)
-        if not parts:
+                clipped.append(part)
+        if not clipped:
             none = np.zeros((0, 3), dtype=np.float32)
             return np.zeros(0, dtype=np.intp), (none, none, none[:, 0])
-        origin, direction, length = (np.concatenate(pieces) for pieces in zip(*parts, strict=True))
+        origin, direction, length = (np.concatenate(pieces) for pieces in zip(*clipped, strict=True))
         return np.concatenate(all_chosen), (origin, direction, length)
 
     def _near(self, start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.intp]:
@@ -132,11 +132,11 @@ class _Body:
         mi = self._mi
         origin, direction, length = rays
         start = mi.Point3f(*(flat(mi.Float, axis) for axis in origin.T))
-        way = mi.Vector3f(*(flat(mi.Float, axis) for axis in direction.T))
+        towards = mi.Vector3f(*(flat(mi.Float, axis) for axis in direction.T))
         reach = flat(mi.Float, length)
         hit = mi.Bool(False)
-        for aside in (0.0, *mi.coordinate_system(way)):
-            ray = mi.Ray3f(start + self.radius * _HAIR * aside, way, reach, time=mi.Float(0.0), wavelengths=[])
+        for aside in (0.0, *mi.coordinate_system(towards)):
+            ray = mi.Ray3f(start + self.radius * _HAIR * aside, towards, reach, time=mi.Float(0.0), wavelengths=[])
             hit |= self._scene.ray_test(ray, ~hit)
         return np.array(hit)
 
@@ -179,8 +179,8 @@ def to_world(points: ArrayLike, origin: ArrayLike, boat_axes: ArrayLike) -> NDAr
 
     origin (…, 3) [m]: the foot of the mast at the waterline; boat_axes (…, 3, 3) as `radar.pose` gives them.
     """
-    turned = np.einsum("...i,...ij->...j", np.asarray(points, dtype=np.float64), np.asarray(boat_axes))
-    return turned + np.asarray(origin, dtype=np.float64)
+    rotated = np.einsum("...i,...ij->...j", np.asarray(points, dtype=np.float64), np.asarray(boat_axes))
+    return rotated + np.asarray(origin, dtype=np.float64)
 
 
 def to_boat(points: ArrayLike, origin: ArrayLike, boat_axes: ArrayLike) -> NDArray[np.float64]:

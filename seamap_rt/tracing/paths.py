@@ -29,12 +29,12 @@ from .shapes import mitsuba_mesh
 Array = NDArray[np.float64]
 _BEFORE = 0.2  # of the rung spacing: a point lies 1/3 of it inside its facet along the look
 _BATCH = 200_000  # receivers at a time
-_SAME_PLACE = 6  # decimals of a metre: antennas closer than float32 can tell at 10 m are one
+_SAME_POSITION = 6  # decimals of a metre: antennas closer than float32 can tell at 10 m are one
 _SECONDS_A_CALL, _SECONDS_A_FACET, _MOST_SECONDS = 0.04, 2e-6, 3600.0
 
 
 class PathsTracer:
-    """Traces meshes by PathSolver. Each antenna's place is a call: a mast that leans or moves has one for each column.
+    """Traces meshes by PathSolver. Each position of an antenna is a call: a mast that leans or moves has one a column.
 
     On two cores some 1.2 s for a million facets and antennas, and 0.04 s a call.
     """
@@ -46,7 +46,7 @@ class PathsTracer:
     def __call__(self, mesh: SurfaceMesh) -> Illumination:
         """The mesh's facets, lit geometrically. ValueError where that would take hours."""
         facets, grid = mesh.facets, mesh.grid
-        starts = antenna_places(grid)
+        starts = antennas_east_north_up(grid)
         calls = [list(_together(sheet, starts[:, a])) for sheet in mesh.sheets() for a in range(starts.shape[1])]
         _refuse_hours(sum(map(len, calls)), facets.height.size * starts.shape[1])
         facing = np.stack([_faces(facets, grid.antenna_positions[:, antenna]) for antenna in range(starts.shape[1])])
@@ -74,16 +74,16 @@ class LineOfSight:
         self._scene.add(self._rt.Transmitter("antenna", position=[0.0, 0.0, 0.0]))
         self._scene.add(self._rt.Receiver("facets", position=[0.0, 0.0, 0.0]))
 
-    def sees(self, start: Array, places: Array) -> NDArray[np.bool_]:
-        """(…): nothing stands between start (3,) and the places (…, 3), all east, north, up of the frame's origin."""
+    def sees(self, start: Array, points: Array) -> NDArray[np.bool_]:
+        """(…): nothing stands between start (3,) and the points (…, 3), all east, north, up of the frame's origin."""
         self._scene.get("antenna").position = self._mi.Point3f(*map(float, start))
-        wavelength = float(np.array(self._scene.wavelength).item())  # places in wavelengths come back as they were
-        normalized = (places.reshape(-1, 3) / wavelength).astype(np.float32)
+        wavelength = float(np.array(self._scene.wavelength).item())  # points in wavelengths come back as they were
+        normalized = (points.reshape(-1, 3) / wavelength).astype(np.float32)
         free = np.empty(len(normalized), dtype=bool)
         for first in range(0, len(normalized), _BATCH):
             batch = slice(first, first + _BATCH)
             free[batch] = self._free(normalized[batch])
-        return free.reshape(places.shape[:-1])
+        return free.reshape(points.shape[:-1])
 
     def _free(self, normalized: NDArray[np.float32]) -> NDArray[np.bool_]:
         element = self._scene.tx_array.antenna_pattern
@@ -113,7 +113,7 @@ def sea_scene(mesh: SurfaceMesh, sheet: tuple[slice, ...], frequency_hz: float, 
     return scene
 
 
-def antenna_places(grid: PolarGrid) -> Array:
+def antennas_east_north_up(grid: PolarGrid) -> Array:
     """(column, antenna, 3) m east, north, up of the frame's origin."""
     east, north = (part[:, None] for part in unit_from_azimuth(grid.column_azimuth))
     along, across, up = np.moveaxis(grid.antenna_positions, -1, 0)
@@ -134,18 +134,18 @@ def _before(points: Array, start: Array, spacing: Array) -> Array:
     return points + back * (_BEFORE * spacing / level)[..., None]
 
 
-def _faces(facets: Facets, places: Array) -> NDArray[np.bool_]:
-    """(column, facet): the plane of the facet passes below the antenna at places (column, 3), and it lies before it."""
-    along, above = places[:, :1], places[:, 2:]
+def _faces(facets: Facets, positions: Array) -> NDArray[np.bool_]:
+    """(column, facet): the facet's plane passes below the antenna at positions (column, 3), and it lies before it."""
+    along, above = positions[:, :1], positions[:, 2:]
     slope = facets.slope_look * np.cos(facets.angle) + facets.slope_cross * np.sin(facets.angle)
     reach = facets.distance - along
     return (reach > 0.0) & (slope * reach - (facets.rise - above) > 0.0)
 
 
 def _together(sheet: tuple[slice, ...], starts: Array) -> Iterator[NDArray[np.int64]]:
-    """Numbers of those columns of a sheet that one antenna, starts (column, 3), sees from the same place."""
+    """Numbers of those columns of a sheet that one antenna, starts (column, 3), sees from the same position."""
     columns = np.concatenate([np.arange(each.start, each.stop) for each in sheet])
-    _, group = np.unique(np.round(starts[columns], _SAME_PLACE), axis=0, return_inverse=True)
+    _, group = np.unique(np.round(starts[columns], _SAME_POSITION), axis=0, return_inverse=True)
     order = np.argsort(group.ravel(), kind="stable")
     yield from np.split(columns[order], np.flatnonzero(np.diff(group.ravel()[order])) + 1)
 

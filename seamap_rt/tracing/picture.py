@@ -32,7 +32,7 @@ _EXPOSURE = 0.35  # of the picture's geometric mean
 _NEAREST = 0.25
 _WAVES_FADE_FROM, _WAVES_END = 400.0, 800.0  # 2.5 and 1.25 mrad below the horizon, 4 and 2 lines: not seen
 _HORIZON = 1e5
-_RING_SPACING, _RING_GROWTH = 0.1, 0.005  # m, and share of the range where that is more
+_RANGE_SPACING, _RANGE_GROWTH = 0.1, 0.005  # m, and share of the range where that is more
 _LINES_PER_COLUMN = 0.7  # the fan's radial lines, per column of the picture
 _MARGIN_DEG = 10.0  # beside the picture, for what the water mirrors
 _STEEPEST_DEG = 75.0  # below level; the mesh leaves the mast's foot out
@@ -86,7 +86,7 @@ def render_from_mast(
 ) -> NDArray[np.uint8]:
     """The sea seen from the mast: (rows, columns, 3) sRGB.
 
-    elevation(x, y): height above mean sea level [m] at places [m] of any shape, at one moment; of a realised sea it is
+    elevation(x, y): height above mean sea level [m] at points [m] of any shape, at one moment; of a realised sea it is
     `lambda x, y: sea.elevation(x, y, t)`. unresolved_mss: mean square slope of what it leaves out, both axes together.
     samples: rays a pixel, rounded up to a square. The same seed gives the same picture. Raises ValueError for a camera
     under water or one that looks down at its own mast.
@@ -144,18 +144,18 @@ def _fan(elevation: Elevation, view: View) -> tuple[NDArray[np.float64], NDArray
     The normals are those of the mesh itself: far out, where it is coarser than the waves, their true slopes would
     tilt it away from the eye that sees it.
     """
-    ranges = _rings(view.height_m)
+    ranges = _ranges(view.height_m)
     half = view.widest_deg + _MARGIN_DEG
     lines = max(8, round(_LINES_PER_COLUMN * np.radians(2.0 * half) * view.focal_length))
     east, north = unit_from_azimuth(view.azimuth_deg + np.linspace(-half, half, lines))
-    place = np.empty((ranges.size, lines, 3))
-    place[..., 0], place[..., 1] = ranges[:, None] * east, ranges[:, None] * north
+    point = np.empty((ranges.size, lines, 3))
+    point[..., 0], point[..., 1] = ranges[:, None] * east, ranges[:, None] * north
     fade = np.interp(ranges / view.height_m, [_WAVES_FADE_FROM, _WAVES_END], [1.0, 0.0])
     waves = fade > 0.0
-    place[~waves, :, 2] = 0.0
-    place[waves, :, 2] = fade[waves, None] * elevation(place[waves, :, 0], place[waves, :, 1])
+    point[~waves, :, 2] = 0.0
+    point[waves, :, 2] = fade[waves, None] * elevation(point[waves, :, 0], point[waves, :, 1])
 
-    outward, clockwise = np.gradient(place, axis=0), np.gradient(place, axis=1)
+    outward, clockwise = np.gradient(point, axis=0), np.gradient(point, axis=1)
     normal = np.cross(clockwise, outward)
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
 
@@ -164,14 +164,14 @@ def _fan(elevation: Elevation, view: View) -> tuple[NDArray[np.float64], NDArray
         part.ravel() for part in (number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:])
     )
     faces = np.stack([near_left, near_right, far_left, near_right, far_right, far_left], axis=-1).reshape(-1, 3)
-    return place.reshape(-1, 3), normal.reshape(-1, 3), faces
+    return point.reshape(-1, 3), normal.reshape(-1, 3), faces
 
 
-def _rings(height: float) -> NDArray[np.float64]:
-    """Ranges of the mesh's rings: evenly spaced near the mast, then growing with the range, then a flat plane."""
+def _ranges(height: float) -> NDArray[np.float64]:
+    """Ground ranges of the mesh's vertices: even near the mast, then growing with the range, then a flat plane."""
     ranges = [_NEAREST * height]
     while ranges[-1] < _WAVES_END * height:
-        ranges.append(ranges[-1] + max(_RING_SPACING, _RING_GROWTH * ranges[-1]))
+        ranges.append(ranges[-1] + max(_RANGE_SPACING, _RANGE_GROWTH * ranges[-1]))
     while ranges[-1] < _HORIZON * height:
         ranges.append(2.0 * ranges[-1])
     return np.array(ranges)

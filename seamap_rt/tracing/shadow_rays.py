@@ -103,21 +103,21 @@ def shadow_rays(mesh: SurfaceMesh, facets: Facets, sheet: tuple[slice, ...]) -> 
     """The rays from every antenna, where it is when the beam passes a column, to the column's facets."""
     grid = mesh.grid
     columns = np.concatenate([np.arange(each.start, each.stop) for each in sheet])
-    look, places = np.stack(unit_from_azimuth(grid.column_azimuth[columns]), axis=1), grid.antenna_positions[columns]
+    look, positions = np.stack(unit_from_azimuth(grid.column_azimuth[columns]), axis=1), grid.antenna_positions[columns]
     # Clockwise of the look (east, north) is (north, −east).
-    turned = np.stack((look, look[:, ::-1] * (1.0, -1.0)), axis=1)
-    starts = np.concatenate((places[..., :2] @ turned, places[..., 2:]), axis=2)
+    axes = np.stack((look, look[:, ::-1] * (1.0, -1.0)), axis=1)
+    starts = np.concatenate((positions[..., :2] @ axes, positions[..., 2:]), axis=2)
 
-    shape = places.shape[1], columns.size, facets.distance.size
+    shape = positions.shape[1], columns.size, facets.distance.size
     front, turned_away = np.empty(shape, dtype=bool), np.empty(shape[1:], dtype=bool)
     rise, number = np.empty(shape, dtype=np.float32), np.empty(front.size + 1, dtype=np.uint32)
     bearing = np.cos(facets.angle), np.sin(facets.angle)
-    reach = (
-        float(np.hypot(grid.antenna_positions[..., 0], grid.antenna_positions[..., 1]).max()),
-        float(grid.antenna_positions[..., 2].max()),
-    )
+    along, across, up = np.moveaxis(grid.antenna_positions, -1, 0)
+    reach = float(np.hypot(along, across).max()), float(up.max())
     surface = facets.height, grid.column_height[:, 0], facets.slope_look, facets.slope_cross
-    rays = _find_fronts(columns, facets.distance, *bearing, *surface, places, *reach, front, turned_away, rise, number)
+    rays = _find_fronts(
+        columns, facets.distance, *bearing, *surface, positions, *reach, front, turned_away, rise, number
+    )
     return ShadowRays(
         columns,
         front,
@@ -139,7 +139,7 @@ def _short(facets: Facets, grid: PolarGrid) -> NDArray[np.float64]:
 
 @compiled
 def _find_fronts(
-    columns, distance, cosine, sine, height, level, slope_look, slope_cross, places, aside, top,
+    columns, distance, cosine, sine, height, level, slope_look, slope_cross, positions, aside, top,
     front, turned_away, rise, number,
 ):  # fmt: skip
     """Fill front, turned_away, rise and number, which has room for one more; give the number of rays.
@@ -159,7 +159,7 @@ def _find_fronts(
             most = (slope[facet] + _EDGE_ON) * distance[facet] + (abs(look[facet]) + abs(cross[facet])) * aside
             away[facet] = most - (point[facet] - level[column] - top) < 0.0
         for antenna in range(antennas):
-            along, origin = places[n, antenna, 0], level[column] + places[n, antenna, 2]
+            along, origin = positions[n, antenna, 0], level[column] + positions[n, antenna, 2]
             above, faces = rise[antenna, n], front[antenna, n]
             for facet in range(distance.size):
                 above[facet] = point[facet] - origin

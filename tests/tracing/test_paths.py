@@ -21,7 +21,7 @@ from seamap_rt.scene import Scene, load_scene
 from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.bounces import DIFFUSE, MIRRORED, Body, PathEcho, lambertian_power, path_echo
 from seamap_rt.tracing.horizon import trace_horizon
-from seamap_rt.tracing.paths import antenna_places
+from seamap_rt.tracing.paths import antennas_east_north_up
 
 Array = NDArray[np.float64]
 Height = Callable[[Array], Array]
@@ -286,7 +286,7 @@ def second_bounce(mesh: SurfaceMesh, columns: slice) -> float:
     corners = vertices[faces]
     middle = corners.mean(axis=1)
     normal = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # as long as the area
-    place = antenna_places(mesh.grid)[0, 0]
+    place = antennas_east_north_up(mesh.grid)[0, 0]
     way = place - middle
     distance = np.linalg.norm(way, axis=1)
     seen = np.sum(normal * way, axis=1) / distance  # area × cosine

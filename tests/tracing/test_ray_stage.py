@@ -177,7 +177,7 @@ def test_rays_run_from_their_antenna_to_their_facets_point() -> None:
     grid, facets, rays = mesh.grid, mesh.facets, shadow_rays(mesh, mesh.facets, sheet)
     antenna, column, facet = np.unravel_index(rays.number, rays.front.shape)
     column = rays.columns[column]
-    places = grid.column_pose.places[column, antenna]
+    places = grid.column_pose.offsets[column, antenna]
     assert_allclose(rays.starts[rays.start], places, rtol=0.0, atol=1e-6)
     bearing = np.radians(grid.column_azimuth[column]) + facets.angle[facet]
     point = facets.distance[facet] * np.stack((np.sin(bearing), np.cos(bearing)))
@@ -236,7 +236,7 @@ def test_no_ray_slips_between_two_facets(edge: str) -> None:
     """
     mesh = mesh_of(scene("choppy_sea", radar__sector_deg=[250.0, 260.0], radar__height_m=12.0, tracing__facet_m=0.5))
     (sheet,) = mesh.sheets()
-    start = mesh.grid.column_pose.places[0, 0]
+    start = mesh.grid.column_pose.offsets[0, 0]
     held = SeaScene(mesh.trimesh(sheet), mesh.grid.antenna_positions[sheet[0].start], 10e9, WATER)
     corners = mesh.vertices(sheet).reshape(-1, mesh.grid.ground_range.size, 3)
     one, other = {

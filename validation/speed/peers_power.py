@@ -17,7 +17,7 @@ from seamap_rt.report.style import BLACK, BLUE, ORANGE, VERMILION
 from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.bounces import Body, lambertian_power
 from seamap_rt.tracing.horizon import trace_horizon
-from seamap_rt.tracing.paths import antenna_places, sea_scene
+from seamap_rt.tracing.paths import antennas_east_north_up, sea_scene
 from validation.speed.peers_turn import Array, Case, Floor, OneSheet, interleaved
 
 CELL_M, CELL_DEG = 3.0, 1.8
@@ -65,7 +65,7 @@ def path_solver(case: Case, cells: Cells, samples: list[int], repeat: int) -> li
     """PathSolver as shipped, from one antenna back to itself, one diffuse bounce off the whole turn's mesh."""
     scene = sea_scene(case.mesh, case.sheet, case.frequency_hz, **Body().properties(case.frequency_hz))
     rt: Any = importlib.import_module("sionna.rt")
-    antenna = antenna_places(case.mesh.grid)[case.columns.start, 0].tolist()
+    antenna = antennas_east_north_up(case.mesh.grid)[case.columns.start, 0].tolist()
     scene.add(rt.Transmitter("transmitter", position=antenna))
     scene.add(rt.Receiver("receiver", position=antenna))
     solver, of_facet = rt.PathSolver(), cells.of_facet.ravel()
@@ -101,7 +101,7 @@ def path_solver(case: Case, cells: Cells, samples: list[int], repeat: int) -> li
 
 def finely(case: Case, cells: Cells, ring: NDArray[np.bool_], cut: int) -> Array:
     """Power (cell,) in a ring of cells by cut² points a facet, each with a ray of its own through all triangles."""
-    place = antenna_places(case.mesh.grid)[case.columns.start, 0]
+    place = antennas_east_north_up(case.mesh.grid)[case.columns.start, 0]
     surface = case.mesh.trimesh(case.sheet)
     chosen = np.flatnonzero(ring[cells.of_facet.ravel()])
     corners = surface.vertices[surface.faces[chosen]] - place
