@@ -26,7 +26,6 @@ INSTALL = (
     ".venv/bin/pip install -e '.[llvm,test]' && .venv/bin/pytest",
 )
 PENDING = {"account"}  # a room that is about to go
-COMING = {"../scenes/README.md", "scenes/README.md"}  # generated from the settings
 QUICK = {"sector_deg": "[264.0, 276.0]", "resolution_m": "1.6", "height_error_m": "0.2"}  # takes seconds
 MOST_LINES = 200  # of README.md: what a newcomer reads in five minutes
 OUTSIDE = {"python3", "pip", "pytest", "ruff", "pyright", "lint-imports"}  # commands of other programs
@@ -134,7 +133,7 @@ def test_overrides_are_taken(readme: str) -> None:
 @pytest.mark.parametrize("readme", READMES)
 def test_files_and_modules_that_are_named_exist(readme: str) -> None:
     for code in inline_code(readme):
-        if code not in COMING and re.fullmatch(r"(seamap_rt|validation|tests|scenes)/[\w./]*", code):
+        if re.fullmatch(r"(seamap_rt|validation|tests|scenes)/[\w./]*", code):
             assert (ROOT / code).exists(), f"{readme} names {code}"
         if re.fullmatch(r"(seamap_rt|validation)(\.[a-z_]+)+", code) and code.rpartition(".")[2] not in ("toml", "md"):
             assert named(code), f"{readme} names {code}"
@@ -156,7 +155,7 @@ def named(dotted: str) -> bool:
 def test_links_and_figures_resolve(readme: str) -> None:
     here = ROOT / readme
     for target in re.findall(r"\]\(([^)\s]+)\)", prose(readme)):
-        if target.startswith("https://") or target in COMING:
+        if target.startswith("https://"):
             continue
         file, _, anchor = target.partition("#")
         path = here.parent / file if file else here

@@ -1,7 +1,6 @@
-"""TOML ↔ settings.
+"""Scene files: TOML to settings and back, overrides of keys, and the shipped scenes.
 
-Whatever is wrong with a scene file becomes an InputError of one line:
-key, value, limit or reason, what to do.
+Whatever is wrong with a scene file becomes an InputError of one line: key, value, limit or reason, what to do.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ _LONGEST_VALUE = 60  # characters of a refused value that are shown
 
 
 def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """The tree of a TOML file."""
+    """The tree of a TOML file. Raises InputError if it cannot be read or is no TOML."""
     try:
         data = Path(path).read_bytes()
     except FileNotFoundError:
@@ -133,7 +132,7 @@ def _plain(value: Any) -> Any:
 
 
 def validate(model_class: type[Model], tree: Mapping[str, Any]) -> Model:
-    """The model of a tree. Of several errors the first is told (unknown keys first), the others counted."""
+    """The model of a tree. Raises InputError: the first of several errors (unknown keys first), the others counted."""
     _refuse_unwritable(tree, ())
     try:
         return model_class.model_validate(dict(tree))
@@ -163,8 +162,8 @@ def _refuse_unwritable(value: Any, key: Key) -> None:
 
 
 @dataclass(frozen=True)
-class _Place:
-    """Where in a model an error's location lies."""
+class _Location:
+    """The place in a model to which an error's location leads."""
 
     key: Key  # without the tags of unions
     section: type[BaseModel] | None  # that holds the last key
@@ -173,7 +172,7 @@ class _Place:
 
 
 def _bare(kind: Any) -> tuple[Any, str | None]:
-    """A type without Annotated and without None, and the discriminator if it is a tagged union."""
+    """A type stripped of Annotated and None, and the discriminator if it is a tagged union."""
     discriminator = None
     while True:
         if get_origin(kind) is Annotated:
@@ -192,7 +191,7 @@ def _is_model(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
-def _locate(model: type[BaseModel], location: Sequence[str | int]) -> _Place:
+def _locate(model: type[BaseModel], location: Sequence[str | int]) -> _Location:
     key: list[str | int] = []
     section: type[BaseModel] | None = None
     kind: Any = model
@@ -214,7 +213,7 @@ def _locate(model: type[BaseModel], location: Sequence[str | int]) -> _Place:
             kind = entries[0] if entries[-1] is Ellipsis else entries[min(step, len(entries) - 1)]
         else:
             kind = None
-    return _Place(tuple(key), section, _bare(kind)[0], condition)
+    return _Location(tuple(key), section, _bare(kind)[0], condition)
 
 
 def _tags(member: Any, discriminator: str) -> tuple[Any, ...]:
@@ -223,13 +222,13 @@ def _tags(member: Any, discriminator: str) -> tuple[Any, ...]:
 
 
 def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
-    place, value, kind = _locate(model, error["loc"]), error["input"], error["type"]
-    key, context = place.key, error.get("ctx", {})
+    location, value, kind = _locate(model, error["loc"]), error["input"], error["type"]
+    key, context = location.key, error.get("ctx", {})
     if kind in ("value_error", "assertion_error"):
         return _about(key, value, str(context.get("error", error["msg"])))
     if kind == "extra_forbidden":
-        known = list(place.section.model_fields) if place.section else []
-        return _about(key, value, f"unknown key{place.condition}; {_nearest(str(key[-1]), known, model)}")
+        known = list(location.section.model_fields) if location.section else []
+        return _about(key, value, f"unknown key{location.condition}; {_nearest(str(key[-1]), known, model)}")
     if kind in ("union_tag_invalid", "union_tag_not_found"):
         tag_key = str(context["discriminator"]).strip("'")
         union, _ = _bare(_locate(model, error["loc"]).kind)
@@ -239,16 +238,16 @@ def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
             return f"{_dotted((*key, tag_key))}: is missing; add it, {_one_of(choices)}"
         return _about((*key, tag_key), written, _choose(written, choices))
     if kind == "literal_error":
-        return _about(key, value, _choose(value, list(get_args(place.kind))))
+        return _about(key, value, _choose(value, list(get_args(location.kind))))
     if kind in ("missing", "too_long", "too_short") and isinstance(value, list | tuple):
         if isinstance(key[-1], int):  # an entry of a list of fixed length
-            place = _locate(model, error["loc"][:-1])
-            key = place.key
-        return _about(key, list(value), f"must be {_wanted(place.kind, key)}")
+            location = _locate(model, error["loc"][:-1])
+            key = location.key
+        return _about(key, list(value), f"must be {_wanted(location.kind, key)}")
     if kind == "missing":
-        return f"{_dotted(key)}: is missing; it must be {_wanted(place.kind, key)}"
+        return f"{_dotted(key)}: is missing; it must be {_wanted(location.kind, key)}"
     if kind.endswith("_type"):
-        return _about(key, value, f"must be {_wanted(place.kind, key)}{_rewritten(place.kind, value)}")
+        return _about(key, value, f"must be {_wanted(location.kind, key)}{_rewritten(location.kind, value)}")
     return _about(key, value, error["msg"][:1].lower() + error["msg"][1:])
 
 
@@ -278,7 +277,7 @@ def _wanted(kind: Any, key: Key) -> str:
 
 
 def _rewritten(kind: Any, value: Any) -> str:
-    """How a value of the wrong type is written rightly, where one can guess."""
+    """How a value of the wrong type should be written, where that is evident."""
     if kind is int and isinstance(value, float) and value.is_integer():
         return f"; write {int(value)}" if abs(value) < 2**63 else ""
     if kind is str and not isinstance(value, Mapping | list | tuple | str):

@@ -1,4 +1,4 @@
-"""[radar.antenna] and [[radar.antennas]]: patterns, places and channels."""
+"""[radar.antenna] and [[radar.antennas]]: patterns, offsets and channels."""
 
 from __future__ import annotations
 

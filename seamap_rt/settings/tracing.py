@@ -1,4 +1,4 @@
-"""[tracing]: how the lit part of the sea is found, and how finely the sea is meshed."""
+"""[tracing]: light and shadow on the sea, and how finely the sea is meshed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .section import Section
 
 
 class TracingSettings(Section):
-    """How the lit part of the sea is found, and how finely the sea is meshed.
+    """What of the sea each antenna sees, and how finely the sea is meshed.
 
     The mesh is as fine as the maps need: a model predicts what it costs them and takes the fewest facets that meet the
     errors allowed here, never coarser than the sea's own grid, a third of the radar's range cell or three columns a

@@ -1,4 +1,4 @@
-"""TOML ↔ settings: what is written reads back to the same bits, and what is wrong is said in one line."""
+"""TOML ↔ settings: what is written reads back to the same bits, and what is wrong is refused in one line."""
 
 from __future__ import annotations
 
@@ -324,7 +324,7 @@ def test_an_override_that_leads_nowhere_is_one_line(key: str, words: list[str]) 
             "sea.waves.1.wavelength_m = 3: unknown key",
             'with spectrum = "jonswap"',
         ),
-        # A misspelt key that is also missing: the misspelling is told.
+        # A misspelt key that is also missing: the misspelling is reported.
         (
             {"sea": {"waves": [{"spectrum": "sinusoid", "height_m": 1.0, "wavelength": 40.0}]}},
             "sea.waves.0.wavelength = 40.0: unknown key",
@@ -414,13 +414,13 @@ def test_a_choice_of_one_is_called_so() -> None:
     assert "the only choice so far" in line
 
 
-def test_whole_numbers_and_texts_are_asked_for_in_plain_words() -> None:
+def test_whole_numbers_and_texts_are_named_in_plain_words() -> None:
     line = refusal(TracingSettings, {"columns_per_beam": 4.0})
     assert line == "columns_per_beam = 4.0: must be a whole number; write 4"
     assert refusal(Sample, {"text": 5}) == 'text = 5: must be text in quotes; write "5"'
 
 
-def test_the_first_of_several_errors_is_told_and_the_rest_counted() -> None:
+def test_the_first_of_several_errors_is_reported_and_the_rest_counted() -> None:
     tree = {"sea": {"depth_m": -1.0}, "radar": {"height_m": "five", "losses_db": -1.0}}
     line = refusal(Outer, tree)
     assert line.startswith("sea.depth_m = -1.0: must be at least 0.05")

@@ -222,15 +222,19 @@ REFUSED: list[tuple[dict[str, Any], list[str], dict[str, Any]]] = [
 ]
 
 
-@pytest.mark.parametrize(("overrides", "parts", "remedy"), REFUSED, ids=lambda each: None)
+@pytest.mark.parametrize(("overrides", "fragments", "remedy"), REFUSED, ids=lambda each: None)
 def test_a_refusal_is_one_line_and_its_remedy_works(
-    overrides: dict[str, Any], parts: list[str], remedy: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    overrides: dict[str, Any],
+    fragments: list[str],
+    remedy: dict[str, Any],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     line = refusal(overrides)
-    for part in parts:
-        assert part in line, line
-    assert line.startswith(parts[0])
+    for fragment in fragments:
+        assert fragment in line, line
+    assert line.startswith(fragments[0])
     load_scene("flat", {**overrides, **remedy})
 
 
@@ -281,7 +285,7 @@ def recorded(path: Path) -> dict[str, Any]:
         ([0.0], ["1 readings", "at least 2"]),
     ],
 )
-def test_a_motion_of_no_use_is_told_when_the_scene_is_read(tmp_path: Path, times: Any, words: list[str]) -> None:
+def test_a_motion_of_no_use_is_refused_when_the_scene_is_read(tmp_path: Path, times: Any, words: list[str]) -> None:
     file = motion_file(tmp_path / "motion.csv", times)
     line = refusal(recorded(file))
     assert line.startswith(f"file '{file}'")

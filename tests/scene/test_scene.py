@@ -1,4 +1,4 @@
-"""Scenes: the shipped ones are sound, and every check refuses in one line with a remedy that works."""
+"""Scenes: the shipped ones load, and every check refuses in one line with a remedy that works."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_a_shipped_scene_has_one_key_per_line_and_says_what_it_shows(name: str) 
         assert code == "" or re.fullmatch(r"\[\[?[a-z_.]+\]\]?|[a-z_0-9]+ = [^=]+", code), line
 
 
-def test_choppy_sea_is_the_default_scene_and_leaves_little_unsaid() -> None:
+def test_choppy_sea_is_the_default_scene_and_leaves_little_out() -> None:
     scene = load_scene("choppy_sea")
     waves = JonswapWaves(
         spectrum="jonswap",
@@ -95,10 +95,10 @@ def test_choppy_sea_is_the_default_scene_and_leaves_little_unsaid() -> None:
         wave_from_deg=270.0,
     )
     assert scene == Scene(name="choppy_sea", title=scene.title, sea=SeaSettings(waves=(waves,)))
-    said = set(flat_keys(read_toml(list_shipped()["choppy_sea"])))
-    unsaid = set(flat_keys(tomllib.loads(scene.to_toml()))) - said
-    swings = {f"platform.{name}" for way in ("roll", "pitch", "yaw") for name in (f"{way}_deg", *swing(way))}
-    assert unsaid == {
+    written = set(flat_keys(read_toml(list_shipped()["choppy_sea"])))
+    left_out = set(flat_keys(tomllib.loads(scene.to_toml()))) - written
+    swings = {f"platform.{name}" for motion in ("roll", "pitch", "yaw") for name in (f"{motion}_deg", *swing(motion))}
+    assert left_out == {
         "scattering.nrcs_db",
         "retrieval.min_snr_db",
         "retrieval.ground_m",
@@ -119,8 +119,8 @@ def test_choppy_sea_is_the_default_scene_and_leaves_little_unsaid() -> None:
     }
 
 
-def swing(way: str) -> tuple[str, str]:
-    return f"{way}_period_s", f"{way}_phase_deg"
+def swing(motion: str) -> tuple[str, str]:
+    return f"{motion}_period_s", f"{motion}_phase_deg"
 
 
 def flat_keys(tree: dict[str, Any], prefix: str = "") -> list[str]:
@@ -172,7 +172,7 @@ def test_overrides_are_part_of_the_resolved_scene(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("overrides", "parts"),
+    ("overrides", "fragments"),
     [
         (
             {"radar.range_m": [1.0, 5.0]},
@@ -286,11 +286,11 @@ def test_overrides_are_part_of_the_resolved_scene(tmp_path: Path) -> None:
         ({"sea.waves.0.peak_period_s": 0.1}, ["sea.waves.0.peak_period_s = 0.1: must be at least 0.3"]),
     ],
 )
-def test_a_refusal_names_key_value_limit_and_remedy(overrides: dict[str, Any], parts: list[str]) -> None:
+def test_a_refusal_names_key_value_limit_and_remedy(overrides: dict[str, Any], fragments: list[str]) -> None:
     line = refusal(overrides)
-    for part in parts:
-        assert part in line, line
-    assert line.startswith(parts[0])
+    for fragment in fragments:
+        assert fragment in line, line
+    assert line.startswith(fragments[0])
 
 
 @pytest.mark.parametrize(
@@ -356,9 +356,9 @@ def test_the_width_that_a_narrow_beam_needs_satisfies_the_antenna_too(
     line = refusal_or_none(changes)
     if line is None:
         return
-    found = re.match(r"radar.antenna.azimuth_beamwidth_deg = .*raise radar.antenna.width_m to (\S+)$", line)
-    assert found, line
-    needed = float(found[1])
+    remedy = re.match(r"radar.antenna.azimuth_beamwidth_deg = .*raise radar.antenna.width_m to (\S+)$", line)
+    assert remedy, line
+    needed = float(remedy[1])
     assert needed > width
     # The rule of thumb, 0.886 λ/width, takes the sine of half the beam for the angle: 2 % at 40°.
     np.testing.assert_allclose(needed, 0.886 * SPEED_OF_LIGHT / frequency / math.radians(beam), rtol=0.03)

@@ -72,23 +72,23 @@ def is_number(key: dict[str, Any]) -> bool:
 
 def complaints(schema: dict[str, Any]) -> list[str]:
     """What a form could not be built from."""
-    found = []
+    missing = []
     for model, name, key in leaves(schema):
         about = f"{model}.{name}"
         if not all("type" in kind for kind in kinds(key)):
-            found.append(f"{about}: has no type")
+            missing.append(f"{about}: has no type")
         if not key.get("description", "").rstrip("`").endswith("."):
-            found.append(f"{about}: has no description, a sentence")
+            missing.append(f"{about}: has no description, a sentence")
         suffix = max((each for each in UNITS if name.endswith(each)), key=len, default="")
         unit = UNITS.get(suffix, "1") if is_number(key) else None
         if key.get("unit", "") != unit:
-            found.append(f"{about}: has the unit {key.get('unit', 'that is not given')}, and its name says {unit}")
+            missing.append(f"{about}: has the unit {key.get('unit', 'that is not given')}, and its name says {unit}")
         needed = name in sections(schema)[model].get("required", ())
         if not needed and key.get("default") is None and not key.get("left_out"):
-            found.append(f"{about}: has neither a default nor what holds where it is left out")
+            missing.append(f"{about}: has neither a default nor what holds where it is left out")
         if is_number(key) and bounds(key) and not key.get("reason"):
-            found.append(f"{about}: has limits without a reason")
-    return found
+            missing.append(f"{about}: has limits without a reason")
+    return missing
 
 
 def bounds(key: dict[str, Any]) -> dict[str, float]:
@@ -142,9 +142,9 @@ class Planted(Section):
     whole_m: Annotated[float, Ge(0.0), Meaning("A length.", unit="m", reason="a length")] = 0.0
 
 
-def test_a_key_that_states_too_little_is_found() -> None:
-    found = complaints(Planted.model_json_schema())
-    assert {line.split(":")[0].split(".")[1] for line in found} == set(Planted.model_fields) - {"whole_m"}
+def test_a_key_that_states_too_little_is_reported() -> None:
+    missing = complaints(Planted.model_json_schema())
+    assert {line.split(":")[0].split(".")[1] for line in missing} == set(Planted.model_fields) - {"whole_m"}
 
 
 def test_the_schema_is_plain_json_where_infinity_is_a_text() -> None:
@@ -304,5 +304,8 @@ def test_a_name_follows_the_pattern_that_is_stated() -> None:
     patterns = {(where, name): key["pattern"] for where, name, key in leaves(SCHEMA) if "pattern" in key}
     assert set(patterns) == {("Scene", "name"), ("GaugeSettings", "name")}
     for (where, name), pattern in patterns.items():
-        for text in ("A1._+-", "", "../up", "-a", "x" * 40, "x" * 101, "a b"):
+        longest = int(re.findall(r"1 to (\d+) letters", refusal(where, name, ""))[0])
+        assert refusal(where, name, "x" * longest) == ""
+        assert refusal(where, name, "x" * (longest + 1))
+        for text in ("A1._+-", "", "../up", "-a", "x" * longest, "x" * (longest + 1), "a b"):
             assert (refusal(where, name, text) == "") == bool(re.search(pattern, text)), text

@@ -9,7 +9,7 @@ from ...scattering import MEAN_MODELS, PERMITTIVITIES, sea_state_from_wind, wind
 from ...settings import RadarSettings, ScatteringSettings
 
 LEAST_WIND = 0.5  # m/s, of scattering.wind_speed_m_s
-STEEPEST = math.sin(math.radians(59.9))  # sine of the grazing angle beyond which no clutter model is asked
+STEEPEST = math.sin(math.radians(59.9))  # sine of the grazing angle beyond which no clutter model is used
 
 
 def check_permittivity(scattering: ScatteringSettings, radar: RadarSettings) -> None:
@@ -52,7 +52,7 @@ def check_mean_model(scattering: ScatteringSettings, radar: RadarSettings) -> No
 
 def _check_grazing(radar: RadarSettings, key: str, name: str, remedy: str) -> None:
     """NRL 2012 reaches from 0.1° to 60°, and what little lies beyond takes its edge value; the others end sooner.
-    Steeper than 60°, about the mast's foot, no clutter model is asked."""
+    Steeper than 60°, about the mast's foot, no clutter model is used."""
     (near, far), height = radar.range_m, radar.height_m
     model = MEAN_MODELS[name]
     least, most = (math.sin(math.radians(angle)) for angle in model.grazing_deg)
