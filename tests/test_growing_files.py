@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import select
 import subprocess
 import sys
 import textwrap
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -40,18 +43,48 @@ def series(turn, samples):
 """
 
 
-def alone(script: str, folder: Path) -> str:
-    """What a process of its own prints; it must end well, and HDF5 must not complain."""
-    done = subprocess.run(
-        [sys.executable, "-c", _BEFORE + textwrap.dedent(script)],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-    return done.stdout
+# Each script in a process of its own, forked from one that has imported all this already: imports take seconds. The
+# fork leaves the loop and ends as any process does.
+_FORKS = """
+import json, os
+while request := sys.stdin.readline():
+    script, folder = json.loads(request)
+    if os.fork() == 0:
+        os.chdir(folder)
+        for stream, name in ((1, "stdout"), (2, "stderr")):
+            os.dup2(os.open(f"{folder}.{name}", os.O_WRONLY | os.O_CREAT | os.O_TRUNC), stream)
+        exec(script)
+        break
+    print(os.waitstatus_to_exitcode(os.wait()[1]), flush=True)
+"""
+
+
+Alone = Callable[[str], str]
+
+
+@pytest.fixture(scope="module")
+def forks() -> Iterator[subprocess.Popen[str]]:
+    with subprocess.Popen(
+        [sys.executable, "-c", _BEFORE + _FORKS], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as parent:
+        yield parent
+
+
+@pytest.fixture
+def alone(forks: subprocess.Popen[str], tmp_path: Path) -> Alone:
+    """What a process of its own, in an empty folder, prints; it must end well, and HDF5 must not complain."""
+
+    def ended(script: str) -> str:
+        assert forks.stdin is not None
+        assert forks.stdout is not None
+        print(json.dumps([textwrap.dedent(script), str(tmp_path)]), file=forks.stdin, flush=True)
+        assert select.select([forks.stdout], [], [], 120.0)[0], "no end within 120 s"
+        code = forks.stdout.readline().strip()
+        printed, complained = (Path(f"{tmp_path}.{name}").read_text(encoding="utf-8") for name in ("stdout", "stderr"))
+        assert (code, complained) == ("0", "")
+        return printed
+
+    return ended
 
 
 KINDS = [
@@ -62,7 +95,9 @@ KINDS = [
 
 
 @pytest.mark.parametrize(("file", "made", "group"), KINDS)
-def test_a_full_disk_ends_with_the_last_whole_turn(tmp_path: Path, file: str, made: str, group: str) -> None:
+def test_a_full_disk_ends_with_the_last_whole_turn(
+    alone: Alone, tmp_path: Path, file: str, made: str, group: str
+) -> None:
     said = alone(
         f"""
         limit(5_000_000)
@@ -72,8 +107,7 @@ def test_a_full_disk_ends_with_the_last_whole_turn(tmp_path: Path, file: str, ma
                     file.append({made})
         except OSError as error:
             print(file.complete, error.filename)
-        """,
-        tmp_path,
+        """
     )
     turns, name = said.split()
     assert name == "it.nc"
@@ -89,7 +123,7 @@ def test_a_full_disk_ends_with_the_last_whole_turn(tmp_path: Path, file: str, ma
 
 
 @pytest.mark.parametrize(("file", "made", "group"), KINDS)
-def test_a_turn_that_is_given_back_goes(tmp_path: Path, file: str, made: str, group: str) -> None:
+def test_a_turn_that_is_given_back_goes(alone: Alone, tmp_path: Path, file: str, made: str, group: str) -> None:
     """Whatever its kind, a file that has had three turns and keeps two is as long as one that has had two."""
     alone(
         f"""
@@ -105,14 +139,13 @@ def test_a_turn_that_is_given_back_goes(tmp_path: Path, file: str, made: str, gr
                 except InterruptedError:
                     pass
             Path("it.nc").rename(f"{{given_back}}.nc")
-        """,
-        tmp_path,
+        """
     )
     with xr.open_datatree(tmp_path / "True.nc") as found, xr.open_datatree(tmp_path / "False.nc") as asked:
         xr.testing.assert_identical(found[group].to_dataset(), asked[group].to_dataset())
 
 
-def test_room_that_a_turn_does_not_need_is_given_back(tmp_path: Path) -> None:
+def test_room_that_a_turn_does_not_need_is_given_back(alone: Alone, tmp_path: Path) -> None:
     """Files of a few small turns are small: asked for was a third of a megabyte each time."""
     alone(
         """
@@ -120,15 +153,14 @@ def test_room_that_a_turn_does_not_need_is_given_back(tmp_path: Path) -> None:
             with TurnFile(Path(f"{turns}.nc")) as file:
                 for turn in range(turns):
                     file.append(tree(turn, 4))
-        """,
-        tmp_path,
+        """
     )
     one, twenty = ((tmp_path / f"{turns}.nc").stat().st_size for turns in (1, 20))
     assert one < 50_000
     assert twenty - one < 50_000  # 19 turns of 256 bytes and the trees that find them
 
 
-def test_a_turn_that_one_file_cannot_take_is_in_none(tmp_path: Path) -> None:
+def test_a_turn_that_one_file_cannot_take_is_in_none(alone: Alone, tmp_path: Path) -> None:
     said = alone(
         """
         try:
@@ -141,8 +173,7 @@ def test_a_turn_that_one_file_cannot_take_is_in_none(tmp_path: Path) -> None:
                         large.append(tree(turn, 256))
         except OSError as error:
             print(error.filename)
-        """,
-        tmp_path,
+        """
     )
     assert said.strip() == "large.nc"
     for name in ("small.nc", "large.nc"):
@@ -150,7 +181,7 @@ def test_a_turn_that_one_file_cannot_take_is_in_none(tmp_path: Path) -> None:
             assert found["ground"].to_dataset()["turn"].values.tolist() == [0, 1, 2]
 
 
-def test_no_turn_leaves_no_file(tmp_path: Path) -> None:
+def test_no_turn_leaves_no_file(alone: Alone, tmp_path: Path) -> None:
     said = alone(
         """
         limit(100_000)
@@ -159,15 +190,14 @@ def test_no_turn_leaves_no_file(tmp_path: Path) -> None:
                 file.append(tree(0, 128))
         except OSError as error:
             print(error.filename, error.strerror)
-        """,
-        tmp_path,
+        """
     )
     assert said.startswith("none.nc ")
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("answer", ["None", "EINVAL", "EOPNOTSUPP"])
-def test_file_systems_that_give_no_word_are_written_to(tmp_path: Path, answer: str) -> None:
+def test_file_systems_that_give_no_word_are_written_to(alone: Alone, tmp_path: Path, answer: str) -> None:
     """macOS knows no such call (None), and some file systems refuse it for all sizes."""
     alone(
         f"""
@@ -181,8 +211,7 @@ def test_file_systems_that_give_no_word_are_written_to(tmp_path: Path, answer: s
         with TurnFile(Path("it.nc")) as file:
             for turn in range(3):
                 file.append(tree(turn, 16))
-        """,
-        tmp_path,
+        """
     )
     with xr.open_datatree(tmp_path / "it.nc") as found:
         assert found["polar"].to_dataset()["turn"].values.tolist() == [0, 1, 2]

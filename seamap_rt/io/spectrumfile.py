@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from itertools import islice
 from pathlib import Path
 from typing import IO
 
@@ -219,7 +220,7 @@ def _open_ww3(path: Path) -> Iterator[xr.DataArray]:
 @contextmanager
 def _open_swan(path: Path) -> Iterator[xr.DataArray]:
     with _text(path) as file:
-        header = [line[:8].strip() for line in (next(file, "") for _ in range(100_000))]
+        header = [line[:8].strip() for line in islice(file, 100_000)]
     if not {"NDIR", "CDIR"} & set(header[: header.index("QUANT") if "QUANT" in header else None]):
         raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
     from wavespectra.core.swan import SwanSpecFile
