@@ -14,7 +14,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .account import left_out, modelled
 from .conventions import db, unit_from_azimuth
 from .dataset import build
 from .echoes import expected_look_gates
@@ -31,6 +30,7 @@ from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
 from .mesh.polar import PolarGrid, sea_on_grid, submerged_lines
 from .radar.array import antenna_array, as_it_looks
 from .radar.scan import Pulses, pulses
+from .report.limits import left_out, modelled
 from .scattering.short_waves import ShortWaves
 from .scene import Scene
 from .sea import spectral_system
