@@ -1,4 +1,4 @@
-"""Axes, signs, angles and constants: the one page that every other file obeys.
+"""Conventions that hold in every module: axes, signs, angles and constants.
 
 World frame: x east, y north, z up, metres; z = 0 is mean sea level; the origin lies below the antenna at time 0.
 Azimuth and heading: degrees clockwise from north. Waves and wind are named by where they come *from*.

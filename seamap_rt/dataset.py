@@ -17,7 +17,7 @@ from .errors import SchemaError
 
 @dataclass(frozen=True)
 class Variable:
-    """One row of the schema."""
+    """One row of the schema: a variable's dimensions, type, units and CF names."""
 
     dims: tuple[str, ...]
     dtype: str
@@ -225,7 +225,7 @@ SCHEMA: dict[str, dict[str, Variable]] = {
     },
 }
 
-# What a retrieval needs of the radar, carried as attributes of the echoes: name → units and meaning.
+# The radar's properties that a retrieval needs, as attributes of the echoes: name → units and meaning.
 ECHO_ATTRIBUTES: dict[str, str] = {
     "frequency_hz": "Hz, carrier",
     "pulse_width_s": "s, transmitted pulse",
@@ -245,7 +245,7 @@ ECHO_ATTRIBUTES: dict[str, str] = {
     "complete_turns": "turns that are whole in this file",
 }
 
-# More of the same, with what is taken where it is missing.
+# Attributes that may be missing: name → default, units and meaning.
 FURTHER_ECHO_ATTRIBUTES: dict[str, tuple[Any, str]] = {
     "waveform": ("pulse", "pulse or chirp"),
     "chirp_bandwidth_hz": (0.0, "Hz, swept by a chirp"),
@@ -264,14 +264,15 @@ def build(
 ) -> xr.Dataset:
     """A dataset of `product` from plain arrays: types cast, dimensions and CF attributes from the schema.
 
-    Raises SchemaError for a name that the schema does not know, a missing one, or a wrong number of dimensions.
+    values, coords: name → array, with the schema's dimensions and units; attrs: attributes of the whole dataset. Raises
+    SchemaError for a name that is not in the schema, a missing one, or a wrong number of dimensions.
     """
     schema = SCHEMA[product]
     unknown = sorted((set(values) | set(coords)) - set(schema))
     if unknown:
         raise SchemaError(f"{product}: '{unknown[0]}' is not in the schema; it has {', '.join(schema)}")
 
-    def row(name: str, value: Any) -> tuple[tuple[str, ...], np.ndarray, dict[str, Any]]:
+    def checked(name: str, value: Any) -> tuple[tuple[str, ...], np.ndarray, dict[str, Any]]:
         variable = schema[name]
         array = np.asarray(value).astype(variable.dtype, copy=False)
         if array.ndim != len(variable.dims):
@@ -283,8 +284,8 @@ def build(
         return variable.dims, array, attributes
 
     dataset = xr.Dataset(
-        {name: row(name, value) for name, value in values.items()},
-        {name: row(name, value) for name, value in coords.items()},
+        {name: checked(name, value) for name, value in values.items()},
+        {name: checked(name, value) for name, value in coords.items()},
         {"Conventions": "CF-1.11", **(attrs or {})},
     )
     check(product, dataset)
@@ -292,18 +293,21 @@ def build(
 
 
 def check(product: str, dataset: xr.Dataset) -> None:
-    """Raise SchemaError, in one line, unless `dataset` keeps the schema of `product`."""
+    """Raise SchemaError, in one line, unless `dataset` has the variables, types and attributes of `product`.
+
+    Integers may stand where the schema has floats.
+    """
     for name, variable in SCHEMA[product].items():
         if name not in dataset.variables:
             if variable.required:
                 raise SchemaError(f"{product}: variable '{name}' is missing; add it, dims {variable.dims}")
             continue
-        found = dataset[name]
-        if found.dims != variable.dims:
-            raise SchemaError(f"{product}: '{name}' has dims {found.dims}; the schema says {variable.dims}")
+        array = dataset[name]
+        if array.dims != variable.dims:
+            raise SchemaError(f"{product}: '{name}' has dims {array.dims}; the schema says {variable.dims}")
         kind = np.dtype(variable.dtype).kind
-        if found.dtype.kind != kind and not (kind == "f" and found.dtype.kind in "iu"):
-            raise SchemaError(f"{product}: '{name}' has type {found.dtype}; the schema says {variable.dtype}")
+        if array.dtype.kind != kind and not (kind == "f" and array.dtype.kind in "iu"):
+            raise SchemaError(f"{product}: '{name}' has type {array.dtype}; the schema says {variable.dtype}")
     if product == "echoes":
         for name, meaning in ECHO_ATTRIBUTES.items():
             if name not in dataset.attrs:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -16,43 +17,40 @@ HALF_VISIBLE = 0.5
 
 
 def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
-    """The `metrics.json` part that judges maps: lists per range bin, and `overall`; None where not defined.
+    """The part of `metrics.json` that compares maps with the truth: lists per range bin, and `overall`.
 
-    Cells count if they are more than half visible and the retrieval gave a height that it does not call
-    ambiguous; `cells` says how many, `answered` what share of the visible cells that is.
+    maps, truth: trees with a group `polar` (turn, azimuth, range) of the same cells; ranges in m, heights in m. Cells
+    count if they are more than half visible and have a retrieved height that is not flagged as ambiguous; `cells` is
+    their number, `answered` their share of the visible cells. What is not defined is None. ValueError where maps and
+    truth have different cells.
     """
-    got, true = maps["polar"].to_dataset(), truth["polar"].to_dataset()
-    if got["height"].shape != true["height"].shape:
+    retrieved, true = maps["polar"].to_dataset(), truth["polar"].to_dataset()
+    if retrieved["height"].shape != true["height"].shape:
         raise ValueError(
-            f"maps {got['height'].shape} and truth {true['height'].shape} have different cells; "
+            f"maps {retrieved['height'].shape} and truth {true['height'].shape} have different cells; "
             "retrieve with the cell size that the truth was made with"
         )
-    ranges = got["range"].values
+    ranges = retrieved["range"].values
     visible = true["visible_fraction"].values > HALF_VISIBLE
-    height, real = got["height"].values.astype(np.float64), true["height"].values.astype(np.float64)
-    error = height - real
-    clear = (got["quality"].values & QUALITY_FLAGS["ambiguous"]) == 0
-    known = visible & np.isfinite(error) & clear
-    # Where diffraction is not modelled light is straight.
+    height = retrieved["height"].values.astype(np.float64)
+    true_height = true["height"].values.astype(np.float64)
+    error = height - true_height
+    unambiguous = (retrieved["quality"].values & QUALITY_FLAGS["ambiguous"]) == 0
+    counted = visible & np.isfinite(error) & unambiguous
+    # Without diffraction a point is either lit or not: the visible fraction is the illumination.
     illumination = true.get("illumination", true["visible_fraction"]).values
-    seen_error = height - true["height_visible"].values
-    slope_error = got["slope_range"].values.astype(np.float64) - true["slope_range"].values
-    # Hs from the map as its user sees it: unflagged cells, whether or not they were in sight.
-    sound = got["quality"].values == 0
-    first, last = np.floor(ranges[0] / BIN_M), np.floor(ranges[-1] / BIN_M)
-    edges = BIN_M * np.arange(first, last + 2.0)  # the last gate, even one on an edge, lies below the last edge
-    number = np.digitize(ranges, edges) - 1
+    error_to_visible = height - true["height_visible"].values
+    slope_error = retrieved["slope_range"].values.astype(np.float64) - true["slope_range"].values
+    # Hs from what a map holds without its truth: cells without a flag, lit or not.
+    unflagged = retrieved["quality"].values == 0
     rows = []
-    for index in range(edges.size - 1):
-        inside = number == index
-        if not inside.any():
-            continue
-        cells = known[..., inside]
+    for middle_m, inside in _range_bins(ranges):
+        cells = counted[..., inside]
         rows.append(
             {
-                "range_m": 0.5 * (edges[index] + edges[index + 1]),
+                "range_m": middle_m,
                 **_errors(error[..., inside][cells]),
-                "height_bias_visible_m": _mean(seen_error[..., inside][cells]),
+                "height_bias_visible_m": _mean(error_to_visible[..., inside][cells]),
                 "slope_rmse": _rms(slope_error[..., inside][cells]),
                 "visible_fraction": _mean(true["visible_fraction"].values[..., inside]),
                 "illumination": _mean(illumination[..., inside]),
@@ -61,20 +59,31 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
             }
         )
     headline = (ranges >= HEADLINE_M[0]) & (ranges <= HEADLINE_M[1])
-    cells = known[..., headline]
+    cells = counted[..., headline]
     overall = {
         **_errors(error[..., headline][cells]),
-        "height_bias_visible_m": _mean(seen_error[..., headline][cells]),
-        "height_correlation": _correlation(height[..., headline][cells], real[..., headline][cells]),
+        "height_bias_visible_m": _mean(error_to_visible[..., headline][cells]),
+        "height_correlation": _correlation(height[..., headline][cells], true_height[..., headline][cells]),
         "slope_rmse": _rms(slope_error[..., headline][cells]),
-        "hs_true_m": _hs(real[..., headline]),
-        "hs_retrieved_m": _hs(height[..., headline][sound[..., headline]]),
+        "hs_true_m": _hs(true_height[..., headline]),
+        "hs_retrieved_m": _hs(height[..., headline][unflagged[..., headline]]),
         "visible_fraction": _mean(true["visible_fraction"].values[..., headline]),
         "illumination": _mean(illumination[..., headline]),
         "cells": int(cells.sum()),
     }
     by_range = {key: [row[key] for row in rows] for key in rows[0]}
     return {**by_range, "overall": overall}
+
+
+def _range_bins(ranges: NDArray[np.float64]) -> Iterator[tuple[float, NDArray[np.bool_]]]:
+    """The middle [m] of each bin of 25 m that holds gates, and which gates (range,) those are."""
+    first, last = np.floor(ranges[0] / BIN_M), np.floor(ranges[-1] / BIN_M)
+    edges = BIN_M * np.arange(first, last + 2.0)  # the last gate, even one on an edge, lies below the last edge
+    number = np.digitize(ranges, edges) - 1
+    for index in range(edges.size - 1):
+        inside = number == index
+        if inside.any():
+            yield 0.5 * (edges[index] + edges[index + 1]), inside
 
 
 def _finite(values: NDArray) -> NDArray[np.float64]:

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .account import costed
 from .compute.machine import peak_memory
 from .echoes.files import EchoStore
 from .errors import InputError
@@ -29,6 +28,7 @@ from .io.turnfile import TurnFile
 from .metrics import compare
 from .radar.scan import sector_width, turn_duration
 from .report import write_report
+from .report.limits import costed
 from .scene import Scene
 from .simulation import Simulator, Stopwatch
 from .wavefield import sea_state

@@ -14,7 +14,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .account import left_out, modelled
 from .conventions import db, unit_from_azimuth
 from .dataset import build
 from .echoes import expected_look_gates
@@ -32,6 +31,7 @@ from .mesh.grid import PolarGrid
 from .mesh.surface import sea_on_grid, submerged_lines
 from .radar.array import antenna_array, as_it_looks
 from .radar.scan import Pulses, pulses
+from .report.limits import left_out, modelled
 from .scattering.short_waves import ShortWaves
 from .scene import Scene
 from .sea import spectral_system

@@ -1,7 +1,7 @@
-"""What the radar should have seen: the same sea, averaged over the cells of the maps.
+"""The true heights, slopes and visible fractions of the maps' cells: means of the simulated sea over each cell.
 
-Facets are gathered into fine bins of slant range, column by column; cells are then sums of bins and columns, by
-overlap.
+Facets are summed into fine bins of slant range, column by column; a cell is a sum of bins and columns, each weighted
+by its overlap with the cell.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .sea import Sea
 from .settings import RadarSettings, RetrievalSettings
 from .tracing import Illumination
 
-FAINTEST = 1e-15  # NRCS below which a cell is dark: what is left there is rounding
+FAINTEST = 1e-15  # NRCS below which a cell is dark: smaller values are rounding errors
 _BINS_PER_GATE = 6
 _POINTS_A_CELL = 6  # along the look, at least
 _GAUSS = 0.5 / np.sqrt(3.0)  # of a cell's side: two-point Gauss quadrature, exact for cubics
@@ -34,9 +34,12 @@ _GAUSS = 0.5 / np.sqrt(3.0)  # of a cell's side: two-point Gauss quadrature, exa
 def polar_truth(
     facets: Illumination, rcs: NDArray[np.float32], radar: RadarSettings, retrieval: RetrievalSettings, turn: int
 ) -> xr.Dataset:
-    """The schema's `truth/polar` of one turn, from the traced facets."""
+    """The schema's `truth/polar` (turn, azimuth, range) of one turn, from the traced facets.
+
+    rcs: (column, facet) radar cross-sections [m²], 0 where no ray arrives. NaN in cells without facets.
+    """
     ranges = gates(radar)
-    facets = replace(facets, height=_rounded(facets))
+    facets = replace(facets, height=_mean_heights(facets))
     if float(np.diff(facets.grid.ground_range).max()) > retrieval.cell_range_m / _POINTS_A_CELL:
         facets, rcs = _halved(facets, rcs)
     staring = radar.scan == "staring"
@@ -45,7 +48,7 @@ def polar_truth(
     area = np.broadcast_to(facets.horizontal_area, facets.height.shape)
     slant = np.hypot(facets.distance, facets.rise)
     reach = max(RangeResponse.of(radar).support_m, 0.5 * retrieval.cell_range_m)
-    # Bins finer than the facets' points would stay empty here and there.
+    # Bins narrower than half the facets' spacing would be empty in places.
     width = max(radar.range_sampling_m / _BINS_PER_GATE, 0.5 * float(np.diff(facets.grid.ground_range).max()))
     bins = _Bins(ranges, width, reach, slant)
 
@@ -72,8 +75,8 @@ def polar_truth(
             values["illumination"] = cells(area * arriving) / whole
         gate = bins.response(ranges, RangeResponse.of(radar))
         beam = _beam_columns(facets, sweeps, 0.0 if staring else retrieval.cell_azimuth_deg, radar)
-        heard = beam @ (bins.gather(area) @ gate)
-        values["height_weighted"] = (beam @ (bins.gather(area * facets.height) @ gate)) / heard
+        weight = beam @ (bins.gather(area) @ gate)
+        values["height_weighted"] = (beam @ (bins.gather(area * facets.height) @ gate)) / weight
     empty = whole <= 0.0
     fields = {name: np.where(empty | ~np.isfinite(field), np.nan, field)[None] for name, field in values.items()}
     times = np.interp(sweeps, facets.grid.sweep, facets.grid.time)
@@ -82,11 +85,12 @@ def polar_truth(
     return build("truth/polar", fields, {"turn": [turn], "azimuth": azimuth, "range": ranges})
 
 
-def _rounded(facets: Facets) -> NDArray[np.float64]:
-    """Mean heights (column, facet) of the water over each facet, which is flat where the water is curved.
+def _mean_heights(facets: Illumination) -> NDArray[np.float64]:
+    """Mean heights (column, facet) [m] of the water over each facet, which is flat where the water is curved.
 
     Over a triangle with edges e the mean of a surface with the second derivatives H lies Σ eᵀHe/24 below the plane
-    through its corners. H is the difference of the slopes of like facets, from rung to rung and from column to column.
+    through its corners. H is the difference of the slopes of facets of one kind (near or far), from rung to
+    rung and from column to column.
     """
     step = np.repeat(np.diff(facets.grid.ground_range), 2)
     width = facets.distance * np.radians(facets.grid.spacing_deg)
@@ -99,13 +103,15 @@ def _rounded(facets: Facets) -> NDArray[np.float64]:
 
 
 def _differences(values: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
-    """Of neighbours along an axis, centred; 0 where there are none."""
+    """Centred differences of neighbours along an axis; 0 where there is one value only."""
     return np.gradient(values, axis=axis) if values.shape[axis] > 1 else np.zeros_like(values)
 
 
 def _halved(facets: Illumination, rcs: NDArray[np.float32]) -> tuple[Illumination, NDArray[np.float32]]:
-    """Each facet as two of half its area along the look, as far apart as makes its second moment: then cells' edges
-    cut through it. A triangle's is the 18th part of its length squared."""
+    """Each facet as two of half its area, one behind the other along the look, so that a cell's edge can divide it.
+
+    Their distance gives the pair the second moment of the triangle, 1/18 of its length squared.
+    """
     apart = np.sqrt(1.0 / 18.0) * np.repeat(np.diff(facets.grid.ground_range), 2)
     step = np.stack((-apart, apart), axis=-1)  # (facet, half)
 
@@ -129,12 +135,12 @@ def _halved(facets: Illumination, rcs: NDArray[np.float32]) -> tuple[Illuminatio
 def ground_truth(
     sea: Sea, radar: RadarSettings, retrieval: RetrievalSettings, turn: int, mast: Mast | None = None
 ) -> xr.Dataset:
-    """The schema's `truth/ground` of one turn: each square cell's mean at the time when the beam passes its centre, or
-    at the one instant that the maps are asked for.
+    """The schema's `truth/ground` (turn, y, x) of one turn: means of square cells, NaN where the beam does not pass.
 
-    mast: where the antennas are; left out, on a boat at rest.
+    Each cell is taken at the time when the beam passes its centre, or all at retrieval.map_time_s. mast: the antennas'
+    motion; without it a boat at rest.
     """
-    far = float(gates(radar)[-1])  # as the maps see it: the last gate, not the end of the window
+    far = float(gates(radar)[-1])  # of the maps: the last gate, not the end of the window
     grid = ground_grid(far, retrieval.ground_m)
     x, y = np.meshgrid(grid.x, grid.y)
     antennas = mast or Mast(radar)
@@ -166,47 +172,50 @@ def ground_truth(
 def _passing(
     mast: Mast, x: NDArray[np.float64], y: NDArray[np.float64], far: float, turn: int, cell_deg: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-    """Which places the boresight passes in a turn, and when [s], NaN for the others."""
+    """Which points (x, y) [m] the boresight passes in a turn, and when [s], NaN for the others."""
     radar, width = mast.radar, sector_width(mast.radar)
-    moments = (turn + np.linspace(0.0, 1.0, 721)) * mast.period
-    pose = mast.pose(moments)
-    swept = (moments - moments[0]) * mast.rate + mast.swing(moments)
+    times = (turn + np.linspace(0.0, 1.0, 721)) * mast.period
+    pose = mast.pose(times)
+    swept = (times - times[0]) * mast.rate + mast.swing(times)
     resting = np.ptp(pose.origin, axis=0).max() == 0.0
-    time = np.full(x.shape, moments[0])
+    time = np.full(x.shape, times[0])
     inside, east, north = np.zeros(x.shape, dtype=bool), np.zeros(x.shape), np.zeros(x.shape)
-    for _ in range(1 if resting else 12):  # a moving mast: where from, when it passes
-        east, north = (np.interp(time, moments, pose.origin[:, axis]) for axis in (0, 1))
+    for _ in range(1 if resting else 12):  # a moving mast: its position at the time of passing, by iteration
+        east, north = (np.interp(time, times, pose.origin[:, axis]) for axis in (0, 1))
         sweep = (np.degrees(np.arctan2(x - east, y - north)) - radar.sector_deg[0]) % 360.0
         if radar.scan == "staring":
-            inside, time = np.abs(sweep - 0.5 * width) <= 0.5 * cell_deg, np.full(x.shape, moments[360])
+            inside, time = np.abs(sweep - 0.5 * width) <= 0.5 * cell_deg, np.full(x.shape, times[360])
             continue
         inside = np.isclose(width, 360.0) | (sweep <= width)
-        if resting and not mast.swing(moments).any():
+        if resting and not mast.swing(times).any():
             time = (turn + sweep / 360.0) * mast.period  # the same bits as the map's
         else:
             sweep = np.where((sweep < swept[0]) & (sweep + 360.0 <= swept[-1]), sweep + 360.0, sweep)
-            time = np.interp(sweep, swept, moments)
+            time = np.interp(sweep, swept, times)
     inside &= np.hypot(x - east, y - north) <= far
-    if not resting and radar.scan != "staring":  # places close to the boat's own path may not be passed at all
-        east, north = (np.interp(time, moments, pose.origin[:, axis]) for axis in (0, 1))
+    if not resting and radar.scan != "staring":  # points close to the boat's own path may not be passed at all
+        east, north = (np.interp(time, times, pose.origin[:, axis]) for axis in (0, 1))
         bearing = np.degrees(np.arctan2(x - east, y - north)) - radar.sector_deg[0]
-        inside &= np.abs(wrap_degrees(bearing - np.interp(time, moments, swept))) <= 0.5 * cell_deg
+        inside &= np.abs(wrap_degrees(bearing - np.interp(time, times, swept))) <= 0.5 * cell_deg
     return inside, np.where(inside, time, np.nan)
 
 
 class _Bins:
-    """Fine bins of slant range, (column, bin). A facet is shared between the two bins whose middles lie beside its
-    point: cells then have soft edges, and do not jump by a facet as the sea rises (9 mm of height becomes 2 mm)."""
+    """Fine bins of slant range, (column, bin).
+
+    A facet is divided between the two bins whose middles are nearest to its point, so that a cell's mean changes
+    smoothly as the sea rises and not by whole facets (steps of 9 mm become 2 mm).
+    """
 
     def __init__(self, ranges: NDArray[np.float64], width: float, reach: float, slant: NDArray[np.float64]) -> None:
         self.width = width
         self.start = ranges[0] - reach - 2.0 * width
         self.count = int(np.ceil((ranges[-1] + reach + 2.0 * width - self.start) / width))
         self.columns = slant.shape[0]
-        place = np.clip((slant - self.start) / width - 0.5, -1.0, self.count)
-        number = place.astype(np.int32)
-        self._kept = (place >= 0.0) & (number < self.count - 1)
-        self._share = (place - number)[self._kept]  # of the farther bin
+        position = np.clip((slant - self.start) / width - 0.5, -1.0, self.count)
+        number = position.astype(np.int32)
+        self._kept = (position >= 0.0) & (number < self.count - 1)
+        self._share = (position - number)[self._kept]  # of the farther bin
         self._index = (number + np.arange(self.columns)[:, None] * self.count)[self._kept]
         self.centre = self.start + width * (np.arange(self.count) + 0.5)
 
@@ -225,7 +234,7 @@ class _Bins:
         return np.maximum(high - low, 0.0) / self.width
 
     def response(self, ranges: NDArray[np.float64], pulse: RangeResponse) -> NDArray[np.float64]:
-        """(bin, gate): |h|² of the gate to the bin's middle."""
+        """(bin, gate): |h|², the power response of the gate at the bin's middle."""
         return pulse(ranges - self.centre[:, None]) ** 2
 
 
@@ -242,7 +251,7 @@ def _beam_columns(
 ) -> NDArray[np.float64]:
     """(look, column): two-way power pattern towards the column, averaged over the look's dwell."""
     offset = sweeps[:, None] - facets.grid.column_sweep
-    # The dwell's mean depends on the offset alone: tabulated as far as the columns run on, 0 beyond.
+    # The dwell's mean depends on the offset alone: tabulated as far as the mesh goes beside a look, 0 beyond.
     array = antenna_array(radar)
     reach = BEAMS_BEYOND * array.beam_deg
     table = np.linspace(-reach - cell_deg, reach + cell_deg, 4001)

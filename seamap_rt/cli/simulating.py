@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.text import Text
 
-from ..account import account_lines
+from ..report.limits import account_lines
 from .shell import Settings, app, console, progress, scene_of
 
 
