@@ -16,7 +16,8 @@ from seamap_rt.interferometry import retrieve
 from seamap_rt.mesh import Facets
 from seamap_rt.radar.waveform import gates as gates_of
 from seamap_rt.scene import Scene
-from seamap_rt.simulation import Simulator, simulate
+from seamap_rt.session import simulate
+from seamap_rt.simulation import Simulator
 from seamap_rt.truth import ground_truth, polar_truth
 
 WAVELENGTH, AMPLITUDE, PHASE_DEG, FROM_DEG = 20.0, 0.4, 35.0, 60.0
