@@ -29,8 +29,8 @@ def _headline(metrics: dict[str, Any]) -> str:
 def _print_account(metrics: dict[str, Any]) -> None:
     """What was modelled and left out; on a terminal the kind of each line stands out."""
     for line in account_lines(metrics["modelled"], metrics["left_out"]):
-        kind, said = line.split(": ", 1)
-        console.print(Text.assemble((f"{kind}: ", "bold" if kind == "modelled" else "dim bold"), said))
+        kind, rest = line.split(": ", 1)
+        console.print(Text.assemble((f"{kind}: ", "bold" if kind == "modelled" else "dim bold"), rest))
 
 
 def _warn(metrics: dict[str, Any]) -> None:
@@ -104,8 +104,8 @@ def simulate(scene: str, *, out: Path, overwrite: bool = False, set_: Settings |
         KEY=VALUE, any key of the scene file, as often as wanted.
     """
     loaded = scene_of(scene, set_)
-    from ..session import prepare_folder
-    from ..simulation import simulate as simulate_scene
+    from ..io.results_folder import prepare_folder
+    from ..session import simulate as simulate_scene
 
     prepare_folder(out, overwrite, ("echoes.zarr", "truth.nc"))
     say, stop = progress()

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..conventions import from_db
 from ..errors import InputError
 from ..io.interrupts import uninterrupted
+from ..io.results_folder import clear_folder, prepare_folder, write_whole
 from ..radar import link
 from ..radar.link import LinkBudget
 from ..radar.receiver import noise_power
@@ -21,7 +22,6 @@ from ..report.link_words import link_lines, link_table
 from ..scattering import MEAN_MODELS, mean_nrcs
 from ..scene import Scene
 from ..scene.checks.scattering import STEEPEST
-from ..session import clear_folder, prepare_folder, write_whole
 from ..settings import RadarSettings
 
 PRODUCTS = ("link.csv", "link.png")
@@ -79,7 +79,7 @@ def link_budget(scene: Scene, range_m: ArrayLike) -> LinkBudget:
     """
     radar, ranges = scene.radar, np.asarray(range_m, dtype=np.float64)
     nrcs, model = mean_sea(scene, ranges)
-    ways = link.integrations(radar, scene.scattering.decorrelation_time_s)
+    methods = link.integrations(radar, scene.scattering.decorrelation_time_s)
     return LinkBudget(
         range=ranges,
         grazing=link.grazing_angle(radar, ranges),
@@ -88,10 +88,10 @@ def link_budget(scene: Scene, range_m: ArrayLike) -> LinkBudget:
         nrcs=nrcs,
         nrcs_model=model,
         noise=noise_power(radar),
-        integrations=ways,
+        integrations=methods,
         budgets=(
-            link.budget(radar, "textbook", link.textbook_power(radar, 1.0, ranges), nrcs, ways),
-            link.budget(radar, "simulator", simulated_power(radar, ranges), nrcs, ways),
+            link.budget(radar, "textbook", link.textbook_power(radar, 1.0, ranges), nrcs, methods),
+            link.budget(radar, "simulator", simulated_power(radar, ranges), nrcs, methods),
         ),
     )
 
@@ -101,7 +101,7 @@ def simulated_power(radar: RadarSettings, ranges: NDArray[np.float64]) -> NDArra
     return link.flat_sea_power(radar, 1.0, ranges) * link.eclipsed_share(radar, ranges)
 
 
-# ------------------------------------------------------------------------------------------------ what is asked
+# -------------------------------------------------------------------------------------------- what is requested
 
 
 def ranges_of(text: str | None, scene: Scene) -> NDArray[np.float64]:

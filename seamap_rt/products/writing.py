@@ -10,18 +10,18 @@ import xarray as xr
 from matplotlib.image import imsave
 
 from ..errors import NoBackend
+from ..io.appendable import AppendableNetCDF
 from ..io.interrupts import uninterrupted
-from ..io.seafile import SeaFile
+from ..io.results_folder import clear_folder, prepare_folder, write_whole
 from ..report import reduce, sea_figures, style
-from ..report.sea_statistics import Moments, asked_height, statistics_table
+from ..report.sea_statistics import Moments, requested_height, statistics_table
 from ..scattering import ShortWaves
 from ..scene import Scene
 from ..sea import Sea
-from ..session import clear_folder, prepare_folder, write_whole
 from ..simulation import Simulator
 from ..tracing import tracer
-from .asked import refuse_if_too_large, square, step, times_of
 from .camera import Camera
+from .sampling import refuse_if_too_large, square, step, times_of
 from .spectrum import directional_spectrum
 
 PRODUCTS = ("sea.nc", "statistics.txt", "directional_spectrum.png", "sea_surface.png", "sea.gif", "from_mast.png")
@@ -29,6 +29,10 @@ DEFAULT_TIMES = "0:5:0.5"
 
 _MAST_PICTURE = (1280, 560)  # columns, rows
 _FINEST_FILM = 700  # points a side that an animation is drawn from
+
+# Fields are rounded, by unit, to powers of two: below what the sea itself is exact to, and the digits beyond it do not
+# compress.
+ROUNDING = {"m": 2.0**-13, "1": 2.0**-14, "m s-1": 2.0**-11, "dB": 2.0**-6}
 
 Progress = Callable[[str], None]
 
@@ -51,7 +55,7 @@ class SeaProducts:
         folded = f"; {share:.2%} of the water folds over" if share > 0.0 else ""
         return (
             f"Hs {self.drawn.significant_height:.2f} m over {self.side:.3g} m × {self.side:.3g} m, "
-            f"{asked_height(self.sea):.2f} m asked for; resolved "
+            f"{requested_height(self.sea):.2f} m asked for; resolved "
             f"{resolved.variance_share:.2%} of the variance, {resolved.mean_square_slope_share:.0%} of the same "
             f"spectra's mean square slope{folded}"
         )
@@ -76,17 +80,17 @@ def write_sea(
     """
     say, folder = progress or (lambda _: None), Path(out)
     seconds = times_of(times)
-    places = square(scene, side, spacing)
+    points = square(scene, side, spacing)
     prepare_folder(folder, overwrite, PRODUCTS)
-    refuse_if_too_large(folder, seconds.size, places.size)
+    refuse_if_too_large(folder, seconds.size, points.size)
     say("preparing the sea")
     simulator, drawn = Simulator(scene), Moments()
     sea = simulator.sea
     trace = tracer(scene.tracing.tracer, scene.radar, scene.scattering, diffraction=scene.tracing.diffraction)
-    camera = Camera(scene, sea, trace, places, simulator.surface)
+    camera = Camera(scene, sea, trace, points, simulator.surface)
     spectrum = directional_spectrum(scene, sea)
     clear_folder(folder, PRODUCTS)
-    with SeaFile(folder / "sea.nc", {"spectrum": spectrum}) as file:
+    with sea_file(folder / "sea.nc", spectrum) as file:
         try:
             for number, t in enumerate(seconds):
                 say(f"time {number + 1} of {seconds.size}: {t:g} s")
@@ -98,12 +102,18 @@ def write_sea(
             rest = "and stay readable in sea.nc; the pictures are missing" if file.complete else "no results are left"
             raise KeyboardInterrupt(f"{file.complete} of {seconds.size} times are complete, {rest}") from None
     say("drawing")
-    write_whole(folder / "statistics.txt", statistics_table(scene, sea, drawn, places.size * step(places)))
+    write_whole(folder / "statistics.txt", statistics_table(scene, sea, drawn, points.size * step(points)))
     notes = _draw(scene, sea, spectrum, folder)
     say("rendering the sea as the mast sees it")
     notes += _draw_from_mast(scene, sea, folder / "from_mast.png", float(seconds[0]))
     files = tuple(name for name in PRODUCTS if (folder / name).exists())
-    return SeaProducts(folder, files, sea, drawn, places.size * step(places), (*_coarse(sea, step(places)), *notes))
+    return SeaProducts(folder, files, sea, drawn, points.size * step(points), (*_coarse(sea, step(points)), *notes))
+
+
+def sea_file(path: Path, spectrum: xr.Dataset) -> AppendableNetCDF:
+    """sea.nc: grows by times, holds the spectrum once, and packs its fields."""
+    constant = {"spectrum": spectrum}
+    return AppendableNetCDF(path, ("time",), constant=constant, compressed=True, rounding=ROUNDING)
 
 
 def _coarse(sea: Sea, spacing: float) -> tuple[str, ...]:

@@ -18,10 +18,7 @@ import resource, sys
 from pathlib import Path
 import numpy as np
 import xarray as xr
-from seamap_rt.gauges import GaugeFile
-from seamap_rt.io.growing import all_or_none
-from seamap_rt.io.seafile import SeaFile
-from seamap_rt.io.turnfile import TurnFile
+from seamap_rt.io.appendable import AppendableNetCDF
 
 def limit(size):
     '''No file of this process may grow beyond so many bytes: EFBIG, which HDF5 meets as it meets a full disk.'''
@@ -35,6 +32,9 @@ def tree(turn, side):
 def moment(turn, side):
     values = np.random.default_rng(turn).normal(size=(1, side, side))
     return xr.Dataset({"height": xr.Variable(("time", "y", "x"), values, {"units": "?"})}, {"time": [float(turn)]})
+
+def spectrum():
+    return xr.Dataset({"density": ("k", np.ones(3))}, {"k": np.arange(3.0)})
 
 def series(turn, samples):
     heights = np.full((1, samples), float(turn))
@@ -87,10 +87,11 @@ def alone(forks: subprocess.Popen[str], tmp_path: Path) -> Alone:
     return ended
 
 
+SEA = "AppendableNetCDF(Path('it.nc'), ('time',), constant={'spectrum': spectrum()}, compressed=True)"
 KINDS = [
-    ("TurnFile(Path('it.nc'))", "tree(turn, 128)", "polar"),
-    ("SeaFile(Path('it.nc'), {})", "moment(turn, 256)", "/"),
-    ("GaugeFile(Path('it.nc'))", "series(turn, 20_000)", "/"),
+    ("AppendableNetCDF(Path('it.nc'))", "tree(turn, 128)", "polar"),
+    (SEA, "moment(turn, 256)", "/"),
+    ("AppendableNetCDF(Path('it.nc'), ('turn', 'sample'))", "series(turn, 20_000)", "/"),
 ]
 
 
@@ -131,13 +132,9 @@ def test_a_turn_that_is_given_back_goes(alone: Alone, tmp_path: Path, file: str,
             with {file} as file:
                 for turn in range(2):
                     file.append({made})
-                try:
-                    with all_or_none(file):
-                        if given_back:
-                            file.append({made})
-                        raise InterruptedError
-                except InterruptedError:
-                    pass
+                if given_back:
+                    file.append({made})
+                    file.take_back()
             Path("it.nc").rename(f"{{given_back}}.nc")
         """
     )
@@ -150,7 +147,7 @@ def test_room_that_a_turn_does_not_need_is_given_back(alone: Alone, tmp_path: Pa
     alone(
         """
         for turns in (1, 20):
-            with TurnFile(Path(f"{turns}.nc")) as file:
+            with AppendableNetCDF(Path(f"{turns}.nc")) as file:
                 for turn in range(turns):
                     file.append(tree(turn, 4))
         """
@@ -163,14 +160,17 @@ def test_room_that_a_turn_does_not_need_is_given_back(alone: Alone, tmp_path: Pa
 def test_a_turn_that_one_file_cannot_take_is_in_none(alone: Alone, tmp_path: Path) -> None:
     said = alone(
         """
+        from seamap_rt.session import FileSink, FinishedTurn, deliver
+
+        def large(turn):
+            if turn.number == 3:
+                limit(2_000_000)
+            return tree(turn.number, 256)
+
+        turns = (FinishedTurn(n, None, None, None, {"total": 0.0}, {}) for n in range(100))
+        small_sink = FileSink(AppendableNetCDF(Path("small.nc")), lambda turn: tree(turn.number, 16))
         try:
-            with TurnFile(Path("small.nc")) as small, TurnFile(Path("large.nc")) as large:
-                for turn in range(100):
-                    with all_or_none(small, large):
-                        small.append(tree(turn, 16))
-                        if turn == 3:
-                            limit(2_000_000)
-                        large.append(tree(turn, 256))
+            deliver(turns, [small_sink, FileSink(AppendableNetCDF(Path("large.nc")), large)])
         except OSError as error:
             print(error.filename)
         """
@@ -186,7 +186,7 @@ def test_no_turn_leaves_no_file(alone: Alone, tmp_path: Path) -> None:
         """
         limit(100_000)
         try:
-            with TurnFile(Path("none.nc")) as file:
+            with AppendableNetCDF(Path("none.nc")) as file:
                 file.append(tree(0, 128))
         except OSError as error:
             print(error.filename, error.strerror)
@@ -208,7 +208,7 @@ def test_file_systems_that_give_no_word_are_written_to(alone: Alone, tmp_path: P
             del os.posix_fallocate
         else:
             os.posix_fallocate = refuse
-        with TurnFile(Path("it.nc")) as file:
+        with AppendableNetCDF(Path("it.nc")) as file:
             for turn in range(3):
                 file.append(tree(turn, 16))
         """
