@@ -112,6 +112,7 @@ def run(
     simulator = Simulator(scene)
     clear_folder(folder)
     write_whole(folder / "scene.toml", scene.to_toml())
+    retrieval = scene.resolved_retrieval
     timings: list[dict[str, float]] = []
     store = EchoStore(folder / "echoes.zarr")
     counts: dict[str, float] = {}
@@ -125,7 +126,7 @@ def run(
             clock = Stopwatch()
             say(f"turn {number + 1} of {scene.turns}: retrieving")
             with clock("retrieve"):
-                maps = retrieve_one(turn.echoes, scene.retrieval)
+                maps = retrieve_one(turn.echoes, retrieval)
             with clock("truth"):
                 gauges = _gauges(simulator, maps, turn.truth, number)
             with clock("write"), uninterrupted(), all_or_none(truth_file, maps_file, gauge_file):

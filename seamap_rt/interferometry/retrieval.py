@@ -10,10 +10,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..conventions import db
+from ..conventions import db, unit_from_azimuth
 from ..dataset import QUALITY_FLAGS, build, check
 from ..errors import SchemaError
 from ..settings import RetrievalSettings
+from ..wavefield.sea_state import water_of
 from .covariance.velocity import Doppler, Lag, doppler, over_ground, own_velocity
 from .covariance.windows import window_weights
 from .estimation.estimators import ESTIMATORS, Estimate
@@ -65,12 +66,25 @@ def _one(echoes: xr.Dataset, settings: RetrievalSettings) -> xr.DataTree:
     radar = RadarDescription.of(echoes)
     turn = int(echoes["turn"].values[0])
     cells, places = retrieve_turn(echoes, radar, settings, turn)
+    cells.attrs |= _water_attributes(settings)
     certain = (cells["quality"].values[0] & QUALITY_FLAGS["ambiguous"]) == 0
     ground = ground_map(cells, places, radar, settings, turn, certain)
     if settings.map_time_s is not None:
-        ground = at_one_instant(ground, cells, turn * radar.period + settings.map_time_s, settings.depth_m)
+        water = water_of(cells.attrs)
+        ground = at_one_instant(ground, cells, turn * radar.period + settings.map_time_s, water)
         ground.attrs["map_time_s"] = settings.map_time_s
     return xr.DataTree.from_dict({"/polar": cells, "/ground": ground})
+
+
+def _water_attributes(settings: RetrievalSettings) -> dict[str, float | list[float]]:
+    """What the maps say of the water, see `WATER_ATTRIBUTES`."""
+    depth, speed = settings.depth_m, settings.current_m_s or 0.0
+    current = [speed * float(part) for part in unit_from_azimuth(settings.current_toward_deg or 0.0)]
+    return {
+        "depth_m": np.inf if depth is None else depth,
+        "depth_given": int(depth is not None),
+        "current_m_s": current,
+    }
 
 
 def open_echoes(path: str | Path) -> xr.Dataset:

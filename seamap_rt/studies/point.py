@@ -129,7 +129,7 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
             if step != "total":
                 clock.seconds[step] = clock.seconds.get(step, 0.0) + seconds
         with clock("retrieve"):
-            maps.append(retrieve_one(turn.echoes, scene.retrieval)["polar"].to_dataset())
+            maps.append(retrieve_one(turn.echoes, scene.resolved_retrieval)["polar"].to_dataset())
         truths.append(turn.truth["polar"].to_dataset())
         facets, folded = turn.facets, max(folded, turn.folded_share)
     with clock("compare"):

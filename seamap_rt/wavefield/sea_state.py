@@ -2,15 +2,20 @@
 
 Heights are about mean sea level, which is known: their mean square needs no mean of its own, and hardly depends on
 which half of the sea is in sight, since what crests have too much, the troughs that they hide have too little.
+Periods follow from wavelengths by the linear dispersion of the depth that travels with the maps.
 """
 
 from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..conventions import GRAVITY
+from ..dataset import WATER_ATTRIBUTES
+from ..physics.dispersion import Water
 from .range_bins import Rings, View
 from .resolution import Resolution
 from .wave_direction import Travel, travel
@@ -56,7 +61,11 @@ _VARIABLES = {
 def sea_state(maps: xr.DataTree) -> xr.Dataset:
     """Significant wave height, peak period, mean direction and spread of each turn, with standard errors, dims (turn,).
 
-    maps: as from `retrieve`, in deep water, of an antenna that moves slowly beside the waves. The standard error
+    maps: as from `retrieve`, of an antenna that moves slowly beside the waves. Their attributes `depth_m` and
+    `current_m_s` (east, north) say what the waves run on; where no depth is given deep water is assumed, and the
+    attribute `depth_given` of the result is 0. Periods are those met by one who drifts with the current.
+
+    The standard error
     `significant_wave_height_std` is against the sea that was seen; how far that may differ from the sea at large, by
     chance, is `significant_wave_height_sampling`, and part of the other errors. Where too little is seen, or too noisy,
     all is NaN; of a calm sea, and of looks that span less than 80°, the period and directions are. Mean direction and
@@ -67,7 +76,9 @@ def sea_state(maps: xr.DataTree) -> xr.Dataset:
     (Young 1995), mean direction and spread by the first moment (Kuik, van Vledder & Holthuijsen 1988).
     """
     polar = maps["polar"].to_dataset()
-    rows = [_one_turn(polar.isel(turn=turn)) for turn in range(polar.sizes["turn"])]
+    water = water_of(polar.attrs)
+    rows = [_one_turn(polar.isel(turn=turn), water) for turn in range(polar.sizes["turn"])]
+    known = {name: polar.attrs.get(name, missing) for name, (missing, _) in WATER_ATTRIBUTES.items()}
 
     def variable(name: str) -> tuple[str, Field, dict[str, str]]:
         units, long_name, standard_name = _VARIABLES[name]
@@ -77,11 +88,18 @@ def sea_state(maps: xr.DataTree) -> xr.Dataset:
         return "turn", np.array([row.get(name, np.nan) for row in rows]), attributes
 
     return xr.Dataset(
-        {name: variable(name) for name in _VARIABLES}, {"turn": polar["turn"]}, {"Conventions": "CF-1.11"}
+        {name: variable(name) for name in _VARIABLES}, {"turn": polar["turn"]}, {"Conventions": "CF-1.11"} | known
     )
 
 
-def _one_turn(polar: xr.Dataset) -> dict[str, float]:
+def water_of(attributes: Mapping[Hashable, Any]) -> Water:
+    """The water that a map's attributes name; deep and at rest where they name none."""
+    depth, current = (attributes.get(name, WATER_ATTRIBUTES[name][0]) for name in ("depth_m", "current_m_s"))
+    east, north = (float(part) for part in current)
+    return Water(float(depth), (east, north))
+
+
+def _one_turn(polar: xr.Dataset, water: Water) -> dict[str, float]:
     """The numbers of one turn; those that cannot be had are left out."""
     view = View.of(polar)
     heights = polar["height"].values
@@ -91,7 +109,7 @@ def _one_turn(polar: xr.Dataset) -> dict[str, float]:
         return found
     inside = view.known & rings.within(rings.glimpsed, view.distance)
     way = _travel(polar, view, inside)
-    spectrum = wave_spectrum(Transforms.of(view.cells(inside)), way)
+    spectrum = wave_spectrum(Transforms.of(view.cells(inside)), way, water)
     resolution = Resolution.of(polar.attrs, np.degrees(view.width))
     overall = rings.weight(rings.glimpsed) @ resolution.transfer(spectrum.ring_wavenumber, rings.middle)
     spectrum = spectrum.corrected(overall, _LEAST_TRANSFER)
@@ -147,16 +165,18 @@ def _kept(spectrum: WaveSpectrum, overall: Field, resolution: Resolution, distan
     """Share of the waves' variance that the cells of each distance [m] keep; 1 where no waves are found.
 
     Waves are as found where the map as a whole keeps enough (`overall`, (ring,)), but beyond the peak no less than a
-    tail that falls with the fifth power of frequency (Phillips 1958), of which noise and cells leave little.
+    tail that falls with the third power of the wavenumber, of which noise and cells leave little: in deep water the
+    fifth power of frequency (Phillips 1958), and the same in any depth (Bouws et al. 1985).
     """
-    wavenumber, peak = spectrum.ring_wavenumber, (2.0 * np.pi * spectrum.peak_frequency) ** 2 / GRAVITY
+    wavenumber, peak = spectrum.ring_wavenumber, 2.0 * np.pi * spectrum.peak_frequency
+    peak = float(spectrum.water.wavenumber(peak)) if np.isfinite(peak) else np.nan
     told = overall > _LEAST_TRANSFER
     core = told & (wavenumber < _TAIL_FROM * peak)
     if not spectrum.ring_power[core].any():
         return np.ones(distance.size)
     edge = wavenumber[core].max()
     tail = spectrum.ring_power[core & (wavenumber > 0.5 * edge)].sum() / _CORE_OVER_TAIL
-    # ∫ f⁻⁵ df ∝ k⁻²
+    # ∫ k⁻³ dk ∝ k⁻²
     least = np.where(wavenumber > edge, 2.0 * tail * edge**2 * wavenumber**-3 * np.gradient(wavenumber), 0.0)
     shorter = wavenumber[-1] * _STEP ** np.arange(8)  # than all rings
     power = np.append(
@@ -197,9 +217,17 @@ def in_words(state: xr.Dataset) -> str:
         text += f" m in the mean of {known.sum()} turns ({height[known].min():.2f} to {height[known].max():.2f} m)"
     period, direction = (state[name].values for name in ("peak_period", "mean_direction"))
     if np.isfinite(period).any():
-        text += f", Tp {np.nanmean(period):.1f} s"
+        text += f", Tp {np.nanmean(period):.1f} s{_assumed(state, float(np.nanmean(period)))}"
     known = np.isfinite(direction)
     if known.any():
         mean = np.degrees(np.angle(np.mean(np.exp(1j * np.radians(direction[known]))))) % 360.0
         text += f", from {mean:.0f}°, spread {np.nanmean(state['directional_spread'].values):.0f}°"
     return text
+
+
+def _assumed(state: xr.Dataset, period: float) -> str:
+    """What a period [s] rests on where no depth was given: in water shallower than half a wavelength it is longer."""
+    if state.attrs.get("depth_given", 0):
+        return ""
+    half = np.pi / float(water_of(state.attrs).wavenumber(2.0 * np.pi / period))
+    return f" (no depth given: deep water assumed; longer in less than {half:.0f} m of water, set retrieval.depth_m)"

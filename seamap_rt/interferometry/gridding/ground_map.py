@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...conventions import unit_from_azimuth, wrap_degrees
-from ...dataset import build
+from ...dataset import WATER_ATTRIBUTES, build
 from ...radar.grid import LookFan, ground_grid, look_sweeps
 from ...settings import RetrievalSettings
 from ..geometry.heights import Found
@@ -75,7 +75,7 @@ def ground_map(
         "maps/ground",
         {name: value[None] for name, value in values.items()},
         {"turn": [turn], "y": grid.y, "x": grid.x},
-        {"cell_m": settings.ground_m},
+        {"cell_m": settings.ground_m} | {name: cells.attrs[name] for name in WATER_ATTRIBUTES if name in cells.attrs},
     )
 
 
