@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compute.compiled import compiled
+from ...compute.machine import threads
 from .sea_covariance import SeaCovariance
 
 Map = NDArray[np.float64]
@@ -32,7 +33,7 @@ _GAUSS = 1.0 / np.sqrt(3.0)
 # Errors of gates so far apart go together. A bright spot between two gates draws both towards it, but as seen from them
 # to opposite sides: less than the squared correlation of speckle itself, 0.5 at 1.5 m of a 20 ns pulse.
 _ERRORS_TOGETHER_M = 1.35
-_PARTS = 8  # of the looks, each a task of its own
+_TASKS = 32  # blocks of looks, each a task of its own: enough for every thread
 
 
 @dataclass(frozen=True)
@@ -69,8 +70,8 @@ def optimal_heights(
         cells = measured.height, error, places, wanted & lying
         _interpolate(*cells, sea.table, sea.spacing, *half, looks, together, first, last, found)
 
-    edges = np.linspace(0, shape[0], _PARTS + 1).astype(int)
-    with ThreadPoolExecutor(2) as pool:
+    edges = np.linspace(0, shape[0], _TASKS + 1).astype(int)
+    with ThreadPoolExecutor(threads()) as pool:
         list(pool.map(rows, edges[:-1], edges[1:]))
     return found[0], found[1] + _SHORT * sea.variance
 
