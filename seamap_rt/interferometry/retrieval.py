@@ -24,7 +24,7 @@ from .estimation.slopes import Slopes, local_planes, plane_reach
 from .geometry.heights import Found
 from .gridding.ground_map import Ground, ground_map
 from .gridding.instant import at_one_instant
-from .input.checks import sound
+from .input.checks import checked_echoes
 from .input.description import RadarDescription
 from .looks import Looks, interferogram
 from .phase.interferogram import Interferogram
@@ -41,7 +41,7 @@ def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None
     if not isinstance(echoes, xr.Dataset):
         echoes = open_echoes(echoes)
     check("echoes", echoes)
-    echoes = sound(echoes)
+    echoes = checked_echoes(echoes)
     turns = []
     for turn in range(int(echoes.attrs["complete_turns"])):
         members = np.flatnonzero(echoes["turn"].values == turn)
@@ -59,16 +59,16 @@ def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None
 
 def retrieve_one(echoes: xr.Dataset, settings: RetrievalSettings | None = None) -> xr.DataTree:
     """Maps of the single turn that these echoes hold."""
-    return _one(sound(echoes), settings or RetrievalSettings())
+    return _one(checked_echoes(echoes), settings or RetrievalSettings())
 
 
 def _one(echoes: xr.Dataset, settings: RetrievalSettings) -> xr.DataTree:
     radar = RadarDescription.of(echoes)
     turn = int(echoes["turn"].values[0])
-    cells, places = retrieve_turn(echoes, radar, settings, turn)
+    cells, points = retrieve_turn(echoes, radar, settings, turn)
     cells.attrs |= _water_attributes(settings)
-    certain = (cells["quality"].values[0] & QUALITY_FLAGS["ambiguous"]) == 0
-    ground = ground_map(cells, places, radar, settings, turn, certain)
+    unambiguous = (cells["quality"].values[0] & QUALITY_FLAGS["ambiguous"]) == 0
+    ground = ground_map(cells, points, radar, settings, turn, unambiguous)
     if settings.map_time_s is not None:
         water = water_of(cells.attrs)
         ground = at_one_instant(ground, cells, turn * radar.period + settings.map_time_s, water)
@@ -129,7 +129,7 @@ def retrieve_turn(
         height,
         radar,
         estimate.ambiguous,
-        seen.visible_share,
+        seen.visible_fraction,
         given.dwelt.samples(estimate.window, radar).noise,
     )
     moving = _velocities(looks, given, lags, found)
@@ -145,7 +145,7 @@ def retrieve_turn(
         "snr_db": _snr_db(echo_power, given.noise_power),
         "radial_velocity": np.where(heard, moving.velocity, np.nan),
         "doppler_width": np.where(heard, moving.width, np.nan),
-        "visible_share": seen.visible_share,
+        "visible_share": seen.visible_fraction,
         "crest_bias": seen.crest_bias,
         "time": _look_times(model.poses.time, (turn + looks.sweeps / 360.0) * radar.period),
         "quality": flags,
@@ -177,7 +177,7 @@ def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int) -> x
 def _slopes(given: Interferogram, estimate: Estimate, height: Map, spread: Map) -> Slopes:
     """Slopes of planes as small as the heights' errors let them be; cells count by their own."""
     model = given.model
-    ground = model.ground(estimate.found.places)
+    ground = model.ground(estimate.found.points)
     reach = plane_reach(spread, model.radar.ranges, model.radar.spacing, given.width)
     sure = np.where(estimate.ambiguous, np.nan, height)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..dataset import WATER_ATTRIBUTES
 from ..physics.dispersion import Water
-from .range_bins import Rings, View
+from .range_bins import PolarMap, RangeBins
 from .resolution import Resolution
 from .wave_direction import Travel, travel
 from .wave_spectrum import Field, Transforms, WaveSpectrum, wave_spectrum
@@ -101,35 +101,35 @@ def water_of(attributes: Mapping[Hashable, Any]) -> Water:
 
 def _one_turn(polar: xr.Dataset, water: Water) -> dict[str, float]:
     """The numbers of one turn; those that cannot be had are left out."""
-    view = View.of(polar)
+    polar_map = PolarMap.of(polar)
     heights = polar["height"].values
     found = {"cells": 0.0, "raw_height": 4.0 * float(np.nanstd(heights)) if np.isfinite(heights).any() else np.nan}
-    rings = Rings.of(view)
-    if rings is None or not rings.used.any():
+    bins = RangeBins.of(polar_map)
+    if bins is None or not bins.used.any():
         return found
-    inside = view.known & rings.within(rings.glimpsed, view.distance)
-    way = _travel(polar, view, inside)
-    spectrum = wave_spectrum(Transforms.of(view.cells(inside)), way, water)
-    resolution = Resolution.of(polar.attrs, np.degrees(view.width))
-    overall = rings.weight(rings.glimpsed) @ resolution.transfer(spectrum.ring_wavenumber, rings.middle)
+    inside = polar_map.known & bins.within(bins.glimpsed, polar_map.distance)
+    way = _travel(polar, polar_map, inside)
+    spectrum = wave_spectrum(Transforms.of(polar_map.cells(inside)), way, water)
+    resolution = Resolution.of(polar.attrs, np.degrees(polar_map.width))
+    overall = bins.weight(bins.glimpsed) @ resolution.transfer(spectrum.ring_wavenumber, bins.middle)
     spectrum = spectrum.corrected(overall, _LEAST_TRANSFER)
-    found |= _height(view, rings, _kept(spectrum, overall, resolution, rings.middle))
-    part = rings.area[rings.used].sum() / rings.area[rings.glimpsed].sum()
+    found |= _height(polar_map, bins, _kept(spectrum, overall, resolution, bins.middle))
+    part = bins.area[bins.used].sum() / bins.area[bins.glimpsed].sum()
     chance = 0.5 / np.sqrt(max(1.0, spectrum.independent * part))
     found["significant_wave_height_sampling"] = chance * found["significant_wave_height"]
-    weight = rings.weight(rings.used)
+    weight = bins.weight(bins.used)
     # Heights that are a conditional mean hold nothing of a sea that noise hides.
-    least = 2.0 if view.conditional else 2.0 * _NOISE_KNOWN
-    shown = weight @ rings.waves > least * (weight @ rings.noise)
-    return found | (_direction(spectrum, way) if shown and view.span > _LEAST_SPAN else {})
+    least = 2.0 if polar_map.conditional else 2.0 * _NOISE_KNOWN
+    shown = weight @ bins.waves > least * (weight @ bins.noise)
+    return found | (_direction(spectrum, way) if shown and polar_map.span > _LEAST_SPAN else {})
 
 
-def _height(view: View, rings: Rings, keep: Field) -> dict[str, float]:
+def _height(polar_map: PolarMap, bins: RangeBins, keep: Field) -> dict[str, float]:
     """The waves' height and what it was found by. keep: share of the waves' variance that each ring's cells hold."""
-    weight, (first, last) = rings.weight(rings.used), rings.edges(rings.used)
-    count = int(np.count_nonzero(view.known & rings.within(rings.used, view.distance)))
-    signal, noise, transfer, seen = (float(weight @ each) for each in (rings.waves, rings.noise, keep, rings.seen))
-    variance = max(float(weight @ (rings.waves / keep)), 0.0)
+    weight, (first, last) = bins.weight(bins.used), bins.edges(bins.used)
+    count = int(np.count_nonzero(polar_map.known & bins.within(bins.used, polar_map.distance)))
+    signal, noise, transfer, seen = (float(weight @ each) for each in (bins.waves, bins.noise, keep, bins.seen))
+    variance = max(float(weight @ (bins.waves / keep)), 0.0)
     errors = (
         _NOISE_KNOWN * noise / transfer,
         np.sqrt(2.0 / count) * (noise + 0.1 * max(signal, 0.0)) / transfer,
@@ -153,12 +153,12 @@ def _height_error(height: float, error: float) -> float:
     return 8.0 * error / max(height, 2.0 * np.sqrt(error)) if error > 0.0 else 0.0
 
 
-def _travel(polar: xr.Dataset, view: View, inside: NDArray[np.bool_]) -> Travel:
+def _travel(polar: xr.Dataset, polar_map: PolarMap, inside: NDArray[np.bool_]) -> Travel:
     """Which way the waves run by the water's velocity; no way without one."""
     if "radial_velocity" not in polar:
         return Travel(np.ones(1), np.zeros(1), np.zeros(1))
     velocity = np.where(inside, polar["radial_velocity"].values.astype(np.float64), np.nan)
-    return travel(view.height, np.sqrt(view.noise), velocity, view.azimuth, view.distance, _SIDE_M)
+    return travel(polar_map.height, np.sqrt(polar_map.noise), velocity, polar_map.azimuth, polar_map.distance, _SIDE_M)
 
 
 def _kept(spectrum: WaveSpectrum, overall: Field, resolution: Resolution, distance: Field) -> Field:
@@ -178,7 +178,7 @@ def _kept(spectrum: WaveSpectrum, overall: Field, resolution: Resolution, distan
     tail = spectrum.ring_power[core & (wavenumber > 0.5 * edge)].sum() / _CORE_OVER_TAIL
     # ∫ k⁻³ dk ∝ k⁻²
     least = np.where(wavenumber > edge, 2.0 * tail * edge**2 * wavenumber**-3 * np.gradient(wavenumber), 0.0)
-    shorter = wavenumber[-1] * _STEP ** np.arange(8)  # than all rings
+    shorter = wavenumber[-1] * _STEP ** np.arange(8)  # than all bins
     power = np.append(
         np.maximum(np.where(told, spectrum.ring_power, 0.0), least), tail * (edge / shorter) ** 2 * (1.0 - _STEP**-2)
     )
