@@ -136,8 +136,8 @@ def quality_flags(
 
     ambiguous: cells of which unwrapping could not tell the cycle; where it was not asked, those in which the sea's own
     size exceeds half an ambiguity. visible_fraction: as `shadow` gives it. samples: independent ones of noise in a
-    cell, by default its pulses. An antenna under water (`submerged`) is known to the radar, which says so pulse by pulse in
-    the echoes' `flag`.
+    cell, by default its pulses. An antenna under water (`submerged`) is known to the radar, which says so pulse by
+    pulse in the echoes' `flag`.
     """
     quality = np.zeros(heard.shape, dtype=np.int16)
     quality[~heard] |= QUALITY_FLAGS["no_echo"]
