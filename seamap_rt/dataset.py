@@ -255,6 +255,13 @@ FURTHER_ECHO_ATTRIBUTES: dict[str, tuple[Any, str]] = {
     "receiver_antennas": ([0, 1], "antenna of each receiver"),
 }
 
+# What waves run on, carried as attributes of the maps: name → what is taken where it is missing, units and meaning.
+WATER_ATTRIBUTES: dict[str, tuple[Any, str]] = {
+    "depth_m": (float("inf"), "m, depth of the water; inf is deep"),
+    "depth_given": (0, "1 where the depth was given, 0 where deep water was assumed"),
+    "current_m_s": ([0.0, 0.0], "m/s, current towards east and north"),
+}
+
 
 def build(
     product: str,

@@ -10,10 +10,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..conventions import db
+from ..conventions import db, unit_from_azimuth
 from ..dataset import QUALITY_FLAGS, build, check
 from ..errors import SchemaError
 from ..settings import RetrievalSettings
+from ..wavefield.sea_state import water_of
 from .covariance.velocity import Doppler, Lag, doppler, over_ground, own_velocity
 from .covariance.windows import window_weights
 from .estimation.estimators import ESTIMATORS, Estimate
@@ -23,7 +24,7 @@ from .estimation.slopes import Slopes, local_planes, plane_reach
 from .geometry.heights import Found
 from .gridding.ground_map import Ground, ground_map
 from .gridding.instant import at_one_instant
-from .input.checks import sound
+from .input.checks import checked_echoes
 from .input.description import RadarDescription
 from .looks import Looks, interferogram
 from .phase.interferogram import Interferogram
@@ -40,7 +41,7 @@ def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None
     if not isinstance(echoes, xr.Dataset):
         echoes = open_echoes(echoes)
     check("echoes", echoes)
-    echoes = sound(echoes)
+    echoes = checked_echoes(echoes)
     turns = []
     for turn in range(int(echoes.attrs["complete_turns"])):
         members = np.flatnonzero(echoes["turn"].values == turn)
@@ -58,19 +59,32 @@ def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None
 
 def retrieve_one(echoes: xr.Dataset, settings: RetrievalSettings | None = None) -> xr.DataTree:
     """Maps of the single turn that these echoes hold."""
-    return _one(sound(echoes), settings or RetrievalSettings())
+    return _one(checked_echoes(echoes), settings or RetrievalSettings())
 
 
 def _one(echoes: xr.Dataset, settings: RetrievalSettings) -> xr.DataTree:
     radar = RadarDescription.of(echoes)
     turn = int(echoes["turn"].values[0])
-    cells, places = retrieve_turn(echoes, radar, settings, turn)
-    certain = (cells["quality"].values[0] & QUALITY_FLAGS["ambiguous"]) == 0
-    ground = ground_map(cells, places, radar, settings, turn, certain)
+    cells, points = retrieve_turn(echoes, radar, settings, turn)
+    cells.attrs |= _water_attributes(settings)
+    unambiguous = (cells["quality"].values[0] & QUALITY_FLAGS["ambiguous"]) == 0
+    ground = ground_map(cells, points, radar, settings, turn, unambiguous)
     if settings.map_time_s is not None:
-        ground = at_one_instant(ground, cells, turn * radar.period + settings.map_time_s, settings.depth_m)
+        water = water_of(cells.attrs)
+        ground = at_one_instant(ground, cells, turn * radar.period + settings.map_time_s, water)
         ground.attrs["map_time_s"] = settings.map_time_s
     return xr.DataTree.from_dict({"/polar": cells, "/ground": ground})
+
+
+def _water_attributes(settings: RetrievalSettings) -> dict[str, float | list[float]]:
+    """What the maps say of the water, see `WATER_ATTRIBUTES`."""
+    depth, speed = settings.depth_m, settings.current_m_s or 0.0
+    current = [speed * float(part) for part in unit_from_azimuth(settings.current_toward_deg or 0.0)]
+    return {
+        "depth_m": np.inf if depth is None else depth,
+        "depth_given": int(depth is not None),
+        "current_m_s": current,
+    }
 
 
 def open_echoes(path: str | Path) -> xr.Dataset:
@@ -115,7 +129,7 @@ def retrieve_turn(
         height,
         radar,
         estimate.ambiguous,
-        seen.visible_share,
+        seen.visible_fraction,
         given.dwelt.samples(estimate.window, radar).noise,
     )
     moving = _velocities(looks, given, lags, found)
@@ -131,7 +145,7 @@ def retrieve_turn(
         "snr_db": _snr_db(echo_power, given.noise_power),
         "radial_velocity": np.where(heard, moving.velocity, np.nan),
         "doppler_width": np.where(heard, moving.width, np.nan),
-        "visible_share": seen.visible_share,
+        "visible_share": seen.visible_fraction,
         "crest_bias": seen.crest_bias,
         "time": _look_times(model.poses.time, (turn + looks.sweeps / 360.0) * radar.period),
         "quality": flags,
@@ -163,7 +177,7 @@ def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int) -> x
 def _slopes(given: Interferogram, estimate: Estimate, height: Map, spread: Map) -> Slopes:
     """Slopes of planes as small as the heights' errors let them be; cells count by their own."""
     model = given.model
-    ground = model.ground(estimate.found.places)
+    ground = model.ground(estimate.found.points)
     reach = plane_reach(spread, model.radar.ranges, model.radar.spacing, given.width)
     sure = np.where(estimate.ambiguous, np.nan, height)
     with np.errstate(divide="ignore", invalid="ignore"):

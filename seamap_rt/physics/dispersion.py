@@ -1,10 +1,13 @@
 """Linear dispersion of gravity–capillary waves on water of any depth: ω² = (g k + (T/ρ) k³) tanh(k h).
 
 Airy (1845) for gravity, Kelvin (1871) for surface tension. Wavenumbers in rad/m, angular frequencies in rad/s, depths
-in metres (`inf` is deep water); every function broadcasts its arguments and returns float64.
+in metres (`inf` is deep water); every function broadcasts its arguments and returns float64. `Water` holds one depth
+and one current, for what follows waves across a map.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -54,6 +57,48 @@ def group_speed(
         finite = depth * np.where(x > 0.0, np.tanh(x) / x, 1.0)
         tanh_over_k = np.where(np.isinf(depth), 1.0 / k, finite)
     return np.sqrt((GRAVITY + tension * k**2) * tanh_over_k) * _log_slope(k, depth, surface_tension)
+
+
+@dataclass(frozen=True)
+class Water:
+    """The water under waves of gravity: its depth [m] (`inf` is deep) and a uniform current (east, north) [m/s].
+
+    Intrinsic frequencies are those that one meets who drifts with the current; a map fixed to the ground sees them
+    shifted by k·U (Doppler). Surface tension is left out: it changes the frequency of waves longer than 7 m, the
+    shortest that a map shows, by less than 3e-6. Raises ValueError for a depth that is not positive and a current that
+    is not finite.
+    """
+
+    depth: float = np.inf
+    current: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not self.depth > 0.0:
+            raise ValueError(
+                f"depth = {self.depth:g}: must be positive; give the water's depth in metres, inf for deep water"
+            )
+        if not np.isfinite(self.current).all():
+            raise ValueError(f"current = {self.current}: must be finite; give its speed east and north in m/s")
+
+    def frequency(self, k: ArrayLike) -> NDArray[np.float64]:
+        """Intrinsic angular frequency σ = √(g k tanh kh) [rad/s] of wavenumbers k ≥ 0 [rad/m]."""
+        return angular_frequency(k, self.depth, surface_tension=0.0)
+
+    def wavenumber(self, frequency: ArrayLike) -> NDArray[np.float64]:
+        """Wavenumber [rad/m] of an intrinsic angular frequency [rad/s]."""
+        return wavenumber(frequency, self.depth, surface_tension=0.0)
+
+    def group_speed(self, k: ArrayLike) -> NDArray[np.float64]:
+        """Speed of the groups through the water [m/s] of wavenumbers k > 0 [rad/m]."""
+        k = np.asarray(k, dtype=np.float64)
+        return self.frequency(k) / k * _log_slope(k, np.asarray(self.depth, dtype=np.float64), 0.0)
+
+    def doppler_shift(self, kx: NDArray[np.float64], ky: NDArray[np.float64]) -> NDArray[np.float64]:
+        """k·U [rad/s] of wavevectors (kx east, ky north) [rad/m]: what the current adds to a wave's frequency."""
+        return kx * self.current[0] + ky * self.current[1]
+
+
+DEEP_WATER = Water()
 
 
 def orbital_ratio(k: ArrayLike, depth: ArrayLike) -> NDArray[np.float64]:

@@ -86,6 +86,13 @@ class Scene(Section):
         return mesh_detail(self.sea, self.radar, self.tracing, self.scattering)
 
     @property
+    def resolved_retrieval(self) -> RetrievalSettings:
+        """The retrieval with the sea's depth and current where it names none: an operator has them from a chart."""
+        names = ("depth_m", "current_m_s", "current_toward_deg")
+        known = {name: getattr(self.sea, name) for name in names if getattr(self.retrieval, name) is None}
+        return self.retrieval.model_copy(update=known)
+
+    @property
     def meshing(self) -> TracingSettings:
         """The tracing with the mesh's spacings filled in."""
         return self.detail.meshing(self.tracing)

@@ -96,7 +96,7 @@ def _finished(simulator: Simulator, number: int, retrieved: bool, say: Progress)
     if retrieved:
         say(f"turn {number + 1} of {scene.turns}: retrieving")
         with clock("retrieve"):
-            maps = retrieve_one(turn.echoes, scene.retrieval)
+            maps = retrieve_one(turn.echoes, scene.resolved_retrieval)
         counts["ground_cells"] = int(np.isfinite(maps["ground"].to_dataset()["time"].values).sum())
     return FinishedTurn(number, turn.echoes, turn.truth, maps, _added(turn.timing, clock.seconds), counts)
 

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from annotated_types import Ge, Gt, Le
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, model_validator
 
 from .limits import Meaning
-from .section import Section, as_tuple
+from .section import Direction, Section, as_tuple, compass
 
 
 class RetrievalSettings(Section):
     """How echoes become heights.
 
-    `sr.retrieve(echoes)` takes the defaults of this section, not the scene's: give `scene.retrieval`, or
-    `--set retrieval.KEY=VALUE`.
+    `sr.retrieve(echoes)` takes the defaults of this section, not the scene's: give
+    `scene.resolved_retrieval`, which knows the scene's depth and current, or `--set retrieval.KEY=VALUE`.
     """
 
     cell_range_m: Annotated[
@@ -119,15 +118,32 @@ class RetrievalSettings(Section):
         ),
     ] = None
     depth_m: Annotated[
-        float,
+        float | None,
         Gt(0.0),
         Meaning(
-            "Depth of the water, in which waves run on to map_time_s; inf is deep.",
+            "Depth of the water, from a chart: periods of the sea state and maps at map_time_s follow from it; inf is "
+            "deep. Echoes alone do not hold it: `retrieve` without it takes deep water, and the sea state says so.",
             unit="m",
-            reason="of the water, in which waves run on to map_time_s",
+            reason="of the water, as on a chart",
             infinite=True,
+            left_out="a run takes sea.depth_m",
         ),
-    ] = math.inf
+    ] = None
+    current_m_s: Annotated[
+        float | None,
+        Ge(0.0),
+        Le(10.0),
+        Meaning(
+            "Speed of the current, from a chart, with which a map's waves run on; `retrieve` without it takes none.",
+            unit="m/s",
+            reason="a uniform current",
+            left_out="a run takes sea.current_m_s",
+        ),
+    ] = None
+    current_toward_deg: Annotated[
+        Direction | None,
+        compass("Direction to which the current flows", left_out="a run takes sea.current_toward_deg"),
+    ] = None
     pulse_pairs: Annotated[
         Literal["both", "forward", "backward"],
         Meaning(
@@ -151,3 +167,9 @@ class RetrievalSettings(Section):
     ground_m: Annotated[
         float, Gt(0.0), Le(1000.0), Meaning("Side of a ground cell.", unit="m", reason="side of a ground cell")
     ] = 3.0
+
+    @model_validator(mode="after")
+    def _a_current_has_speed_and_direction(self) -> Self:
+        if (self.current_m_s is None) != (self.current_toward_deg is None):
+            raise ValueError("give current_m_s and current_toward_deg together: a current has a speed and a direction")
+        return self

@@ -1,10 +1,10 @@
 """Ground maps at one instant: the antenna scans, so each cell has its own time; the waves between them are known.
 
-A map is a sum of waves, and each runs on by linear dispersion, ω² = g k tanh kh (Airy 1845). The map as it is seen is
-what those waves make of each cell at its own time; its adjoint, every cell's share of each wave brought to the one
-instant, is nearly its inverse, for the beam passes the waves much faster than they run. What is left is a matter of
-energy, which goes with the groups: they gather or thin out where the scan runs with them or against them, carry unknown
-cells along, and are seen twice or never where the turn closes.
+A map is a sum of waves, and each runs on by linear dispersion, ω = √(g k tanh kh) + k·U (Airy 1845) on water of depth h
+and current U. The map as it is seen is what those waves make of each cell at its own time; its adjoint, every cell's
+share of each wave brought to the one instant, is nearly its inverse, for the beam passes the waves much faster than
+they run. What is left is a matter of energy, which goes with the groups: they gather or thin out where the scan runs
+with them or against them, carry unknown cells along, and are seen twice or never where the turn closes.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import scipy.fft
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from ..conventions import GRAVITY
+from ..physics.dispersion import DEEP_WATER, Water
 from ..radar.waveform import next_fast_len
 from .wave_direction import Travel, wavevectors
 
@@ -38,24 +38,23 @@ class GroundFields:
     time: NDArray[np.float64]
 
 
-def advanced(ground: GroundFields, side: float, to_s: float, travel: Travel, depth: float = np.inf) -> GroundFields:
+def advanced(ground: GroundFields, side: float, to_s: float, travel: Travel, water: Water = DEEP_WATER) -> GroundFields:
     """The same map as the sea stood at the one instant to_s [s].
 
     side: of a square cell [m]; rows run north, columns east. travel: which way the waves of each length run; none are
-    taken to run against it. depth: of the water [m]; inf is deep. The fewer periods lie between to_s and the cells' own
+    taken to run against it. water: that they run on. The fewer periods lie between to_s and the cells' own
     times, the better; at its own time a cell stays as it is. Small gaps are filled by their neighbours' mean, at the
     price of a height_std that knows it; where less than half of what arrives comes from known cells there is NaN.
-    Raises ValueError for fields of unlike shapes, a side or depth that is not positive, and an instant that is not
-    finite.
+    Raises ValueError for fields of unlike shapes, a side that is not positive, and an instant that is not finite.
     """
-    _check(ground, side, to_s, depth)
+    _check(ground, side, to_s)
     timed = np.isfinite(ground.time)
     lapse = np.where(timed, to_s - ground.time, 0.0)
     if not np.any(lapse):
         return ground
     known = timed & np.isfinite(ground.height)
     height, weight = _filled(ground.height, known)
-    scan = _Scan.of(np.where(timed, ground.time, to_s), side, to_s, travel, depth)
+    scan = _Scan.of(np.where(timed, ground.time, to_s), side, to_s, travel, water)
     groups = [_Groups.of(lapse * east / side, lapse * north / side) for east, north in scan.group_velocities(height)]
 
     arrives = np.array([each.carried(weight) for each in groups])
@@ -93,23 +92,26 @@ class _Scan:
     padded: tuple[int, int]
 
     @classmethod
-    def of(cls, time: NDArray[np.float64], side: float, to_s: float, travel: Travel, depth: float) -> _Scan:
+    def of(cls, time: NDArray[np.float64], side: float, to_s: float, travel: Travel, water: Water) -> _Scan:
         first, last = float(time.min()), float(time.max())
         middle, half = 0.5 * (first + last), 0.5 * (last - first)
         # What runs off the map must not come in again at its other side.
-        pad = int(np.ceil((_MARGIN_M + _FASTEST_GROUP * max(abs(to_s - first), abs(to_s - last))) / side))
+        fastest = _FASTEST_GROUP + float(np.hypot(*water.current))
+        pad = int(np.ceil((_MARGIN_M + fastest * max(abs(to_s - first), abs(to_s - last))) / side))
         rows, columns = (next_fast_len(size + pad) for size in time.shape)
         east, north = wavevectors(side, (rows, columns))
         k = np.hypot(east, north)
-        omega, speed = _dispersion(k, depth)
+        moving = np.maximum(k, 1e-12)
         forth = travel.forth(east, north)
+        omega = forth * water.frequency(k) + water.doppler_shift(east, north)
         # Chebyshev's moments: each beyond half the swing of the fastest wave more than halves the error.
-        nodes = _chebyshev_nodes(int(np.ceil(half * omega.max())) + 4 if half > 0.0 else 1)
+        nodes = _chebyshev_nodes(int(np.ceil(half * np.abs(omega).max())) + 4 if half > 0.0 else 1)
         weights = _lagrange(nodes, (time - middle) / (half or 1.0))
         lapses = to_s - middle - half * nodes
-        turns = np.exp(-1j * (forth * omega) * lapses[:, None, None])
-        ahead = forth * speed / np.maximum(k, 1e-12)
-        return cls(weights, turns, ahead * east, ahead * north, (rows, columns))
+        turns = np.exp(-1j * omega * lapses[:, None, None])
+        ahead = forth * np.where(k > 0.0, water.group_speed(moving), 0.0) / moving
+        group_east, group_north = ahead * east + water.current[0], ahead * north + water.current[1]
+        return cls(weights, turns, group_east, group_north, (rows, columns))
 
     def brought(self, field: NDArray[np.float64]) -> NDArray[np.float64]:
         """A field (y, x) of the cells' own times, 0 where unknown, brought to the instant wave by wave."""
@@ -186,14 +188,6 @@ def _sea_variance(height: NDArray[np.float64], height_std: NDArray[np.float64]) 
     return max(0.0, float(np.mean(height**2) - np.mean(np.nan_to_num(height_std) ** 2)))
 
 
-def _dispersion(k: NDArray[np.float64], depth: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Angular frequency [rad/s] and group speed [m/s] of wavenumbers k ≥ 0 [rad/m]; at k = 0 both are given as 0."""
-    moving = np.maximum(k, 1e-12)
-    deep = np.minimum(moving * depth, 300.0)  # beyond, tanh is 1 to the last digit
-    omega = np.where(k > 0.0, np.sqrt(GRAVITY * moving * np.tanh(deep)), 0.0)
-    return omega, 0.5 * omega / moving * (1.0 + 2.0 * deep / np.sinh(2.0 * deep))
-
-
 def _chebyshev_nodes(count: int) -> NDArray[np.float64]:
     return np.cos(np.pi * (np.arange(count) + 0.5) / count)
 
@@ -207,11 +201,9 @@ def _lagrange(nodes: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np
     return weights
 
 
-def _check(ground: GroundFields, side: float, to_s: float, depth: float) -> None:
+def _check(ground: GroundFields, side: float, to_s: float) -> None:
     if not 0.0 < side < np.inf:
         raise ValueError(f"side = {side:g}: must be positive and finite; give the side of a ground cell in metres")
-    if not depth > 0.0:
-        raise ValueError(f"depth = {depth:g}: must be positive; give the water's depth in metres, inf for deep water")
     if not np.isfinite(to_s):
         raise ValueError(f"to_s = {to_s:g}: must be finite; give an instant near the map's times in seconds")
     shapes = {np.shape(field) for field in vars(ground).values()}

@@ -1,4 +1,4 @@
-"""A polar map by distance: how much of each ring is in sight, how high its waves are, and what of that is error."""
+"""A polar map by distance: what share of each range bin is in sight, how high its waves are, and the error of that."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from ..conventions import unit_from_azimuth, wrap_degrees
 from ..dataset import QUALITY_FLAGS
 from .wave_spectrum import Cells, Field
 
-_RING_M = 15.0  # width of the rings that are judged as one
+_RING_M = 15.0  # width of the range bins that are judged as one
 _STEEPEST = 5.5  # mast heights: nearer by, what stands over one another shares a gate, and errors are larger than said
-_SEEN = 0.5  # share of a ring in sight: of less, the mean square of what is seen falls short of the sea's
+_SEEN = 0.5  # share of a range bin in sight: of less, the mean square of what is seen falls short of the sea's
 _GLIMPSED = 0.35  # the same for the waves' lengths and directions, which hardly depend on which half is seen
 _BREADTH_M = 250.0  # of the belt whose waves are sorted: enough of them, and no longer to do
-_NOISE = 0.3  # of the waves' variance: more noise in a ring would have to be known better than it is
+_NOISE = 0.3  # of the waves' variance: more noise in a range bin would have to be known better than it is
 _BARRED = ~QUALITY_FLAGS["partly_shadowed"]  # flags of cells left out; without half hidden ones steep sides would lack
 
 
 @dataclass(frozen=True)
-class View:
+class PolarMap:
     """A polar map of one turn; arrays (look, gate) but for azimuth and time (look,) and ranges (gate,)."""
 
     height: Field  # m
@@ -37,7 +37,7 @@ class View:
     conditional: bool  # heights are conditional means: they fall short of the sea by their errors' variance
 
     @classmethod
-    def of(cls, polar: xr.Dataset) -> View:
+    def of(cls, polar: xr.Dataset) -> PolarMap:
         """Of one turn."""
 
         def field(name: str) -> Field:
@@ -77,8 +77,8 @@ class View:
 
 
 @dataclass(frozen=True)
-class Rings:
-    """Heights by distance; arrays (ring,)."""
+class RangeBins:
+    """Heights by distance; arrays (bin,)."""
 
     middle: Field  # m
     waves: Field  # m², mean square of heights, freed of errors
@@ -89,36 +89,38 @@ class Rings:
     glimpsed: NDArray[np.bool_]  # for their lengths and directions
 
     @classmethod
-    def of(cls, view: View) -> Rings | None:
+    def of(cls, polar_map: PolarMap) -> RangeBins | None:
         """Of one turn; None without any cell."""
-        if not view.known.any():
+        if not polar_map.known.any():
             return None
-        out, height, noise = (field[view.known] for field in (view.distance, view.height, view.noise))
-        gate = np.nonzero(view.known)[1]
-        mast = float(np.median(np.sqrt(np.maximum(view.ranges[gate] ** 2 - out**2, 0.0)) + height))
+        out, height, noise = (
+            field[polar_map.known] for field in (polar_map.distance, polar_map.height, polar_map.noise)
+        )
+        gate = np.nonzero(polar_map.known)[1]
+        mast = float(np.median(np.sqrt(np.maximum(polar_map.ranges[gate] ** 2 - out**2, 0.0)) + height))
         number = (out / _RING_M).astype(np.intp)
-        count = int(max(view.ranges[-1], out.max()) / _RING_M) + 1
+        count = int(max(polar_map.ranges[-1], out.max()) / _RING_M) + 1
         middle = (np.arange(count, dtype=np.float64) + 0.5) * _RING_M
         held = np.maximum(np.bincount(number, out, count), 1e-300)
-        gates = np.histogram(view.ranges, np.arange(count + 1) * _RING_M)[0]
-        area = view.azimuth.size * view.width * gates * view.step * middle
+        gates = np.histogram(polar_map.ranges, np.arange(count + 1) * _RING_M)[0]
+        area = polar_map.azimuth.size * polar_map.width * gates * polar_map.step * middle
         square, errors = (np.bincount(number, out * each, count) / held for each in (height**2, noise))
-        in_sight = np.bincount(number, out * view.seen[view.known], count) * view.step * view.width
+        in_sight = np.bincount(number, out * polar_map.seen[polar_map.known], count) * polar_map.step * polar_map.width
         seen = np.minimum(in_sight / np.maximum(area, 1e-300), 1.0)
-        waves = square + errors if view.conditional else square - errors
+        waves = square + errors if polar_map.conditional else square - errors
         far_enough = middle - 0.5 * _RING_M >= _STEEPEST * mast
         lit = far_enough & (seen >= _SEEN)
         best = lit & (errors <= np.median(errors[lit]) if lit.any() else False)
         typical = max(float(np.average(waves[best], weights=area[best])), 0.0) if best.any() else 0.0
         least = errors[lit].min() if lit.any() else 0.0
-        # Of a calm sea nothing but noise is seen: that of the best rings.
+        # Of a calm sea nothing but noise is seen: that of the best range bins.
         clear = errors <= max(_NOISE * typical, 2.0 * least)
         glimpsed = far_enough & clear & (seen >= _GLIMPSED)
         glimpsed &= middle < middle[glimpsed].min(initial=np.inf) + _BREADTH_M
         return cls(middle, waves, errors, seen, area, lit & clear, glimpsed)
 
     def weight(self, chosen: NDArray[np.bool_]) -> Field:
-        """Of each ring among those chosen, by area; their sum is 1."""
+        """Of each range bin among those chosen, by area; their sum is 1."""
         return np.where(chosen, self.area, 0.0) / self.area[chosen].sum()
 
     def edges(self, chosen: NDArray[np.bool_]) -> tuple[float, float]:

@@ -2,16 +2,21 @@
 
 Heights are about mean sea level, which is known: their mean square needs no mean of its own, and hardly depends on
 which half of the sea is in sight, since what crests have too much, the troughs that they hide have too little.
+Periods follow from wavelengths by the linear dispersion of the depth that travels with the maps.
 """
 
 from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..conventions import GRAVITY
-from .range_bins import Rings, View
+from ..dataset import WATER_ATTRIBUTES
+from ..physics.dispersion import Water
+from .range_bins import PolarMap, RangeBins
 from .resolution import Resolution
 from .wave_direction import Travel, travel
 from .wave_spectrum import Field, Transforms, WaveSpectrum, wave_spectrum
@@ -56,7 +61,11 @@ _VARIABLES = {
 def sea_state(maps: xr.DataTree) -> xr.Dataset:
     """Significant wave height, peak period, mean direction and spread of each turn, with standard errors, dims (turn,).
 
-    maps: as from `retrieve`, in deep water, of an antenna that moves slowly beside the waves. The standard error
+    maps: as from `retrieve`, of an antenna that moves slowly beside the waves. Their attributes `depth_m` and
+    `current_m_s` (east, north) say what the waves run on; where no depth is given deep water is assumed, and the
+    attribute `depth_given` of the result is 0. Periods are those met by one who drifts with the current.
+
+    The standard error
     `significant_wave_height_std` is against the sea that was seen; how far that may differ from the sea at large, by
     chance, is `significant_wave_height_sampling`, and part of the other errors. Where too little is seen, or too noisy,
     all is NaN; of a calm sea, and of looks that span less than 80°, the period and directions are. Mean direction and
@@ -67,7 +76,9 @@ def sea_state(maps: xr.DataTree) -> xr.Dataset:
     (Young 1995), mean direction and spread by the first moment (Kuik, van Vledder & Holthuijsen 1988).
     """
     polar = maps["polar"].to_dataset()
-    rows = [_one_turn(polar.isel(turn=turn)) for turn in range(polar.sizes["turn"])]
+    water = water_of(polar.attrs)
+    rows = [_one_turn(polar.isel(turn=turn), water) for turn in range(polar.sizes["turn"])]
+    known = {name: polar.attrs.get(name, missing) for name, (missing, _) in WATER_ATTRIBUTES.items()}
 
     def variable(name: str) -> tuple[str, Field, dict[str, str]]:
         units, long_name, standard_name = _VARIABLES[name]
@@ -77,41 +88,48 @@ def sea_state(maps: xr.DataTree) -> xr.Dataset:
         return "turn", np.array([row.get(name, np.nan) for row in rows]), attributes
 
     return xr.Dataset(
-        {name: variable(name) for name in _VARIABLES}, {"turn": polar["turn"]}, {"Conventions": "CF-1.11"}
+        {name: variable(name) for name in _VARIABLES}, {"turn": polar["turn"]}, {"Conventions": "CF-1.11"} | known
     )
 
 
-def _one_turn(polar: xr.Dataset) -> dict[str, float]:
+def water_of(attributes: Mapping[Hashable, Any]) -> Water:
+    """The water that a map's attributes name; deep and at rest where they name none."""
+    depth, current = (attributes.get(name, WATER_ATTRIBUTES[name][0]) for name in ("depth_m", "current_m_s"))
+    east, north = (float(part) for part in current)
+    return Water(float(depth), (east, north))
+
+
+def _one_turn(polar: xr.Dataset, water: Water) -> dict[str, float]:
     """The numbers of one turn; those that cannot be had are left out."""
-    view = View.of(polar)
+    polar_map = PolarMap.of(polar)
     heights = polar["height"].values
     found = {"cells": 0.0, "raw_height": 4.0 * float(np.nanstd(heights)) if np.isfinite(heights).any() else np.nan}
-    rings = Rings.of(view)
-    if rings is None or not rings.used.any():
+    bins = RangeBins.of(polar_map)
+    if bins is None or not bins.used.any():
         return found
-    inside = view.known & rings.within(rings.glimpsed, view.distance)
-    way = _travel(polar, view, inside)
-    spectrum = wave_spectrum(Transforms.of(view.cells(inside)), way)
-    resolution = Resolution.of(polar.attrs, np.degrees(view.width))
-    overall = rings.weight(rings.glimpsed) @ resolution.transfer(spectrum.ring_wavenumber, rings.middle)
+    inside = polar_map.known & bins.within(bins.glimpsed, polar_map.distance)
+    way = _travel(polar, polar_map, inside)
+    spectrum = wave_spectrum(Transforms.of(polar_map.cells(inside)), way, water)
+    resolution = Resolution.of(polar.attrs, np.degrees(polar_map.width))
+    overall = bins.weight(bins.glimpsed) @ resolution.transfer(spectrum.ring_wavenumber, bins.middle)
     spectrum = spectrum.corrected(overall, _LEAST_TRANSFER)
-    found |= _height(view, rings, _kept(spectrum, overall, resolution, rings.middle))
-    part = rings.area[rings.used].sum() / rings.area[rings.glimpsed].sum()
+    found |= _height(polar_map, bins, _kept(spectrum, overall, resolution, bins.middle))
+    part = bins.area[bins.used].sum() / bins.area[bins.glimpsed].sum()
     chance = 0.5 / np.sqrt(max(1.0, spectrum.independent * part))
     found["significant_wave_height_sampling"] = chance * found["significant_wave_height"]
-    weight = rings.weight(rings.used)
+    weight = bins.weight(bins.used)
     # Heights that are a conditional mean hold nothing of a sea that noise hides.
-    least = 2.0 if view.conditional else 2.0 * _NOISE_KNOWN
-    shown = weight @ rings.waves > least * (weight @ rings.noise)
-    return found | (_direction(spectrum, way) if shown and view.span > _LEAST_SPAN else {})
+    least = 2.0 if polar_map.conditional else 2.0 * _NOISE_KNOWN
+    shown = weight @ bins.waves > least * (weight @ bins.noise)
+    return found | (_direction(spectrum, way) if shown and polar_map.span > _LEAST_SPAN else {})
 
 
-def _height(view: View, rings: Rings, keep: Field) -> dict[str, float]:
+def _height(polar_map: PolarMap, bins: RangeBins, keep: Field) -> dict[str, float]:
     """The waves' height and what it was found by. keep: share of the waves' variance that each ring's cells hold."""
-    weight, (first, last) = rings.weight(rings.used), rings.edges(rings.used)
-    count = int(np.count_nonzero(view.known & rings.within(rings.used, view.distance)))
-    signal, noise, transfer, seen = (float(weight @ each) for each in (rings.waves, rings.noise, keep, rings.seen))
-    variance = max(float(weight @ (rings.waves / keep)), 0.0)
+    weight, (first, last) = bins.weight(bins.used), bins.edges(bins.used)
+    count = int(np.count_nonzero(polar_map.known & bins.within(bins.used, polar_map.distance)))
+    signal, noise, transfer, seen = (float(weight @ each) for each in (bins.waves, bins.noise, keep, bins.seen))
+    variance = max(float(weight @ (bins.waves / keep)), 0.0)
     errors = (
         _NOISE_KNOWN * noise / transfer,
         np.sqrt(2.0 / count) * (noise + 0.1 * max(signal, 0.0)) / transfer,
@@ -135,30 +153,32 @@ def _height_error(height: float, error: float) -> float:
     return 8.0 * error / max(height, 2.0 * np.sqrt(error)) if error > 0.0 else 0.0
 
 
-def _travel(polar: xr.Dataset, view: View, inside: NDArray[np.bool_]) -> Travel:
+def _travel(polar: xr.Dataset, polar_map: PolarMap, inside: NDArray[np.bool_]) -> Travel:
     """Which way the waves run by the water's velocity; no way without one."""
     if "radial_velocity" not in polar:
         return Travel(np.ones(1), np.zeros(1), np.zeros(1))
     velocity = np.where(inside, polar["radial_velocity"].values.astype(np.float64), np.nan)
-    return travel(view.height, np.sqrt(view.noise), velocity, view.azimuth, view.distance, _SIDE_M)
+    return travel(polar_map.height, np.sqrt(polar_map.noise), velocity, polar_map.azimuth, polar_map.distance, _SIDE_M)
 
 
 def _kept(spectrum: WaveSpectrum, overall: Field, resolution: Resolution, distance: Field) -> Field:
     """Share of the waves' variance that the cells of each distance [m] keep; 1 where no waves are found.
 
     Waves are as found where the map as a whole keeps enough (`overall`, (ring,)), but beyond the peak no less than a
-    tail that falls with the fifth power of frequency (Phillips 1958), of which noise and cells leave little.
+    tail that falls with the third power of the wavenumber, of which noise and cells leave little: in deep water the
+    fifth power of frequency (Phillips 1958), and the same in any depth (Bouws et al. 1985).
     """
-    wavenumber, peak = spectrum.ring_wavenumber, (2.0 * np.pi * spectrum.peak_frequency) ** 2 / GRAVITY
+    wavenumber, peak = spectrum.ring_wavenumber, 2.0 * np.pi * spectrum.peak_frequency
+    peak = float(spectrum.water.wavenumber(peak)) if np.isfinite(peak) else np.nan
     told = overall > _LEAST_TRANSFER
     core = told & (wavenumber < _TAIL_FROM * peak)
     if not spectrum.ring_power[core].any():
         return np.ones(distance.size)
     edge = wavenumber[core].max()
     tail = spectrum.ring_power[core & (wavenumber > 0.5 * edge)].sum() / _CORE_OVER_TAIL
-    # ∫ f⁻⁵ df ∝ k⁻²
+    # ∫ k⁻³ dk ∝ k⁻²
     least = np.where(wavenumber > edge, 2.0 * tail * edge**2 * wavenumber**-3 * np.gradient(wavenumber), 0.0)
-    shorter = wavenumber[-1] * _STEP ** np.arange(8)  # than all rings
+    shorter = wavenumber[-1] * _STEP ** np.arange(8)  # than all bins
     power = np.append(
         np.maximum(np.where(told, spectrum.ring_power, 0.0), least), tail * (edge / shorter) ** 2 * (1.0 - _STEP**-2)
     )
@@ -197,9 +217,17 @@ def in_words(state: xr.Dataset) -> str:
         text += f" m in the mean of {known.sum()} turns ({height[known].min():.2f} to {height[known].max():.2f} m)"
     period, direction = (state[name].values for name in ("peak_period", "mean_direction"))
     if np.isfinite(period).any():
-        text += f", Tp {np.nanmean(period):.1f} s"
+        text += f", Tp {np.nanmean(period):.1f} s{_assumed(state, float(np.nanmean(period)))}"
     known = np.isfinite(direction)
     if known.any():
         mean = np.degrees(np.angle(np.mean(np.exp(1j * np.radians(direction[known]))))) % 360.0
         text += f", from {mean:.0f}°, spread {np.nanmean(state['directional_spread'].values):.0f}°"
     return text
+
+
+def _assumed(state: xr.Dataset, period: float) -> str:
+    """What a period [s] rests on where no depth was given: in water shallower than half a wavelength it is longer."""
+    if state.attrs.get("depth_given", 0):
+        return ""
+    half = np.pi / float(water_of(state.attrs).wavenumber(2.0 * np.pi / period))
+    return f" (no depth given: deep water assumed; longer in less than {half:.0f} m of water, set retrieval.depth_m)"

@@ -1,9 +1,10 @@
 """Where the waves come from, from one map: their axes by the heights, the way along them by the water's velocity.
 
 A height map alone cannot tell a wave from the same wave run backwards. But water moves with the wave on its crests and
-against it in its troughs: at the surface of deep water u = ω η d, of a wave of frequency ω that runs towards d (Airy
-1845). Seen along looks l it is v = ω η d·l, and the mean of η v l is ½ σ² ω d over looks all around, M σ² ω d with
-M = mean of l lᵀ over those of a sector. What does not go with the height is no wave: the current, and the Bragg waves
+against it in its troughs: at the surface u = ω coth(kh) η d, of a wave of frequency ω that runs towards d in water of
+depth h (Airy 1845; coth kh is 1 in deep water). Seen along looks l it is v = u·l, and the mean of η v l is ½ σ² ω
+coth(kh) d over looks all around, M σ² ω coth(kh) d with M = mean of l lᵀ over those of a sector. Depth changes its
+length alone, not which way it points. What does not go with the height is no wave: the current, and the Bragg waves
 and breakers that run on the water with the wind. Swell may run against the wind sea: each length of wave has its own
 way.
 """

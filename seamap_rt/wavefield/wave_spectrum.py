@@ -8,7 +8,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from ..conventions import GRAVITY
+from ..physics.dispersion import DEEP_WATER, Water
 from ..radar.waveform import next_fast_len
 from .wave_direction import Travel
 
@@ -51,6 +51,7 @@ class WaveSpectrum:
     ring_wavenumber: Field  # rad/m
     ring_power: Field  # m², 0 where the floor leaves nothing
     independent: float  # how many modes of the sea the spectrum's energy is spread over
+    water: Water
 
     def corrected(self, transfer: Field, least: float) -> WaveSpectrum:
         """The same with the power of each ring divided by a transfer (ring,); 0 where it is below `least`."""
@@ -64,8 +65,15 @@ class WaveSpectrum:
 
     @property
     def ring_frequency(self) -> Field:
-        """Hz, in deep water."""
-        return np.sqrt(GRAVITY * self.ring_wavenumber) / (2.0 * np.pi)
+        """Hz, intrinsic: as one meets the waves who drifts with the current."""
+        return self.water.frequency(self.ring_wavenumber) / (2.0 * np.pi)
+
+    @property
+    def _wavenumber_per_frequency(self) -> Field:
+        """dk/df = 2π/c_g of each ring, up to a constant factor."""
+        # √k is that of deep water; the ratio beside it is 1 there, to the last digit.
+        ratio = DEEP_WATER.group_speed(self.ring_wavenumber) / self.water.group_speed(self.ring_wavenumber)
+        return np.sqrt(self.ring_wavenumber) * ratio
 
     @property
     def strong(self) -> NDArray[np.bool_]:
@@ -75,13 +83,13 @@ class WaveSpectrum:
     @property
     def peak_frequency(self) -> float:
         """Hz: the centre of S⁴ about the highest ring. NaN without waves."""
-        frequency = self.ring_frequency
-        density = np.where(self.strong, self.ring_power * np.sqrt(self.ring_wavenumber), 0.0)  # dk/df ∝ √k
+        frequency, steps = self.ring_frequency, self._wavenumber_per_frequency
+        density = np.where(self.strong, self.ring_power * steps, 0.0)
         if not density.any():
             return np.nan
         top = frequency[np.argmax(density)]
         about = (frequency > top / _ABOUT_PEAK) & (frequency < top * _ABOUT_PEAK)
-        weight = np.where(about, density, 0.0) ** _PEAK_POWER / np.sqrt(self.ring_wavenumber)  # df of a ring
+        weight = np.where(about, density, 0.0) ** _PEAK_POWER / steps  # 1/steps: df of a ring
         return float(np.sum(weight * frequency) / np.sum(weight))
 
     def direction(self, harmonic: int = 1) -> complex:
@@ -130,15 +138,15 @@ class Transforms:
         )
 
 
-def wave_spectrum(seen: Transforms, way: Travel) -> WaveSpectrum:
-    """Directional spectrum of the waves, in deep water.
+def wave_spectrum(seen: Transforms, way: Travel, water: Water = DEEP_WATER) -> WaveSpectrum:
+    """Directional spectrum of the waves on water of known depth and current.
 
-    way: that the waves run, so that each is taken back to one time by its own frequency. Those of unknown way are taken
-    as if they stood still, and given as running eastward.
+    way: that the waves run, so that each is taken back to one time by its own frequency over ground, σ + k·U. Those of
+    unknown way are taken as if they only drifted with the current, and given as running eastward.
     """
     wavenumber, azimuth = np.hypot(seen.kx, seen.ky), np.arctan2(seen.kx, seen.ky)
     forth = way.forth(seen.kx, seen.ky)
-    turning = (np.sqrt(GRAVITY * wavenumber) * forth).astype(np.float32)
+    turning = (water.frequency(wavenumber) * forth + water.doppler_shift(seen.kx, seen.ky)).astype(np.float32)
     amplitude = np.zeros_like(seen.values[0])
     for time, part in zip(seen.time.astype(np.float32), seen.values, strict=True):
         amplitude += np.exp(1j * turning * time) * part
@@ -146,10 +154,10 @@ def wave_spectrum(seen: Transforms, way: Travel) -> WaveSpectrum:
     # Longer waves than the seen circle's radius and a half are not told from a level; kx = 0 holds each wave twice.
     used = (wavenumber < _LARGEST) & (wavenumber > 4.0 / seen.reach) & ((seen.kx > 0.0) | (seen.ky > 0.0))
     power = 2.0 * np.abs(amplitude[used].astype(np.complex128) / seen.area) ** 2
-    return _above_floor(wavenumber[used], azimuth[used], power, seen)
+    return _above_floor(wavenumber[used], azimuth[used], power, seen, water)
 
 
-def _above_floor(wavenumber: Field, toward: Field, power: Field, seen: Transforms) -> WaveSpectrum:
+def _above_floor(wavenumber: Field, toward: Field, power: Field, seen: Transforms, water: Water) -> WaveSpectrum:
     """Power over its floor: what every mode holds of noise and of what gaps scatter, which is what a ring holds in the
     directions across its own waves."""
     ring = np.rint(wavenumber / seen.spacing).astype(np.intp)
@@ -174,4 +182,5 @@ def _above_floor(wavenumber: Field, toward: Field, power: Field, seen: Transform
         ring_wavenumber=np.bincount(ring, wavenumber) / members,
         ring_power=np.maximum(np.bincount(ring, power) - members * level, 0.0),
         independent=max(1.0, independent),
+        water=water,
     )

@@ -25,8 +25,8 @@ def echoes(**overrides: Any) -> xr.Dataset:
     scene = sr.load_scene("tiny", {"radar.noise": False, **{f"radar.{key}": value for key, value in overrides.items()}})
     rng = np.random.default_rng(1)
     azimuth, distance = np.radians(rng.uniform(242.0, 298.0, 40)), rng.uniform(20.0, 140.0, 40)
-    places = np.stack((distance * np.sin(azimuth), distance * np.cos(azimuth), rng.uniform(-1.0, 1.0, 40)), axis=1)
-    return sr.echoes.from_scatterers(scene, places, np.full(40, 10.0), rng.uniform(-2.0, 2.0, (40, 3)))
+    points = np.stack((distance * np.sin(azimuth), distance * np.cos(azimuth), rng.uniform(-1.0, 1.0, 40)), axis=1)
+    return sr.echoes.from_scatterers(scene, points, np.full(40, 10.0), rng.uniform(-2.0, 2.0, (40, 3)))
 
 
 def sums(data: xr.Dataset, **chosen: Any) -> DwellSums:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -221,9 +222,14 @@ def test_few_looks_seem_coherent(pulses: int) -> None:
 def test_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
     voltage = noise(np.random.default_rng(11), 300, 2, GATES)
     dwells, found = Dwells(np.arange(300) // 50, 6), []
-    for threads in (1, 2, 3):
-        monkeypatch.setattr(products, "_THREADS", threads)
+    pools = []
+    monkeypatch.setattr(
+        products, "ThreadPoolExecutor", lambda number: pools.append(number) or ThreadPoolExecutor(number)
+    )
+    for threads in (1, 2, 3, 16):
+        monkeypatch.setattr(products, "threads", lambda number=threads: number)
         found.append(sums(voltage, dwells))
+    assert set(pools) == {1, 2, 3, 16}  # what the process may use is what it takes
     for other in found[1:]:
         assert other.one is not None
         assert found[0].one is not None

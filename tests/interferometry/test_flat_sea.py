@@ -66,8 +66,8 @@ def reflectors(baseline: float, height: float, transmit: str) -> tuple[RadarSett
     gate = gates(scene.radar)
     ground = ground_range_of_gate(scene.radar, gate)
     azimuth = np.radians(1.8 * (look_of_gate(gate.size) + 0.5))
-    places = np.stack((ground * np.sin(azimuth), ground * np.cos(azimuth), np.zeros(gate.size)), axis=1)
-    return scene.radar, from_scatterers(scene, places, (gate / 100.0) ** 4)
+    points = np.stack((ground * np.sin(azimuth), ground * np.cos(azimuth), np.zeros(gate.size)), axis=1)
+    return scene.radar, from_scatterers(scene, points, (gate / 100.0) ** 4)
 
 
 def look_of_gate(count: int) -> NDArray[np.intp]:

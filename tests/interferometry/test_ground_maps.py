@@ -57,8 +57,8 @@ def test_squares_are_means_of_bilinear_values() -> None:
     for n in range(2):
         asked = RegularGridInterpolator((SECTOR.sweep, DISTANCE), laid[..., n], bounds_error=False)
         within = np.abs(angle - 64.1) <= 45.0
-        places = np.stack((np.clip(angle, SECTOR.sweep[0], SECTOR.sweep[-1]), away), axis=-1)
-        values = np.where(within, asked(places), np.nan)
+        points = np.stack((np.clip(angle, SECTOR.sweep[0], SECTOR.sweep[-1]), away), axis=-1)
+        values = np.where(within, asked(points), np.nan)
         known = np.isfinite(values)
         total = np.where(known, values, 0.0).sum(axis=2) / np.maximum(known.sum(axis=2), 1)
         np.testing.assert_allclose(found[n], np.where(known.sum(axis=2) > 4, total, np.nan), rtol=0, atol=1e-12)

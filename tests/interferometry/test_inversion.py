@@ -156,8 +156,8 @@ def scene_of(**radar) -> Scene:
 def made(**radar) -> xr.Dataset:
     rng = np.random.default_rng(9)
     ground, azimuth = rng.uniform(12.0, 90.0, 2500), np.radians(rng.uniform(-6.0, 24.0, 2500))
-    places = np.stack((ground * np.sin(azimuth), ground * np.cos(azimuth), np.zeros(2500)), axis=1)
-    return from_scatterers(scene_of(**radar), places, 1e-2 * rng.exponential(size=2500))
+    points = np.stack((ground * np.sin(azimuth), ground * np.cos(azimuth), np.zeros(2500)), axis=1)
+    return from_scatterers(scene_of(**radar), points, 1e-2 * rng.exponential(size=2500))
 
 
 def echoes_of(**radar) -> xr.Dataset:

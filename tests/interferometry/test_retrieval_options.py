@@ -97,7 +97,7 @@ def test_sea_state_follows_from_the_maps() -> None:
 
 def test_a_sea_state_of_several_turns_is_their_mean() -> None:
     """Heights in the mean, with their ends; directions around north in the mean on the circle."""
-    one = sea_state(maps())
+    one = sea_state(maps()).assign_attrs(depth_given=1)
     names = ("significant_wave_height", "peak_period", "mean_direction", "directional_spread")
     turns = [one.assign({name: (one[name].dims, [value]) for name, value in zip(names, each, strict=True)}) for each in
              ((1.0, 5.0, 350.0, 20.0), (np.nan, np.nan, np.nan, np.nan), (1.5, 6.0, 20.0, 30.0))]  # fmt: skip

@@ -122,10 +122,10 @@ def test_overlapping_gates_are_fewer_samples() -> None:
     found = Dwelt(1, np.ones(1)).samples(window, radar)
     rng, fine = np.random.default_rng(12), 0.05
     offset = fine * np.arange(-200, 201)
-    places = GATE * np.arange(-2, 3)[:, None]
+    points = GATE * np.arange(-2, 3)[:, None]
     # White noise of power spectrum exp(−π f²/B²): its filter's impulse response is exp(−2π B² t²).
-    echo = radar.response(offset - places)
-    noise = np.exp(-2.0 * np.pi * (radar.response.bandwidth_hz * 2.0 / SPEED_OF_LIGHT * (offset - places)) ** 2)
+    echo = radar.response(offset - points)
+    noise = np.exp(-2.0 * np.pi * (radar.response.bandwidth_hz * 2.0 / SPEED_OF_LIGHT * (offset - points)) ** 2)
     for name, shape in (("speckle", echo), ("noise", noise)):
         shape /= np.sqrt(np.sum(shape**2, axis=1, keepdims=True))
         draws = rng.normal(size=(4000, 3, offset.size)) + 1j * rng.normal(size=(4000, 3, offset.size))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from seamap_rt import load_scene, retrieve
 from seamap_rt.conventions import GRAVITY, unit_from_azimuth
+from seamap_rt.physics.dispersion import Water
 from seamap_rt.simulation import Simulator
 from seamap_rt.wavefield.advance import GroundFields, advanced
 from seamap_rt.wavefield.wave_direction import Travel, by_energy
@@ -164,7 +165,7 @@ def test_gaps_cost_certainty_and_make_nothing_wild() -> None:
 def test_shallow_water_slows_the_waves() -> None:
     wave = Wave(9.0, 90.0, depth=4.0)
     seen, want, way = scanned([wave], turn_s=2.0), wave.at(1.0)[0], Travel.of_one(90.0)
-    right = rms(advanced(seen, SIDE, 1.0, way, depth=4.0).height - want)
+    right = rms(advanced(seen, SIDE, 1.0, way, Water(4.0)).height - want)
     deep = rms(advanced(seen, SIDE, 1.0, way).height - want)
     assert right < 0.05 * rms(want)  # twice the turn, twice the error
     assert deep > 2.0 * right
@@ -202,7 +203,7 @@ def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(ValueError, match="side = 0: must be positive"):
         advanced(ground, 0.0, 0.0, way)
     with pytest.raises(ValueError, match="depth = -1: must be positive"):
-        advanced(ground, SIDE, 0.0, way, depth=-1.0)
+        advanced(ground, SIDE, 0.0, way, Water(-1.0))
     with pytest.raises(ValueError, match="to_s = nan: must be finite"):
         advanced(ground, SIDE, np.nan, way)
     with pytest.raises(ValueError, match="must be one shape"):

@@ -221,7 +221,7 @@ def test_tops_of_half_hidden_cells_count() -> None:
     found = sea_state(xr.DataTree.from_dict({"/polar": polar}))
     whole = state(sea)
     assert float(found["significant_wave_height"][0]) == pytest.approx(whole["significant_wave_height"], rel=1e-12)
-    # Rings of which little is in sight are left out.
+    # RangeBins of which little is in sight are left out.
     polar["visible_share"] = xr.where(polar["ground_range"] < 90.0, 0.9, 0.3) + 0.0 * polar["height"]
     assert float(sea_state(xr.DataTree.from_dict({"/polar": polar}))["range_last"][0]) == 90.0
 

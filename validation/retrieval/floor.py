@@ -96,7 +96,7 @@ def _interpolated(given: Interferogram, law: Law, height: Map) -> Map:
     variance = each.gain**2 * phase_variance(
         cells, law.incoherent, given.noise_power, samples.speckle, samples.noise, given.noise_square
     )
-    ground = model.ground(each.places)
+    ground = model.ground(each.points)
     known = Measured(each.height, variance, ground, model.outward(*ground))
     echoing = sliding_plane(given).echoing  # of a strong speckle: it is heard farther out, and errs less
     cell = settings.cell_range_m, np.radians(settings.cell_azimuth_deg)

@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 import seamap_rt as sr
 from seamap_rt.conventions import unit_from_azimuth, wrap_degrees
 from seamap_rt.simulation import Simulator
-from seamap_rt.wavefield.range_bins import Rings, View
+from seamap_rt.wavefield.range_bins import PolarMap, RangeBins
 from seamap_rt.wavefield.sea_state import sea_state
 from seamap_rt.wavefield.wave_direction import Travel
 from seamap_rt.wavefield.wave_spectrum import Cells, Transforms, wave_spectrum
@@ -78,12 +78,12 @@ def true_height(simulator: Simulator, truth: xr.Dataset, first: float, last: flo
 
 def true_direction(simulator: Simulator, truth: xr.Dataset, polar: xr.Dataset, asked: float) -> float:
     """Mean azimuth [deg] that the waves of the circle come from that `sea_state` sorts by direction."""
-    rings = Rings.of(View.of(polar))
-    if rings is None or not rings.glimpsed.any():
+    bins = RangeBins.of(PolarMap.of(polar))
+    if bins is None or not bins.glimpsed.any():
         return float("nan")
     distance = np.sqrt(np.maximum(truth["range"].values ** 2 - simulator.scene.radar.height_m**2, 0.0))
     height = truth["height"].values
-    chosen = np.isfinite(height) & rings.within(rings.glimpsed, distance)
+    chosen = np.isfinite(height) & bins.within(bins.glimpsed, distance)
     look, gate = np.nonzero(chosen)
     east, north = unit_from_azimuth(truth["azimuth"].values[look])
     out = distance[gate]

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ...compute.compiled import compiled_fused
+from ...compute.machine import threads
 from .dwells import Dwells
 from .pairs import Rows
 from .windows import Covariance
 
-_THREADS = 2  # each with gates of its own, so that their number changes no bit
 _BLOCK = 64  # pulses whose voltages are gone through for all products at once: they stay in the processor's cache
 
 
@@ -64,11 +63,12 @@ def dwell_means(
     different = {id(turn): turn for turn in turns if turn is not None}
     stack = np.stack(list(different.values())) if different else np.zeros((0, 0, 0), dtype=np.complex64)
     which = np.array([-1 if turn is None else list(different).index(id(turn)) for turn in turns])
-    parts = [gates * n // _THREADS for n in range(_THREADS + 1)]
-    with ThreadPoolExecutor(_THREADS) as pool:
+    count = threads()  # each has gates of its own, so that their number changes no bit
+    edges = [gates * n // count for n in range(count + 1)]
+    with ThreadPoolExecutor(count) as pool:
         work = [
             pool.submit(_accumulate, rows, look, table, begin, stack, which, receivers, low, high, totals)
-            for low, high in pairwise(parts)
+            for low, high in pairwise(edges)
         ]
     for each in work:
         each.result()
@@ -82,15 +82,7 @@ def _mean(total: NDArray[np.float64]) -> Covariance:
     return Covariance(mean[:, 0] + 1j * mean[:, 1], mean[:, 2], mean[:, 3])
 
 
-def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    options = {"nogil": True, "fastmath": {"contract"}}  # sums keep their order, so that bits stay the same
-    try:
-        return njit(cache=True, **options)(function)
-    except RuntimeError:  # no folder to keep the compiled code in: each process compiles it again
-        return njit(**options)(function)
-
-
-@_compiled
+@compiled_fused
 def _accumulate(rows, look, table, begin, turns, which, receivers, low, high, totals):
     """Add the products of each kind at gates low … high to totals (kind, look, 5, gate), block by block of pulses.
 
@@ -121,7 +113,7 @@ def _accumulate(rows, look, table, begin, turns, which, receivers, low, high, to
                     gate = stop
 
 
-@_compiled
+@compiled_fused
 def _add(a, b, start, stop, total):
     for g in range(np.uint64(start), np.uint64(stop)):  # unsigned: an index that may be negative is not vectorised
         real = a[g].real * b[g].real + a[g].imag * b[g].imag
@@ -135,7 +127,7 @@ def _add(a, b, start, stop, total):
         total[4, g] += 1.0 if good else 0.0
 
 
-@_compiled
+@compiled_fused
 def _add_turned(a, b, turn, other_turn, start, stop, total):
     for g in range(np.uint64(start), np.uint64(stop)):
         real = a[g].real * b[g].real + a[g].imag * b[g].imag

@@ -76,7 +76,7 @@ def adaptive(given: Interferogram) -> Estimate:
     phase = found.phase + wrap_phase(np.angle(given.dwell.cross) - found.phase)
     each = model.found(given.dwell, phase - model.flat)
     variance = each.gain**2 * given.variance(given.dwell, ONE_CELL, start.incoherent)
-    ground = model.ground(found.places)
+    ground = model.ground(found.points)
     echoing = start.echoing & np.isfinite(found.height)
     sure = echoing & ~start.ambiguous
     distributed = each.height - given.edge
@@ -149,7 +149,7 @@ def _along_waves(given: Interferogram, first: Estimate) -> PhaseSlopes:
     power = found.cells.lower
     with np.errstate(invalid="ignore", divide="ignore"):
         weight = np.clip(np.nan_to_num(power / gate_median(power, np.isfinite(power))), 0.0, 3.0)
-    ground = model.ground(found.places)
+    ground = model.ground(found.points)
     reach = 1.0 + max(1, round(1.5 * given.settings.cell_range_m / radar.spacing)), 2.0
     planes = local_planes(found.height, weight, ground, model.outward(*ground), reach)
     per_height = model.rise_sign * np.nan_to_num(1.0 / found.gain, posinf=0.0, neginf=0.0)
@@ -165,7 +165,7 @@ def _along_waves(given: Interferogram, first: Estimate) -> PhaseSlopes:
 def _ground_step(radar: RadarDescription, ground_range: Map, drop: Map, slope: Map) -> Map:
     """Ground range from a gate to the next along a surface of that slope: r dr = (x − drop · slope) dx.
 
-    Kept within three gates' spacing: where the surface faces the radar squarely, many places share a gate.
+    Kept within three gates' spacing: where the surface faces the radar squarely, many points share a gate.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         step = radar.ranges / (ground_range - drop * np.nan_to_num(slope))

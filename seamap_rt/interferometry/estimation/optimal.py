@@ -2,7 +2,7 @@
 
 Gandin 1963, Bretherton, Davis & Fandry 1976. Of measured heights y with error covariance R and a sea of mean level 0
 and covariance C the mean of a cell is kᵀ(C + R)⁻¹y, of variance k₀ − kᵀ(C + R)⁻¹k, k the sea's covariance between the
-cell's mean and the places of y. The window thus adapts itself: it is short where the echo is strong and clear, long
+cell's mean and the points of y. The window thus adapts itself: it is short where the echo is strong and clear, long
 where it is weak, and longer along the crests than across.
 """
 
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compute.compiled import compiled
+from ...compute.machine import threads
 from .sea_covariance import SeaCovariance
 
 Map = NDArray[np.float64]
@@ -32,7 +33,7 @@ _GAUSS = 1.0 / np.sqrt(3.0)
 # Errors of gates so far apart go together. A bright spot between two gates draws both towards it, but as seen from them
 # to opposite sides: less than the squared correlation of speckle itself, 0.5 at 1.5 m of a 20 ns pulse.
 _ERRORS_TOGETHER_M = 1.35
-_PARTS = 8  # of the looks, each a task of its own
+_TASKS = 32  # blocks of looks, each a task of its own: enough for every thread
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ def optimal_heights(
     lying = np.isfinite(x) & np.isfinite(y) & np.isfinite(east) & np.isfinite(north)
     usable = lying & np.isfinite(measured.height) & (measured.variance < _WORTHLESS * sea.variance)
     error = np.where(usable, np.maximum(measured.variance, _ROUNDING * sea.variance), np.nan)
-    places = np.stack([np.where(lying, each, 0.0) for each in (x, y, east, north)])
+    points = np.stack([np.where(lying, each, 0.0) for each in (x, y, east, north)])
     width = cell[1] * ranges
     looks = np.clip(np.round(_ACROSS_M / np.maximum(width, 1e-9)), 1, _MOST_LOOKS).astype(np.int64)
     together = np.exp(-((spacing * np.arange(_BLOCK + 2 * _GATES) / _ERRORS_TOGETHER_M) ** 2))
@@ -66,11 +67,11 @@ def optimal_heights(
     found = np.full((2, *shape), np.nan)
 
     def rows(first: int, last: int) -> None:
-        cells = measured.height, error, places, wanted & lying
+        cells = measured.height, error, points, wanted & lying
         _interpolate(*cells, sea.table, sea.spacing, *half, looks, together, first, last, found)
 
-    edges = np.linspace(0, shape[0], _PARTS + 1).astype(int)
-    with ThreadPoolExecutor(2) as pool:
+    edges = np.linspace(0, shape[0], _TASKS + 1).astype(int)
+    with ThreadPoolExecutor(threads()) as pool:
         list(pool.map(rows, edges[:-1], edges[1:]))
     return found[0], found[1] + _SHORT * sea.variance
 
@@ -108,7 +109,7 @@ def _factor(matrix, count, near):
 
 
 @compiled
-def _neighbours(height, error, places, looks, look, start, stop, near, known):
+def _neighbours(height, error, points, looks, look, start, stop, near, known):
     """Fills near (row, gate, east, north, standard error) and their heights; how many there are."""
     rows, gates = height.shape
     count = 0
@@ -116,7 +117,7 @@ def _neighbours(height, error, places, looks, look, start, stop, near, known):
         for m in range(max(0, start - _GATES), min(gates, stop + _GATES)):
             if error[n, m] > 0.0:
                 near[0, count], near[1, count] = n, m
-                near[2, count], near[3, count] = places[0, n, m], places[1, n, m]
+                near[2, count], near[3, count] = points[0, n, m], points[1, n, m]
                 near[4, count] = np.sqrt(error[n, m])
                 known[count] = height[n, m]
                 count += 1
@@ -124,7 +125,7 @@ def _neighbours(height, error, places, looks, look, start, stop, near, known):
 
 
 @compiled
-def _interpolate(height, error, places, wanted, table, spacing, along, across, looks, together, first, last, found):
+def _interpolate(height, error, points, wanted, table, spacing, along, across, looks, together, first, last, found):
     """Looks first … last − 1 of found (mean and variance, look, gate)."""
     gates = height.shape[1]
     middle, per_spacing = table.shape[0] // 2, 1.0 / spacing
@@ -135,7 +136,7 @@ def _interpolate(height, error, places, wanted, table, spacing, along, across, l
             stop = min(gates, start + _BLOCK)
             if not wanted[look, start:stop].any():
                 continue
-            count = _neighbours(height, error, places, looks, look, start, stop, near, known)
+            count = _neighbours(height, error, points, looks, look, start, stop, near, known)
             for i in range(count):
                 for j in range(i + 1):
                     dx, dy = near[2, i] - near[2, j], near[3, i] - near[3, j]
@@ -150,7 +151,7 @@ def _interpolate(height, error, places, wanted, table, spacing, along, across, l
             for gate in range(start, stop):
                 if not wanted[look, gate]:
                     continue
-                x, y, east, north = places[:, look, gate]
+                x, y, east, north = points[:, look, gate]
                 mean, told = 0.0, 0.0
                 for i in range(count):
                     total = 0.0

@@ -1,6 +1,6 @@
 """How the heights of a sea go together from place to place, from a map of them: ⟨z(x) z(x + d)⟩.
 
-A gappy map's covariance is the correlation of its heights over that of its known places. At the shortest lags, where
+A gappy map's covariance is the correlation of its heights over that of its known points. At the shortest lags, where
 the errors of neighbouring cells go together, it is that of a smooth surface that fits the lags beyond; lags too long to
 matter are faded out, and no wave is let have a negative power, so that the result is the covariance of some sea.
 """
@@ -75,7 +75,7 @@ def _smooth(covariance: Map, east: Map, north: Map, distance: Map) -> Map:
 
 
 def _correlated(z: Map, weight: Map, x: Map, y: Map, reach: float) -> Map:
-    """Weighted mean products (lag, lag) up to _REACH; 0 at lags at which no two places lie."""
+    """Weighted mean products (lag, lag) up to _REACH; 0 at lags at which no two points lie."""
     lags = round(_REACH / _SIDE)
     side = 2 * int(np.ceil(reach / _SIDE)) + 1
     number = np.round(x / _SIDE).astype(int) + side // 2, np.round(y / _SIDE).astype(int) + side // 2

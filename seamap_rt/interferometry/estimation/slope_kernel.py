@@ -6,14 +6,14 @@ import math
 
 from ...compute.compiled import compiled
 
-_COLLINEAR = 1e-3  # places whose spread across their line is less than this part of it span no plane
+_COLLINEAR = 1e-3  # points whose spread across their line is less than this part of it span no plane
 
 
 @compiled
-def fit_planes(height, weight, places, outward, reach, variance, slopes, squares):
+def fit_planes(height, weight, points, outward, reach, variance, slopes, squares):
     """Write slopes (2, look, gate), outward and clockwise; and their variances, unless `squares` holds nothing.
 
-    places (2, look, gate) x and y, outward (2, look, gate) east and north, reach (2, gate) in gates and looks. Cells of
+    points (2, look, gate) x and y, outward (2, look, gate) east and north, reach (2, gate) in gates and looks. Cells of
     weight 0 count nothing, but need finite numbers all the same.
     """
     looks, gates = height.shape
@@ -24,7 +24,7 @@ def fit_planes(height, weight, places, outward, reach, variance, slopes, squares
             far_gate, far_look = math.ceil(reach[0, j]) - 1, math.ceil(reach[1, j]) - 1
             rows = max(0, i - far_look), min(looks, i + far_look + 1)
             span = rows[0], rows[1], max(0, j - far_gate), min(gates, j + far_gate + 1)
-            s, mu, mv, uu, uv, vv, uz, vz, spans = _moments(height, weight, places, outward, reach, i, j, span)
+            s, mu, mv, uu, uv, vv, uz, vz, spans = _moments(height, weight, points, outward, reach, i, j, span)
             determinant = uu * vv - uv * uv
             if not (spans and determinant > _COLLINEAR * uu * vv):
                 continue
@@ -33,22 +33,22 @@ def fit_planes(height, weight, places, outward, reach, variance, slopes, squares
             if squares.size:
                 pull = (vv / determinant / s, uv / determinant / s, uu / determinant / s)
                 squares[0, i, j], squares[1, i, j] = _squares(
-                    variance, weight, places, outward, reach, i, j, span, (mu, mv), pull
+                    variance, weight, points, outward, reach, i, j, span, (mu, mv), pull
                 )
 
 
 @compiled
-def _moments(height, weight, places, outward, reach, i, j, span):
-    """Sum of weights, means and second moments of places (u, v) and heights; and whether several looks and gates have a
-    part in them: one gate's own places lie on an arc, whose bend alone would seem to span a plane."""
-    x, y, east, north = places[0, i, j], places[1, i, j], outward[0, i, j], outward[1, i, j]
+def _moments(height, weight, points, outward, reach, i, j, span):
+    """Sum of weights, means and second moments of points (u, v) and heights; and whether several looks and gates have a
+    part in them: one gate's own points lie on an arc, whose bend alone would seem to span a plane."""
+    x, y, east, north = points[0, i, j], points[1, i, j], outward[0, i, j], outward[1, i, j]
     s = su = sv = suu = suv = svv = sz = suz = svz = of_gate = of_look = 0.0
     for a in range(span[0], span[1]):
         taper = 1.0 - ((a - i) / reach[1, j]) ** 2
         before = s
         for b in range(span[2], span[3]):
             # Relative to the cell itself, which keeps the sums well conditioned.
-            dx, dy, z = places[0, a, b] - x, places[1, a, b] - y, height[a, b] - height[i, j]
+            dx, dy, z = points[0, a, b] - x, points[1, a, b] - y, height[a, b] - height[i, j]
             u, v = dx * east + dy * north, dx * north - dy * east
             w = weight[a, b] * taper * (1.0 - ((b - j) / reach[0, j]) ** 2)
             wu, wv = w * u, w * v
@@ -70,14 +70,14 @@ def _moments(height, weight, places, outward, reach, i, j, span):
 
 
 @compiled
-def _squares(variance, weight, places, outward, reach, i, j, span, middle, pull):
+def _squares(variance, weight, points, outward, reach, i, j, span, middle, pull):
     """Variances of the two slopes, of heights that err each for itself: a slope is the sum of heights by their pull."""
-    x, y, east, north = places[0, i, j], places[1, i, j], outward[0, i, j], outward[1, i, j]
+    x, y, east, north = points[0, i, j], points[1, i, j], outward[0, i, j], outward[1, i, j]
     out = clockwise = 0.0
     for a in range(span[0], span[1]):
         taper = 1.0 - ((a - i) / reach[1, j]) ** 2
         for b in range(span[2], span[3]):
-            dx, dy = places[0, a, b] - x, places[1, a, b] - y
+            dx, dy = points[0, a, b] - x, points[1, a, b] - y
             u, v = dx * east + dy * north - middle[0], dx * north - dy * east - middle[1]
             w = weight[a, b] * taper * (1.0 - ((b - j) / reach[0, j]) ** 2)
             out += variance[a, b] * (w * (u * pull[0] - v * pull[1])) ** 2

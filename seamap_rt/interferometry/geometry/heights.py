@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...conventions import wrap_phase
 from ..covariance.windows import Covariance, Level
 from ..input.description import RadarDescription
-from .inversion import Places, difference_at_height, height_per_phase, place
+from .inversion import Points, difference_at_height, height_per_phase, place
 from .poses import LookPoses
 
 Map = NDArray[np.float64]
@@ -23,13 +23,13 @@ class Found:
 
     cells: Covariance  # the averaged covariance that the phase was taken from
     phase: Map  # rad, its ambiguity resolved as far as is known
-    places: Places  # m, height above mean sea level, outward and clockwise of the lower antenna
+    points: Points  # m, height above mean sea level, outward and clockwise of the lower antenna
     ground_range: Map  # m, from the middle of the receivers
     gain: Map  # |dz/dφ| [m/rad]
 
     @property
     def height(self) -> Map:
-        return self.places.height
+        return self.points.height
 
 
 class PhaseModel:
@@ -55,7 +55,7 @@ class PhaseModel:
         return np.abs(np.nan_to_num(self.flat_per_gate)) / self.radar.spacing * self.radar.response.spread_m
 
     def of_height(self, height: Map | float) -> Map:
-        """Phase [rad] of places at that height [m] in each gate, by the fan's geometry."""
+        """Phase [rad] of points at that height [m] in each gate, by the fan's geometry."""
         return self._wavenumber * difference_at_height(self.radar.ranges, height, self.poses.fan)
 
     def _flat_phase(self, offset: float) -> Map:
@@ -87,16 +87,16 @@ class PhaseModel:
     def _found(self, cells: Covariance, phase: Map) -> Found:
         radar, fan = self.radar, self.poses.fan
         difference = phase / self._wavenumber
-        places = place(radar.ranges, difference, fan)
+        points = place(radar.ranges, difference, fan)
         gain = height_per_phase(radar.ranges, difference, fan, radar.wavelength, self.paths)
-        return Found(cells, phase, places, self.poses.ground_range(places), gain)
+        return Found(cells, phase, points, self.poses.ground_range(points), gain)
 
-    def ground(self, places: Places) -> tuple[Map, Map]:
-        """East and north [m] of places (look, gate)."""
-        return self.poses.world(places)
+    def ground(self, points: Points) -> tuple[Map, Map]:
+        """East and north [m] of points (look, gate)."""
+        return self.poses.world(points)
 
     def outward(self, x: Map, y: Map) -> tuple[Map, Map]:
-        """East and north of the direction from the antennas, as they stood, to places at x, y [m]."""
+        """East and north of the direction from the antennas, as they stood, to points at x, y [m]."""
         east, north = x - self.poses.middle[0], y - self.poses.middle[1]
         with np.errstate(invalid="ignore", divide="ignore"):
             distance = np.hypot(east, north)

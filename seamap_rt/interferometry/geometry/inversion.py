@@ -87,7 +87,7 @@ class Fan:
 
 
 @dataclass(frozen=True)
-class Places:
+class Points:
     """Where echoes come from: height above mean sea level, and outward and clockwise of the lower antenna [m]."""
 
     height: Field
@@ -95,11 +95,11 @@ class Places:
     right: Field
 
 
-def place(gate_range: ArrayLike, difference: ArrayLike, fan: Fan) -> Places:
+def place(gate_range: ArrayLike, difference: ArrayLike, fan: Fan) -> Points:
     """The place with that ΔR [m] in each gate; NaN where there is no triangle, or the baseline is zero."""
     lower, sight = _sight(gate_range, difference, fan)
     rise, out = (each[0] * sight[0] + each[1] * sight[1] for each in (fan.rise, fan.out))
-    return Places(fan.height + lower * rise, lower * out, lower * (fan.right * sight[1]))
+    return Points(fan.height + lower * rise, lower * out, lower * (fan.right * sight[1]))
 
 
 def height_per_phase(

@@ -13,7 +13,7 @@ from ...conventions import unit_from_azimuth
 from ...radar.pose import antenna_axes, scan_of_bearing
 from ..covariance.dwells import Dwells, allot, unwrapped_sweep
 from ..input.description import RadarDescription
-from .inversion import Antenna, Fan, Places, azimuth_at_sea
+from .inversion import Antenna, Fan, Points, azimuth_at_sea
 
 _UPRIGHT = 0.1  # of the turn between two pulses: a fan that leans by less changes no dwell to speak of
 _STILL = 0.01  # m; antennas that stray less from above the origin are at rest
@@ -21,7 +21,7 @@ _STILL = 0.01  # m; antennas that stray less from above the origin are at rest
 
 @dataclass(frozen=True)
 class PulsePoses:
-    """One pose for each pulse (pulse,): axes by parts right of the bearing, out along it and up, places in metres."""
+    """One pose for each pulse (pulse,): axes by parts right of the bearing, out along it and up, points in metres."""
 
     time: NDArray[np.float64]  # s
     sweep: NDArray[np.float64]  # deg, bearing of the boresight from the sector's start, not wrapped
@@ -127,17 +127,17 @@ class LookPoses:
             fan = fan.common()
         return cls(fan, start + sweep, (x, y), (middle_x, middle_y), when, at_rest)
 
-    def world(self, places: Places) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """East and north [m] of places (look, gate)."""
+    def world(self, points: Points) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """East and north [m] of points (look, gate)."""
         east, north = unit_from_azimuth(self.azimuth)
         return (
-            self.lower[0] + places.out * east + places.right * north,
-            self.lower[1] + places.out * north - places.right * east,
+            self.lower[0] + points.out * east + points.right * north,
+            self.lower[1] + points.out * north - points.right * east,
         )
 
-    def ground_range(self, places: Places) -> NDArray[np.float64]:
-        """Distance [m] of places (look, gate) from the middle of the two receivers as it stood at their dwell."""
-        x, y = self.world(places)
+    def ground_range(self, points: Points) -> NDArray[np.float64]:
+        """Distance [m] of points (look, gate) from the middle of the two receivers as it stood at their dwell."""
+        x, y = self.world(points)
         return np.hypot(x - self.middle[0], y - self.middle[1])
 
 

@@ -17,7 +17,7 @@ def resample_rows(place, fields, at, widest_gap, result):
     for row in range(place.shape[0]):
         own = place[row]
         known = 0
-        for cell in range(own.size):  # sorted by insertion: places mostly rise
+        for cell in range(own.size):  # sorted by insertion: points mostly rise
             if not math.isfinite(own[cell]):
                 continue
             n = known

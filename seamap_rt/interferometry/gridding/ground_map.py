@@ -1,4 +1,4 @@
-"""The square maps on the ground, from the polar map and the places of its cells."""
+"""The square maps on the ground, from the polar map and the points of its cells."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...conventions import unit_from_azimuth, wrap_degrees
-from ...dataset import build
+from ...dataset import WATER_ATTRIBUTES, build
 from ...radar.grid import LookFan, ground_grid, look_sweeps
 from ...settings import RetrievalSettings
 from ..geometry.heights import Found
@@ -34,19 +34,19 @@ class Ground:
         east, north = (float(np.nanmean(middle)) for middle in poses.middle)
         if sweeps.size < 2:  # a single look has no neighbours to lie askew of
             return cls(centre=(east, north))
-        x, y = poses.world(found.places)
+        x, y = poses.world(found.points)
         return cls(x, y, (east, north))
 
 
 def ground_map(
     cells: xr.Dataset,
-    places: Ground,
+    points: Ground,
     radar: RadarDescription,
     settings: RetrievalSettings,
     turn: int,
     usable: NDArray[np.bool_] | None = None,
 ) -> xr.Dataset:
-    """The ground maps of one turn: each square cell the mean of a few samples of the polar map at its places.
+    """The ground maps of one turn: each square cell the mean of a few samples of the polar map at its points.
 
     usable (look, gate): cells that have a part in it; the others are bridged like those without an echo.
     """
@@ -54,19 +54,19 @@ def ground_map(
     sweeps = look_sweeps(radar.sector, settings.cell_azimuth_deg, radar.staring)
     fan = LookFan(sweeps, radar.sector[0], radar.closed, radar.period, turn, settings.cell_azimuth_deg)
     distance = np.arange(0.5 * settings.ground_m, radar.ranges[-1] + settings.ground_m, 0.25 * settings.ground_m)
-    fields = _fields(cells, places)
+    fields = _fields(cells, points)
     widest_gap = 1.5 * settings.cell_range_m + radar.spacing
-    laid_on, laid = _laid(cells, fields, places, usable, fan, distance, widest_gap)
-    x, y = np.meshgrid(grid.x - places.centre[0], grid.y - places.centre[1])
+    laid_on, laid = _laid(cells, fields, points, usable, fan, distance, widest_gap)
+    x, y = np.meshgrid(grid.x - points.centre[0], grid.y - points.centre[1])
     sweep = fan.sweep_of(x, y)
-    values = dict(zip(fields, square_means(laid_on, laid, distance, grid, places.centre, sweep), strict=True))
+    values = dict(zip(fields, square_means(laid_on, laid, distance, grid, points.centre, sweep), strict=True))
     inside = np.hypot(x, y) <= radar.ranges[-1]
     if radar.staring:
         inside &= np.abs(sweep - sweeps[0]) <= 0.5 * settings.cell_azimuth_deg
     elif not radar.closed:
         inside &= sweep <= radar.sector[1] - radar.sector[0]
     time = np.where(inside, cells["time"].values[0][0] if radar.staring else fan.time(sweep), np.nan)
-    if places.x is not None:
+    if points.x is not None:
         # Of cells without an echo, when the beam passes their azimuth.
         passes = np.interp(sweep, fan.sweep, cells["time"].values[0])
         time = np.where(inside, np.where(np.isfinite(values["time"]), values["time"], passes), np.nan)
@@ -75,11 +75,11 @@ def ground_map(
         "maps/ground",
         {name: value[None] for name, value in values.items()},
         {"turn": [turn], "y": grid.y, "x": grid.x},
-        {"cell_m": settings.ground_m},
+        {"cell_m": settings.ground_m} | {name: cells.attrs[name] for name in WATER_ATTRIBUTES if name in cells.attrs},
     )
 
 
-def _fields(cells: xr.Dataset, places: Ground) -> dict[str, NDArray[np.float64]]:
+def _fields(cells: xr.Dataset, points: Ground) -> dict[str, NDArray[np.float64]]:
     """What the ground map holds of each cell (look, gate)."""
     outward, clockwise = cells["slope_range"].values[0], cells["slope_azimuth"].values[0]
     east, north = (part[:, None] for part in unit_from_azimuth(cells["azimuth"].values))
@@ -90,7 +90,7 @@ def _fields(cells: xr.Dataset, places: Ground) -> dict[str, NDArray[np.float64]]
         "slope_x": outward * east + clockwise * north,
         "slope_y": outward * north - clockwise * east,
     }
-    if places.x is not None:
+    if points.x is not None:
         fields["time"] = np.broadcast_to(cells["time"].values[0][:, None], outward.shape)
     return fields
 
@@ -98,7 +98,7 @@ def _fields(cells: xr.Dataset, places: Ground) -> dict[str, NDArray[np.float64]]
 def _laid(
     cells: xr.Dataset,
     fields: dict[str, NDArray[np.float64]],
-    places: Ground,
+    points: Ground,
     usable: NDArray[np.bool_] | None,
     fan: LookFan,
     distance: NDArray[np.float64],
@@ -109,9 +109,9 @@ def _laid(
     ground_range = cells["ground_range"].values[0].astype(np.float64)
     if usable is not None:
         ground_range = np.where(usable, ground_range, np.nan)
-    if places.x is None or places.y is None:
+    if points.x is None or points.y is None:
         return fan, resample_looks(ground_range, values, distance, widest_gap)
-    x, y = places.x - places.centre[0], places.y - places.centre[1]
+    x, y = points.x - points.centre[0], points.y - points.centre[1]
     away = np.where(np.isfinite(ground_range), np.hypot(x, y), np.nan)
     sweep = fan.sweep[:, None] + wrap_degrees(fan.sweep_of(x, y) - fan.sweep[:, None])
     return centred_looks(fan, sweep, away, values, distance, widest_gap)

@@ -7,12 +7,13 @@ from dataclasses import fields
 import numpy as np
 import xarray as xr
 
+from ...physics.dispersion import Water
 from ...wavefield.advance import GroundFields, advanced
 from ...wavefield.wave_direction import by_energy, travel
 
 
-def at_one_instant(ground: xr.Dataset, cells: xr.Dataset, to_s: float, depth: float) -> xr.Dataset:
-    """The ground map of one turn as the sea stood at to_s [s]; depth [m] of the water.
+def at_one_instant(ground: xr.Dataset, cells: xr.Dataset, to_s: float, water: Water) -> xr.Dataset:
+    """The ground map of one turn as the sea stood at to_s [s]; water: that its waves run on.
 
     Which way waves run is told by the radial velocities of the polar map `cells`: water moves with the wave at its
     crests. Where they tell nothing the map stays as it was scanned, each cell at its own time.
@@ -25,7 +26,7 @@ def at_one_instant(ground: xr.Dataset, cells: xr.Dataset, to_s: float, depth: fl
     way = by_energy(seen.height, seen.height_std, side, way)
     if not np.isfinite(way.wave_from_deg):
         return ground
-    made = advanced(seen, side, to_s, way, depth)
+    made = advanced(seen, side, to_s, way, water)
     at_once = {}
     for each in fields(GroundFields):
         old = ground[each.name]

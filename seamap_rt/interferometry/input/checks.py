@@ -37,7 +37,7 @@ _CHOICES = {
 }
 
 
-def sound(echoes: xr.Dataset) -> xr.Dataset:
+def checked_echoes(echoes: xr.Dataset) -> xr.Dataset:
     """Echoes whose pulses are all known and in the order of time. Raises SchemaError for those of no use."""
     _check_attributes(echoes.attrs)
     _check_gates(np.asarray(echoes["range"].values, dtype=np.float64))

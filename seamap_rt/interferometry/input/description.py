@@ -1,4 +1,4 @@
-"""What the retrieval knows of the radar: the echoes' attributes, and the antennas' places that the sensors measured."""
+"""What the retrieval knows of the radar: the echoes' attributes, and the antennas' points that the sensors measured."""
 
 from __future__ import annotations
 

@@ -94,13 +94,13 @@ class Interferogram:
         """Heights of averaged cells whose phases have that variance [rad²], and which of them stay ambiguous."""
         residual = self.model.residual(cells)
         found = self.model.found(cells, residual)
-        certain = np.zeros(residual.shape, dtype=bool)
+        ambiguous = np.zeros(residual.shape, dtype=bool)
         if self.settings.ambiguity == "fold":
-            return found, certain
+            return found, ambiguous
         # Nearer than the sea is below, nothing is level: what echoes there is no part of it.
         known = echoing & np.isfinite(found.gain) & (self.model.radar.ranges > self.model.poses.fan.height)
         if not needed(found.gain, known, sea_size(residual, found.gain, known)).any():
-            return found, certain
+            return found, ambiguous
         told = self._cycles(residual, np.sqrt(wrapped_variance(variance)), found, known)
         if told.cycles.any():
             found = self.model.found(cells, residual + 2.0 * np.pi * told.cycles)
