@@ -231,13 +231,13 @@ def limits() -> Iterator[Limit]:
                         yield Limit(where, name, place, bound, entry[bound], whole, reason)
 
 
-def annotations(kind: Any) -> Iterator[annotated_types.BaseMetadata]:
+def annotated_limits(kind: Any) -> Iterator[annotated_types.BaseMetadata]:
     """The limits in a type, those of a list's entries left out."""
     if isinstance(kind, annotated_types.BaseMetadata):
         yield kind
     elif get_origin(kind) in (Annotated, Union, UnionType):
         for inner in get_args(kind):
-            yield from annotations(inner)
+            yield from annotated_limits(inner)
 
 
 LIMITS = list(limits())
@@ -249,7 +249,7 @@ def test_limits_are_stated_as_they_are_annotated() -> None:
         (where, name, bound): getattr(each, attribute)
         for where in SECTIONS
         for name, field in model(where).model_fields.items()
-        for each in annotations(field.rebuild_annotation())
+        for each in annotated_limits(field.rebuild_annotation())
         for bound, (_, attribute) in BOUNDS.items()
         if hasattr(each, attribute)
     }
