@@ -9,6 +9,11 @@ import pytest
 
 _MOST = 8  # each holds up to 2 GB, and collects all tests anew: more gain little
 
+if (
+    "PYTEST_XDIST_WORKER" in os.environ
+):  # before NumPy is imported: a BLAS thread that waits for its core does so busily
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:

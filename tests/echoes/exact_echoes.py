@@ -4,9 +4,11 @@ it has got to by then."""
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from seamap_rt import sea as sea_package
 from seamap_rt.conventions import SPEED_OF_LIGHT, unit_from_azimuth
@@ -72,6 +74,7 @@ def still_speckle(facets: Illumination) -> list[NDArray[np.complex128]]:
     return [speckle_weights(SEED, int(n), 1, count)[0].astype(np.complex128) for n in facets.grid.column_number]
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")  # small products: a second thread would mostly wait
 def direct_sum(
     facets: Illumination, rcs: NDArray[np.float32], radar: RadarSettings, fired: Pulses, *, walking: bool = False
 ) -> NDArray[np.complex128]:
@@ -124,18 +127,29 @@ def direct_sum(
                 width = 1.0 / np.sqrt(1.0 / radar.bandwidth_hz**2 + sum(1.0 / e.bandwidth_hz**2 for e in ends))
                 half = 0.5 * (length[:, sender] + length[:, hearer])
                 window = _response(replace(RangeResponse.of(radar), bandwidth_hz=width), ranges - half[..., None])
-                rows = volts[mine, None, :] @ window[mine if walking else slice(None)]
-                voltages[heard[mine], receiver] += rows[:, 0]
+                rows = np.einsum("pf,pfg->pg", volts[mine], window[mine]) if walking else volts[mine] @ window[0]
+                voltages[heard[mine], receiver] += rows
     for receiver, antenna in enumerate(array.receivers):
         voltages[:, receiver] *= array.elements[antenna].channel
     voltages[~sampled] = np.nan
     return voltages
 
 
+_STEP_M, _STEPS = 1e-4, 200_000
+
+
+@cache
+def _table(response: RangeResponse) -> NDArray[np.float64]:
+    """The response up to 20 m, and its last value again."""
+    table = response(_STEP_M * np.arange(_STEPS + 1))
+    return np.append(table, table[-1])
+
+
 def _response(response: RangeResponse, offset: NDArray[np.float64]) -> NDArray[np.float64]:
-    """From a table so fine (1e-4 m) that the line between two entries errs by less than 1e-8."""
-    table = np.linspace(0.0, 20.0, 200_001)
-    return np.interp(np.abs(offset), table, response(table))
+    """From a table so fine that the line between two entries errs by less than 1e-8."""
+    entry = np.minimum(np.abs(offset) / _STEP_M, _STEPS)
+    below, table = entry.astype(np.intp), _table(response)
+    return table[below] + (entry - below) * (table[below + 1] - table[below])
 
 
 def _along_axes(vectors: NDArray[np.float64], axes: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
