@@ -92,7 +92,7 @@ def _floors(simulator: Simulator) -> dict[str, float]:
 
 def _ffts(simulator: Simulator) -> float:
     """Those of a turn's new knots, three fields each, on two threads."""
-    field: Any = simulator.sea.parts[0]
+    field: Any = simulator.sea.trains[0]
     field = field.field
     rows, columns = field.shape
     half = np.zeros((rows, columns // 2 + 1), dtype=np.complex64)
