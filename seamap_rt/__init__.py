@@ -22,25 +22,26 @@ if TYPE_CHECKING:
     from .interferometry import echoes_from_recording, open_recording, retrieve
     from .metrics import compare
     from .scene import Scene, load_scene
-    from .session import run
-    from .simulation import Simulation, expected, simulate
+    from .session import Simulation, iterate, run, simulate
+    from .simulation import expected
     from .wavefield import sea_state
 
 _HOMES = {
     "InputError": "errors",
     "NoBackend": "errors",
     "Scene": "scene",
-    "Simulation": "simulation",
+    "Simulation": "session",
     "compare": "metrics",
     "echoes_from_recording": "interferometry",
     "expected": "simulation",
     "gauge_series": "gauges",
+    "iterate": "session",
     "load_scene": "scene",
     "open_recording": "interferometry",
     "retrieve": "interferometry",
     "run": "session",
     "sea_state": "interferometry",
-    "simulate": "simulation",
+    "simulate": "session",
 }
 _PACKAGES = ("analytic", "echoes", "scattering", "sea", "studies")
 
@@ -55,6 +56,7 @@ __all__ = [
     "echoes_from_recording",
     "expected",
     "gauge_series",
+    "iterate",
     "load_scene",
     "open_recording",
     "retrieve",

@@ -5,37 +5,28 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .account import left_out, modelled
-from .conventions import db, unit_from_azimuth
+from .conventions import unit_from_azimuth
 from .dataset import build
 from .echoes import expected_look_gates
-from .echoes.files import EchoStore, echo_dataset
+from .echoes.dataset import echo_dataset
 from .echoes.radar_cross_section import Returns, SeaSurface
-from .echoes.riding import masts, run_sea
 from .echoes.scenery import Scenery
 from .echoes.turn import turn_echoes
 from .errors import InputError
-from .io.growing import all_or_none
-from .io.interrupts import uninterrupted
-from .io.turnfile import TurnFile
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
 from .mesh.grid import PolarGrid
 from .mesh.surface import sea_on_grid, submerged_lines
-from .radar.array import antenna_array, as_it_looks
+from .radar.array import antenna_array
 from .radar.scan import Pulses, pulses
-from .scattering.short_waves import ShortWaves
+from .resolved_scene import resolve
 from .scene import Scene
-from .sea import spectral_system
-from .settings import RandomWaves
 from .tracing import Illumination, tracer
 from .tracing.circle import circle_grid
 from .truth import ground_truth, polar_truth
@@ -72,16 +63,6 @@ class Turn:
     folded_share: float  # of the mesh's points that lie under a crest which folds over; 0 for linear waves
 
 
-@dataclass(frozen=True)
-class Simulation:
-    """Echoes and truth of a whole run, and what is known of how it was made."""
-
-    echoes: xr.Dataset
-    truth: xr.DataTree
-    timing: list[dict[str, float]]
-    facts: dict[str, Any]
-
-
 class Simulator:
     """Simulates a scene turn by turn; what turns share (the sea, the traced scene) is made once.
 
@@ -95,9 +76,9 @@ class Simulator:
                 "radar.antenna.pattern = 'isotropic': an isotropic antenna hears the whole circle at every pulse; "
                 "it serves from_scatterers only. Choose slotted_waveguide, gaussian or file to simulate a sea"
             )
-        self.scene, self.radar = scene, as_it_looks(scene.radar)
-        self.sea = run_sea(scene)
-        self.mast, self.sensed = masts(scene, self.sea)
+        resolved = resolve(scene)
+        self.scene, self.radar, self.sea = scene, resolved.radar, resolved.sea
+        self.mast, self.sensed = resolved.mast, resolved.sensed
         self._trace = tracer(scene.tracing.tracer, scene.radar, scene.scattering, diffraction=scene.tracing.diffraction)
         self._scattering = SeaSurface(scene.scattering, scene.radar, self.sea.resolved.wavenumber_limit)
         self.scenery = Scenery(scene, self.mast)
@@ -191,51 +172,6 @@ class Simulator:
         east, north = (part[:, None] * grid.ground_range for part in unit_from_azimuth(grid.azimuth[lines]))
         return float(np.mean(self.sea.folded(east, north, grid.time[lines, None])))
 
-    def facts(self) -> dict[str, Any]:
-        """What was modelled, what was left out and why, and which waves are resolved."""
-        return {
-            "modelled": modelled(self.scene, self.sea.resolved),
-            "left_out": left_out(self.scene, self.sea.resolved),
-            "mesh": self.scene.detail.facts(),
-            "sea": self._sea_facts(),
-            "short_waves": self._short_waves(),
-            "calibration": self._calibration(),
-        }
-
-    def _calibration(self) -> dict[str, list[float]] | None:
-        """How many dB the calibration adds to what theory gives, by grazing angle and direction; None without one."""
-        scale = self.surface.scale
-        if scale is None:
-            return None
-        (near, far), height = self.scene.radar.range_m, self.scene.radar.height_m
-        grazing = np.geomspace(np.arcsin(height / far), np.arcsin(min(1.0, height / near)), 5)
-        looks = {"up_wind_db": 0.0, "cross_wind_db": 0.5 * np.pi, "down_wind_db": np.pi}
-        added = {name: db(scale(grazing, angle)).tolist() for name, angle in looks.items()}
-        return {"grazing_deg": np.degrees(grazing).tolist(), **added}
-
-    def _short_waves(self) -> dict[str, float] | None:
-        """What the scattering takes over from the mesh; None where its level is a given."""
-        if self.scene.scattering.nrcs != "two_scale":
-            return None
-        sea, limit = self.scene.sea, self.sea.resolved.wavenumber_limit
-        scattering = self.scene.scattering
-        waves = ShortWaves(scattering.wind_speed_m_s, limit, scattering.inverse_wave_age)
-        systems = [spectral_system(each, sea.depth_m) for each in sea.waves if isinstance(each, RandomWaves)]
-        step = waves.level_step_db(
-            lambda k: np.asarray(sum((system.radial(k) for system in systems), np.zeros(k.size)))
-        )
-        slope = self.sea.resolved.mean_square_slope
-        return {
-            "wavenumber_from": limit,
-            "variance": waves.variance,
-            "mean_square_slope": waves.mean_square_slope,
-            "resolved_slope_share": slope / (slope + waves.mean_square_slope),
-            "level_step_db": step,
-        }
-
-    def _sea_facts(self) -> dict[str, Any]:
-        return {name: _plain(value) for name, value in asdict(self.sea.resolved).items()}
-
     def _refuse_if_under_water(self) -> None:
         radar = self.scene.radar
         centre = self.mast.pose(np.zeros(1)).positions[0]
@@ -248,46 +184,6 @@ class Simulator:
                 f"{centre[worst, 2]:.2f} m, is under water at time 0 (the sea stands at {level[worst]:.2f} m there); "
                 "raise radar.height_m or choose another seed"
             )
-
-
-def simulate(scene: Scene, out: str | Path | None = None, *, overwrite: bool = False) -> Simulation:
-    """Simulate all turns of a scene.
-
-    out: a folder into which `echoes.zarr` and `truth.nc` are streamed turn by turn, so that memory holds one turn; the
-    datasets of the result are then read from there. Without it everything stays in memory. Earlier echoes or truth in
-    that folder are replaced only with `overwrite`.
-    Raises InputError for a scene that cannot be simulated, NoBackend if rays are asked for and cannot be traced.
-    """
-    simulator = Simulator(scene)
-    if out is None:
-        turns = [simulator.turn(number) for number in range(scene.turns)]
-        echoes = xr.concat([t.echoes for t in turns], "pulse", data_vars="minimal", coords="minimal", compat="override")
-        echoes.attrs = turns[-1].echoes.attrs
-        truth = xr.DataTree.from_dict(
-            {
-                f"/{group}": xr.concat([t.truth[group].to_dataset() for t in turns], "turn", data_vars="all")
-                for group in ("polar", "ground")
-            }
-        )
-        return Simulation(echoes, truth, [t.timing for t in turns], simulator.facts())
-    folder = Path(out)
-    for name in ("echoes.zarr", "truth.nc"):
-        if (folder / name).exists() and not overwrite:
-            raise InputError(f"out = '{folder}': holds an earlier {name}; choose another folder, or overwrite it")
-    folder.mkdir(parents=True, exist_ok=True)
-    store, timing = EchoStore(folder / "echoes.zarr"), []
-    with store, TurnFile(folder / "truth.nc") as truth_file:
-        for number in range(scene.turns):
-            turn = simulator.turn(number)
-            with uninterrupted(), all_or_none(truth_file):
-                truth_file.append(turn.truth)
-                store.append(turn.echoes)  # last: it takes nothing back
-            timing.append(turn.timing)
-    from .interferometry import open_echoes
-
-    return Simulation(
-        open_echoes(folder / "echoes.zarr"), xr.open_datatree(folder / "truth.nc"), timing, simulator.facts()
-    )
 
 
 def expected(scene: Scene, turn: int = 0) -> xr.Dataset:
@@ -315,13 +211,3 @@ def _drowned_pulses(drowned: NDArray[np.bool_], facets: Facets, fired: Pulses) -
         return np.zeros(fired.number.size, dtype=bool)
     line = np.rint((fired.sweep - facets.grid.sweep[0]) / facets.grid.spacing_deg).astype(int)
     return drowned[np.clip(line, 0, drowned.size - 1)]
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, dict):
-        return {name: _plain(v) for name, v in value.items()}
-    if isinstance(value, tuple | list | np.ndarray):
-        return [_plain(v) for v in value]
-    return value

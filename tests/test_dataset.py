@@ -15,11 +15,12 @@ import zarr
 from numpy.testing import assert_array_equal
 
 from seamap_rt.dataset import ECHO_ATTRIBUTES, QUALITY_FLAGS, SCHEMA, build, check
-from seamap_rt.echoes.files import EchoStore, echo_dataset
+from seamap_rt.echoes.dataset import echo_dataset
 from seamap_rt.errors import SchemaError
 from seamap_rt.interferometry import open_echoes
+from seamap_rt.io.appendable import AppendableNetCDF
+from seamap_rt.io.echo_store import EchoStore
 from seamap_rt.io.interrupts import uninterrupted
-from seamap_rt.io.turnfile import TurnFile
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
 from seamap_rt.scene import load_scene
@@ -303,7 +304,7 @@ def joined(trees: list[xr.DataTree]) -> dict[str, xr.Dataset]:
 @pytest.mark.parametrize("turns", [1, 3])
 def test_trees_survive_the_file(tmp_path: Path, product: str, turns: int) -> None:
     trees = [tree(turn, product) for turn in range(turns)]
-    with TurnFile(tmp_path / "maps.nc") as file:
+    with AppendableNetCDF(tmp_path / "maps.nc") as file:
         for one in trees:
             file.append(one)
     with xr.open_datatree(tmp_path / "maps.nc") as found:
@@ -324,7 +325,7 @@ def test_trees_survive_the_file(tmp_path: Path, product: str, turns: int) -> Non
 def test_coordinates_beside_the_dimensions_stay_coordinates(tmp_path: Path) -> None:
     one = tree(0)
     polar = one["polar"].to_dataset().set_coords("time")
-    with TurnFile(tmp_path / "maps.nc") as file:
+    with AppendableNetCDF(tmp_path / "maps.nc") as file:
         file.append(xr.DataTree.from_dict({"/polar": polar}))
     with xr.open_datatree(tmp_path / "maps.nc") as found:
         assert "time" in found["polar"].coords
@@ -375,10 +376,10 @@ def test_other_threads_write_without_signals() -> None:
 
 
 def test_nothing_appears_before_the_end_nor_without_a_turn(tmp_path: Path) -> None:
-    with TurnFile(tmp_path / "maps.nc"):
+    with AppendableNetCDF(tmp_path / "maps.nc"):
         pass
     assert list(tmp_path.iterdir()) == []
-    with TurnFile(tmp_path / "maps.nc") as file:
+    with AppendableNetCDF(tmp_path / "maps.nc") as file:
         file.append(tree(0))
         assert not (tmp_path / "maps.nc").exists()
     assert [path.name for path in tmp_path.iterdir()] == ["maps.nc"]
@@ -386,10 +387,10 @@ def test_nothing_appears_before_the_end_nor_without_a_turn(tmp_path: Path) -> No
 
 def test_earlier_file_is_untouched_until_the_new_one_is_whole(tmp_path: Path) -> None:
     path = tmp_path / "maps.nc"
-    with TurnFile(path) as file:
+    with AppendableNetCDF(path) as file:
         file.append(tree(0))
     before = path.read_bytes()
-    with TurnFile(path) as file:
+    with AppendableNetCDF(path) as file:
         assert path.read_bytes() == before
         file.append(tree(0))
         file.append(tree(1))
@@ -397,7 +398,7 @@ def test_earlier_file_is_untouched_until_the_new_one_is_whole(tmp_path: Path) ->
     with xr.open_datatree(path) as found:
         assert found["polar"].sizes["turn"] == 2
     whole = path.read_bytes()
-    with TurnFile(path):  # no turn: the earlier results stay
+    with AppendableNetCDF(path):  # no turn: the earlier results stay
         pass
     assert path.read_bytes() == whole
     assert [found.name for found in tmp_path.iterdir()] == ["maps.nc"]
@@ -405,7 +406,7 @@ def test_earlier_file_is_untouched_until_the_new_one_is_whole(tmp_path: Path) ->
 
 def test_interrupted_file_holds_its_whole_turns(tmp_path: Path) -> None:
     def interrupted() -> None:
-        with TurnFile(tmp_path / "maps.nc") as file:
+        with AppendableNetCDF(tmp_path / "maps.nc") as file:
             file.append(tree(0))
             file.append(tree(1))
             raise KeyboardInterrupt
@@ -424,7 +425,7 @@ def test_turn_that_fails_halfway_is_taken_back(tmp_path: Path) -> None:
     )
 
     def write() -> None:
-        with TurnFile(tmp_path / "maps.nc") as file:
+        with AppendableNetCDF(tmp_path / "maps.nc") as file:
             file.append(tree(0))
             file.append(broken)
 

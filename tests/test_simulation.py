@@ -15,14 +15,15 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.dataset import QUALITY_FLAGS, check
-from seamap_rt.echoes.files import EchoStore
 from seamap_rt.errors import InputError
 from seamap_rt.interferometry import open_echoes, retrieve
+from seamap_rt.io.echo_store import EchoStore
 from seamap_rt.radar.scan import pulses
 from seamap_rt.report import fold_warning, ground_warning
+from seamap_rt.report.facts import run_facts
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.session import run
-from seamap_rt.simulation import Simulation, Simulator, expected, simulate
+from seamap_rt.session import Simulation, run, simulate
+from seamap_rt.simulation import Simulator, expected
 
 GRAVITY, TENSION = 9.81, 0.074 / 1025.0
 
@@ -325,7 +326,7 @@ def test_a_choppy_sea_that_folds_is_flagged() -> None:
     }
     steep = {"sea__waves": [waves], "sea__resolution_m": 0.4, "sea__model": "choppy", "tracing__facet_m": 0.1}
     turn = (simulator := Simulator(scene(**steep))).turn(0)
-    facts = simulator.facts()
+    facts = run_facts(simulator.scene, simulator.sea, simulator.surface)
     assert 0.0 < facts["sea"]["choppy"]["folded_share"] < 0.02
     assert 0.0 < turn.folded_share < 0.02
     warning = fold_warning({**facts, "folded_share": turn.folded_share})

@@ -15,7 +15,8 @@ from seamap_rt.echoes.radar_cross_section import SeaSurface
 from seamap_rt.interferometry import retrieve
 from seamap_rt.radar.waveform import gates as gates_of
 from seamap_rt.scene import Scene
-from seamap_rt.simulation import Simulator, simulate
+from seamap_rt.session import simulate
+from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import Illumination
 from seamap_rt.truth import ground_truth, polar_truth
 

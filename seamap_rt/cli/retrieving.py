@@ -40,9 +40,9 @@ def retrieve(
         retrieval.KEY=VALUE, as often as wanted.
     """
     from ..interferometry import retrieve as retrieve_echoes
+    from ..io.appendable import AppendableNetCDF
+    from ..io.results_folder import clear_folder, prepare_folder
     from ..io.scenefile import apply_overrides, validate
-    from ..io.turnfile import TurnFile
-    from ..session import clear_folder, prepare_folder
     from ..settings import RetrievalSettings
     from ..wavefield import sea_state
     from ..wavefield.sea_state import in_words
@@ -63,7 +63,7 @@ def retrieve(
     recorded = _opened(echoes, header, name)
     maps = retrieve_echoes(recorded, settings)
     clear_folder(folder, ("maps.nc",))
-    with TurnFile(folder / "maps.nc") as file:
+    with AppendableNetCDF(folder / "maps.nc") as file:
         for turn in range(maps["polar"].sizes["turn"]):
             file.append(maps.isel(turn=slice(turn, turn + 1)))
     for line in _answered(maps):

@@ -6,16 +6,16 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from ..radar.array import antenna_array, as_it_looks
+from ..radar.array import antenna_array
 from ..radar.receiver import amplitude_constant
 from ..radar.scan import BEAMS_BEYOND, Pulses, pulses
+from ..resolved_scene import masts
 from ..scene import Scene
 from ..settings import RadarSettings
-from .files import echo_dataset
+from .dataset import echo_dataset
 from .gating import received_samples
 from .paths import wavenumber
 from .receiving import receive
-from .riding import masts
 
 
 def from_scatterers(scene: Scene, xyz: ArrayLike, rcs: ArrayLike, velocity: ArrayLike | None = None) -> xr.Dataset:
@@ -36,12 +36,13 @@ def from_scatterers(scene: Scene, xyz: ArrayLike, rcs: ArrayLike, velocity: Arra
         raise ValueError("xyz, rcs and velocity must be finite; drop the scatterers that are not")
     if (areas < 0.0).any():
         raise ValueError(f"rcs = {areas.min():g}: must be at least 0 m²")
-    boat, radar = masts(scene), as_it_looks(scene.radar)
-    turns = [pulses(radar, turn, boat.true) for turn in range(scene.turns)]
+    true, sensed = masts(scene)
+    radar = true.radar
+    turns = [pulses(radar, turn, true) for turn in range(scene.turns)]
     received = [
         receive(scatterer_voltages(radar, turn, points, areas, speeds), radar, turn, scene.seed) for turn in turns
     ]
-    return echo_dataset(radar, turns, received, scene.scattering.polarization, sensed=boat.sensed)
+    return echo_dataset(radar, turns, received, scene.scattering.polarization, sensed=sensed)
 
 
 def scatterer_voltages(

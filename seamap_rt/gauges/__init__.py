@@ -9,9 +9,8 @@ correlation. On any maps, recorded ones too, without a wire:
 Evidence: validation/README.md, "Wave gauges".
 """
 
-from .file import GaugeFile
 from .judging import aliasing, judge, judge_one
 from .reading import gauge_series
 from .spectra import GaugeSpectra, NoSpectrum, spectra
 
-__all__ = ["GaugeFile", "GaugeSpectra", "NoSpectrum", "aliasing", "gauge_series", "judge", "judge_one", "spectra"]
+__all__ = ["GaugeSpectra", "NoSpectrum", "aliasing", "gauge_series", "judge", "judge_one", "spectra"]

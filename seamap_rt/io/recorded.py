@@ -29,6 +29,7 @@ from pydantic import BeforeValidator, model_validator
 
 from ..errors import InputError
 from ..settings import Meaning, Section, as_tuple
+from .plain_json import plain
 from .scenefile import read_toml, validate
 
 Header = Mapping[str, Any] | str | os.PathLike[str]
@@ -219,7 +220,7 @@ def read_header(header: Header | RecordingHeader) -> RecordingHeader:
     if isinstance(header, RecordingHeader):
         return header
     if isinstance(header, Mapping):
-        return validate(RecordingHeader, {str(key): _plain(value) for key, value in header.items()})
+        return validate(RecordingHeader, {str(key): _as_in_toml(value) for key, value in header.items()})
     if not isinstance(header, str | os.PathLike):
         raise InputError(f"header = {header!r}: must be a dict, or the path of a TOML or JSON file; give one of these")
     tree = _json(Path(header)) if Path(header).suffix == ".json" else read_toml(header)
@@ -276,7 +277,7 @@ def _hdf5(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Map
         held: Any = file.get("header")
         if isinstance(held, h5py.Dataset):
             return arrays, _object(json.loads(str(held.asstr()[()])), f"{path}: header")
-        return arrays, None if held is None else {key: _plain(value) for key, value in held.attrs.items()}
+        return arrays, None if held is None else {key: _as_in_toml(value) for key, value in held.attrs.items()}
 
 
 def _inside(names: Mapping[str, str]) -> dict[str, str]:
@@ -340,8 +341,6 @@ def _object(tree: Any, what: str) -> dict[str, Any]:
     return tree
 
 
-def _plain(value: Any) -> Any:
-    """Numpy's numbers, and bytes, as TOML would give them."""
-    if isinstance(value, bytes):
-        return value.decode()
-    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+def _as_in_toml(value: Any) -> Any:
+    """An attribute of a recording, numpy's or bytes, as TOML would give it."""
+    return value.decode() if isinstance(value, bytes) else plain(value)

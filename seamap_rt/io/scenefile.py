@@ -18,11 +18,11 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
-import numpy as np
 from pydantic import BaseModel, Discriminator, ValidationError
 from pydantic_core import ErrorDetails
 
 from ..errors import InputError
+from .plain_json import plain
 
 Model = TypeVar("Model", bound=BaseModel)
 Key = tuple[str | int, ...]
@@ -67,7 +67,7 @@ def apply_overrides(tree: Mapping[str, Any], overrides: Mapping[str, Any]) -> di
     """
     result = copy.deepcopy(dict(tree))
     for dotted, value in overrides.items():
-        _set(result, dotted, _plain(_read_value(value) if isinstance(value, str) else value))
+        _set(result, dotted, plain(_read_value(value) if isinstance(value, str) else value))
     return result
 
 
@@ -116,17 +116,6 @@ def _read_value(text: str) -> Any:
     except (ValueError, RecursionError):
         return text
     return tree["value"] if len(tree) == 1 else text
-
-
-def _plain(value: Any) -> Any:
-    """Numpy's scalars and arrays, and tuples, as what TOML would give."""
-    if isinstance(value, np.generic | np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, Mapping):
-        return {key: _plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
-    return value
 
 
 # ------------------------------------------------------------------------------------------------ validation

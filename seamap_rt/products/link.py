@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..conventions import from_db
 from ..errors import InputError
 from ..io.interrupts import uninterrupted
+from ..io.results_folder import clear_folder, prepare_folder, write_whole
 from ..radar import link
 from ..radar.link import LinkBudget
 from ..radar.receiver import noise_power
@@ -21,7 +22,6 @@ from ..report.link_words import link_lines, link_table
 from ..scattering import MEAN_MODELS, mean_nrcs
 from ..scene import Scene
 from ..scene.checks.scattering import STEEPEST
-from ..session import clear_folder, prepare_folder, write_whole
 from ..settings import RadarSettings
 
 PRODUCTS = ("link.csv", "link.png")

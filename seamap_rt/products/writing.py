@@ -10,18 +10,18 @@ import xarray as xr
 from matplotlib.image import imsave
 
 from ..errors import NoBackend
+from ..io.appendable import AppendableNetCDF
 from ..io.interrupts import uninterrupted
-from ..io.seafile import SeaFile
+from ..io.results_folder import clear_folder, prepare_folder, write_whole
 from ..report import reduce, sea_figures, style
 from ..report.sea_statistics import Moments, asked_height, statistics_table
 from ..scattering import ShortWaves
 from ..scene import Scene
 from ..sea import Sea
-from ..session import clear_folder, prepare_folder, write_whole
 from ..simulation import Simulator
 from ..tracing import tracer
-from .asked import refuse_if_too_large, square, step, times_of
 from .camera import Camera
+from .sampling import refuse_if_too_large, square, step, times_of
 from .spectrum import directional_spectrum
 
 PRODUCTS = ("sea.nc", "statistics.txt", "directional_spectrum.png", "sea_surface.png", "sea.gif", "from_mast.png")
@@ -29,6 +29,10 @@ DEFAULT_TIMES = "0:5:0.5"
 
 _MAST_PICTURE = (1280, 560)  # columns, rows
 _FINEST_FILM = 700  # points a side that an animation is drawn from
+
+# Fields are rounded, by unit, to powers of two: below what the sea itself is exact to, and the digits beyond it do not
+# compress.
+ROUNDING = {"m": 2.0**-13, "1": 2.0**-14, "m s-1": 2.0**-11, "dB": 2.0**-6}
 
 Progress = Callable[[str], None]
 
@@ -86,7 +90,7 @@ def write_sea(
     camera = Camera(scene, sea, trace, places, simulator.surface)
     spectrum = directional_spectrum(scene, sea)
     clear_folder(folder, PRODUCTS)
-    with SeaFile(folder / "sea.nc", {"spectrum": spectrum}) as file:
+    with sea_file(folder / "sea.nc", spectrum) as file:
         try:
             for number, t in enumerate(seconds):
                 say(f"time {number + 1} of {seconds.size}: {t:g} s")
@@ -104,6 +108,12 @@ def write_sea(
     notes += _draw_from_mast(scene, sea, folder / "from_mast.png", float(seconds[0]))
     files = tuple(name for name in PRODUCTS if (folder / name).exists())
     return SeaProducts(folder, files, sea, drawn, places.size * step(places), (*_coarse(sea, step(places)), *notes))
+
+
+def sea_file(path: Path, spectrum: xr.Dataset) -> AppendableNetCDF:
+    """sea.nc: grows by times, holds the spectrum once, and packs its fields."""
+    constant = {"spectrum": spectrum}
+    return AppendableNetCDF(path, ("time",), constant=constant, compressed=True, rounding=ROUNDING)
 
 
 def _coarse(sea: Sea, spacing: float) -> tuple[str, ...]:

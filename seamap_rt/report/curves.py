@@ -10,6 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 
 from ..physics.shadowing import shadowing_smith67, shadowing_wagner67
@@ -173,55 +174,62 @@ def height_scatter(maps: xr.DataTree, truth: xr.DataTree) -> Figure:
         for axes in (left, right):
             style.note(axes, "no cells more than half visible\nbetween 50 and 200 m")
         return figure
+    bar_axes = style.place(figure, 3.4, 0.28, 0.1, 2.65)
+    bar = figure.colorbar(_one_to_one(left, true, retrieved), cax=bar_axes, format=StrMethodFormatter("{x:g}"))
+    bar.set_label("Cells per square")
+    bar_axes.tick_params(labelsize=style.FONT - 0.5)
+    known = np.isfinite(true) & (spread > 0.0)
+    _stated_error_panel(right, (retrieved[known] - true[known]) / spread[known])
+    return figure
 
+
+def _one_to_one(axes: Axes, true: Array, retrieved: Array) -> AxesImage:
+    """Cells counted in squares of true and retrieved height [m], and what they say in a corner."""
     figures = reduce.error_figures(true, retrieved)
     of_truth = max(0.05, reduce.quantile(np.abs(true), 0.999))
     limit = 1.15 * max(of_truth, min(reduce.quantile(np.abs(retrieved), 0.98), 2.0 * of_truth))
     count, _, _ = np.histogram2d(retrieved, true, bins=np.linspace(-limit, limit, 71))
-    image = left.imshow(
+    image = axes.imshow(
         np.ma.masked_less(count, 0.5), origin="lower", extent=(-limit, limit, -limit, limit), zorder=1.5,
         cmap=style.colours(style.COUNT_COLOURS), norm=LogNorm(1.0, max(10.0, float(count.max()))),
         interpolation="nearest",
     )  # fmt: skip
-    left.plot(
+    axes.plot(
         (-limit, limit), (-limit, limit), color=style.VERMILION, linewidth=0.9, linestyle="--", label="one to one"
     )
-    left.legend(loc="lower right")
-    style.few_ticks(left)
-    bar_axes = style.place(figure, 3.4, 0.28, 0.1, 2.65)
-    bar = figure.colorbar(image, cax=bar_axes, format=StrMethodFormatter("{x:g}"))
-    bar.set_label("Cells per square")
-    bar_axes.tick_params(labelsize=style.FONT - 0.5)
+    axes.legend(loc="lower right")
+    style.few_ticks(axes)
     lines = [f"{true.size} cells"]
     if np.isfinite(figures["correlation"]):
         lines.append(f"correlation {figures['correlation']:.3f}")
     if true.size > count.sum():
         lines.append(f"{true.size - count.sum():.0f} outside the frame")
-    _corner(left, lines)
+    _corner(axes, lines)
+    return image
 
-    known = np.isfinite(true) & (spread > 0.0)
-    ratio = (retrieved[known] - true[known]) / spread[known]
+
+def _stated_error_panel(axes: Axes, ratio: Array) -> None:
+    """Errors over their stated standard errors, beside the normal distribution."""
     if ratio.size == 0:
-        style.note(right, "no standard error was stated")
-        return figure
+        style.note(axes, "no standard error was stated")
+        return
     borders = np.linspace(-5.0, 5.0, 51)
     inside, _ = np.histogram(ratio, bins=borders)
-    right.stairs(inside / (ratio.size * np.diff(borders)), borders, fill=True, color=style.SKY, label="cells")
-    right.plot(
+    axes.stairs(inside / (ratio.size * np.diff(borders)), borders, fill=True, color=style.SKY, label="cells")
+    axes.plot(
         borders, np.exp(-0.5 * borders**2) / np.sqrt(2.0 * np.pi), color=style.BLACK, linewidth=1.0, label="normal"
     )
-    right.set_xlim(-5.0, 5.0)
-    right.set_ylim(0.0, 1.3 * right.get_ylim()[1])
-    right.legend(loc="upper right")
+    axes.set_xlim(-5.0, 5.0)
+    axes.set_ylim(0.0, 1.3 * axes.get_ylim()[1])
+    axes.legend(loc="upper right")
     _corner(
-        right,
+        axes,
         [
             f"within ±1: {100.0 * np.mean(np.abs(ratio) <= 1.0):.0f} %",
             f"within ±2: {100.0 * np.mean(np.abs(ratio) <= 2.0):.0f} %",
             f"beyond ±5: {100.0 * np.mean(np.abs(ratio) > 5.0):.1f} %",
         ],
     )
-    return figure
 
 
 def _corner(axes: Axes, lines: list[str]) -> None:

@@ -23,7 +23,7 @@ from ..scene import Scene
 from . import reduce, style
 from .gif import gif
 from .maps import height_limit
-from .parts import Picture, Table, digits, percent
+from .page_elements import Picture, Table, digits, percent
 from .reduce import Array
 
 MOST_BYTES = 2_200_000  # of the animation: inlined as text it is a third more, under 3 MB

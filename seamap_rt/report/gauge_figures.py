@@ -14,7 +14,7 @@ from scipy.stats import chi2
 
 from ..gauges import GaugeSpectra, NoSpectrum, aliasing, judge_one, spectra
 from . import reduce, style
-from .parts import Picture, Table, digits, percent
+from .page_elements import Picture, Table, digits, percent
 
 MOST_DRAWN = 6  # gauges
 _LONGEST = 90  # turns that are drawn in time

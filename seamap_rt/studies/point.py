@@ -24,11 +24,11 @@ from threadpoolctl import threadpool_limits
 from .. import __version__
 from ..compute.machine import forget_peak_memory, peak_memory
 from ..errors import InputError
-from ..interferometry import retrieve_one
+from ..io.results_folder import write_whole
 from ..io.scenefile import validate
 from ..metrics import BIN_M, compare
 from ..scene import Scene
-from ..session import write_whole
+from ..session import iterate
 from ..simulation import Simulator, Stopwatch
 
 MANIFEST, POINTS = "trade.json", "points"
@@ -122,16 +122,15 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
     """`metrics` (50 to 200 m), `by_range` and `facts` of a scene, all its turns together; memory holds one turn."""
     with clock("sea"):
         simulator = Simulator(scene)
-    maps, truths, facets, folded = [], [], 0, 0.0
-    for number in range(scene.turns):
-        turn = simulator.turn(number)
-        for step, seconds in turn.timing.items():
-            if step != "total":
-                clock.seconds[step] = clock.seconds.get(step, 0.0) + seconds
-        with clock("retrieve"):
-            maps.append(retrieve_one(turn.echoes, scene.retrieval)["polar"].to_dataset())
+    maps, truths, facets, folded = [], [], 0.0, 0.0
+    for turn in iterate(scene, simulator=simulator):
+        assert turn.maps is not None
+        for stage, seconds in turn.timing.items():
+            if stage != "total":
+                clock.seconds[stage] = clock.seconds.get(stage, 0.0) + seconds
+        maps.append(turn.maps["polar"].to_dataset())
         truths.append(turn.truth["polar"].to_dataset())
-        facets, folded = turn.facets, max(folded, turn.folded_share)
+        facets, folded = turn.counts["facets"], max(folded, turn.counts["folded_share"])
     with clock("compare"):
         metrics = compare(_all_turns(maps), _all_turns(truths))
     overall, (near, far) = metrics.pop("overall"), scene.radar.range_m

@@ -16,16 +16,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..echoes.riding import masts
 from ..errors import InputError
 from ..io.interrupts import uninterrupted
+from ..io.results_folder import prepare_folder
 from ..mesh import polar_grid
-from ..radar.array import as_it_looks
 from ..report import style
 from ..report.reduce import main_waves
+from ..resolved_scene import masts
 from ..scene import Scene
 from ..sea import Sea
-from ..session import prepare_folder
 from ..settings import TracingSettings
 from .shadowing_figures import draw_seen, draw_shadowing
 from .visible_dataset import OUTSIDE, MastView, Window, shadowing_dataset
@@ -120,7 +119,8 @@ def _refuse(heights_m: Sequence[float], seeds: int, bin_m: float) -> None:
 
 
 def _window_of(scene: Scene, meshing: TracingSettings, sea: Sea, bin_m: float) -> Window:
-    grid = polar_grid(as_it_looks(scene.radar), meshing, 0, masts(scene, sea).true)
+    mast = masts(scene, sea).true
+    grid = polar_grid(mast.radar, meshing, 0, mast)
     rung, (near, far) = float(grid.ground_range[1] - grid.ground_range[0]), scene.radar.range_m
     if bin_m < LEAST_RUNGS_A_BIN * rung:
         least = LEAST_RUNGS_A_BIN * rung

@@ -21,10 +21,10 @@ import xarray as xr
 from .. import __version__
 from ..errors import InputError
 from ..io.interrupts import uninterrupted
+from ..io.results_folder import clear_folder, prepare_folder, write_whole
 from ..io.scenefile import apply_overrides
 from ..report import style
 from ..scene import Scene
-from ..session import clear_folder, prepare_folder, write_whole
 from .point import MANIFEST, POINTS, Outcome, Task, ended, keep, kept
 from .trade_figures import draw_trade
 from .trade_table import rows, trade_table

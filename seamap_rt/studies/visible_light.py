@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ..echoes.riding import masts, run_sea
 from ..io import scenefile
 from ..mesh import SurfaceMesh, polar_grid, surface_mesh
 from ..mesh.grid import PolarGrid
 from ..mesh.surface import sea_on_grid, submerged_lines
-from ..radar.array import as_it_looks
 from ..radar.mast import Mast
+from ..resolved_scene import masts, run_sea
 from ..scene import Scene
 from ..sea import Sea
 from ..settings import TracingSettings
@@ -56,7 +55,7 @@ def lights(scenes: Sequence[Scene], meshing: TracingSettings, sea: Sea, tracer_n
         if reason := _under_water(scene, sea, mast):
             yield reason
             continue
-        grid = polar_grid(as_it_looks(scene.radar), meshing, 0, mast)
+        grid = polar_grid(mast.radar, meshing, 0, mast)
         if surface is not None and _same_points(surface.grid, grid):
             surface = replace(surface, grid=grid)
         else:

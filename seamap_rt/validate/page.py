@@ -11,7 +11,7 @@ from pathlib import Path
 
 import jinja2
 
-from ..session import write_whole
+from ..io.results_folder import write_whole
 from .case import Check
 from .environment import Environment
 from .result import CaseResult, ValidationResult

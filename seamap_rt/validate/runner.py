@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from ..io.interrupts import uninterrupted
+from ..io.results_folder import clear_folder, prepare_folder, write_whole
 from ..report import style
-from ..session import clear_folder, prepare_folder, write_whole
 from .case import Case, Check
 from .discovery import cases_folder, load_cases, select_cases
 from .environment import Environment

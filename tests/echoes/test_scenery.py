@@ -28,7 +28,8 @@ from seamap_rt.radar.pose import boat_axes
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import RangeResponse, gates
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.simulation import Simulator, simulate
+from seamap_rt.session import simulate
+from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.horizon import Skyline, trace_horizon
 

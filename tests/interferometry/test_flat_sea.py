@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from seamap_rt.analytic import flat_sea_gate_height, range_difference
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes import from_scatterers, turn_voltages
-from seamap_rt.echoes.files import echo_dataset
+from seamap_rt.echoes.dataset import echo_dataset
 from seamap_rt.interferometry import retrieve
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from seamap_rt import sea
 from seamap_rt.conventions import unit_from_azimuth, wrap_degrees
-from seamap_rt.echoes.riding import masts, run_sea
 from seamap_rt.errors import InputError
 from seamap_rt.mesh.grid import PolarGrid, polar_grid
 from seamap_rt.mesh.surface import SurfaceMesh, sea_on_grid, submerged_lines, surface_mesh
 from seamap_rt.radar.mast import Mast
 from seamap_rt.radar.scan import pulses, sector_width
+from seamap_rt.resolved_scene import masts, run_sea
 from seamap_rt.scene import Scene, load_scene
 
 LEVEL, EAST, NORTH = 0.4, 0.03, -0.05  # of the plane z = 0.4 + 0.03 x − 0.05 y

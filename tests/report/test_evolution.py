@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from made_run import Run, small, values
 from matplotlib.axes import Axes
 from matplotlib.container import ErrorbarContainer
 from numpy.testing import assert_allclose, assert_array_equal
 from PIL import Image
-from test_report import Run, small, values
 
 from seamap_rt import dataset
 from seamap_rt.gauges import GaugeSpectra, judge, spectra

@@ -5,6 +5,7 @@ import pytest
 
 from seamap_rt import simulation
 from seamap_rt.echoes.radar_cross_section import SeaSurface
+from seamap_rt.report.facts import run_facts
 from seamap_rt.scattering import ShortWaves, nrcs_two_scale, permittivity_meissner_wentz12
 from seamap_rt.scattering.modulation import approaching_share
 from seamap_rt.scene import load_scene
@@ -85,6 +86,10 @@ def test_a_facet_seen_squarely_is_as_rough_as_its_own_waves_make_it():
     assert expected > 1.2
 
 
+def facts_of(simulator):
+    return run_facts(simulator.scene, simulator.sea, simulator.surface)
+
+
 def test_a_simulation_hands_over_where_its_sea_ends(monkeypatch):
     asked = []
 
@@ -96,7 +101,7 @@ def test_a_simulation_hands_over_where_its_sea_ends(monkeypatch):
     changes = {"tracing.tracer": "horizon", "sea.resolution_m": 1.3, "radar.sector_deg": [0.0, 10.0]}
     simulator = simulation.Simulator(load_scene("tiny", changes))
     assert asked == [np.pi / 1.3]
-    facts = simulator.facts()["short_waves"]
+    facts = facts_of(simulator)["short_waves"]
     np.testing.assert_allclose(facts["wavenumber_from"], np.pi / 1.3)
     np.testing.assert_allclose(facts["mean_square_slope"], ShortWaves(8.0, np.pi / 1.3).mean_square_slope)
 
@@ -124,9 +129,9 @@ def test_no_resolved_wave_scatters_as_roughness():
 def test_a_mesh_coarser_than_the_waves_is_told():
     changes = {"tracing.tracer": "horizon", "tracing.facet_m": 1.0, "sea.resolution_m": 0.8}
     simulator = simulation.Simulator(load_scene("tiny", changes))
-    assert any("shorter than 2 m along the look" in row["what"] for row in simulator.facts()["left_out"])
+    assert any("shorter than 2 m along the look" in row["what"] for row in facts_of(simulator)["left_out"])
     fine = simulation.Simulator(load_scene("tiny", {**changes, "tracing.facet_m": 0.5}))
-    assert not any("along the look" in row["what"] for row in fine.facts()["left_out"])
+    assert not any("along the look" in row["what"] for row in facts_of(fine)["left_out"])
 
 
 @pytest.mark.parametrize("above", [0.0, 3.9, 40.0])

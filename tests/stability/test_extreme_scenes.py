@@ -22,7 +22,8 @@ from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.metrics import compare
 from seamap_rt.radar.scan import pulses
 from seamap_rt.scene import Scene
-from seamap_rt.simulation import Simulation, Simulator, simulate
+from seamap_rt.session import Simulation, simulate
+from seamap_rt.simulation import Simulator
 
 CREST, LENGTH = 1.5, 22.0  # m: a wave as steep as can be, its crest over the origin at time 0
 CURVATURE = (2.0 * np.pi / LENGTH) ** 2 * CREST  # 1/m, of the crest

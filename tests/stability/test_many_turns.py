@@ -23,8 +23,8 @@ MARCH = """
 import json, os, sys
 from pathlib import Path
 import seamap_rt as sr
-from seamap_rt.session import run
-from seamap_rt.simulation import Simulator, simulate
+from seamap_rt.session import run, simulate
+from seamap_rt.simulation import Simulator
 
 tracer, through, turns, out = sys.argv[1:]
 keys = {"radar.sector_deg": [260.0, 280.0], "radar.range_m": [15.0, 40.0], "sea.extent_m": 140.0}

@@ -18,7 +18,8 @@ from seamap_rt.errors import InputError
 from seamap_rt.interferometry import retrieve
 from seamap_rt.metrics import compare
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.simulation import Simulator, Stopwatch, simulate
+from seamap_rt.session import simulate
+from seamap_rt.simulation import Simulator, Stopwatch
 from seamap_rt.studies import point, sweep
 from seamap_rt.studies.point import MANIFEST, judged
 from seamap_rt.studies.sweep import Sweep

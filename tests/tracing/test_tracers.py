@@ -20,7 +20,7 @@ from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scattering.permittivity import permittivity_meissner_wentz12
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.simulation import simulate
+from seamap_rt.session import simulate
 from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.rays import RayTracer, SeaScene, what_can_be_hit
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 import seamap_rt as sr
-from seamap_rt.echoes.riding import run_sea
 from seamap_rt.errors import InputError
 from seamap_rt.mesh.sizing import MOST_TRIANGLES
 from seamap_rt.mesh.surface import mesh_turn
+from seamap_rt.resolved_scene import run_sea
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
 from validation.hard_cases.case import TRACERS, Effort, Finding, Rings, light, scene

@@ -25,9 +25,9 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.conventions import db, unit_from_azimuth
-from seamap_rt.echoes.riding import masts
 from seamap_rt.radar.antenna import antenna
 from seamap_rt.radar.mast import Mast
+from seamap_rt.resolved_scene import masts
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator, Turn
 from validation.radar.modes import Cells, rms, spread, with_noise

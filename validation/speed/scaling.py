@@ -54,8 +54,8 @@ from seamap_rt.report.style import (
     styled,
 )
 from seamap_rt.scene.checks.meshing import BYTES_PER_TRIANGLE
-from seamap_rt.session import run
-from seamap_rt.simulation import Simulator, simulate
+from seamap_rt.session import run, simulate
+from seamap_rt.simulation import Simulator
 from validation import FIGURES
 
 STAGES = {"sea": SKY, "mesh": GREEN, "trace": VERMILION, "echoes": BLUE, "truth": PURPLE, "turn": BLACK}

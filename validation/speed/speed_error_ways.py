@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 import seamap_rt as sr
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes import expected_look_gates
-from seamap_rt.echoes.files import echo_dataset
-from seamap_rt.echoes.riding import run_sea
+from seamap_rt.echoes.dataset import echo_dataset
 from seamap_rt.echoes.turn import turn_echoes
 from seamap_rt.metrics import HALF_VISIBLE, HEADLINE_M
 from seamap_rt.radar.scan import pulses
+from seamap_rt.resolved_scene import run_sea
 from seamap_rt.scene import Scene
 from seamap_rt.sea import Sea, realisation
 from seamap_rt.simulation import Simulator, Stopwatch

@@ -1,16 +1,12 @@
-"""Echoes as a dataset that keeps the schema, and the Zarr store into which a run streams them turn by turn."""
+"""Echoes as a dataset that keeps the schema."""
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Sequence
-from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import xarray as xr
-import zarr
 from numpy.typing import NDArray
 
 from ..dataset import build
@@ -20,8 +16,6 @@ from ..radar.scan import Pulses
 from ..radar.waveform import gates
 from ..settings import RadarSettings
 from .receiving import Received, gate_noise_power
-
-_PULSES_A_CHUNK = 2000
 
 
 def echo_attributes(radar: RadarSettings, complete_turns: int, full_scale_w: float | None = None) -> dict[str, Any]:
@@ -97,72 +91,3 @@ def echo_dataset(
         },
         {**echo_attributes(radar, first_turn + len(turns), received[0].full_scale_w), "polarization": polarization},
     )
-
-
-class EchoStore:
-    """A Zarr group that grows by whole turns; its attribute `complete_turns` counts those that are all there.
-
-    Left as a context without a single one, it leaves nothing behind.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._group: zarr.Group | None = None
-        self._begun = self._complete = False
-
-    def append(self, turn: xr.Dataset) -> None:
-        """Append one turn's echoes."""
-        if self._group is None:
-            self._group = self._create(turn)
-            start = 0
-        else:
-            start = int(self._group["time"].shape[0])  # type: ignore[union-attr]
-        rolling = {str(n): v.values for n, v in turn.variables.items() if v.dims[0] == "pulse"}
-        try:
-            for name, values in rolling.items():
-                array = self._group[name]
-                array.resize((start + values.shape[0], *array.shape[1:]))  # type: ignore[union-attr]
-                array[start:] = values  # type: ignore[index]
-        except BaseException:  # interrupted, or no space left: arrays of unlike length could not be read any more
-            for name in rolling:
-                array = self._group[name]
-                array.resize((start, *array.shape[1:]))  # type: ignore[union-attr]
-            raise
-        self._group.attrs["complete_turns"] = turn.attrs["complete_turns"]
-        self._complete = True
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._begun and not self._complete:
-            shutil.rmtree(self.path, ignore_errors=True)
-
-    def _create(self, turn: xr.Dataset) -> zarr.Group:
-        if self.path.exists():
-            shutil.rmtree(self.path)
-        self._begun = True
-        group = zarr.open_group(self.path, mode="w", zarr_format=3)
-        for name, variable in turn.variables.items():
-            rolling = variable.dims[0] == "pulse"
-            shape = (0, *variable.shape[1:]) if rolling else variable.shape
-            chunks = (_PULSES_A_CHUNK, *variable.shape[1:]) if rolling else variable.shape
-            array = group.create_array(
-                str(name),
-                shape=shape,
-                dtype=variable.dtype,
-                chunks=chunks,
-                compressors=None,  # noise does not compress, and a turn must be written in a fraction of a second
-                dimension_names=[str(d) for d in variable.dims],
-                attributes={k: (v.tolist() if isinstance(v, np.ndarray) else v) for k, v in variable.attrs.items()},
-            )
-            if not rolling:
-                array[...] = variable.values
-        group.attrs.update({**turn.attrs, "complete_turns": 0, "coordinates": _coordinate_names()})
-        return group
-
-
-def _coordinate_names() -> str:
-    return "time azimuth transmitter turn"

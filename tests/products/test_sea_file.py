@@ -1,37 +1,33 @@
-"""The sea on file: laws that its fields keep, whose sea it is, what the radar sees of it, and what is refused."""
+"""The sea on file: laws that its fields keep, whose sea it is, and what the radar sees of it."""
 
 from __future__ import annotations
 
-import signal
 import warnings
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import sea_products
 import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
+from sea_products import SIDE, SPACING, STEP, scene, written
 
-from seamap_rt.cli import main
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.dataset import check
-from seamap_rt.errors import InputError, NoBackend
-from seamap_rt.io.seafile import ROUNDING
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.mesh.surface import sea_on_grid
-from seamap_rt.products import PRODUCTS, SeaProducts, write_sea, writing
-from seamap_rt.products.asked import square, times_of
+from seamap_rt.products import SeaProducts, write_sea
 from seamap_rt.products.camera import Camera, facets_under
-from seamap_rt.products.spectrum import directional_spectrum
+from seamap_rt.products.sampling import square
+from seamap_rt.products.writing import ROUNDING
 from seamap_rt.report.sea_statistics import asked_height, chance_of_height
-from seamap_rt.scene import Scene, load_scene
+from seamap_rt.scene import Scene
 from seamap_rt.sea import Sea, realize
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import tracer
 
-SIDE, SPACING, STEP = 60.0, 0.25, 0.05  # m, m, s
-DRAW, DRAW_FROM_MAST = writing._draw, writing._draw_from_mast
+without_pictures = sea_products.without_pictures  # a fixture of every test
 
 # Name, units and CF standard name (table 85) of what is on file, typed from the conventions and not from the schema.
 CF = {
@@ -59,40 +55,6 @@ CF_SPECTRUM = {
     "system_period": ("s", "sea_surface_wave_period_at_variance_spectral_density_maximum"),
     "system_direction": ("degree", "sea_surface_wave_from_direction"),
 }
-
-
-def scene(**keys: Any) -> Scene:
-    """A small wind sea on a current; the radar looks at a sector of it that spans north."""
-    small: dict[str, Any] = {
-        "sea__extent_m": 128.0,
-        "sea__resolution_m": 1.6,
-        "sea__current_m_s": 0.8,
-        "sea__current_toward_deg": 20.0,
-        "sea__waves__0__significant_wave_height_m": 0.9,
-        "sea__waves__0__peak_period_s": 4.0,
-        "sea__waves__0__wave_from_deg": 300.0,
-        "radar__range_m": [12.0, 30.0],
-        "radar__sector_deg": [250.0, 400.0],
-        "radar__height_m": 3.0,
-        "tracing__tracer": "horizon",
-    }
-    return load_scene("tiny", overrides={key.replace("__", "."): value for key, value in (small | keys).items()})
-
-
-@pytest.fixture(scope="module", autouse=True)
-def without_pictures() -> Iterator[None]:
-    """Pictures are tested on their own: most of the time would go into them."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(writing, "_draw", lambda *_: ())
-        patch.setattr(writing, "_draw_from_mast", lambda *_: ())
-        yield
-
-
-def written(folder: Path, made: Scene, **options: Any) -> tuple[xr.Dataset, SeaProducts]:
-    """The fields on file, in memory, time in seconds."""
-    result = write_sea(made, folder, **options)
-    with xr.open_dataset(folder / "sea.nc", decode_times=False) as fields:
-        return fields.load(), result
 
 
 Filed = tuple[xr.Dataset, SeaProducts, Scene]
@@ -349,186 +311,3 @@ def test_drowned_antennas_see_nothing() -> None:
     wet = camera_of(made, places, Spiked(flat.trains, flat.surface, flat.resolved)).moment(0.0)["visible"].values
     assert_array_equal(np.unique(dry), [-1, 2])
     assert_array_equal(np.unique(wet), [-1, 0])
-
-
-# ---------------------------------------------------------------------------------------------------- the spectrum
-
-
-def mixed() -> Scene:
-    waves = [
-        {"spectrum": "jonswap", "significant_wave_height_m": 0.9, "peak_period_s": 4.0, "wave_from_deg": 300.0},
-        {"spectrum": "flat"},
-        {
-            "spectrum": "jonswap",
-            "significant_wave_height_m": 0.5,
-            "peak_period_s": 3.0,
-            "wave_from_deg": 30.0,
-            "spreading": "long_crested",
-        },
-        {"spectrum": "sinusoid", "height_m": 0.3, "wavelength_m": 20.0, "wave_from_deg": 200.0},
-    ]
-    return scene(sea__waves=waves, sea__depth_m=15.0)
-
-
-def test_spectrum_holds_each_systems_height_and_direction() -> None:
-    made = mixed()
-    spectrum = directional_spectrum(made, Simulator(made).sea)
-    assert_array_equal(spectrum["system"].values, [0, 2, 3])
-    assert_array_equal(spectrum["system_kind"].values, [0, 1, 2])
-    assert_allclose(spectrum["system_direction"].values, [300.0, 30.0, 200.0], atol=1e-9)
-    assert_allclose(spectrum["system_height"].values, [0.9, 0.5, 0.3], rtol=1e-6)
-    frequency = spectrum["frequency"].values
-    of_systems = spectrum["system_spectrum"].values
-    # 240 points by the trapezoid rule, and up to six times the peak: 1 − 0.1 % of the height.
-    heights = 4.0 * np.sqrt(np.trapezoid(of_systems, frequency, axis=1))
-    assert_allclose(heights, [0.9, 0.5, 0.0], rtol=3e-3)
-    assert_allclose(1.0 / frequency[of_systems[:2].argmax(axis=1)], [4.0, 3.0], rtol=0.01)  # half a step
-    assert_allclose(spectrum["frequency_spectrum"].values, of_systems.sum(axis=0))
-    plane = spectrum["directional_spectrum"].values
-    # Over the circle the sum is exact but for the spreading's harmonics beyond 90: none of cos^20(θ/2) has any.
-    assert_allclose(2.0 * plane.sum(axis=1), of_systems[0], rtol=1e-9)
-    assert spectrum["direction"].values[plane.sum(axis=0).argmax()] == 300.0
-
-
-def test_file_of_a_mixed_and_of_no_sea_can_be_written(tmp_path: Path) -> None:
-    for name, made in (("mixed", mixed()), ("none", scene(sea__waves=[]))):
-        fields, result = written(tmp_path / name, made, times="0", side=40.0, spacing=1.0)
-        assert np.isfinite(fields["sea_surface_height"].values).all()
-        assert "significant height" in (tmp_path / name / "statistics.txt").read_text()
-        assert "nan" not in (tmp_path / name / "statistics.txt").read_text()
-        with xr.open_dataset(tmp_path / name / "sea.nc", group="spectrum") as spectrum:
-            assert spectrum.sizes["system"] == len([1 for each in made.sea.waves if each.spectrum != "flat"])
-        assert result.headline().startswith("Hs ")
-
-
-# ------------------------------------------------------------------------------------------------ what is refused
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("0:5:0.5", np.arange(11) * 0.5),
-        ("0:1:0.3", [0.0, 0.3, 0.6, 0.9]),
-        ("0:0.3:0.1", [0.0, 0.1, 0.2, 0.3]),
-        ("2:2:1", [2.0]),
-        ("1,2.5,4", [1.0, 2.5, 4.0]),
-        ("3", [3.0]),
-    ],
-)
-def test_times_are_read(text: str, expected: Any) -> None:
-    assert_allclose(times_of(text), expected, atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", "is not times"),
-        ("now", "is not times"),
-        ("1,,2", "is not times"),
-        ("0:5", "three numbers"),
-        ("0:1:2:3", "three numbers"),
-        ("0,1:2", "three numbers"),
-        ("5:0:1", "STOP at least START"),
-        ("0:5:0", "STEP must be greater than 0"),
-        ("0:5:-1", "STEP must be greater than 0"),
-        ("0:1e9:0.1", "1e[+]10 times"),
-        ("1,0", "later than the one before"),
-        ("1,1", "later than the one before"),
-        ("nan", "finite"),
-        ("0:inf:1", "finite"),
-    ],
-)
-def test_times_that_are_none_are_refused(text: str, words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        times_of(text)
-
-
-def test_default_square_is_the_range_circle_at_what_is_resolved() -> None:
-    places = square(scene())
-    assert_allclose(places[1] - places[0], 1.6, rtol=0.02)  # a whole number of points fills the side
-    assert_allclose(places[-1] - places[0] + places[1] - places[0], 60.0)
-    assert_allclose(places, -places[::-1], atol=1e-12)
-    wide = load_scene("choppy_sea")
-    assert_allclose(np.diff(square(wide)), 800.0 / 512.0)
-    assert square(load_scene("long_crested_swell", overrides={"sea.extent_m": 200.0}))[-1] < 100.0
-
-
-@pytest.fixture
-def call(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    """`seamap-rt sea` in this process, in an empty folder; SIGTERM is given back as it was."""
-    monkeypatch.chdir(tmp_path)
-    before = signal.getsignal(signal.SIGTERM)
-    Path("small.toml").write_text(scene().to_toml())
-
-    def run(*arguments: Any) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as end:
-            main(["sea", "small.toml", *(str(argument) for argument in arguments)])
-        said = capsys.readouterr()
-        assert isinstance(end.value.code, int)
-        return end.value.code, said.out, said.err
-
-    yield run
-    signal.signal(signal.SIGTERM, before)
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("--times", "3:1:1"), "--times = '3:1:1'"),
-        (("--times", "0:5:0"), "STEP must be greater than 0"),
-        (("--side", "0"), "--side = 0"),
-        (("--side", "nan"), "--side = nan"),
-        (("--side", "129"), "at most 128, sea.extent_m"),
-        (("--spacing", "61"), "half of --side"),
-        (("--spacing", "-1"), "--spacing = -1"),
-        (("--spacing", "0.01"), "GB of memory"),
-        (("--spacing", "0.02", "--times", "0:500:0.1"), "GB"),
-        (("--side", "wide"), "wide"),
-        (("--set", "sea.wavs=1"), "sea.wavs"),
-        (("--set", "sea.extent_m"), "KEY=VALUE"),
-    ],
-)
-def test_bad_input_is_one_line(call: Any, options: tuple[str, ...], words: str) -> None:
-    code, out, err = call("--out", "results", *options)
-    assert (code, out) == (2, "")
-    assert err.startswith("seamap-rt: ")
-    assert err.count("\n") == 1
-    assert words in err
-    assert not list(Path("results").glob("*"))
-
-
-def test_command_writes_everything_and_says_so(call: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With the pictures, but for the one from the mast, which here finds no backend: that is a line, not an end."""
-
-    def refused(*_: Any, **__: Any) -> None:
-        raise NoBackend("no LLVM was found; install one")
-
-    monkeypatch.setattr(writing, "_draw", DRAW)
-    monkeypatch.setattr(writing, "_draw_from_mast", DRAW_FROM_MAST)
-    monkeypatch.setattr("seamap_rt.tracing.picture.render_from_mast", refused)
-    options = ("--out", "results", "--times", "0,0.4,1.2", "--spacing", "1", "--seed", "5")
-    code, out, err = call(*options)
-    assert (code, err) == (0, "")
-    lines = out.splitlines()
-    assert lines[0] == "from_mast.png is left out: no LLVM was found; install one"
-    assert lines[1].startswith("Hs 0.")
-    assert "0.90 m asked for" in lines[1]
-    assert lines[2].startswith("results/sea.nc (with statistics.txt, ")
-    left = {path.name for path in Path("results").iterdir()}
-    assert left == set(PRODUCTS) - {"from_mast.png"}
-    with xr.open_dataset("results/sea.nc", decode_times=False) as fields:
-        assert_allclose(fields["time"].values, [0.0, 0.4, 1.2])
-        assert fields.attrs["seed"] == 5
-    assert call(*options)[0] == 2  # another run's results
-    code, out, err = call("--out", "results", "--times", "0", "--spacing", "2", "--overwrite")
-    assert code == 0
-    assert "sea.gif is left out: it needs two times" in out
-    assert not Path("results/sea.gif").exists()
-
-
-def test_a_sea_of_which_nothing_is_resolved_can_be_written(tmp_path: Path) -> None:
-    ripples = {"spectrum": "jonswap", "significant_wave_height_m": 0.1, "peak_period_s": 0.5}
-    file, made = written(tmp_path, scene(sea__waves=[ripples], sea__resolution_m=15.0))
-    assert not file["sea_surface_height"].values.any()
-    assert_allclose(file.attrs["sea_significant_wave_height"], 0.1, rtol=1e-3)
-    assert "0.10 m asked for" in made.headline()

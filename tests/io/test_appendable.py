@@ -15,10 +15,8 @@ import resource, sys
 from pathlib import Path
 import numpy as np
 import xarray as xr
-from seamap_rt.gauges import GaugeFile
-from seamap_rt.io.growing import all_or_none
-from seamap_rt.io.seafile import SeaFile
-from seamap_rt.io.turnfile import TurnFile
+from seamap_rt.io.appendable import AppendableNetCDF
+from seamap_rt.products.writing import sea_file
 
 def limit(size):
     '''No file of this process may grow beyond so many bytes: EFBIG, which HDF5 meets as it meets a full disk.'''
@@ -32,6 +30,9 @@ def tree(turn, side):
 def moment(turn, side):
     values = np.random.default_rng(turn).normal(size=(1, side, side))
     return xr.Dataset({"height": xr.Variable(("time", "y", "x"), values, {"units": "?"})}, {"time": [float(turn)]})
+
+def spectrum():
+    return xr.Dataset({"density": ("k", np.ones(3))}, {"k": np.arange(3.0)})
 
 def series(turn, samples):
     heights = np.full((1, samples), float(turn))
@@ -55,9 +56,9 @@ def alone(script: str, folder: Path) -> str:
 
 
 KINDS = [
-    ("TurnFile(Path('it.nc'))", "tree(turn, 128)", "polar"),
-    ("SeaFile(Path('it.nc'), {})", "moment(turn, 256)", "/"),
-    ("GaugeFile(Path('it.nc'))", "series(turn, 20_000)", "/"),
+    ("AppendableNetCDF(Path('it.nc'))", "tree(turn, 128)", "polar"),
+    ("sea_file(Path('it.nc'), spectrum())", "moment(turn, 256)", "/"),
+    ("AppendableNetCDF(Path('it.nc'), ('turn', 'sample'))", "series(turn, 20_000)", "/"),
 ]
 
 
@@ -97,13 +98,9 @@ def test_a_turn_that_is_given_back_goes(tmp_path: Path, file: str, made: str, gr
             with {file} as file:
                 for turn in range(2):
                     file.append({made})
-                try:
-                    with all_or_none(file):
-                        if given_back:
-                            file.append({made})
-                        raise InterruptedError
-                except InterruptedError:
-                    pass
+                if given_back:
+                    file.append({made})
+                    file.take_back()
             Path("it.nc").rename(f"{{given_back}}.nc")
         """,
         tmp_path,
@@ -117,7 +114,7 @@ def test_room_that_a_turn_does_not_need_is_given_back(tmp_path: Path) -> None:
     alone(
         """
         for turns in (1, 20):
-            with TurnFile(Path(f"{turns}.nc")) as file:
+            with AppendableNetCDF(Path(f"{turns}.nc")) as file:
                 for turn in range(turns):
                     file.append(tree(turn, 4))
         """,
@@ -131,14 +128,17 @@ def test_room_that_a_turn_does_not_need_is_given_back(tmp_path: Path) -> None:
 def test_a_turn_that_one_file_cannot_take_is_in_none(tmp_path: Path) -> None:
     said = alone(
         """
+        from seamap_rt.session import FileSink, FinishedTurn, deliver
+
+        def large(turn):
+            if turn.number == 3:
+                limit(2_000_000)
+            return tree(turn.number, 256)
+
+        turns = (FinishedTurn(n, None, None, None, {"total": 0.0}, {}) for n in range(100))
+        small_sink = FileSink(AppendableNetCDF(Path("small.nc")), lambda turn: tree(turn.number, 16))
         try:
-            with TurnFile(Path("small.nc")) as small, TurnFile(Path("large.nc")) as large:
-                for turn in range(100):
-                    with all_or_none(small, large):
-                        small.append(tree(turn, 16))
-                        if turn == 3:
-                            limit(2_000_000)
-                        large.append(tree(turn, 256))
+            deliver(turns, [small_sink, FileSink(AppendableNetCDF(Path("large.nc")), large)])
         except OSError as error:
             print(error.filename)
         """,
@@ -155,7 +155,7 @@ def test_no_turn_leaves_no_file(tmp_path: Path) -> None:
         """
         limit(100_000)
         try:
-            with TurnFile(Path("none.nc")) as file:
+            with AppendableNetCDF(Path("none.nc")) as file:
                 file.append(tree(0, 128))
         except OSError as error:
             print(error.filename, error.strerror)
@@ -178,7 +178,7 @@ def test_file_systems_that_give_no_word_are_written_to(tmp_path: Path, answer: s
             del os.posix_fallocate
         else:
             os.posix_fallocate = refuse
-        with TurnFile(Path("it.nc")) as file:
+        with AppendableNetCDF(Path("it.nc")) as file:
             for turn in range(3):
                 file.append(tree(turn, 16))
         """,

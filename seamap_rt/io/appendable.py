@@ -1,0 +1,205 @@
+"""A NetCDF file that grows turn by turn and appears under its own name, whole, even where the disk fills."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import h5netcdf
+import h5py
+import numpy as np
+import xarray as xr
+
+# Room that HDF5 takes beside the values, at most:
+_INDEX_BYTES = 16384  # of a variable in a turn: its header at first, then the trees of its chunks
+_CHUNK_BYTES = 16384  # of a variable whose last dimension grows: HDF5 takes whole chunks, of some kilobytes
+_INCOMPRESSIBLE = 1.01  # zlib lets what it cannot compress grow by less than this
+
+_LONGEST_CHUNK = 1024  # points a side of a compressed chunk
+_COMPRESSION = 4  # of zlib's levels; higher ones gain a few per cent
+
+
+class AppendableNetCDF:
+    """A NetCDF file that is written beside its own name, and takes that name when it is closed.
+
+    Leaving the context by an exception closes it too: whole turns stay readable. Nothing appears if there are none.
+    `length` counts what is complete of each dimension that grows; what is beyond it goes when the file is closed.
+
+    path: the file's own name. growing: names of the dimensions that grow; a variable has one of them at most, and one
+    that has none is written with the first turn. constant: groups that do not grow, by name. compressed: fields (a
+    growing first dimension and others) are packed by zlib. rounding: by unit, the step to whose multiples fields are
+    rounded, and say so in their `comment`.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        growing: tuple[str, ...] = ("turn",),
+        *,
+        constant: Mapping[str, xr.Dataset] | None = None,
+        compressed: bool = False,
+        rounding: Mapping[str, float] | None = None,
+    ) -> None:
+        self.path = path
+        self.length = self._before = dict.fromkeys(growing, 0)
+        self._constant, self._compressed, self._rounding = constant or {}, compressed, rounding or {}
+        self._part = path.with_name(f".{path.name}.part")
+        self._part.unlink(missing_ok=True)
+        self._hdf5: h5py.File | None = None
+        self._file: h5netcdf.File | None = None
+        self._grows: list[tuple[h5netcdf.Group, str]] = []  # groups and the dimensions that grow in them
+
+    @property
+    def complete(self) -> int:
+        """How many turns are whole: the length of the first dimension that grows."""
+        return next(iter(self.length.values()))
+
+    def append(self, data: xr.Dataset | xr.DataTree) -> None:
+        """Append one turn or more: a dataset, or a tree with a group for each of its children.
+
+        Raises OSError, and stays as it was, where the disk has no room for it.
+        """
+        groups = {"": data} if isinstance(data, xr.Dataset) else _groups(data)
+        new = not self._grows
+        file = self._opened([*groups.values(), *(self._constant.values() if new else ())])
+        if new:
+            for name, dataset in (groups | dict(self._constant)).items():
+                self._create(file.create_group(name) if name else file, dataset)
+        sizes = {name: next((d.sizes[name] for d in groups.values() if name in d.sizes), 0) for name in self.length}
+        end = {name: length + sizes[name] for name, length in self.length.items()}
+        for group, name in self._grows:
+            group.resize_dimension(name, end[name])
+        for group_name, dataset in groups.items():
+            group = file[group_name] if group_name else file
+            for name, variable in dataset.variables.items():
+                dimension = self._growing(variable)
+                if dimension is not None:
+                    beyond = slice(self.length[dimension], end[dimension])
+                    at = tuple(beyond if dim == dimension else slice(None) for dim in variable.dims)
+                    group.variables[str(name)][at] = self._rounded(variable)
+        self._count(end)
+
+    def take_back(self) -> None:
+        """Forget what was appended last."""
+        self.length = self._before
+
+    def close(self) -> None:
+        """Finish the file; a turn that failed halfway, or was taken back, goes."""
+        if self._hdf5 is not None and self._file is not None:
+            if self.complete:
+                for group, name in self._grows:
+                    group.resize_dimension(name, self.length[name])
+            self._file.close()
+            self._hdf5.close()
+            self._file = self._hdf5 = None
+            if self.complete:
+                os.replace(self._part, self.path)
+        self._part.unlink(missing_ok=True)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    # --------------------------------------------------------------------------------------------- room on the disk
+
+    def _opened(self, datasets: list[xr.Dataset]) -> h5netcdf.File:
+        """The file, with the file system's promise that so much can follow. OSError if it gives none.
+
+        HDF5 itself may crash, as late as at the end of the process, if it finds the disk full while it writes. Where
+        the system (macOS) or the file system knows no such promise, the file is written without it.
+        """
+        if self._hdf5 is None or self._file is None:
+            self._hdf5 = h5py.File(self._part, "w", track_order=True)
+            self._file = h5netcdf.File(self._hdf5, "w")
+        handle, size = os.open(self._part, os.O_RDWR), self._hdf5.id.get_filesize()
+        try:
+            if hasattr(os, "posix_fallocate"):
+                os.posix_fallocate(handle, size, self._room(datasets))
+        except OSError as error:
+            if error.errno in (errno.EINVAL, errno.EOPNOTSUPP):
+                return self._file
+            os.ftruncate(handle, size)  # some file systems keep the part of the room that they had
+            raise OSError(error.errno, os.strerror(error.errno or 0), str(self.path)) from None
+        finally:
+            os.close(handle)
+        return self._file
+
+    def _room(self, datasets: list[xr.Dataset]) -> int:
+        """The most bytes that the datasets can take."""
+        variables = [variable for dataset in datasets for variable in dataset.variables.values()]
+        values = sum(variable.nbytes for variable in variables) * (_INCOMPRESSIBLE if self._compressed else 1.0)
+        chunks = sum(_CHUNK_BYTES for each in variables if each.ndim > 1 and each.dims[-1] in self.length)
+        return int(values) + chunks + _INDEX_BYTES * (16 + len(variables))
+
+    def _count(self, length: dict[str, int]) -> None:
+        """What was written is complete, and room that it did not need is given back."""
+        assert self._hdf5 is not None
+        assert self._file is not None
+        self._file.flush()  # it ties dimensions to variables only now, which takes room too
+        self._hdf5.flush()
+        os.truncate(self._part, self._hdf5.id.get_filesize())
+        self._before, self.length = self.length, length
+
+    # ------------------------------------------------------------------------------------------------- the variables
+
+    def _create(self, group: h5netcdf.Group, dataset: xr.Dataset) -> None:
+        """Dimensions, attributes and variables of a group; the values of those that do not grow."""
+        group.dimensions = {str(d): (None if d in self.length else int(n)) for d, n in dataset.sizes.items()}
+        self._grows += [(group, name) for name in self.length if name in dataset.sizes]
+        group.attrs.update({str(k): v for k, v in dataset.attrs.items()})
+        for key, variable in dataset.variables.items():
+            text = variable.dtype.kind in "UO"
+            kind = h5py.string_dtype() if text else variable.dtype
+            fill = np.nan if variable.dtype.kind == "f" else None
+            dims = tuple(str(d) for d in variable.dims)
+            made = group.create_variable(str(key), dims, kind, fillvalue=fill, **self._layout(variable))
+            made.attrs.update(self._attributes(variable))
+            if self._growing(variable) is None:
+                made[...] = variable.values.astype(object) if text else variable.values
+        coordinates = [str(name) for name in dataset.coords if name not in dataset.dims]
+        if coordinates:
+            group.attrs["coordinates"] = " ".join(coordinates)
+
+    def _growing(self, variable: xr.Variable) -> str | None:
+        return next((name for name in self.length if name in variable.dims), None)
+
+    def _is_field(self, variable: xr.Variable) -> bool:
+        return variable.ndim > 1 and variable.dims[0] in self.length
+
+    def _layout(self, variable: xr.Variable) -> dict[str, Any]:
+        """Chunks: one turn of a field, so that a turn takes as much of the disk as it holds; else as HDF5 likes."""
+        if not self._is_field(variable):
+            return {}
+        if not self._compressed:
+            return {"chunks": (1, *variable.shape[1:])}
+        chunks = (1, *(min(size, _LONGEST_CHUNK) for size in variable.shape[1:]))
+        return {"chunks": chunks, "compression": "gzip", "compression_opts": _COMPRESSION, "shuffle": True}
+
+    def _step(self, variable: xr.Variable) -> float | None:
+        """To whose multiples a variable is rounded; None where it is kept as it is."""
+        field = self._is_field(variable) and variable.dtype.kind == "f"
+        return self._rounding.get(variable.attrs.get("units", "")) if field else None
+
+    def _rounded(self, variable: xr.Variable) -> np.ndarray[Any, Any]:
+        step = self._step(variable)
+        return variable.values if step is None else step * np.round(variable.values / step)
+
+    def _attributes(self, variable: xr.Variable) -> dict[str, Any]:
+        attributes = {str(k): v for k, v in variable.attrs.items()}
+        step = self._step(variable)
+        if step is not None:
+            before = f"{attributes['comment']}; " if "comment" in attributes else ""
+            attributes["comment"] = f"{before}rounded to multiples of {step:.3g}"
+        return attributes
+
+
+def _groups(tree: xr.DataTree) -> dict[str, xr.Dataset]:
+    return {str(node.name): node.to_dataset() for node in tree.children.values()}

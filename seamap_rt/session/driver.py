@@ -1,0 +1,137 @@
+"""The one driver: a scene is simulated and retrieved turn by turn, and each finished turn goes to all sinks or none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+import xarray as xr
+
+from ..interferometry import retrieve_one
+from ..io.interrupts import uninterrupted
+from ..scene import Scene
+from ..simulation import Simulator, Stopwatch, Turn
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class FinishedTurn:
+    """One turn of the antenna, simulated and, where that was wanted, retrieved.
+
+    number: from 0. echoes: schema `echoes`. truth: groups `polar` and `ground` (schemas `truth/…`), each with `turn` of
+    length 1. maps: the same groups of `maps/…`; None where the turn was not retrieved. timing: seconds by stage, and
+    `total`. counts: `facets`, `rays`, `slope_rms_look` (of the facets, along the look), `folded_share` (of the mesh's
+    points under a crest that folds over) and, with maps, `ground_cells` (that the beam passed).
+    """
+
+    number: int
+    echoes: xr.Dataset
+    truth: xr.DataTree
+    maps: xr.DataTree | None
+    timing: dict[str, float]
+    counts: dict[str, float]
+
+
+class TurnFigures(NamedTuple):
+    """What is kept of a turn when its arrays have gone; `timing` holds the sinks' stages too."""
+
+    timing: dict[str, float]
+    counts: dict[str, float]
+
+
+class Sink(Protocol):
+    """Whoever takes finished turns: a context manager, entered before the first turn and left after the last.
+
+    `stage` names what it does in the run's timing. Left by an exception it keeps the turns that it has taken.
+    """
+
+    stage: str
+
+    def turn(self, turn: FinishedTurn) -> None:
+        """Take a turn, or raise and be as before it."""
+        ...
+
+    def take_back(self) -> None:
+        """Forget the turn taken last: another sink could not take it."""
+        ...
+
+    def __enter__(self) -> Any: ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> bool | None: ...
+
+
+def iterate(
+    scene: Scene, *, simulator: Simulator | None = None, retrieved: bool = True, progress: Progress | None = None
+) -> Iterator[FinishedTurn]:
+    """Simulate and retrieve a scene, and yield its turns one by one, as they are finished.
+
+        for turn in iterate(scene):
+            print(turn.number, float(turn.maps["polar"]["height"].std()))
+
+    Memory holds one turn, if the caller keeps none. The maps never see the truth. simulator: the scene's, where the
+    caller wants its sea and its mast too; made here if left out. retrieved: False leaves the maps out. progress: told
+    in a line what begins. Raises InputError for a scene that cannot be simulated, NoBackend if rays are asked for and
+    cannot be traced: at the first turn, or where the Simulator is made.
+    """
+    say = progress or (lambda _: None)
+    simulator = simulator or Simulator(scene)
+    for number in range(scene.turns):
+        yield _finished(simulator, number, retrieved, say)
+
+
+def _finished(simulator: Simulator, number: int, retrieved: bool, say: Progress) -> FinishedTurn:
+    scene, clock = simulator.scene, Stopwatch()
+    say(f"turn {number + 1} of {scene.turns}: simulating")
+    turn = simulator.turn(number)
+    maps, counts = None, _counts(turn)
+    if retrieved:
+        say(f"turn {number + 1} of {scene.turns}: retrieving")
+        with clock("retrieve"):
+            maps = retrieve_one(turn.echoes, scene.retrieval)
+        counts["ground_cells"] = int(np.isfinite(maps["ground"].to_dataset()["time"].values).sum())
+    return FinishedTurn(number, turn.echoes, turn.truth, maps, _added(turn.timing, clock.seconds), counts)
+
+
+def _counts(turn: Turn) -> dict[str, float]:
+    return {
+        "facets": turn.facets,
+        "rays": turn.rays,
+        "slope_rms_look": turn.slope_rms_look,
+        "folded_share": turn.folded_share,
+    }
+
+
+def deliver(turns: Iterable[FinishedTurn], sinks: Sequence[Sink]) -> list[TurnFigures]:
+    """Give each turn to all sinks, in their order, and return the turns' figures.
+
+    A turn that one sink cannot take is taken back from the others, and the error raised: what the sinks hold ends with
+    the same whole turn. Ctrl-C and SIGTERM wait until all have taken the turn.
+    """
+    figures: list[TurnFigures] = []
+    with ExitStack() as entered:
+        for sink in sinks:
+            entered.enter_context(sink)
+        for turn in turns:
+            clock = Stopwatch()
+            with uninterrupted(), ExitStack() as undo:
+                for sink in sinks:
+                    with clock(sink.stage):
+                        sink.turn(turn)
+                    undo.callback(sink.take_back)
+                undo.pop_all()
+            figures.append(TurnFigures(_added(turn.timing, clock.seconds), turn.counts))
+            del turn  # so that memory does not hold it beside the next one
+    return figures
+
+
+def _added(first: dict[str, float], then: dict[str, float]) -> dict[str, float]:
+    """Seconds by stage of a turn, those of a further step added; the total grows by them."""
+    stages = {stage: first.get(stage, 0.0) + then.get(stage, 0.0) for stage in (*first, *then)}
+    return {**stages, "total": first["total"] + sum(then.values())}

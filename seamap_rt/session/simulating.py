@@ -1,0 +1,66 @@
+"""A scene's echoes and the truth beside them, in memory or on the disk."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from ..errors import InputError
+from ..interferometry import open_echoes
+from ..io.appendable import AppendableNetCDF
+from ..io.echo_store import EchoStore
+from ..report.facts import run_facts
+from ..scene import Scene
+from ..simulation import Simulator
+from .driver import deliver, iterate
+from .sinks import FileSink, Memory
+
+PRODUCTS = ("echoes.zarr", "truth.nc")
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """Echoes and truth of a whole run, and what is known of how it was made.
+
+    echoes: schema `echoes`. truth: groups `polar` and `ground` (schemas `truth/…`). timing: seconds by stage, turn by
+    turn. facts: what was modelled, what was left out, and the parts of metrics.json that describe mesh and sea.
+    """
+
+    echoes: xr.Dataset
+    truth: xr.DataTree
+    timing: list[dict[str, float]]
+    facts: dict[str, Any]
+
+
+def simulate(scene: Scene, out: str | Path | None = None, *, overwrite: bool = False) -> Simulation:
+    """Simulate all turns of a scene.
+
+    out: a folder into which `echoes.zarr` and `truth.nc` are streamed turn by turn, so that memory holds one turn; the
+    datasets of the result are then read from there. Without it everything stays in memory. Earlier echoes or truth in
+    that folder are replaced only with `overwrite`.
+    Raises InputError for a scene that cannot be simulated, NoBackend if rays are asked for and cannot be traced.
+    """
+    simulator = Simulator(scene)
+    turns = iterate(scene, simulator=simulator, retrieved=False)
+    if out is None:
+        memory = Memory()
+        figures = deliver(turns, [memory])
+        echoes, truth = memory.echoes, memory.truth
+    else:
+        folder = _prepared(Path(out), overwrite)
+        store, file = EchoStore(folder / "echoes.zarr"), AppendableNetCDF(folder / "truth.nc")
+        figures = deliver(turns, [FileSink(file, lambda t: t.truth), FileSink(store, lambda t: t.echoes)])
+        echoes, truth = open_echoes(store.path), xr.open_datatree(file.path)
+    facts = run_facts(scene, simulator.sea, simulator.surface)
+    return Simulation(echoes, truth, [turn.timing for turn in figures], facts)
+
+
+def _prepared(folder: Path, overwrite: bool) -> Path:
+    for name in PRODUCTS:
+        if (folder / name).exists() and not overwrite:
+            raise InputError(f"out = '{folder}': holds an earlier {name}; choose another folder, or overwrite it")
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder

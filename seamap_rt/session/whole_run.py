@@ -1,0 +1,176 @@
+"""One whole run: simulate, retrieve, compare, draw, into a folder that no other run's results are lost in."""
+
+from __future__ import annotations
+
+import errno
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from ..compute.machine import peak_memory
+from ..gauges import judge
+from ..interferometry import open_echoes
+from ..io.appendable import AppendableNetCDF
+from ..io.echo_store import EchoStore
+from ..io.plain_json import to_json
+from ..io.results_folder import clear_folder, prepare_folder, write_whole
+from ..metrics import compare
+from ..radar.scan import sector_width, turn_duration
+from ..report import write_report
+from ..report.facts import run_facts
+from ..scene import Scene
+from ..simulation import Simulator
+from ..wavefield import sea_state
+from ..wavefield.sea_state import in_words
+from .driver import Progress, Sink, TurnFigures, deliver, iterate
+from .sinks import FileSink, gauge_sink
+
+PRODUCTS = (
+    "scene.toml",
+    "echoes.zarr",
+    "maps.nc",
+    "truth.nc",
+    "gauges.nc",
+    "metrics.json",
+    "report.html",
+    "evolution.gif",
+)
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What a run left behind: its folder, and the content of metrics.json."""
+
+    folder: Path
+    metrics: dict[str, Any]
+
+
+def run(
+    scene: Scene, out: str | Path | None = None, *, overwrite: bool = False, progress: Progress | None = None
+) -> RunResult:
+    """Simulate, retrieve, compare and draw all turns of a scene into a folder (default `runs/<scene>-<seed>`).
+
+    Results stream turn by turn, so memory holds one turn. Interrupted, complete turns stay readable. progress: told in
+    a line what begins. Raises InputError for bad input, NoBackend if rays cannot be traced.
+    """
+    say = progress or (lambda _: None)
+    start = time.perf_counter()
+    folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-{scene.seed}"
+    prepare_folder(folder, overwrite, PRODUCTS)
+    say("preparing the sea and the tracer")
+    simulator = Simulator(scene)
+    clear_folder(folder, PRODUCTS)
+    write_whole(folder / "scene.toml", scene.to_toml())
+    truth_file = AppendableNetCDF(folder / "truth.nc")
+    with _stating_what_is_left(truth_file, scene.turns):
+        figures = deliver(
+            iterate(scene, simulator=simulator, progress=progress), _file_sinks(folder, simulator, truth_file)
+        )
+    say("comparing and drawing")
+    gauges = _read_gauges(folder) if scene.gauges else None
+    with xr.open_datatree(folder / "maps.nc") as maps, xr.open_datatree(folder / "truth.nc") as truth:
+        metrics = _metrics(simulator, maps, truth, gauges, figures)
+        metrics["run_s"] = time.perf_counter() - start
+        write_report(folder, scene, maps, truth, metrics, open_echoes(folder / "echoes.zarr"), gauges)
+    metrics["run_s"] = time.perf_counter() - start
+    metrics["peak_memory_bytes"] = peak_memory()
+    write_whole(folder / "metrics.json", to_json(metrics))
+    return RunResult(folder, metrics)
+
+
+def _file_sinks(folder: Path, simulator: Simulator, truth_file: AppendableNetCDF) -> list[Sink]:
+    """The files of a run that grow with its turns. The echoes come last: it costs most to take them back."""
+    sinks: list[Sink] = [
+        FileSink(truth_file, lambda turn: turn.truth),
+        FileSink(AppendableNetCDF(folder / "maps.nc"), lambda turn: turn.maps),
+    ]
+    if simulator.scene.gauges:
+        sinks.append(gauge_sink(AppendableNetCDF(folder / "gauges.nc", ("turn", "sample")), simulator))
+    return [*sinks, FileSink(EchoStore(folder / "echoes.zarr"), lambda turn: turn.echoes)]
+
+
+@contextmanager
+def _stating_what_is_left(file: AppendableNetCDF, turns: int) -> Iterator[None]:
+    """An interruption, or a full disk, that says what is left."""
+    try:
+        yield
+    except BaseException as error:
+        whole = f"{file.complete} of {turns} turns are complete"
+        rest = "and stay readable; metrics.json and report.html are missing"
+        if not file.complete:  # a scene without results would look like another run's folder
+            file.path.with_name("scene.toml").unlink(missing_ok=True)
+            rest = "no results are left"
+        if isinstance(error, KeyboardInterrupt):
+            raise KeyboardInterrupt(f"{whole}, {rest}") from None
+        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+            raise OSError(error.errno, f"{error.strerror}; {whole}, {rest}", error.filename) from None
+        raise
+
+
+def _read_gauges(folder: Path) -> xr.Dataset:
+    """The gauges' whole record: some hundred bytes a turn."""
+    with xr.open_dataset(folder / "gauges.nc") as gauges:
+        return gauges.load()
+
+
+# ---------------------------------------------------------------------------------------------------- the metrics
+
+
+def _metrics(
+    simulator: Simulator,
+    maps: xr.DataTree,
+    truth: xr.DataTree,
+    gauges: xr.Dataset | None,
+    figures: Sequence[TurnFigures],
+) -> dict[str, Any]:
+    """The content of metrics.json, but for `run_s`."""
+    scene, timing = simulator.scene, _timing([turn.timing for turn in figures])
+    return {
+        "scene": scene.name,
+        "seed": scene.seed,
+        **compare(maps, truth),
+        **_sea_state(maps),
+        "gauges": judge(gauges) if gauges is not None else [],
+        "timing_s": timing,
+        "real_time_factor": _real_time_factor(scene, timing["warm"]),
+        **_counts([turn.counts for turn in figures]),
+        "peak_memory_bytes": peak_memory(),
+        **run_facts(scene, simulator.sea, simulator.surface, timing),
+    }
+
+
+def _counts(counts: Sequence[dict[str, float]]) -> dict[str, float]:
+    """Of the last turn, but for folded waves, of which the worst turn counts; and the share of the ground cells that
+    the first turn's beam passed which the last one's passes still."""
+    last, first_cells = dict(counts[-1]), counts[0]["ground_cells"]
+    covered = last.pop("ground_cells") / max(first_cells, 1)
+    return {"ground_covered": covered, **last, "folded_share": max(turn["folded_share"] for turn in counts)}
+
+
+def _sea_state(maps: xr.DataTree) -> dict[str, Any]:
+    """What the maps say of the sea, turn by turn, and in words."""
+    state = sea_state(maps)
+    return {
+        "sea_state": {str(name): values.values.tolist() for name, values in state.data_vars.items()},
+        "sea_state_in_words": in_words(state),
+    }
+
+
+def _timing(timings: Sequence[dict[str, float]]) -> dict[str, Any]:
+    """The first turn (which compiles and builds), and the mean of the warm ones if there are any."""
+    warm = timings[1:]
+    mean = {stage: sum(t.get(stage, 0.0) for t in warm) / len(warm) for stage in timings[0]} if warm else None
+    return {"first": timings[0], "warm": mean}
+
+
+def _real_time_factor(scene: Scene, warm: dict[str, float] | None) -> float | None:
+    """The turn's own duration over the wall time of sea, mesh, trace and echoes of a warm turn; None without one."""
+    if warm is None:
+        return None
+    busy = sum(warm[stage] for stage in ("sea", "mesh", "trace", "echoes"))
+    return turn_duration(scene.radar) * sector_width(scene.radar) / 360.0 / busy

@@ -1,0 +1,156 @@
+"""What the command line refuses, in one line each, and that nothing is lost by it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import command_line
+import pytest
+from command_line import DROWNED, PRODUCTS, assert_refused, ended, settings, start
+
+call, elsewhere = command_line.call, command_line.elsewhere  # fixtures
+pytestmark = pytest.mark.usefixtures("elsewhere")
+
+
+# ----------------------------------------------------------------------------------------- what is refused
+
+
+@pytest.mark.parametrize("command", ["run", "simulate"])
+@pytest.mark.parametrize(
+    ("pair", "words"),
+    [
+        ("radar.heigth_m=3", ("radar.heigth_m", "unknown key", "height_m")),
+        ("sea.waves.0.peak_periode_s=3", ("sea.waves.0.peak_periode_s", "unknown key", "peak_period_s")),
+        ("radar.range_m=[15,400]", ("sea.extent_m = 512", "at least 860", "range circle")),
+        ("radar.height_m=nan", ("radar.height_m = nan", "not a number")),
+        ("radar.range_m=[15,nan]", ("radar.range_m", "0 < near < far")),
+        ("radar.height_m=-5", ("radar.height_m = -5", "greater than 0")),
+        ("radar.height_m=high", ("radar.height_m", "number")),
+        ("radar.height_m", ("--set radar.height_m", "KEY=VALUE")),
+        ("=5", ("--set =5", "KEY=VALUE")),
+        ("tracing.tracer=photons", ("tracing.tracer", "facets", "horizon", "paths")),
+        ("turns=0", ("turns = 0", "at least 1")),
+    ],
+)
+def test_bad_settings_are_one_line(call: Any, command: str, pair: str, words: tuple[str, ...]) -> None:
+    assert_refused(call(command, "tiny", "--out", "results", "--set", pair), *words)
+    assert not Path("results").exists()
+
+
+def test_negative_wavelength_is_one_line(call: Any) -> None:
+    answer = call("run", "sinusoid", "--set", "sea.waves.0.wavelength_m=-40")
+    assert_refused(answer, "sea.waves.0.wavelength_m = -40", "greater than 0")
+
+
+@pytest.mark.parametrize("command", ["run", "simulate"])
+def test_antenna_under_water_at_time_0_is_one_line(call: Any, command: str) -> None:
+    pairs = [part for key, value in DROWNED.items() for part in ("--set", f"{key}={value}")]
+    answer = call(command, "sinusoid", "--out", "results", *pairs)
+    assert_refused(answer, "radar.height_m = 2.4", "lower antenna, at 2.30 m", "under water at time 0", "2.50 m")
+    assert not any(Path("results").glob("*"))
+
+
+def test_higher_crest_further_off_is_not_refused(call: Any) -> None:
+    """The same wave with its trough at the antenna and its crest, above it, half a wavelength away."""
+    pairs = DROWNED | {"sea.waves.0.phase_deg": 180.0, "radar.sector_deg": "[80,90]", "radar.range_m": "[15,60]"}
+    chosen = [part for key, value in pairs.items() for part in ("--set", f"{key}={value}")]
+    answer = call("simulate", "sinusoid", "--out", "results", "--set", "tracing.tracer=horizon", *chosen)
+    assert answer.code == 0, answer.err
+
+
+@pytest.mark.parametrize("command", ["run", "simulate"])
+@pytest.mark.parametrize("place", ["file/below", "file", "/proc/results", "/dev/null/results"])
+def test_unwritable_out_is_one_line(call: Any, command: str, place: str) -> None:
+    Path("file").write_text("in the way")
+    assert_refused(call(command, "tiny", *settings(), "--out", place), f"--out = '{place}'", "choose a folder")
+    assert Path("file").read_text() == "in the way"
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="permissions do not bind root")
+def test_read_only_out_is_one_line(call: Any) -> None:
+    Path("locked").mkdir(mode=0o500)
+    assert_refused(call("run", "tiny", *settings(), "--out", "locked"), "--out = 'locked'", "written")
+
+
+@pytest.mark.parametrize("text", ["a = = b", "[radar\n", "\x00\x01", "not toml at all"])
+def test_scene_that_is_not_toml_is_one_line(call: Any, text: str) -> None:
+    Path("bad.toml").write_text(text)
+    assert_refused(call("run", "bad.toml"), "bad.toml", "is not TOML")
+
+
+def test_missing_scene_is_one_line(call: Any) -> None:
+    assert_refused(call("run", "chopy_sea"), "chopy_sea", "choppy_sea")
+    assert_refused(call("run", "none.toml"), "none.toml")
+
+
+@pytest.mark.parametrize("product", PRODUCTS)
+def test_earlier_results_are_not_overwritten(call: Any, product: str) -> None:
+    Path("results").mkdir()
+    kept = Path("results", product)
+    kept.write_text("of another run")
+    answer = call("run", "tiny", *settings(), "--out", "results")
+    assert_refused(answer, "--out = 'results'", product, "--overwrite")
+    assert [path.name for path in Path("results").iterdir()] == [product]
+    assert kept.read_text() == "of another run"
+
+
+def test_simulate_minds_only_what_it_writes(call: Any) -> None:
+    Path("results").mkdir()
+    Path("results", "report.html").write_text("of another run")
+    assert call("simulate", "tiny", *settings(), "--out", "results").code == 0
+    assert_refused(call("simulate", "tiny", *settings(), "--out", "results"), "echoes.zarr", "--overwrite")
+    assert call("simulate", "tiny", *settings(), "--out", "results", "--overwrite").code == 0
+    assert Path("results", "report.html").read_text() == "of another run"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("run", "tiny", "--bogus", "3"), ("--bogus",)),
+        (("run", "tiny", "--set"), ("--set",)),
+        (("run", "tiny", "--turns", "many"), ("--turns", "many")),
+        (("run", "tiny", "--tracer", "photons"), ("tracing.tracer", "facets")),
+        (("run", "tiny", "--seed", "-1"), ("seed = -1",)),
+        (("run",), ("scene",)),
+        (("simulate", "tiny"), ("--out",)),
+        (("sail",), ("sail",)),
+        (("run", "tiny", "two"), ("two",)),
+    ],
+)
+def test_wrong_options_are_one_line(call: Any, arguments: tuple[str, ...], words: tuple[str, ...]) -> None:
+    assert_refused(call(*arguments), *words)
+
+
+def test_retrieve_refuses_what_holds_no_echoes(call: Any, tmp_path: Path) -> None:
+    Path("file").write_text("no store")
+    Path("empty").mkdir()
+    Path("broken").mkdir()
+    Path("broken", "zarr.json").write_text("{")
+    for name in ("file", "empty", "broken"):
+        assert_refused(call("retrieve", name, "--out", "maps"), f"ECHOES = '{name}'")
+    assert_refused(call("retrieve", "none"), "ECHOES = 'none'", "no such")
+    assert_refused(call("retrieve", "empty", "--set", "radar.height_m=3"), "radar.height_m", "retrieval.")
+    assert_refused(call("retrieve", "empty", "--set", "retrieval.cell_m=3"), "retrieval.cell_m", "unknown key")
+
+
+def test_refusals_reach_the_shell() -> None:
+    """As a process: exit code 2 and one line, nothing more on either stream."""
+    assert_refused(ended(start("run", "tiny", "--set", "radar.height_m=nan")), "radar.height_m = nan")
+
+
+# ------------------------------------------------------------------------------------------- refused, nothing lost
+
+
+def test_waves_that_do_not_fit_the_patch_are_one_line(call: Any) -> None:
+    answer = call("run", "tiny", *settings(), "--set", "sea.waves.0.peak_period_s=40", "--out", "long")
+    assert_refused(answer, "sea", "extent_m")
+
+
+def test_a_refused_overwrite_loses_nothing(call: Any) -> None:
+    assert call("run", "tiny", *settings(), "--out", "kept").code == 0
+    before = sorted(path.name for path in Path("kept").iterdir())
+    long_waves = ("--set", "sea.waves.0.peak_period_s=40")
+    assert_refused(call("run", "tiny", *settings(), *long_waves, "--out", "kept", "--overwrite"), "sea")
+    assert sorted(path.name for path in Path("kept").iterdir()) == before

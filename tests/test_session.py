@@ -1,0 +1,208 @@
+"""The one driver: turns come one by one, each goes to all sinks or to none, and memory holds one of them."""
+
+from __future__ import annotations
+
+import gc
+import weakref
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+import pytest
+import xarray as xr
+from numpy.testing import assert_array_equal
+
+import seamap_rt as sr
+from seamap_rt.dataset import check
+from seamap_rt.interferometry import open_echoes
+from seamap_rt.io.appendable import AppendableNetCDF
+from seamap_rt.io.echo_store import EchoStore
+from seamap_rt.scene import Scene, load_scene
+from seamap_rt.session import FileSink, FinishedTurn, Memory, deliver, iterate
+from seamap_rt.simulation import Simulator
+
+TURNS = 4
+
+
+def scene() -> Scene:
+    """A dozen degrees of sea out to 60 m, by the horizon tracer."""
+    small = {
+        "radar.range_m": [15.0, 60.0],
+        "radar.sector_deg": [260.0, 272.0],
+        "tracing.tracer": "horizon",
+        "sea.extent_m": 180.0,
+        "turns": TURNS,
+    }
+    return load_scene("tiny", overrides=small)
+
+
+@pytest.fixture(scope="module")
+def finished() -> list[FinishedTurn]:
+    return list(iterate(scene()))
+
+
+class Failing:
+    """Takes so many turns, and raises at the next one."""
+
+    stage = "write"
+
+    def __init__(self, takes: int, error: BaseException) -> None:
+        self.takes, self.error, self.taken = takes, error, 0
+
+    def turn(self, turn: FinishedTurn) -> None:
+        if self.taken == self.takes:
+            raise self.error
+        self.taken += 1
+
+    def take_back(self) -> None:
+        self.taken -= 1
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        pass
+
+
+# ---------------------------------------------------------------------------------------------------------- iterate
+
+
+def test_iterate_is_public() -> None:
+    assert sr.iterate is iterate
+
+
+def test_turns_are_simulated_when_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    simulated, turn = [], Simulator.turn
+
+    def noted(self: Simulator, number: int) -> Any:
+        simulated.append(number)
+        return turn(self, number)
+
+    monkeypatch.setattr(Simulator, "turn", noted)
+    turns = iterate(scene())
+    for number in range(2):
+        assert next(turns).number == number
+        assert simulated == list(range(number + 1))
+
+
+def test_finished_turns_are_whole(finished: list[FinishedTurn]) -> None:
+    assert [turn.number for turn in finished] == list(range(TURNS))
+    for turn in finished:
+        assert turn.maps is not None
+        check("echoes", turn.echoes)
+        for group in ("polar", "ground"):
+            for product, tree in (("maps", turn.maps), ("truth", turn.truth)):
+                dataset = tree[group].to_dataset()
+                check(f"{product}/{group}", dataset)
+                assert_array_equal(dataset["turn"].values, [turn.number])
+        assert turn.timing["total"] >= sum(turn.timing[step] for step in ("sea", "mesh", "trace", "retrieve"))
+        assert turn.counts["facets"] > 1000
+        assert turn.counts["rays"] == 0  # the horizon tracer shoots none
+        assert turn.counts["ground_cells"] == np.isfinite(turn.maps["ground"]["time"]).sum()
+
+
+def test_a_turn_is_what_simulator_and_retrieval_make_of_it(finished: list[FinishedTurn]) -> None:
+    alone = Simulator(scene()).turn(2)
+    assert alone.echoes["voltage"].values.tobytes() == finished[2].echoes["voltage"].values.tobytes()
+    maps = sr.retrieve(alone.echoes)
+    assert finished[2].maps is not None
+    for group in ("polar", "ground"):
+        xr.testing.assert_equal(maps[group].to_dataset(), finished[2].maps[group].to_dataset())
+
+
+def test_without_retrieval_there_are_no_maps_and_the_echoes_are_the_same(finished: list[FinishedTurn]) -> None:
+    progress: list[str] = []
+    turn = next(iterate(scene(), retrieved=False, progress=progress.append))
+    assert turn.maps is None
+    assert "retrieve" not in turn.timing
+    assert "ground_cells" not in turn.counts
+    assert turn.echoes["voltage"].values.tobytes() == finished[0].echoes["voltage"].values.tobytes()
+    assert progress == [f"turn 1 of {TURNS}: simulating"]
+
+
+def test_memory_holds_one_turn() -> None:
+    """Neither the driver nor the delivery keeps a turn, or its arrays, when the next one is there."""
+    alive: list[list[weakref.ref[Any]]] = []
+
+    def watched() -> Iterator[FinishedTurn]:
+        for turn in iterate(scene(), retrieved=False):
+            gc.collect()  # a tree and its groups refer to one another
+            assert not [ref for before in alive for ref in before if ref() is not None]
+            alive.append([weakref.ref(turn), weakref.ref(turn.echoes["voltage"].values)])
+            yield turn
+            del turn
+
+    figures = deliver(watched(), [Failing(TURNS, RuntimeError())])
+    assert len(figures) == len(alive) == TURNS
+
+
+# ------------------------------------------------------------------------------------------------------------ sinks
+
+
+def sinks_of(folder: Path) -> list[FileSink]:
+    return [
+        FileSink(AppendableNetCDF(folder / "truth.nc"), lambda turn: turn.truth),
+        FileSink(EchoStore(folder / "echoes.zarr"), lambda turn: turn.echoes),
+        FileSink(AppendableNetCDF(folder / "maps.nc"), lambda turn: turn.maps, stage="maps"),
+    ]
+
+
+@pytest.mark.parametrize("place", [0, 2, 3])
+@pytest.mark.parametrize("error", [OSError("no room"), KeyboardInterrupt()])
+def test_a_sink_that_raises_leaves_the_others_whole(
+    finished: list[FinishedTurn], tmp_path: Path, place: int, error: BaseException
+) -> None:
+    """Wherever it stands among them: before, between and after the files, all hold the two turns that it took."""
+    failing, memory, sinks = Failing(2, error), Memory(), sinks_of(tmp_path)
+    with pytest.raises(type(error)):
+        deliver(finished, [memory, *sinks[:place], failing, *sinks[place:]])
+    assert failing.taken == 2
+    voltage = np.concatenate([turn.echoes["voltage"].values for turn in finished[:2]])
+    assert memory.echoes["voltage"].values.tobytes() == voltage.tobytes()
+    assert_array_equal(memory.truth["polar"]["turn"].values, [0, 1])
+    stored = open_echoes(tmp_path / "echoes.zarr")
+    assert stored.attrs["complete_turns"] == 2
+    assert stored["voltage"].values.tobytes() == voltage.tobytes()
+    for product in ("truth", "maps"):
+        with xr.open_datatree(tmp_path / f"{product}.nc") as tree:
+            for group in ("polar", "ground"):
+                assert_array_equal(tree[group]["turn"].values, [0, 1])
+    assert {path.name for path in tmp_path.iterdir()} == {"echoes.zarr", "maps.nc", "truth.nc"}
+
+
+def test_a_first_turn_that_one_sink_cannot_take_leaves_no_file(finished: list[FinishedTurn], tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="no room"):
+        deliver(finished, [*sinks_of(tmp_path), Failing(0, OSError("no room"))])
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_store_goes_on_after_a_turn_was_taken_back(finished: list[FinishedTurn], tmp_path: Path) -> None:
+    store, file = EchoStore(tmp_path / "echoes.zarr"), AppendableNetCDF(tmp_path / "truth.nc")
+    with store, file:
+        for number in (0, 1):
+            for _ in range(2):
+                store.append(finished[number].echoes)
+                file.append(finished[number].truth)
+                store.take_back()
+                file.take_back()
+            store.append(finished[number].echoes)
+            file.append(finished[number].truth)
+    voltage = np.concatenate([turn.echoes["voltage"].values for turn in finished[:2]])
+    assert open_echoes(tmp_path / "echoes.zarr")["voltage"].values.tobytes() == voltage.tobytes()
+    with xr.open_datatree(tmp_path / "truth.nc") as truth:
+        assert_array_equal(truth["polar"]["turn"].values, [0, 1])
+        assert_array_equal(truth["polar"]["height"].values[1], finished[1].truth["polar"]["height"].values[0])
+
+
+def test_the_figures_hold_what_sinks_took(finished: list[FinishedTurn], tmp_path: Path) -> None:
+    figures = deliver(finished, sinks_of(tmp_path))
+    for turn, kept in zip(finished, figures, strict=True):
+        assert kept.counts == turn.counts
+        assert kept.timing["write"] > 0.0
+        assert kept.timing["maps"] > 0.0
+        added = kept.timing["write"] + kept.timing["maps"]
+        assert kept.timing["total"] == pytest.approx(turn.timing["total"] + added)
