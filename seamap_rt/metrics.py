@@ -38,7 +38,7 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
     seen_error = height - true["height_visible"].values
     slope_error = got["slope_range"].values.astype(np.float64) - true["slope_range"].values
     # Hs from the map as its user sees it: unflagged cells, whether or not they were in sight.
-    sound = got["quality"].values == 0
+    unflagged = got["quality"].values == 0
     first, last = np.floor(ranges[0] / BIN_M), np.floor(ranges[-1] / BIN_M)
     edges = BIN_M * np.arange(first, last + 2.0)  # the last gate, even one on an edge, lies below the last edge
     number = np.digitize(ranges, edges) - 1
@@ -68,7 +68,7 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
         "height_correlation": _correlation(height[..., headline][cells], real[..., headline][cells]),
         "slope_rmse": _rms(slope_error[..., headline][cells]),
         "hs_true_m": _hs(real[..., headline]),
-        "hs_retrieved_m": _hs(height[..., headline][sound[..., headline]]),
+        "hs_retrieved_m": _hs(height[..., headline][unflagged[..., headline]]),
         "visible_fraction": _mean(true["visible_fraction"].values[..., headline]),
         "illumination": _mean(illumination[..., headline]),
         "cells": int(cells.sum()),

@@ -112,8 +112,8 @@ class Simulator:
         with clock("echoes"), clock("scattering"):
             returns = surface(facets, mesh.strain)
         with clock("sea"):
-            drowned = submerged_lines(mesh, self.sea)
-        return facets, returns, drowned
+            submerged = submerged_lines(mesh, self.sea)
+        return facets, returns, submerged
 
     @cached_property
     def surface(self) -> SeaSurface:
@@ -131,7 +131,7 @@ class Simulator:
         start = time.perf_counter()
         fired = pulses(self.radar, number, self.mast)
         mesh = self.mesh(number, clock)
-        facets, returns, drowned = self.light(number, clock, mesh)
+        facets, returns, submerged = self.light(number, clock, mesh)
         with clock("objects"):
             objects = self.scenery.voltages(mesh, fired)
         with clock("echoes"):
@@ -145,7 +145,7 @@ class Simulator:
                 motion=returns.motion,
                 objects=objects,
             )
-            under_water = _drowned_pulses(drowned, facets, fired)
+            under_water = _submerged_pulses(submerged, facets, fired)
             received.voltage[under_water] = np.nan
             echoes = echo_dataset(
                 self.radar, [fired], [received], scene.scattering.polarization, [under_water], number, self.sensed
@@ -205,9 +205,9 @@ def expected(scene: Scene, turn: int = 0) -> xr.Dataset:
     )
 
 
-def _drowned_pulses(drowned: NDArray[np.bool_], facets: Facets, fired: Pulses) -> NDArray[np.bool_]:
+def _submerged_pulses(submerged: NDArray[np.bool_], facets: Facets, fired: Pulses) -> NDArray[np.bool_]:
     """(pulse,): the antenna is under water when the pulse is fired."""
-    if not drowned.any():
+    if not submerged.any():
         return np.zeros(fired.number.size, dtype=bool)
     line = np.rint((fired.sweep - facets.grid.sweep[0]) / facets.grid.spacing_deg).astype(int)
-    return drowned[np.clip(line, 0, drowned.size - 1)]
+    return submerged[np.clip(line, 0, submerged.size - 1)]

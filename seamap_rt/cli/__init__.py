@@ -26,7 +26,7 @@ def scenes() -> int:
 
 @app.command(name="doctor")
 def doctor_command() -> int:
-    """Tell which backend is used, what was found, and what mends what is missing."""
+    """Tell which backend is used, what it has, and what mends what is missing."""
     for line in doctor_lines():
         console.print(line)
     return 0 if all(check.ok for check in doctor_checks() if check.item == "backend") else NO_BACKEND
@@ -50,8 +50,8 @@ def main(arguments: list[str] | None = None) -> None:
             f"interrupted: {str(interruption) or 'what is complete, if anything, stays readable'}", INTERRUPTED
         )
     except OSError as error:
-        said = " ".join(str(error.strerror or error).split())
-        what = f"'{error.filename}': {said}" if error.filename else said
+        reason = " ".join(str(error.strerror or error).split())
+        what = f"'{error.filename}': {reason}" if error.filename else reason
         code = _refuse(f"{what}; free the space or choose another --out", BAD_INPUT)
     except CycloptsError as error:
         code = _refuse(" ".join(str(error).split()), BAD_INPUT)

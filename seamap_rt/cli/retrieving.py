@@ -99,5 +99,5 @@ def _answered(maps: xr.DataTree) -> list[str]:
         return [f"{known.mean():.0%} of the cells answered, median error bar {spread:.3f} m"]
     flags = polar["quality"].values
     shares = {name: float(np.mean((flags & bit) != 0)) for name, bit in QUALITY_FLAGS.items()}
-    said = ", ".join(f"{name} {share:.0%}" for name, share in shares.items() if share > 0.0)
-    return [f"flag: no cell answered ({said})"]
+    reasons = ", ".join(f"{name} {share:.0%}" for name, share in shares.items() if share > 0.0)
+    return [f"flag: no cell answered ({reasons})"]

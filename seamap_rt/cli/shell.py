@@ -25,13 +25,13 @@ console = Console(soft_wrap=True, highlight=False, markup=False)  # a path may h
 
 def overrides_of(pairs: list[str] | None, option: str = "--set", **direct: Any) -> dict[str, Any]:
     """KEY=VALUE strings, and options that stand for a key, as one mapping."""
-    found: dict[str, Any] = {}
+    overrides: dict[str, Any] = {}
     for pair in pairs or []:
         key, equals, value = pair.partition("=")
         if not equals or not key.strip():
             raise InputError(f"{option} {pair}: must be KEY=VALUE, as in --set radar.height_m=10")
-        found[key.strip()] = value.strip()
-    return found | {key: value for key, value in direct.items() if value is not None}
+        overrides[key.strip()] = value.strip()
+    return overrides | {key: value for key, value in direct.items() if value is not None}
 
 
 def scene_of(name: str, pairs: list[str] | None, **direct: Any):

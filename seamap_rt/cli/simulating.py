@@ -29,8 +29,8 @@ def _headline(metrics: dict[str, Any]) -> str:
 def _print_account(metrics: dict[str, Any]) -> None:
     """What was modelled and left out; on a terminal the kind of each line stands out."""
     for line in account_lines(metrics["modelled"], metrics["left_out"]):
-        kind, said = line.split(": ", 1)
-        console.print(Text.assemble((f"{kind}: ", "bold" if kind == "modelled" else "dim bold"), said))
+        kind, rest = line.split(": ", 1)
+        console.print(Text.assemble((f"{kind}: ", "bold" if kind == "modelled" else "dim bold"), rest))
 
 
 def _warn(metrics: dict[str, Any]) -> None:

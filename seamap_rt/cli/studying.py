@@ -62,12 +62,12 @@ def shadowing(
     return 0
 
 
-def _metres(said: str) -> list[float]:
+def _metres(text: str) -> list[float]:
     """The numbers of a comma-separated list."""
     try:
-        return [float(part) for part in said.split(",")]
+        return [float(part) for part in text.split(",")]
     except ValueError:
-        raise InputError(f"--heights {said}: must be metres with commas between, as in --heights 3,5,10") from None
+        raise InputError(f"--heights {text}: must be metres with commas between, as in --heights 3,5,10") from None
 
 
 @app.command

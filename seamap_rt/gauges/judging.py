@@ -23,31 +23,33 @@ def judge(series: xr.Dataset) -> list[dict[str, Any]]:
 
 def judge_one(gauge: xr.Dataset) -> dict[str, Any]:
     """Of one gauge, without its name."""
-    true, found, spread = (
+    true, estimate, spread = (
         np.asarray(gauge[name].values, dtype=np.float64) for name in ("seen_true_height", "height", "height_std")
     )
     cell = gauge["seen_cell_height"].values if "seen_cell_height" in gauge else np.full(true.size, np.nan)
-    both = np.isfinite(true) & np.isfinite(found)
+    both = np.isfinite(true) & np.isfinite(estimate)
     enough = int(both.sum()) >= LEAST_HEIGHTS
-    true, cell, found, spread = (values[both] if enough else np.zeros(0) for values in (true, cell, found, spread))
+    true, cell, estimate, spread = (
+        values[both] if enough else np.zeros(0) for values in (true, cell, estimate, spread)
+    )
     reason = "" if enough else f"{both.sum()} heights in {both.size} turns, and {LEAST_HEIGHTS} are needed to judge"
     wire = gauge["true_height"].values if both.size >= LEAST_HEIGHTS else np.zeros(0)
-    error = found - true
+    error = estimate - true
     return {
         "east_m": float(gauge["east"]),
         "north_m": float(gauge["north"]),
         "turns": int(both.size),
         "answered": float(both.mean()),
-        "correlation": _ratio(_covariance(true, found), _std(true) * _std(found)),
+        "correlation": _ratio(_covariance(true, estimate), _std(true) * _std(estimate)),
         "rms_error_m": _rms(error),
         "bias_m": _mean(error),
-        "regression_slope": _ratio(_covariance(true, found), _std(true) ** 2),
+        "regression_slope": _ratio(_covariance(true, estimate), _std(true) ** 2),
         "stated_error_m": _rms(spread),
-        "cell_rms_error_m": _rms(found - cell),
+        "cell_rms_error_m": _rms(estimate - cell),
         "averaging_rms_m": _rms(cell - true),
         "hs_wire_m": 4.0 * _std(wire),
         "hs_true_m": 4.0 * _std(true),
-        "hs_retrieved_m": 4.0 * _std(found),
+        "hs_retrieved_m": 4.0 * _std(estimate),
         "waves": _up_crossings(wire),
         "reason": reason,
         **_spectral(gauge),
@@ -56,34 +58,34 @@ def judge_one(gauge: xr.Dataset) -> dict[str, Any]:
 
 def _spectral(gauge: xr.Dataset) -> dict[str, Any]:
     """The spectra up to half the turn rate, and how much of the wire's variance lies beyond and folds down."""
-    found = spectra(gauge)
-    if isinstance(found, NoSpectrum):
+    result = spectra(gauge)
+    if isinstance(result, NoSpectrum):
         unknown = {"nyquist_hz": np.nan, "beyond_nyquist_share": np.nan, "aliasing": None}
-        return {**unknown, "spectrum": None, "spectrum_reason": found.reason}
-    inside = found.wire_frequency <= found.nyquist
+        return {**unknown, "spectrum": None, "spectrum_reason": result.reason}
+    inside = result.wire_frequency <= result.nyquist
     return {
-        "nyquist_hz": found.nyquist,
-        "beyond_nyquist_share": found.beyond,
-        "aliasing": aliasing(found),
+        "nyquist_hz": result.nyquist,
+        "beyond_nyquist_share": result.beyond,
+        "aliasing": aliasing(result),
         "spectrum": {
-            "frequency_hz": found.frequency.tolist(),
-            "retrieved_m2_s": found.radar.tolist(),
-            "true_once_a_turn_m2_s": found.wire_once_a_turn.tolist(),
-            "wire_frequency_hz": found.wire_frequency[inside].tolist(),
-            "wire_m2_s": found.wire[inside].tolist(),
-            "degrees_of_freedom": found.freedom,
-            "bridged_turns": found.bridged,
+            "frequency_hz": result.frequency.tolist(),
+            "retrieved_m2_s": result.radar.tolist(),
+            "true_once_a_turn_m2_s": result.wire_once_a_turn.tolist(),
+            "wire_frequency_hz": result.wire_frequency[inside].tolist(),
+            "wire_m2_s": result.wire[inside].tolist(),
+            "degrees_of_freedom": result.freedom,
+            "bridged_turns": result.bridged,
         },
-        "spectrum_reason": found.reason,
+        "spectrum_reason": result.reason,
     }
 
 
-def aliasing(found: GaugeSpectra) -> str:
+def aliasing(result: GaugeSpectra) -> str:
     """What one height a turn does to the spectrum, in words."""
-    percent = 100.0 * np.nan_to_num(found.beyond)
-    said = f"{percent:.0f}" if percent >= 10.0 else f"{percent:.2g}"
+    percent = 100.0 * np.nan_to_num(result.beyond)
+    share = f"{percent:.0f}" if percent >= 10.0 else f"{percent:.2g}"
     return (
-        f"one height a turn tells nothing above {found.nyquist:.3g} Hz, half the turn rate; {said} % of "
+        f"one height a turn tells nothing above {result.nyquist:.3g} Hz, half the turn rate; {share} % of "
         "the wire's variance lies there and folds down into the radar's spectrum"
     )
 

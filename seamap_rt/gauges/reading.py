@@ -28,7 +28,7 @@ def gauge_series(
     turn_s: float | None = None,
     antenna_m: ArrayLike = (0.0, 0.0),
 ) -> xr.Dataset:
-    """The schema's `gauges`: of each turn of the maps the height at the gauges' places, by name along `gauge`.
+    """The schema's `gauges`: of each turn of the maps the height at the gauges' points, by name along `gauge`.
 
         series = gauge_series(maps, None, [GaugeSettings(name="wire", east_m=40.0, north_m=0.0)])  # recorded maps
         series.sel(gauge="wire")["height"]
@@ -45,19 +45,19 @@ def gauge_series(
         raise InputError("gauges: there are none; give at least one place")
     turns = np.asarray(maps["polar"]["turn"].values, dtype=np.int64)
     period = turn_s if turn_s is not None else _turn_duration(maps, turns)
-    places = np.array([gauge.place for gauge in gauges])
+    points = np.array([gauge.place for gauge in gauges])
     antennas = np.broadcast_to(np.asarray(antenna_m, dtype=np.float64), (turns.size, 2))
-    values: dict[str, Any] = {"east": places[:, 0], "north": places[:, 1]}
-    values |= _mapped(maps, places, period, antennas)
+    values: dict[str, Any] = {"east": points[:, 0], "north": points[:, 1]}
+    values |= _mapped(maps, points, period, antennas)
     coords: dict[str, Any] = {"turn": turns}
     if sea is not None:
         rate = gauges[0].sample_hz
         coords["time"] = np.concatenate([sample_times(int(turn), period, rate) for turn in turns])
-        values["true_height"] = sea.elevation(places[:, :1], places[:, 1:], coords["time"])
-        values["seen_true_height"] = _where_known(sea, places, values["seen_time"])
+        values["true_height"] = sea.elevation(points[:, :1], points[:, 1:], coords["time"])
+        values["seen_true_height"] = _where_known(sea, points, values["seen_time"])
     if truth is not None:
         ground = truth["ground"].to_dataset()
-        cells = [[_Cells(ground.isel(turn=n), place, period) for n in range(turns.size)] for place in places]
+        cells = [[_Cells(ground.isel(turn=n), place, period) for n in range(turns.size)] for place in points]
         mean, time = (np.array([[each.mean(name) for each in row] for row in cells]) for name in ("height", "time"))
         # A map that could not be brought to one instant, as its truth was, is of another time: nothing to compare.
         apart = np.abs(time - values["seen_time"]) > _SAME_TIME_S
@@ -79,14 +79,14 @@ def _turn_duration(maps: xr.DataTree, turns: NDArray[np.int64]) -> float:
     return float(time[-1] - time[0]) / float(turns[-1] - turns[0])
 
 
-def _mapped(maps: xr.DataTree, places: Array, period: float, antennas: Array) -> dict[str, Any]:
-    """What the maps hold at the places, each (gauge, turn)."""
-    height, spread, time = (np.full((len(places), len(antennas)), np.nan) for _ in range(3))
+def _mapped(maps: xr.DataTree, points: Array, period: float, antennas: Array) -> dict[str, Any]:
+    """What the maps hold at the points, each (gauge, turn)."""
+    height, spread, time = (np.full((len(points), len(antennas)), np.nan) for _ in range(3))
     quality = np.zeros(height.shape, dtype=np.int16)
     whole = {name: maps[name].to_dataset() for name in ("polar", "ground")}
     for n, antenna in enumerate(antennas):
         flags = _PolarFlags(whole["polar"].isel(turn=n), antenna)
-        for number, place in enumerate(places):
+        for number, place in enumerate(points):
             cells = _Cells(whole["ground"].isel(turn=n), place, period)
             height[number, n], spread[number, n] = cells.mean("height"), cells.mean("height_std")
             time[number, n] = cells.mean("time")
@@ -94,13 +94,13 @@ def _mapped(maps: xr.DataTree, places: Array, period: float, antennas: Array) ->
     return {"height": height, "height_std": spread, "seen_time": time, "quality": quality}
 
 
-def _where_known(sea: Sea, places: Array, time: Array) -> Array:
-    """The surface (gauge, turn) at the places at times (gauge, turn), NaN where there is none."""
+def _where_known(sea: Sea, points: Array, time: Array) -> Array:
+    """The surface (gauge, turn) at the points at times (gauge, turn), NaN where there is none."""
     known = np.isfinite(time)
-    east, north = (np.broadcast_to(places[:, axis, None], time.shape)[known] for axis in (0, 1))
-    found = np.full(time.shape, np.nan)
-    found[known] = sea.elevation(east, north, time[known])
-    return found
+    east, north = (np.broadcast_to(points[:, axis, None], time.shape)[known] for axis in (0, 1))
+    height = np.full(time.shape, np.nan)
+    height[known] = sea.elevation(east, north, time[known])
+    return height
 
 
 class _Cells:
@@ -136,7 +136,7 @@ def _beside(centres: Array, at: float) -> tuple[int, float]:
 
 
 class _PolarFlags:
-    """Quality flags of one turn's polar cells, found by place on the ground."""
+    """Quality flags of one turn's polar cells, by point on the ground."""
 
     def __init__(self, polar: xr.Dataset, antenna: Array) -> None:
         self._polar, self._antenna = polar, antenna

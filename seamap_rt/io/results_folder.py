@@ -19,10 +19,10 @@ def prepare_folder(folder: Path, overwrite: bool, products: tuple[str, ...]) -> 
         ) from None
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(f"--out = '{folder}': cannot be written to; choose a folder that you can write to")
-    found = [name for name in products if (folder / name).exists()]
-    if found and not overwrite:
+    earlier = [name for name in products if (folder / name).exists()]
+    if earlier and not overwrite:
         raise InputError(
-            f"--out = '{folder}': holds another run's {found[0]}; choose another folder, or give --overwrite"
+            f"--out = '{folder}': holds another run's {earlier[0]}; choose another folder, or give --overwrite"
         )
 
 

@@ -25,7 +25,7 @@ from ..sea import Sea
 from ..settings import RadarSettings
 from ..tracing import Tracer
 
-OUTSIDE, DARK = -1, 0  # of `visible`, beside the number of antennas that see a place
+OUTSIDE, DARK = -1, 0  # of `visible`, beside the number of antennas that see a point
 FAINTEST_DB = -120.0  # of what is lit: a facet seen edge-on returns nothing
 _BLOCK = 262_144  # points asked of the sea at a time
 
@@ -34,13 +34,13 @@ class Camera:
     """Takes moments of the sea at points of a square, and of what the radar would see of them in a snapshot."""
 
     def __init__(
-        self, scene: Scene, sea: Sea, trace: Tracer, places: NDArray[np.float64], scatterer: SeaSurface
+        self, scene: Scene, sea: Sea, trace: Tracer, points: NDArray[np.float64], scatterer: SeaSurface
     ) -> None:
         """scatterer: how the run's sea scatters, its mean calibrated."""
-        self.scene, self.sea, self.places = scene, sea, places
+        self.scene, self.sea, self.points = scene, sea, points
         self._trace, self._scatterer = trace, scatterer
         self._grid = polar_grid(scene.radar, scene.meshing, 0)
-        x, y = np.meshgrid(places, places)
+        x, y = np.meshgrid(points, points)
         self._inside, self._column, self._facet = facets_under(self._grid, scene.radar, x, y)
 
     def moment(self, t: float) -> xr.Dataset:
@@ -51,7 +51,7 @@ class Camera:
         dataset = build(
             "sea",
             {name: value[None] for name, value in values.items()},
-            {"time": [t], "y": self.places, "x": self.places},
+            {"time": [t], "y": self.points, "x": self.points},
             _provenance(self.scene, self.sea),
         )
         for name, attributes in _FURTHER_ATTRIBUTES.items():
@@ -60,12 +60,12 @@ class Camera:
 
     def _surface(self, t: float) -> NDArray[np.float32]:
         """Height, slopes and velocity (6, y, x)."""
-        count = self.places.size
+        count = self.points.size
         fields = np.empty((6, count, count), dtype=np.float32)
         rows = max(1, _BLOCK // count)
         for start in range(0, count, rows):
             part = slice(start, start + rows)
-            elevation, slopes, velocity = self.sea.everything(self.places, self.places[part, None], t)
+            elevation, slopes, velocity = self.sea.everything(self.points, self.points[part, None], t)
             fields[0, part] = elevation
             fields[1:3, part] = np.moveaxis(slopes, -1, 0)
             fields[3:6, part] = np.moveaxis(velocity, -1, 0)
@@ -77,8 +77,8 @@ class Camera:
         elevation, velocity, *shift = sea_on_grid(self.sea, grid, self._scatterer.memory_rate)
         mesh = surface_mesh(grid, elevation, velocity, *shift)
         facets = self._trace(mesh)
-        drowned = submerged_lines(mesh, self.sea)
-        seen = facets.without((drowned[1:] | drowned[:-1])[:, None])
+        submerged = submerged_lines(mesh, self.sea)
+        seen = facets.without((submerged[1:] | submerged[:-1])[:, None])
         arriving = 1.0 if seen.field is None else two_way_power(seen)
         sigma = self._scatterer(seen, mesh.strain).rcs * arriving / facets.horizontal_area
         antennas = seen.lit.sum(axis=0, dtype=np.int8)
@@ -92,13 +92,13 @@ class Camera:
 def facets_under(
     grid: PolarGrid, radar: RadarSettings, x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> tuple[NDArray[np.bool_], NDArray[np.intp], NDArray[np.intp]]:
-    """Which places (…) lie in the sector and the range window, and column and facet over each of those, (n,). Exact."""
+    """Which points (…) lie in the sector and the range window, and column and facet over each of those, (n,). Exact."""
     ground = np.hypot(x, y)
     sweep = (np.degrees(np.arctan2(x, y)) - radar.sector_deg[0]) % 360.0
     number = np.floor(sweep / grid.spacing_deg)
     half = 0.5 * np.radians(grid.spacing_deg)
     angle = np.radians(sweep - number * grid.spacing_deg) - half  # from the column's middle
-    # A rung is a chord: `rung` is the ground range, on the lines, of the one through the place.
+    # A rung is a chord: `rung` is the ground range, on the lines, of the one through the point.
     rung = ground * np.cos(angle) / np.cos(half)
     ranges = grid.ground_range
     step = ranges[1] - ranges[0]

@@ -101,7 +101,7 @@ def simulated_power(radar: RadarSettings, ranges: NDArray[np.float64]) -> NDArra
     return link.flat_sea_power(radar, 1.0, ranges) * link.eclipsed_share(radar, ranges)
 
 
-# ------------------------------------------------------------------------------------------------ what is asked
+# -------------------------------------------------------------------------------------------- what is requested
 
 
 def ranges_of(text: str | None, scene: Scene) -> NDArray[np.float64]:

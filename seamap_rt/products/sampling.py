@@ -1,4 +1,4 @@
-"""What is asked for: at which times, at which points, and whether memory and disk hold it."""
+"""What is requested: at which times, at which points, and whether memory and disk hold it."""
 
 from __future__ import annotations
 
@@ -70,9 +70,9 @@ def square(scene: Scene, side: float | None = None, spacing: float | None = None
     return side / count * (np.arange(count, dtype=np.float64) - 0.5 * (count - 1))
 
 
-def step(places: NDArray[np.float64]) -> float:
+def step(points: NDArray[np.float64]) -> float:
     """Distance of neighbouring points, m."""
-    return float(places[1] - places[0])
+    return float(points[1] - points[0])
 
 
 def refuse_if_too_large(folder: Path, times: int, points: int) -> None:

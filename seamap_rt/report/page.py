@@ -92,9 +92,9 @@ def write_report(
 
 def tables(scene: Scene, retrieved: xr.DataTree, truth: xr.DataTree, metrics: Mapping[str, Any]) -> list[Table]:
     """The tables of the page."""
-    found = [*evolution.turn_table(retrieved, truth), *gauge_figures.gauge_table(metrics)]
-    found += [_range_table(scene, metrics), _sea_table(metrics), *_calibration_table(metrics)]
-    return [*found, *_mesh_table(metrics), _time_table(metrics), _run_table(scene, metrics)]
+    made = [*evolution.turn_table(retrieved, truth), *gauge_figures.gauge_table(metrics)]
+    made += [_range_table(scene, metrics), _sea_table(metrics), *_calibration_table(metrics)]
+    return [*made, *_mesh_table(metrics), _time_table(metrics), _run_table(scene, metrics)]
 
 
 def _mesh_table(metrics: Mapping[str, Any]) -> list[Table]:
@@ -186,24 +186,24 @@ def _versions(metrics: Mapping[str, Any]) -> list[tuple[str, str]]:
     given = metrics.get("versions")
     if isinstance(given, Mapping):
         return [(str(name), str(version)) for name, version in given.items()]
-    found = [("Python", platform.python_version())]
+    versions = [("Python", platform.python_version())]
     for package in _PACKAGES:
         try:
-            found.append((package, importlib.metadata.version(package)))
+            versions.append((package, importlib.metadata.version(package)))
         except importlib.metadata.PackageNotFoundError:
-            found.append((package, NOTHING))
-    return found
+            versions.append((package, NOTHING))
+    return versions
 
 
 def _entries(entries: Any) -> list[Entry]:
     """What the metrics say of a list of {"what", "why", "cost", "error", "source"} or of plain sentences."""
-    found = []
+    rows = []
     for entry in entries if isinstance(entries, list | tuple) else ():
         if isinstance(entry, Mapping):
-            found.append(Entry(*(str(entry.get(name) or NOTHING) for name in Entry._fields)))
+            rows.append(Entry(*(str(entry.get(name) or NOTHING) for name in Entry._fields)))
         else:
-            found.append(Entry(str(entry), *[NOTHING] * (len(Entry._fields) - 1)))
-    return found
+            rows.append(Entry(str(entry), *[NOTHING] * (len(Entry._fields) - 1)))
+    return rows
 
 
 # --------------------------------------------------------------------------------------------------------- the file

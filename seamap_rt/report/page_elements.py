@@ -35,17 +35,17 @@ class Table:
     note: str = ""
 
 
-def digits(value: Any, places: int, signed: bool = False) -> str:
+def digits(value: Any, decimals: int, signed: bool = False) -> str:
     """A number with so many decimals and a true minus sign; a dash for what is missing."""
     plain = reduce.number(value)
     if not np.isfinite(plain):
         return NOTHING
-    plain = round(plain, places) + 0.0  # no minus zero
-    return f"{plain:{'+' if signed and plain else ''}.{places}f}".replace("-", "−")
+    plain = round(plain, decimals) + 0.0  # no minus zero
+    return f"{plain:{'+' if signed and plain else ''}.{decimals}f}".replace("-", "−")
 
 
-def metres(value: Any, places: int = 3, signed: bool = False) -> str:
-    text = digits(value, places, signed)
+def metres(value: Any, decimals: int = 3, signed: bool = False) -> str:
+    text = digits(value, decimals, signed)
     return text if text == NOTHING else f"{text} m"
 
 

@@ -99,21 +99,21 @@ class Sweep:
 
     def _refuse_another(self, file: Path) -> None:
         try:
-            found = json.loads(file.read_text(encoding="utf-8"))
+            stored = json.loads(file.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             raise InputError(
                 f"--resume: '{file.parent}' holds no sweep; leave --resume out, or name its folder"
             ) from None
         words = {
-            "version": f"version of seamap_rt ({found.get('version')}, this is {__version__})",
+            "version": f"version of seamap_rt ({stored.get('version')}, this is {__version__})",
             "scene": "scene",
             "vary": "grid of --vary",
             "seeds": "set of seeds",
             "files": "content of the files that the scene names",
         }
-        for key, said in words.items():
-            if found.get(key) != self.manifest[key]:
-                raise InputError(f"--resume: '{file.parent}' holds a sweep of another {said}; choose another folder")
+        for key, what in words.items():
+            if stored.get(key) != self.manifest[key]:
+                raise InputError(f"--resume: '{file.parent}' holds a sweep of another {what}; choose another folder")
 
     # ----------------------------------------------------------------------------------------------- the points
 
