@@ -8,18 +8,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-
 from .errors import InputError
 from .radar.array import as_it_looks
 from .radar.mast import Mast
 from .radar.platform import boat_motion
 from .radar.sensors import Sensors
+from .random_streams import Stream, branch
 from .scene import Scene
 from .sea import Sea, realize
 from .settings import RadarSettings
-
-_SEA_STAGE = 1  # of the scene's random source; speckle is 2, noise 3, the sensors 7, objects 8
 
 
 class Masts(NamedTuple):
@@ -57,7 +54,7 @@ def resolve(scene: Scene) -> ResolvedScene:
 def run_sea(scene: Scene) -> Sea:
     """The sea of a run, drawn from its own branch of the scene's seed. Raises InputError for one that cannot be."""
     try:
-        return realize(scene.sea, np.random.SeedSequence(scene.seed, spawn_key=(_SEA_STAGE,)))
+        return realize(scene.sea, branch(scene.seed, Stream.SEA))
     except ValueError as error:
         raise InputError(f"sea: {error}") from None
 

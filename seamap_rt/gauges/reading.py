@@ -33,16 +33,16 @@ def gauge_series(
         series = gauge_series(maps, None, [GaugeSettings(name="wire", east_m=40.0, north_m=0.0)])  # recorded maps
         series.sel(gauge="wire")["height"]
 
-    The height is bilinear between the ground cells around the place; a cell without a height leaves its part to the
+    The height is bilinear between the ground cells around the point; a cell without a height leaves its part to the
     others, and if it is the one in which the gauge stands there is none. `quality` tells what the polar cell says.
     sea: the true one, as Simulator(scene).sea; adds the wire's record over the turns and the surface at the time of
-    each height. On choppy waves it is the surface that stands over the place. truth: adds the cells' true mean.
+    each height. On choppy waves it is the surface that stands over the point. truth: adds the cells' true mean.
     turn_s: how long a turn lasts; left out, as far as the maps' turns are apart. antenna_m: east and north of the
     antennas, for all turns (2,) or each (turn, 2); only `quality` asks for it. Raises InputError without gauges, and
     for a single turn whose duration is not given.
     """
     if not gauges:
-        raise InputError("gauges: there are none; give at least one place")
+        raise InputError("gauges: there are none; give at least one point")
     turns = np.asarray(maps["polar"]["turn"].values, dtype=np.int64)
     period = turn_s if turn_s is not None else _turn_duration(maps, turns)
     points = np.array([gauge.place for gauge in gauges])
@@ -57,7 +57,7 @@ def gauge_series(
         values["seen_true_height"] = _where_known(sea, points, values["seen_time"])
     if truth is not None:
         ground = truth["ground"].to_dataset()
-        cells = [[_Cells(ground.isel(turn=n), place, period) for n in range(turns.size)] for place in points]
+        cells = [[_Cells(ground.isel(turn=n), point, period) for n in range(turns.size)] for point in points]
         mean, time = (np.array([[each.mean(name) for each in row] for row in cells]) for name in ("height", "time"))
         # A map that could not be brought to one instant, as its truth was, is of another time: nothing to compare.
         apart = np.abs(time - values["seen_time"]) > _SAME_TIME_S
@@ -86,11 +86,11 @@ def _mapped(maps: xr.DataTree, points: Array, period: float, antennas: Array) ->
     whole = {name: maps[name].to_dataset() for name in ("polar", "ground")}
     for n, antenna in enumerate(antennas):
         flags = _PolarFlags(whole["polar"].isel(turn=n), antenna)
-        for number, place in enumerate(points):
-            cells = _Cells(whole["ground"].isel(turn=n), place, period)
+        for number, point in enumerate(points):
+            cells = _Cells(whole["ground"].isel(turn=n), point, period)
             height[number, n], spread[number, n] = cells.mean("height"), cells.mean("height_std")
             time[number, n] = cells.mean("time")
-            quality[number, n] = flags.at(place)
+            quality[number, n] = flags.at(point)
     return {"height": height, "height_std": spread, "seen_time": time, "quality": quality}
 
 
@@ -104,11 +104,11 @@ def _where_known(sea: Sea, points: Array, time: Array) -> Array:
 
 
 class _Cells:
-    """The four cells of one turn's ground map around a place, and their bilinear weights (2, 2)."""
+    """The four cells of one turn's ground map around a point, and their bilinear weights (2, 2)."""
 
-    def __init__(self, ground: xr.Dataset, place: Array, period: float) -> None:
+    def __init__(self, ground: xr.Dataset, point: Array, period: float) -> None:
         (row, north), (column, east) = (
-            _beside(ground[name].values, at) for name, at in (("y", place[1]), ("x", place[0]))
+            _beside(ground[name].values, at) for name, at in (("y", point[1]), ("x", point[0]))
         )
         self._four = ground.isel(y=slice(row, row + 2), x=slice(column, column + 2))
         self._bilinear = np.outer((1.0 - north, north), (1.0 - east, east))
@@ -121,7 +121,7 @@ class _Cells:
         self._own = own
 
     def mean(self, name: str) -> float:
-        """Of a field, NaN if the cell in which the place lies has none."""
+        """Of a field, NaN if the cell in which the point lies has none."""
         values = np.asarray(self._four[name].values, dtype=np.float64)
         weight = np.where(self._together & np.isfinite(values), self._bilinear, 0.0)
         if not self._inside or weight[self._own] == 0.0:
@@ -130,7 +130,7 @@ class _Cells:
 
 
 def _beside(centres: Array, at: float) -> tuple[int, float]:
-    """The cell before a place on an axis, and how far on towards the next one it lies; not 0 … 1 off the grid."""
+    """The cell before a point on an axis, and how far on towards the next one it lies; not 0 … 1 off the grid."""
     before = int(np.clip(np.searchsorted(centres, at, side="right") - 1, 0, centres.size - 2))
     return before, float((at - centres[before]) / (centres[before + 1] - centres[before]))
 
@@ -146,9 +146,9 @@ class _PolarFlags:
         fall = np.sqrt(np.maximum(np.broadcast_to(slant, ground.shape)[known] ** 2 - ground[known] ** 2, 0.0))
         self._height = float(np.median(fall + polar["height"].values[known])) if known.any() else 0.0
 
-    def at(self, place: Array) -> int:
-        """Flags of the cell that holds a place; no echo where the map has none."""
-        east, north = place - self._antenna
+    def at(self, point: Array) -> int:
+        """Flags of the cell that holds a point; no echo where the map has none."""
+        east, north = point - self._antenna
         azimuth, ranges = self._polar["azimuth"].values, self._polar["range"].values
         off = np.abs(wrap_degrees(azimuth - np.degrees(np.arctan2(east, north))))
         beside = np.abs(ranges - np.hypot(np.hypot(east, north), self._height))

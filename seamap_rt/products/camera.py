@@ -19,7 +19,7 @@ from ..echoes.radar_cross_section import SeaSurface, two_way_power
 from ..mesh import PolarGrid, polar_grid, surface_mesh
 from ..mesh.surface import sea_on_grid, submerged_lines
 from ..radar.scan import sector_width
-from ..report.sea_statistics import asked_height
+from ..report.sea_statistics import requested_height
 from ..scene import Scene
 from ..sea import Sea
 from ..settings import RadarSettings
@@ -141,6 +141,6 @@ def _provenance(scene: Scene, sea: Sea) -> dict[str, Any]:
         "comment": "points, not cell means; x east, y north from the foot of the radar's mast; slopes are dz/dx, dz/dy",
         "scene": scene.to_toml(),
         "seed": scene.seed,
-        "sea_significant_wave_height": asked_height(sea),
+        "sea_significant_wave_height": requested_height(sea),
         **facts,
     }

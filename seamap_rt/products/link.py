@@ -79,7 +79,7 @@ def link_budget(scene: Scene, range_m: ArrayLike) -> LinkBudget:
     """
     radar, ranges = scene.radar, np.asarray(range_m, dtype=np.float64)
     nrcs, model = mean_sea(scene, ranges)
-    ways = link.integrations(radar, scene.scattering.decorrelation_time_s)
+    methods = link.integrations(radar, scene.scattering.decorrelation_time_s)
     return LinkBudget(
         range=ranges,
         grazing=link.grazing_angle(radar, ranges),
@@ -88,10 +88,10 @@ def link_budget(scene: Scene, range_m: ArrayLike) -> LinkBudget:
         nrcs=nrcs,
         nrcs_model=model,
         noise=noise_power(radar),
-        integrations=ways,
+        integrations=methods,
         budgets=(
-            link.budget(radar, "textbook", link.textbook_power(radar, 1.0, ranges), nrcs, ways),
-            link.budget(radar, "simulator", simulated_power(radar, ranges), nrcs, ways),
+            link.budget(radar, "textbook", link.textbook_power(radar, 1.0, ranges), nrcs, methods),
+            link.budget(radar, "simulator", simulated_power(radar, ranges), nrcs, methods),
         ),
     )
 

@@ -14,7 +14,7 @@ from ..io.appendable import AppendableNetCDF
 from ..io.interrupts import uninterrupted
 from ..io.results_folder import clear_folder, prepare_folder, write_whole
 from ..report import reduce, sea_figures, style
-from ..report.sea_statistics import Moments, asked_height, statistics_table
+from ..report.sea_statistics import Moments, requested_height, statistics_table
 from ..scattering import ShortWaves
 from ..scene import Scene
 from ..sea import Sea
@@ -55,7 +55,7 @@ class SeaProducts:
         folded = f"; {share:.2%} of the water folds over" if share > 0.0 else ""
         return (
             f"Hs {self.drawn.significant_height:.2f} m over {self.side:.3g} m × {self.side:.3g} m, "
-            f"{asked_height(self.sea):.2f} m asked for; resolved "
+            f"{requested_height(self.sea):.2f} m asked for; resolved "
             f"{resolved.variance_share:.2%} of the variance, {resolved.mean_square_slope_share:.0%} of the same "
             f"spectra's mean square slope{folded}"
         )

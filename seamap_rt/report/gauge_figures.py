@@ -42,7 +42,7 @@ def _picture(number: int, name: str, gauge: xr.Dataset) -> Picture:
         "radar's map there once a turn with ± its stated standard error; hollow: flagged by the retrieval. Nothing is "
         f"drawn where the map has no height.{part} (b) Spectra of the wire, of the wire read only when the radar sees "
         "the gauge, and of the radar, which folds in the same way; drawn for the radar up to half the turn rate alone."
-        f"{_said_of(spectra(gauge))} (c) Radar against wire at the same moments; dashed: "
+        f"{_caption_of(spectra(gauge))} (c) Radar against wire at the same moments; dashed: "
         "equal, solid: regression of the radar's height on the wire's.",
         lambda: gauge_figure(gauge),
     )
@@ -53,12 +53,12 @@ def _metres(place: xr.DataArray) -> str:
     return f"{round(float(place), 2) + 0.0:g} m"
 
 
-def _said_of(found: GaugeSpectra | NoSpectrum) -> str:
+def _caption_of(result: GaugeSpectra | NoSpectrum) -> str:
     """What the spectra cannot tell, in sentences that each begin with a blank."""
-    words = [found.reason]
-    if isinstance(found, GaugeSpectra):
-        bar = f"the bar is a {100.0 * _BAND:.0f} % interval, of {found.freedom:.0f} degrees of freedom"
-        words = [aliasing(found), found.reason, bar]
+    words = [result.reason]
+    if isinstance(result, GaugeSpectra):
+        bar = f"the bar is a {100.0 * _BAND:.0f} % interval, of {result.freedom:.0f} degrees of freedom"
+        words = [aliasing(result), result.reason, bar]
     return "".join(f" {word[0].upper()}{word[1:]}." for word in words if word)
 
 
@@ -83,8 +83,8 @@ def _draw_record(axes: Axes, gauge: xr.Dataset) -> None:
     axes.plot(
         gauge["time"].values[drawn], gauge["true_height"].values[drawn], color=style.BLACK, linewidth=0.9, label="wire"
     )
-    sound = part["quality"].values == 0
-    for members, face, label in ((sound, style.VERMILION, "radar"), (~sound, "white", "radar, flagged")):
+    unflagged = part["quality"].values == 0
+    for members, face, label in ((unflagged, style.VERMILION, "radar"), (~unflagged, "white", "radar, flagged")):
         shown = members & np.isfinite(height)
         if shown.any():
             axes.errorbar(
@@ -100,29 +100,29 @@ def _draw_record(axes: Axes, gauge: xr.Dataset) -> None:
         axes.text(0.01, 0.96, "the map has no height here", transform=axes.transAxes, va="top", color=style.GREY)
 
 
-def _draw_spectra(axes: Axes, found: GaugeSpectra | NoSpectrum) -> None:
+def _draw_spectra(axes: Axes, result: GaugeSpectra | NoSpectrum) -> None:
     style.graph(axes, "Frequency (Hz)", "Spectrum (m² s)", "(b) Spectra")
-    if isinstance(found, NoSpectrum):
-        style.note(axes, _wrapped(found.reason))
+    if isinstance(result, NoSpectrum):
+        style.note(axes, _wrapped(result.reason))
         return
     axes.set_yscale("log")
-    inside = found.wire_frequency <= 2.0 * found.nyquist
-    axes.plot(found.wire_frequency[inside], found.wire[inside], color=style.BLACK, linewidth=0.9, label="wire")
+    inside = result.wire_frequency <= 2.0 * result.nyquist
+    axes.plot(result.wire_frequency[inside], result.wire[inside], color=style.BLACK, linewidth=0.9, label="wire")
     axes.plot(
-        found.frequency, found.wire_once_a_turn, color=style.BLUE, linestyle="--", linewidth=1.0,
+        result.frequency, result.wire_once_a_turn, color=style.BLUE, linestyle="--", linewidth=1.0,
         label="wire, once a turn",
     )  # fmt: skip
-    if not found.reason:
-        axes.plot(found.frequency, found.radar, color=style.VERMILION, label="radar")
-    axes.axvline(found.nyquist, color=style.GREY, linewidth=0.8, linestyle=":")
+    if not result.reason:
+        axes.plot(result.frequency, result.radar, color=style.VERMILION, label="radar")
+    axes.axvline(result.nyquist, color=style.GREY, linewidth=0.8, linestyle=":")
     axes.text(
-        found.nyquist, 0.02, " half the turn rate", transform=axes.get_xaxis_transform(), color=style.GREY, va="bottom"
+        result.nyquist, 0.02, " half the turn rate", transform=axes.get_xaxis_transform(), color=style.GREY, va="bottom"
     )
-    everything = np.concatenate((found.wire[inside], found.wire_once_a_turn, found.radar))
+    everything = np.concatenate((result.wire[inside], result.wire_once_a_turn, result.radar))
     top = 3.0 * float(np.nanmax(everything)) if np.nanmax(everything) > 0.0 else 1.0
     axes.set_ylim(top * 10.0**-_DECADES, top)
-    axes.set_xlim(0.0, float(found.wire_frequency[inside][-1]))
-    low, high = (found.freedom / float(chi2.ppf(0.5 + 0.5 * side * _BAND, found.freedom)) for side in (1.0, -1.0))
+    axes.set_xlim(0.0, float(result.wire_frequency[inside][-1]))
+    low, high = (result.freedom / float(chi2.ppf(0.5 + 0.5 * side * _BAND, result.freedom)) for side in (1.0, -1.0))
     place, middle = 0.93 * axes.get_xlim()[1], top * 10.0 ** (-0.45 * _DECADES)
     axes.errorbar(
         place, middle, [[middle * (1.0 - low)], [middle * (high - 1.0)]], color=style.GREY, capsize=2.5, linewidth=0.8
@@ -133,21 +133,21 @@ def _draw_spectra(axes: Axes, found: GaugeSpectra | NoSpectrum) -> None:
 
 def _draw_pairs(axes: Axes, gauge: xr.Dataset) -> None:
     style.graph(axes, "Wire (m)", "Radar (m)", "(c) At the same moments")
-    true, found = gauge["seen_true_height"].values, gauge["height"].values.astype(np.float64)
-    both = np.isfinite(true) & np.isfinite(found)
+    true, result = gauge["seen_true_height"].values, gauge["height"].values.astype(np.float64)
+    both = np.isfinite(true) & np.isfinite(result)
     axes.set_aspect("equal")
     if not both.any():
         style.note(axes, "no heights")
         return
-    true, found = true[both], found[both]
-    reach = 1.08 * max(0.05, float(np.abs(np.concatenate((true, found))).max()))
+    true, result = true[both], result[both]
+    reach = 1.08 * max(0.05, float(np.abs(np.concatenate((true, result))).max()))
     ends = np.array([-reach, reach])
     axes.plot(ends, ends, color=style.GREY, linestyle="--", linewidth=0.8)
-    axes.plot(true, found, color=style.VERMILION, marker="o", markersize=2.2, linestyle="none", alpha=0.7)
+    axes.plot(true, result, color=style.VERMILION, marker="o", markersize=2.2, linestyle="none", alpha=0.7)
     entry = judge_one(gauge)
     slope = entry["regression_slope"]
     if np.isfinite(slope):
-        axes.plot(ends, found.mean() + slope * (ends - true.mean()), color=style.BLACK, linewidth=0.9)
+        axes.plot(ends, result.mean() + slope * (ends - true.mean()), color=style.BLACK, linewidth=0.9)
         words = [f"correlation {digits(entry['correlation'], 2)}", f"slope {digits(slope, 2)}"]
         words.append(f"error {digits(entry['rms_error_m'], 3)} m rms")
         axes.text(0.04, 0.97, "\n".join(words), transform=axes.transAxes, va="top", fontsize=style.FONT - 0.5)

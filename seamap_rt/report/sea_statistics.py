@@ -67,7 +67,7 @@ def _ratio(value: float, over: float) -> float:
     return float(value) / over if over > 1e-30 else float("nan")
 
 
-def asked_height(sea: Sea) -> float:
+def requested_height(sea: Sea) -> float:
     """Significant height of all waves of the scene, the short ones that are not resolved too; m."""
     return 4.0 * math.sqrt(sea.resolved.total_variance)
 
@@ -128,7 +128,7 @@ def statistics_table(scene: Scene, sea: Sea, drawn: Moments, side_m: float) -> s
     from_deg = waves.from_deg if waves is not None else 0.0
     chance, kurtosis = chance_of_height(sea), expected_kurtosis(sea)
     rows = [
-        ("significant height, m", asked_height(sea), 4.0 * resolved.elevation_std, drawn.significant_height),
+        ("significant height, m", requested_height(sea), 4.0 * resolved.elevation_std, drawn.significant_height),
         ("mean level, m", 0.0, 0.0, drawn.mean),
         ("skewness", resolved.skewness_stokes, 0.0, drawn.skewness),
         ("kurtosis", kurtosis, kurtosis, drawn.kurtosis),

@@ -75,10 +75,12 @@ def iterate(
         for turn in iterate(scene):
             print(turn.number, float(turn.maps["polar"]["height"].std()))
 
-    Memory holds one turn, if the caller keeps none. The maps never see the truth. simulator: the scene's, where the
-    caller wants its sea and its mast too; made here if left out. retrieved: False leaves the maps out. progress: told
-    in a line what begins. Raises InputError for a scene that cannot be simulated, NoBackend if rays are asked for and
-    cannot be traced: at the first turn, or where the Simulator is made.
+    Memory holds one turn, if the caller keeps none. The maps never see the truth.
+
+    simulator: the scene's, where the caller wants its sea and its mast too; made here if left out. retrieved: False
+    leaves the maps out. progress: called with a line on what begins.
+    Raises, before the first turn, InputError for a scene that cannot be simulated, and NoBackend if rays are requested
+    and cannot be traced.
     """
     say = progress or (lambda _: None)
     simulator = simulator or Simulator(scene)

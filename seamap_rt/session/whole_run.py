@@ -55,8 +55,9 @@ def run(
 ) -> RunResult:
     """Simulate, retrieve, compare and draw all turns of a scene into a folder (default `runs/<scene>-<seed>`).
 
-    Results stream turn by turn, so memory holds one turn. Interrupted, complete turns stay readable. progress: told in
-    a line what begins. Raises InputError for bad input, NoBackend if rays cannot be traced.
+    Results stream turn by turn, so memory holds one turn. Interrupted, complete turns stay readable.
+    progress: called with a line on what begins.
+    Raises InputError for bad input, NoBackend if rays cannot be traced, OSError where the disk is full.
     """
     say = progress or (lambda _: None)
     start = time.perf_counter()

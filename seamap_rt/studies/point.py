@@ -38,7 +38,7 @@ Outcome = dict[str, Any]
 
 
 class SchedulerLost(RuntimeError):
-    """What hands out the points does not answer any more."""
+    """The scheduler does not answer any more."""
 
 
 # Dr.Jit is not safe for several simulations in the threads of one process: a worker with more waits.

@@ -21,7 +21,7 @@ from seamap_rt.products import SeaProducts, write_sea
 from seamap_rt.products.camera import Camera, facets_under
 from seamap_rt.products.sampling import square
 from seamap_rt.products.writing import ROUNDING
-from seamap_rt.report.sea_statistics import asked_height, chance_of_height
+from seamap_rt.report.sea_statistics import chance_of_height, requested_height
 from seamap_rt.scene import Scene
 from seamap_rt.sea import Sea, realize
 from seamap_rt.simulation import Simulator
@@ -161,7 +161,7 @@ def test_moments_are_those_of_the_runs_own_sea(moving: Filed) -> None:
         found = fields["sea_surface_height"].values[number, ::7, ::7]
         assert_allclose(found, run.elevation(x, y, float(t)), atol=0.51 * ROUNDING["m"])
         assert rms(found - other.elevation(x, y, float(t))) > 0.1
-    assert asked_height(result.sea) == pytest.approx(0.9, rel=1e-6)
+    assert requested_height(result.sea) == pytest.approx(0.9, rel=1e-6)
 
 
 # ------------------------------------------------------------------------------------------------------- the file

@@ -19,9 +19,9 @@ from seamap_rt.products.spectrum import directional_spectrum
 from seamap_rt.report import sea_figures, style
 from seamap_rt.report.sea_statistics import (
     Moments,
-    asked_height,
     expected_kurtosis,
     expected_slope_variance,
+    requested_height,
     statistics_table,
 )
 from seamap_rt.scene import Scene, load_scene
@@ -235,7 +235,7 @@ def test_expected_slopes_are_those_of_the_resolved_waves(model: str) -> None:
         assert_allclose(both, sea.resolved.mean_square_slope, rtol=1e-9)
     assert_allclose(expected_slope_variance(sea, 90.0), sea.resolved.slope_std_east**2, rtol=1e-9)
     assert expected_slope_variance(sea, 310.0) > 2.0 * expected_slope_variance(sea, 40.0)
-    assert_allclose(asked_height(sea), 4.0 * np.sqrt(2 * 0.7**2 / 16 + 0.15**2 / 2), rtol=1e-6)
+    assert_allclose(requested_height(sea), 4.0 * np.sqrt(2 * 0.7**2 / 16 + 0.15**2 / 2), rtol=1e-6)
 
 
 def test_regular_waves_have_their_own_kurtosis() -> None:

@@ -21,7 +21,6 @@ from __future__ import annotations
 import argparse
 import importlib
 import importlib.util
-import resource
 import statistics
 from pathlib import Path
 
@@ -30,6 +29,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
+from seamap_rt.compute.machine import peak_memory
 from seamap_rt.report.style import BLUE, GREEN, GREY, SKY, VERMILION, graph, new_figure, place, png, styled
 from validation import FIGURES
 from validation.speed.peers_power import (
@@ -191,7 +191,7 @@ def main() -> None:
     power = compare_power(one_antenna(made), samples, repeat, cut=4 if quick else 8)
     turns = [made.simulator.turn(number).timing for number in range(2 if quick else 4)][1:]
     print_power(power, statistics.median(timing["trace"] + timing["echoes"] for timing in turns))
-    print(f"peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.1f} GiB")
+    print(f"peak memory {peak_memory() / 2**30:.1f} GiB")
     draw(power, rays, arguments.out / "peers.png")
 
 

@@ -21,7 +21,6 @@ import argparse
 import gc
 import json
 import os
-import resource
 import statistics
 import subprocess
 import sys
@@ -37,6 +36,7 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.compute.backend import prepare
+from seamap_rt.compute.machine import peak_memory
 from seamap_rt.errors import InputError
 from seamap_rt.report.style import (
     BLACK,
@@ -131,17 +131,7 @@ def resident() -> float:
     try:
         return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
     except OSError:
-        return peak()
-
-
-def peak() -> float:
-    """Most bytes that this process has held; on Linux its own, where getrusage counts what its parent held, too."""
-    try:
-        lines = Path("/proc/self/status").read_text().splitlines()
-        return 1024.0 * int(next(line for line in lines if line.startswith("VmHWM:")).split()[1])
-    except (OSError, StopIteration):
-        most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        return float(most if sys.platform == "darwin" else 1024 * most)
+        return peak_memory()
 
 
 def measure(keys: Keys, repeat: int) -> Keys:
@@ -164,7 +154,7 @@ def measure(keys: Keys, repeat: int) -> Keys:
         "pulses": int(turn.echoes.sizes["pulse"]),
         "seconds": {stage: statistics.median(row[stage] for row in rows) for stage in STAGES},
         "first": first,
-        "memory": peak() - imports,
+        "memory": peak_memory() - imports,
         "imports": imports,
         "variant": backend.variant if scene.tracing.tracer == "facets" else "none",
     }

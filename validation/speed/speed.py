@@ -11,7 +11,6 @@ at the rate at which BLAS does them, and the random numbers that the lit facets 
 from __future__ import annotations
 
 import argparse
-import resource
 import statistics
 import time
 from collections.abc import Callable
@@ -21,6 +20,7 @@ import numpy as np
 import scipy.fft
 
 import seamap_rt as sr
+from seamap_rt.compute.machine import peak_memory
 from seamap_rt.echoes.summation.gaussian import gaussians, stream_key
 from seamap_rt.interferometry import retrieve_one
 from seamap_rt.simulation import Simulator
@@ -51,7 +51,7 @@ def main() -> None:
             floors = _floors(simulator)
             words = ", ".join(f"{stage} {middle[stage] / floor:.1f} × {floor:.3f} s" for stage, floor in floors.items())
             print(f"from the floor: {words}")
-    print(f"peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.2f} GiB")
+    print(f"peak memory {peak_memory() / 2**30:.2f} GiB")
 
 
 def turn_times(simulator: Simulator, turns: int) -> list[dict[str, float]]:
