@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from seamap_rt.io.appendable import AppendableNetCDF
-from seamap_rt.products.writing import sea_file
 
 def limit(size):
     '''No file of this process may grow beyond so many bytes: EFBIG, which HDF5 meets as it meets a full disk.'''
@@ -55,9 +54,10 @@ def alone(script: str, folder: Path) -> str:
     return done.stdout
 
 
+SEA = "AppendableNetCDF(Path('it.nc'), ('time',), constant={'spectrum': spectrum()}, compressed=True)"
 KINDS = [
     ("AppendableNetCDF(Path('it.nc'))", "tree(turn, 128)", "polar"),
-    ("sea_file(Path('it.nc'), spectrum())", "moment(turn, 256)", "/"),
+    (SEA, "moment(turn, 256)", "/"),
     ("AppendableNetCDF(Path('it.nc'), ('turn', 'sample'))", "series(turn, 20_000)", "/"),
 ]
 
