@@ -66,7 +66,7 @@ class Turn:
 class Simulator:
     """Simulates a scene turn by turn; what turns share (the sea, the traced scene) is made once.
 
-    `sea` is the run's own sea. It is drawn from a branch of the scene's seed, SeedSequence(seed, spawn_key=(1,)), and
+    `sea` is the run's own sea. It is drawn from a branch of the scene's seed (`random_streams.Stream.SEA`), and
     so shares no random number with speckle and noise: `sea.realize(scene.sea, scene.seed)` is another one.
     """
 

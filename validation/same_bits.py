@@ -1,9 +1,9 @@
-"""Do two runs hold the same bits? Echoes, maps, truth and gauges of two folders, and the keys of their metrics.
+"""Do two runs hold the same bits? Echoes, maps, truth and gauges of two folders, and do the metrics keep their keys?
 
 python -m validation.same_bits OLD NEW [--tolerance 0]
 
-Made for changes that must change nothing: `seamap-rt run SCENE --out OLD` before, `--out NEW` after. With a tolerance,
-arrays may differ by that share of their own rms. Exit 1 where anything differs.
+Made for changes that must change nothing: `seamap-rt run SCENE --out OLD` before, `--out NEW` after. Keys may be added to
+the metrics. With a tolerance, arrays may differ by that share of their own rms. Exit 1 where anything differs.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ def differences(old: Path, new: Path, tolerance: float = 0.0) -> Iterator[str]:
         elif (far := _distance(first[name], second[name])) > tolerance:
             yield f"{name}: differs, by {far:.3g} of its rms"
     keys = [set(_keys(json.loads((folder / "metrics.json").read_text(encoding="utf-8")))) for folder in (old, new)]
-    for key in sorted(keys[0] ^ keys[1]):
-        yield f"metrics.json {key}: only in {old if key in keys[0] else new}"
+    for key in sorted(keys[0] - keys[1]):
+        yield f"metrics.json {key}: only in {old}"
 
 
 def _arrays(folder: Path) -> Iterator[tuple[str, np.ndarray[Any, Any]]]:

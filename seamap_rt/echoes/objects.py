@@ -17,11 +17,11 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import from_db, wrap_degrees
+from ..random_streams import Stream, branch
 from ..settings import ObjectSettings
 from ..tracing.objects import Occluder
 
 COUNT = 64  # points of an object: its power is exponentially distributed to 1/64
-_STAGE = 8  # of the scene's random source
 _DRAWN_AT_ONCE, _MOST_DRAWN = 1024, 131_072  # points, until enough of them are in view
 _SHORT = 1e-3  # of an object's size, by which a ray to it ends short of its own surface
 
@@ -142,7 +142,7 @@ def objects_in_sight(
     middle = centres.mean(axis=1)
     points, areas, sight = [np.zeros((0, 3))], [np.zeros(0)], [np.zeros((centres.shape[1], 0), dtype=bool)]
     for thing in things:
-        source = np.random.SeedSequence(seed, spawn_key=(_STAGE, thing.number))
+        source = branch(seed, Stream.OBJECTS, thing.number)
         at = passing(np.asarray(thing.mesh.bounds).mean(axis=0)[None], middle, azimuth)[0]
         itself = occluder.alone(thing.number)
         drawn = object_scatterers(

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import random_streams
 from ..compute.compiled import compiled
 from ..compute.machine import pool
 from ..conventions import db
@@ -15,10 +16,12 @@ from ..radar.digital import DigitalReceiver
 from ..radar.receiver import noise_power, noise_taps, thermal_noise
 from ..radar.scan import Pulses
 from ..radar.waveform import gate_spacing_m
+from ..random_streams import Stream
 from ..settings import RadarSettings
-from .summation.gaussian import draw, key_of, stream_key
+from .summation.gaussian import draw, key_of
 
-_NOISE_STAGE, _NOISE_CHUNK = 3, 1000
+_NOISE_CHUNK = 1000  # pulses
+_NOISE_SAMPLE_SEED = 3  # of the sample by which a receiver's own noise is measured, the same for every run
 
 
 class Received(NamedTuple):
@@ -83,7 +86,7 @@ def _measured_noise(radar: RadarSettings) -> float:
     digital, pulses = DigitalReceiver(radar), 1000
     spacing = float(np.diff(digital.sample_range[:2])[0])
     count = digital.sample_range.size
-    noise = thermal_noise(radar, pulses, count, np.random.default_rng(_NOISE_STAGE), 1, spacing)
+    noise = thermal_noise(radar, pulses, count, np.random.default_rng(_NOISE_SAMPLE_SEED), 1, spacing)
     heard = digital(noise).voltage
     return float(np.mean(np.square(np.abs(heard), dtype=np.float64)))
 
@@ -103,7 +106,7 @@ def add_noise(
     if radar.waveform == "chirp":  # noise goes through the compression too
         _add_compressed_noise(voltages, radar, first, seed)
         return
-    key = stream_key(seed, _NOISE_STAGE)
+    key = random_streams.key(seed, Stream.NOISE)
     taps = noise_taps(radar, spacing_m or gate_spacing_m(radar), voltages.shape[2]).astype(np.float32)
 
     def add(start: int) -> None:
@@ -116,7 +119,7 @@ def add_noise(
 def _add_compressed_noise(voltages: NDArray[np.complex64], radar: RadarSettings, first: int, seed: int) -> None:
     def add(start: int) -> None:
         chunk = voltages[start : start + _NOISE_CHUNK]
-        random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_NOISE_STAGE, first + start)))
+        random = np.random.default_rng(random_streams.branch(seed, Stream.NOISE, first + start))
         chunk += thermal_noise(radar, chunk.shape[0], chunk.shape[2], random, chunk.shape[1])
 
     with pool() as workers:

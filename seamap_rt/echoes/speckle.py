@@ -12,9 +12,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from .summation.gaussian import gaussians, key_of, stream_key
-
-_STAGE = 2  # of the scene's random source; 1 is the sea, 3 the receiver's noise
+from .. import random_streams
+from ..random_streams import Stream
+from .summation.gaussian import gaussians, key_of
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def _strongest_modes(covariance: NDArray[np.float64]) -> tuple[NDArray[np.float6
 
 def speckle_stream(seed: int, draw: tuple[int, ...] = ()) -> np.uint64:
     """Key of the speckle's random source; draw: names another, independent draw of the same facets."""
-    return stream_key(seed, _STAGE, *draw)
+    return random_streams.key(seed, Stream.SPECKLE, *draw)
 
 
 def speckle_weights(

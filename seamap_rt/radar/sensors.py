@@ -17,10 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 
+from .. import random_streams
+from ..random_streams import Stream
 from ..settings import SensorSettings
 from .platform import BoatMotion, BoatState
 
-_STAGE = 7  # of the scene's random source
 _CHANNELS = 6  # east, north, up, roll, pitch, heading
 
 
@@ -34,7 +35,7 @@ class Sensors:
         """seed: the scene's."""
         self.settings = settings
         self.motion = motion
-        self._key = np.random.SeedSequence(seed, spawn_key=(_STAGE,)).generate_state(1, np.uint64)[0]
+        self._key = random_streams.key(seed, Stream.SENSORS)
         s = settings
         self._bias = np.array([0.0, 0.0, s.height_bias_m, s.roll_bias_deg, s.pitch_bias_deg, s.heading_bias_deg])
         self._rms = np.array([s.position_noise_m] * 3 + [s.attitude_noise_deg] * 2 + [s.heading_noise_deg])

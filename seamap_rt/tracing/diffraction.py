@@ -21,16 +21,14 @@ the antenna may face it. Those that lean away from their own ray stay dark.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.special import wofz
 
+from ..compute.compiled import compiled_strict
 from ..compute.machine import threads
 from ..mesh.facets import FAR_FRACTION, NEAR_FRACTION, Profile, profile
 from ..mesh.surface import SurfaceMesh
@@ -88,14 +86,7 @@ def _fresnel_table() -> NDArray[np.complex128]:
     return 0.5 * wofz(np.sqrt(0.5 * np.pi) * np.exp(0.75j * np.pi) * v)
 
 
-def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    try:
-        return njit(cache=True, nogil=True)(function)
-    except RuntimeError:  # no folder to keep the compiled code in: each process compiles it again
-        return njit(nogil=True)(function)
-
-
-@_compiled
+@compiled_strict
 def _over_edges(distance, surface, first, station, table, field, ray_slope):
     """Fill field (column, facet) with F of the facets first, first + 2 …, and add this antenna's share of their rays'
     slope to ray_slope.
@@ -142,13 +133,13 @@ def _over_edges(distance, surface, first, station, table, field, ray_slope):
             field[column, n] = before * _past(edges, last, x, z, per_wavelength, table)
 
 
-@_compiled
+@compiled_strict
 def _up_to(edges, count, x, z, per_wavelength, table):
     """The field at (x, z), or on the path over it, after the dominating one of the first `count` edges."""
     return _past(edges, _dominant(edges, count, x, z / x), x, z, per_wavelength, table)
 
 
-@_compiled
+@compiled_strict
 def _dominant(edges, count, x, slope):
     """Which of the first `count` edges has the largest v for a point at distance x, elevation `slope`; −1 for none."""
     best = count - 1
@@ -162,7 +153,7 @@ def _dominant(edges, count, x, slope):
     return best
 
 
-@_compiled
+@compiled_strict
 def _past(edges, number, x, z, per_wavelength, table):
     """F(v) of one edge for the ray to (x, z), F(−v) being 1 − F(v); 1 for the edge −1, which is none."""
     if number < 0:
@@ -178,7 +169,7 @@ def _past(edges, number, x, z, per_wavelength, table):
     return shadow if v > 0.0 else 1.0 - shadow
 
 
-@_compiled
+@compiled_strict
 def _fresnel_height(edge_x, edge_z, x, z, per_wavelength):
     """v of an edge for the ray from the origin to (x, z), so that πv²/2 is exactly the phase of the detour over it."""
     path = np.sqrt(x * x + z * z)

@@ -7,13 +7,10 @@ facets seen from behind come out dark. An antenna that stands a little beside th
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ..compute.compiled import compiled_strict
 from ..mesh.facet_kernel import in_blocks
 from ..mesh.facets import FAR_FRACTION, NEAR_FRACTION, Plane
 from ..mesh.surface import SurfaceMesh
@@ -61,16 +58,7 @@ class Skyline:
         return known & ((points[:, 2] - eyes[:, 2]) / distance > highest)
 
 
-def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Without the licence to rearrange sums: what lies exactly on the horizon is the same for every processor."""
-    options: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
-    try:
-        return njit(cache=True, **options)(function)
-    except RuntimeError:  # no folder to keep the compiled code in: each process compiles it again
-        return njit(**options)(function)
-
-
-@_compiled
+@compiled_strict
 def _light(
     begin, end, first, elevation, rung_distance, diagonal_distance, fraction, share, distance, height, along, above, lit
 ):
@@ -95,7 +83,7 @@ def _light(
                 highest = beyond
 
 
-@_compiled
+@compiled_strict
 def _tangent(reach, rise):
     """Of the elevation angle under which the antenna sees a point; −inf for what is not in front of it."""
     return rise / reach if reach > 0.0 else -np.inf

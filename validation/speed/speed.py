@@ -20,9 +20,11 @@ import numpy as np
 import scipy.fft
 
 import seamap_rt as sr
+from seamap_rt import random_streams
 from seamap_rt.compute.machine import peak_memory
-from seamap_rt.echoes.summation.gaussian import gaussians, stream_key
+from seamap_rt.echoes.summation.gaussian import gaussians
 from seamap_rt.interferometry import retrieve_one
+from seamap_rt.random_streams import Stream
 from seamap_rt.simulation import Simulator
 
 STAGES = ("sea", "mesh", "trace", "echoes", "truth", "retrieve", "total")
@@ -81,7 +83,7 @@ def _floors(simulator: Simulator) -> dict[str, float]:
     sums = heard * (8 * MODES * NODES + 3 * NODES * (8 + 4 * GATES)) + samples * 4 * TAPS
     matrix = np.ones((2000, 2000), dtype=np.float32)
     rate = 2.0 * 2000**3 / _least(lambda: matrix @ matrix)
-    draws = _least(lambda: gaussians(stream_key(1), 100_000, MODES)) / (100_000 * MODES)
+    draws = _least(lambda: gaussians(random_streams.key(1, Stream.SPECKLE), 100_000, MODES)) / (100_000 * MODES)
     # Two threads draw at once.
     return {
         "sea": _ffts(simulator),

@@ -23,11 +23,6 @@ _C1, _C2, _C3, _C4, _C5, _C6 = (np.float32(1.0 / _FACTORIALS[n]) for n in (1, 3,
 _L1, _L2, _L3, _L4 = (np.float32(2.0 / n) for n in (1, 3, 5, 7))  # of ln x in (x − 1)/(x + 1)
 
 
-def stream_key(seed: int, *branch: int) -> np.uint64:
-    """The key of a branch of the scene's random source."""
-    return np.random.SeedSequence(seed, spawn_key=branch).generate_state(1, np.uint64)[0]
-
-
 @compiled
 def key_of(key, number):
     """The key of one member of a stream."""
