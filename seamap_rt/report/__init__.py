@@ -1,6 +1,6 @@
 """Metrics and figures → one page that says what was measured, how well, and what was left out.
 
-Names are loaded when first used, so that `report.limits`, which every simulation imports, loads no matplotlib.
+Names are loaded when first used, so that `report.limits`, which the command line imports, loads no matplotlib.
 """
 
 from __future__ import annotations
