@@ -2,8 +2,8 @@
 
 python -m validation.same_bits OLD NEW [--tolerance 0]
 
-Made for changes that must change nothing: `seamap-rt run SCENE --out OLD` before, `--out NEW` after. Keys may be added to
-the metrics. With a tolerance, arrays may differ by that share of their own rms. Exit 1 where anything differs.
+Made for changes that must change nothing: `seamap-rt run SCENE --out OLD` before, `--out NEW` after. The metrics may
+gain keys. With a tolerance, arrays may differ by that share of their own rms. Exit 1 where anything differs.
 """
 
 from __future__ import annotations
