@@ -170,8 +170,8 @@ def _told_by(coarse: Interferogram) -> Callable[[], tuple[Expected, ...]]:
 
     @lru_cache(maxsize=1)
     def others() -> tuple[Expected, ...]:
-        told = single_cell(coarse)
-        std = np.where(told.ambiguous, np.nan, told.std)
-        return (Expected(told.found.height, std),)
+        resolved = single_cell(coarse)
+        std = np.where(resolved.ambiguous, np.nan, resolved.std)
+        return (Expected(resolved.heights.height, std),)
 
     return others

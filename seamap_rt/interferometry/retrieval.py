@@ -21,7 +21,7 @@ from .estimation.estimators import ESTIMATORS, Estimate
 from .estimation.quality import lit_power, quality_flags
 from .estimation.shadow import Shadow, rms_slope, shadow
 from .estimation.slopes import Slopes, local_planes, plane_reach
-from .geometry.heights import Found
+from .geometry.heights import Heights
 from .gridding.ground_map import Ground, ground_map
 from .gridding.instant import at_one_instant
 from .input.checks import checked_echoes
@@ -103,14 +103,14 @@ def retrieve_turn(
     looks = Looks.of(echoes, radar, settings)
     given, lags = interferogram(looks)
     estimate = ESTIMATORS[settings.estimator](given)
-    found, model = estimate.found, given.model
+    heights, model = estimate.heights, given.model
     echo_power = estimate.echo_power
     echoing = estimate.echoing
     if not radar.compressed:  # of a chirp something is heard before it is out, of a plain pulse nothing
         echoing = echoing & ~radar.blind
-    heard = echoing & np.isfinite(found.height)
+    heard = echoing & np.isfinite(heights.height)
     height, ground_range, spread = (
-        np.where(heard, f, np.nan) for f in (found.height, found.ground_range, estimate.std)
+        np.where(heard, f, np.nan) for f in (heights.height, heights.ground_range, estimate.std)
     )
     slopes = _slopes(given, estimate, height, spread)
     seen = _shadow(given, slopes, spread, heard)
@@ -122,26 +122,26 @@ def retrieve_turn(
     flags = quality_flags(
         echoes,
         looks.dwells,
-        found.cells,
+        heights.cells,
         echoing,
         echo_power,
-        found.gain,
+        heights.gain,
         height,
         radar,
         estimate.ambiguous,
         seen.visible_fraction,
         given.dwelt.samples(estimate.window, radar).noise,
     )
-    moving = _velocities(looks, given, lags, found)
+    moving = _velocities(looks, given, lags, heights)
     fields = {
         "height": height,
         "height_std": spread,
         "slope_range": slopes.outward,
         "slope_azimuth": slopes.clockwise,
         "ground_range": ground_range,
-        "coherence": found.cells.coherence,
-        "phase": np.angle(found.cells.cross),
-        "phase_unwrapped": np.where(heard, found.phase, np.nan),
+        "coherence": heights.cells.coherence,
+        "phase": np.angle(heights.cells.cross),
+        "phase_unwrapped": np.where(heard, heights.phase, np.nan),
         "snr_db": _snr_db(echo_power, given.noise_power),
         "radial_velocity": np.where(heard, moving.velocity, np.nan),
         "doppler_width": np.where(heard, moving.width, np.nan),
@@ -150,7 +150,7 @@ def retrieve_turn(
         "time": _look_times(model.poses.time, (turn + looks.sweeps / 360.0) * radar.period),
         "quality": flags,
     }
-    return _polar(fields, looks, model.paths, turn), Ground.of(model.poses, found, looks.sweeps)
+    return _polar(fields, looks, model.paths, turn), Ground.of(model.poses, heights, looks.sweeps)
 
 
 def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int) -> xr.Dataset:
@@ -177,7 +177,7 @@ def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int) -> x
 def _slopes(given: Interferogram, estimate: Estimate, height: Map, spread: Map) -> Slopes:
     """Slopes of planes as small as the heights' errors let them be; cells count by their own."""
     model = given.model
-    ground = model.ground(estimate.found.points)
+    ground = model.ground(estimate.heights.points)
     reach = plane_reach(spread, model.radar.ranges, model.radar.spacing, given.width)
     sure = np.where(estimate.ambiguous, np.nan, height)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -204,9 +204,9 @@ def _shadow(given: Interferogram, slopes: Slopes, spread: Map, heard: NDArray[np
     )
 
 
-def _velocities(looks: Looks, given: Interferogram, lags: Sequence[Lag], found: Found) -> Doppler:
+def _velocities(looks: Looks, given: Interferogram, lags: Sequence[Lag], heights: Heights) -> Doppler:
     """Velocities of what echoes over ground, of cells."""
-    shape = found.height.shape
+    shape = heights.height.shape
     if not lags:
         return Doppler(*(np.full(shape, np.nan) for _ in range(3)))
     radar, settings = looks.radar, looks.settings
@@ -219,9 +219,9 @@ def _velocities(looks: Looks, given: Interferogram, lags: Sequence[Lag], found: 
         lags, radar.wavelength, radar.noise_power, window, 2.0 * samples.noise, samples.speckle, looks.passage
     )
     own = own_velocity(looks.pulses.antennas, looks.pulses.time, looks.dwells)
-    height = given.model.poses.fan.height - found.height
+    height = given.model.poses.fan.height - heights.height
     return replace(
-        seen, velocity=over_ground(seen.velocity, own, given.model.poses.azimuth, found.ground_range, height)
+        seen, velocity=over_ground(seen.velocity, own, given.model.poses.azimuth, heights.ground_range, height)
     )
 
 

@@ -70,9 +70,9 @@ def _ratio(axes: Axes, scene: Scene, curve: LinkBudget) -> None:
     style.graph(axes, "Slant range (m)", "Signal to noise (dB)", "(c) Signal to noise, ranges of the simulator")
     axes.axhline(0.0, color=style.GREY, linestyle=":", linewidth=1.0)
     for budget in curve.budgets:
-        for way, colour, row in zip(curve.integrations, _COLOURS, budget.snr, strict=True):
+        for integration, colour, row in zip(curve.integrations, _COLOURS, budget.snr, strict=True):
             reach = link.furthest(curve.range, row)
-            words = f"{way.name}: 0 dB at {reach:.0f} m" if np.isfinite(reach) else way.name
+            words = f"{integration.name}: 0 dB at {reach:.0f} m" if np.isfinite(reach) else integration.name
             axes.plot(
                 curve.range, db(row), color=colour, linestyle=_DASHES[budget.name],
                 label=words if budget.name == "simulator" else None,

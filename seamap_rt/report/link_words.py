@@ -63,8 +63,10 @@ def link_table(radar: RadarSettings, table: LinkBudget) -> str:
     for each in table.budgets:
         columns.append((f"{each.name}_echo_dbm", _dbm(each.power)))
         for prefix, rows in (("snr", each.snr), ("minimum_nrcs", each.minimum_nrcs)):
-            for way, row in zip(table.integrations, rows, strict=True):
-                columns.append((f"{each.name}_{prefix}_{way.name.replace(' ', '_').replace('-', '')}_db", db(row)))
+            for integration, row in zip(table.integrations, rows, strict=True):
+                columns.append(
+                    (f"{each.name}_{prefix}_{integration.name.replace(' ', '_').replace('-', '')}_db", db(row))
+                )
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([name for name, _ in columns])
@@ -94,8 +96,10 @@ def _facts(scene: Scene) -> list[tuple[str, str]]:
         losses = link.losses_to_textbook(radar, _REFERENCE_M)
         elevation = float(losses.elevation) + 0.0
         total = losses.azimuth + elevation + losses.response
-        parts = f"azimuth pattern {losses.azimuth:.2f}, elevation pattern {elevation:.2f}, filter {losses.response:.2f}"
-        facts.append(("simulator less than textbook", f"{total:.2f} dB at {_REFERENCE_M:g} m: {parts}"))
+        pieces = (
+            f"azimuth pattern {losses.azimuth:.2f}, elevation pattern {elevation:.2f}, filter {losses.response:.2f}"
+        )
+        facts.append(("simulator less than textbook", f"{total:.2f} dB at {_REFERENCE_M:g} m: {pieces}"))
     return facts
 
 
@@ -142,7 +146,9 @@ def _reaches(curve: LinkBudget) -> list[tuple[str, str]]:
     found: list[tuple[str, str]] = []
     for each in curve.budgets:
         reach = [link.furthest(curve.range, row) for row in each.snr]
-        words = [f"{way.name} {_distance(r, top)}" for way, r in zip(curve.integrations, reach, strict=True)]
+        words = [
+            f"{integration.name} {_distance(r, top)}" for integration, r in zip(curve.integrations, reach, strict=True)
+        ]
         found.append((f"furthest 0 dB, {each.name}", ", ".join(words)))
     return found
 
@@ -165,7 +171,7 @@ def _sea_columns(radar: RadarSettings, table: LinkBudget) -> list[Column]:
 
 
 def _budget_columns(table: LinkBudget, each: Budget) -> list[Column]:
-    names = [way.name for way in table.integrations]
+    names = [mode.name for mode in table.integrations]
     return [
         ("range m", table.range, 1),
         ("echo dBm", _dbm(each.power), 2),

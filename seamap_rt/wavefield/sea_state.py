@@ -103,25 +103,25 @@ def _one_turn(polar: xr.Dataset, water: Water) -> dict[str, float]:
     """The numbers of one turn; those that cannot be had are left out."""
     polar_map = PolarMap.of(polar)
     heights = polar["height"].values
-    found = {"cells": 0.0, "raw_height": 4.0 * float(np.nanstd(heights)) if np.isfinite(heights).any() else np.nan}
+    values = {"cells": 0.0, "raw_height": 4.0 * float(np.nanstd(heights)) if np.isfinite(heights).any() else np.nan}
     bins = RangeBins.of(polar_map)
     if bins is None or not bins.used.any():
-        return found
+        return values
     inside = polar_map.known & bins.within(bins.glimpsed, polar_map.distance)
-    way = _travel(polar, polar_map, inside)
-    spectrum = wave_spectrum(Transforms.of(polar_map.cells(inside)), way, water)
+    direction = _travel(polar, polar_map, inside)
+    spectrum = wave_spectrum(Transforms.of(polar_map.cells(inside)), direction, water)
     resolution = Resolution.of(polar.attrs, np.degrees(polar_map.width))
     overall = bins.weight(bins.glimpsed) @ resolution.transfer(spectrum.ring_wavenumber, bins.middle)
     spectrum = spectrum.corrected(overall, _LEAST_TRANSFER)
-    found |= _height(polar_map, bins, _kept(spectrum, overall, resolution, bins.middle))
+    values |= _height(polar_map, bins, _kept(spectrum, overall, resolution, bins.middle))
     part = bins.area[bins.used].sum() / bins.area[bins.glimpsed].sum()
     chance = 0.5 / np.sqrt(max(1.0, spectrum.independent * part))
-    found["significant_wave_height_sampling"] = chance * found["significant_wave_height"]
+    values["significant_wave_height_sampling"] = chance * values["significant_wave_height"]
     weight = bins.weight(bins.used)
     # Heights that are a conditional mean hold nothing of a sea that noise hides.
     least = 2.0 if polar_map.conditional else 2.0 * _NOISE_KNOWN
     shown = weight @ bins.waves > least * (weight @ bins.noise)
-    return found | (_direction(spectrum, way) if shown and polar_map.span > _LEAST_SPAN else {})
+    return values | (_direction(spectrum, direction) if shown and polar_map.span > _LEAST_SPAN else {})
 
 
 def _height(polar_map: PolarMap, bins: RangeBins, keep: Field) -> dict[str, float]:
@@ -170,8 +170,8 @@ def _kept(spectrum: WaveSpectrum, overall: Field, resolution: Resolution, distan
     """
     wavenumber, peak = spectrum.ring_wavenumber, 2.0 * np.pi * spectrum.peak_frequency
     peak = float(spectrum.water.wavenumber(peak)) if np.isfinite(peak) else np.nan
-    told = overall > _LEAST_TRANSFER
-    core = told & (wavenumber < _TAIL_FROM * peak)
+    stated = overall > _LEAST_TRANSFER
+    core = stated & (wavenumber < _TAIL_FROM * peak)
     if not spectrum.ring_power[core].any():
         return np.ones(distance.size)
     edge = wavenumber[core].max()
@@ -180,23 +180,23 @@ def _kept(spectrum: WaveSpectrum, overall: Field, resolution: Resolution, distan
     least = np.where(wavenumber > edge, 2.0 * tail * edge**2 * wavenumber**-3 * np.gradient(wavenumber), 0.0)
     shorter = wavenumber[-1] * _STEP ** np.arange(8)  # than all bins
     power = np.append(
-        np.maximum(np.where(told, spectrum.ring_power, 0.0), least), tail * (edge / shorter) ** 2 * (1.0 - _STEP**-2)
+        np.maximum(np.where(stated, spectrum.ring_power, 0.0), least), tail * (edge / shorter) ** 2 * (1.0 - _STEP**-2)
     )
     return resolution.transfer(np.append(wavenumber, shorter * np.sqrt(_STEP)), distance) @ power / power.sum()
 
 
-def _direction(spectrum: WaveSpectrum, way: Travel) -> dict[str, float]:
+def _direction(spectrum: WaveSpectrum, direction: Travel) -> dict[str, float]:
     """Periods and directions, with what chance makes of as few waves as were seen."""
     peak, moment, doubled = spectrum.peak_frequency, spectrum.direction(1), spectrum.direction(2)
     if not (np.isfinite(peak) and np.isfinite(moment)):
         return {}
     chance = 1.0 / np.sqrt(spectrum.independent)
     axis = np.degrees(0.5 * np.angle(doubled)) % 180.0
-    found = {"peak_period": 1.0 / peak, "peak_period_std": _PEAK_WIDTH * chance / peak, "mean_axis": axis}
-    if not abs(np.cos(np.radians(way.wave_from_deg - axis))) > np.cos(np.radians(_SURE_DEG)):
-        return found
+    values = {"peak_period": 1.0 / peak, "peak_period_std": _PEAK_WIDTH * chance / peak, "mean_axis": axis}
+    if not abs(np.cos(np.radians(direction.wave_from_deg - axis))) > np.cos(np.radians(_SURE_DEG)):
+        return values
     spread = float(np.degrees(np.sqrt(2.0 * max(1.0 - abs(moment), 0.0))))
-    return found | {
+    return values | {
         "mean_direction": (np.degrees(np.angle(moment)) + 180.0) % 360.0,
         "mean_direction_std": spread * chance,
         "directional_spread": spread,

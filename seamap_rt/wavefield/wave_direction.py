@@ -94,7 +94,7 @@ def travel(
     return _by_bands(np.tensordot(seen, cross, axes=1), side, size)
 
 
-def by_energy(height: NDArray[np.float64], height_std: NDArray[np.float64], side: float, way: Travel) -> Travel:
+def by_energy(height: NDArray[np.float64], height_std: NDArray[np.float64], side: float, direction: Travel) -> Travel:
     """Which way the waves of a ground map run, each counted by its energy: `wave_from_deg` is the mean direction.
 
     height, height_std [m] are (y, x), rows to the north, on squares of `side` [m], NaN where unknown. Of the two ways
@@ -114,9 +114,9 @@ def by_energy(height: NDArray[np.float64], height_std: NDArray[np.float64], side
     kx, ky = wavevectors(side, (size, size))
     k = np.maximum(np.hypot(kx, ky), 1e-12)
     for _ in range(_PASSES):
-        forth = way.forth(kx, ky) * energy / k
-        way = _by_bands(np.array([forth * kx, forth * ky]), side, size)
-    return way
+        forth = direction.forth(kx, ky) * energy / k
+        direction = _by_bands(np.array([forth * kx, forth * ky]), side, size)
+    return direction
 
 
 def _drift(

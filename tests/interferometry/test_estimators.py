@@ -32,7 +32,7 @@ def speckled(seed: int, noise: float) -> Heard:
 
 
 def errors(estimate: Estimate, sea: Heard) -> Array:
-    return np.where(estimate.echoing, estimate.found.height - sea.height, np.nan)
+    return np.where(estimate.echoing, estimate.heights.height - sea.height, np.nan)
 
 
 def inner(field: Array) -> Array:
@@ -123,7 +123,9 @@ def folded(ambiguity: str, seed: int = 4) -> Heard:
 
 def test_phases_follow_their_cycles() -> None:
     sea = folded("resolve")
-    wide = np.abs(sea.height) > 0.5 * np.pi * 2.0 * np.broadcast_to(single_cell(sea.given).found.gain, sea.height.shape)
+    wide = np.abs(sea.height) > 0.5 * np.pi * 2.0 * np.broadcast_to(
+        single_cell(sea.given).heights.gain, sea.height.shape
+    )
     assert wide.mean() > 0.04
     start, found = sliding_plane(sea.given), adaptive(sea.given)
     sure = ~found.ambiguous & found.echoing
@@ -137,10 +139,10 @@ def test_folded_phases_stay_folded(estimator: str) -> None:
     sea = folded("fold")
     found = ESTIMATORS[estimator](sea.given)
     assert not found.ambiguous.any()
-    residual = found.found.phase - sea.given.model.flat
+    residual = found.heights.phase - sea.given.model.flat
     assert (np.abs(residual) <= np.pi + 1e-9).all()
     # By whole ambiguities from what they are.
-    turns = (sea.height / (2.0 * np.pi * found.found.gain))[np.abs(errors(found, sea)) > 0.3]
+    turns = (sea.height / (2.0 * np.pi * found.heights.gain))[np.abs(errors(found, sea)) > 0.3]
     assert turns.size > 300
     assert np.mean(np.abs(turns) > 0.4) > 0.95
 
@@ -202,8 +204,8 @@ def test_unheard_cells_stay_unheard() -> None:
     for estimator in ESTIMATORS.values():
         found = estimator(replace(sea.given, dwell=holed, heard=holed))
         assert not found.echoing[20:22].any()
-        assert np.isnan(found.found.height[20:22]).all()
-        assert np.isfinite(found.found.height[found.echoing]).all()
+        assert np.isnan(found.heights.height[20:22]).all()
+        assert np.isfinite(found.heights.height[found.echoing]).all()
         assert (found.std[found.echoing] > 0.0).all()
 
 

@@ -109,7 +109,7 @@ def cases(draw: st.DrawFn) -> Case:
 
 
 @dataclass(frozen=True)
-class Found:
+class Heights:
     """Maps (look, gate) without the outermost looks, whose pulses lack their pairs, and where cells are laid [m]."""
 
     fields: dict[str, Array]
@@ -120,20 +120,20 @@ class Found:
         return self.fields[name]
 
 
-def retrieved(case: Case, sea: Surface, **asked: object) -> Found:
+def retrieved(case: Case, sea: Surface, **asked: object) -> Heights:
     echoes = case.echoes(sea)
     wanted = RetrievalSettings.model_validate({**SMALL, **asked})
     polar, ground = retrieve_turn(echoes, RadarDescription.of(echoes), wanted, 0)
     fields = {str(name): values.values[0, 1:-1].astype(np.float64) for name, values in polar.items() if name != "time"}
     if ground.x is not None and ground.y is not None:
-        return Found(fields, ground.x[1:-1], ground.y[1:-1])
+        return Heights(fields, ground.x[1:-1], ground.y[1:-1])
     # At rest: along the mean azimuth of its pulses, between whose neighbours to either side each is in the middle.
     heard = np.isfinite(echoes["voltage"].values[:, 0]).any(axis=1)
     sweep = (echoes["azimuth"].values - case.radar.sector_deg[0] + 1e-6) % 360.0
     look = np.floor(sweep / 1.8).astype(int)
     means = [sweep[heard & (look == n)].mean() for n in range(1, polar.sizes["azimuth"] - 1)]
     azimuth = np.radians(case.radar.sector_deg[0] + np.array(means))[:, None]
-    return Found(fields, fields["ground_range"] * np.sin(azimuth), fields["ground_range"] * np.cos(azimuth))
+    return Heights(fields, fields["ground_range"] * np.sin(azimuth), fields["ground_range"] * np.cos(azimuth))
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)

@@ -60,6 +60,6 @@ def main(seeds: int) -> None:
                 paths = int(maps["polar"].attrs["paths"])
         for how, total in totals.items():
             shown = []
-            for cells, wrong, flagged, sound, missed in total:
-                shown += [f"{wrong / cells:.2%}", f"{missed / max(sound, 1):.2%}", f"{flagged / cells:.1%}"]
+            for cells, wrong, flagged, usable, missed in total:
+                shown += [f"{wrong / cells:.2%}", f"{missed / max(usable, 1):.2%}", f"{flagged / cells:.1%}"]
             row(mode, baseline, how, paths, *shown)

@@ -36,7 +36,7 @@ def rms(error: NDArray) -> float:
     return float(np.sqrt(np.mean(np.square(error))))
 
 
-def cells_of(maps: xr.DataTree, truth: xr.DataTree, told: Mapping[str, NDArray]) -> dict[str, NDArray]:
+def cells_of(maps: xr.DataTree, truth: xr.DataTree, stated: Mapping[str, NDArray]) -> dict[str, NDArray]:
     """What there is to say of each cell of a turn, (cell,); told: heights of the floors, by name."""
     got, true = (each["polar"].isel(turn=0).to_dataset() for each in (maps, truth))
     fields = {
@@ -52,10 +52,10 @@ def cells_of(maps: xr.DataTree, truth: xr.DataTree, told: Mapping[str, NDArray])
         "outward_error": got["slope_range"] - true["slope_range"],
         "clockwise": true["slope_azimuth"],
         "clockwise_error": got["slope_azimuth"] - true["slope_azimuth"],
-        **{name: height - true["height"].values for name, height in told.items()},
+        **{name: height - true["height"].values for name, height in stated.items()},
     }
     values = {name: np.asarray(field, dtype=np.float64).ravel() for name, field in fields.items()}
-    some = np.any([np.isfinite(values[name]) for name in ("error", *told)], axis=0)
+    some = np.any([np.isfinite(values[name]) for name in ("error", *stated)], axis=0)
     return {name: value[some] for name, value in values.items()}
 
 

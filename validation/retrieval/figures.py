@@ -112,8 +112,8 @@ def _errorbars(cells: Mapping[Case, Cells]) -> Figure:
         for shift, (case, each) in zip((-0.24, -0.08, 0.08, 0.24), cells.items(), strict=True):
             chosen = tables[case][name]
             if np.count_nonzero(chosen) >= LEAST_CELLS:
-                found = held((each["error"] / each["std"])[chosen])
-                for panel, value in ((spread, found[0]), (inside, 100.0 * found[1])):
+                estimate = held((each["error"] / each["std"])[chosen])
+                for panel, value in ((spread, estimate[0]), (inside, 100.0 * estimate[1])):
                     panel.plot(value, number + shift, "o", color=COLOUR[case], markersize=2.5)
     for panel in (spread, inside):
         panel.set_ylim(len(names) - 0.5, -0.5)

@@ -91,7 +91,7 @@ def _interpolated(given: Interferogram, law: Law, height: Map) -> Map:
     """Optimal interpolation between single dwells and gates, as the `adaptive` estimator does it."""
     model, cells, settings = given.model, given.dwell, given.settings
     expected = model.of_height(np.nan_to_num(height))
-    each = model.found(cells, expected + wrap_phase(np.angle(cells.cross) - expected) - model.flat)
+    each = model.heights_of(cells, expected + wrap_phase(np.angle(cells.cross) - expected) - model.flat)
     samples = given.dwelt.samples(ONE_CELL, model.radar)
     variance = each.gain**2 * phase_variance(
         cells, law.incoherent, given.noise_power, samples.speckle, samples.noise, given.noise_square
@@ -111,8 +111,8 @@ def _drawn(law: Law, given: Interferogram, radar: RadarDescription, random: np.r
     hissing = _along_gates(radar.response.noise_correlation(lags)).astype(np.float32)
 
     def white() -> NDArray[np.complex64]:
-        parts = random.standard_normal((2, looks * pulses, gates), dtype=np.float32) * np.float32(np.sqrt(0.5))
-        return parts[0] + 1j * parts[1]
+        pieces = random.standard_normal((2, looks * pulses, gates), dtype=np.float32) * np.float32(np.sqrt(0.5))
+        return pieces[0] + 1j * pieces[1]
 
     shape = (looks, pulses, gates)
     one, other = (_in_time(white(), given).reshape(shape) for _ in range(2))

@@ -89,9 +89,9 @@ def window_errors(turn: Turn, maps: xr.DataTree, settings: RetrievalSettings) ->
         given, _ = interferogram(Looks.of(turn.echoes, radar, settings.model_copy(update={"paths": paths})))
         for long, wide in product(WINDOWS_M, WINDOWS_DEG):
             asked = given.settings.model_copy(update={"window_range_m": long, "window_azimuth_deg": wide})
-            found = sliding_plane(replace(given, settings=asked))
-            both = counting & found.echoing & ~found.ambiguous & np.isfinite(found.found.height)
-            errors = (found.found.height - truth)[both], (got["height"].values - truth)[both]
+            estimate = sliding_plane(replace(given, settings=asked))
+            both = counting & estimate.echoing & ~estimate.ambiguous & np.isfinite(estimate.heights.height)
+            errors = (estimate.heights.height - truth)[both], (got["height"].values - truth)[both]
             sums = np.array([*(np.sum(error**2) for error in errors), errors[0].size])
             yield (paths, long, wide), sums
 
@@ -106,7 +106,7 @@ class Results:
         self.cells: dict[Case, dict[str, NDArray]] = {}
         self.overall: dict[tuple[Case, str], list[dict]] = defaultdict(list)
         self.windows: dict[Case, dict[Window, NDArray]] = defaultdict(lambda: defaultdict(lambda: np.zeros(3)))
-        parts: dict[Case, list[dict[str, NDArray]]] = defaultdict(list)
+        pieces: dict[Case, list[dict[str, NDArray]]] = defaultdict(list)
         for seed, polarization in product(range(1, seeds + 1), ("VV", "HH")):
             law = law_of(scene_of((polarization, False), seed)) if "floor" in asked else None
             for case in ((polarization, False), (polarization, True)):
@@ -114,18 +114,18 @@ class Results:
                 turn = Simulator(scene).turn(0)
                 maps = sr.retrieve(turn.echoes, scene.retrieval)
                 height = turn.truth["polar"].to_dataset()["height"].values[0]
-                told = {} if law is None else floors(scene, turn.echoes, height, law, seed)
-                parts[case].append(cells_of(maps, turn.truth, told))
+                stated = {} if law is None else floors(scene, turn.echoes, height, law, seed)
+                pieces[case].append(cells_of(maps, turn.truth, stated))
                 if "accuracy" in asked:
                     self._accuracy(case, turn, maps, scene.retrieval)
-        for case, each in parts.items():
+        for case, each in pieces.items():
             self.cells[case] = {name: np.concatenate([part[name] for part in each]) for name in each[0]}
 
     def _accuracy(self, case: Case, turn: Turn, maps: xr.DataTree, settings: RetrievalSettings) -> None:
         for estimator in ESTIMATORS:
             asked = settings.model_copy(update={"estimator": estimator})
-            found = maps if estimator == settings.estimator else sr.retrieve(turn.echoes, asked)
-            self.overall[case, estimator].append(sr.compare(found, turn.truth)["overall"])
+            estimate = maps if estimator == settings.estimator else sr.retrieve(turn.echoes, asked)
+            self.overall[case, estimator].append(sr.compare(estimate, turn.truth)["overall"])
         for window, sums in window_errors(turn, maps, settings):
             self.windows[case][window] += sums
 
@@ -170,13 +170,15 @@ def floor(results: Results) -> None:
             "over drawn",
         )
         heading(f"Errors [m] by range beside the floor, {name_of(case)}", "range m", "cells", *names)
-        found = [[by_range(cells, measure, name) for name in ("error", "told", "drawn")] for measure in (robust, rms)]
+        estimate = [
+            [by_range(cells, measure, name) for name in ("error", "told", "drawn")] for measure in (robust, rms)
+        ]
         for n, edges in enumerate(pairwise(BINS_M)):
             shown = []
-            for error, told, drawn in np.array(found)[:, :, n]:
-                shown += [f"{value:.4f}" for value in (error, told, drawn)]
-                shown += [f"{error / told:.2f}", f"{error / drawn:.2f}"]
-            if np.isfinite(found[0][0][n]):
+            for error, stated, drawn in np.array(estimate)[:, :, n]:
+                shown += [f"{value:.4f}" for value in (error, stated, drawn)]
+                shown += [f"{error / stated:.2f}", f"{error / drawn:.2f}"]
+            if np.isfinite(estimate[0][0][n]):
                 row(f"{edges[0]}–{edges[1]}", np.count_nonzero(judged(cells) & between(cells, *edges)), *shown)
 
 

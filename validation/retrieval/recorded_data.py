@@ -129,11 +129,11 @@ def main() -> None:
         for conjugate in (True, False):
             file, header = write_recording(echoes, folder, conjugate)
             recorded = open_recording(file, header, names=NAMES)
-            found = agreement(echoes, recorded)
+            estimate = agreement(echoes, recorded)
             print(f"{file.name} with conjugate = {str(conjugate).lower()}:")
-            print(f"  cells known alike {100.0 * found.same_cells:.1f} %, noise {found.noise_db:+.2f} dB off")
-            print(f"  heights differ by {found.rms_m:.4f} m rms, {found.largest_m:.3f} m at most", end="; ")
-            print(f"their own error bar is {found.height_std_m:.3f} m")
+            print(f"  cells known alike {100.0 * estimate.same_cells:.1f} %, noise {estimate.noise_db:+.2f} dB off")
+            print(f"  heights differ by {estimate.rms_m:.4f} m rms, {estimate.largest_m:.3f} m at most", end="; ")
+            print(f"their own error bar is {estimate.height_std_m:.3f} m")
 
 
 if __name__ == "__main__":

@@ -59,17 +59,17 @@ def extended(
     return Extended(tuple(members), tuple(beyonds))
 
 
-def integrated(found: Sequence[Covariance], way: Extended, lags: Sequence[Lag]) -> Covariance:
+def integrated(means: Sequence[Covariance], extended: Extended, lags: Sequence[Lag]) -> Covariance:
     """Their mean, each freed of the Doppler phase that it has beyond that of the pair it extends; powers are those of
     single pulses, noise and all."""
-    base = [each for each, beyond in zip(found, way.beyond, strict=True) if beyond == 0.0]
+    base = [each for each, beyond in zip(means, extended.beyond, strict=True) if beyond == 0.0]
     cross: NDArray[np.complex128] = np.sum([each.cross for each in base], axis=0)
     count = np.full(np.shape(cross), float(len(base)))
-    if len(base) < len(found):
+    if len(base) < len(means):
         rate = np.nan_to_num(
             phase_rate([Lag(each.seconds, windowed(each.products, *_AROUND), each.share) for each in lags])
         )
-        for each, beyond in zip(found, way.beyond, strict=True):
+        for each, beyond in zip(means, extended.beyond, strict=True):
             if beyond:
                 # The first and the last looks have no pulses before and after them.
                 cross = cross + np.where(each.known, each.cross * np.exp(-1j * rate * beyond), 0.0)

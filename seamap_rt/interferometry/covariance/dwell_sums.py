@@ -84,31 +84,33 @@ class DwellSums:
         """
         receivers, transmitter = settings.receivers, np.asarray(transmitter)
         lags = pulse_pair_lags(transmitter, paired.heard, time, radar.interval, dwells.usual, receivers)
-        ways: dict[int, Extended] = {}
+        by_paths: dict[int, Extended] = {}
         for paths, pairs in ((1, paired.one), (2, paired.two)):
             if pairs is not None:
-                ways[paths] = extended(
+                by_paths[paths] = extended(
                     pairs, transmitter, paired.heard, time, radar.interval, settings.coherent_s, lags.cycle
                 )
         cross = []
         if settings.channels == "from_cross_paths":
             cross = crossing(paired.heard, transmitter, antennas, time, radar.interval, receivers)
         kinds: list[list[Products]] = []
-        for paths, way in ways.items():
+        for paths, each in by_paths.items():
             level = half_turns(levels[paths]) if levels else None
-            kinds += [[Products((n, receivers[0]), (m, receivers[1]), owner, level)] for n, m, owner in way.members]
+            kinds += [[Products((n, receivers[0]), (m, receivers[1]), owner, level)] for n, m, owner in each.members]
         means = iter(dwell_means(voltage, dwells, [*kinds, *cross, *lags.kinds]))
-        found = {paths: [next(means) for _ in way.members] for paths, way in ways.items()}
+        covariances = {paths: [next(means) for _ in each.members] for paths, each in by_paths.items()}
         channel = Channel.given(settings.channel_gain_db, settings.channel_phase_deg)
         if cross:
             channel = ratio_of([next(means) for _ in cross])
         measured = lags.lags(means)
-        sums = {paths: channel.corrected(integrated(found[paths], way, measured)) for paths, way in ways.items()}
+        sums = {
+            paths: channel.corrected(integrated(covariances[paths], each, measured)) for paths, each in by_paths.items()
+        }
         return cls(
             sums.get(1),
             sums.get(2),
             measured,
-            {paths: 1.0 / len(way.members) for paths, way in ways.items()},
+            {paths: 1.0 / len(each.members) for paths, each in by_paths.items()},
             channel,
             channel.noise_power(radar.noise_power),
         )

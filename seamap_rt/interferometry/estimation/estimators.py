@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...conventions import wrap_phase
 from ..covariance.windows import window_weights
-from ..geometry.heights import Found
+from ..geometry.heights import Heights
 from ..input.description import RadarDescription
 from ..phase.interferogram import Interferogram, PhaseSlopes
 from ..phase.speckle import wrapped_variance
@@ -31,7 +31,7 @@ _EDGE_LEFT = 0.5  # of a correction of first order
 class Estimate:
     """Heights of a turn; arrays (look, gate)."""
 
-    found: Found
+    heights: Heights
     echo_power: Map  # W, without noise
     echoing: NDArray[np.bool_]  # cells with an echo of their own
     variance: Map  # rad², of the phase of the covariance that was averaged, not wrapped
@@ -72,12 +72,12 @@ def adaptive(given: Interferogram) -> Estimate:
     start = sliding_plane(given)
     if given.dwell.cross.shape[0] < _FEWEST_LOOKS:
         return start
-    model, found, settings = given.model, start.found, given.settings
-    phase = found.phase + wrap_phase(np.angle(given.dwell.cross) - found.phase)
-    each = model.found(given.dwell, phase - model.flat)
+    model, heights, settings = given.model, start.heights, given.settings
+    phase = heights.phase + wrap_phase(np.angle(given.dwell.cross) - heights.phase)
+    each = model.heights_of(given.dwell, phase - model.flat)
     variance = each.gain**2 * given.variance(given.dwell, ONE_CELL, start.incoherent)
-    ground = model.ground(found.points)
-    echoing = start.echoing & np.isfinite(found.height)
+    ground = model.ground(heights.points)
+    echoing = start.echoing & np.isfinite(heights.height)
     sure = echoing & ~start.ambiguous
     distributed = each.height - given.edge
     level = mean_plane(np.where(sure, distributed, np.nan), variance, *ground)
@@ -96,8 +96,8 @@ def adaptive(given: Interferogram) -> Estimate:
     # Of a sea that is lost in the heights' errors no more is known than that it is smaller than these.
     errors = variance[sure & np.isfinite(variance)]
     error = error + _UNSEEN * max(0.0, (float(np.median(errors)) if errors.size else 0.0) - sea.variance)
-    made = model.found_at(found.cells, level + height)
-    return replace(start, found=made, std=np.sqrt(error), edge=_EDGE_LEFT * given.edge)
+    made = model.heights_at(heights.cells, level + height)
+    return replace(start, heights=made, std=np.sqrt(error), edge=_EDGE_LEFT * given.edge)
 
 
 def _centre(place: Map) -> float:
@@ -117,8 +117,8 @@ def mean_plane(height: Map, variance: Map, x: Map, y: Map) -> Map:
     root = 1.0 / np.sqrt(sea + variance[known])
     terms = np.stack((np.ones(root.size), x[known], y[known]), axis=1)
     scale = np.maximum(np.abs(terms).max(axis=0), 1e-9)
-    found = np.linalg.lstsq(terms / scale * root[:, None], height[known] * root, rcond=1e-9)[0] / scale
-    return found[0] + np.nan_to_num(x) * found[1] + np.nan_to_num(y) * found[2]
+    plane = np.linalg.lstsq(terms / scale * root[:, None], height[known] * root, rcond=1e-9)[0] / scale
+    return plane[0] + np.nan_to_num(x) * plane[1] + np.nan_to_num(y) * plane[2]
 
 
 ESTIMATORS = {"adaptive": adaptive, "single_cell": single_cell, "sliding_plane": sliding_plane}
@@ -131,11 +131,11 @@ def _averaged(given: Interferogram, window: Weights, along: PhaseSlopes, before:
     echoing = given.echoing(cells, echo_power)
     variance = given.variance(cells, window, incoherent)
     if before is None:
-        found, ambiguous = given.resolved(cells, variance, echoing)
+        heights, ambiguous = given.resolved(cells, variance, echoing)
     else:
-        found, ambiguous = given.found_near(cells, before.found), before.ambiguous
-    std = found.gain * np.sqrt(wrapped_variance(variance))
-    return Estimate(found, echo_power, echoing, variance, ambiguous, window, incoherent, std, given.edge)
+        heights, ambiguous = given.heights_near(cells, before.heights), before.ambiguous
+    std = heights.gain * np.sqrt(wrapped_variance(variance))
+    return Estimate(heights, echo_power, echoing, variance, ambiguous, window, incoherent, std, given.edge)
 
 
 def _along_waves(given: Interferogram, first: Estimate) -> PhaseSlopes:
@@ -144,17 +144,17 @@ def _along_waves(given: Interferogram, first: Estimate) -> PhaseSlopes:
     By planes over three looks and a cell and a half to either side; shorter ones would follow steeper waves, and more
     noise. Strong echoes count for more, up to thrice the median.
     """
-    model, found = given.model, first.found
+    model, heights = given.model, first.heights
     radar = model.radar
-    power = found.cells.lower
+    power = heights.cells.lower
     with np.errstate(invalid="ignore", divide="ignore"):
         weight = np.clip(np.nan_to_num(power / gate_median(power, np.isfinite(power))), 0.0, 3.0)
-    ground = model.ground(found.points)
+    ground = model.ground(heights.points)
     reach = 1.0 + max(1, round(1.5 * given.settings.cell_range_m / radar.spacing)), 2.0
-    planes = local_planes(found.height, weight, ground, model.outward(*ground), reach)
-    per_height = model.rise_sign * np.nan_to_num(1.0 / found.gain, posinf=0.0, neginf=0.0)
-    step = _ground_step(radar, found.ground_range, model.poses.fan.height - found.height, planes.outward)
-    across = found.ground_range * np.radians(given.width)
+    planes = local_planes(heights.height, weight, ground, model.outward(*ground), reach)
+    per_height = model.rise_sign * np.nan_to_num(1.0 / heights.gain, posinf=0.0, neginf=0.0)
+    step = _ground_step(radar, heights.ground_range, model.poses.fan.height - heights.height, planes.outward)
+    across = heights.ground_range * np.radians(given.width)
     return (
         model.flat_per_gate + np.nan_to_num(planes.outward * step) * per_height,
         np.nan_to_num(planes.clockwise * across) * per_height,

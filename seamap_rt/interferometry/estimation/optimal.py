@@ -64,16 +64,16 @@ def optimal_heights(
     looks = np.clip(np.round(_ACROSS_M / np.maximum(width, 1e-9)), 1, _MOST_LOOKS).astype(np.int64)
     together = np.exp(-((spacing * np.arange(_BLOCK + 2 * _GATES) / _ERRORS_TOGETHER_M) ** 2))
     half = 0.5 * _GAUSS * cell[0], 0.5 * _GAUSS * width  # of the cell's four sample points
-    found = np.full((2, *shape), np.nan)
+    estimate = np.full((2, *shape), np.nan)
 
     def rows(first: int, last: int) -> None:
         cells = measured.height, error, points, wanted & lying
-        _interpolate(*cells, sea.table, sea.spacing, *half, looks, together, first, last, found)
+        _interpolate(*cells, sea.table, sea.spacing, *half, looks, together, first, last, estimate)
 
     edges = np.linspace(0, shape[0], _TASKS + 1).astype(int)
     with ThreadPoolExecutor(threads()) as pool:
         list(pool.map(rows, edges[:-1], edges[1:]))
-    return found[0], found[1] + _SHORT * sea.variance
+    return estimate[0], estimate[1] + _SHORT * sea.variance
 
 
 @compiled
@@ -125,7 +125,7 @@ def _neighbours(height, error, points, looks, look, start, stop, near, known):
 
 
 @compiled
-def _interpolate(height, error, points, wanted, table, spacing, along, across, looks, together, first, last, found):
+def _interpolate(height, error, points, wanted, table, spacing, along, across, looks, together, first, last, estimate):
     """Looks first … last − 1 of found (mean and variance, look, gate)."""
     gates = height.shape[1]
     middle, per_spacing = table.shape[0] // 2, 1.0 / spacing
@@ -152,7 +152,7 @@ def _interpolate(height, error, points, wanted, table, spacing, along, across, l
                 if not wanted[look, gate]:
                     continue
                 x, y, east, north = points[:, look, gate]
-                mean, told = 0.0, 0.0
+                mean, explained = 0.0, 0.0
                 for i in range(count):
                     total = 0.0
                     for u in (-along, along):
@@ -163,11 +163,11 @@ def _interpolate(height, error, points, wanted, table, spacing, along, across, l
                         total -= matrix[i, k] * part[k]
                     part[i] = total / matrix[i, i]
                     mean += part[i] * known[i]
-                    told += part[i] ** 2
+                    explained += part[i] ** 2
                 prior = 0.0  # variance of the cell's mean itself
                 for u in (-2.0 * along, 0.0, 2.0 * along):
                     for v in (-2.0 * across[gate], 0.0, 2.0 * across[gate]):
                         share = (0.5 if u == 0.0 else 0.25) * (0.5 if v == 0.0 else 0.25)
                         prior += share * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
-                found[0, look, gate] = mean
-                found[1, look, gate] = max(prior - told, 0.0)
+                estimate[0, look, gate] = mean
+                estimate[1, look, gate] = max(prior - explained, 0.0)

@@ -47,9 +47,9 @@ def local_planes(
     they smooth. `correlation`: of the errors of heights 0, 1, 2 … gates apart, and looks; left out, each errs for
     itself. It counts as it does in a whole neighbourhood, evenly weighted.
     """
-    parts = np.broadcast_arrays(height, weight, *ground, *outward)
-    known = np.all(np.isfinite(parts), axis=0) & (parts[1] > 0.0)
-    z, w, *rest = (np.where(known, part, 0.0) for part in parts)
+    pieces = np.broadcast_arrays(height, weight, *ground, *outward)
+    known = np.all(np.isfinite(pieces), axis=0) & (pieces[1] > 0.0)
+    z, w, *rest = (np.where(known, part, 0.0) for part in pieces)
     shape = z.shape
     limits = np.stack([np.broadcast_to(np.asarray(each, dtype=np.float64), shape[1]) for each in reach])
     slopes = np.full((2, *shape), np.nan)

@@ -18,7 +18,7 @@ Map = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Found:
+class Heights:
     """Heights that the phases of averaged cells mean; arrays (look, gate)."""
 
     cells: Covariance  # the averaged covariance that the phase was taken from
@@ -76,20 +76,20 @@ class PhaseModel:
         """Wrapped phase [rad] of cells less that of mean sea level."""
         return wrap_phase(np.angle(cells.cross) - self.flat)
 
-    def found(self, cells: Covariance, residual: Map) -> Found:
+    def heights_of(self, cells: Covariance, residual: Map) -> Heights:
         """Heights of cells whose phase is `residual` beyond that of mean sea level."""
         return self._found(cells, self.flat + residual)
 
-    def found_at(self, cells: Covariance, height: Map) -> Found:
+    def heights_at(self, cells: Covariance, height: Map) -> Heights:
         """The same for heights that are known otherwise."""
         return self._found(cells, self.of_height(height))
 
-    def _found(self, cells: Covariance, phase: Map) -> Found:
+    def _heights(self, cells: Covariance, phase: Map) -> Heights:
         radar, fan = self.radar, self.poses.fan
         difference = phase / self._wavenumber
         points = place(radar.ranges, difference, fan)
         gain = height_per_phase(radar.ranges, difference, fan, radar.wavelength, self.paths)
-        return Found(cells, phase, points, self.poses.ground_range(points), gain)
+        return Heights(cells, phase, points, self.poses.ground_range(points), gain)
 
     def ground(self, points: Points) -> tuple[Map, Map]:
         """East and north [m] of points (look, gate)."""

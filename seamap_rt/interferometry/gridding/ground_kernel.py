@@ -49,9 +49,9 @@ def mean_of_samples(laid, fan, middle, x, y, sweep, result):
     distance and their spacing [m]. middle (row, column): angle of the squares' centres [deg]; x and y [m] from the
     fan's centre of evenly many columns and rows of samples in each, and the angle (y, x) of each, whole turns apart.
     """
-    parts = laid.shape[2]
+    pieces = laid.shape[2]
     high, wide = sweep.shape[0] // middle.shape[0], sweep.shape[1] // middle.shape[1]
-    total, count, value = np.empty(parts), np.empty(parts, np.int64), np.empty(parts)
+    total, count, value = np.empty(pieces), np.empty(pieces, np.int64), np.empty(pieces)
     for row in range(middle.shape[0]):
         for column in range(middle.shape[1]):
             total[:] = 0.0
@@ -66,11 +66,11 @@ def mean_of_samples(laid, fan, middle, x, y, sweep, result):
                     beside -= 360.0 * math.floor(beside / 360.0 + 0.5)
                     number = (middle[row, column] + beside - fan[0]) / fan[1]
                     if _bilinear(laid, number, reach, fan[2] > 0.0, value):
-                        for part in range(parts):
+                        for part in range(pieces):
                             if not math.isnan(value[part]):
                                 total[part] += value[part]
                                 count[part] += 1
-            for part in range(parts):
+            for part in range(pieces):
                 if 2 * count[part] > high * wide:
                     result[part, row, column] = total[part] / count[part]
 

@@ -12,7 +12,7 @@ from ...conventions import unit_from_azimuth, wrap_degrees
 from ...dataset import WATER_ATTRIBUTES, build
 from ...radar.grid import LookFan, ground_grid, look_sweeps
 from ...settings import RetrievalSettings
-from ..geometry.heights import Found
+from ..geometry.heights import Heights
 from ..geometry.poses import LookPoses
 from ..input.description import RadarDescription
 from .ground import centred_looks, resample_looks, square_means
@@ -28,13 +28,13 @@ class Ground:
     centre: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
-    def of(cls, poses: LookPoses, found: Found, sweeps: NDArray[np.float64]) -> Ground:
+    def of(cls, poses: LookPoses, heights: Heights, sweeps: NDArray[np.float64]) -> Ground:
         if poses.at_rest:
             return cls()
         east, north = (float(np.nanmean(middle)) for middle in poses.middle)
         if sweeps.size < 2:  # a single look has no neighbours to lie askew of
             return cls(centre=(east, north))
-        x, y = poses.world(found.points)
+        x, y = poses.world(heights.points)
         return cls(x, y, (east, north))
 
 

@@ -21,12 +21,12 @@ def at_one_instant(ground: xr.Dataset, cells: xr.Dataset, to_s: float, water: Wa
     side = float(ground.attrs["cell_m"])
     names = ("height", "height_std", "radial_velocity", "ground_range")
     height, spread, velocity, distance = (np.asarray(cells[name].values[0], dtype=np.float64) for name in names)
-    way = travel(height, spread, velocity, cells["azimuth"].values, distance, side)
+    direction = travel(height, spread, velocity, cells["azimuth"].values, distance, side)
     seen = GroundFields(*(np.asarray(ground[each.name].values[0], dtype=np.float64) for each in fields(GroundFields)))
-    way = by_energy(seen.height, seen.height_std, side, way)
-    if not np.isfinite(way.wave_from_deg):
+    direction = by_energy(seen.height, seen.height_std, side, direction)
+    if not np.isfinite(direction.wave_from_deg):
         return ground
-    made = advanced(seen, side, to_s, way, water)
+    made = advanced(seen, side, to_s, direction, water)
     at_once = {}
     for each in fields(GroundFields):
         old = ground[each.name]

@@ -285,13 +285,13 @@ def _prf(head: RecordingHeader, time: Array) -> float:
         if head.prf_hz is None:
             raise InputError("prf_hz: is missing: must be given with a single pulse; add it to the header")
         return head.prf_hz
-    found = 1.0 / float(np.median(np.diff(time)))
-    if head.prf_hz is not None and abs(found / head.prf_hz - 1.0) > _PRF_ERROR:
+    heights = 1.0 / float(np.median(np.diff(time)))
+    if head.prf_hz is not None and abs(heights / head.prf_hz - 1.0) > _PRF_ERROR:
         raise InputError(
-            f"prf_hz = {head.prf_hz:g}: must agree with the times, of which most are 1/{found:.6g} s apart; correct "
+            f"prf_hz = {head.prf_hz:g}: must agree with the times, of which most are 1/{heights:.6g} s apart; correct "
             "either, or leave prf_hz out"
         )
-    return found if head.prf_hz is None else head.prf_hz
+    return heights if head.prf_hz is None else head.prf_hz
 
 
 def _bearing(azimuth: Array, attitude: Array, head: RecordingHeader) -> Array:

@@ -70,26 +70,26 @@ def turns_of(azimuth: Array, time: Array, head: RecordingHeader, turn: Array | N
 
 def _rate(azimuth: Array, time: Array, head: RecordingHeader) -> float:
     """deg/s, the header's, which must agree with the azimuths, else theirs."""
-    said = None if head.rotation_rpm is None else 6.0 * head.rotation_rpm
+    stated = None if head.rotation_rpm is None else 6.0 * head.rotation_rpm
     if azimuth.size < 2:
-        if said is None:
+        if stated is None:
             raise InputError("rotation_rpm: is missing: must be given with a single pulse; add it to the header")
-        return said
+        return stated
     step = np.diff(time)
     near = step <= _LONG_GAP * np.median(step)
     # An encoder's counts are coarse and many pulses share one: only the sum of their steps tells the rate.
-    found = float(wrap_degrees(np.diff(azimuth))[near].sum() / step[near].sum())
-    if found <= 0.0:
+    rate = float(wrap_degrees(np.diff(azimuth))[near].sum() / step[near].sum())
+    if rate <= 0.0:
         raise InputError(
-            f"azimuth: turns at {found:.4g} deg/s: must turn clockwise; set encoder_clockwise = false if the encoder "
+            f"azimuth: turns at {rate:.4g} deg/s: must turn clockwise; set encoder_clockwise = false if the encoder "
             "counts the other way"
         )
-    if said is not None and abs(found / said - 1.0) > _RATE_ERROR and found * step.sum() > 10.0 * _ROUGH_DEG:
+    if stated is not None and abs(rate / stated - 1.0) > _RATE_ERROR and rate * step.sum() > 10.0 * _ROUGH_DEG:
         raise InputError(
-            f"rotation_rpm = {head.rotation_rpm:g}: must agree with the azimuths, which turn at {found / 6.0:.4g} rpm; "
+            f"rotation_rpm = {head.rotation_rpm:g}: must agree with the azimuths, which turn at {rate / 6.0:.4g} rpm; "
             "correct either, or encoder_counts"
         )
-    return found if said is None else said
+    return rate if stated is None else stated
 
 
 def _refuse_jumps(steps: Array, expected: Array, azimuth: Array, head: RecordingHeader) -> None:

@@ -13,7 +13,7 @@ from ...settings import RetrievalSettings
 from ..covariance.windows import Covariance, Level
 from ..estimation.quality import has_echo, own_echo
 from ..geometry.gate_edge import edge_bias
-from ..geometry.heights import Found, PhaseModel
+from ..geometry.heights import Heights, PhaseModel
 from .ambiguity import Expected, Resolved, needed, resolve, sea_size
 from .speckle import estimation_doubt, incoherent_power, phase_variance, wrapped_variance
 from .uncertainty import ONE_CELL, Dwelt, Samples, Weights
@@ -90,34 +90,36 @@ class Interferogram:
             cells, incoherent, self.noise_power, samples.speckle, samples.noise, self.noise_square, doubt
         )
 
-    def resolved(self, cells: Covariance, variance: Map, echoing: NDArray[np.bool_]) -> tuple[Found, NDArray[np.bool_]]:
+    def resolved(
+        self, cells: Covariance, variance: Map, echoing: NDArray[np.bool_]
+    ) -> tuple[Heights, NDArray[np.bool_]]:
         """Heights of averaged cells whose phases have that variance [rad²], and which of them stay ambiguous."""
         residual = self.model.residual(cells)
-        found = self.model.found(cells, residual)
+        heights = self.model.heights_of(cells, residual)
         ambiguous = np.zeros(residual.shape, dtype=bool)
         if self.settings.ambiguity == "fold":
-            return found, ambiguous
+            return heights, ambiguous
         # Nearer than the sea is below, nothing is level: what echoes there is no part of it.
-        known = echoing & np.isfinite(found.gain) & (self.model.radar.ranges > self.model.poses.fan.height)
-        if not needed(found.gain, known, sea_size(residual, found.gain, known)).any():
-            return found, ambiguous
-        told = self._cycles(residual, np.sqrt(wrapped_variance(variance)), found, known)
-        if told.cycles.any():
-            found = self.model.found(cells, residual + 2.0 * np.pi * told.cycles)
+        known = echoing & np.isfinite(heights.gain) & (self.model.radar.ranges > self.model.poses.fan.height)
+        if not needed(heights.gain, known, sea_size(residual, heights.gain, known)).any():
+            return heights, ambiguous
+        resolved = self._cycles(residual, np.sqrt(wrapped_variance(variance)), heights, known)
+        if resolved.cycles.any():
+            heights = self.model.heights_of(cells, residual + 2.0 * np.pi * resolved.cycles)
         # Where mean sea level alone turns the phase by a radian within a pulse, neighbours cannot be followed.
         blurred = known & (self.model.turn_within_pulse > 1.0) & (len(self.others()) == 0)
-        return found, told.ambiguous | blurred
+        return heights, resolved.ambiguous | blurred
 
-    def found_near(self, cells: Covariance, before: Found) -> Found:
+    def heights_near(self, cells: Covariance, before: Heights) -> Heights:
         """Heights of averaged cells, on the cycles that are nearest to an earlier map's phases."""
         residual = self.model.residual(cells)
         if self.settings.ambiguity == "fold":
-            return self.model.found(cells, residual)
+            return self.model.heights_of(cells, residual)
         cycles = np.round((before.phase - self.model.flat - residual) / (2.0 * np.pi))
-        return self.model.found(cells, residual + 2.0 * np.pi * np.nan_to_num(cycles))
+        return self.model.heights_of(cells, residual + 2.0 * np.pi * np.nan_to_num(cycles))
 
-    def _cycles(self, residual: Map, spread: Map, found: Found, known: NDArray[np.bool_]) -> Resolved:
+    def _cycles(self, residual: Map, spread: Map, heights: Heights, known: NDArray[np.bool_]) -> Resolved:
         radar = self.model.radar
         across = radar.ranges * np.radians(self.width)
-        gain = np.broadcast_to(self.model.rise_sign, found.gain.shape) * found.gain
+        gain = np.broadcast_to(self.model.rise_sign, heights.gain.shape) * heights.gain
         return resolve(residual, spread, gain, known, radar.spacing, across, *self.others())
