@@ -84,7 +84,7 @@ class Meaning:
         for entry, bounds in zip(stated.get("prefixItems", ()), self.items, strict=False):
             entry.update(bounds)
         if self.infinite:
-            stated = {"anyOf": [stated, {"const": INFINITE, "type": "string"}]}
+            stated = {"anyOf": [*stated.get("anyOf", [stated]), {"const": INFINITE, "type": "string"}]}
         return {
             **stated,
             "description": self.text,
