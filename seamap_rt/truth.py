@@ -17,9 +17,10 @@ from .dataset import build
 from .echoes.radar_cross_section import two_way_power
 from .mesh import Facets
 from .radar.array import antenna_array
+from .radar.dwell import dwell_power
 from .radar.grid import ground_grid, look_sweeps
 from .radar.mast import Mast
-from .radar.scan import BEAMS_BEYOND, sector_width
+from .radar.scan import sector_width
 from .radar.waveform import RangeResponse, gates
 from .sea import Sea
 from .settings import RadarSettings, RetrievalSettings
@@ -74,9 +75,10 @@ def polar_truth(
         if facets.field is not None:
             values["illumination"] = cells(area * arriving) / whole
         gate = bins.response(ranges, RangeResponse.of(radar))
-        beam = _beam_columns(facets, sweeps, 0.0 if staring else retrieval.cell_azimuth_deg, radar)
-        weight = beam @ (bins.gather(area) @ gate)
-        values["height_weighted"] = (beam @ (bins.gather(area * facets.height) @ gate)) / weight
+        offset = sweeps[:, None] - facets.grid.column_sweep
+        beam = dwell_power(antenna_array(radar), offset, 0.0 if staring else retrieval.cell_azimuth_deg)
+        heard = beam @ (bins.gather(area) @ gate)
+        values["height_weighted"] = (beam @ (bins.gather(area * facets.height) @ gate)) / heard
     empty = whole <= 0.0
     fields = {name: np.where(empty | ~np.isfinite(field), np.nan, field)[None] for name, field in values.items()}
     times = np.interp(sweeps, facets.grid.sweep, facets.grid.time)
@@ -244,21 +246,3 @@ def _look_columns(facets: Facets, sweeps: NDArray[np.float64], cell_deg: float) 
     low = np.maximum(middle - 0.5 * width, sweeps[:, None] - 0.5 * cell_deg)
     high = np.minimum(middle + 0.5 * width, sweeps[:, None] + 0.5 * cell_deg)
     return np.maximum(high - low, 0.0) / width
-
-
-def _beam_columns(
-    facets: Facets, sweeps: NDArray[np.float64], cell_deg: float, radar: RadarSettings
-) -> NDArray[np.float64]:
-    """(look, column): two-way power pattern towards the column, averaged over the look's dwell."""
-    offset = sweeps[:, None] - facets.grid.column_sweep
-    # The dwell's mean depends on the offset alone: tabulated as far as the mesh goes beside a look, 0 beyond.
-    array = antenna_array(radar)
-    reach = BEAMS_BEYOND * array.beam_deg
-    table = np.linspace(-reach - cell_deg, reach + cell_deg, 4001)
-    dwell = cell_deg * ((np.arange(24) + 0.5) / 24 - 0.5)
-    pointing = np.clip(table[:, None] + dwell, -89.0, 89.0)
-    first, second = (array.elements[n].antenna.azimuth for n in array.receivers[:2])
-    cosine = -np.sin(np.radians(pointing))
-    power = (first(cosine) * second(cosine)) ** 2
-    mean = np.where(np.abs(pointing) <= reach, power, 0.0).mean(axis=1)
-    return np.interp(offset, table, mean, left=0.0, right=0.0)

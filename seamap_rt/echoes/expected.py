@@ -7,20 +7,20 @@ field comes over an edge, that of the detour as well.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..radar.array import Array, antenna_array
+from ..radar.dwell import DwellBeams
 from ..radar.grid import look_sweeps
-from ..radar.scan import BEAMS_BEYOND
 from ..settings import RadarSettings
 from ..tracing import Illumination
 from .gating import Gating, ProcessedGating, gate_samples
-from .paths import Path, facet_paths, wavenumber
+from .paths import FacetPaths, Path, facet_paths, wavenumber
 
 _CHUNK, _PROCESSED_CHUNK = 32, 2  # columns
-_BEAM_POINTS = 24  # of the dwell over which a look's beam is averaged
 
 
 @dataclass(frozen=True)
@@ -40,68 +40,98 @@ def expected_look_gates(
 ) -> ExpectedGates:
     """Expected power and covariance of each look (averaged over its dwell) and gate.
 
-    Power is that of every antenna to every other, whatever their roles.
+    rcs (column, facet) [m²]; cell_azimuth_deg: the looks' width. Power is that of every antenna to every other,
+    whatever their roles. Raises ValueError for facets that have not been traced.
     """
     array, staring = antenna_array(radar), radar.scan == "staring"
     sweeps = look_sweeps(radar.sector_deg, cell_azimuth_deg, staring)
-    number, k = len(array.elements), wavenumber(radar)
+    number = len(array.elements)
     pairs = tuple((i, j) for i in range(number) for j in range(i, number))
-    crossed = interferograms(array)
-    gating, chunk = Gating(radar, facets, gate_samples(radar, pairs)), _CHUNK
-    if radar.waveform == "chirp" or radar.receiver.chain == "digital":
-        gating, chunk = ProcessedGating(radar, facets), _PROCESSED_CHUNK
-    gates, looks = gating.range.size, sweeps.size
+    sums = _ColumnExpectation(facets, rcs, radar, pairs, pairs.index((0, min(1, number - 1))))
+    gates, looks = sums.gating.range.size, sweeps.size
     power = np.zeros((len(pairs), looks, gates))
     covariance = np.zeros((looks, gates), dtype=np.complex128)
     weight, moment = np.zeros((looks, gates)), np.zeros((looks, gates))
-    middle = pairs.index((0, min(1, number - 1)))
-    for begin in range(0, facets.grid.columns, chunk):
-        columns = slice(begin, min(begin + chunk, facets.grid.columns))
-        paths = facet_paths(facets, rcs, radar, columns, pairs)
-        count = columns.stop - columns.start
-        column_power = np.zeros((len(pairs), count, gates))
-        column_covariance = np.zeros((len(crossed), count, gates), dtype=np.complex128)
-        column_weight, column_moment = np.zeros((count, gates)), np.zeros((count, gates))
-        longer = np.stack([paths.difference[i] + paths.difference[j] for i, j in pairs])
-        turning = [
-            np.exp(1j * np.remainder(k * (longer[pairs.index(q)] - longer[pairs.index(p)]), 2.0 * np.pi))
-            for p, q in crossed
-        ]
-        for block in gating.blocks:
-            heard = gating.weights(block, paths.length)
-            heard = heard.astype(np.complex128 if np.iscomplexobj(heard) else np.float64)
-            volts = [h * a[:, block.facets, None] for h, a in zip(heard, paths.amplitude, strict=True)]
-            for pair, voltage in enumerate(volts):
-                column_power[pair, :, block.gates] = np.einsum("cfg,cfg->cg", voltage, voltage.conj()).real
-            for which, (p, q) in enumerate(crossed):
-                product = volts[pairs.index(p)] * volts[pairs.index(q)].conj()
-                phase = turning[which][:, block.facets, None]
-                column_covariance[which, :, block.gates] = np.sum(product * phase, axis=1)
-            area = np.abs(heard[middle]) ** 2 * facets.horizontal_area[block.facets][:, None]
-            column_weight[:, block.gates] = area.sum(axis=1)
-            column_moment[:, block.gates] = np.einsum("cfg,cf->cg", area, facets.height[columns, block.facets])
-        for column in range(count):
-            sweep = facets.grid.column_sweep[columns.start + column]
-            near, beams = look_beams(array, sweeps, 0.0 if staring else cell_azimuth_deg, sweep, gating.level)
+    middle = pairs[sums.middle]
+    for begin in range(0, facets.grid.columns, sums.chunk):
+        columns = slice(begin, min(begin + sums.chunk, facets.grid.columns))
+        each = sums(columns)
+        for column, sweep in enumerate(facets.grid.column_sweep[columns]):
+            beams = DwellBeams(array, sweeps, 0.0 if staring else cell_azimuth_deg, sweep, sums.gating.level)
             for pair, path in enumerate(pairs):
-                power[pair, near] += beams(path, path) * column_power[pair, column]
-            for which, (p, q) in enumerate(crossed):
-                covariance[near] += beams(p, q) * column_covariance[which, column] / len(crossed)
-            weight[near] += beams(pairs[middle], pairs[middle]) * column_weight[column]
-            moment[near] += beams(pairs[middle], pairs[middle]) * column_moment[column]
+                power[pair, beams.looks] += beams(path, path) * each.power[pair, column]
+            for which, (p, q) in enumerate(sums.crossed):
+                covariance[beams.looks] += beams(p, q) * each.covariance[which, column] / len(sums.crossed)
+            weight[beams.looks] += beams(middle, middle) * each.weight[column]
+            moment[beams.looks] += beams(middle, middle) * each.moment[column]
     with np.errstate(invalid="ignore", divide="ignore"):
         height = moment / weight
-    heard = np.array([abs(element.channel) ** 2 for element in array.elements])  # as each antenna's receiver gives it
+    gain = np.array([abs(element.channel) ** 2 for element in array.elements])  # as each antenna's receiver gives it
     first, second = (array.elements[antenna].channel for antenna in array.receivers[:2])
     every = [[pairs.index((min(i, j), max(i, j))) for j in range(number)] for i in range(number)]
     return ExpectedGates(
         sweep=sweeps,
-        range=gating.range,
-        power=power[every] * heard[:, None, None],
+        range=sums.gating.range,
+        power=power[every] * gain[:, None, None],
         covariance=covariance * (first * np.conj(second)),
         weight=weight,
         weighted_height=height,
     )
+
+
+class _Sums(NamedTuple):
+    """What the facets of some columns return at boresight; arrays (column, gate) unless said otherwise."""
+
+    power: NDArray[np.float64]  # (pair of antennas, column, gate) W
+    covariance: NDArray[np.complex128]  # (interferogram, column, gate) W
+    weight: NDArray[np.float64]  # m², gate · area
+    moment: NDArray[np.float64]  # m³, gate · area · height
+
+
+class _ColumnExpectation:
+    """Sums over the facets of some columns, before the beam of a look."""
+
+    def __init__(
+        self, facets: Illumination, rcs: NDArray[np.float32], radar: RadarSettings, pairs: tuple[Path, ...], middle: int
+    ) -> None:
+        """pairs: of antennas; middle: the one whose gates weigh heights."""
+        self._facets, self._rcs, self._radar, self._pairs, self.middle = facets, rcs, radar, pairs, middle
+        self.crossed = interferograms(antenna_array(radar))
+        self.gating, self.chunk = Gating(radar, facets, gate_samples(radar, pairs)), _CHUNK
+        if radar.waveform == "chirp" or radar.receiver.chain == "digital":
+            self.gating, self.chunk = ProcessedGating(radar, facets), _PROCESSED_CHUNK
+
+    def __call__(self, columns: slice) -> _Sums:
+        facets, pairs = self._facets, self._pairs
+        count, gates = columns.stop - columns.start, self.gating.range.size
+        paths = facet_paths(facets, self._rcs, self._radar, columns, pairs)
+        power = np.zeros((len(pairs), count, gates))
+        covariance = np.zeros((len(self.crossed), count, gates), dtype=np.complex128)
+        weight, moment = np.zeros((count, gates)), np.zeros((count, gates))
+        unit_phasors = self._unit_phasors(paths)
+        for block in self.gating.blocks:
+            heard = self.gating.weights(block, paths.length)
+            heard = heard.astype(np.complex128 if np.iscomplexobj(heard) else np.float64)
+            volts = [h * a[:, block.facets, None] for h, a in zip(heard, paths.amplitude, strict=True)]
+            for pair, voltage in enumerate(volts):
+                power[pair, :, block.gates] = np.einsum("cfg,cfg->cg", voltage, voltage.conj()).real
+            for which, (p, q) in enumerate(self.crossed):
+                product = volts[pairs.index(p)] * volts[pairs.index(q)].conj()
+                phase = unit_phasors[which][:, block.facets, None]
+                covariance[which, :, block.gates] = np.sum(product * phase, axis=1)
+            area = np.abs(heard[self.middle]) ** 2 * facets.horizontal_area[block.facets][:, None]
+            weight[:, block.gates] = area.sum(axis=1)
+            moment[:, block.gates] = np.einsum("cfg,cf->cg", area, facets.height[columns, block.facets])
+        return _Sums(power, covariance, weight, moment)
+
+    def _unit_phasors(self, paths: FacetPaths) -> list[NDArray[np.complex128]]:
+        """Of each interferogram, (column, facet): what the two paths' difference turns the phase by."""
+        k = wavenumber(self._radar)
+        longer = np.stack([paths.difference[i] + paths.difference[j] for i, j in self._pairs])
+        index = self._pairs.index
+        return [
+            np.exp(1j * np.remainder(k * (longer[index(q)] - longer[index(p)]), 2.0 * np.pi)) for p, q in self.crossed
+        ]
 
 
 def interferograms(array: Array) -> list[tuple[Path, Path]]:
@@ -115,50 +145,3 @@ def interferograms(array: Array) -> list[tuple[Path, Path]]:
         return [(path(t, first), path(t, second)) for t in array.transmitters]
     sender = {array.receivers[r]: slot.transmitter for slot in array.cycle for r in slot.receivers}
     return [(path(sender[first], first), path(sender[second], second))]
-
-
-class _Beams:
-    """The dwell's mean product of two paths' voltage patterns, (look, gate)."""
-
-    def __init__(self, array: Array, cosine: NDArray[np.float64], heard: NDArray[np.bool_], span: float) -> None:
-        """span: beyond which no cosine lies; the same for all columns, so that looks are alike to the last digits."""
-        self._array, self._cosine, self._heard, self._span = array, cosine, heard, span
-        self._cuts: dict[object, NDArray[np.float64]] = {}
-        self._products: dict[object, NDArray[np.float64]] = {}
-
-    def __call__(self, one: Path, other: Path) -> NDArray[np.float64]:
-        cuts = sorted((self._array.elements[n].antenna.azimuth for n in (*one, *other)), key=id)
-        key = tuple(cuts)
-        if key not in self._products:
-            product = np.ones_like(self._cosine)
-            for cut in cuts:
-                product = product * self._voltage(cut)
-            self._products[key] = np.where(self._heard, product, 0.0).mean(axis=1)
-        return self._products[key]
-
-    def _voltage(self, cut) -> NDArray[np.float64]:
-        if cut not in self._cuts:
-            table = np.linspace(-self._span, self._span, 4001)
-            self._cuts[cut] = np.interp(self._cosine, table, cut(table))
-        return self._cuts[cut]
-
-
-def look_beams(
-    array: Array,
-    sweeps: NDArray[np.float64],
-    cell_azimuth_deg: float,
-    column_sweep: float,
-    level: NDArray[np.float64],
-) -> tuple[NDArray[np.intp], _Beams]:
-    """The looks that hear a column, and the dwell's mean pattern towards it for any two paths, (look, gate).
-
-    A fan that leans is heard where it meets the sea, and looks are made of pulses by where that is: it needs no more.
-    """
-    reach = BEAMS_BEYOND * array.beam_deg + 1e-9  # rounding must not separate looks that stand alike
-    near = np.flatnonzero(np.abs(sweeps - column_sweep) <= reach + 0.5 * cell_azimuth_deg)
-    points = _BEAM_POINTS if cell_azimuth_deg > 0.0 else 1
-    dwell = cell_azimuth_deg * ((np.arange(points) + 0.5) / points - 0.5)
-    offset = sweeps[near, None] + dwell - column_sweep
-    cosine = -np.sin(np.radians(offset))[..., None] * level
-    span = float(np.sin(np.radians(min(90.0, reach + cell_azimuth_deg))))
-    return near, _Beams(array, cosine, np.abs(offset)[..., None] <= reach, span)

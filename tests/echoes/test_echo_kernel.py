@@ -1,8 +1,9 @@
-"""The inner loops of a turn against sums of their own: a few facets in float64, and random numbers from their bits."""
+"""The inner loops of a turn against sums of their own: a few facets in float64."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -12,17 +13,19 @@ import pytest
 from exact_echoes import ROCKING, mast_of
 from numpy.typing import NDArray
 
+from seamap_rt import random_streams
 from seamap_rt.conventions import SPEED_OF_LIGHT, unit_from_azimuth
 from seamap_rt.echoes import turn_voltages
 from seamap_rt.echoes.gating import received_samples
 from seamap_rt.echoes.motion import Motion, MovingSpeckle, echo_bandwidth
-from seamap_rt.echoes.slow_time import choose_nodes
+from seamap_rt.echoes.slow_time import Nodes, choose_nodes
 from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis
-from seamap_rt.echoes.summation.gaussian import draw, gaussians
+from seamap_rt.echoes.summation.gaussian import gaussians, key_of
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.radar.receiver import amplitude_constant
 from seamap_rt.radar.scan import Pulses, pulses
+from seamap_rt.random_streams import Stream
 from seamap_rt.settings import RadarSettings, TracingSettings
 from seamap_rt.tracing import Illumination
 from seamap_rt.tracing.horizon import trace_horizon
@@ -32,74 +35,6 @@ TAU = 0.004
 FAR = (150.0, 200.0)  # m: out there the mean sea's bearing, at which the chain takes the beam, is the facet's own
 ASIDE = [{"offset_m": (0.3, 0.1, -0.2)}, {"offset_m": (-0.2, 0.0, 0.2)}, {"offset_m": (0.0, 0.0, 0.6), "role": "rx"}]
 MODES = [(transmit, pairs) for transmit in ("single", "switched") for pairs in ("single_pulse", "alternating_pulse")]
-_MASK = (1 << 64) - 1
-
-
-# ----------------------------------------------------------------------------------------- numbers from their bits
-
-
-def split_mix(key: int, number: int) -> int:
-    """The number'th output of SplitMix64 (Steele, Lea & Flood 2014) that starts at `key`."""
-    state = (key + 0x9E3779B97F4A7C15 * (number + 1)) & _MASK
-    state = ((state ^ (state >> 30)) * 0xBF58476D1CE4E5B9) & _MASK
-    state = ((state ^ (state >> 27)) * 0x94D049BB133111EB) & _MASK
-    return state ^ (state >> 31)
-
-
-def key_that_draws(bits: int) -> int:
-    """The key whose first output is `bits`: each of SplitMix64's steps can be undone."""
-
-    def unshifted(value: int, by: int) -> int:
-        found = value
-        for _ in range(64 // by + 1):
-            found = value ^ (found >> by)
-        return found
-
-    state = unshifted(bits, 31) * pow(0x94D049BB133111EB, -1, 1 << 64) & _MASK
-    state = unshifted(state, 27) * pow(0xBF58476D1CE4E5B9, -1, 1 << 64) & _MASK
-    return (unshifted(state, 30) - 0x9E3779B97F4A7C15) & _MASK
-
-
-def normal_of(bits: int) -> complex:
-    """Box & Muller (1958): the radius by the highest 23 bits, the phase by the lowest 32."""
-    radius = math.sqrt(-math.log(((bits >> 41) + 0.5) * 2.0**-23))
-    return radius * complex(np.exp(2j * np.pi * (bits & 0xFFFFFFFF) * 2.0**-32))
-
-
-def stream(seed: int, *branch: int) -> int:
-    return int(np.random.SeedSequence(seed, spawn_key=branch).generate_state(1, np.uint64)[0])
-
-
-def numbers_of(key: int, column: int, facet: int, count: int) -> NDArray[np.complex128]:
-    """A facet's numbers: the key of its column, of that the facet's, of that the mode's."""
-    own = split_mix(split_mix(key, column), int(facet))
-    return np.array([normal_of(split_mix(own, mode)) for mode in range(count)])
-
-
-def test_numbers_are_those_of_their_bits() -> None:
-    # The polynomials err by some 1e-7 of the logarithm, which near a power of nothing is all that there is: 3e-8 of it
-    # are 1e-4 of an amplitude of 5e-4. Elsewhere single precision.
-    key = stream(3, 2)
-    found = gaussians(np.uint64(split_mix(key, 17)), 1000, 3)
-    exact = np.array([numbers_of(key, 17, facet, 3) for facet in range(1000)]).T
-    np.testing.assert_allclose(np.abs(found) ** 2, np.abs(exact) ** 2, rtol=2e-6, atol=1e-7)
-    np.testing.assert_allclose(np.angle(found * exact.conj()), 0.0, atol=1e-6)
-
-
-@pytest.mark.parametrize("high", [0, 1, 2**22 - 1, 2**22, 2**23 - 2, 2**23 - 1])
-@pytest.mark.parametrize("low", [0, 2**31 - 1, 2**31, 2**32 - 1, 0x60000000])
-def test_no_bits_draw_what_is_no_number(high: int, low: int) -> None:
-    # At most ln 2²⁴ = 16.6 times the mean, and at least what (1 − 2⁻²⁴) leaves: no infinity and no NaN.
-    bits = (high << 41) | low
-    key = key_that_draws(bits)
-    assert split_mix(key, 0) == bits
-    real, imag = np.empty(1, np.float32), np.empty(1, np.float32)
-    draw(np.uint64(key), np.empty(1, np.uint64), real, imag)
-    found, exact = complex(real[0], imag[0]), normal_of(bits)
-    assert abs(found) ** 2 <= 24.0 * np.log(2.0) * (1.0 + 1e-6)
-    assert abs(abs(found) ** 2 - abs(exact) ** 2) < 1e-7 + 2e-6 * abs(exact) ** 2
-    if abs(exact) > 0.01:
-        assert abs(found - exact) < 3e-6 * abs(exact)
 
 
 # --------------------------------------------------------------------------------------- few facets, in float64
@@ -152,57 +87,17 @@ def at_nodes(
     """The pulses that are nodes (all, where speckle never changes), and their voltages (pulse, receiver, gate) by the
     law: paths, beams and motion of each pulse; spreading, gates and elevation patterns of when the beam passes."""
     radar, facets, fired = seen.radar, seen.facets, seen.fired
-    array, grid, k = antenna_array(radar), facets.grid, 2.0 * np.pi * radar.frequency_hz / SPEED_OF_LIGHT
-    nodes, samples = choose_nodes(facets, radar, fired, decorrelation_time_s, motion), received_samples(radar)
+    array, samples = antenna_array(radar), received_samples(radar)
+    nodes = choose_nodes(facets, radar, fired, decorrelation_time_s, motion)
     chosen = np.arange(0, fired.number.size, 1 if np.isinf(decorrelation_time_s) else nodes.stride)
-    time, pose = fired.time[chosen], fired.pose[chosen]
-    reach = np.inf if fired.mast.rate == 0.0 else _reach(facets, fired)
-    window = nodes.count if np.isinf(reach) else int(2.0 * reach / nodes.spacing_s) + 1
-    speckle = (
-        StillSpeckle(speckle_basis(window, nodes.spacing_s, decorrelation_time_s), SEED)
-        if motion is None
-        else MovingSpeckle.over(window, nodes.spacing_s, k, decorrelation_time_s, motion, SEED)
-    )
+    speckle_of = _speckle_of(seen, nodes, chosen, decorrelation_time_s, motion)
     sums = np.zeros((chosen.size, len(array.paths), samples.range.size), complex)
     for column, facet in zip(*np.nonzero(seen.rcs), strict=True):
-        passing = grid.column_pose[slice(column, column + 1)]
-        first = 0 if np.isinf(reach) else int(np.ceil((passing.time[0] - reach - nodes.time[0]) / nodes.spacing_s))
-        node = chosen // nodes.stride - nodes.first - first
-        series = np.zeros(window, complex)
-        begin = nodes.time[0] + first * nodes.spacing_s - passing.time
-        for number, modes in enumerate(speckle.modes(slice(column, column + 1), begin)):
-            share = 1.0
-            if motion is not None and motion.breaking is not None:
-                share = abs(float(motion.breaking[column, facet]) - (1 - number))
-            drawn = numbers_of(stream(SEED, 2, *[1] * number), int(grid.column_number[column]), facet, modes.shape[1])
-            series += np.sqrt(share) * (drawn @ modes[0])
-        heard = np.where((node >= 0) & (node < window), series[np.clip(node, 0, window - 1)], 0.0)
-        look, middle = (
-            np.array(unit_from_azimuth(grid.column_azimuth[column] + off))
-            for off in (np.degrees(facets.angle[facet]), 0.0)
-        )
-        start = np.append(passing.origin[0, :2] + facets.distance[facet] * look, facets.height[column, facet])
-        flow = np.append(facets.velocity_look[column, facet] * look, facets.velocity_up[column, facet])
-        place = start + flow * (time - passing.time)[:, None]
-        path = np.linalg.norm(place[:, None] - pose.positions, axis=-1)  # (node, antenna)
-        then = np.linalg.norm(start - passing.positions[0], axis=-1)
-        # The beam is laid on whole columns.
-        towards = place - pose.origin + np.append(facets.distance[facet] * (middle - look), 0.0)
-        away = np.linalg.norm(towards, axis=-1)
-        across = np.einsum("pi,pi->p", towards, pose.axes[:, 0]) / away
-        up = (start - passing.origin[0]) @ passing.axes[0, 2] / np.linalg.norm(start - passing.origin[0])
+        heard, (path, then, amplitude) = speckle_of(column, facet), _on_paths(seen, chosen, column, facet)
         for number, (one, other) in enumerate(array.paths):
-            ends = [array.elements[one], array.elements[other]]
-            volts = amplitude_constant(radar, math.sqrt(ends[0].antenna.gain * ends[1].antenna.gain))
-            volts = volts * math.sqrt(seen.rcs[column, facet]) / (then[one] * then[other])
-            for end in ends:
-                volts = volts * end.antenna.elevation(up) * end.antenna.azimuth(across - end.offset[0] / away)
-            if facets.field is None:
-                volts = volts * (facets.lit[one, column, facet] & facets.lit[other, column, facet])
-            else:
-                volts = volts * complex(facets.field[one, column, facet]) * complex(facets.field[other, column, facet])
+            volts = amplitude[number] * heard * np.exp(-1j * _wavenumber(radar) * (path[:, one] + path[:, other]))
             window_of = samples.responses[number](samples.range - 0.5 * (then[one] + then[other]))
-            sums[:, number] += (volts * heard * np.exp(-1j * k * (path[:, one] + path[:, other])))[:, None] * window_of
+            sums[:, number] += volts[:, None] * window_of
     if samples.compress is not None:
         sums = np.asarray(samples.compress(sums.astype(np.complex64)), dtype=complex)
     voltages = np.full((chosen.size, len(array.receivers), sums.shape[2]), np.nan, complex)
@@ -212,6 +107,79 @@ def at_nodes(
             channel = array.elements[array.receivers[receiver]].channel
             voltages[row, receiver] = channel * sums[row, array.path(slot.transmitter, receiver)]
     return chosen, voltages
+
+
+def _speckle_of(
+    seen: Seen, nodes: Nodes, chosen: NDArray[np.intp], decorrelation_time_s: float, motion: Motion | None
+) -> Callable[[int, int], NDArray[np.complex128]]:
+    """(column, facet) → its speckle (pulse,) at the chosen ones, 0 where the beam is elsewhere."""
+    facets, fired = seen.facets, seen.fired
+    reach = np.inf if fired.mast.rate == 0.0 else _reach(facets, fired)
+    window = nodes.count if np.isinf(reach) else int(2.0 * reach / nodes.spacing_s) + 1
+    speckle = (
+        StillSpeckle(speckle_basis(window, nodes.spacing_s, decorrelation_time_s), SEED)
+        if motion is None
+        else MovingSpeckle.over(window, nodes.spacing_s, _wavenumber(seen.radar), decorrelation_time_s, motion, SEED)
+    )
+
+    def speckle_of(column: int, facet: int) -> NDArray[np.complex128]:
+        passing = facets.grid.column_pose[slice(column, column + 1)]
+        first = 0 if np.isinf(reach) else int(np.ceil((passing.time[0] - reach - nodes.time[0]) / nodes.spacing_s))
+        node = chosen // nodes.stride - nodes.first - first
+        series = np.zeros(window, complex)
+        begin = nodes.time[0] + first * nodes.spacing_s - passing.time
+        for number, modes in enumerate(speckle.modes(slice(column, column + 1), begin)):
+            share = 1.0
+            if motion is not None and motion.breaking is not None:
+                share = abs(float(motion.breaking[column, facet]) - (1 - number))
+            key = key_of(
+                random_streams.key(SEED, Stream.SPECKLE, *[1] * number), int(facets.grid.column_number[column])
+            )
+            drawn = gaussians(np.uint64(key), facet + 1, modes.shape[1])[:, facet]
+            series += np.sqrt(share) * (drawn.astype(complex) @ modes[0])
+        return np.where((node >= 0) & (node < window), series[np.clip(node, 0, window - 1)], 0.0)
+
+    return speckle_of
+
+
+def _on_paths(
+    seen: Seen, chosen: NDArray[np.intp], column: int, facet: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64], list[NDArray[Any]]]:
+    """A facet's distances from the antennas (pulse, antenna) at the chosen pulses and (antenna,) when the beam passes
+    it [m], and what it returns on each path (pulse,) but for phase, speckle and range response [√W]."""
+    radar, facets, fired = seen.radar, seen.facets, seen.fired
+    array, grid, time, pose = antenna_array(radar), facets.grid, fired.time[chosen], fired.pose[chosen]
+    passing = grid.column_pose[slice(column, column + 1)]
+    look, middle = (
+        np.array(unit_from_azimuth(grid.column_azimuth[column] + off)) for off in (np.degrees(facets.angle[facet]), 0.0)
+    )
+    start = np.append(passing.origin[0, :2] + facets.distance[facet] * look, facets.height[column, facet])
+    flow = np.append(facets.velocity_look[column, facet] * look, facets.velocity_up[column, facet])
+    point = start + flow * (time - passing.time)[:, None]
+    path = np.linalg.norm(point[:, None] - pose.positions, axis=-1)  # (node, antenna)
+    then = np.linalg.norm(start - passing.positions[0], axis=-1)
+    # The beam is laid on whole columns.
+    towards = point - pose.origin + np.append(facets.distance[facet] * (middle - look), 0.0)
+    away = np.linalg.norm(towards, axis=-1)
+    across = np.einsum("pi,pi->p", towards, pose.axes[:, 0]) / away
+    up = (start - passing.origin[0]) @ passing.axes[0, 2] / np.linalg.norm(start - passing.origin[0])
+    amplitude = []
+    for one, other in array.paths:
+        ends = [array.elements[one], array.elements[other]]
+        volts = amplitude_constant(radar, math.sqrt(ends[0].antenna.gain * ends[1].antenna.gain))
+        volts = volts * math.sqrt(seen.rcs[column, facet]) / (then[one] * then[other])
+        for end in ends:
+            volts = volts * end.antenna.elevation(up) * end.antenna.azimuth(across - end.offset[0] / away)
+        if facets.field is None:
+            volts = volts * (facets.lit[one, column, facet] & facets.lit[other, column, facet])
+        else:
+            volts = volts * complex(facets.field[one, column, facet]) * complex(facets.field[other, column, facet])
+        amplitude.append(volts)
+    return path, then, amplitude
+
+
+def _wavenumber(radar: RadarSettings) -> float:
+    return 2.0 * np.pi * radar.frequency_hz / SPEED_OF_LIGHT
 
 
 def _reach(facets: Illumination, fired: Pulses) -> float:
