@@ -9,9 +9,20 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from seamap_rt.echoes.summation.gaussian import count_bits, draw, gaussians, key_of, normals, stream_key, unit_phasor
+from seamap_rt import random_streams
+from seamap_rt.echoes.summation.gaussian import count_bits, draw, gaussians, key_of, normals, unit_phasor
+from seamap_rt.random_streams import Stream
 
-KEYS = [0, 1, 2, 1234567, 2**63, 2**64 - 1, int(stream_key(3, 2)), int(stream_key(3, 3))]
+KEYS = [
+    0,
+    1,
+    2,
+    1234567,
+    2**63,
+    2**64 - 1,
+    int(random_streams.key(3, Stream.SPECKLE)),
+    int(random_streams.key(3, Stream.NOISE)),
+]
 
 
 def bits_of(key: int, count: int) -> NDArray[np.uint64]:
@@ -85,7 +96,7 @@ def test_columns_facets_and_streams_have_nothing_in_common() -> None:
 
 
 def test_a_number_depends_on_its_key_and_its_count_alone() -> None:
-    key = stream_key(3, 2)
+    key = random_streams.key(3, Stream.SPECKLE)
     whole, part = gaussians(key, 1000, 5), gaussians(key, 10, 3)
     np.testing.assert_array_equal(part, whole[:3, :10])
     bits, real, imag = np.empty(5, np.uint64), np.empty(5, np.float32), np.empty(5, np.float32)
@@ -95,7 +106,11 @@ def test_a_number_depends_on_its_key_and_its_count_alone() -> None:
 
 
 def test_branches_of_a_seed_have_keys_of_their_own() -> None:
-    keys = {int(stream_key(seed, *branch)) for seed in (0, 1, 2) for branch in ((), (2,), (3,), (2, 1), (1, 2))}
+    keys = {
+        int(random_streams.key(seed, *branch))
+        for seed in (0, 1, 2)
+        for branch in ((Stream.SEA,), (Stream.SPECKLE,), (Stream.NOISE,), (Stream.SPECKLE, 1), (Stream.SEA, 2))
+    }
     assert len(keys) == 15
 
 
