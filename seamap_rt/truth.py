@@ -77,8 +77,8 @@ def polar_truth(
         gate = bins.response(ranges, RangeResponse.of(radar))
         offset = sweeps[:, None] - facets.grid.column_sweep
         beam = dwell_power(antenna_array(radar), offset, 0.0 if staring else retrieval.cell_azimuth_deg)
-        heard = beam @ (bins.gather(area) @ gate)
-        values["height_weighted"] = (beam @ (bins.gather(area * facets.height) @ gate)) / heard
+        weight = beam @ (bins.gather(area) @ gate)
+        values["height_weighted"] = (beam @ (bins.gather(area * facets.height) @ gate)) / weight
     empty = whole <= 0.0
     fields = {name: np.where(empty | ~np.isfinite(field), np.nan, field)[None] for name, field in values.items()}
     times = np.interp(sweeps, facets.grid.sweep, facets.grid.time)

@@ -41,7 +41,7 @@ def expected_look_gates(
     """Expected power and covariance of each look (averaged over its dwell) and gate.
 
     rcs (column, facet) [m²]; cell_azimuth_deg: the looks' width. Power is that of every antenna to every other,
-    whatever their roles. Raises ValueError for facets that have not been traced.
+    whatever their roles.
     """
     array, staring = antenna_array(radar), radar.scan == "staring"
     sweeps = look_sweeps(radar.sector_deg, cell_azimuth_deg, staring)

@@ -10,7 +10,6 @@ import pytest
 from exact_echoes import ROCKING, SEED, radar_of, sea_seen
 from numpy.typing import NDArray
 
-from seamap_rt import random_streams
 from seamap_rt.echoes import turn, turn_voltages
 from seamap_rt.echoes.motion import Motion
 from seamap_rt.echoes.summation import (
@@ -24,7 +23,7 @@ from seamap_rt.echoes.summation import (
     sum_columns,
 )
 from seamap_rt.echoes.summation.gaussian import gaussians, key_of
-from seamap_rt.random_streams import Stream
+from seamap_rt.random_streams import Stream, key
 
 
 def batch_of(window: int = 13, kinds: int = 2, alike: bool = False, seed: int = 1) -> ColumnBatch:
@@ -58,7 +57,7 @@ def batch_of(window: int = 13, kinds: int = 2, alike: bool = False, seed: int = 
             amplitude=(rng.normal(size=(3, count)) + 1j * rng.normal(size=(3, count))).astype(np.complex64),
         ),
         speckle=Speckle(
-            streams=np.array([random_streams.key(3, Stream(kind + 1)) for kind in range(kinds)]),
+            streams=np.array([key(3, Stream.SPECKLE, kind) for kind in range(kinds)]),
             modes=modes.astype(np.complex64),
             first_kind_modes=5 if kinds == 1 else 3,
             strength=rng.uniform(size=(count, kinds)).astype(np.float32),
