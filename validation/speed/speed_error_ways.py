@@ -100,7 +100,7 @@ class Bench:
 
     def sea(self, spline: Spline) -> Sea:
         """The same waves, interpolated otherwise."""
-        (plane,) = self.whole.sea.parts
+        (plane,) = self.whole.sea.trains
         with _interpolated(spline, plane.field.time_step):  # pyright: ignore[reportAttributeAccessIssue]
             return run_sea(self.whole.scene)
 

@@ -78,11 +78,11 @@ class PhaseModel:
 
     def heights_of(self, cells: Covariance, residual: Map) -> Heights:
         """Heights of cells whose phase is `residual` beyond that of mean sea level."""
-        return self._found(cells, self.flat + residual)
+        return self._heights(cells, self.flat + residual)
 
     def heights_at(self, cells: Covariance, height: Map) -> Heights:
         """The same for heights that are known otherwise."""
-        return self._found(cells, self.of_height(height))
+        return self._heights(cells, self.of_height(height))
 
     def _heights(self, cells: Covariance, phase: Map) -> Heights:
         radar, fan = self.radar, self.poses.fan
