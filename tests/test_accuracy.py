@@ -1,7 +1,7 @@
 """What the whole chain is for: heights of `choppy_sea`, 50–200 m, cells more than half visible, against the truth.
 
-The bounds without noise are those that were set for this scene. The horizon tracer stands in for the rays: they
-light the same facets but for a few in a million.
+The bounds without noise are those that were set for this scene, or what seeds leave of them. The horizon tracer stands
+in for the rays: they light the same facets but for a few in a million.
 """
 
 from __future__ import annotations
@@ -45,7 +45,9 @@ def test_single_cells_without_noise() -> None:
     assert abs(found["height_bias_m"]) <= 0.02
 
 
-@pytest.mark.parametrize(("polarization", "rmse"), [("VV", 0.09), ("HH", 0.11)])
+# Seeds 1 … 6: 0.078 ± 0.002 m in VV, 0.081 ± 0.0044 m in HH (of a third of the circle). The bounds lie three of those
+# spreads higher.
+@pytest.mark.parametrize(("polarization", "rmse"), [("VV", 0.085), ("HH", 0.095)])
 def test_default_estimator_without_noise(polarization: str, rmse: float) -> None:
     found = overall(False, polarization)
     assert found["height_rmse_m"] <= rmse

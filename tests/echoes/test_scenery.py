@@ -129,20 +129,21 @@ def test_what_stands_under_water_echoes_nothing(tmp_path: Path) -> None:
 
 
 def test_an_object_just_outside_the_sector_is_heard_through_the_beams_edge(tmp_path: Path) -> None:
-    """Half a beam before the start and behind the end alike."""
+    """Half a beam before the start and behind the end alike. It turns the same side to the antenna: the same draws."""
     loud = []
     for azimuth in (359.2, 20.8):
         east, north = (float(part) for part in unit_from_azimuth(azimuth))
         made = scene(
             box((0.1, 0.1, 0.1), (0.0, 0.0, 1.0)),
             tmp_path,
-            thing={"position_m": [60.0 * east, 60.0 * north, 0.0], "rcs_dbsm": 10.0},
+            thing={"position_m": [60.0 * east, 60.0 * north, 0.0], "rcs_dbsm": 10.0, "heading_deg": azimuth},
             radar__sector_deg=[0.0, 20.0],
         )
         power = np.mean([loudness(made.model_copy(update={"seed": s}))[0].sum() for s in range(20)])
         loud.append(power)
-    # The same draws, but for how the tiny box turns to the antenna; and one pulse more or less.
-    assert loud[0] == pytest.approx(loud[1], rel=0.8)
+    # The first pulse lies on the sector's start, the last half a pulse before its end: at 10 % a pulse of the beam's
+    # flank, 6 %. What the same draws leave (correlated by 0.986, in a mean of 20) is 3.5 %; four of that.
+    assert loud[0] == pytest.approx(loud[1], rel=0.2)
     assert min(loud) > 0.0
 
 
