@@ -17,12 +17,12 @@ from ..radar.link import LinkBudget
 from ..radar.receiver import noise_power
 from ..radar.waveform import unambiguous_range_m
 from ..report import style
-from ..report.link_figure import draw
-from ..report.link_words import link_lines, link_table
 from ..scattering import MEAN_MODELS, mean_nrcs
 from ..scene import Scene
 from ..scene.checks.scattering import STEEPEST
 from ..settings import RadarSettings
+from .link_figure import draw
+from .link_words import link_lines, link_table
 
 PRODUCTS = ("link.csv", "link.png")
 FURTHEST_M = 20_000.0  # m, the longest range window that a scene may have

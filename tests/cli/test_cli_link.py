@@ -13,18 +13,11 @@ from numpy.testing import assert_allclose
 
 from seamap_rt.cli import main
 from seamap_rt.conventions import db
-from seamap_rt.products.link import (
-    PRODUCTS,
-    link_budget,
-    mean_sea,
-    ranges_of,
-    simulated_power,
-    write_link,
-)
+from seamap_rt.products import link_figure, link_words
+from seamap_rt.products.link import PRODUCTS, link_budget, mean_sea, ranges_of, simulated_power, write_link
 from seamap_rt.radar.link import flat_sea_power
 from seamap_rt.radar.receiver import noise_power
 from seamap_rt.radar.waveform import unambiguous_range_m
-from seamap_rt.report import link_figure, link_words
 from seamap_rt.scattering import nrcs_gregers_hansen12, sea_state_from_wind
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.settings import RadarSettings

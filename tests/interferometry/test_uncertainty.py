@@ -7,12 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import SPEED_OF_LIGHT
-from seamap_rt.interferometry.covariance.windows import (
-    Covariance,
-    independent_looks,
-    pulse_correlation,
-    window_weights,
-)
+from seamap_rt.interferometry.covariance.windows import Covariance, independent_looks, pulse_correlation, window_weights
 from seamap_rt.interferometry.geometry.gate_edge import edge_bias
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.phase.speckle import incoherent_power

@@ -14,10 +14,7 @@ from matplotlib.lines import Line2D
 from seamap_rt import dataset
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.radar.scan import look_sweeps, pulses
-from seamap_rt.report import (
-    reduce,
-    style,
-)
+from seamap_rt.report import reduce, style
 from seamap_rt.scene import Scene, load_scene
 
 PICTURES = (

@@ -16,13 +16,7 @@ from matplotlib.patches import Rectangle
 from numpy.testing import assert_allclose
 
 from seamap_rt.io import results_folder
-from seamap_rt.report import (
-    height_maps,
-    height_scatter,
-    reduce,
-    timing,
-    write_report,
-)
+from seamap_rt.report import height_maps, height_scatter, reduce, timing, write_report
 from seamap_rt.scene import load_scene
 
 run, coarse_pictures = made_run.run, made_run.coarse_pictures  # fixtures

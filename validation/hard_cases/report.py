@@ -20,14 +20,7 @@ from validation import FIGURES
 from validation.hard_cases.case import Effort, Finding
 from validation.hard_cases.extreme import choppy_wall, crest, level, storm, ten_million
 from validation.hard_cases.far import baselines, far_from_origin, far_phases, half_a_day
-from validation.hard_cases.light import (
-    along_the_ray,
-    one_facet,
-    rays_against_horizon,
-    slivers,
-    terminator,
-    watertight,
-)
+from validation.hard_cases.light import along_the_ray, one_facet, rays_against_horizon, slivers, terminator, watertight
 
 CASES: tuple[Callable[[Effort], list[Finding]], ...] = (
     terminator,

@@ -15,8 +15,8 @@ from ..radar import link
 from ..radar.antenna import antenna
 from ..radar.link import LinkBudget
 from ..radar.waveform import blind_range_m
+from ..report import style
 from ..scene import Scene
-from . import style
 from .link_words import nrcs_words
 
 _DASHES = {"textbook": "--", "simulator": "-"}
