@@ -37,8 +37,8 @@ def phase_std_lee94(coherence: ArrayLike, looks: ArrayLike) -> NDArray[np.float6
     peak.
     """
     gamma, n = np.broadcast_arrays(*_checked(coherence, looks))
-    certain = gamma == 1.0
-    gamma = np.where(certain, 0.0, gamma)[..., None]
+    noiseless = gamma == 1.0
+    gamma = np.where(noiseless, 0.0, gamma)[..., None]
     node, weight = np.polynomial.legendre.leggauss(_QUADRATURE)
     t, weight = 0.5 * np.pi * (node + 1.0), 0.5 * np.pi * weight
     width = np.sqrt((1.0 - gamma) * (1.0 + gamma))
@@ -46,7 +46,7 @@ def phase_std_lee94(coherence: ArrayLike, looks: ArrayLike) -> NDArray[np.float6
     stretch = width / (np.cos(0.5 * t) ** 2 + (width * np.sin(0.5 * t)) ** 2)  # dφ/dt
     density = phase_pdf_lee94(phase, gamma, n[..., None])
     variance = 2.0 * np.sum(weight * stretch * density * phase**2, axis=-1)
-    return np.where(certain, 0.0, np.sqrt(variance))
+    return np.where(noiseless, 0.0, np.sqrt(variance))
 
 
 def cramer_rao_phase_std(coherence: ArrayLike, looks: ArrayLike) -> NDArray[np.float64]:

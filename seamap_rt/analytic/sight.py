@@ -15,7 +15,7 @@ from .seas import Field, Surface
 
 _STEPS = 40  # of Newton at most; six serve a plane
 _SETTLED = 1e-13  # of the range: a few hundred ulp
-_FOUND = 1e-11  # of the range: where the fan grazes the water, Newton settles no further
+_SOLVED = 1e-11  # of the range: where the fan grazes the water, Newton settles no further
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,11 @@ class Array:
         offsets (antenna, 3) from it across, along the boresight, up."""
         east, north, up = (np.broadcast_to(axis, middle.shape) for axis in np.eye(3))
         roll, pitch, heading = np.radians(attitude_deg).T
-        forward, starboard = _turned(north, east, heading)
-        forward, up = _turned(forward, up, pitch)
-        up, starboard = _turned(up, starboard, roll)
-        look, across = _turned(forward, starboard, np.radians(scan_deg))
-        upright, boresight = _turned(up, look, np.radians(np.full(scan_deg.shape, tilt_deg)))
+        forward, starboard = _rotated(north, east, heading)
+        forward, up = _rotated(forward, up, pitch)
+        up, starboard = _rotated(up, starboard, roll)
+        look, across = _rotated(forward, starboard, np.radians(scan_deg))
+        upright, boresight = _rotated(up, look, np.radians(np.full(scan_deg.shape, tilt_deg)))
         axes = np.stack((across, boresight, upright), axis=1)
         return cls(across, boresight, upright, middle[:, None] + np.einsum("ai,nij->naj", offsets, axes))
 
@@ -86,8 +86,8 @@ class Array:
                 determinant = a * d - b * c
                 out = out - (beyond * d - above * b) / determinant
                 down = down - (above * a - beyond * c) / determinant
-            found = (off < _FOUND) & (out > 0.0)
-        return np.where(found[..., None], points, np.nan)
+            solved = (off < _SOLVED) & (out > 0.0)
+        return np.where(solved[..., None], points, np.nan)
 
     def _half_path(self, points: Field, ranges: Field, weights: Field) -> tuple[Field, Field]:
         """By how much points (n, m, 3) lie beyond their gates, and the gradient of that."""
@@ -116,7 +116,7 @@ def phasor(path: Field, wavelength: float) -> NDArray[np.complex128]:
     return np.exp(-2j * np.pi * np.remainder(path / wavelength, 1.0))
 
 
-def _turned(first: Field, second: Field, angle: Field) -> tuple[Field, Field]:
+def _rotated(first: Field, second: Field, angle: Field) -> tuple[Field, Field]:
     """Two orthogonal vectors (n, 3), the first turned by an angle (n,) [rad] towards the second."""
     cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]
     return cosine * first + sine * second, cosine * second - sine * first

@@ -109,7 +109,7 @@ def interferogram(looks: Looks) -> tuple[Interferogram, tuple[Lag, ...]]:
     sums = DwellSums.of(
         looks.voltage, looks.transmitter, times, paired, looks.dwells, looks.antennas, radar, settings, levels
     )
-    made = _interferograms(looks, sums, pairs, models, turned=levels is not None)
+    made = _interferograms(looks, sums, pairs, models, rotated=levels is not None)
     both = _steady(sums, radar.noise_power) and _clear(made[max(made)].model)
     return made[max(made) if both else min(made)], sums.lags
 
@@ -131,15 +131,15 @@ def _steady(sums: DwellSums, noise_power: float) -> bool:
 
 
 def _interferograms(
-    looks: Looks, sums: DwellSums, pairs: Mapping[int, PulsePairs], models: Mapping[int, PhaseModel], turned: bool
+    looks: Looks, sums: DwellSums, pairs: Mapping[int, PulsePairs], models: Mapping[int, PhaseModel], rotated: bool
 ) -> dict[int, Interferogram]:
     made: dict[int, Interferogram] = {}
     dwelt = _dwelt(looks, pairs[max(pairs)].lower, sums.noise_power)
     for paths, covariance in ((1, sums.one), (2, sums.two)):
         if covariance is None:
             continue
-        if turned:
-            covariance = covariance.turned(np.nan_to_num(models[paths].flat))
+        if rotated:
+            covariance = covariance.rotated(np.nan_to_num(models[paths].flat))
         others = _told_by(made[1]) if 1 in made else tuple
         often = pairs[paths].lower.size / max(1, pairs[max(pairs)].lower.size)
         made[paths] = Interferogram(

@@ -37,7 +37,7 @@ NEEDED = ("lower", "upper", "time", "azimuth")
 ARRAYS = (*NEEDED, "ranges", "attitude", "attitude_time", "position", "position_time", "transmitter", "turn", "quality")
 HDF5_ENDINGS = (".h5", ".hdf5", ".nc")
 RECORDING_ENDINGS = (".npz", *HDF5_ENDINGS)
-_PARTS = (("real", "imag"), ("r", "i"), ("re", "im"), ("i", "q"))  # names of a pair's two numbers
+_PIECES = (("real", "imag"), ("r", "i"), ("re", "im"), ("i", "q"))  # names of a pair's two numbers
 
 
 class RecordingHeader(Section):
@@ -286,9 +286,9 @@ def _inside(names: Mapping[str, str]) -> dict[str, str]:
 
 def _dataset(node: Any, name: str) -> NDArray:
     if isinstance(node, h5py.Group):
-        real, imag = _parts(list(node), name)
-        parts: Any = node
-        return np.stack([parts[real][()], parts[imag][()]], axis=-1)
+        real, imag = _pieces(list(node), name)
+        pieces: Any = node
+        return np.stack([pieces[real][()], pieces[imag][()]], axis=-1)
     return pairs_of(node[()], name)
 
 
@@ -296,16 +296,16 @@ def pairs_of(values: NDArray, name: str) -> NDArray:
     """Records of two numbers as pairs (…, 2); all else as it is."""
     if values.dtype.names is None:
         return values
-    real, imag = _parts(list(values.dtype.names), name)
+    real, imag = _pieces(list(values.dtype.names), name)
     return np.stack([values[real], values[imag]], axis=-1)
 
 
-def _parts(held: list[str], name: str) -> tuple[str, str]:
+def _pieces(held: list[str], name: str) -> tuple[str, str]:
     """What a group or a record calls the real and the imaginary part."""
-    found = {key.lower(): key for key in held}
-    for real, imag in _PARTS:
-        if real in found and imag in found:
-            return found[real], found[imag]
+    result = {key.lower(): key for key in held}
+    for real, imag in _PIECES:
+        if real in result and imag in result:
+            return result[real], result[imag]
     raise InputError(f"{name}: holds {', '.join(held)}: must be complex, or hold real and imag; name them so")
 
 

@@ -63,11 +63,11 @@ def read_directional_spectrum(
     and for a site or time that it has not.
     """
     path = Path(path)
-    found = _kind_of(path) if kind in ("auto", *KINDS) else None
-    if found is None or kind not in ("auto", found):
+    result = _kind_of(path) if kind in ("auto", *KINDS) else None
+    if result is None or kind not in ("auto", result):
         what = f"is not a directional spectrum of the kind {kind}" if kind != "auto" else "is no spectrum known here"
-        told = f" but {found}" if found else ""
-        raise InputError(f"{path}: {what}{told}; {_KINDS_IN_WORDS}")
+        stated = f" but {result}" if result else ""
+        raise InputError(f"{path}: {what}{stated}; {_KINDS_IN_WORDS}")
     damage = ""
     with warnings.catch_warnings():
         # Of the libraries' own business a user hears nothing: readers that wavespectra cannot offer for want of another
@@ -78,14 +78,14 @@ def read_directional_spectrum(
         # Of a line that it cannot read, wavespectra warns and takes it as missing: that is damage.
         warnings.filterwarnings("error", category=UserWarning, module=r"wavespectra\.core")
         try:
-            with _OPENERS[found](path) as spectra:
+            with _OPENERS[result](path) as spectra:
                 spectrum = _chosen(spectra, path, time, site)
                 return _table(_from_moments(spectrum, path) if "moment" in spectrum.dims else spectrum, path)
         except InputError:
             raise
         except Exception as error:  # the parsers raise whatever they stumble over
             damage = f"{type(error).__name__}: {error}"
-    raise InputError(f"{path}: is damaged, or not quite a spectrum of the kind {found} ({damage}); {_KINDS_IN_WORDS}")
+    raise InputError(f"{path}: is damaged, or not quite a spectrum of the kind {result} ({damage}); {_KINDS_IN_WORDS}")
 
 
 # ---------------------------------------------------------------------------------------------------- the file's kind
@@ -144,13 +144,13 @@ def _chosen(spectra: xr.DataArray, path: Path, time: str | None, site: int) -> x
         spectra = spectra.isel(time=index)
     elif time is not None:
         raise InputError(f"time = {time}: {path.name} has one spectrum without a time; leave time out")
-    places = [name for name in spectra.dims if name not in ("freq", "dir", "moment")]
-    stations = int(np.prod([spectra.sizes[name] for name in places]))
+    points = [name for name in spectra.dims if name not in ("freq", "dir", "moment")]
+    stations = int(np.prod([spectra.sizes[name] for name in points]))
     if not 0 <= site < stations:
         held = f"sites 0 to {stations - 1}" if stations > 1 else "one site, 0"
         raise InputError(f"site = {site}: {path.name} has {held}; choose one of them")
     spectra = spectra.isel(
-        dict(zip(places, np.unravel_index(site, [spectra.sizes[name] for name in places]), strict=True))
+        dict(zip(points, np.unravel_index(site, [spectra.sizes[name] for name in points]), strict=True))
     )
     return spectra.transpose("freq", ...).assign_attrs(source=f"{path.name}{when}, site {site}")
 

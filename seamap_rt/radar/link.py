@@ -27,7 +27,7 @@ from .receiver import noise_power
 from .waveform import RangeResponse, blind_range_m, receiver_filter, window_weight
 
 _BEAMS = 3.0  # beam widths to either side over which an azimuth pattern counts, as everywhere in the simulation
-_RINGS, _AZIMUTHS, _OFFSETS = 2001, 401, 801  # of the flat sea's integral: within 1e-8 of its limit
+_RANGES, _AZIMUTHS, _OFFSETS = 2001, 401, 801  # of the flat sea's integral: within 1e-8 of its limit
 _STEPS = 4096  # of those integrals, whose integrands die at both ends: doubling changes nothing by 1e-6 dB
 
 
@@ -124,7 +124,8 @@ def flat_sea_power(radar: RadarSettings, nrcs: ArrayLike, range_m: ArrayLike) ->
     ranges = np.asarray(range_m, dtype=np.float64)
     response, aerial = RangeResponse.of(radar), antenna(radar)
     near = max(float(ranges.min()) - response.support_m, radar.height_m)
-    slant = 1.0 / np.linspace(1.0 / near, 1.0 / (float(ranges.max()) + response.support_m), _RINGS)  # even in elevation
+    far = float(ranges.max()) + response.support_m
+    slant = 1.0 / np.linspace(1.0 / near, 1.0 / far, _RANGES)  # even in elevation
     half = min(np.pi, _BEAMS * np.radians(beam_widths_deg(radar)[0]))
     azimuth = np.linspace(-half, half, _AZIMUTHS)
     # Rings change slowly with range: what a beam hears of each is tabulated, and read between.

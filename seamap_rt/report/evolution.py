@@ -76,9 +76,9 @@ class _Stage(NamedTuple):
     def of(cls, scene: Scene, maps: xr.DataTree, truth: xr.DataTree, chosen: range) -> _Stage:
         limits, some = [], np.zeros((truth["ground"].sizes["y"], truth["ground"].sizes["x"]), dtype=bool)
         for turn in chosen:
-            true, found = _heights(truth, turn), _heights(maps, turn)
-            limits.append(height_limit(true, found))
-            some |= np.isfinite(true) | np.isfinite(found)
+            true, result = _heights(truth, turn), _heights(maps, turn)
+            limits.append(height_limit(true, result))
+            some |= np.isfinite(true) | np.isfinite(result)
         x, y = (reduce.coordinate(truth, "ground", name) for name in ("x", "y"))
         x, y = np.append(x[some.any(axis=0)], 0.0), np.append(y[some.any(axis=1)], 0.0)
         margin = 2.0 * scene.retrieval.ground_m
@@ -203,14 +203,14 @@ def turn_table(maps: xr.DataTree, truth: xr.DataTree) -> list[Table]:
 
 
 def _row(maps: xr.DataTree, truth: xr.DataTree, index: int) -> list[str]:
-    found, real = (_of_turn(tree, index) for tree in (maps, truth))
+    result, real = (_of_turn(tree, index) for tree in (maps, truth))
     near = reduce.at_judged_ranges(real)
     visible = reduce.polar(real, "visible_fraction")[0][:, near] > HALF_VISIBLE
-    time: NDArray[np.float64] = reduce.coordinate(found, "polar", "time")[0]
-    figures = compare(found, real)["overall"]
+    time: NDArray[np.float64] = reduce.coordinate(result, "polar", "time")[0]
+    figures = compare(result, real)["overall"]
     answered = figures["cells"] / visible.sum() if visible.any() else float("nan")
     return [
-        str(int(reduce.coordinate(found, "polar", "turn")[0])),
+        str(int(reduce.coordinate(result, "polar", "turn")[0])),
         digits(time[time.size // 2], 2),
         str(figures["cells"]),
         digits(figures["height_rmse_m"], 3),

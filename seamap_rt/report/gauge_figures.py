@@ -182,7 +182,7 @@ def gauge_table(metrics: Mapping[str, Any]) -> list[Table]:
         [
             str(entry["name"]),
             percent(entry["answered"]),
-            *(digits(entry[key], places, signed=key == "bias_m") for _, key, places in columns),
+            *(digits(entry[key], decimals, signed=key == "bias_m") for _, key, decimals in columns),
         ]
         for entry in entries
     ]

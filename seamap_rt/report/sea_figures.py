@@ -177,13 +177,13 @@ def sea_surface(scene: Scene, moment: xr.Dataset) -> Figure:
     moment: the schema's `sea` at one time.
     """
     figure = style.new_figure(6.45)
-    places, t = moment["x"].values, float(moment["time"].values)
+    points, t = moment["x"].values, float(moment["time"].values)
     lefts, top = (0.56, style.WIDTH - 0.12 - _MAP), 0.3
     height = moment["sea_surface_height"].values
     limit = _height_limit(height)
     colours = ScalarMappable(Normalize(-limit, limit), style.HEIGHT_COLOURS)
     axes = style.place(figure, lefts[0], top, _MAP, _MAP)
-    _map(axes, places, _shaded(scene, moment, colours), f"(a) Height of the sea, shaded, at {t:.4g} s")
+    _map(axes, points, _shaded(scene, moment, colours), f"(a) Height of the sea, shaded, at {t:.4g} s")
     axes.set_ylabel("North of antenna (m)", labelpad=1.0)
     _arrow(axes, scene)
     style.colour_bar(figure, colours, lefts[0] + 0.2, 3.7, _MAP - 0.4, "Height above mean sea level (m)", "both")
@@ -196,7 +196,7 @@ def sea_surface(scene: Scene, moment: xr.Dataset) -> Figure:
     picture[visible == 0] = to_rgb(_SHADOW)
     picture[visible < 0] = 1.0
     axes = style.place(figure, lefts[1], top, _MAP, _MAP)
-    _map(axes, places, picture, "(b) Radar cross section per area; grey: shadow")
+    _map(axes, points, picture, "(b) Radar cross section per area; grey: shadow")
     style.colour_bar(figure, colours, lefts[1] + 0.2, 3.7, _MAP - 0.4, "σ⁰ towards the radar (dB)", "both")
     _section(style.place(figure, lefts[0], 4.6, style.WIDTH - lefts[0] - 0.12, 1.35), scene, moment)
     return figure
@@ -218,9 +218,9 @@ def _shaded(scene: Scene, moment: xr.Dataset, colours: ScalarMappable) -> Array:
     return np.asarray(colours.to_rgba(moment["sea_surface_height"].values))[..., :3] * shade[..., None]
 
 
-def _map(axes: Axes, places: Array, picture: Array, title: str) -> None:
+def _map(axes: Axes, points: Array, picture: Array, title: str) -> None:
     """A square picture (y, x, 3), its first row the southernmost."""
-    borders = reduce.edges(places)
+    borders = reduce.edges(points)
     axes.imshow(
         picture, origin="lower", extent=(borders[0], borders[-1], borders[0], borders[-1]),
         interpolation="antialiased", interpolation_stage="rgba",
@@ -248,15 +248,15 @@ def _arrow(axes: Axes, scene: Scene) -> None:
 def _section(axes: Axes, scene: Scene, moment: xr.Dataset) -> None:
     """Height and water velocity along the main waves through the antenna; what the radar sees is drawn thick."""
     waves = reduce.main_waves(scene)
-    places = moment["x"].values
+    points = moment["x"].values
     toward = (waves.from_deg + 180.0) % 360.0 if waves is not None else 90.0
     east, north = (float(part) for part in unit_from_azimuth(toward))
-    reach = 0.98 * float(places[-1])
+    reach = 0.98 * float(points[-1])
     if waves is not None:
         k = float(dispersion.wavenumber(2.0 * np.pi / waves.peak_period, scene.sea.depth_m))
         reach = min(reach, _WAVES_BESIDE * 2.0 * np.pi / k)
     along = np.linspace(-reach, reach, 1201)
-    line = _Line(places, along * east, along * north)
+    line = _Line(points, along * east, along * north)
     height, visible = line.of(moment["sea_surface_height"]), line.of(moment["visible"], nearest=True)
     style.graph(axes, f"Distance along the main waves, towards {toward:.4g}° (m)", "Height (m)", "")
     axes.plot(along, height, color=_SHADOW, linewidth=0.8, label="sea")
@@ -284,9 +284,9 @@ def _section(axes: Axes, scene: Scene, moment: xr.Dataset) -> None:
 class _Line:
     """Samples fields (y, x) along a line."""
 
-    def __init__(self, places: Array, x: Array, y: Array) -> None:
-        step = places[1] - places[0]
-        self._index = np.stack(((y - places[0]) / step, (x - places[0]) / step))
+    def __init__(self, points: Array, x: Array, y: Array) -> None:
+        step = points[1] - points[0]
+        self._index = np.stack(((y - points[0]) / step, (x - points[0]) / step))
 
     def of(self, field: xr.DataArray, nearest: bool = False) -> Array:
         values = np.asarray(field.values, dtype=np.float64)

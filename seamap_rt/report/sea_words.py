@@ -74,8 +74,8 @@ def ground_warning(metrics: Mapping[str, Any]) -> str | None:
 
 
 def _group(metrics: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    found = metrics.get(name)
-    return found if isinstance(found, Mapping) else {}
+    result = metrics.get(name)
+    return result if isinstance(result, Mapping) else {}
 
 
 def _number(facts: Mapping[str, Any], name: str, digits: int, factor: float = 1.0) -> str:

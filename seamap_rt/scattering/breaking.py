@@ -74,8 +74,8 @@ def breaker_motion(wind_speed: float, inverse_wave_age: float, frequency_hz: flo
 
     The water's own motion, by current and longer waves, comes on top. (0, 0) where nothing breaks.
     """
-    found = breakers(float(wind_speed), float(inverse_wave_age), float(frequency_hz))
-    return found.speed, found.spread
+    result = breakers(float(wind_speed), float(inverse_wave_age), float(frequency_hz))
+    return result.speed, result.spread
 
 
 def nrcs_breaker(

@@ -98,13 +98,13 @@ def fit_scale(
         return _unity(limits, degree)
     ratio = raw_sum[used] / wanted_sum[used]
     basis = _basis(depth_sum[used] / members[used], cosine_sum[used] / members[used], degree)
-    asked = -np.log(ratio[ratio > 0.0])
+    corrections = -np.log(ratio[ratio > 0.0])
     # Within a ring bins count by what is wanted of them, so that the ring's power comes out right.
     per_area = np.reshape(np.divide(wanted_sum, area_sum, out=np.zeros(area_sum.size), where=area_sum > 0.0), bins)
     ring = np.sum(np.reshape(wanted_sum, bins), axis=1) / np.maximum(np.sum(np.reshape(area_sum, bins), axis=1), 1e-300)
     share = np.divide(per_area, ring[:, None], out=np.zeros(bins), where=ring[:, None] > 0.0).ravel()
     weight = (np.sqrt(area_sum) * share)[used]
-    return Scale(limits, _fit(basis, ratio, weight), (float(asked.min()), float(asked.max())))
+    return Scale(limits, _fit(basis, ratio, weight), (float(corrections.min()), float(corrections.max())))
 
 
 def _unity(limits: tuple[float, float], degree: int) -> Scale:

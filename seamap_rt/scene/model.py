@@ -87,7 +87,13 @@ class Scene(Section):
 
     @property
     def resolved_retrieval(self) -> RetrievalSettings:
-        """The retrieval with the sea's depth and current where it names none: an operator has them from a chart."""
+        """The retrieval with the sea's depth and current where it names none: an operator has them from a chart.
+
+        Deep water at rest is what the retrieval assumes by itself: then it stays as it is, and makes of the echoes on
+        file what it makes of them in a run.
+        """
+        if math.isinf(self.sea.depth_m) and self.sea.current_m_s == 0.0:
+            return self.retrieval
         names = ("depth_m", "current_m_s", "current_toward_deg")
         known = {name: getattr(self.sea, name) for name in names if getattr(self.retrieval, name) is None}
         return self.retrieval.model_copy(update=known)

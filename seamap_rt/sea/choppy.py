@@ -110,16 +110,16 @@ class ChoppySurface:
         labels = self.labels(x, y, t)
         sloping = "slope_east" in quantities or "slope_north" in quantities
         wanted = tuple(dict.fromkeys((*quantities, *(_SLOPES + _GRADIENT if sloping else ()))))
-        found = dict(zip(wanted, self.waves.sample(labels.x, labels.y, t, wanted, rate), strict=True))
-        if "elevation" in found:
-            found["elevation"] += self.set_down
+        result = dict(zip(wanted, self.waves.sample(labels.x, labels.y, t, wanted, rate), strict=True))
+        if "elevation" in result:
+            result["elevation"] += self.set_down
         if sloping:
-            east_east, east_north, north_north = (found[name] for name in _GRADIENT)
+            east_east, east_north, north_north = (result[name] for name in _GRADIENT)
             determinant = (1.0 + east_east) * (1.0 + north_north) - east_north**2
-            east, north = found["slope_east"], found["slope_north"]
-            found["slope_east"] = ((1.0 + north_north) * east - east_north * north) / determinant
-            found["slope_north"] = ((1.0 + east_east) * north - east_north * east) / determinant
-        return np.stack([found[name] for name in quantities])
+            east, north = result["slope_east"], result["slope_north"]
+            result["slope_east"] = ((1.0 + north_north) * east - east_north * north) / determinant
+            result["slope_north"] = ((1.0 + east_east) * north - east_north * east) / determinant
+        return np.stack([result[name] for name in quantities])
 
     def folded(self, x: Points, y: Points, t: Points) -> NDArray[np.bool_]:
         """(n,): the surface stands there more than once."""
@@ -225,11 +225,11 @@ class ChoppySurface:
         # Two sheets' labels lie apart by more than what is left of the search; no label at all is a fold too.
         away = np.where(arrived, np.hypot(start_x - start_x[best], start_y - start_y[best]), 0.0).max(axis=0)
         apart = away > 10.0 * _PHASE_ERROR / self.shortest
-        found = arrived.any(axis=0)
+        result = arrived.any(axis=0)
         return (
-            np.where(found, start_x[best], label_x),
-            np.where(found, start_y[best], label_y),
-            apart | ~found,
+            np.where(result, start_x[best], label_x),
+            np.where(result, start_y[best], label_y),
+            apart | ~result,
         )
 
 

@@ -19,11 +19,11 @@ class Components:
     amplitude: NDArray[np.complex128]  # m
 
     @staticmethod
-    def joined(parts: list[Components]) -> Components:
+    def joined(pieces: list[Components]) -> Components:
         """All waves of several lists."""
 
         def join(name: str) -> NDArray:
-            return np.concatenate([getattr(part, name) for part in parts] or [np.zeros(0)])
+            return np.concatenate([getattr(part, name) for part in pieces] or [np.zeros(0)])
 
         return Components(join("east"), join("north"), join("omega"), join("orbital"), join("amplitude"))
 

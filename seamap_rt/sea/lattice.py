@@ -162,16 +162,16 @@ def _angle(
 
 def _scaled(variance: NDArray[np.float64], total: float, lattice: Lattice) -> tuple[NDArray[np.float64], float]:
     """Scale the sum to the integral. The rule of sums is off by a little where a spectrum is narrow."""
-    found = float(variance.sum())
+    carried = float(variance.sum())
     if total <= 0.0:
         return np.zeros_like(variance), 1.0
-    if found < 0.5 * total:
+    if carried < 0.5 * total:
         extent = lattice.length / (LINE_REPEATS if lattice.line else 1.0)
         raise ValueError(
-            f"extent_m = {extent:.10g}: carries {found / total:.0%} of this wave system's variance, must carry at "
+            f"extent_m = {extent:.10g}: carries {carried / total:.0%} of this wave system's variance, must carry at "
             "least 50%; raise extent_m or shorten the waves"
         )
-    return variance * (total / found), found / total
+    return variance * (total / carried), carried / total
 
 
 def _shell_order(lattice: Lattice) -> NDArray[np.int64]:

@@ -191,10 +191,10 @@ def _table(waves: FileWaves, depth: float) -> TabulatedSpectrum:
 def _file_content(file: str, kind: str, time: str | None, site: int) -> tuple[NDArray[np.float64], ...]:
     try:
         path = Path(file).resolve()
-        found = path.stat()
+        result = path.stat()
     except (OSError, ValueError):  # the reader says what is wrong
         return _read_content(file, kind, time, site, (0, 0))
-    return _read_content(str(path), kind, time, site, (found.st_mtime_ns, found.st_size))
+    return _read_content(str(path), kind, time, site, (result.st_mtime_ns, result.st_size))
 
 
 @lru_cache(maxsize=8)

@@ -138,12 +138,15 @@ def _knock(address: str) -> None:
     A greeting is its own length in bytes, and so many bytes.
     """
     place = urlsplit(address)
-    with socket.create_connection((place.hostname, place.port or 0), _CONNECT_S) as door, door.makefile("rb") as said:
+    with (
+        socket.create_connection((place.hostname, place.port or 0), _CONNECT_S) as door,
+        door.makefile("rb") as greeting,
+    ):
         if place.scheme != "tcp":
             return  # others have to be greeted first
-        length = said.read(8)
+        length = greeting.read(8)
         size = int.from_bytes(length, "little")
-        if not (len(length) == 8 and 0 < size < _GREETING and len(said.read(size)) == size):
+        if not (len(length) == 8 and 0 < size < _GREETING and len(greeting.read(size)) == size):
             raise OSError("something else does")
 
 

@@ -56,7 +56,7 @@ def shadowing(
     say = progress or (lambda _: None)
     scenes = [with_keys(scene, {"radar.height_m": float(height)}) for height in heights_m]
     meshing = common_meshing(scenes)
-    found = [MastView() for _ in scenes]
+    result = [MastView() for _ in scenes]
     sea, window = None, None
     for number in range(seeds):
         say(f"seed {number + 1} of {seeds}: light from {len(scenes)} height{'s' if len(scenes) > 1 else ''}")
@@ -64,7 +64,7 @@ def shadowing(
         if window is None:
             window = _window_of(scenes[0], meshing, sea, bin_m)
         seeded = [with_keys(each, {"seed": scene.seed + number}) for each in scenes]
-        for mast, light in zip(found, lights(seeded, meshing, sea, tracer), strict=True):
+        for mast, light in zip(result, lights(seeded, meshing, sea, tracer), strict=True):
             if isinstance(light, Light):
                 mast.lowest_m = light.lowest_m
                 mast.tallies.append(tally(light.facets, window.looks, window.edges))
@@ -73,7 +73,7 @@ def shadowing(
     assert sea is not None
     assert window is not None
     say("counting")
-    return shadowing_dataset(scene, [float(height) for height in heights_m], found, window, sea, seeds)
+    return shadowing_dataset(scene, [float(height) for height in heights_m], result, window, sea, seeds)
 
 
 def shadowing_by_cutoff(
@@ -180,8 +180,8 @@ def headlines(data: xr.Dataset) -> list[str]:
             lines.append(f"mast {height:g} m: {notes[0]}")
             continue
         looked = [look for look, note in zip(mast["look"].values, notes, strict=True) if note != OUTSIDE]
-        said = [_half_in_words(mast.sel(look=look)) for look in looked]
-        lines.append(f"mast {height:g} m: half of the sea is shadowed beyond {', '.join(said)}")
+        words = [_half_in_words(mast.sel(look=look)) for look in looked]
+        lines.append(f"mast {height:g} m: half of the sea is shadowed beyond {', '.join(words)}")
     return lines
 
 
@@ -214,12 +214,12 @@ def table(data: xr.Dataset) -> str:
 
 def _write_all(folder: Path, made: Mapping[str, bytes]) -> None:
     """Write files that replace an earlier study's only when all of them are on the disk."""
-    parts = {name: folder / f".{name}.part" for name in made}
+    pieces = {name: folder / f".{name}.part" for name in made}
     try:
         for name, data in made.items():
-            parts[name].write_bytes(data)
-        for name, part in parts.items():
+            pieces[name].write_bytes(data)
+        for name, part in pieces.items():
             os.replace(part, folder / name)
     finally:
-        for part in parts.values():
+        for part in pieces.values():
             part.unlink(missing_ok=True)

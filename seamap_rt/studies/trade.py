@@ -122,8 +122,8 @@ def _answers(client: Client | None, scheduler: str | None, workers: int | None) 
     if client is not None:
         yield partial(answers_from, client)
     elif scheduler is not None:
-        with existing_client(scheduler) as found:
-            yield partial(answers_from, found)
+        with existing_client(scheduler) as result:
+            yield partial(answers_from, result)
     else:
         refuse_while_spawned()
         yield partial(on_local_cluster, workers)
@@ -180,8 +180,8 @@ def _compute(sweep: Sweep, answers: Answers, say: Progress) -> None:
                 keep(task, outcome)
             failed += outcome["status"] != "done"
             left = (time.perf_counter() - start) / number * (len(tasks) - number)
-            said = f"{every - len(tasks) + number} of {every} points, about {_minutes(left)} left"
-            say(said + (f"; {failed} came to nothing, last: {outcome['reason']}" if outcome["reason"] else ""))
+            words = f"{every - len(tasks) + number} of {every} points, about {_minutes(left)} left"
+            say(words + (f"; {failed} came to nothing, last: {outcome['reason']}" if outcome["reason"] else ""))
 
 
 def _minutes(seconds: float) -> str:

@@ -72,9 +72,9 @@ def draw_trade(table: xr.Dataset) -> Figure:
         line, column = divmod(number, columns)
         axes = style.place(figure, _LEFT + column * (wide + _GAP), top + line * (high + _GAP), wide, high)
         panel = single.isel(dict(zip(chosen.panels, at, strict=True)))
-        said = ", ".join(_said(table, key, i) for key, i in zip(chosen.panels, at, strict=True))
+        words = ", ".join(_words(table, key, i) for key, i in zip(chosen.panels, at, strict=True))
         style.graph(
-            axes, chosen.along, QUANTITIES[name], f"({chr(97 + number)}) {said}" if said else f"({chr(97 + number)})"
+            axes, chosen.along, QUANTITIES[name], f"({chr(97 + number)}) {words}" if words else f"({chr(97 + number)})"
         )
         if as_map:
             _map(figure, axes, panel, name, chosen)
@@ -164,7 +164,7 @@ def _value(table: xr.Dataset, key: str, number: int) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _said(table: xr.Dataset, key: str, number: int) -> str:
+def _words(table: xr.Dataset, key: str, number: int) -> str:
     return f"{key} = {_value(table, key, number)}"
 
 

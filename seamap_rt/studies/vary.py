@@ -45,18 +45,18 @@ def parse_vary(text: str) -> tuple[str, list[Any]]:
 
 def parse_varies(texts: Sequence[str]) -> Vary:
     """All that is varied, each key once."""
-    found: Vary = {}
+    result: Vary = {}
     for text in texts:
         key, values = parse_vary(text)
-        if key in found:
+        if key in result:
             raise InputError(f"--vary {text}: {key} is varied twice; put all its values in one --vary")
-        found[key] = values
-    return found
+        result[key] = values
+    return result
 
 
-def _steps(text: str, parts: list[str]) -> list[Any]:
+def _steps(text: str, pieces: list[str]) -> list[Any]:
     try:
-        start, stop, step = numbers = [Decimal(part.strip()) for part in parts]
+        start, stop, step = numbers = [Decimal(part.strip()) for part in pieces]
     except (InvalidOperation, ValueError):
         raise InputError(f"--vary {text}: must be three numbers; {_FORM}") from None
     if not all(number.is_finite() for number in numbers):
@@ -66,7 +66,7 @@ def _steps(text: str, parts: list[str]) -> list[Any]:
     count = (stop - start) / step
     if count >= MOST_POINTS:
         raise InputError(f"--vary {text}: {float(count):.3g} values, and at most {MOST_POINTS} are taken; widen STEP")
-    whole = all(re.fullmatch(r"\s*[+-]?\d+\s*", part) for part in parts)
+    whole = all(re.fullmatch(r"\s*[+-]?\d+\s*", part) for part in pieces)
     return [int(value) if whole else float(value) for value in (start + k * step for k in range(int(count) + 1))]
 
 
@@ -85,8 +85,8 @@ class Point:
     @property
     def name(self) -> str:
         """Of its file: the same in every run of the same grid."""
-        said = "_".join(f"{key}={_short(value)}" for key, value in {**self.keys, "seed": self.seed}.items())
-        return f"{self.number:05d}_{re.sub(r'[^A-Za-z0-9._=+-]+', '-', said)[:120]}"
+        words = "_".join(f"{key}={_short(value)}" for key, value in {**self.keys, "seed": self.seed}.items())
+        return f"{self.number:05d}_{re.sub(r'[^A-Za-z0-9._=+-]+', '-', words)[:120]}"
 
 
 def _short(value: Any) -> str:
@@ -111,7 +111,7 @@ def grid(scene: Scene, vary: Mapping[str, Sequence[Any]], seeds: list[int]) -> l
         raise InputError(
             f"--vary: spans {count} points, and at most {MOST_POINTS} are taken; vary less, or fewer seeds"
         )
-    places = itertools.product(*(range(len(values)) for values in vary.values()), range(len(seeds)))
+    indices = itertools.product(*(range(len(values)) for values in vary.values()), range(len(seeds)))
     return [
         Point(
             number,
@@ -119,16 +119,16 @@ def grid(scene: Scene, vary: Mapping[str, Sequence[Any]], seeds: list[int]) -> l
             {key: values[i] for (key, values), i in zip(vary.items(), index[:-1], strict=True)},
             seeds[index[-1]],
         )
-        for number, index in enumerate(places)
+        for number, index in enumerate(indices)
     ]
 
 
 def _refuse_key(scene: Scene, key: str, values: Sequence[Any]) -> None:
     if isinstance(values, str) or len(values) == 0:
         raise InputError(f"--vary {key}: must have a list of at least one value; {_FORM}")
-    said = [worded(value) for value in values]
-    if len(set(said)) < len(said):
-        twice = next(value for value in said if said.count(value) > 1)
+    words = [worded(value) for value in values]
+    if len(set(words)) < len(words):
+        twice = next(value for value in words if words.count(value) > 1)
         raise InputError(f"--vary {key}: {twice} is named twice; name each value once")
     if key == "seed":
         raise InputError("--vary seed: seeds are counted from the scene's own; give --seeds N instead")
@@ -145,15 +145,15 @@ def worded(value: Any) -> str:
 
 def scenes_of(scene: Scene, points: Sequence[Point]) -> list[Scene | InputError]:
     """The scene of each point, or why there is none. Raises InputError where there is none of any."""
-    found: list[Scene | InputError] = []
+    result: list[Scene | InputError] = []
     with tempfile.TemporaryDirectory(prefix="seamap-rt-") as folder:
         file = Path(folder) / "scene.toml"
         file.write_text(scene.to_toml(), encoding="utf-8")
         for point in points:
             try:
-                found.append(load_scene(file, overrides={**point.keys, "seed": point.seed}))
+                result.append(load_scene(file, overrides={**point.keys, "seed": point.seed}))
             except InputError as refusal:
-                found.append(refusal)
-    if all(isinstance(each, InputError) for each in found):
-        raise InputError(f"no point of the sweep can be run, for the first: {found[0]}")
-    return found
+                result.append(refusal)
+    if all(isinstance(each, InputError) for each in result):
+        raise InputError(f"no point of the sweep can be run, for the first: {result[0]}")
+    return result

@@ -90,16 +90,16 @@ class Window:
 
 
 def shadowing_dataset(
-    scene: Scene, heights: list[float], found: list[MastView], window: Window, sea: Sea, seeds: int
+    scene: Scene, heights: list[float], result: list[MastView], window: Window, sea: Sea, seeds: int
 ) -> xr.Dataset:
     """Everything by sector, and again by look."""
     looks, waves = window.looks, main_waves(scene)
-    each = [_of_mast(scene, mast, window, seeds) for mast in found]
+    each = [_of_mast(scene, mast, window, seeds) for mast in result]
     whole = xr.concat(each, "height", data_vars="all", coords="minimal")
     sectors = whole.isel(group=slice(0, looks.sectors)).rename(group="azimuth")
     pooled = whole.isel(group=slice(looks.sectors, None)).rename(group="look")
     data = sectors.merge(pooled.rename({str(name): f"look_{name}" for name in pooled.data_vars}))
-    data = data.assign_coords(lowest_antenna=("height", [mast.lowest_m for mast in found]))
+    data = data.assign_coords(lowest_antenna=("height", [mast.lowest_m for mast in result]))
     shares = data["share"].transpose("height", "seed", "azimuth", "range").values
     for axis, name in ((1, "azimuth"), (2, "range")):
         known = [np.isfinite(each).all() and each.shape[axis] > 1 for each in shares]

@@ -95,5 +95,5 @@ def _same_points(one: PolarGrid, other: PolarGrid) -> bool:
 
 def _without_drowned(facets: Illumination, surface: SurfaceMesh, sea: Sea) -> Illumination:
     """An antenna that the sea covers later in the turn sees nothing then."""
-    drowned = submerged_lines(surface, sea)
-    return facets.without((drowned[1:] | drowned[:-1])[:, None])
+    submerged = submerged_lines(surface, sea)
+    return facets.without((submerged[1:] | submerged[:-1])[:, None])

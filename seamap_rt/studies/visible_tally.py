@@ -40,11 +40,11 @@ class Looks:
     def of(cls, grid: PolarGrid, radar: RadarSettings, waves_from_deg: float) -> Looks:
         """Sectors that the radar's holds at least half of; where it holds none, the whole of it is one."""
         width, scanned = 360.0 / SECTORS, sector_width(radar)
-        sweep, turned = grid.column_sweep, wrap_degrees(grid.column_azimuth - waves_from_deg)
+        sweep, rotated = grid.column_sweep, wrap_degrees(grid.column_azimuth - waves_from_deg)
         inside = (sweep > 0.0) & (sweep < scanned)
         if radar.scan == "staring":
             inside = np.abs(sweep - 0.5 * scanned) < 0.5 * width
-        number = np.floor((turned + 0.5 * width) / width).astype(int) % SECTORS
+        number = np.floor((rotated + 0.5 * width) / width).astype(int) % SECTORS
         members = np.array([inside & (number == each) for each in range(SECTORS)])
         enough = members.sum(axis=1) * grid.spacing_deg >= 0.5 * width - grid.spacing_deg
         middle = wrap_degrees(width * np.arange(SECTORS))

@@ -51,12 +51,12 @@ def _number(value: float, tolerance: float, unit: str) -> str:
     """With as many digits as show a tenth of the tolerance."""
     if not (math.isfinite(value) and tolerance > 0.0):
         return _rounded(value, unit)
-    places = 1 - math.floor(math.log10(tolerance))
-    large = abs(value) >= 1e6 or (value != 0.0 and abs(value) < 1e-3 and places > 5)
+    decimals = 1 - math.floor(math.log10(tolerance))
+    large = abs(value) >= 1e6 or (value != 0.0 and abs(value) < 1e-3 and decimals > 5)
     if large:
-        digits = max(3, min(12, math.floor(math.log10(abs(value))) + places))
+        digits = max(3, min(12, math.floor(math.log10(abs(value))) + decimals))
         return f"{value:.{digits}g}{_spaced(unit)}"
-    return f"{value:.{max(0, min(places, 12))}f}{_spaced(unit)}"
+    return f"{value:.{max(0, min(decimals, 12))}f}{_spaced(unit)}"
 
 
 def _rounded(value: float, unit: str) -> str:

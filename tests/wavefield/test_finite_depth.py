@@ -22,14 +22,16 @@ from seamap_rt.wavefield.wave_spectrum import Cells, Transforms, wave_spectrum
 
 GROUND = np.arange(12.0, 180.0, 3.0)
 AZIMUTH = 0.9 + 1.8 * np.arange(200)
-TIME: NDArray[np.float64] = 2.0 * AZIMUTH / 360.0  # s, a slow turn, so that the waves' own frequencies matter
+TIME: NDArray[np.float64] = np.asarray(
+    2.0 * AZIMUTH / 360.0, dtype=np.float64
+)  # s, a slow turn, so that the waves' own frequencies matter
 FROM_DEG = 250.0
 
 
 def wavenumber(omega: NDArray[np.float64], depth: float) -> NDArray[np.float64]:
     """Of ω² = g k tanh kh, by interpolation between 20,000 wavenumbers: relative steps of 6e-4, errors of 1e-7."""
     k = np.geomspace(1e-5, 3.0, 20_000)
-    return np.interp(omega, np.sqrt(GRAVITY * k * np.tanh(np.minimum(k * depth, 300.0))), k)
+    return np.asarray(np.interp(omega, np.sqrt(GRAVITY * k * np.tanh(np.minimum(k * depth, 300.0))), k))
 
 
 @dataclass(frozen=True)
@@ -179,6 +181,8 @@ def test_a_depth_that_is_not_given_is_said() -> None:
 def test_a_run_knows_the_depth_of_its_scene_and_a_retrieval_what_it_is_told() -> None:
     scene = load_scene("choppy_sea", {"sea.depth_m": 5.0, "sea.current_m_s": 1.0, "sea.current_toward_deg": 90.0})
     assert scene.retrieval.depth_m is None
+    deep = load_scene("choppy_sea")
+    assert deep.resolved_retrieval is deep.retrieval  # a run assumes no more than a retrieval of its echoes
     told = scene.resolved_retrieval
     assert (told.depth_m, told.current_m_s, told.current_toward_deg) == (5.0, 1.0, 90.0)
     chart = load_scene("choppy_sea", {"sea.depth_m": 5.0, "retrieval.depth_m": 7.0}).resolved_retrieval

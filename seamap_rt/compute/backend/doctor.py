@@ -29,9 +29,9 @@ def checks() -> list[Check]:
 
 def doctor_lines() -> list[str]:
     """`checks` as plain lines of text."""
-    found = checks()
-    width = max(len(each.item) for each in found)
-    return [f"{'ok' if check.ok else 'MISSING':<7}  {check.item:<{width}}  {check.value}" for check in found]
+    rows = checks()
+    width = max(len(each.item) for each in rows)
+    return [f"{'ok' if check.ok else 'MISSING':<7}  {check.item:<{width}}  {check.value}" for check in rows]
 
 
 def _check_backend() -> list[Check]:

@@ -17,14 +17,14 @@ from .kinds import OLDEST_LLVM
 def find(name: str) -> list[Path]:
     """The files in the library folders whose whole name matches, links followed, each once."""
     wanted = re.compile(name)
-    found: dict[Path, None] = {}
+    files: dict[Path, None] = {}
     for folder in library_folders():
         with contextlib.suppress(OSError):
             for entry in sorted(os.listdir(folder)):
                 path = folder / entry
                 if wanted.fullmatch(entry) and path.is_file():
-                    found[path.resolve()] = None
-    return list(found)
+                    files[path.resolve()] = None
+    return list(files)
 
 
 def library_folders() -> list[Path]:

@@ -70,7 +70,7 @@ class Covariance:
         with np.errstate(invalid="ignore"):
             return Covariance(sums / weights, powers[0] / weights, powers[1] / weights)
 
-    def turned(self, phase: NDArray[np.float64]) -> Covariance:
+    def rotated(self, phase: NDArray[np.float64]) -> Covariance:
         """The same with a phase [rad], (look, gate), added to that between the receivers."""
         return Covariance(self.cross * np.exp(1j * phase), self.lower, self.upper)
 

@@ -39,7 +39,9 @@ class PulsePoses:
         own = attitude[:1] if not np.ptp(attitude, axis=0).any() else attitude
         axes = antenna_axes(own, scan_of_bearing(own, azimuth, radar.tilt), radar.tilt)
         sweep = unwrapped_sweep(azimuth, time, radar.sector, np.inf if radar.staring else radar.period)
-        return cls(time, sweep, _turned(axes[:, 1], azimuth), _turned(axes[:, 2], azimuth), axes, positions)
+        return cls(
+            time, sweep, _in_look_frame(axes[:, 1], azimuth), _in_look_frame(axes[:, 2], azimuth), axes, positions
+        )
 
     def __getitem__(self, rows: NDArray[np.intp]) -> PulsePoses:
         """Those of some pulses, in any order and number."""
@@ -141,7 +143,7 @@ class LookPoses:
         return np.hypot(x - self.middle[0], y - self.middle[1])
 
 
-def _turned(axis: NDArray[np.float64], azimuth: NDArray[np.float64]) -> NDArray[np.float64]:
+def _in_look_frame(axis: NDArray[np.float64], azimuth: NDArray[np.float64]) -> NDArray[np.float64]:
     """World vectors (pulse, 3) as parts right of the bearing, out along it, and up."""
     east, north = unit_from_azimuth(azimuth)
     return np.stack(
