@@ -25,7 +25,7 @@ _NOISE_SAMPLE_SEED = 3  # of the sample by which a receiver's own noise is measu
 
 
 class Received(NamedTuple):
-    """What a turn leaves on record."""
+    """What is recorded of a turn."""
 
     voltage: NDArray[np.complex64]  # (pulse, receiver, gate) √W
     saturated: NDArray[np.bool_] | None  # (pulse, gate) of any receiver; None where nothing can saturate
@@ -39,9 +39,10 @@ def receive(
     seed: int,
     objects: NDArray[np.complex64] | None = None,
 ) -> Received:
-    """Pass voltages (pulse, receiver, sample) [√W] through the receivers; they are changed in place.
+    """Pass voltages (pulse, receiver, sample) [√W] at the antennas' ports through the receivers: thermal noise,
+    channels, and the converter of a digital one. They are changed in place.
 
-    objects: voltages of the scene's objects, of the same shape, added first.
+    seed: the scene's, of the noise; objects: voltages of the scene's objects, of the same shape, added first.
     """
     if objects is not None:
         voltages += objects

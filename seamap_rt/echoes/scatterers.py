@@ -53,8 +53,12 @@ def scatterer_voltages(
     speeds: NDArray[np.float64],
     sight: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.complex64]:
-    """Voltages (pulse, receiver, sample) of point scatterers at the antennas' ports over one turn; NaN where the mode
-    does not sample a receiver. points (n, 3) [m] at time 0; sight (antenna, n): which are seen; left out, all."""
+    """Voltages (pulse, receiver, sample) [√W] of point scatterers at the antennas' ports over one turn; NaN where the
+    mode does not sample a receiver.
+
+    points (n, 3) [m] at time 0, of radar cross-sections areas (n,) [m²], that move at speeds (n, 3) [m/s]; sight
+    (antenna, n): which of them each antenna sees; left out, all.
+    """
     array, samples, pose = antenna_array(radar), received_samples(radar), turn.pose
     ranges, k = samples.range, wavenumber(radar)
     within = np.sin(np.radians(min(90.0, BEAMS_BEYOND * array.beam_deg)))

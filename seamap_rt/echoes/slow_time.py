@@ -31,17 +31,18 @@ _PULSES, _NODES = 500, 64  # worked on at a time
 class Nodes:
     """Slow-time nodes of a turn: node n lies at pulse n·stride (n may be negative or beyond the last pulse)."""
 
-    stride: int
-    first: int
+    stride: int  # pulses
+    first: int  # number of the first node, 0 or negative
     count: int
-    spacing_s: float
+    spacing_s: float  # s
     time: NDArray[np.float64]  # (node,) s
 
 
 def choose_nodes(
     facets: Facets, radar: RadarSettings, pulses: Pulses, decorrelation_time_s: float, motion: Motion | None = None
 ) -> Nodes:
-    """Nodes as far apart as the echo's bandwidth allows: rotation + Doppler of the fastest scatterer + speckle."""
+    """Nodes as far apart as the echo's bandwidth allows: rotation + Doppler of the fastest scatterer + speckle of
+    decorrelation time τc [s], which may be infinite. motion: of the scatterers relative to the water."""
     array = antenna_array(radar)
     wavelength = 2.0 * np.pi / wavenumber(radar)
     per_degree = max(
@@ -84,7 +85,7 @@ def _cycles_a_degree(settings: AntennaSettings, beam_deg: float, wavelength: flo
 
 
 def nodes_first(sums: NDArray[np.float32]) -> NDArray[np.complex64]:
-    """(node, path, gate) from (component, path, gate, node), real and imaginary."""
+    """Complex sums (node, path, gate) from real and imaginary ones (component, path, gate, node)."""
     echo = np.empty((sums.shape[3], *sums.shape[1:3]), dtype=np.complex64)
 
     def work(first: int) -> None:
@@ -99,7 +100,8 @@ def nodes_first(sums: NDArray[np.float32]) -> NDArray[np.complex64]:
 def pulses_from_nodes(
     echo: NDArray[np.complex64], nodes: Nodes, radar: RadarSettings, pulses: Pulses
 ) -> NDArray[np.complex64]:
-    """Voltages (pulse, receiver, gate) from the paths' sums (node, path, gate); NaN where a receiver is not sampled."""
+    """Voltages (pulse, receiver, gate) [√W] from the paths' sums (node, path, gate) [√W], by a windowed sinc; NaN where
+    the mode does not sample a receiver."""
     array = antenna_array(radar)
     count = pulses.number.size
     voltages = np.empty((count, len(array.receivers), echo.shape[2]), dtype=np.complex64)
@@ -146,7 +148,8 @@ def _interpolate(echo, zero, stride, weights, path, start, voltages):
 
 @lru_cache(maxsize=16)
 def interpolation_weights(stride: int) -> NDArray[np.float32]:
-    """(phase, tap): weights of the nodes around a pulse that lies `phase` pulses after a node."""
+    """Weights (phase, tap) of the nodes around a pulse that lies `phase` pulses after a node, `stride` to the next: a
+    sinc in a window of Kaiser (1974)."""
     # Node n + tap − taps/2 + 1 lies phase/stride − (tap − taps/2 + 1) nodes before the pulse.
     offset = np.arange(stride)[:, None] / stride - (np.arange(_TAPS) - _TAPS // 2 + 1)
     # A Kaiser-windowed sinc of support ±taps/2; β trades ripple against the transition that oversampling leaves.

@@ -2,9 +2,9 @@
 
     V(p, rx, g) = Σ_columns Σ_facets E(beam − facet) a h(r_g − R) s(t) exp(−jk(R_tx + R_rx)(t))
 
-While the beam passes a column (30 ms) a facet moves by centimetres: its range response stays, its phase turns at the
-rate of its radial velocity, its speckle s(t) decorrelates, or turns by itself where its scatterers move relative to the
-water. The echo is band-limited in slow time: rotation of the aperture, Doppler and speckle together span some ±500 Hz,
+While the beam passes a column (30 ms) a facet moves by centimetres: its range response stays, its phase advances at
+the rate of its radial velocity, and its speckle s(t) decorrelates, with a Doppler shift of its own where its scatterers
+move relative to the water. The echo is band-limited in slow time: rotation of the aperture, Doppler and speckle together span some ±500 Hz,
 far less than the PRF. So the sum is formed at *nodes* a few pulses apart, and the pulses between are interpolated by a
 windowed sinc.
 """
@@ -61,12 +61,12 @@ def turn_echoes(
     motion: Motion | None = None,
     objects: NDArray[np.complex64] | None = None,
 ) -> Received:
-    """What the receivers give in one turn, speckle and (if radar.noise) thermal noise included.
+    """What the receivers record in one turn, with speckle and (if radar.noise) thermal noise.
 
-    rcs (column, facet) [m²]. motion: of the scatterers relative to the water; without it they go where the water goes.
-    objects: voltages (pulse, receiver, sample) of the scene's objects, added before the receiver. Receivers that the
-    mode does not sample on a pulse are NaN. The same seed gives the same bits for any number of threads.
-    Raises ValueError if motion is not of these facets.
+    rcs (column, facet) [m²]; decorrelation_time_s: τc of the speckle, may be infinite; motion: of the scatterers
+    relative to the water, none if left out; objects: voltages (pulse, receiver, sample) [√W] of the scene's objects,
+    added before the receiver. Receivers that the mode does not sample on a pulse are NaN. The same seed gives the same
+    bits for any number of threads. Raises ValueError if motion does not fit the facets.
     """
     if motion is not None:
         motion.check(facets)
