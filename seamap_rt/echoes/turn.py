@@ -4,9 +4,9 @@
 
 While the beam passes a column (30 ms) a facet moves by centimetres: its range response stays, its phase advances at
 the rate of its radial velocity, and its speckle s(t) decorrelates, with a Doppler shift of its own where its scatterers
-move relative to the water. The echo is band-limited in slow time: rotation of the aperture, Doppler and speckle together span some ±500 Hz,
-far less than the PRF. So the sum is formed at *nodes* a few pulses apart, and the pulses between are interpolated by a
-windowed sinc.
+move relative to the water. The echo is band-limited in slow time: rotation of the aperture, Doppler and speckle
+together span some ±500 Hz, far less than the PRF. So the sum is formed at *nodes* a few pulses apart, and the pulses
+between are interpolated by a windowed sinc.
 """
 
 from __future__ import annotations
