@@ -192,7 +192,9 @@ def _direction(spectrum: WaveSpectrum, direction: Travel) -> dict[str, float]:
         return {}
     chance = 1.0 / np.sqrt(spectrum.independent)
     axis = np.degrees(0.5 * np.angle(doubled)) % 180.0
-    values = {"peak_period": 1.0 / peak, "peak_period_std": _PEAK_WIDTH * chance / peak, "mean_axis": axis}
+    # By chance, and by the width of a single wave's line in the map, which draws the peak of a lopsided spectrum along.
+    error = np.hypot(_PEAK_WIDTH * chance * peak, spectrum.peak_line_width)
+    values = {"peak_period": 1.0 / peak, "peak_period_std": error / peak**2, "mean_axis": axis}
     if not abs(np.cos(np.radians(direction.wave_from_deg - axis))) > np.cos(np.radians(_SURE_DEG)):
         return values
     spread = float(np.degrees(np.sqrt(2.0 * max(1.0 - abs(moment), 0.0))))

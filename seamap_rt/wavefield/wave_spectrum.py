@@ -18,6 +18,7 @@ _LARGEST = 0.9  # rad/m: shorter waves than 7 m are lost in a map's cells
 _QUIET_DEG = 60.0  # off a ring's own axis there are hardly any waves
 _PEAK_POWER = 4  # the peak is the centre of the spectrum to this power (Young 1995)
 _ABOUT_PEAK = 1.4  # of its frequency, to either side
+_LINE_WIDTH = 1.37  # of a disc's window [2 J₁(kR)/kR]², of half its power at kR = ±1.616: that over √(2 ln 2)
 
 Field = NDArray[np.float64]
 
@@ -51,6 +52,7 @@ class WaveSpectrum:
     ring_wavenumber: Field  # rad/m
     ring_power: Field  # m², 0 where the floor leaves nothing
     independent: float  # how many modes of the sea the spectrum's energy is spread over
+    line_width: float  # rad/m, standard deviation of a single wave's line in a map of this reach
     water: Water
 
     def corrected(self, transfer: Field, least: float) -> WaveSpectrum:
@@ -79,6 +81,14 @@ class WaveSpectrum:
     def strong(self) -> NDArray[np.bool_]:
         """Rings that hold more sea than floor."""
         return self.ring_power > np.bincount(self.ring, self.floor, self.ring_power.size)
+
+    @property
+    def peak_line_width(self) -> float:
+        """Hz: a single wave's line at the peak. NaN without waves."""
+        peak = 2.0 * np.pi * self.peak_frequency
+        if not np.isfinite(peak):
+            return np.nan
+        return self.line_width * float(self.water.group_speed(self.water.wavenumber(peak))) / (2.0 * np.pi)
 
     @property
     def peak_frequency(self) -> float:
@@ -182,5 +192,6 @@ def _above_floor(wavenumber: Field, toward: Field, power: Field, seen: Transform
         ring_wavenumber=np.bincount(ring, wavenumber) / members,
         ring_power=np.maximum(np.bincount(ring, power) - members * level, 0.0),
         independent=max(1.0, independent),
+        line_width=_LINE_WIDTH / seen.reach,
         water=water,
     )
