@@ -115,9 +115,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=16)
     seeds = range(100, 100 + parser.parse_args().seeds)
-    print(
-        "| Tp | depth | current along | mean | stated error | rms of error/stated | within 2 stated |\n|---|---|---|---|---|---|---|"
-    )
+    columns = "Tp", "depth", "current along", "mean", "stated error", "rms of error/stated", "within 2 stated"
+    print("| " + " | ".join(columns) + " |\n" + "|---" * len(columns) + "|")
     for period, depth, along in CASES:
         states = [sea_state(random_sea(seed, period, depth, along).maps()) for seed in seeds]
         value, stated = (
