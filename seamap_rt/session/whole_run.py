@@ -154,11 +154,11 @@ def _counts(counts: Sequence[dict[str, float]]) -> dict[str, float]:
 
 
 def _sea_state(maps: xr.DataTree) -> dict[str, Any]:
-    """What the maps say of the sea, turn by turn, and in words."""
+    """What the maps say of the sea, turn by turn, and in words; a scene always gives its depth, be it infinite."""
     state = sea_state(maps)
     return {
         "sea_state": {str(name): values.values.tolist() for name, values in state.data_vars.items()},
-        "sea_state_in_words": in_words(state),
+        "sea_state_in_words": in_words(state.assign_attrs(depth_given=1)),
     }
 
 
