@@ -1,7 +1,8 @@
-"""How many processes share the tests."""
+"""How many processes share the tests, and what many of them use."""
 
 from __future__ import annotations
 
+import gc
 import os
 from pathlib import Path
 
@@ -13,6 +14,18 @@ if (
     "PYTEST_XDIST_WORKER" in os.environ
 ):  # before NumPy is imported: a BLAS thread that waits for its core does so busily
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+@pytest.fixture
+def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The report holds words and tables alone: drawing takes most of a small run's time, and not each test looks."""
+    monkeypatch.setattr("seamap_rt.report.page.pictures", lambda *_: ())
+
+
+def pytest_collection_finish() -> None:
+    """What is there once all tests are collected stays to the end: a million objects that collections need not visit."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.hookimpl(optionalhook=True)

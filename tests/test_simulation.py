@@ -367,6 +367,7 @@ def test_files_of_a_run_that_fails_end_together(
             assert tree["polar"].sizes["turn"] == tree["ground"].sizes["turn"] == whole
 
 
+@pytest.mark.usefixtures("no_pictures")
 @pytest.mark.parametrize(("speed", "covered"), [(0.0, 1.0), (8.0, 0.55), (30.0, 0.0)])
 def test_a_boat_that_runs_off_the_ground_maps_is_told(tmp_path: Path, speed: float, covered: float) -> None:
     """They end 60.5 m from its start. After 2 s at 8 m/s a fan of 60 m that looks ahead has 44.5 m left, and areas are

@@ -145,6 +145,7 @@ def test_products_keep_the_schema_and_hold_both_turns(two_turns: Made) -> None:
     assert np.abs(first - second).max() > 0.0
 
 
+@pytest.mark.usefixtures("no_pictures")
 def test_rays_are_counted_and_named(call: Any) -> None:
     """By default the light is ray traced: a shadow ray per facet and antenna, and the metrics say so."""
     assert call("run", "tiny", *settings(tracing__tracer="facets"), "--out", "rays").code == 0
@@ -217,6 +218,7 @@ def test_retrieve_takes_other_settings_and_another_folder(two_turns: Made, call:
         assert polar.attrs["estimator"] == "single_cell"
 
 
+@pytest.mark.usefixtures("no_pictures")
 def test_default_folder_is_named_after_scene_and_seed(call: Any) -> None:
     assert call("run", "tiny", *settings(), "--seed", 7).code == 0
     assert {path.name for path in Path("runs/tiny-7").iterdir()} >= set(PRODUCTS)

@@ -148,6 +148,7 @@ def test_waves_that_do_not_fit_the_patch_are_one_line(call: Any) -> None:
     assert_refused(answer, "sea", "extent_m")
 
 
+@pytest.mark.usefixtures("no_pictures")
 def test_a_refused_overwrite_loses_nothing(call: Any) -> None:
     assert call("run", "tiny", *settings(), "--out", "kept").code == 0
     before = sorted(path.name for path in Path("kept").iterdir())

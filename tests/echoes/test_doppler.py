@@ -205,10 +205,10 @@ def test_motion_leaves_the_power(tau: float) -> None:
 
 
 def test_doppler_follows_the_swell() -> None:
-    # A swell 60 m long comes from where the radar looks, at 1 rpm over 1.8° (0.3 s, in which it moves by 3 m): each
+    # A swell 60 m long comes from where the radar looks, at 1.5 rpm over 1.8° (0.2 s, in which it moves by 2 m): each
     # gate's pulse-pair frequency against the orbital velocity of deep water, ωη against the look and ∂η/∂t up. It is
-    # lit everywhere. The mean is over columns ±5.4° off the swell and over the beam's 0.3 s.
-    radar = radar_of(rotation_rpm=1.0, sector_deg=(24.0, 26.0), prf_hz=1e3, height_m=10.0, range_m=(20.0, 120.0))
+    # lit everywhere. The mean is over columns ±5.4° off the swell and over the beam's 0.2 s.
+    radar = radar_of(rotation_rpm=1.5, sector_deg=(24.0, 26.0), prf_hz=1e3, height_m=10.0, range_m=(20.0, 120.0))
     wave = SinusoidWaves(spectrum="sinusoid", height_m=1.2, wavelength_m=60.0, phase_deg=40.0, wave_from_deg=25.0)
     sea = sea_package.realize(SeaSettings(waves=(wave,)), 1)
     facets = trace_horizon(mesh_turn(sea, radar, TracingSettings(columns_per_beam=3), 0))
@@ -228,7 +228,7 @@ def test_doppler_follows_the_swell() -> None:
         own = (2.0 * approaching - 1.0) * 0.24 if share is None else -speed
         difference = found - 2.0 * (closing + own) / WAVELENGTH
         # A pulse pair's frequency errs by the spectrum's width, 28 Hz with Bragg's two lines in it, over the root of
-        # the 0.5 s / 13 ms independent samples: 4.5 Hz in a gate, 1 Hz in the mean of 67, of which 33 are independent.
+        # the 0.33 s / 13 ms independent samples: 5.5 Hz in a gate, 1 Hz in the mean of 67, of which 33 are independent.
         # The swell's Doppler has 29 Hz rms: its factor errs by 1/29 a standard deviation. Bragg's own is 16 Hz.
         assert np.sqrt(np.mean(difference**2)) < 8.0
         assert abs(np.mean(difference)) < 4.0

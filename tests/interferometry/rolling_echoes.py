@@ -131,6 +131,8 @@ class Boat:
             away = np.linalg.norm(points[:, None] - antennas[:, :, None], axis=-1)
             half = 0.5 * away[:, senders].mean(axis=1) + 0.25 * (away[:, 0] + away[:, 1])
             distance = distance + self.ranges - half
+            if np.abs(self.ranges - half).max() < 1e-12:
+                break
         return points
 
 

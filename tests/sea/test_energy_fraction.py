@@ -195,6 +195,7 @@ def test_a_scene_written_out_reads_back_with_its_share(scene_with, tmp_path):
     assert load_scene(again) == scene
 
 
+@pytest.mark.usefixtures("no_pictures")
 def test_a_run_tells_the_share_that_was_asked_for(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     chosen = {
