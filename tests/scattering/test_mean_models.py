@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import POLARIZATIONS, db
-from seamap_rt.scattering.empirical import nrcs_horst78, nrcs_reilly90, nrcs_tsc90
+from seamap_rt.scattering import nrcs_horst78, nrcs_reilly90, nrcs_tsc90
 from seamap_rt.scattering.mean_models import MEAN_MODELS, mean_nrcs
 from seamap_rt.scattering.sea_state import sea_state_from_wind, wind_from_sea_state
 from seamap_rt.scattering.wind_direction import wind_factor
