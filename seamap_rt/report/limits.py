@@ -24,7 +24,7 @@ from ..radar.platform import tilt_std
 from ..radar.receiver import noise_power
 from ..radar.scan import BEAMS_BEYOND, scanned_share, sector_width
 from ..radar.waveform import RangeResponse, blind_range_m
-from ..scattering import MEAN_MODELS, ShortWaves, clutter_shape, mean_level, sea_state_from_wind
+from ..scattering import MEAN_MODELS, ShortWaves, clutter_shape_watts_wicks90, mean_level, sea_state_from_wind
 from ..scattering.bragg import bragg_speed, radar_wavenumber
 from ..scattering.composite import Facing, facing_facets
 from ..scattering.mean_models import models_spread_db, wind_contrast_db
@@ -346,8 +346,8 @@ def _no_scattering(case: _Case) -> Iterator[Row]:
     yield _row(name, hidden, error, "Smith (1967), their slopes", "the mesh does not carry them; a tilt may turn away")
     if scattering.breaking:
         area, grazing_deg = float(link.cell_area(radar, case.middle_m)), math.degrees(case.grazing)
-        shape, source = clutter_shape(grazing_deg, area, scattering.polarization), "Watts & Wicks (1990)"
-        says = "breakers are a share of each facet, not bursts that grow and fade"
+        shape = clutter_shape_watts_wicks90(grazing_deg, area, scattering.polarization)
+        source, says = "Watts & Wicks (1990)", "breakers are a share of each facet, not bursts that grow and fade"
         yield _row("a breaker's life", shape, f"1 as the shape of measured K-distributions {case.at}", source, says)
     else:
         says = "scattering.breaking = false: HH owes its mean to the calibration"

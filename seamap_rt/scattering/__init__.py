@@ -52,7 +52,7 @@ from seamap_rt.scattering.reilly90 import nrcs_reilly90
 from seamap_rt.scattering.sea_state import sea_state_from_wind, wind_from_sea_state
 from seamap_rt.scattering.short_waves import ShortWaves
 from seamap_rt.scattering.tsc90 import nrcs_tsc90
-from seamap_rt.scattering.watts_wicks90 import clutter_shape
+from seamap_rt.scattering.watts_wicks90 import clutter_shape_watts_wicks90
 
 __all__ = [
     "MEAN_MODELS",
@@ -62,7 +62,7 @@ __all__ = [
     "ShortWaves",
     "bragg_coefficients",
     "calibration_scale",
-    "clutter_shape",
+    "clutter_shape_watts_wicks90",
     "fresnel",
     "mean_level",
     "mean_nrcs",
