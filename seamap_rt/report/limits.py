@@ -121,7 +121,6 @@ def _row(name: str, value: float, error: str, source: str, says: str) -> Row:
 
 
 def _said(words: Mapping[str, bool]) -> str:
-    """Those that hold."""
     return "; ".join(each for each, holds in words.items() if holds)
 
 
@@ -345,10 +344,10 @@ def _no_scattering(case: _Case) -> Iterator[Row]:
     name, error = "shadows of waves that are not resolved", "% of the window would be hidden"
     yield _row(name, hidden, error, "Smith (1967), their slopes", "the mesh does not carry them; a tilt may turn away")
     if scattering.breaking:
-        area, grazing_deg = float(link.cell_area(radar, case.middle_m)), math.degrees(case.grazing)
-        shape = clutter_shape_watts_wicks90(grazing_deg, area, scattering.polarization)
-        source, says = "Watts & Wicks (1990)", "breakers are a share of each facet, not bursts that grow and fade"
-        yield _row("a breaker's life", shape, f"1 as the shape of measured K-distributions {case.at}", source, says)
+        area, error = float(link.cell_area(radar, case.middle_m)), "1 is the shape of measured bursts' K-distribution"
+        shape = clutter_shape_watts_wicks90(math.degrees(case.grazing), area, scattering.polarization)
+        says = "breakers are a share of each facet, not bursts that grow and fade"
+        yield _row("a breaker's life", shape, f"{error} {case.at}", "Watts & Wicks (1990)", says)
     else:
         says = "scattering.breaking = false: HH owes its mean to the calibration"
         yield _row("breakers", case.facing.breaking_db, f"dB of theory's mean echo {case.at}", _TWO_SCALE, says)
