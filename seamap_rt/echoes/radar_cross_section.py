@@ -14,14 +14,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import SPEED_OF_LIGHT, from_db, wrap_degrees
+from ..conventions import from_db, wrap_degrees
 from ..mesh import Facets
-from ..physics.dispersion import angular_frequency
-from ..scattering import PERMITTIVITIES, ShortWaves, mean_nrcs
+from ..scattering import ShortWaves, mean_nrcs
+from ..scattering.bragg import bragg_speed
 from ..scattering.breaking import breaker_motion
 from ..scattering.calibration import Scale, fit_scale
 from ..scattering.composite import nrcs_composite
 from ..scattering.modulation import approaching_share, relaxation_rate
+from ..scattering.permittivity import permittivity_of
 from ..settings import RadarSettings, ScatteringSettings
 from ..tracing import Illumination
 from .motion import Motion
@@ -171,23 +172,21 @@ class SeaSurface:
 
     @cached_property
     def permittivity(self) -> complex:
-        model = PERMITTIVITIES[self.scattering.permittivity]
-        return complex(model(self.radar.frequency_hz, self.scattering.temperature_c, self.scattering.salinity_psu))
+        return permittivity_of(self.scattering, self.radar.frequency_hz)
 
     @cached_property
     def short_waves(self) -> ShortWaves:
-        return ShortWaves(self.scattering.wind_speed_m_s, self.resolved_below, self.scattering.inverse_wave_age)
+        return ShortWaves.of(self.scattering, self.resolved_below)
 
     def _motion(self, facets: Facets, breaking: NDArray[np.float32] | None) -> Motion | None:
         if self.scattering.doppler == "orbital":
             return None
         wind = self._wind(facets)[:, 0]
-        bragg = 4.0 * np.pi * self.radar.frequency_hz / SPEED_OF_LIGHT  # at grazing
         speed, spread = breaker_motion(
             self.scattering.wind_speed_m_s, self.scattering.inverse_wave_age, self.radar.frequency_hz
         )
         return Motion(
-            bragg_speed=float(angular_frequency(bragg, np.inf)) / bragg,
+            bragg_speed=bragg_speed(self.radar.frequency_hz),
             approaching=approaching_share(wind),
             breaking=breaking,
             breaker_speed=-speed * np.cos(wind),  # they run down-wind

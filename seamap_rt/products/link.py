@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..conventions import from_db
 from ..errors import InputError
 from ..io.interrupts import uninterrupted
 from ..io.results_folder import clear_folder, prepare_folder, write_whole
@@ -17,7 +16,7 @@ from ..radar.link import LinkBudget
 from ..radar.receiver import noise_power
 from ..radar.waveform import unambiguous_range_m
 from ..report import style
-from ..scattering import MEAN_MODELS, mean_nrcs
+from ..scattering import MEAN_MODELS, mean_level
 from ..scene import Scene
 from ..scene.checks.scattering import STEEPEST
 from ..settings import RadarSettings
@@ -38,32 +37,16 @@ def mean_sea(scene: Scene, range_m: ArrayLike) -> tuple[NDArray[np.float64], str
     Beyond the model's grazing angles it keeps its edge value, as in the simulation. Theory that is calibrated to
     nothing has a mean only facet by facet: NRL 2012 stands in for it.
     """
-    scattering, ranges = scene.scattering, np.asarray(range_m, dtype=np.float64)
+    scattering, frequency = scene.scattering, scene.radar.frequency_hz
+    level = mean_level(scattering, np.degrees(link.grazing_angle(scene.radar, range_m)), frequency)
     if scattering.nrcs == "constant":
-        return np.full(ranges.shape, from_db(scattering.nrcs_db)), "constant"
-    name = scattering.mean_model
-    if name is not None:
-        model = MEAN_MODELS[name]
-        words = f"{model.paper}, mean over wind directions" if model.knows_wind_direction else model.paper
-        return _modelled(scene, name, ranges, scattering.extrapolate), words
-    stand_in = f"{MEAN_MODELS['nrl'].paper} (NRL) as a stand-in for theory calibrated to none"
-    try:
-        return _modelled(scene, "nrl", ranges, scattering.extrapolate), stand_in
-    except ValueError:
-        return _modelled(scene, "nrl", ranges, True), f"{stand_in}, beyond its own range"
-
-
-def _modelled(scene: Scene, name: str, ranges: NDArray[np.float64], extrapolate: bool) -> NDArray[np.float64]:
-    scattering = scene.scattering
-    return mean_nrcs(
-        name,
-        np.degrees(link.grazing_angle(scene.radar, ranges)),
-        scattering.wind_speed_m_s,
-        scene.radar.frequency_hz,
-        scattering.polarization,
-        extrapolate=extrapolate,
-        clipped=True,
-    )
+        return level, "constant"
+    model = MEAN_MODELS[scattering.mean_model or "nrl"]
+    if scattering.mean_model is not None:
+        return level, f"{model.paper}, mean over wind directions" if model.knows_wind_direction else model.paper
+    beyond = not (scattering.extrapolate or model.holds(scattering.wind_speed_m_s, frequency))
+    stand_in = f"{model.paper} (NRL) as a stand-in for theory calibrated to none"
+    return level, f"{stand_in}, beyond its own range" if beyond else stand_in
 
 
 def _furthest(radar: RadarSettings) -> float:

@@ -24,6 +24,8 @@ from ..conventions import SPEED_OF_LIGHT, from_db
 from ..io.patternfile import read_pattern
 from ..settings import AntennaSettings, RadarSettings
 
+_PATTERN_ANGLES = 20_001  # of the half circle before the aperture
+
 Cut = Callable[[NDArray[np.float64]], NDArray[np.float64]]  # direction cosine → voltage, 1 at its peak
 
 
@@ -50,6 +52,13 @@ class Antenna:
     def elevation_beamwidth_deg(self) -> float:
         """Full one-way −3 dB width of the elevation cut in degrees, measured on the cut itself; inf if it has none."""
         return _beamwidth_deg(self.elevation)
+
+    def share_beyond(self, beams: float) -> float:
+        """Share of the two-way azimuth pattern's power from more than so many of its beam widths off the boresight."""
+        angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _PATTERN_ANGLES)
+        power = self.azimuth(np.sin(angle)) ** 4
+        beyond = np.abs(angle) > np.radians(beams * self.azimuth_beamwidth_deg)
+        return float(power[beyond].sum() / power.sum())
 
     def cosines(self, offset: ArrayLike, elevation: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Direction cosines (l, n) of a direction `offset` rad clockwise of the look and `elevation` rad up."""

@@ -94,6 +94,16 @@ class Array:
         """Every receiver is sampled on every pulse."""
         return all(len(slot.receivers) == len(self.receivers) for slot in self.cycle)
 
+    @property
+    def first_antenna(self) -> Antenna:
+        """That of the first receiver."""
+        return self.elements[self.receivers[0]].antenna
+
+    @property
+    def phase_paths(self) -> int:
+        """p: 2 where the antennas that are compared transmit for themselves, else 1."""
+        return 1 if self.whole or len(self.transmitters) == 1 else 2
+
     @cached_property
     def beam_deg(self) -> float:
         """The widest azimuth beam: as far to its sides as this asks something is heard."""

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
 from ..compute.machine import pool
-from ..conventions import SPEED_OF_LIGHT, from_db
+from ..conventions import SPEED_OF_LIGHT, db, from_db
 from ..settings import RadarSettings
 from .array import antenna_array
 from .receiver import noise_power
@@ -129,6 +129,29 @@ def quantisation_step(full_scale: ArrayLike, bits: int) -> NDArray[np.float64]:
     return 2.0 * np.sqrt(2.0 * np.asarray(full_scale, dtype=np.float64)) / 2.0**bits
 
 
+def full_scale_w(radar: RadarSettings, strongest_w: ArrayLike) -> NDArray[np.float64]:
+    """Full scale of a sine [W], of strongest_w's shape: as given, or agc_headroom_db above the strongest echo [W].
+
+    A gain has an end: nothing counts less than kTBF.
+    """
+    settings, strongest = radar.receiver, np.asarray(strongest_w, dtype=np.float64)
+    if settings.gain == "fixed":
+        return np.full(strongest.shape, 1e-3 * float(from_db(settings.full_scale_dbm)))
+    return np.fmax(strongest, noise_power(radar)) * float(from_db(settings.agc_headroom_db))
+
+
+def quantisation_db(radar: RadarSettings, full_scale: float) -> float:
+    """The converter's noise in a gate over the thermal one [dB]: q²/12 (Bennett 1948), as much as the low-pass leaves.
+
+    full_scale: of a sine [W]; −6.02 dB with each bit. A sensitivity-time control raises it near by, as
+    `DigitalReceiver.quantisation_noise_power` tells. Raises ValueError as NyquistZone.of does.
+    """
+    step = float(quantisation_step(full_scale, radar.receiver.adc_bits))
+    # A real sample's noise is white, of which an envelope of twice its power keeps what passes the filter.
+    kept = 2.0 * float(np.sum(low_pass(radar) ** 2))
+    return float(db(kept * step**2 / 12.0 / noise_power(radar)))
+
+
 class DigitalReceiver:
     """From the complex envelope at the converter's instants to gates, as the converter sees it.
 
@@ -219,18 +242,17 @@ class DigitalReceiver:
         """Power [W] of a full-scale sine for each pulse, (pulse,): fixed, or agc_headroom_db above the strongest that
         any receiver had in the dwell before (as the converter has it: weakened by the sensitivity-time control).
 
-        A dwell is the time in which the beam turns by its width. A gain has an end: nothing counts less than kTBF.
+        A dwell is the time in which the beam turns by its width. See `full_scale_w`.
         """
-        settings, pulses = self.radar.receiver, baseband.shape[0]
-        if settings.gain == "fixed":
-            return np.full(pulses, 1e-3 * float(from_db(settings.full_scale_dbm)))
+        pulses = baseband.shape[0]
+        if self.radar.receiver.gain == "fixed":
+            return full_scale_w(self.radar, np.zeros(pulses))
         seconds = antenna_array(self.radar).narrowest_beam_deg / (6.0 * self.radar.rotation_rpm)
         dwell = max(1, round(seconds * self.radar.prf_hz))
         starts = range(0, pulses, dwell)
         strongest = np.array([self._strongest(baseband[start : start + dwell]) for start in starts])
         before = np.concatenate((strongest[:1], strongest[:-1]))
-        level = np.fmax(before, noise_power(self.radar)) * float(from_db(settings.agc_headroom_db))
-        return np.repeat(level, dwell)[:pulses]
+        return np.repeat(full_scale_w(self.radar, before), dwell)[:pulses]
 
     def quantisation_noise_power(self, full_scale: float) -> NDArray[np.float64]:
         """Mean noise power [W at the antenna] that the converter adds to each gate, (gate,), at a full scale [W].

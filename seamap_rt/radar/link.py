@@ -20,6 +20,7 @@ from scipy.integrate import cumulative_trapezoid, trapezoid
 from scipy.interpolate import CubicSpline
 
 from ..conventions import SPEED_OF_LIGHT, db, from_db
+from ..physics.shadowing import shadowing_smith67
 from ..settings import RadarSettings
 from .antenna import antenna
 from .array import antenna_array
@@ -28,6 +29,7 @@ from .waveform import RangeResponse, blind_range_m, receiver_filter, window_weig
 
 _BEAMS = 3.0  # beam widths to either side over which an azimuth pattern counts, as everywhere in the simulation
 _RANGES, _AZIMUTHS, _OFFSETS = 2001, 401, 801  # of the flat sea's integral: within 1e-8 of its limit
+_WINDOW = 400  # ranges of the window, over which a share is taken
 _STEPS = 4096  # of those integrals, whose integrands die at both ends: doubling changes nothing by 1e-6 dB
 
 
@@ -68,6 +70,31 @@ def grazing_angle(radar: RadarSettings, range_m: ArrayLike) -> NDArray[np.float6
             "begins; look farther"
         )
     return np.arcsin(radar.height_m / ranges)
+
+
+def middle_m(radar: RadarSettings) -> float:
+    """Slant range [m] in the middle of the window, or of its part beyond the sea's nearest point."""
+    return 0.5 * (max(radar.range_m[0], radar.height_m) + radar.range_m[1])
+
+
+def window_m(radar: RadarSettings) -> NDArray[np.float64]:
+    """(400,) slant ranges [m] that fill the window evenly, where there is sea."""
+    near, far = max(radar.range_m[0], radar.height_m), radar.range_m[1]
+    return near + (far - near) * (np.arange(_WINDOW) + 0.5) / _WINDOW
+
+
+def shadowed_share(radar: RadarSettings, slope_variance: float) -> float:
+    """Share of the window that lies in shadow; slope_variance: along the look. Smith (1967)."""
+    if slope_variance <= 0.0:
+        return 0.0
+    slope = np.tan(grazing_angle(radar, window_m(radar)))
+    return float(np.mean(1.0 - shadowing_smith67(slope / np.sqrt(2.0 * slope_variance))))
+
+
+def share_outside(radar: RadarSettings, low_deg: float, high_deg: float) -> float:
+    """Share of the window that is seen under a grazing angle outside of low_deg to high_deg."""
+    grazing = np.degrees(grazing_angle(radar, window_m(radar)))
+    return float(np.mean((grazing < low_deg) | (grazing > high_deg)))
 
 
 def gain_towards_sea(radar: RadarSettings, range_m: ArrayLike) -> NDArray[np.float64]:
@@ -111,6 +138,17 @@ def textbook_power(
     sent = radar.transmit_power_w * peak**2 * wavelength(radar) ** 2 * compression_gain(radar)
     spread = (4.0 * np.pi) ** 3 * ranges**4 * from_db(radar.losses_db)
     return sent * np.asarray(nrcs, dtype=np.float64) * cell_area(radar, ranges) / spread
+
+
+def signal_to_noise(radar: RadarSettings, nrcs: float, range_m: float) -> float:
+    """Of one pulse, a ratio, by the textbook's equation with the antenna's gain towards the sea; nrcs: σ0, a ratio."""
+    towards = float(gain_towards_sea(radar, range_m))
+    return float(textbook_power(radar, nrcs, range_m, towards)) / noise_power(radar)
+
+
+def signal_to_clutter_db(radar: RadarSettings, rcs_dbsm: float, nrcs: float, range_m: float) -> float:
+    """A target's cross-section over that of the sea in its cell, dB; nrcs: σ0, a ratio."""
+    return rcs_dbsm - float(db(nrcs * cell_area(radar, range_m)))
 
 
 def flat_sea_power(radar: RadarSettings, nrcs: ArrayLike, range_m: ArrayLike) -> NDArray[np.float64]:

@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import unit_from_azimuth
 from ..io.motionfile import read_motion
-from ..sea import Sea
+from ..sea import ResolvedWaves, Sea
 from ..settings import PlatformSettings
 from .pose import boat_axes
-from .wave_following import WaveFollowing
+from .wave_following import WaveFollowing, wave_tilt_std
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,8 @@ class BoatState:
     position: NDArray[np.float64]  # (n, 3) m east north up, of the point about which it turns, from its rest at time 0
     attitude: NDArray[np.float64]  # (n, 3) deg roll pitch yaw; yaw is the heading, and does not jump at 360°
 
+
+_TILT_TIMES = 512
 
 BoatMotion = Callable[[ArrayLike], BoatState]
 """The boat at times (n,) s."""
@@ -47,6 +49,16 @@ def boat_motion(platform: PlatformSettings, sea: Sea | None = None) -> BoatMotio
             raise ValueError("platform.motion = 'wave_following': must have a sea to follow; give the run's own sea")
         return _wave_following(platform, sea)
     return _fixed(platform)
+
+
+def tilt_std(platform: PlatformSettings, duration_s: float, waves: ResolvedWaves) -> float:
+    """Rms tilt [rad] along the look, the mean over looks: within duration_s, or of all time for a boat that follows
+    the waves. Raises InputError for a file of no use."""
+    if platform.motion == "wave_following":
+        return wave_tilt_std(waves, platform.length_m, platform.beam_m)
+    times = np.linspace(0.0, duration_s, _TILT_TIMES)
+    attitude = np.radians(boat_motion(platform)(times).attitude[:, :2])
+    return float(np.sqrt(0.5 * np.mean(np.sum(attitude**2, axis=1))))
 
 
 def _fixed(platform: PlatformSettings) -> BoatMotion:

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import unit_from_azimuth
-from ..sea import Components
+from ..sea import Components, ResolvedWaves
 from ..sea.spline import bspline_polynomials, bspline_transform
 
 NEGLIGIBLE = 1e-4  # share of the variance of heave and of either slope that the waves left out hold at most
@@ -30,6 +30,7 @@ _ORDER = 7
 _STEP_CYCLES = 0.15  # of the fastest encounter a step: the spline errs by 1e-6 of that one, and less of all others
 _ROWS, _COLUMNS = 32, 16  # times of a stretch: coarse steps × fine steps, so that few exponentials are needed
 _KNOTS = _ROWS * _COLUMNS
+_LOOKS = np.pi * (np.arange(32) + 0.5) / 64.0  # rad between a wave and the look, a quarter of the circle
 _STEPS = _KNOTS - _ORDER  # of a stretch: its last points take from the knots beyond it
 _WAVES_AT_ONCE = 1 << 13
 
@@ -101,6 +102,18 @@ class WaveFollowing:
                 total += rows.view(np.float64) @ fine.view(np.float64).T
             self._stretches[number] = total.reshape(3, _KNOTS).T.copy()
         return self._stretches[number]
+
+
+def wave_tilt_std(waves: ResolvedWaves, length_m: float, beam_m: float) -> float:
+    """Rms tilt [rad] along the look of a boat that lies in the plane that fits the waves within its waterline, to the
+    first order in their slope; the mean over its headings and the looks."""
+    square = 0.0
+    for angle in _LOOKS:
+        ahead, aside = waves.wavenumber * np.cos(angle), waves.wavenumber * np.sin(angle)
+        p, q = 0.5 * length_m * ahead, 0.5 * beam_m * aside
+        pitch, roll = ahead * _lean(p) * _mean(q), aside * _mean(p) * _lean(q)
+        square += 0.5 * float(np.sum(waves.variance * (pitch**2 + roll**2))) / _LOOKS.size
+    return float(np.sqrt(square))
 
 
 def _turning(first: NDArray[np.complex128], turn: NDArray[np.float64], count: int) -> NDArray[np.complex128]:

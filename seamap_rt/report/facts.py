@@ -52,7 +52,7 @@ def _short_waves(scene: Scene, sea: Sea) -> dict[str, float] | None:
     scattering, limit = scene.scattering, sea.resolved.wavenumber_limit
     if scattering.nrcs != "two_scale":
         return None
-    waves = ShortWaves(scattering.wind_speed_m_s, limit, scattering.inverse_wave_age)
+    waves = ShortWaves.of(scattering, limit)
     systems = [spectral_system(each, scene.sea.depth_m) for each in scene.sea.waves if isinstance(each, RandomWaves)]
     step = waves.level_step_db(lambda k: np.asarray(sum((system.radial(k) for system in systems), np.zeros(k.size))))
     slope = sea.resolved.mean_square_slope

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from seamap_rt.conventions import POLARIZATIONS, SPEED_OF_LIGHT
+from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scattering.facet_view import facet_view
 from seamap_rt.scattering.permittivity import fresnel
 from seamap_rt.scattering.short_waves import ShortWaves
@@ -174,6 +175,12 @@ def _two_scale_block(
 def radar_wavenumber(frequency_hz: float) -> float:
     """k = 2π f/c [rad/m]."""
     return 2.0 * np.pi * frequency_hz / SPEED_OF_LIGHT
+
+
+def bragg_speed(frequency_hz: float) -> float:
+    """Phase speed [m/s] in deep water of the waves of half the radar's length, which scatter at grazing."""
+    k = 2.0 * radar_wavenumber(frequency_hz)
+    return float(angular_frequency(k)) / k
 
 
 def _known(polarization: str) -> str:

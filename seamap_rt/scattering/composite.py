@@ -14,14 +14,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from seamap_rt.compute.machine import threads
-from seamap_rt.conventions import POLARIZATIONS
+from seamap_rt.conventions import POLARIZATIONS, db
 from seamap_rt.scattering.breaking import Breakers, breakers, nrcs_breaker
 from seamap_rt.scattering.facet_view import Array, facet_view
 from seamap_rt.scattering.modulation import breaking_level, breaking_share, crowding, mean_crowding
+from seamap_rt.scattering.permittivity import permittivity_of
 from seamap_rt.scattering.quasi_specular import Mirror, mirror
 from seamap_rt.scattering.short_waves import ShortWaves
 from seamap_rt.scattering.tilted_bragg import TiltedBragg, tilted_bragg
+from seamap_rt.sea import Resolved
+from seamap_rt.settings import ScatteringSettings
 
+_SLOPES = np.linspace(-4.0, 4.0, 41)  # standard deviations
+_GAUSS = np.exp(-0.5 * _SLOPES**2) / np.exp(-0.5 * _SLOPES**2).sum()
+_WINDS = 2.0 * np.pi * (np.arange(8) + 0.5) / 8.0  # rad, of the look against the wind
 _BLOCK = 1 << 15  # facets handled at once, so that the temporaries stay in the processor's cache
 
 
@@ -90,6 +96,49 @@ def nrcs_composite(
     with ThreadPoolExecutor(threads()) as pool:
         list(pool.map(work, range(0, sigma.shape[1], _BLOCK)))
     return FacetNrcs(*(each.reshape(shape) for each in sigma))
+
+
+class Facing(NamedTuple):
+    """What facets that face the radar return at one grazing angle, by slope and wind; all arrays (case,)."""
+
+    weight: NDArray[np.float64]  # their sum is 1
+    level: NDArray[np.float64]  # σ0 [linear] per horizontal area
+    breaking: NDArray[np.float64]  # of it
+
+    @property
+    def modulation_db(self) -> float:
+        """Rms of the level about its mean, dB."""
+        level = db(self.level)
+        return float(np.sqrt(np.sum(self.weight * (level - np.sum(self.weight * level)) ** 2)))
+
+    @property
+    def breaking_db(self) -> float:
+        """What breakers add to the mean, dB."""
+        return -float(db(1.0 - np.sum(self.weight * self.breaking) / np.sum(self.weight * self.level)))
+
+
+def facing_facets(settings: ScatteringSettings, frequency_hz: float, grazing: float, resolved: Resolved) -> Facing:
+    """Facets under a grazing angle [rad] by `nrcs_composite`, over Gaussian slopes and all directions of the wind.
+
+    resolved: the sea that the mesh carries; its slopes lean the facets, its strain gathers no waves.
+    """
+    deviation = np.sqrt(resolved.look_slope_variance)
+    along, across, wind = np.meshgrid(deviation * _SLOPES, deviation * _SLOPES, _WINDS, indexing="ij")
+    weight = np.broadcast_to((_GAUSS[:, None] * _GAUSS)[..., None], along.shape)
+    faces = along > -np.tan(grazing)
+    terms = nrcs_composite(
+        0.5 * np.pi - grazing,
+        along[faces],
+        across[faces],
+        wind[faces],
+        frequency_hz=frequency_hz,
+        permittivity=permittivity_of(settings, frequency_hz),
+        polarization=settings.polarization,
+        waves=ShortWaves.of(settings, resolved.wavenumber_limit),
+    )
+    area = np.sqrt(1.0 + along**2 + across**2)[faces]
+    level = area * (terms.bragg + terms.specular + terms.breaking)
+    return Facing(weight[faces] / weight[faces].sum(), level, area * terms.breaking)
 
 
 def _check(*inputs: NDArray) -> None:

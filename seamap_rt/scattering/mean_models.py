@@ -8,9 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from seamap_rt.conventions import db, from_db
 from seamap_rt.scattering import gregers_hansen12, horst78, reilly90, tsc90
 from seamap_rt.scattering.model_range import ModelRange
 from seamap_rt.scattering.sea_state import sea_state_from_wind
+from seamap_rt.settings import ScatteringSettings
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,17 @@ class MeanModel:
     sea_state: tuple[float, float]
     function: Callable[..., NDArray[np.float64]]  # (grazing_deg, sea_state, frequency_hz, polarization, ...)
     knows_wind_direction: bool
+
+    @property
+    def range_words(self) -> str:
+        """Sea states and frequencies for which it was fitted."""
+        (calm, rough), (low, high) = self.sea_state, self.frequency_hz
+        return f"sea states {calm:g} to {rough:g} and {1e-9 * low:g} to {1e-9 * high:g} GHz"
+
+    def holds(self, wind_speed: float, frequency_hz: float) -> bool:
+        """Whether the wind [m/s] and the frequency lie where it was fitted."""
+        (calm, rough), (low, high) = self.sea_state, self.frequency_hz
+        return calm <= float(sea_state_from_wind(wind_speed)) <= rough and low <= frequency_hz <= high
 
 
 def _model(
@@ -67,3 +80,45 @@ def mean_nrcs(
     return model.function(
         grazing_deg, state, frequency_hz, polarization, extrapolate=extrapolate, clipped=clipped, **direction
     )
+
+
+def mean_level(
+    settings: ScatteringSettings,
+    grazing_deg: ArrayLike,
+    frequency_hz: float,
+    name: str | None = None,
+    wind_angle: float | None = None,
+) -> NDArray[np.float64]:
+    """Mean σ0 [linear] of a scene's scattering at grazing angles [°], any shape; beyond its model's range the formula
+    runs on, but for the grazing angle, which keeps its edge value.
+
+    name: of another model than the scene's own. wind_angle: as in `mean_nrcs`. Theory that is calibrated to nothing
+    has a mean only facet by facet: NRL 2012 stands in for it.
+    """
+    if name is None and settings.nrcs == "constant":
+        return np.full(np.shape(grazing_deg), from_db(settings.nrcs_db))
+    return mean_nrcs(
+        name or settings.mean_model or "nrl",
+        grazing_deg,
+        settings.wind_speed_m_s,
+        frequency_hz,
+        settings.polarization,
+        wind_angle,
+        extrapolate=True,
+        clipped=True,
+    )
+
+
+def models_spread_db(settings: ScatteringSettings, grazing_deg: float, frequency_hz: float) -> float:
+    """Standard deviation [dB] of the published means among each other, for a scene's wind and polarization."""
+    return float(np.std([db(mean_level(settings, grazing_deg, frequency_hz, name)) for name in MEAN_MODELS], ddof=1))
+
+
+def wind_contrast_db(settings: ScatteringSettings, grazing_deg: float, frequency_hz: float) -> float:
+    """Mean σ0 up-wind over that down-wind [dB], the mean of the models that know it."""
+    directed = [name for name, model in MEAN_MODELS.items() if model.knows_wind_direction]
+    up, down = (
+        np.array([float(mean_level(settings, grazing_deg, frequency_hz, name, angle)) for name in directed])
+        for angle in (0.0, np.pi)
+    )
+    return float(np.mean(db(up / down)))

@@ -56,6 +56,11 @@ def crowding(strain: NDArray[np.floating]) -> NDArray[np.floating]:
     return np.exp(ACTION_POWER * _MOST_STRAIN * np.tanh(strain * (1.0 / _MOST_STRAIN)))
 
 
+def modulation_db(strain_std: float) -> float:
+    """Rms modulation [dB] of Bragg scattering by a small strain of that rms: 4.5 of it, in ln."""
+    return float(10.0 / np.log(10.0) * ACTION_POWER * strain_std)
+
+
 @lru_cache(maxsize=64)
 def mean_crowding(strain_variance: float) -> float:
     """Mean of `crowding` over a Gaussian strain of that variance; 1 without one."""

@@ -8,6 +8,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from seamap_rt.settings import ScatteringSettings
+
 _Range: TypeAlias = tuple[float, float]
 _VACUUM = 17.97510  # GHz·m/S: 1/(2π ε0), which turns a conductivity in S/m into a loss
 
@@ -71,6 +73,12 @@ PERMITTIVITIES: dict[str, Callable[[ArrayLike, ArrayLike, ArrayLike], NDArray[np
     "meissner_wentz04": permittivity_meissner_wentz04,
     "meissner_wentz12": permittivity_meissner_wentz12,
 }
+
+
+def permittivity_of(settings: ScatteringSettings, frequency_hz: float) -> complex:
+    """ε′ − jε″ of a scene's water by its model. Raises ValueError as the model does."""
+    model = PERMITTIVITIES[settings.permittivity]
+    return complex(model(frequency_hz, settings.temperature_c, settings.salinity_psu))
 
 
 def fresnel(incidence: ArrayLike, permittivity: ArrayLike) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:

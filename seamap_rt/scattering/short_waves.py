@@ -23,6 +23,7 @@ from ..sea.elfouhaily import (
     elfouhaily97_peak_wavenumber,
     elfouhaily97_spreading,
 )
+from ..settings import ScatteringSettings
 
 _SHORTEST = 1e5  # rad/m, beyond every ripple
 _TAPER = 0.35  # width of the divide between tilts and roughness, in ln k: it is crossed within half an octave each way
@@ -36,6 +37,11 @@ class ShortWaves:
     wind_speed: float  # m/s at 10 m
     above: float = 0.0
     inverse_wave_age: float = DEVELOPED_INVERSE_WAVE_AGE
+
+    @classmethod
+    def of(cls, settings: ScatteringSettings, above: float) -> ShortWaves:
+        """Those of a scene's wind."""
+        return cls(settings.wind_speed_m_s, above, settings.inverse_wave_age)
 
     def spectrum(self, k: ArrayLike) -> NDArray[np.float64]:
         """S(k) [m³], 0 below the limit."""

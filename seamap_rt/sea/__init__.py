@@ -34,12 +34,14 @@ from . import spectra, spreading
 from .components import Components, SurfaceState, direct_sum
 from .facts import Resolved
 from .realisation import realize, resolution
+from .resolved_waves import ResolvedWaves
 from .surface import Sea
 from .systems import WaveFacts, directional_density, spectral_system, wave_facts
 
 __all__ = [
     "Components",
     "Resolved",
+    "ResolvedWaves",
     "Sea",
     "SurfaceState",
     "WaveFacts",

@@ -55,6 +55,25 @@ class Resolved:
     )
     choppy: ChoppyFacts | None = None
 
+    @property
+    def look_slope_variance(self) -> float:
+        """Variance of the slope along a look, the mean over all looks."""
+        return 0.5 * self.mean_square_slope
+
+    @property
+    def peak_length(self) -> float:
+        """Length [m] of the waves at the highest system's peak; 0 without waves."""
+        return 4.0 * self.elevation_std / self.significant_steepness if self.significant_steepness > 0.0 else 0.0
+
+    @property
+    def second_order_std(self) -> float:
+        """Rms height [m] of the bound waves that sharpen a narrow-banded sea's crests: kσ² (Longuet-Higgins 1963).
+
+        k is the peak's, 4σk/2π the significant steepness. The second order is ½ k (η² − η̂²), whose terms vary by 2σ²
+        together.
+        """
+        return 0.5 * np.pi * self.significant_steepness * self.elevation_std
+
 
 def resolved_facts(
     trains: Sequence[WaveTrain],

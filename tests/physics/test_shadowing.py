@@ -8,7 +8,12 @@ from numpy.testing import assert_allclose
 
 from seamap_rt import analytic
 from seamap_rt.physics.phase_noise import cramer_rao_phase_std
-from seamap_rt.physics.shadowing import regular_wave_visible_fraction, shadowing_smith67, shadowing_wagner67
+from seamap_rt.physics.shadowing import (
+    regular_wave_visible_fraction,
+    second_bounce_share,
+    shadowing_smith67,
+    shadowing_wagner67,
+)
 from seamap_rt.radar.link import flat_sea_power
 from seamap_rt.scene import load_scene
 
@@ -50,3 +55,13 @@ def test_power_of_a_flat_sea_is_the_judges_integral(change: dict[str, object]) -
     gates = np.linspace(25.0, 400.0, 60)
     # The judge's quadrature is good to 1e-9 of each gate; production's converges to it.
     assert_allclose(flat_sea_power(radar, 0.01, gates), analytic.flat_sea_power(radar, 0.01, gates), rtol=1e-8)
+
+
+@pytest.mark.parametrize("mean_square_slope", [1e-4, 0.02, 0.5])
+def test_a_second_bounce_has_what_the_surface_s_area_takes(mean_square_slope: float) -> None:
+    part = (np.arange(200_000) + 0.5) / 200_000
+    square = -mean_square_slope * np.log(1.0 - part)  # of Gaussian slopes in two directions
+    area = float(np.mean(np.sqrt(1.0 + square)))
+    # The midpoint rule loses 3e-6 of the mean square slope at the end of the distribution.
+    assert second_bounce_share(mean_square_slope) == pytest.approx(1.0 - 1.0 / area, rel=1e-4)
+    assert second_bounce_share(0.0) == 0.0

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
+from scipy.special import erfc
 
 from seamap_rt.conventions import SPEED_OF_LIGHT, db
 from seamap_rt.radar.antenna import Antenna, Cut, antenna, antenna_of, directivity
+from seamap_rt.radar.array import antenna_array
 from seamap_rt.settings import AntennaSettings, PlacedAntenna, RadarSettings
 
 FREQUENCY = 10e9
@@ -220,3 +223,12 @@ def test_a_placed_antenna_is_as_any_other_of_its_kind() -> None:
 def test_a_beam_too_narrow_for_its_aperture_is_refused() -> None:
     with pytest.raises(ValueError, match=r"^beam width 1\.2° is narrower than a uniform aperture of 1 m gives .*$"):
         antenna_of(AntennaSettings(azimuth_beamwidth_deg=1.2), FREQUENCY, 0.0)
+
+
+def test_a_pattern_s_power_lies_where_its_integral_says() -> None:
+    gaussian = antenna_array(RadarSettings.model_validate({"antenna": {"pattern": "gaussian"}})).first_antenna
+    # Of exp(−8 ln 2 (θ/b)²); a sum in steps of 1/200 of the beam.
+    assert gaussian.share_beyond(0.5) == pytest.approx(erfc(math.sqrt(2.0 * math.log(2.0))), rel=0.02)
+    waveguide = antenna_array(RadarSettings()).first_antenna
+    shares = [waveguide.share_beyond(beams) for beams in (0.0, 1.0, 3.0)]
+    assert shares[0] > 0.99 > shares[1] > shares[2] > 0.0

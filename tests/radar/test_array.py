@@ -59,6 +59,7 @@ def test_the_cycle_is_that_of_the_table(roles: tuple[str, ...], transmit: str, i
     assert cycle(radar) == expected
     assert array.transmitters == tuple(dict.fromkeys(sender for sender, _ in expected))
     assert array.whole == (interferogram == "single_pulse")
+    assert array.phase_paths == (2 if (transmit, interferogram) == ("switched", "alternating_pulse") else 1)
     assert [element.transmits for element in array.elements] == [role != "rx" for role in roles]
     assert [element.receives for element in array.elements] == [role != "tx" for role in roles]
 

@@ -12,7 +12,9 @@ from seamap_rt.radar.digital import (
     DigitalReceiver,
     NyquistZone,
     decimation,
+    full_scale_w,
     low_pass,
+    quantisation_db,
     quantise,
     sensitivity_time_control,
 )
@@ -440,3 +442,18 @@ def test_an_envelope_at_other_instants_is_refused() -> None:
     for chain in (receiver, receiver.ideal):
         with pytest.raises(ValueError, match="take the envelope at sample_range"):
             chain(np.zeros((1, 2, 100), np.complex64))
+
+
+def test_each_bit_takes_six_decibels_off_the_converter_s_noise() -> None:
+    levels = [quantisation_db(radar_of({"adc_bits": bits}), 1e-6) for bits in (8, 9, 12)]
+    assert levels[0] - levels[1] == pytest.approx(20.0 * np.log10(2.0))
+    assert levels[0] - levels[2] == pytest.approx(80.0 * np.log10(2.0))
+
+
+@pytest.mark.parametrize("keys", [{}, {"receiver": {"adc_bits": 8}, "bandwidth_hz": 30e6}])
+def test_the_converter_s_noise_is_the_digital_receiver_s(keys: dict) -> None:
+    radar = radar_of(**{"range_m": [30.0, 150.0], **keys})
+    full_scale = float(full_scale_w(radar, 0.0))
+    there = DigitalReceiver(radar).quantisation_noise_power(full_scale).mean() / noise_power(radar)
+    # The receiver's weights are float32.
+    assert quantisation_db(radar, full_scale) == pytest.approx(float(db(there)), abs=1e-3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -227,3 +228,30 @@ def test_budget_of_ratios() -> None:
     assert_allclose(got.power, unity * nrcs, rtol=1e-15)
     assert_allclose(got.snr, unity * nrcs / noise_power(STUDY) * gains, rtol=1e-12)
     assert_allclose(got.minimum_nrcs * got.snr, np.broadcast_to(nrcs, (3, 5)), rtol=1e-12)
+
+
+# ------------------------------------------------------------------------------------------ the window
+
+
+def test_shadows_grow_with_slope_and_fall_with_the_mast() -> None:
+    low, high = (radar_of(range_m=[30.0, 150.0], height_m=height) for height in (3.0, 10.0))
+    assert link.shadowed_share(low, 0.0) == 0.0
+    shares = [link.shadowed_share(low, variance) for variance in (1e-5, 1e-4, 1e-3, 1e-2)]
+    assert shares == sorted(shares)
+    assert shares[0] < 1e-3
+    assert link.shadowed_share(high, 1e-2) < shares[-1] < 1.0
+
+
+def test_the_window_outside_a_model_is_counted_by_length() -> None:
+    radar = radar_of(range_m=[20.0, 120.0], height_m=10.0)
+    # 30° at 20 m, 14.478° at 40 m, 4.780° at 120 m: a fifth of the window is steeper, to one of 400 ranges.
+    assert link.share_outside(radar, 0.1, math.degrees(math.asin(0.25))) == pytest.approx(0.2, abs=1.0 / 400.0)
+    assert link.share_outside(radar, 0.1, 60.0) == 0.0
+
+
+def test_an_object_is_told_from_the_sea_of_its_cell() -> None:
+    radar = radar_of(range_m=[30.0, 150.0])
+    over = [link.signal_to_clutter_db(radar, 20.0, level, 100.0) for level in (1e-4, 1e-3)]
+    assert over[0] - over[1] == pytest.approx(10.0)
+    # 100 m × 1.8° × 3 m is 9.4 m².
+    assert over[0] == pytest.approx(20.0 + 40.0 - 10.0 * math.log10(100.0 * math.radians(1.8) * 2.998), abs=0.02)

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from seamap_rt.conventions import unit_from_azimuth
-from seamap_rt.radar.platform import boat_motion
+from seamap_rt.radar.platform import boat_motion, tilt_std
 from seamap_rt.radar.pose import boat_axes
-from seamap_rt.settings import PlatformSettings
+from seamap_rt.sea import ResolvedWaves
+from seamap_rt.settings import PlatformSettings, SeaSettings
 
 TIMES = np.linspace(-1.0, 20.0, 2101)
 
@@ -93,3 +94,11 @@ def test_a_recorded_motion_is_that_of_the_file(tmp_path):
     state = boat_motion(PlatformSettings(motion="file", file=str(path), heading_deg=25.0))([0.0, 0.25, 1.0])
     np.testing.assert_allclose(state.attitude, [[1.0, 0.0, 25.0], [1.5, 0.0, 25.0], [3.0, 0.0, 25.0]], atol=1e-14)
     np.testing.assert_allclose(state.position[:, 2], [0.5, 0.375, 0.0], atol=1e-15)
+
+
+def test_a_rolling_boat_tilts_by_half_its_amplitude_along_the_look():
+    rolling = PlatformSettings(motion="sinusoidal", roll_deg=10.0)
+    sea = SeaSettings()
+    # Rms of a sine is 1/√2, and over all looks another 1/√2 of it lies along them; 100 whole periods.
+    tilt = tilt_std(rolling, 100.0 * rolling.roll_period_s, ResolvedWaves.of(sea, 1.0))
+    assert tilt == pytest.approx(np.radians(5.0), rel=0.01)

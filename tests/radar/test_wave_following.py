@@ -10,8 +10,9 @@ from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.radar import wave_following
 from seamap_rt.radar.platform import boat_motion
 from seamap_rt.radar.pose import boat_axes
-from seamap_rt.radar.wave_following import WaveFollowing
-from seamap_rt.sea import Sea, realize
+from seamap_rt.radar.wave_following import WaveFollowing, wave_tilt_std
+from seamap_rt.scene import load_scene
+from seamap_rt.sea import ResolvedWaves, Sea, realize
 from seamap_rt.settings import JonswapWaves, PlatformSettings, SeaSettings, SinusoidWaves
 
 TIMES = np.linspace(-5.0, 55.0, 601)
@@ -256,3 +257,15 @@ def test_the_weights_are_their_integrals(phase):
         assert wave_following._lean(np.array([phase]))[0] == pytest.approx(
             slope.real, abs=1e-9 if phase < 1e-3 else 2e-12
         )
+
+
+def test_a_small_boat_has_the_waves_slope_and_a_long_one_none():
+    scene = load_scene("tiny", {"sea.extent_m": 420.0, "sea.resolution_m": 2.0, "radar.range_m": [30.0, 150.0]})
+    waves = ResolvedWaves.of(scene.sea, 0.5 * np.pi)
+    slope = np.sqrt(0.5 * np.sum(waves.variance * waves.wavenumber**2))
+    # 1 − p²/10 of the slope and 1 − q²/6 of the level, p and q below 0.08.
+    assert wave_tilt_std(waves, 0.1, 0.1) == pytest.approx(slope, rel=2e-3)
+    tilts = [wave_tilt_std(waves, length, 2.5) for length in (3.0, 7.0, 20.0, 100.0)]
+    assert tilts == sorted(tilts, reverse=True)
+    # Waves that run along a great raft have nothing left; those a metre long would not either.
+    assert wave_tilt_std(waves, 3000.0, 3000.0) < 1e-3 * slope

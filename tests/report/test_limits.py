@@ -7,15 +7,8 @@ import subprocess
 import sys
 from typing import Any
 
-import numpy as np
 import pytest
-from scipy.special import erfc
 
-from seamap_rt.conventions import EARTH_RADIUS, GRAVITY, db
-from seamap_rt.radar import link
-from seamap_rt.radar.digital import DigitalReceiver
-from seamap_rt.radar.receiver import noise_power
-from seamap_rt.report import limit_formulas as formulas
 from seamap_rt.report.limits import account_lines, costed, left_out, modelled
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.sea import Resolved, realize
@@ -29,11 +22,6 @@ def small(**keys: Any) -> tuple[Scene, Resolved]:
     """A small scene with other keys, and its sea."""
     scene = load_scene("tiny", SMALL | {key.replace("__", "."): value for key, value in keys.items()})
     return scene, realize(scene.sea, 1).resolved
-
-
-def resolved_waves(**keys: Any) -> formulas.ResolvedWaves:
-    scene, resolved = small(**keys)
-    return formulas.resolved_waves(scene.sea, resolved.wavenumber_limit)
 
 
 def account(**keys: Any) -> tuple[str, str]:
@@ -211,242 +199,15 @@ def test_without_waves_nothing_is_lost_by_leaving_the_sea_out() -> None:
     assert row(done, "shadowing")["error"].startswith("0 %")
 
 
+def test_short_waves_hide_more_of_the_window() -> None:
+    assert row(left_out(*small()), "shadows of waves that are not resolved")["value"] > 0.0
+
+
 def test_the_pace_of_a_turn_decides_what_a_still_sea_costs() -> None:
     def cost(**keys: Any) -> float:
         return float(row(modelled(*small(**keys)), "scan")["error"].split()[0])
 
     assert cost(radar__rotation_rpm=120.0) < cost() < cost(radar__sector_deg=[0.0, 360.0])
-
-
-# -------------------------------------------------------------------------------------------------- the sea
-
-
-def test_waves_have_the_sea_s_variance_and_slope() -> None:
-    scene, resolved = small()
-    waves = formulas.resolved_waves(scene.sea, resolved.wavenumber_limit)
-    # The trapezoid rule over 4001 steps of ln k, and for slopes the lattice's own samples (1 % for so small a patch).
-    assert waves.variance.sum() == pytest.approx(resolved.variance, rel=1e-4)
-    assert np.sum(waves.variance * waves.wavenumber**2) == pytest.approx(resolved.mean_square_slope, rel=0.01)
-
-
-def test_a_still_sea_errs_by_nothing_at_once_and_by_root_two_in_the_end() -> None:
-    waves = resolved_waves()
-    assert formulas.still_sea_error(waves, 0.0) == 0.0
-    # 1 − sinc is 1 to 2/(ωT), of waves with ω > 0.8 rad/s.
-    limit = math.sqrt(2.0) * waves.elevation_std
-    assert formulas.still_sea_error(waves, 4000.0) == pytest.approx(limit, rel=1e-3)
-    # To the first order it moves on by its vertical speed, the rms time from half-way being T/√12.
-    speed = math.sqrt(float(np.sum(waves.variance * waves.frequency**2)))
-    assert formulas.still_sea_error(waves, 0.01) == pytest.approx(speed * 0.01 / math.sqrt(12.0), rel=1e-3)
-
-
-def test_a_still_sea_errs_as_a_regular_wave_does() -> None:
-    waves = resolved_waves(**ONE_WAVE)
-    duration, omega = 3.0, math.sqrt(GRAVITY * 2.0 * math.pi / 40.0)
-    time = (np.arange(2000) + 0.5) / 2000 * duration - 0.5 * duration
-    phase = 2.0 * np.pi * np.arange(64)[:, None] / 64
-    moved = 0.5 * (np.cos(phase - omega * time) - np.cos(phase))
-    # Surface tension is not in ω here: 2e-6 of it.
-    assert formulas.still_sea_error(waves, duration) == pytest.approx(float(np.sqrt(np.mean(moved**2))), rel=1e-4)
-
-
-def test_waves_on_a_current_as_fast_against_them_stand_still() -> None:
-    speed = math.sqrt(GRAVITY * 40.0 / (2.0 * math.pi))  # 7.9 m/s towards the east, where the waves go
-    waves = resolved_waves(**ONE_WAVE, sea__current_m_s=speed, sea__current_toward_deg=270.0)
-    # What surface tension adds to the phase speed: 2e-6 of ω, 5e-5 rad over the time.
-    assert formulas.still_sea_error(waves, 20.0) < 1e-4 * waves.elevation_std
-
-
-def test_half_the_water_s_speed_lies_along_the_look() -> None:
-    waves = resolved_waves(**ONE_WAVE)
-    omega = math.sqrt(GRAVITY * 2.0 * math.pi / 40.0)
-    # aω/√2 along the waves, nothing across them; surface tension as above.
-    assert formulas.orbital_speed(waves) == pytest.approx(0.5 * omega / 2.0, rel=1e-5)
-
-
-def test_slopes_are_lost_below_the_spacing_only() -> None:
-    scene, resolved = small()
-    waves = formulas.resolved_waves(scene.sea, resolved.wavenumber_limit)
-    assert formulas.slopes_lost(waves, scene.sea.resolution_m or 0.0) == 0.0
-    # All of them in the end, to the lattice's own samples.
-    assert formulas.slopes_lost(waves, 1e4) == pytest.approx(math.sqrt(0.5 * resolved.mean_square_slope), rel=0.01)
-
-
-def test_second_order_waves_have_the_height_that_is_said() -> None:
-    rng = np.random.default_rng(1)
-    std, k = 0.3, 0.13
-    elevation, transform = std * rng.standard_normal((2, 400_000))
-    bound = 0.5 * k * (elevation**2 - transform**2)
-    # Of so many draws the standard deviation is good to 0.3 %.
-    assert formulas.second_order_error(std, 4.0 * std * k / (2.0 * np.pi)) == pytest.approx(
-        float(np.std(bound)), rel=0.01
-    )
-
-
-def test_a_small_boat_has_the_waves_slope_and_a_long_one_none() -> None:
-    waves = resolved_waves()
-    slope = math.sqrt(0.5 * float(np.sum(waves.variance * waves.wavenumber**2)))
-    # 1 − p²/10 of the slope and 1 − q²/6 of the level, p and q below 0.08.
-    assert formulas.boat_tilt(waves, 0.1, 0.1) == pytest.approx(slope, rel=2e-3)
-    tilts = [formulas.boat_tilt(waves, length, 2.5) for length in (3.0, 7.0, 20.0, 100.0)]
-    assert tilts == sorted(tilts, reverse=True)
-    # Waves that run along a great raft have nothing left; those a metre long would not either.
-    assert formulas.boat_tilt(waves, 3000.0, 3000.0) < 1e-3 * slope
-
-
-# ------------------------------------------------------------------------------------------- light and scattering
-
-
-def test_shadows_grow_with_slope_and_fall_with_the_mast() -> None:
-    low, high = (small(radar__height_m=height)[0].radar for height in (3.0, 10.0))
-    assert formulas.shadowed_share(low, 0.0) == 0.0
-    shares = [formulas.shadowed_share(low, variance) for variance in (1e-5, 1e-4, 1e-3, 1e-2)]
-    assert shares == sorted(shares)
-    assert shares[0] < 1e-3
-    assert formulas.shadowed_share(high, 1e-2) < shares[-1] < 1.0
-    assert formulas.shadows_of_short_waves(*small()) > 0.0
-
-
-def test_waves_modulate_facets_and_breakers_raise_hh() -> None:
-    rough = formulas.facing(*small())
-    still = formulas.facing(*small(**NO_WAVES))
-    assert rough.modulation_db > 2.0 * still.modulation_db > 0.0  # on a flat sea the wind's direction alone
-    assert rough.weight.sum() == pytest.approx(1.0)
-    horizontal = formulas.facing(*small(scattering__polarization="HH"))
-    assert horizontal.breaking_db > rough.breaking_db > 0.0
-
-
-def test_strain_modulates_by_its_power() -> None:
-    # A change of N by exp(4.5 strain): e in 10/ln 10 dB.
-    assert formulas.hydrodynamic_db(1.0 / 4.5) == pytest.approx(float(db(math.e)))
-    waves = resolved_waves(**ONE_WAVE)
-    # Without relaxation the strain is ak cos²: rms √(3/8) ak/√2.
-    assert formulas.strain_std(waves, 0.0) == pytest.approx(
-        math.sqrt(0.375) * 0.5 * 2.0 * math.pi / 40.0 / math.sqrt(2.0)
-    )
-    assert formulas.strain_std(waves, 100.0) < 0.02 * formulas.strain_std(waves, 0.0)
-
-
-def test_bragg_waves_of_x_band_run_at_23_cm_a_second() -> None:
-    assert formulas.bragg_speed(10e9) == pytest.approx(0.231, abs=0.001)  # 15 mm long, near the slowest of all
-
-
-def test_models_differ_and_see_the_wind() -> None:
-    scene, _ = small()
-    assert 0.5 < formulas.models_spread_db(scene) < 10.0
-    assert formulas.wind_contrast_db(scene) > 0.0
-
-
-def test_the_window_outside_a_model_is_counted_by_length() -> None:
-    radar = small(radar__range_m=[20.0, 120.0], radar__height_m=10.0)[0].radar
-    # 30° at 20 m, 14.478° at 40 m, 4.780° at 120 m: a fifth of the window is steeper, to one of 400 ranges.
-    assert formulas.outside_share(radar, 0.1, math.degrees(math.asin(0.25))) == pytest.approx(0.2, abs=1.0 / 400.0)
-    assert formulas.outside_share(radar, 0.1, 60.0) == 0.0
-
-
-# ------------------------------------------------------------------------------------- radar, boat and Earth
-
-
-def test_the_earth_falls_away_as_a_sphere() -> None:
-    radius = 4.0 / 3.0 * EARTH_RADIUS
-    for distance in (400.0, 20_000.0):
-        # The plain difference loses 1e-9 m of 8.5e6 m to rounding.
-        assert formulas.drop_m(distance) == pytest.approx(math.hypot(radius, distance) - radius, abs=3e-9)
-    assert formulas.drop_m(800.0) == pytest.approx(4.0 * formulas.drop_m(400.0), rel=1e-7)
-
-
-def test_each_bit_takes_six_decibels_off_the_converter_s_noise() -> None:
-    levels = [formulas.quantisation_db(small(radar__receiver__adc_bits=bits)[0].radar, 1e-6) for bits in (8, 9, 12)]
-    assert levels[0] - levels[1] == pytest.approx(20.0 * math.log10(2.0))
-    assert levels[0] - levels[2] == pytest.approx(80.0 * math.log10(2.0))
-
-
-@pytest.mark.parametrize("keys", [{}, {"radar.receiver.adc_bits": 8, "radar.bandwidth_hz": 30e6}])
-def test_the_converter_s_noise_is_the_digital_receiver_s(keys: dict[str, Any]) -> None:
-    radar = small(**keys, **{"radar.receiver.chain": "digital"})[0].radar
-    full_scale = formulas.full_scale_w(radar, 0.0)
-    there = DigitalReceiver(radar).quantisation_noise_power(full_scale).mean() / noise_power(radar)
-    # The receiver's weights are float32.
-    assert formulas.quantisation_db(radar, full_scale) == pytest.approx(float(db(there)), abs=1e-3)
-
-
-def test_looks_reach_from_one_to_the_pulses() -> None:
-    radar = small()[0].radar
-    pulses = link.dwell(radar).pulses
-    assert formulas.looks(radar, math.inf) == pytest.approx(1.0)
-    assert formulas.looks(radar, 1e-9) == pytest.approx(pulses)
-    slow = small(radar__rotation_rpm=1.0)[0].radar
-    # Over a dwell of 0.3 s speckle is new every ∫ ρ² dτ = τc √(π/2); the dwell's ends give another 0.3 %.
-    expected = link.dwell(slow).duration_s / (1e-3 * math.sqrt(0.5 * math.pi))
-    assert formulas.looks(slow, 1e-3) == pytest.approx(expected, rel=0.01)
-    assert formulas.speckle_db(1.0) == pytest.approx(float(db(2.0)))
-    assert formulas.speckle_db(1e6) < 0.005
-
-
-def test_noise_costs_heights_by_the_bound() -> None:
-    single = small(radar__transmit="single")[0].radar
-    both = small(radar__interferogram="alternating_pulse", radar__prf_hz=20e3)[0].radar
-    # As many pulses of each receiver, and twice the phase.
-    ratio = formulas.noise_height_error(single, 10.0, 100.0) / formulas.noise_height_error(both, 10.0, 100.0)
-    assert ratio == pytest.approx(2.0)
-    # √2-fold noise for half the signal, where that is strong.
-    weak, strong = (formulas.noise_height_error(single, snr, 100.0) for snr in (1e4, 2e4))
-    assert weak / strong == pytest.approx(math.sqrt(2.0), rel=1e-4)
-
-
-def test_a_pattern_s_power_lies_where_its_integral_says() -> None:
-    gaussian = formulas.first_antenna(small(radar__antenna__pattern="gaussian")[0].radar)
-    beam = gaussian.azimuth_beamwidth_deg
-    # Of exp(−8 ln 2 (θ/b)²); a sum in steps of 1/200 of the beam.
-    assert formulas.share_beyond(gaussian, beam, 0.5) == pytest.approx(erfc(math.sqrt(2.0 * math.log(2.0))), rel=0.02)
-    waveguide = formulas.first_antenna(small()[0].radar)
-    shares = [formulas.share_beyond(waveguide, beam, beams) for beams in (0.0, 1.0, 3.0)]
-    assert shares[0] > 0.99 > shares[1] > shares[2] > 0.0
-
-
-def test_a_rolling_boat_tilts_by_half_its_amplitude_along_the_look() -> None:
-    scene, _ = small(**ROLLING, turns=400)
-    # Rms of a sine is 1/√2, and over all looks another 1/√2 of it lies along them; 100 whole periods.
-    assert formulas.boat_tilt_at_rest(scene) == pytest.approx(math.radians(5.0), rel=0.01)
-
-
-def test_an_edge_fades_where_its_detour_is_a_quarter_wave() -> None:
-    before, beyond, wavelength = 200.0, 25.0, 0.03
-    height = formulas.edge_blur_m(wavelength, before, beyond)
-    detour = math.hypot(before, height) + math.hypot(beyond, height) - before - beyond
-    # v²λ/4 at v = 1; the detour's next order is (height/beyond)²/4 of it.
-    assert detour == pytest.approx(0.25 * wavelength, rel=2e-4)
-    assert formulas.edge_blur_m(wavelength, before, 0.0) == 0.0
-
-
-@pytest.mark.parametrize("mean_square_slope", [1e-4, 0.02, 0.5])
-def test_a_second_bounce_has_what_the_surface_s_area_takes(mean_square_slope: float) -> None:
-    part = (np.arange(200_000) + 0.5) / 200_000
-    square = -mean_square_slope * np.log(1.0 - part)  # of Gaussian slopes in two directions
-    area = float(np.mean(np.sqrt(1.0 + square)))
-    # The midpoint rule loses 3e-6 of the mean square slope at the end of the distribution.
-    assert formulas.second_bounce_share(mean_square_slope) == pytest.approx(1.0 - 1.0 / area, rel=1e-4)
-    assert formulas.second_bounce_share(0.0) == 0.0
-
-
-def test_clutter_is_spikier_in_hh_and_in_small_cells() -> None:
-    radar, wide = small()[0].radar, small(radar__antenna__azimuth_beamwidth_deg=3.6)[0].radar
-    shape = formulas.clutter_shape(radar, "VV", 100.0)
-    assert shape / formulas.clutter_shape(radar, "HH", 100.0) == pytest.approx(10.0**0.7)
-    # By 5/8 of the power of the area, of beams as wide as their patterns come out.
-    area = float(link.cell_area(wide, 100.0) / link.cell_area(radar, 100.0))
-    assert formulas.clutter_shape(wide, "VV", 100.0) / shape == pytest.approx(area**0.625)
-    # ψ = 2.866°, 9.42 m²: 2/3 log 2.866 + 5/8 log 9.42 − 1 = −0.0862.
-    assert shape == pytest.approx(10.0**-0.0862, rel=2e-3)
-    assert math.isnan(formulas.clutter_shape(radar, "VV", 20.0))
-
-
-def test_an_object_is_told_from_the_sea_of_its_cell() -> None:
-    radar = small()[0].radar
-    over = [formulas.object_over_sea_db(radar, 20.0, level, 100.0) for level in (1e-4, 1e-3)]
-    assert over[0] - over[1] == pytest.approx(10.0)
-    # 100 m × 1.8° × 3 m is 9.4 m².
-    assert over[0] == pytest.approx(20.0 + 40.0 - 10.0 * math.log10(100.0 * math.radians(1.8) * 2.998), abs=0.02)
 
 
 # ---------------------------------------------------------------------------------------- costs, and the lines

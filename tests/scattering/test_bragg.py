@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from seamap_rt.conventions import SPEED_OF_LIGHT, db
 from seamap_rt.scattering import bragg_coefficients, fresnel, nrcs_bragg, nrcs_two_scale, permittivity_meissner_wentz12
+from seamap_rt.scattering.bragg import bragg_speed
 from seamap_rt.sea.elfouhaily import elfouhaily97, elfouhaily97_plane
 
 F = 10e9
@@ -190,3 +191,7 @@ def test_unknown_polarization_is_refused() -> None:
         two_scale(1.0, 0.0, 0.0, 0.0, "HV")
     with pytest.raises(ValueError, match="polarization"):
         nrcs_bragg(1.0, F, EPS, 1e-14, "vv")
+
+
+def test_bragg_waves_of_x_band_run_at_23_cm_a_second() -> None:
+    assert bragg_speed(10e9) == pytest.approx(0.231, abs=0.001)  # 15 mm long, near the slowest of all

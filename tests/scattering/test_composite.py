@@ -11,12 +11,15 @@ from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
 from seamap_rt.conventions import db
+from seamap_rt.radar import link
 from seamap_rt.scattering.bragg import nrcs_two_scale
 from seamap_rt.scattering.breaking import breakers
-from seamap_rt.scattering.composite import FacetNrcs, nrcs_composite
+from seamap_rt.scattering.composite import FacetNrcs, Facing, facing_facets, nrcs_composite
 from seamap_rt.scattering.permittivity import permittivity_meissner_wentz12
 from seamap_rt.scattering.quasi_specular import mirror
 from seamap_rt.scattering.short_waves import ShortWaves
+from seamap_rt.scene import load_scene
+from seamap_rt.sea import realize
 
 F = 10e9
 EPS = complex(permittivity_meissner_wentz12(F, 20.0, 35.0))
@@ -184,3 +187,20 @@ def test_what_is_not_a_number_is_refused_by_name(name: str) -> None:
 def test_degrees_are_not_taken_for_radians() -> None:
     with pytest.raises(ValueError, match="incidence = 85: must be at most π; give radians"):
         composite(85.0)
+
+
+def facing(**keys: Any) -> Facing:
+    """Facets in the middle of a small scene's window."""
+    small = {"sea.extent_m": 420.0, "sea.resolution_m": 2.0, "radar.range_m": [30.0, 150.0]}
+    scene = load_scene("tiny", small | keys)
+    grazing = float(link.grazing_angle(scene.radar, link.middle_m(scene.radar)))
+    return facing_facets(scene.scattering, scene.radar.frequency_hz, grazing, realize(scene.sea, 1).resolved)
+
+
+def test_waves_modulate_facets_and_breakers_raise_hh() -> None:
+    rough = facing()
+    still = facing(**{"sea.waves": [{"spectrum": "flat"}]})
+    assert rough.modulation_db > 2.0 * still.modulation_db > 0.0  # on a flat sea the wind's direction alone
+    assert rough.weight.sum() == pytest.approx(1.0)
+    horizontal = facing(**{"scattering.polarization": "HH"})
+    assert horizontal.breaking_db > rough.breaking_db > 0.0

@@ -10,10 +10,11 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import POLARIZATIONS, db
-from seamap_rt.scattering.empirical import nrcs_horst78, nrcs_reilly90, nrcs_tsc90
-from seamap_rt.scattering.mean_models import MEAN_MODELS, mean_nrcs
+from seamap_rt.scattering import nrcs_horst78, nrcs_reilly90, nrcs_tsc90
+from seamap_rt.scattering.mean_models import MEAN_MODELS, mean_level, mean_nrcs, models_spread_db, wind_contrast_db
 from seamap_rt.scattering.sea_state import sea_state_from_wind, wind_from_sea_state
 from seamap_rt.scattering.wind_direction import wind_factor
+from seamap_rt.settings import ScatteringSettings
 
 TABLE = Path(__file__).parents[2] / "validation" / "reference" / "nathanson_9p3ghz.csv"
 DIRECTED = [name for name, model in MEAN_MODELS.items() if model.knows_wind_direction]
@@ -278,3 +279,23 @@ def test_sea_state_and_wind_undo_each_other() -> None:
 def test_wind_factor_without_a_direction_to_tell() -> None:
     np.testing.assert_array_equal(wind_factor(0.0, np.linspace(-4.0, 4.0, 9)), 1.0)
     np.testing.assert_array_equal(wind_factor(0.0, None), 1.0)
+
+
+def test_models_differ_and_see_the_wind() -> None:
+    settings, grazing_deg = ScatteringSettings(), 3.0
+    assert 0.5 < models_spread_db(settings, grazing_deg, 10e9) < 10.0
+    assert wind_contrast_db(settings, grazing_deg, 10e9) > 0.0
+
+
+def test_the_scene_s_mean_is_its_model_s_and_its_range_is_told() -> None:
+    grazing = np.array([1.0, 3.0])
+    for name in MEAN_MODELS:
+        found = mean_level(ScatteringSettings(nrcs=name), grazing, 10e9)  # pyright: ignore
+        np.testing.assert_array_equal(found, mean_nrcs(name, grazing, ScatteringSettings().wind_speed_m_s, 10e9, "VV"))
+    constant = mean_level(ScatteringSettings(nrcs="constant", nrcs_db=-33.0), grazing, 10e9)
+    np.testing.assert_allclose(db(constant), [-33.0, -33.0], rtol=1e-12)
+    model = MEAN_MODELS["nrl"]
+    wind = float(wind_from_sea_state(model.sea_state[1]))
+    assert model.holds(0.99 * wind, 10e9)
+    assert not model.holds(1.01 * wind, 10e9)
+    assert not model.holds(0.99 * wind, 1.01 * model.frequency_hz[1])

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from seamap_rt.scattering.modulation import breaking_level, breaking_share, crowding, mean_crowding, relaxation_rate
+from seamap_rt.conventions import db
+from seamap_rt.scattering.modulation import (
+    breaking_level,
+    breaking_share,
+    crowding,
+    mean_crowding,
+    modulation_db,
+    relaxation_rate,
+)
 
 QUANTILES = ndtri((np.arange(400_000) + 0.5) / 400_000)  # a Gaussian population without chance
 
@@ -52,3 +60,8 @@ def test_nonsense_is_refused():
     with pytest.raises(ValueError, match="fraction"):
         breaking_level(1.0, 0.01)
     assert breaking_level(0.0, 0.01) == 0.0
+
+
+def test_strain_modulates_by_its_power():
+    # A change of N by exp(4.5 strain): e in 10/ln 10 dB.
+    assert modulation_db(1.0 / 4.5) == pytest.approx(float(db(np.e)))

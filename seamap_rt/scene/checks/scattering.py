@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from ...io.numbers import rounded_down, rounded_up
-from ...scattering import MEAN_MODELS, PERMITTIVITIES, sea_state_from_wind, wind_from_sea_state
+from ...scattering import MEAN_MODELS, sea_state_from_wind, wind_from_sea_state
+from ...scattering.permittivity import permittivity_of
 from ...settings import RadarSettings, ScatteringSettings
 
 LEAST_WIND = 0.5  # m/s, of scattering.wind_speed_m_s
@@ -15,7 +16,7 @@ STEEPEST = math.sin(math.radians(59.9))  # sine of the grazing angle beyond whic
 def check_permittivity(scattering: ScatteringSettings, radar: RadarSettings) -> None:
     """The permittivity model holds for frequency and water."""
     try:
-        PERMITTIVITIES[scattering.permittivity](radar.frequency_hz, scattering.temperature_c, scattering.salinity_psu)
+        permittivity_of(scattering, radar.frequency_hz)
     except ValueError as error:
         raise ValueError(
             f"scattering.permittivity = '{scattering.permittivity}': {error}, or choose another scattering.permittivity"
