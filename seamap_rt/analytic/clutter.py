@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..compute.quadrature import gauss_legendre
 from ..conventions import SPEED_OF_LIGHT, from_db
 from ..radar.antenna import antenna
 from ..radar.waveform import RangeResponse
@@ -102,7 +103,7 @@ def _beam(radar: RadarSettings) -> float:
 
 def _slant_nodes(radar: RadarSettings, gates: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Gauss–Legendre nodes and weights (…, node) over the slant ranges of the sea that each gate hears."""
-    nodes, weights = np.polynomial.legendre.leggauss(_RANGE_NODES)
+    nodes, weights = gauss_legendre(_RANGE_NODES)
     support = RangeResponse.of(radar).support_m
     far = np.maximum(gates + support, radar.height_m)[..., None]
     near = np.maximum(gates - support, radar.height_m)[..., None]  # no sea is nearer than the mast's foot
@@ -111,7 +112,7 @@ def _slant_nodes(radar: RadarSettings, gates: NDArray[np.float64]) -> tuple[NDAr
 
 def _two_way_cut(radar: RadarSettings, slant: NDArray[np.float64]) -> NDArray[np.float64]:
     """∫ E⁴(az, el) d az [rad] towards the sea at each slant range, E the one-way voltage pattern."""
-    nodes, weights = np.polynomial.legendre.leggauss(_AZIMUTH_NODES)
+    nodes, weights = gauss_legendre(_AZIMUTH_NODES)
     half = min(np.pi, _BEAMS * _beam(radar))
     elevation = -np.arcsin(radar.height_m / slant)
     total = np.zeros(slant.shape)

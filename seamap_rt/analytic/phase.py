@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaln, hyp2f1
 
+from ..compute.quadrature import gauss_legendre
+
 _QUADRATURE = 256  # Gauss–Legendre nodes: the deviation is good to 1e-8 up to 200 looks
 
 
@@ -39,7 +41,7 @@ def phase_std_lee94(coherence: ArrayLike, looks: ArrayLike) -> NDArray[np.float6
     gamma, n = np.broadcast_arrays(*_checked(coherence, looks))
     noiseless = gamma == 1.0
     gamma = np.where(noiseless, 0.0, gamma)[..., None]
-    node, weight = np.polynomial.legendre.leggauss(_QUADRATURE)
+    node, weight = gauss_legendre(_QUADRATURE)
     t, weight = 0.5 * np.pi * (node + 1.0), 0.5 * np.pi * weight
     width = np.sqrt((1.0 - gamma) * (1.0 + gamma))
     phase = 2.0 * np.arctan2(width * np.sin(0.5 * t), np.cos(0.5 * t))

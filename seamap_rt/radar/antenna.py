@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
+from ..compute.quadrature import gauss_legendre
 from ..conventions import SPEED_OF_LIGHT, from_db
 from ..io.patternfile import read_pattern
 from ..settings import AntennaSettings, RadarSettings
@@ -241,7 +242,7 @@ def _about(centre: NDArray[np.float64], panels: int, nodes: int) -> tuple[NDArra
     To either side there are so many equal panels, the one at the centre halved again down to some 1/10000 of the side.
     """
     edges = np.concatenate(([0.0], 2.0 ** np.arange(-13.0, -np.log2(panels)), np.arange(1.0, panels + 1.0) / panels))
-    unit, unit_weight = np.polynomial.legendre.leggauss(nodes)
+    unit, unit_weight = gauss_legendre(nodes)
     half = 0.5 * np.diff(edges)[:, None]
     share, weight = (half * unit + edges[:-1, None] + half).ravel(), (half * unit_weight).ravel()
     right, left = 0.5 * np.pi - centre, -0.5 * np.pi - centre

@@ -23,6 +23,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 from scipy.special import erf, fresnel
 
+from ..compute.quadrature import gauss_legendre
 from ..conventions import SPEED_OF_LIGHT, db
 from ..settings import RadarSettings
 
@@ -230,7 +231,7 @@ def gates(radar: RadarSettings) -> NDArray[np.float64]:
 def straddling_loss_db(radar: RadarSettings) -> tuple[float, float]:
     """Loss [dB] of a reflector between two gates, against one on a gate: (worst, midway; mean of the power)."""
     response, half = RangeResponse.of(radar), 0.5 * gate_spacing_m(radar)
-    nodes, weights = np.polynomial.legendre.leggauss(64)
+    nodes, weights = gauss_legendre(64)
     worst = (response(half) / response(0.0)) ** 2
     mean = 0.5 * weights @ (response(half * nodes) / response(0.0)) ** 2
     return -float(db(worst)), -float(db(mean))

@@ -15,6 +15,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
+from ..compute.quadrature import gauss_legendre
 from ..physics.dispersion import angular_frequency
 
 Radial = Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -108,7 +109,7 @@ def plane_variance(
 
 def line_variance(lattice: Lattice, radial: Radial, total: float) -> tuple[NDArray[np.float64], float]:
     """Expected variance of each wave of a line [m²], (1, column), all forward. As `plane_variance` otherwise."""
-    nodes, weights = np.polynomial.legendre.leggauss(16)
+    nodes, weights = gauss_legendre(16)
     # Each wave stands for its cell; the last one's ends at the limit, where the variance that is put on them ends too.
     edges = np.clip(lattice.east[:, None] + 0.5 * lattice.step * np.array([-1.0, 1.0]), 0.0, lattice.limit)
     edges[-1, 1] = lattice.limit
@@ -141,7 +142,7 @@ def _integrated(
 ) -> NDArray[np.float64]:
     """Integrals of the spectrum over the cells of `_near`, by Gauss–Legendre nodes in each."""
     rows, columns = _near(lattice)
-    nodes, weights = np.polynomial.legendre.leggauss(_FINE_NODES)
+    nodes, weights = gauss_legendre(_FINE_NODES)
     half = 0.5 * lattice.step
     density = _radial_density(lattice, radial, half * nodes)
     total = np.zeros((rows.stop - rows.start, columns.stop - columns.start))

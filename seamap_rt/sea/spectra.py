@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..compute.quadrature import gauss_legendre
 from ..conventions import GRAVITY
 from ..physics.dispersion import angular_frequency, group_speed, wavenumber
 from .elfouhaily import elfouhaily97
@@ -131,7 +132,7 @@ def _jonswap_shape_integral(gamma: float) -> float:
 
     Gauss–Legendre panels; u = 1, where the peak's width jumps, is an edge. γ = 1 gives 1/5.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(40)
+    nodes, weights = gauss_legendre(40)
     edges = np.array([0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0, 6.0, 12.0, 30.0])
     half = 0.5 * np.diff(edges)[:, None]
     u = edges[:-1, None] + half * (1.0 + nodes)
