@@ -24,7 +24,7 @@ FLOOR, PACKAGE = "mitsuba ray_test, all triangles", "package: facets' ray stage"
 
 @dataclass(frozen=True)
 class Engine:
-    """One way to answer the package's rays, and how to read its answer as (antenna, column, facet) light."""
+    """One engine that traces the package's rays, and how to read its result as (antenna, column, facet) light."""
 
     name: str
     work: Callable[[], Any]
