@@ -53,7 +53,10 @@ class Array:
     def distances(self, points: Field) -> Field:
         """(n, antenna, m) [m] to points (n, m, 3)."""
         return np.stack(
-            [np.sqrt(np.sum((points - place[:, None]) ** 2, axis=-1)) for place in np.moveaxis(self.antennas, 1, 0)],
+            [
+                np.sqrt(np.sum((points - antenna[:, None]) ** 2, axis=-1))
+                for antenna in np.moveaxis(self.antennas, 1, 0)
+            ],
             axis=1,
         )
 

@@ -52,7 +52,7 @@ class EchoingObject:
 
     @property
     def short_m(self) -> float:
-        """How far before a point on the object a ray ends, so as not to meet the surface that the point lies on."""
+        """Distance [m] before a point on the object at which a ray ends, so as not to meet that point's surface."""
         return _SHORT * float(self.mesh.scale)
 
 

@@ -138,7 +138,10 @@ class SeaSurface:
         return Terms(*power)
 
     def mean(self, facets: Facets) -> NDArray[np.float64]:
-        """The empirical model's mean σ0 (column or 1, facet), linear, at the grazing of mean sea level."""
+        """The empirical model's mean σ0 (column or 1, facet), linear, at the grazing of mean sea level.
+
+        Raises ValueError where the settings name no empirical model.
+        """
         model = self.scattering.mean_model
         if model is None:
             raise ValueError(f"scattering.nrcs = '{self.scattering.nrcs}': no empirical model sets its mean")
@@ -171,11 +174,13 @@ class SeaSurface:
 
     @cached_property
     def permittivity(self) -> complex:
+        """ε′ − jε″ of the water at the radar's frequency, relative to vacuum."""
         model = PERMITTIVITIES[self.scattering.permittivity]
         return complex(model(self.radar.frequency_hz, self.scattering.temperature_c, self.scattering.salinity_psu))
 
     @cached_property
     def short_waves(self) -> ShortWaves:
+        """The spectrum of the waves that the mesh does not resolve."""
         return ShortWaves(self.scattering.wind_speed_m_s, self.resolved_below, self.scattering.inverse_wave_age)
 
     def _motion(self, facets: Facets, breaking: NDArray[np.float32] | None) -> Motion | None:

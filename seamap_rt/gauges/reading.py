@@ -45,7 +45,7 @@ def gauge_series(
         raise InputError("gauges: there are none; give at least one point")
     turns = np.asarray(maps["polar"]["turn"].values, dtype=np.int64)
     period = turn_s if turn_s is not None else _turn_duration(maps, turns)
-    points = np.array([gauge.place for gauge in gauges])
+    points = np.array([gauge.position for gauge in gauges])
     antennas = np.broadcast_to(np.asarray(antenna_m, dtype=np.float64), (turns.size, 2))
     values: dict[str, Any] = {"east": points[:, 0], "north": points[:, 1]}
     values |= _mapped(maps, points, period, antennas)

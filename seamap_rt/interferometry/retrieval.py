@@ -129,7 +129,7 @@ def retrieve_turn(
         height,
         radar,
         estimate.ambiguous,
-        seen.visible_fraction,
+        seen.visible_share,
         given.dwelt.samples(estimate.window, radar).noise,
     )
     moving = _velocities(looks, given, lags, heights)
@@ -145,7 +145,7 @@ def retrieve_turn(
         "snr_db": _snr_db(echo_power, given.noise_power),
         "radial_velocity": np.where(heard, moving.velocity, np.nan),
         "doppler_width": np.where(heard, moving.width, np.nan),
-        "visible_share": seen.visible_fraction,
+        "visible_share": seen.visible_share,
         "crest_bias": seen.crest_bias,
         "time": _look_times(model.poses.time, (turn + looks.sweeps / 360.0) * radar.period),
         "quality": flags,

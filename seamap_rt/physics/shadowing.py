@@ -33,7 +33,7 @@ def shadowing_wagner67(v: ArrayLike) -> NDArray[np.float64]:
     return 0.5 * (1.0 + erf(v)) * np.where(hides, -np.expm1(-hidden) / np.where(hides, hidden, 1.0), 1.0)
 
 
-def regular_wave_visible_fraction(
+def regular_wave_visible_share(
     height_m: float, wavelength_m: float, antenna_height_m: float, phase: float, edges_m: ArrayLike
 ) -> NDArray[np.float64]:
     """Visible share of horizontal area (bin,) of z = (height/2) cos(2π x/wavelength + phase) in ground range bins.

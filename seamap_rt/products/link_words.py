@@ -143,14 +143,14 @@ def _data_rate(radar: RadarSettings) -> str:
 def _reaches(curve: LinkBudget) -> list[tuple[str, str]]:
     """The furthest range at which each budget has a signal to noise ratio of 0 dB."""
     top = float(curve.range[-1])
-    found: list[tuple[str, str]] = []
+    rows: list[tuple[str, str]] = []
     for each in curve.budgets:
         reach = [link.furthest(curve.range, row) for row in each.snr]
         words = [
             f"{integration.name} {_distance(r, top)}" for integration, r in zip(curve.integrations, reach, strict=True)
         ]
-        found.append((f"furthest 0 dB, {each.name}", ", ".join(words)))
-    return found
+        rows.append((f"furthest 0 dB, {each.name}", ", ".join(words)))
+    return rows
 
 
 def _distance(reach: float, top: float) -> str:

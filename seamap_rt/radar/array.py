@@ -65,7 +65,7 @@ class Array:
 
     @cached_property
     def baseline_m(self) -> float:
-        """Known distance between the first two receivers."""
+        """m, known distance between the first two receivers."""
         first, second = (self.known_offsets[number] for number in self.receivers[:2])
         return float(np.linalg.norm(second - first))
 
@@ -96,11 +96,12 @@ class Array:
 
     @cached_property
     def beam_deg(self) -> float:
-        """The widest azimuth beam: as far to its sides as this asks something is heard."""
+        """The widest azimuth beam [deg], one-way −3 dB: it fixes how far off its axis the sea is simulated."""
         return max(self._beams_deg)
 
     @cached_property
     def narrowest_beam_deg(self) -> float:
+        """deg, one-way −3 dB."""
         return min(self._beams_deg)
 
     @property
@@ -110,7 +111,7 @@ class Array:
 
 
 def antenna_array(radar: RadarSettings) -> Array:
-    """The array of a radar. Raises ValueError, in one line, for a mode that its antennas cannot serve."""
+    """The array of a radar, lengths in metres. Raises ValueError for a mode that its antennas cannot serve."""
     return _array(cast(Hashable, radar), pattern_stamps(radar))  # frozen, and so hashable, which pydantic does not tell
 
 

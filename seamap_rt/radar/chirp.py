@@ -86,7 +86,10 @@ class Chirp:
         self._gathered = _TAPS * np.sinh(root) / (root * i0(self._shape))
 
     def kernel(self, offset_m: ArrayLike) -> NDArray[np.float64]:
-        """Weight with which a reflector is gathered into a raw sample `offset_m` away: Kaiser–Bessel, 1 at 0."""
+        """Weight with which a reflector is gathered into a raw sample offset_m [m] away, any shape.
+
+        Kaiser–Bessel window, 1 at 0 and 0 beyond kernel_support_m.
+        """
         across = 1.0 - (np.asarray(offset_m, dtype=np.float64) / self.kernel_support_m) ** 2
         return np.where(across >= 0.0, i0(self._shape * np.sqrt(np.maximum(across, 0.0))) / i0(self._shape), 0.0)
 

@@ -225,7 +225,7 @@ class Integration(NamedTuple):
 
 
 def integrations(radar: RadarSettings, decorrelation_time_s: float) -> tuple[Integration, Integration, Integration]:
-    """One pulse, a dwell added without phase, a dwell added in phase."""
+    """One pulse, a dwell added without phase, a dwell added in phase; gains are ratios, times in seconds."""
     pulses = dwell(radar)
     return (
         Integration("one pulse", 1.0),
@@ -272,11 +272,11 @@ def budget(
     name: str,
     power_of_unity: NDArray[np.float64],
     nrcs: NDArray[np.float64],
-    ways: tuple[Integration, ...],
+    integrations: tuple[Integration, ...],
 ) -> Budget:
     """What follows from the echo [W] of σ0 = 1 and from σ0 itself, for each method to add pulses up."""
     power = power_of_unity * nrcs
-    minimum = np.stack([minimum_nrcs(radar, power_of_unity, each.gain) for each in ways])
+    minimum = np.stack([minimum_nrcs(radar, power_of_unity, each.gain) for each in integrations])
     return Budget(name, power, nrcs / minimum, minimum)
 
 

@@ -102,6 +102,7 @@ class RangeResponse:
 
     @classmethod
     def of(cls, radar: RadarSettings) -> RangeResponse:
+        """The response of a radar's waveform. Raises ValueError for settings that contradict each other."""
         if radar.waveform == "pulse":
             return cls(radar.pulse_width_s, radar.bandwidth_hz)
         swept, window = radar.chirp_bandwidth_hz, radar.compression_window

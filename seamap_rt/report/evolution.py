@@ -154,7 +154,7 @@ def _panel(axes: Axes, scene: Scene, stage: _Stage, tree: xr.DataTree, title: st
     axes.set_xlabel("East (m)", labelpad=1.0)
     axes.plot(0.0, 0.0, marker="^", color="black", markersize=3.5, linestyle="none", zorder=4.0)
     for gauge in scene.gauges:
-        axes.plot(*gauge.place, marker="+", color="black", markersize=5.0, markeredgewidth=0.8, zorder=4.0)
+        axes.plot(*gauge.position, marker="+", color="black", markersize=5.0, markeredgewidth=0.8, zorder=4.0)
     style.few_ticks(axes)
     return image
 

@@ -48,9 +48,9 @@ def _picture(number: int, name: str, gauge: xr.Dataset) -> Picture:
     )
 
 
-def _metres(place: xr.DataArray) -> str:
+def _metres(coordinate: xr.DataArray) -> str:
     """To the centimetre, without needless zeros or a −0."""
-    return f"{round(float(place), 2) + 0.0:g} m"
+    return f"{round(float(coordinate), 2) + 0.0:g} m"
 
 
 def _caption_of(result: GaugeSpectra | NoSpectrum) -> str:
@@ -123,11 +123,11 @@ def _draw_spectra(axes: Axes, result: GaugeSpectra | NoSpectrum) -> None:
     axes.set_ylim(top * 10.0**-_DECADES, top)
     axes.set_xlim(0.0, float(result.wire_frequency[inside][-1]))
     low, high = (result.freedom / float(chi2.ppf(0.5 + 0.5 * side * _BAND, result.freedom)) for side in (1.0, -1.0))
-    place, middle = 0.93 * axes.get_xlim()[1], top * 10.0 ** (-0.45 * _DECADES)
+    right, middle = 0.93 * axes.get_xlim()[1], top * 10.0 ** (-0.45 * _DECADES)
     axes.errorbar(
-        place, middle, [[middle * (1.0 - low)], [middle * (high - 1.0)]], color=style.GREY, capsize=2.5, linewidth=0.8
+        right, middle, [[middle * (1.0 - low)], [middle * (high - 1.0)]], color=style.GREY, capsize=2.5, linewidth=0.8
     )
-    axes.text(0.96 * place, middle, f"{100.0 * _BAND:.0f} % ", color=style.GREY, ha="right", va="center")
+    axes.text(0.96 * right, middle, f"{100.0 * _BAND:.0f} % ", color=style.GREY, ha="right", va="center")
     axes.legend(loc="upper right")
 
 

@@ -349,7 +349,7 @@ def _item_width(text: str) -> float:
     return 0.46 + 0.05 * len(text)
 
 
-def _key_places(scene: Scene) -> list[tuple[str, float | str, float, int]]:
+def _key_layout(scene: Scene) -> list[tuple[str, float | str, float, int]]:
     """Items of the key with their distance from the left [inches] and their row."""
     placed, left, row = [], 0.3, 0
     for text, symbol in _key_items(scene):
@@ -362,7 +362,7 @@ def _key_places(scene: Scene) -> list[tuple[str, float | str, float, int]]:
 
 
 def _key_rows(scene: Scene) -> int:
-    return _key_places(scene)[-1][3] + 1
+    return _key_layout(scene)[-1][3] + 1
 
 
 def _key(figure: Figure, scene: Scene, rows: int, blank: bool) -> None:
@@ -372,7 +372,7 @@ def _key(figure: Figure, scene: Scene, rows: int, blank: bool) -> None:
     axes.set_xlim(0.0, style.WIDTH)
     axes.set_ylim(-high, 0.0)
     axes.set_axis_off()
-    for text, symbol, left, row in _key_places(scene):
+    for text, symbol, left, row in _key_layout(scene):
         x, y = left + 0.12, -0.12 - 0.24 * row
         if symbol == "blank":
             if not blank:

@@ -205,11 +205,11 @@ class ChoppySurface:
         # Around the place, and from the label that was found before.
         start_x, start_y = np.vstack((x + away_x, label_x)).ravel(), np.vstack((y + away_y, label_y)).ravel()
         starts = away_x.size + 1
-        place_x, place_y, time = (np.tile(each, starts) for each in (x, y, t))
+        target_x, target_y, time = (np.tile(each, starts) for each in (x, y, t))
         missed = np.full(start_x.size, np.inf)
         open_ = np.arange(start_x.size)
         for _ in range(2 * _PASSES):
-            step = self._newton(start_x[open_], start_y[open_], place_x[open_], place_y[open_], time[open_])
+            step = self._newton(start_x[open_], start_y[open_], target_x[open_], target_y[open_], time[open_])
             missed[open_] = np.where(step.determinant > 0.0, step.missed, np.inf)
             arrived = missed[open_] * self.shortest < _PHASE_ERROR
             moving = open_[~arrived]

@@ -137,9 +137,9 @@ class TabulatedSpectrum:
 
 def _bracket(value: NDArray[np.float64], nodes: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     """Index of the node below, and how far towards the next one, 0 to 1; values beyond the ends stay at the ends."""
-    place = np.interp(value, nodes, np.arange(nodes.size, dtype=np.float64))
-    index = np.minimum(place.astype(np.intp), nodes.size - 2)
-    return index, place - index
+    position = np.interp(value, nodes, np.arange(nodes.size, dtype=np.float64))
+    index = np.minimum(position.astype(np.intp), nodes.size - 2)
+    return index, position - index
 
 
 def _check(table: TabulatedSpectrum) -> None:

@@ -69,6 +69,7 @@ class OwnCores(WorkerPlugin):
         self.by_worker = by_worker
 
     def setup(self, worker: Worker) -> None:
+        """Called by the worker: pins it to its cores."""
         os.sched_setaffinity(0, self.by_worker[int(worker.name)])  # threads started later inherit it
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
@@ -112,7 +113,10 @@ def refuse_while_spawned() -> None:
 
 @contextmanager
 def existing_client(scheduler: str) -> Iterator[Client]:
-    """A client of a scheduler at tcp://host:port, or of the one that a scheduler file names."""
+    """A client of a scheduler at tcp://host:port, or of the one that a scheduler file names.
+
+    Raises InputError where none answers, or where it has no workers.
+    """
     address = _address(scheduler)
     try:
         _knock(address)
@@ -137,12 +141,12 @@ def _knock(address: str) -> None:
 
     A greeting is its own length in bytes, and so many bytes.
     """
-    place = urlsplit(address)
+    url = urlsplit(address)
     with (
-        socket.create_connection((place.hostname, place.port or 0), _CONNECT_S) as door,
+        socket.create_connection((url.hostname, url.port or 0), _CONNECT_S) as door,
         door.makefile("rb") as greeting,
     ):
-        if place.scheme != "tcp":
+        if url.scheme != "tcp":
             return  # others have to be greeted first
         length = greeting.read(8)
         size = int.from_bytes(length, "little")

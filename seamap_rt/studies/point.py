@@ -59,6 +59,7 @@ class Task:
 
     @property
     def file(self) -> Path:
+        """The file of the point's result."""
         return Path(self.folder) / POINTS / f"{self.name}.json"
 
 

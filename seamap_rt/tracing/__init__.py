@@ -36,7 +36,8 @@ def tracer(name: str, radar: RadarSettings, water: ScatteringSettings, diffracti
     """The tracer of that name: `facets` (rays through a Sionna scene), `horizon` (running maximum, float64) or `paths`
     (Sionna's PathSolver, the slow reference).
 
-    diffraction: `none`, or `knife_edge` for the field over the shadows' edges on top.
+    diffraction: `none`, or `knife_edge` for the field over the shadows' edges on top. Raises ValueError for an unknown
+    name or diffraction.
     """
     if diffraction not in ("none", "knife_edge"):
         raise ValueError(f"diffraction = '{diffraction}': must be none or knife_edge; none leaves shadows geometric")

@@ -108,11 +108,11 @@ def path_echo(
     antenna: int = 0,
     seed: int = 0,
 ) -> PathEcho:
-    """The echo of those columns of a mesh by PathSolver, diffuse and, with S < 1, specular.
+    """The echo of those columns of a mesh by PathSolver, diffuse and, with S < 1, specular: power by path.
 
     The first bounce lies in the columns; further ones may lie in any column of their sheet. samples: rays of a launch,
-    of which each may make as many paths as bounces. ValueError if the columns are in no sheet, or if what is to be
-    counted is not positive.
+    of which each may make as many paths as bounces. Raises ValueError if the columns are in no sheet, or for a count
+    below 1.
     """
     for name, value in (("bounces", bounces), ("samples", samples), ("launches", launches)):
         if value < 1:

@@ -24,7 +24,7 @@ _LEAST_GROUPS = 12
 
 
 def circle_grid(radar: RadarSettings, tracing: TracingSettings) -> tuple[PolarGrid, NDArray[np.bool_]]:
-    """Lines of groups of columns around the circle, all at time 0, and which columns lie in a group."""
+    """Lines of groups of columns around the circle, all at time 0, and which columns (column,) lie in a group."""
     around = {"sector_deg": (0.0, 360.0), "scan": "turning"}
     plain = radar_detail(radar, TracingSettings())
     columns = {"columns_per_beam": plain.columns_per_beam}

@@ -102,7 +102,7 @@ class LineOfSight:
 
 
 def sea_scene(mesh: SurfaceMesh, sheet: tuple[slice, ...], frequency_hz: float, **material: float) -> Any:
-    """A Sionna scene that holds the sheet alone, of a radio material with these properties, for isotropic antennas."""
+    """A Sionna scene of the sheet alone, of a radio material with these properties, isotropic antennas; Hz."""
     shape = mitsuba_mesh("sea", mesh.trimesh(sheet))
     rt: Any = importlib.import_module("sionna.rt")
     scene = rt.Scene()

@@ -50,7 +50,7 @@ class View:
 
     @property
     def focal_length(self) -> float:
-        """In pixels."""
+        """Pixels."""
         return 0.5 * self.size[0] / np.tan(np.radians(0.5 * self.field_of_view_deg))
 
     @property

@@ -38,7 +38,7 @@ class PolarMap:
 
     @classmethod
     def of(cls, polar: xr.Dataset) -> PolarMap:
-        """Of one turn."""
+        """Of the polar map of one turn, arrays (look, gate)."""
 
         def field(name: str) -> Field:
             return polar[name].values.astype(np.float64)
@@ -59,12 +59,12 @@ class PolarMap:
 
     @property
     def step(self) -> float:
-        """Metres between gates."""
+        """m, between gates; 1 where there is one gate."""
         return float(self.ranges[1] - self.ranges[0]) if self.ranges.size > 1 else 1.0
 
     @property
     def span(self) -> float:
-        """Degrees that the looks cover."""
+        """deg, that the looks cover."""
         return float(np.degrees(self.azimuth.size * self.width))
 
     def cells(self, chosen: NDArray[np.bool_]) -> Cells:
@@ -90,7 +90,7 @@ class RangeBins:
 
     @classmethod
     def of(cls, polar_map: PolarMap) -> RangeBins | None:
-        """Of one turn; None without any cell."""
+        """Of the polar map of one turn, arrays (bin,); None without any cell."""
         if not polar_map.known.any():
             return None
         out, height, noise = (
@@ -120,7 +120,7 @@ class RangeBins:
         return cls(middle, waves, errors, seen, area, lit & clear, glimpsed)
 
     def weight(self, chosen: NDArray[np.bool_]) -> Field:
-        """Of each range bin among those chosen, by area; their sum is 1."""
+        """(bin,) share of the area of those chosen; the sum is 1."""
         return np.where(chosen, self.area, 0.0) / self.area[chosen].sum()
 
     def edges(self, chosen: NDArray[np.bool_]) -> tuple[float, float]:

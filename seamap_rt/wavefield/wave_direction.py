@@ -37,7 +37,7 @@ class Travel:
 
     @classmethod
     def of_one(cls, wave_from_deg: float) -> Travel:
-        """All waves run from one mean direction. Raises ValueError if it is not finite."""
+        """All waves run from one direction [deg clockwise from north]. Raises ValueError if it is not finite."""
         if not np.isfinite(wave_from_deg):
             raise ValueError(f"wave_from_deg = {wave_from_deg:g}: must be finite; give an azimuth in degrees")
         east, north = unit_from_azimuth([wave_from_deg])
@@ -51,9 +51,11 @@ class Travel:
 
     def forth(self, kx: NDArray[np.float64], ky: NDArray[np.float64]) -> NDArray[np.float64]:
         """1 where waves run along the wavevector (kx east, ky north; rad/m), −1 where against it, 0 where unknown."""
-        place = np.log(np.maximum(np.hypot(kx, ky), 1e-12))
+        log_wavenumber = np.log(np.maximum(np.hypot(kx, ky), 1e-12))
         bands = np.log(self.wavenumber)
-        return np.sign(kx * np.interp(place, bands, self.east) + ky * np.interp(place, bands, self.north))
+        return np.sign(
+            kx * np.interp(log_wavenumber, bands, self.east) + ky * np.interp(log_wavenumber, bands, self.north)
+        )
 
 
 def travel(

@@ -89,8 +89,11 @@ def both_ways_of(
     interval: float,
     which: str,
 ) -> PulsePairs | None:
-    """Pairs of neighbouring pulses of which each antenna hears its own: an interferogram of both ways, p = 2, that is
-    there beside that of one way where the transmitters alternate and both receivers hear all. None where it is not."""
+    """Pairs of neighbouring pulses of which each antenna hears its own: an interferogram of both ways, p = 2.
+
+    It exists beside that of one way where the transmitters alternate and both receivers hear all; None where it does
+    not. heard (pulse, receiver), transmitter (pulse,), time (pulse,) and interval [s]; which: of PulsePairs.
+    """
     own = heard & (np.asarray(transmitter)[:, None] == np.asarray(antennas))
     following = np.abs(np.diff(time) - interval) < 0.5 * interval
     forward, backward = ((own[:-1, n] & own[1:, 1 - n] & following).any() for n in (0, 1))

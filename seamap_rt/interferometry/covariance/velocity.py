@@ -152,7 +152,10 @@ def beam_passage(beamwidth_deg: float, period_s: float) -> float:
 def windowed(
     covariance: Covariance, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]
 ) -> Covariance:
-    """Means over a window as they are; unknown cells are left out, and have none."""
+    """Means (look, gate) over a window with weights (2n + 1,) along range and looks, without phase correction.
+
+    Unknown cells are left out and stay NaN.
+    """
     known = covariance.known
     weight = _smoothed(known.astype(np.float64), range_weights, look_weights)
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -23,7 +23,7 @@ class Covariance:
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """Cells that hold a number: not those of a look without pulses, or of a receiver that gave NaN."""
+        """(look, gate) of cells with a number: not those of a look without pulses, or of a receiver that gave NaN."""
         return np.isfinite(self.cross) & np.isfinite(self.lower) & np.isfinite(self.upper)
 
     def windowed_along(
@@ -76,7 +76,7 @@ class Covariance:
 
     @property
     def coherence(self) -> NDArray[np.float64]:
-        """Sample coherence |⟨V₀V₁*⟩| / √(⟨|V₀|²⟩⟨|V₁|²⟩), NaN where there is no power."""
+        """Sample coherence |⟨V₀V₁*⟩| / √(⟨|V₀|²⟩⟨|V₁|²⟩), (look, gate); NaN where there is no power."""
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.abs(self.cross) / np.sqrt(self.lower * self.upper)
 

@@ -100,8 +100,8 @@ def adaptive(given: Interferogram) -> Estimate:
     return replace(start, heights=made, std=np.sqrt(error), edge=_EDGE_LEFT * given.edge)
 
 
-def _centre(place: Map) -> float:
-    known = place[np.isfinite(place)]
+def _centre(position: Map) -> float:
+    known = position[np.isfinite(position)]
     return float(known.mean()) if known.size else 0.0
 
 

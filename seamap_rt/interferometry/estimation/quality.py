@@ -129,13 +129,13 @@ def quality_flags(
     height: NDArray[np.float64],
     radar: RadarDescription,
     ambiguous: NDArray[np.bool_] | None = None,
-    visible_fraction: NDArray[np.float64] | None = None,
+    visible_share: NDArray[np.float64] | None = None,
     samples: float | None = None,
 ) -> NDArray[np.int16]:
     """CF flags of each cell, from the echo alone.
 
     ambiguous: cells of which unwrapping could not tell the cycle; where it was not asked, those in which the sea's own
-    size exceeds half an ambiguity. visible_fraction: as `shadow` gives it. samples: independent ones of noise in a
+    size exceeds half an ambiguity. visible_share: as `shadow` gives it. samples: independent ones of noise in a
     cell, by default its pulses. An antenna under water (`submerged`) is known to the radar, which says so pulse by
     pulse in the echoes' `flag`.
     """
@@ -150,8 +150,8 @@ def quality_flags(
             size = 1.4826 * np.median(np.abs(known - np.median(known))) if known.size else 0.0
             ambiguous = np.pi * gain < 3.0 * size
         quality[heard & (ambiguous | ~np.isfinite(height))] |= QUALITY_FLAGS["ambiguous"]
-        if visible_fraction is not None:
-            quality[heard & (visible_fraction < _PARTLY_SHADOWED)] |= QUALITY_FLAGS["partly_shadowed"]
+        if visible_share is not None:
+            quality[heard & (visible_share < _PARTLY_SHADOWED)] |= QUALITY_FLAGS["partly_shadowed"]
     quality[:, radar.blind] |= QUALITY_FLAGS["blind"]
     if "saturated" in echoes:
         clipped = np.asarray(echoes["saturated"].values) > 0

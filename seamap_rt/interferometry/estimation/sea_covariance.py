@@ -34,6 +34,7 @@ class SeaCovariance:
 
     @property
     def variance(self) -> float:
+        """m², at lag 0."""
         middle = self.table.shape[0] // 2
         return float(self.table[middle, middle])
 

@@ -29,7 +29,7 @@ _DEPTH = 0.28  # of σ √(L ℓ), a wholly hidden cell's mean depth below what 
 class Shadow:
     """Of each cell (look, gate), from the echo alone; NaN where nothing can be said."""
 
-    visible_fraction: Field  # of its horizontal area, 0 to 1
+    visible_share: Field  # of its horizontal area, 0 to 1
     crest_bias: Field  # m, expected excess of the visible part's height over the whole cell's mean
     hidden_std: Field  # m, how far that excess may be off
 
@@ -50,7 +50,7 @@ def shadow(
     grazing: tan ψ of mean sea level; cell: its length and its width [m]. Arrays broadcast to (look, gate). known: cells
     of which anything can be said, by default all of finite power.
     """
-    share = visible_fraction(power, lit, slope_range, slope_rms, grazing)
+    share = visible_share(power, lit, slope_range, slope_rms, grazing)
     share = np.where(np.isfinite(power) if known is None else known & np.isfinite(power), share, np.nan)
     bias, spread = crest_bias(share, slope_rms, *cell)
     return Shadow(share, bias, spread)
@@ -70,7 +70,7 @@ def rms_slope(slope_range: Field, height_std: Field) -> float:
     return _STEEPER * float(np.sqrt(np.sum(weight * slope**2) / weight.sum()))
 
 
-def visible_fraction(power: Field, lit: Field, slope_range: Field, slope_rms: float, grazing: Field) -> Field:
+def visible_share(power: Field, lit: Field, slope_range: Field, slope_rms: float, grazing: Field) -> Field:
     """Share (look, gate) of each cell in sight: the expectation, given slope and echo. Arguments as in `shadow`."""
     with np.errstate(invalid="ignore", divide="ignore"):
         relative = np.where(lit > 0.0, np.maximum(np.nan_to_num(power), 0.0) / lit, 1.0)

@@ -46,7 +46,7 @@ class Interferogram:
         return 0.5 * (cells.lower + cells.upper) - self.noise_power
 
     def echoing(self, cells: Covariance, echo_power: Map) -> NDArray[np.bool_]:
-        """Cells with an echo of their own."""
+        """Cells (look, gate) with an echo of their own; echo_power [W] as `echo_power` gives it."""
         return has_echo(cells, echo_power, self.noise_power, self.settings) & self.own
 
     @cached_property
@@ -56,7 +56,7 @@ class Interferogram:
 
     @cached_property
     def own(self) -> NDArray[np.bool_]:
-        """Cells in whose gate, or one beside it, more echoes than what the neighbours' echoes leave there."""
+        """(look, gate) of cells with more echo, in their gate or one beside it, than neighbours' echoes leave there."""
         radar = self.model.radar
         power = self.echo_power()
         own = own_echo(power, radar.response, (self.width, radar.spacing), radar.azimuth_beamwidth)
@@ -71,6 +71,7 @@ class Interferogram:
         return self.model.flat_per_gate, np.zeros(1), self.model.level
 
     def windowed(self, window: Weights, along: PhaseSlopes) -> Covariance:
+        """Covariance (look, gate) over a window whose phase follows these slopes."""
         return self.dwell.windowed_along(*window, *along)
 
     def incoherent(self, along: PhaseSlopes) -> Map:

@@ -97,7 +97,7 @@ def wrapped_variance(variance: Map) -> Map:
     """Variance [rad²] of a phase that cannot leave the circle, of von Mises' law, whose inverse concentration is
     `variance`: itself while small, π²/3 at most."""
     with np.errstate(invalid="ignore"):
-        place = (_TABLE - 1) * np.where(np.isinf(variance), 1.0, variance / (1.0 + variance))
-    low = np.clip(np.nan_to_num(place).astype(int), 0, _TABLE - 2)
-    part = place - low
+        position = (_TABLE - 1) * np.where(np.isinf(variance), 1.0, variance / (1.0 + variance))
+    low = np.clip(np.nan_to_num(position).astype(int), 0, _TABLE - 2)
+    part = position - low
     return _VARIANCES[low] * (1.0 - part) + _VARIANCES[low + 1] * part

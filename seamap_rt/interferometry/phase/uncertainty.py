@@ -23,7 +23,7 @@ class Dwelt:
     looks: int = 1_000_000  # that there are: a window is no wider
 
     def every(self, step: float) -> Dwelt:
-        """The same dwell where a pulse is compared `step` times as often, or as seldom if below 1."""
+        """The same dwell where one pulse in 1/step is compared; step: a ratio, above 1 for more."""
         if not step > 0.0:  # a receiver that heard nothing
             return self
         count = max(1, round(self.pulses * step))
