@@ -1,4 +1,4 @@
-"""Echoes from closed forms: the retrieval's proving ground, made with none of the simulator's own echoes.
+"""Echoes from closed forms: a test of the retrieval, made with none of the simulator's own echoes.
 
 Phases are those of exact float64 paths; what is heard is one point a gate (ideal, or speckled by drawn numbers of a set
 coherence), or the sum over random points.
@@ -54,8 +54,8 @@ def echoes(
         points = analytic.echoes(analytic.PointSea(swell), radar, snr_db=20.0)
         error = retrieve(speckled)["polar"]["height"] - retrieve(exact)["polar"]["height"]
 
-    A surface is heard ideally: in each gate of each pulse the one point in the middle of the fan-shaped beam whose
-    mean half path is the gate's range, at 1 W; a gate that ends above the water hears nothing (0), and
+    A surface echoes ideally: in each gate of each pulse the one point in the middle of the fan-shaped beam whose
+    mean half path is the gate's range, at 1 W; a gate that ends above the water receives nothing (0), and
     nothing hides the sea. The points of a PointSea are summed one by one: a whole turn takes most of a minute. The
     turntable, the tilt, the modes, the baseline's error and the channels are those of `radar`; the Earth is flat,
     nothing fades with range or elevation, and power, losses and digital receiver are left out.

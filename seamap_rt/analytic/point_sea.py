@@ -13,7 +13,7 @@ from ..radar.waveform import RangeResponse
 from .seas import Field, FlatSea, Surface
 from .sight import Array, phasor
 
-_BEAMS = 1.6  # beam widths to either side of which a point is heard: two ways a Gaussian beam is 62 dB down there
+_BEAMS = 1.6  # beam widths to either side of which a point counts: a two-way Gaussian beam is 62 dB down there
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Points:
         """Pulses and the points in their beams, and how far [deg] off the fan's plane these are."""
         middle = array.antennas[:, list(receivers[:2])].mean(axis=1)
         edge, some = np.sin(np.radians(_BEAMS * self.beam_deg)), middle.shape[0] // 2
-        # Not all points need be asked for every pulse: from one pulse to another a sine changes by no more than this.
+        # Not all points are evaluated for every pulse: from one pulse to another a sine changes by no more than this.
         away = self.position - middle[some]
         distance = np.linalg.norm(away, axis=-1)
         turn = np.linalg.norm(array.across - array.across[some], axis=-1).max()

@@ -1,4 +1,4 @@
-"""Where an array stands and what its fan-shaped beam meets, in exact float64 geometry of the judge's own.
+"""Where an array stands and what its fan-shaped beam meets, in exact float64 geometry, independent of the simulator's.
 
 The fan is the plane through the middle of the two receivers that holds the boresight and the array's upright. A gate's
 range is the mean half path of the mode's interferograms: ½ ⟨R_T⟩ over the antennas that send + ¼ (R_lower + R_upper).

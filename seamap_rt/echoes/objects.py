@@ -1,9 +1,10 @@
 """What objects echo: points on the faces that look at the antenna, each with an equal share of the radar cross-section.
 
 The points are drawn evenly over an object's surface and stay on it from turn to turn, as long as they look at the
-antenna, so that an object at rest echoes alike and one that moves glints: each point's phase is that of its own path.
-No real surface is smooth to half a wavelength. So each point stands out towards the antenna by a length of its own
-within that; the mean power over all that these lengths can be is then the sum of the shares, for any shape and aspect.
+antenna, so that an object at rest echoes steadily and one that moves fluctuates: each point's phase is that of its own
+path. No real surface is smooth to half a wavelength. So each point stands out towards the antenna by a length of its
+own within that; the mean power over all that these lengths can be is then the sum of the shares, for any shape and
+aspect.
 """
 
 from __future__ import annotations

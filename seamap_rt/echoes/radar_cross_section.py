@@ -2,7 +2,7 @@
 
 The scale between theory and measurement is a property of the run, not of a turn: `calibrated` finds it once, on a patch
 of sea as wide as a full circle, and every turn and sector then uses the same. What a narrow sector or a single turn
-returns may differ from the mean, as nature's would.
+returns may differ from the mean, as at sea.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class SeaSurface:
 
     @property
     def needs_calibration(self) -> bool:
-        """Something is to be learnt from a wide area: the scale to the measured mean, or the strain's variance."""
+        """Something is estimated over a wide area: the scale to the measured mean, or the strain's variance."""
         return self.scattering.nrcs != "constant"
 
     def calibrated(
@@ -94,7 +94,7 @@ class SeaSurface:
         power = np.sum(known.terms(facets, strain), axis=0) if two_scale else self._mean_power(facets)
         received = power * two_way_power(facets)
         target = np.broadcast_to(self.mean(facets), power.shape)
-        # What lies nearer than the gates is not heard, and would bend the fit.
+        # What lies nearer than the gates gives no echo, and would bias the fit.
         heard = np.hypot(facets.distance, self.radar.height_m) >= _NEAREST * self.radar.range_m[0]
         grazing, area = self._grazing(facets)[heard], facets.horizontal_area[heard]
         received, target = (each[columns][:, heard] for each in (received, target))
@@ -103,7 +103,7 @@ class SeaSurface:
 
     @property
     def memory_rate(self) -> float | None:
-        """Rate [1/s] at which the short waves forget the long ones' strain; None where it does not matter."""
+        """Rate [1/s] at which the short waves relax from the long ones' strain; None where it does not matter."""
         if self.scattering.nrcs != "two_scale" or not self.scattering.hydrodynamic_modulation:
             return None
         return relaxation_rate(self.radar.frequency_hz, self.scattering.wind_speed_m_s)

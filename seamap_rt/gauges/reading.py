@@ -34,7 +34,7 @@ def gauge_series(
         series.sel(gauge="wire")["height"]
 
     The height is bilinear between the ground cells around the point; a cell without a height leaves its part to the
-    others, and if it is the one in which the gauge stands there is none. `quality` tells what the polar cell says.
+    others, and if it is the one in which the gauge stands there is none. `quality` is the polar cell's.
     sea: the true one, as Simulator(scene).sea; adds the wire's record over the turns and the surface at the time of
     each height. On choppy waves it is the surface that stands over the point. truth: adds the cells' true mean.
     turn_s: how long a turn lasts; left out, as far as the maps' turns are apart. antenna_m: east and north of the

@@ -95,7 +95,7 @@ class Looks:
 def interferogram(looks: Looks) -> tuple[Interferogram, tuple[Lag, ...]]:
     """The interferogram of the most ways that the echoes hold, and what the voltages do from pulse to pulse.
 
-    Where they hold that of one way as well, it tells the cycles of the other, which are twice as narrow.
+    Where they hold that of one way as well, it resolves the cycles of the other, which are twice as narrow.
     """
     radar, settings = looks.radar, looks.settings
     times = looks.pulses.time
@@ -167,7 +167,7 @@ def _dwelt(looks: Looks, rows: NDArray[np.intp], noise_power: float) -> Dwelt:
 
 
 def _expected_from(coarse: Interferogram) -> Callable[[], tuple[Expected, ...]]:
-    """Heights of another interferogram, made when asked for."""
+    """Heights of another interferogram, made on demand."""
 
     @lru_cache(maxsize=1)
     def others() -> tuple[Expected, ...]:

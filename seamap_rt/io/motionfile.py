@@ -30,7 +30,7 @@ COLUMNS = ("time_s", "roll_deg", "pitch_deg", "heading_deg", "heave_m", "x_m", "
 STEEPEST_DEG = 60.0  # of roll and pitch: beyond it a boat is capsizing, or the unit is another
 SLOWEST_STEP_S = 10.0  # between readings: a boat swings once in a few seconds; or the times are not in seconds
 LONGEST_GAP = 5.0, 0.5  # of the median step, s; a gap is refused where it is longer than both
-_BEYOND_S = 0.5  # a turn hears the sea a little beside it, before time 0 too: for so long the boat keeps its rates
+_BEYOND_S = 0.5  # a turn's beam reaches a little beyond it, before time 0 too: over that time the boat keeps its rates
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ class MeasuredCut:
 
 @dataclass(frozen=True)
 class PatternFile:
-    """What a file tells of an antenna. Of the circle only the half ahead counts."""
+    """What a file holds of an antenna. Of the circle only the half ahead counts."""
 
     azimuth: MeasuredCut
     elevation: MeasuredCut

@@ -1,6 +1,6 @@
 """Visible share of a sea, in closed form: random seas by rms slope (Smith, Wagner), one regular wave by crests.
 
-Written from the papers. `seamap_rt.analytic` holds the same laws once more, in other ways, as their judge.
+Written from the papers. `seamap_rt.analytic` holds the same laws once more, written independently, as a check.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ _TITLES = {
     "textbook": "Textbook budget: the beam's peak on every cell, even over its −3 dB width, the whole pulse",
     "simulator": "Simulator's budget: the integral over the two-way pattern and the range response",
 }
-_REFERENCE_M = 100.0  # range at which the losses are told
+_REFERENCE_M = 100.0  # range at which the losses are stated
 
 
 def link_lines(scene: Scene, table: LinkBudget, curve: LinkBudget) -> list[str]:

@@ -30,7 +30,7 @@ class Element:
 
     antenna: Antenna
     offset: tuple[float, float, float]
-    known_offset: tuple[float, float, float]  # what the boat's papers say
+    known_offset: tuple[float, float, float]  # as the retrieval is given it
     transmits: bool
     receives: bool
     channel: complex  # voltage factor of its receiver
@@ -106,13 +106,15 @@ class Array:
 
     @property
     def _beams_deg(self) -> list[float]:
-        # They are measured on the cuts: what rounding leaves of that must not cost a column.
+        # They are measured on the cuts: rounding must not add a column.
         return [round(element.antenna.azimuth_beamwidth_deg, 9) for element in self.elements]
 
 
 def antenna_array(radar: RadarSettings) -> Array:
     """The array of a radar, lengths in metres. Raises ValueError for a mode that its antennas cannot serve."""
-    return _array(cast(Hashable, radar), pattern_stamps(radar))  # frozen, and so hashable, which pydantic does not tell
+    return _array(
+        cast(Hashable, radar), pattern_stamps(radar)
+    )  # frozen, and so hashable, which pydantic's types do not state
 
 
 @lru_cache(maxsize=64)

@@ -1,7 +1,7 @@
 """A chirp's raw echo along fast time, and its compression: what eclipsing does, exactly.
 
 While the transmitter is on nothing is received. A long pulse from nearby therefore comes in without its head: what
-is left of it is weaker, and of less bandwidth. Compressed gates cannot tell; the raw samples before compression can.
+is left of it is weaker, and of less bandwidth. Compressed gates do not show it; the raw samples before compression can.
 
 The raw axis is r = c t/2 with t counted from the pulse's leading edge: a reflector at R occupies R … R + c T/2, and all
 that comes before c T/2 is lost. Point reflectors are first gathered onto that axis by a short kernel whose own spectrum

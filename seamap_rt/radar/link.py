@@ -5,7 +5,7 @@ as wide as its −3 dB points and a pulse that the receiver leaves whole:
 
     Pr = Pt G² λ² σ0 A / ((4π)³ R⁴ L),    A = R θaz (cτ/2) sec ψ.
 
-`losses_to_textbook` says what real patterns and the receiver's filter take from that. Nothing here asks the sea: σ0 is
+`losses_to_textbook` says what real patterns and the receiver's filter take from that. Nothing here needs a sea: σ0 is
 given. Ranges are slant ranges to mean sea level, seen from radar.height_m by a boat that lies level.
 """
 
@@ -28,7 +28,7 @@ from .waveform import RangeResponse, blind_range_m, receiver_filter, window_weig
 
 _BEAMS = 3.0  # beam widths to either side over which an azimuth pattern counts, as everywhere in the simulation
 _RANGES, _AZIMUTHS, _OFFSETS = 2001, 401, 801  # of the flat sea's integral: within 1e-8 of its limit
-_STEPS = 4096  # of those integrals, whose integrands die at both ends: doubling changes nothing by 1e-6 dB
+_STEPS = 4096  # of those integrals, whose integrands vanish at both ends: doubling changes nothing by 1e-6 dB
 
 
 class Dwell(NamedTuple):
@@ -201,7 +201,7 @@ def noncoherent_gain(pulses: int) -> float:
     """√N: by so much (a ratio) the weakest σ0 that stands out falls when the powers of N pulses are added.
 
     The square-root law for echoes below the noise (Marcum 1947; Skolnik 2001, section 2.6): 10 log10 √N dB.
-    It says nothing of the echo's own speckle, which adding correlated pulses leaves as it is.
+    It does not include the echo's own speckle, which adding correlated pulses leaves as it is.
     """
     return float(np.sqrt(pulses))
 
@@ -210,7 +210,7 @@ def coherent_gain(pulses: int, interval_s: float, decorrelation_time_s: float) -
     """Signal to noise ratio that adding N voltages in phase gains over one: (1/N) Σₘ Σₙ ρ((m − n) T).
 
     The echo's mean Doppler is taken out first and its correlation is ρ(τ) = exp(−(τ/τc)²), the noise of each pulse its
-    own. N for a still sea; √π τc/T, however many pulses there are, for one that forgets itself within the dwell.
+    own. N for a still sea; √π τc/T, however many pulses there are, for one that decorrelates within the dwell.
     """
     lag = np.arange(1, pulses, dtype=np.float64)
     correlation = np.exp(-np.square(lag * interval_s / decorrelation_time_s))
@@ -218,7 +218,7 @@ def coherent_gain(pulses: int, interval_s: float, decorrelation_time_s: float) -
 
 
 class Integration(NamedTuple):
-    """A method to add pulses up, and the ratio by which it betters one pulse."""
+    """A method to add pulses up, and the ratio by which it exceeds one pulse."""
 
     name: str
     gain: float

@@ -53,7 +53,7 @@ class ArrayPose:
 
 
 class Mast:
-    """Asked for any time, also a little before 0."""
+    """For any time, also a little before 0."""
 
     def __init__(
         self,

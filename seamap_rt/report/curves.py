@@ -277,7 +277,7 @@ def timing(scene: Scene, metrics: Mapping[str, Any]) -> Figure:
 
 
 def timing_runs(metrics: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
-    """The recorded times by kind of turn: first and warm, or one kind if they are not told apart."""
+    """The recorded times by kind of turn: first and warm, or one kind if they are not distinguished."""
     times = metrics.get("timing_s")
     if not isinstance(times, Mapping):
         return [("turn", {})]

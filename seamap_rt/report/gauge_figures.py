@@ -54,7 +54,7 @@ def _metres(coordinate: xr.DataArray) -> str:
 
 
 def _caption_of(result: GaugeSpectra | NoSpectrum) -> str:
-    """What the spectra cannot tell, in sentences that each begin with a blank."""
+    """What the spectra do not show, in sentences that each begin with a blank."""
     words = [result.reason]
     if isinstance(result, GaugeSpectra):
         bar = f"the bar is a {100.0 * _BAND:.0f} % interval, of {result.freedom:.0f} degrees of freedom"
@@ -190,7 +190,7 @@ def gauge_table(metrics: Mapping[str, Any]) -> list[Table]:
 
 
 def _note(entries: list[Mapping[str, Any]]) -> str:
-    """What the columns mean, how few waves it is, and what could not be told of which gauge."""
+    """What the columns mean, how few waves it is, and what is missing of which gauge."""
     waves = [reduce.number(entry["waves"]) for entry in entries]
     known = [wave for wave in waves if np.isfinite(wave)]
     count = f" In all {min(known):.0f} to {max(known):.0f} waves passed: few, if Hs is to be known." if known else ""

@@ -179,7 +179,7 @@ def slope_limit(true: Array, retrieved: Array) -> float:
 def _limit(true: Array, retrieved: Array, least: float) -> float:
     of_truth = _or(reduce.quantile(np.abs(true), 0.995), 0.0)
     of_map = _or(reduce.quantile(np.abs(retrieved), 0.9), 0.0)
-    # A noisy map may widen the scale, but only twofold: wild values must not bleach a truth that has waves.
+    # A noisy map may widen the scale, but only twofold: outliers must not make the true waves invisible.
     if of_truth >= least:
         of_map = min(of_map, 2.0 * of_truth)
     return _round_up(max(of_truth, of_map, least))

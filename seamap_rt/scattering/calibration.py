@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-_RIDGE = 1e-4  # pull towards a constant scale, as a share of the data's weight: settles what they leave open
+_RIDGE = 1e-4  # regularisation towards a constant scale, as a share of the data's weight: fixes what they do not
 _MARGIN = np.log(2.0)  # the factor stays within 3 dB of what some bin asks for, however few are lit
 _NEWTON_STEPS = 50
 _HARMONICS = 4  # coefficients of the wind's direction
@@ -73,8 +73,8 @@ def fit_scale(
     to take out a wave, which a factor gate by gate would do. The facets are summed in broad bins of grazing and wind
     angle. With r = Σ raw/Σ target of a bin and w = √area · (the bin's target over its ring's mean), the fit of
     η = log factor starts from the weighted least squares of −log r and minimises Σ w (r e^η − η), which is convex: at
-    its minimum Σ w r e^η = Σ w, so that a bin that lies in shadow (log r = −∞) pulls its weight. Rings and sectors in
-    which nothing is lit do not count. What a narrow sector cannot tell, a ridge sets to 0.
+    its minimum Σ w r e^η = Σ w, so that a bin that lies in shadow (log r = −∞) counts as well. Rings and sectors in
+    which nothing is lit do not count. What a narrow sector does not determine, a ridge sets to 0.
     """
     power, area, target = (np.asarray(each) for each in (raw_power, horizontal_area, target_nrcs))
     for name, values in (("raw_power", power), ("horizontal_area", area), ("target_nrcs", target)):
@@ -157,7 +157,7 @@ def _fit(basis: NDArray[np.floating], ratio: NDArray[np.float64], weight: NDArra
     ratio = ratio / np.exp(level)
     ridge = np.diag([0.0] + [_RIDGE] * (basis.shape[1] - 1))
 
-    lit = ratio > 0.0  # a dark bin stays dark at any scale: it only pulls
+    lit = ratio > 0.0  # a dark bin stays dark at any scale: it enters only by the regularisation
     bright, power, pull = basis[lit], weight[lit] * ratio[lit], basis.T @ weight
 
     def cost(beta: NDArray[np.floating]) -> float:

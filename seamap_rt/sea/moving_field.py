@@ -2,13 +2,13 @@
 
 This is a non-uniform FFT with time as one more axis. The waves' amplitudes are divided by the B-spline's transform in
 space and time; one FFT gives the spline's coefficients at each *knot*, a multiple of a fixed time step; a point then
-takes the few coefficients around it in x, y and t. A value depends neither on the points that are asked with it nor on
+takes the few coefficients around it in x, y and t. A value depends neither on the points evaluated with it nor on
 the number of threads.
 
 Three functions hold all of first-order waves (Airy 1845): the elevation η = Re Σ a e^{iθ}, θ = k·x − ωt; χ = Re Σ a
 coth(kh)/k e^{iθ}, whose gradient is the horizontal displacement of the water at the surface; and Φ = ∂χ/∂t, the
 velocity potential there, whose gradient is the horizontal flow. Slopes, rate, flow and shift are derivatives of their
-splines. A fourth, ψ with ∂ψ/∂t + μ ψ = Φ, is the shift as waves remember it that relax at the rate μ (see `Relaxed`).
+splines. A fourth, ψ with ∂ψ/∂t + μ ψ = Φ, is the shift that acts on waves which relax at the rate μ (see `Relaxed`).
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ Run = tuple[int, int, int]  # time interval, first and last + 1 of its points
 
 TAPS = range((1 - TIME_ORDER) // 2, (TIME_ORDER + 3) // 2)  # the knots around an interval that its points take from
 CACHE_BYTES = 400_000_000  # twelve knots of three fields of the default sea; one turn takes ten
-_REMEMBERED = 8  # calls, some two turns of them: a knot that none of them used is of a time gone by
+_REMEMBERED = 8  # calls, some two turns of them: a knot that none of them used is of a past time
 _CHUNK = 1 << 14  # points per task
-_ROWS = 64  # transformed at a time: few enough to stay near the processor
+_ROWS = 64  # transformed at a time: few enough to stay in the cache
 
 
 @dataclass(frozen=True)
@@ -260,7 +260,7 @@ class MovingField:
         return ahead.astype(np.complex64), behind.astype(np.complex64)
 
     def _per_elevation(self, kind: Kind) -> NDArray[np.complex64]:
-        """What `_make_per_elevation` makes, once: whoever comes first, all use the same."""
+        """What `_make_per_elevation` makes, once: whichever thread comes first, all use the same."""
         known = self._factors.get(kind)
         return self._factors.setdefault(kind, self._make_per_elevation(kind)) if known is None else known
 
@@ -278,7 +278,7 @@ class MovingField:
 
 
 def _grid_size(reach: int, oversampling: float, order: int) -> int:
-    """A size that FFTs like, large enough for the waves and for the spline's support."""
+    """A size of small prime factors for the FFT, large enough for the waves and for the spline's support."""
     least = max(int(np.ceil(oversampling * (2 * reach + 2))), 2 * (order + 1))
     return int(scipy.fft.next_fast_len(least, real=True))  # type: ignore[arg-type]
 

@@ -19,7 +19,7 @@ from ..compute.lanes import LANES, add, dot, load, prefetch, store, zeros
 
 DERIVATIVES = ((0, 0, 0), (0, 0, 1), (1, 0, 0), (0, 1, 0), (2, 0, 0), (1, 1, 0), (0, 2, 0))
 """How often each value of the kernel is differentiated along rows, columns and time."""
-_AHEAD = 4  # points by which memory is asked ahead: a grid is larger than what lies near the processor
+_AHEAD = 4  # points by which memory is prefetched: a grid is larger than the cache
 
 
 def spline_kernel(

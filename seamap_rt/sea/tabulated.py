@@ -71,7 +71,7 @@ class TabulatedSpectrum:
 
     @property
     def tail_share(self) -> float:
-        """Share of the variance that lies above the last frequency, which nobody measured."""
+        """Share of the variance that lies above the last frequency, which was not measured."""
         total = self._variance + self._tail_variance
         return self._tail_variance / total if total > 0.0 else 0.0
 

@@ -16,7 +16,7 @@ from .point import Outcome
 from .usable import Criterion
 from .vary import Vary, worded
 
-COST = ("cost_s", "peak_memory_bytes")  # what hangs on the machine; all else has the same bits on every run
+COST = ("cost_s", "peak_memory_bytes")  # what depends on the machine; all else has the same bits on every run
 
 # Name in the table: name in the point's metrics, units, long name. All over 50 to 200 m.
 _OVERALL = {

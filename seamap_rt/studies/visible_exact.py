@@ -1,4 +1,4 @@
-"""What theory says of the sea that was meshed: its slopes along every look, and one regular wave crest by crest."""
+"""Theory for the sea that was meshed: its slopes along every look, and one regular wave crest by crest."""
 
 from __future__ import annotations
 

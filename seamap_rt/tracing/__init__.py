@@ -1,4 +1,4 @@
-"""Which facets each antenna lights. The only users of Sionna and Mitsuba, and they only when rays are asked for.
+"""Which facets each antenna lights. The only users of Sionna and Mitsuba, and they only when rays are requested.
 
 Three tracers, which must agree where all apply (`tracing.tracer`):
 

@@ -1,13 +1,13 @@
 """Shadow rays of a sheet of columns: which facets get one, where each starts and ends, and what its answer means.
 
-A facet is lit if it shows the antenna its upper side and nothing lies between. The first is settled here, in float64;
-the second is asked of the rays, which are float32 in a frame centred on the antennas: at 400 m they are aimed to within
-0.06 mm. A ray stops short of its facet's point inside the facet itself, so that no facet shadows itself and no
+A facet is lit if it shows the antenna its upper side and nothing lies between. The first is decided here, in float64;
+the second is traced by the rays, which are float32 in a frame centred on the antennas: at 400 m they are aimed to
+within 0.06 mm. A ray stops short of its facet's point inside the facet itself, so that no facet shadows itself and no
 neighbour's shadow is lost.
 
-A ray is carried as one number, from which the kernel that traces it reckons where it starts and ends: nothing else goes
-through memory. What there is to do before and after is short, and one thread does it: those of Dr.Jit stay awake for
-some 20 ms after a kernel, and more threads would have to share the cores with them.
+A ray is carried as one number, from which the kernel that traces it computes its start and end: nothing else goes
+through memory. The work before and after is short, and one thread does it: those of Dr.Jit spin for some 20 ms after
+a kernel, and more threads would have to share the cores with them.
 """
 
 from __future__ import annotations

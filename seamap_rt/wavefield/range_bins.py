@@ -13,7 +13,7 @@ from ..dataset import QUALITY_FLAGS
 from .wave_spectrum import Cells, Field
 
 _RING_M = 15.0  # width of the range bins that are judged as one
-_STEEPEST = 5.5  # mast heights: nearer by, what stands over one another shares a gate, and errors are larger than said
+_STEEPEST = 5.5  # mast heights: nearer by, points above one another share a gate, and errors are larger than said
 _SEEN = 0.5  # share of a range bin in sight: of less, the mean square of what is seen falls short of the sea's
 _GLIMPSED = 0.35  # the same for the waves' lengths and directions, which hardly depend on which half is seen
 _BREADTH_M = 250.0  # of the belt whose waves are sorted: enough of them, and no longer to do

@@ -2,10 +2,10 @@
 
     python -m validation.claims.sampling [--seeds 2] [--out DIR]
 
-Maps of `choppy_sea` without the radar's noise are compared with the true surface, taken as points at the place and time
-of each cell, and both are transformed along looks up and down the waves, 50 to 125 m, and along arcs across them, about
-95 m out. By wavelength along the line this gives the gain, |cross-spectrum| over the sea's spectrum, and the coherence:
-the share of the map's variance that is the sea's. A cell without a height counts as mean level.
+Maps of `choppy_sea` without the radar's noise are compared with the true surface, taken as points at each cell's
+position and time, and both are transformed along looks up and down the waves, 50 to 125 m, and along arcs across them,
+about 95 m out. By wavelength along the line this gives the gain, |cross-spectrum| over the sea's spectrum, and the
+coherence: the share of the map's variance that is the sea's. A cell without a height counts as mean level.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def transfers(mast_m: float, seeds: int) -> dict[tuple[str, str], Transfer]:
 
 
 def surface(simulator: Simulator, polar: xr.Dataset) -> Array:
-    """Elevation (look, gate) of the true sea, at points, at the place and time of each cell."""
+    """Elevation (look, gate) of the true sea, at points, at the position and time of each cell."""
     out = np.sqrt(np.maximum(polar["range"].values ** 2 - simulator.scene.radar.height_m**2, 0.0))
     east, north = (axis[:, None] * out for axis in unit_from_azimuth(polar["azimuth"].values))
     times = polar["time"].values

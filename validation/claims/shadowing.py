@@ -166,7 +166,7 @@ def draw(studies: dict[float, xr.Dataset], seeds: int) -> Figure:
 
 
 def _draw_one(axes: Axes, data: xr.Dataset, peak: float) -> None:
-    cutoff = data["cutoff_wavelength"].values * (peak / 40.0) ** 0.03  # a hair apart, so that bars do not hide
+    cutoff = data["cutoff_wavelength"].values * (peak / 40.0) ** 0.03  # slightly apart, so that bars do not overlap
     half = data["look_r50"].values
     reach: NDArray = np.abs(np.stack([half - data["look_r50_low"].values, data["look_r50_high"].values - half]))
     marks = {"fmt": "o-", "markersize": 3.0, "linewidth": 1.0, "capsize": 1.5}

@@ -94,7 +94,7 @@ def rays_against_horizon(_: Effort) -> list[Finding]:
 
 
 def beside_an_edge(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(…, column, facet): the facet and its neighbours on its own plane, two places on, are not all lit or all dark."""
+    """(…, column, facet): the facet and its neighbours on its own plane, two facets on, are not all lit or all dark."""
     some, every = lit.copy(), lit.copy()
     for here, there in ((slice(2, None), slice(None, -2)), (slice(None, -2), slice(2, None))):
         some[..., here] |= lit[..., there]

@@ -62,7 +62,7 @@ def middle(mesh: SurfaceMesh, columns: int = 4) -> slice:
 
 
 def beside_an_edge(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The facet and its neighbours on its own plane, two places on in the column, are not all lit or all dark."""
+    """The facet and its neighbours on its own plane, two facets on in the column, are not all lit or all dark."""
     some, every = lit.copy(), lit.copy()
     some[..., 2:] |= lit[..., :-2]
     some[..., :-2] |= lit[..., 2:]

@@ -161,7 +161,7 @@ def print_motion(scene: str, seeds: int) -> None:
 
 
 def print_quarters(rides: dict[str, list[Ride]]) -> None:
-    """Where the beam's fan leans, a place off its middle reads too high or too low."""
+    """Where the beam's fan leans, a point off its middle reads too high or too low."""
     print("\nThe same without noise by quarters of the compass: ratio to the boat at rest")
     quarters = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
     print(f"{'boat':28} " + " ".join(f"{name:>14}" for name in quarters))

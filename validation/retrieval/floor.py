@@ -42,7 +42,7 @@ LAG_M, STEP_M = 48.0, 0.5  # of the sea's covariance: as far, and as fine, as th
 
 @dataclass(frozen=True)
 class Law:
-    """What the two receivers hear of each look and gate, over all speckle, without noise; arrays (look, gate)."""
+    """What the two receivers receive from each look and gate, over all speckle, without noise; arrays (look, gate)."""
 
     lower: Map  # W
     upper: Map  # W
@@ -129,7 +129,7 @@ def _drawn(law: Law, given: Interferogram, radar: RadarDescription, random: np.r
 
 
 def _in_time(white: NDArray[np.complex64], given: Interferogram) -> NDArray[np.complex64]:
-    """Pulses (pulse, gate) that go together as exp(−(lag/τ)²), τ from what the echoes do within a dwell."""
+    """Pulses (pulse, gate) correlated as exp(−(lag/τ)²), τ from what the echoes do within a dwell."""
     constant = max(1, np.count_nonzero(given.dwelt.correlation > np.exp(-1.0)))
     lag = np.minimum(np.arange(white.shape[0]), white.shape[0] - np.arange(white.shape[0]))
     gain = np.sqrt(np.maximum(np.fft.fft(np.exp(-((lag / constant) ** 2))).real, 0.0)).astype(np.float32)

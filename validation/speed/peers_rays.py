@@ -65,7 +65,7 @@ def device_engines(sheet: OneSheet, floor: Floor) -> list[Engine]:
 
 
 def slow_engines(sheet: OneSheet) -> list[Engine]:
-    """PathSolver's line of sight, and Embree where it is installed, by trimesh and as bare as Python gets at it."""
+    """PathSolver's line of sight, and Embree where it is installed, by trimesh and called directly."""
     case, rays, own = sheet.case, sheet.rays, sheet.own()
     paths = tracer("paths", case.simulator.radar, case.simulator.scene.scattering)
     every = case.facets.height.size * len(rays.front)

@@ -98,7 +98,7 @@ class Floor:
         self.scene = self.build()
 
     def build(self) -> Any:
-        """Mitsuba's scene, and so its tree, anew."""
+        """Mitsuba's scene and its tree, rebuilt."""
         return self._mi.load_dict({"type": "scene", "sea": self._shape})
 
     def rays(self, starts: NDArray[Any], directions: NDArray[Any], length: NDArray[Any]) -> Any:

@@ -178,7 +178,7 @@ def march(tracer: str, turns: int, through: str) -> Keys:
 
 
 def in_a_process(call: str, *arguments: Any) -> Keys:
-    """What a function of this file returns when a new process calls it. RuntimeError with what it said if it failed."""
+    """What a function of this file returns when a new process calls it. RuntimeError with its output if it failed."""
     command = [sys.executable, "-m", "validation.speed.scaling", "--call", json.dumps([call, *arguments])]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:

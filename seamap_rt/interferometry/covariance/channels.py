@@ -1,4 +1,4 @@
-"""The upper receiver's channel over the lower's, as it is told or as the echoes themselves show it by reciprocity.
+"""The upper receiver's channel over the lower's, as it is given or as measured on the echoes by reciprocity.
 
 From the lower antenna to the upper one an echo takes the very path that it takes from the upper to the lower. With T
 and R what transmitter and receiver put to it, V₀₁ = T₀ R₁ s and V₁₀ = T₁ R₀ s: their ratio is R₁/R₀ · T₀/T₁. One

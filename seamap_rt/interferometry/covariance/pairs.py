@@ -43,7 +43,7 @@ class PulsePairs:
 
 def sampled(voltage: NDArray[np.complex64]) -> NDArray[np.bool_]:
     """Whether each receiver was sampled on each pulse, (pulse, receiver), of voltage (pulse, receiver, gate)."""
-    known = np.asarray(np.isfinite(voltage[:, :, voltage.shape[2] // 2].real))  # one gate says it of most
+    known = np.asarray(np.isfinite(voltage[:, :, voltage.shape[2] // 2].real))  # one gate decides for most pulses
     rest = np.nonzero(~known)
     known[rest] = np.isfinite(voltage[rest].real).any(axis=1)
     return known
@@ -53,7 +53,7 @@ def neighbouring_pulses(heard: NDArray[np.bool_], time: NDArray[np.float64], int
     """Pairs of alternating pulses. heard (pulse, 2) lower, upper; time (pulse,) and interval [s]; which: forward,
     backward or both. Only neighbours one interval apart are pairs: none is made across pulses that are missing.
 
-    Raises SchemaError where receivers do not alternate, or are never neighbours in the way that is asked for.
+    Raises SchemaError where receivers do not alternate, or are never neighbours in the order that is requested.
     """
     if heard.all(axis=1).any():
         raise SchemaError(

@@ -1,8 +1,8 @@
-"""How the heights of a sea go together from place to place, from a map of them: ⟨z(x) z(x + d)⟩.
+"""Covariance of the heights of a sea over distance, from a map of them: ⟨z(x) z(x + d)⟩.
 
 A gappy map's covariance is the correlation of its heights over that of its known points. At the shortest lags, where
-the errors of neighbouring cells go together, it is that of a smooth surface that fits the lags beyond; lags too long to
-matter are faded out, and no wave is let have a negative power, so that the result is the covariance of some sea.
+the errors of neighbouring cells are correlated, it is that of a smooth surface that fits the lags beyond; lags too
+long to matter are faded out, and no wave may have a negative power, so that the result is the covariance of some sea.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from scipy.fft import next_fast_len
 Map = NDArray[np.float64]
 
 _SIDE = 1.5  # m, of the squares that heights are sorted into
-_REACH = 48.0  # m, longest lag: neighbours that tell of a cell lie well within it
+_REACH = 48.0  # m, longest lag: neighbours that a cell is estimated from lie well within it
 _FINE = 0.5  # m, spacing of the table, between whose entries it is linear
-_ERRORS_M = 3.0  # up to this lag errors of neighbours go together: the pulse and the beam overlap
-_FIT_M = 10.0  # lags up to this tell how the sea goes on to lag 0
+_ERRORS_M = 3.0  # up to this lag errors of neighbours are correlated: the pulse and the beam overlap
+_FIT_M = 10.0  # from lags up to this the covariance is extrapolated to lag 0
 _NEAR_M = 150.0  # beyond the nearest cell: farther ones are blurred by the beam, and noisier
 _MOST = 1024  # squares a side
-_LEAST = 1e-6  # of its own variance, or 0.1 mm squared: never quite nothing
+_LEAST = 1e-6  # of its own variance, or 0.1 mm squared: never 0
 
 
 @dataclass(frozen=True)

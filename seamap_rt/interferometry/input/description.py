@@ -16,7 +16,7 @@ from ...radar.waveform import RangeResponse
 
 @dataclass(frozen=True)
 class RadarDescription:
-    """What the echoes' attributes say of the radar."""
+    """The radar as the echoes' attributes describe it."""
 
     wavelength: float
     noise_power: float

@@ -219,7 +219,7 @@ def _noise_power(voltage: NDArray[np.complex64], silent: NDArray[np.bool_]) -> f
     """W, of a gate: from pulses without transmission, else from the darkest stretches of the farthest gates.
 
     Far out much of the sea lies in shadow. The mean of n pulses of noise alone is a gamma variable of shape n, whose
-    quantile tells its mean; where the sea echoes everywhere, that mean is too high.
+    quantile gives its mean; where the sea echoes everywhere, that mean is too high.
     """
     far = slice(-max(1, round(_FAR_SHARE * voltage.shape[2])), None)
     heard = voltage[silent] if silent.any() else voltage[:, :, far]
@@ -246,7 +246,7 @@ def _senders(transmitter: ArrayLike | None, voltage: NDArray[np.complex64], head
         return np.asarray(sender, dtype=np.int8)
     if head.transmit == "single":
         return np.zeros(voltage.shape[0], dtype=np.int8)
-    if head.interferogram == "alternating_pulse":  # each antenna hears itself
+    if head.interferogram == "alternating_pulse":  # each antenna receives its own pulses
         return np.asarray(np.isfinite(voltage[:, 1]).any(axis=1), dtype=np.int8)
     raise InputError("transmitter: is missing: must tell each pulse's antenna with transmit = 'switched'; add it")
 

@@ -22,7 +22,7 @@ Map = NDArray[np.float64]
 # rad per gate, rad per look, which broadcast to a map, and the level of the sea as seen from a boat that moves
 PhaseSlopes = tuple[Map, Map, Level | None]
 
-_AROUND: Weights = (np.ones(5), np.ones(3))  # gates, looks: the window that tells what receivers do not share
+_AROUND: Weights = (np.ones(5), np.ones(3))  # gates, looks: the window over which the incoherent power is averaged
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Interferogram:
     noise_square: float  # what is left of the noise's beat with itself, see PulsePairs
     width: float
     settings: RetrievalSettings
-    others: Callable[[], tuple[Expected, ...]] = field(default=tuple)  # what else tells of the heights, if need be
+    others: Callable[[], tuple[Expected, ...]] = field(default=tuple)  # other estimates of the heights, made on demand
 
     def echo_power(self, window: Weights = ONE_CELL) -> Map:
         """Power [W] of the echo, noise taken off: of a window, by default of each dwell and gate."""

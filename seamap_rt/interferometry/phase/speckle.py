@@ -15,7 +15,7 @@ from ..covariance.windows import Covariance
 
 _TREND_GATES = 21  # over which the incoherent share is averaged where noise hides it
 _SHARE_SPREAD = 0.7  # of a cell's incoherent share about its gate's mean, of itself
-_FAINTEST = 0.02  # of the noise: power below it is not told from none
+_FAINTEST = 0.02  # of the noise: power below it counts as none
 
 Map = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ def phase_variance(
     itself averages less or more than its beat with the echo: noise_square (PulsePairs). Infinite where nothing is
     heard.
     """
-    # The law's is the product of both amplitudes: where one of them fades its mean with the other's says too much.
+    # The law's is the product of both amplitudes: where one of them fades its mean with the other's is too large.
     power = np.minimum(0.5 * (cells.lower + cells.upper) - noise_power, np.abs(cells.cross))
     with np.errstate(invalid="ignore", divide="ignore"):
         power = np.where(power > 0.0, np.maximum(power, _FAINTEST * noise_power), np.nan)

@@ -16,7 +16,7 @@ ONE_CELL: Weights = (np.ones(1), np.ones(1))
 
 @dataclass(frozen=True)
 class Dwelt:
-    """What one look's dwell holds in a gate: pulses, and how the speckle goes together from pulse to pulse."""
+    """What one look's dwell holds in a gate: pulses, and the speckle's correlation from pulse to pulse."""
 
     pulses: int
     correlation: NDArray[np.float64]  # |ρ| at lags of 0, 1, 2 … pulses
