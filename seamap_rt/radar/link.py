@@ -128,14 +128,14 @@ def flat_sea_power(radar: RadarSettings, nrcs: ArrayLike, range_m: ArrayLike) ->
     slant = 1.0 / np.linspace(1.0 / near, 1.0 / far, _RANGES)  # even in elevation
     half = min(np.pi, _BEAMS * np.radians(beam_widths_deg(radar)[0]))
     azimuth = np.linspace(-half, half, _AZIMUTHS)
-    # Rings change slowly with range: what a beam hears of each is tabulated, and read between.
+    # The pattern's integral changes slowly with range: it is tabulated, and interpolated.
     cut = aerial.voltage(azimuth, -np.arcsin(radar.height_m / slant)[:, None]) ** 4
-    ring = CubicSpline(slant, trapezoid(cut, azimuth, axis=-1))
+    pattern = CubicSpline(slant, trapezoid(cut, azimuth, axis=-1))
     offset = np.linspace(-response.support_m, response.support_m, _OFFSETS)
     heard = ranges[..., None] + offset
     on_sea = heard >= radar.height_m  # no sea is nearer than the mast's foot
     heard = np.maximum(heard, radar.height_m)
-    whole = trapezoid(np.where(on_sea, ring(heard) / heard**3 * response(offset) ** 2, 0.0), offset, axis=-1)
+    whole = trapezoid(np.where(on_sea, pattern(heard) / heard**3 * response(offset) ** 2, 0.0), offset, axis=-1)
     sent = radar.transmit_power_w * aerial.gain**2 * wavelength(radar) ** 2
     return sent * np.asarray(nrcs, dtype=np.float64) * whole / ((4.0 * np.pi) ** 3 * from_db(radar.losses_db))
 

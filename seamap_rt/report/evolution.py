@@ -138,11 +138,11 @@ def _panel(axes: Axes, scene: Scene, stage: _Stage, tree: xr.DataTree, title: st
     near = float(reduce.ground_range(scene.radar.range_m[0], scene.radar.height_m))
     start, stop = scene.radar.sector_deg
     if not scene.platform.speed_m_s:
-        ring = Wedge(
+        wedge = Wedge(
             (0.0, 0.0), scene.far_ground_range, 90.0 - stop, 90.0 - start, width=scene.far_ground_range - near,
             facecolor=style.BLANK, edgecolor="none", zorder=1.0,
         )  # fmt: skip
-        axes.add_patch(ring)
+        axes.add_patch(wedge)
     image = axes.imshow(
         style.masked(_heights(tree, 0)), origin="lower", extent=(x[0], x[-1], y[0], y[-1]), interpolation="nearest",
         vmin=-stage.limit, vmax=stage.limit, cmap=style.colours(style.HEIGHT_COLOURS), zorder=2.0,

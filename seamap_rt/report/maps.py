@@ -287,10 +287,10 @@ def _furnish(axes: Axes, frame: _Frame, scene: Scene, title: str, blank: str = "
     start, stop = scene.radar.sector_deg
     far, near = scene.far_ground_range, _near_ground_range(scene)
     # Wedge counts degrees anticlockwise from east.
-    ring = Wedge(
+    wedge = Wedge(
         (0.0, 0.0), far, 90.0 - stop, 90.0 - start, width=far - near, facecolor=blank, edgecolor="none", zorder=1.0
     )
-    axes.add_patch(ring)
+    axes.add_patch(wedge)
     east, north = unit_from_azimuth(np.linspace(start, stop, max(16, int(stop - start))))
     middle = 45.0 if stop - start > 350.0 else 0.5 * (start + stop)
     label_east, label_north = (float(part) for part in unit_from_azimuth(middle))

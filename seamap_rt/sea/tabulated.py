@@ -149,8 +149,8 @@ def _check(table: TabulatedSpectrum) -> None:
         raise ValueError("frequency_hz: must be two or more positive numbers in ascending order; sort the table")
     if not (direction.ndim == 1 and direction.size >= 3 and np.all(np.isfinite(direction))):
         raise ValueError("from_deg: must be three or more angles in degrees; a sea from one direction is long-crested")
-    ring = np.sort(direction % 360.0)
-    if np.min(np.diff(ring, append=ring[0] + 360.0)) < 1e-6:
+    azimuth = np.sort(direction % 360.0)
+    if np.min(np.diff(azimuth, append=azimuth[0] + 360.0)) < 1e-6:
         raise ValueError("from_deg: must name each direction once; drop the one that is there twice, such as 360 of 0")
     if density.shape != (frequency.size, direction.size):
         raise ValueError(

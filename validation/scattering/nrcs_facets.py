@@ -126,5 +126,5 @@ def _flat(scattering: ScatteringSettings) -> NDArray[np.float64]:
     surface = SeaSurface(scattering, NEAR, 0.0)
     incidence = np.radians(90.0 - GRAZING_DEG)
     k = 4.0 * np.pi * FREQUENCY_HZ / SPEED_OF_LIGHT * np.sin(incidence)
-    ring = surface.short_waves.spectrum(k) / (2.0 * np.pi * k)  # the mean over directions
-    return nrcs_bragg(incidence, FREQUENCY_HZ, surface.permittivity, ring, scattering.polarization)
+    isotropic = surface.short_waves.spectrum(k) / (2.0 * np.pi * k)  # the mean over directions
+    return nrcs_bragg(incidence, FREQUENCY_HZ, surface.permittivity, isotropic, scattering.polarization)

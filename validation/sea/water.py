@@ -254,7 +254,7 @@ class Ground:
     """What the steep sea looks like over the ground, over seeds."""
 
     elevation: NDArray[np.float64]  # (seed, row, column) m
-    k: NDArray[np.float64]  # rad/m, middles of shells
+    k: NDArray[np.float64]  # rad/m, middles of rings
     spectrum: NDArray[np.float64]  # (k,) m³, mean over seeds
 
     def moment(self, power: int) -> float:
@@ -276,12 +276,12 @@ def over_the_ground(model: str, seeds: int) -> Ground:
     step = STEEP_EXTENT / STEEP_SIDE
     positions = step * np.arange(STEEP_SIDE)
     wave = np.fft.fftfreq(STEEP_SIDE, 1.0 / STEEP_SIDE)
-    shell = np.rint(np.hypot(wave[:, None], wave[None, :])).astype(int).ravel()
-    fields, spectrum = [], np.zeros(shell.max() + 1)
+    ring = np.rint(np.hypot(wave[:, None], wave[None, :])).astype(int).ravel()
+    fields, spectrum = [], np.zeros(ring.max() + 1)
     for seed in range(seeds):
         fields.append(steep_sea(model, seed).elevation(positions, positions[:, None], 0.0))
         power = np.abs(np.fft.fft2(fields[-1]) / STEEP_SIDE**2) ** 2
-        spectrum += np.bincount(shell, power.ravel()) / seeds
+        spectrum += np.bincount(ring, power.ravel()) / seeds
     spacing = 2.0 * np.pi / STEEP_EXTENT
     most = STEEP_SIDE // 2
     return Ground(np.stack(fields), spacing * np.arange(1.0, most), spectrum[1:most] / spacing)

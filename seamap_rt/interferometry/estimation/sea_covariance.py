@@ -69,10 +69,10 @@ def _smooth(covariance: Map, east: Map, north: Map, distance: Map) -> Map:
     """The even surface of fourth order that fits the lags between _ERRORS_M and _FIT_M."""
     powers = [(n, order - n) for order in (0, 2, 4) for n in range(order + 1)]
     terms = np.stack([(east / _FIT_M) ** n * (north / _FIT_M) ** m for n, m in powers], axis=-1)
-    ring = (distance >= _ERRORS_M) & (distance <= _FIT_M) & (covariance != 0.0)
-    if np.count_nonzero(ring) < 2 * len(powers):
+    fitted = (distance >= _ERRORS_M) & (distance <= _FIT_M) & (covariance != 0.0)
+    if np.count_nonzero(fitted) < 2 * len(powers):
         return covariance
-    return terms @ np.linalg.lstsq(terms[ring], covariance[ring], rcond=None)[0]
+    return terms @ np.linalg.lstsq(terms[fitted], covariance[fitted], rcond=None)[0]
 
 
 def _correlated(z: Map, weight: Map, x: Map, y: Map, reach: float) -> Map:
