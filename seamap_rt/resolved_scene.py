@@ -1,6 +1,6 @@
 """A scene turned into what it stands for, once, at the start: the radar as it looks, the sea, and the mast on its boat.
 
-Rooms are handed these, so that no settings are resolved again on the way.
+Subpackages take these as arguments, so that no settings are resolved twice.
 """
 
 from __future__ import annotations

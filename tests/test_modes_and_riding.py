@@ -95,7 +95,7 @@ def test_faults_of_the_radar_bias_each_mode_as_its_sensitivity_asks(mode: Any) -
             # Reciprocal paths are the same to rounding; a pulse later speckle has turned by its Doppler, which the
             # other order turns back, and decorrelated by 1e-4.
             told = fault.get("radar.channel_phase_deg", 0.0)
-            assert modes.channel_phase_found(turn.echoes) == pytest.approx(told, abs=0.05)
+            assert modes.measured_channel_phase(turn.echoes) == pytest.approx(told, abs=0.05)
 
 
 @cache

@@ -1,4 +1,4 @@
-"""Echoes from closed forms: the retrieval's proving ground, made with none of the simulator's own echoes.
+"""Echoes from closed forms: a test of the retrieval, made with none of the simulator's own echoes.
 
 Phases are those of exact float64 paths; what is heard is one point a gate (ideal, or speckled by drawn numbers of a set
 coherence), or the sum over random points.
@@ -54,8 +54,8 @@ def echoes(
         points = analytic.echoes(analytic.PointSea(swell), radar, snr_db=20.0)
         error = retrieve(speckled)["polar"]["height"] - retrieve(exact)["polar"]["height"]
 
-    A surface is heard ideally: in each gate of each pulse the one point in the middle of the fan-shaped beam whose
-    mean half path is the gate's range, at 1 W; a gate that ends above the water hears nothing (0), and
+    A surface echoes ideally: in each gate of each pulse the one point in the middle of the fan-shaped beam whose
+    mean half path is the gate's range, at 1 W; a gate that ends above the water receives nothing (0), and
     nothing hides the sea. The points of a PointSea are summed one by one: a whole turn takes most of a minute. The
     turntable, the tilt, the modes, the baseline's error and the channels are those of `radar`; the Earth is flat,
     nothing fades with range or elevation, and power, losses and digital receiver are left out.
@@ -106,12 +106,12 @@ def _receive(
     voltage: Voltages, radar: RadarSettings, fired: _Fired, snr_db: ArrayLike | None, rng: np.random.Generator
 ) -> None:
     """Channels and noise onto voltages (pulse, receiver, gate), and NaN where a receiver is not sampled."""
-    parts = antenna_array(radar)
-    voltage *= np.array([parts.elements[antenna].channel for antenna in parts.receivers])[:, None]
+    antennas = antenna_array(radar)
+    voltage *= np.array([antennas.elements[antenna].channel for antenna in antennas.receivers])[:, None]
     if snr_db is not None:
         voltage *= np.sqrt(from_db(snr_db))
         voltage += _circular(rng, voltage.shape)
-    for slot, each in enumerate(parts.cycle):
+    for slot, each in enumerate(antennas.cycle):
         unheard = np.setdiff1d(np.arange(voltage.shape[1]), each.receivers)
         voltage[np.ix_(fired.slot == slot, unheard)] = np.nan
 
@@ -144,18 +144,18 @@ def _poses(radar: RadarSettings, fired: _Fired, attitude: Field, position: Field
     """The array as it stands, and with its antennas where they are thought to be."""
     scan = radar.sector_deg[0] + fired.sweep - attitude[0, 2]
     middle = position + np.array((0.0, 0.0, radar.height_m))
-    parts = antenna_array(radar)
+    antennas = antenna_array(radar)
     true, known = (
         Array.standing(attitude, scan, radar.tilt_deg, middle, offsets)
-        for offsets in (parts.offsets, parts.known_offsets)
+        for offsets in (antennas.offsets, antennas.known_offsets)
     )
     return true, known
 
 
 def _ideal_voltages(sea: Surface, radar: RadarSettings, fired: _Fired, array: Array) -> Voltages:
     """(pulse, receiver, gate) of one point a gate; 0 where there is none."""
-    parts, wavelength, ranges = antenna_array(radar), SPEED_OF_LIGHT / radar.frequency_hz, gates(radar)
-    receivers = list(parts.receivers)
+    antennas, wavelength, ranges = antenna_array(radar), SPEED_OF_LIGHT / radar.frequency_hz, gates(radar)
+    receivers = list(antennas.receivers)
     voltage = np.zeros((fired.time.size, len(receivers), ranges.size), dtype=np.complex128)
     for start in range(0, fired.time.size, _PULSES_AT_ONCE):
         rows = slice(start, start + _PULSES_AT_ONCE)
@@ -168,10 +168,10 @@ def _ideal_voltages(sea: Surface, radar: RadarSettings, fired: _Fired, array: Ar
 
 def gate_weights(radar: RadarSettings) -> Field:
     """(antenna,) how much of each antenna's distance is in a gate's range: ½ of what sends, ½ of what hears."""
-    parts = antenna_array(radar)
-    weights = np.zeros(len(parts.elements))
-    weights[list(parts.transmitters)] += 0.5 / len(parts.transmitters)
-    weights[list(parts.receivers[:2])] += 0.25
+    antennas = antenna_array(radar)
+    weights = np.zeros(len(antennas.elements))
+    weights[list(antennas.transmitters)] += 0.5 / len(antennas.transmitters)
+    weights[list(antennas.receivers[:2])] += 0.25
     return weights
 
 
@@ -184,14 +184,17 @@ def _point_voltages(
     rng: np.random.Generator,
 ) -> Voltages:
     """(pulse, receiver, gate), sums over points."""
-    parts, wavelength, ranges = antenna_array(radar), SPEED_OF_LIGHT / radar.frequency_hz, gates(radar)
+    antennas, wavelength, ranges = antenna_array(radar), SPEED_OF_LIGHT / radar.frequency_hz, gates(radar)
     lean = 2.0 * float(np.abs(attitude[:, :2]).max())  # a leaning fan meets near water beside its bearing
     sector = (radar.sector_deg[0] - lean, radar.sector_deg[1] + lean)
     centre, beam = array.antennas.mean(axis=(0, 1)), radar.antenna.azimuth_beamwidth_deg
     points = Points.strewn(sea, ranges, RangeResponse.of(radar), beam, sector, centre, rng)
     chunks = (slice(start, start + _PULSES_AT_ONCE) for start in range(0, fired.time.size, _PULSES_AT_ONCE))
     return np.concatenate(
-        [points.voltages(array[rows], fired.transmitter[rows], parts.receivers, ranges, wavelength) for rows in chunks]
+        [
+            points.voltages(array[rows], fired.transmitter[rows], antennas.receivers, ranges, wavelength)
+            for rows in chunks
+        ]
     )
 
 
@@ -234,7 +237,7 @@ def _check(
 
 
 def _attributes(radar: RadarSettings, turns: int, noise_power: float) -> dict[str, object]:
-    parts, chirped = antenna_array(radar), radar.waveform == "chirp"
+    antennas, chirped = antenna_array(radar), radar.waveform == "chirp"
     return {
         "frequency_hz": radar.frequency_hz,
         "pulse_width_s": radar.pulse_width_s,
@@ -243,7 +246,7 @@ def _attributes(radar: RadarSettings, turns: int, noise_power: float) -> dict[st
         "rotation_rpm": radar.rotation_rpm,
         "sector_deg": list(radar.sector_deg),
         "height_m": radar.height_m,
-        "baseline_m": parts.baseline_m,
+        "baseline_m": antennas.baseline_m,
         "tilt_deg": radar.tilt_deg,
         "azimuth_beamwidth_deg": radar.antenna.azimuth_beamwidth_deg,
         "elevation_beamwidth_deg": radar.antenna.elevation_beamwidth_deg,
@@ -255,5 +258,5 @@ def _attributes(radar: RadarSettings, turns: int, noise_power: float) -> dict[st
         "waveform": radar.waveform,
         "chirp_bandwidth_hz": radar.chirp_bandwidth_hz if chirped else 0.0,
         "compression_weighting": radar.compression_window if chirped else "none",
-        "receiver_antennas": list(parts.receivers),
+        "receiver_antennas": list(antennas.receivers),
     }

@@ -54,7 +54,7 @@ def phase_std_lee94(coherence: ArrayLike, looks: ArrayLike) -> NDArray[np.float6
 def cramer_rao_phase_std(coherence: ArrayLike, looks: ArrayLike) -> NDArray[np.float64]:
     """The Cramér–Rao bound √((1 − γ²)/(2Nγ²)) [rad], which many looks approach; inf at γ = 0.
 
-    Rodríguez & Martin, IEE Proc. F 139(2), 147–159 (1992). At one look it promises far too much: 2.6 times at
+    Rodríguez & Martin, IEE Proc. F 139(2), 147–159 (1992). At one look it is far too low: by a factor of 2.6 at
     γ = 0.99.
     """
     gamma, n = _checked(coherence, looks)

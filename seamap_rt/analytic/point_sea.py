@@ -13,7 +13,7 @@ from ..radar.waveform import RangeResponse
 from .seas import Field, FlatSea, Surface
 from .sight import Array, phasor
 
-_BEAMS = 1.6  # beam widths to either side of which a point is heard: two ways a Gaussian beam is 62 dB down there
+_BEAMS = 1.6  # beam widths to either side of which a point counts: a two-way Gaussian beam is 62 dB down there
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class PointSea:
 class Points:
     """Where m points are, (m, 3) east, north, up [m], and their amplitudes (m,) [W^0.5]."""
 
-    place: Field
+    position: Field
     amplitude: NDArray[np.complex128]
     response: RangeResponse
     beam_deg: float
@@ -63,13 +63,13 @@ class Points:
         below = float(centre[2] - sea.surface.height(centre[0], centre[1]))
         ground = np.sqrt(np.maximum(slant**2 - below**2, 0.0))
         x, y = centre[0] + ground * east, centre[1] + ground * north
-        place = np.stack((x, y, sea.surface.height(x, y)), axis=1)
+        position = np.stack((x, y, sea.surface.height(x, y)), axis=1)
         fine = np.linspace(-response.reach_m, response.reach_m, 4001)
         along = float(np.sum(response(fine) ** 2) * (fine[1] - fine[0]))
         across = beam_deg * float(np.sqrt(np.pi / (8.0 * np.log(2.0))))  # ∫ of the beam's four-fold power
         drawn = rng.standard_normal((2, count)) / np.sqrt(2.0 * density * along * across)
         seen = slant > max(below, 0.0)
-        return cls(place[seen], (drawn[0] + 1j * drawn[1])[seen], response, beam_deg)
+        return cls(position[seen], (drawn[0] + 1j * drawn[1])[seen], response, beam_deg)
 
     def voltages(
         self, array: Array, transmitter: NDArray[np.intp], receivers: tuple[int, ...], ranges: Field, wavelength: float
@@ -89,14 +89,14 @@ class Points:
         """Pulses and the points in their beams, and how far [deg] off the fan's plane these are."""
         middle = array.antennas[:, list(receivers[:2])].mean(axis=1)
         edge, some = np.sin(np.radians(_BEAMS * self.beam_deg)), middle.shape[0] // 2
-        # Not all points need be asked for every pulse: from one pulse to another a sine changes by no more than this.
-        away = self.place - middle[some]
+        # Not all points are evaluated for every pulse: from one pulse to another a sine changes by no more than this.
+        away = self.position - middle[some]
         distance = np.linalg.norm(away, axis=-1)
         turn = np.linalg.norm(array.across - array.across[some], axis=-1).max()
         shift = 2.0 * np.linalg.norm(middle - middle[some], axis=-1).max() / distance
         near = np.flatnonzero(np.abs(away @ array.across[some]) < (edge + turn + shift) * distance)
 
-        away = self.place[near] - middle[:, None]
+        away = self.position[near] - middle[:, None]
         sine = np.einsum("nmj,nj->nm", away, array.across) / np.linalg.norm(away, axis=-1)
         ahead = np.einsum("nmj,nj->nm", away, array.boresight) > 0.0
         pulse, number = np.nonzero(ahead & (np.abs(sine) < edge))
@@ -105,7 +105,7 @@ class Points:
     def _distance(
         self, array: Array, pulse: NDArray[np.intp], antenna: NDArray[np.intp], point: NDArray[np.intp]
     ) -> Field:
-        return np.sqrt(np.sum((self.place[point] - array.antennas[pulse, antenna]) ** 2, axis=1))
+        return np.sqrt(np.sum((self.position[point] - array.antennas[pulse, antenna]) ** 2, axis=1))
 
     def _gated(
         self,

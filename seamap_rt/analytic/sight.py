@@ -1,4 +1,4 @@
-"""Where an array stands and what its fan-shaped beam meets, in exact float64 geometry of the judge's own.
+"""Where an array stands and what its fan-shaped beam meets, in exact float64 geometry, independent of the simulator's.
 
 The fan is the plane through the middle of the two receivers that holds the boresight and the array's upright. A gate's
 range is the mean half path of the mode's interferograms: ½ ⟨R_T⟩ over the antennas that send + ¼ (R_lower + R_upper).
@@ -53,7 +53,10 @@ class Array:
     def distances(self, points: Field) -> Field:
         """(n, antenna, m) [m] to points (n, m, 3)."""
         return np.stack(
-            [np.sqrt(np.sum((points - place[:, None]) ** 2, axis=-1)) for place in np.moveaxis(self.antennas, 1, 0)],
+            [
+                np.sqrt(np.sum((points - antenna[:, None]) ** 2, axis=-1))
+                for antenna in np.moveaxis(self.antennas, 1, 0)
+            ],
             axis=1,
         )
 

@@ -1,4 +1,4 @@
-"""What all commands share: the application, KEY=VALUE pairs, the scene they name, and what tells how far it is."""
+"""What all commands share: the application, KEY=VALUE pairs, the scene they name, and the progress display."""
 
 from __future__ import annotations
 

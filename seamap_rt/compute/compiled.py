@@ -18,7 +18,7 @@ _FASTMATH: dict[Arithmetic, Any] = {
 
 
 def compiled(function: Callable[..., Any], arithmetic: Arithmetic = "reordered") -> Callable[..., Any]:
-    """The function compiled at its first call, for threads: it lets go of Python's lock."""
+    """The function compiled at its first call, for threads: it releases Python's lock."""
     options = {"nogil": True, "error_model": "numpy", "fastmath": _FASTMATH[arithmetic]}
     try:
         return njit(cache=True, **options)(function)

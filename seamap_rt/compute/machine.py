@@ -30,7 +30,7 @@ def pool() -> ThreadPoolExecutor:
 
 
 def peak_memory() -> int:
-    """Most memory [bytes] that this process has held, since `forget_peak_memory` where the system can forget."""
+    """Most memory [bytes] that this process has held, since `forget_peak_memory` where the system supports it."""
     with contextlib.suppress(OSError, StopIteration, ValueError):
         # A process's own on Linux, where getrusage counts what its parent held when it was started.
         status = Path("/proc/self/status").read_text(encoding="ascii")

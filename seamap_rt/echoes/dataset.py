@@ -19,7 +19,10 @@ from .receiving import Received, gate_noise_power
 
 
 def echo_attributes(radar: RadarSettings, complete_turns: int, full_scale_w: float | None = None) -> dict[str, Any]:
-    """What a retrieval may know of the radar; nothing of the sea."""
+    """The attributes of the echoes that a retrieval may read: the radar's settings, nothing of the sea.
+
+    Units are in the names. full_scale_w [W]: of the converter, as automatic gain has set it; left out, the scene's.
+    """
     array = antenna_array(radar)
     first = array.elements[array.receivers[0]].antenna
     return {

@@ -135,7 +135,7 @@ class _ColumnExpectation:
 
 
 def interferograms(array: Array) -> list[tuple[Path, Path]]:
-    """Pairs of paths whose echoes the mode multiplies, that of the first receiver before that of the second."""
+    """Pairs of paths (transmitter, receiver) whose echoes the mode multiplies, the first receiver's path first."""
     first, second = array.receivers[:2]
 
     def path(transmitter: int, receiver: int) -> Path:

@@ -133,7 +133,7 @@ class MovingSpeckle:
         motion: Motion,
         seed: int,
     ) -> MovingSpeckle:
-        """For a column that is heard at so many nodes."""
+        """For a column of so many nodes, spacing_s [s] apart; wavenumber: of the radar [rad/m]; τc [s]."""
         bragg, contrast = two_way_basis(nodes, spacing_s, decorrelation_time_s, 2.0 * wavenumber * motion.bragg_speed)
         breakers = speckle_basis(nodes, spacing_s, motion.breaker_time(wavenumber, decorrelation_time_s))
         return cls(motion, bragg, contrast, breakers, spacing_s, wavenumber, seed)
@@ -148,7 +148,7 @@ class MovingSpeckle:
 
     @property
     def streams(self) -> NDArray[np.uint64]:
-        """Keys of the random source for Bragg waves and breakers."""
+        """(kind,) keys of the random source for Bragg waves and breakers."""
         draws = ((), _BREAKERS) if self._breaks else ((),)
         return np.array([speckle_stream(self.seed, draw) for draw in draws], dtype=np.uint64)
 

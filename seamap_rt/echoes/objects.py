@@ -1,9 +1,10 @@
 """What objects echo: points on the faces that look at the antenna, each with an equal share of the radar cross-section.
 
 The points are drawn evenly over an object's surface and stay on it from turn to turn, as long as they look at the
-antenna, so that an object at rest echoes alike and one that moves glints: each point's phase is that of its own path.
-No real surface is smooth to half a wavelength. So each point stands out towards the antenna by a length of its own
-within that; the mean power over all that these lengths can be is then the sum of the shares, for any shape and aspect.
+antenna, so that an object at rest echoes steadily and one that moves fluctuates: each point's phase is that of its own
+path. No real surface is smooth to half a wavelength. So each point stands out towards the antenna by a length of its
+own within that; the mean power over all that these lengths can be is then the sum of the shares, for any shape and
+aspect.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ class EchoingObject:
 
     @property
     def short_m(self) -> float:
-        """How far before a point on the object a ray ends, so as not to meet the surface that the point lies on."""
+        """Distance [m] before a point on the object at which a ray ends, so as not to meet that point's surface."""
         return _SHORT * float(self.mesh.scale)
 
 

@@ -2,7 +2,7 @@
 
 The scale between theory and measurement is a property of the run, not of a turn: `calibrated` finds it once, on a patch
 of sea as wide as a full circle, and every turn and sector then uses the same. What a narrow sector or a single turn
-returns may differ from the mean, as nature's would.
+returns may differ from the mean, as at sea.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class SeaSurface:
 
     @property
     def needs_calibration(self) -> bool:
-        """Something is to be learnt from a wide area: the scale to the measured mean, or the strain's variance."""
+        """Something is estimated over a wide area: the scale to the measured mean, or the strain's variance."""
         return self.scattering.nrcs != "constant"
 
     def calibrated(
@@ -95,7 +95,7 @@ class SeaSurface:
         power = np.sum(known.terms(facets, strain), axis=0) if two_scale else self._mean_power(facets)
         received = power * two_way_power(facets)
         target = np.broadcast_to(self.mean(facets), power.shape)
-        # What lies nearer than the gates is not heard, and would bend the fit.
+        # What lies nearer than the gates gives no echo, and would bias the fit.
         heard = np.hypot(facets.distance, self.radar.height_m) >= _NEAREST * self.radar.range_m[0]
         grazing, area = self._grazing(facets)[heard], facets.horizontal_area[heard]
         received, target = (each[columns][:, heard] for each in (received, target))
@@ -104,7 +104,7 @@ class SeaSurface:
 
     @property
     def memory_rate(self) -> float | None:
-        """Rate [1/s] at which the short waves forget the long ones' strain; None where it does not matter."""
+        """Rate [1/s] at which the short waves relax from the long ones' strain; None where it does not matter."""
         if self.scattering.nrcs != "two_scale" or not self.scattering.hydrodynamic_modulation:
             return None
         return relaxation_rate(self.radar.frequency_hz, self.scattering.wind_speed_m_s)
@@ -139,7 +139,10 @@ class SeaSurface:
         return Terms(*power)
 
     def mean(self, facets: Facets) -> NDArray[np.float64]:
-        """The empirical model's mean σ0 (column or 1, facet), linear, at the grazing of mean sea level."""
+        """The empirical model's mean σ0 (column or 1, facet), linear, at the grazing of mean sea level.
+
+        Raises ValueError where the settings name no empirical model.
+        """
         model = self.scattering.mean_model
         if model is None:
             raise ValueError(f"scattering.nrcs = '{self.scattering.nrcs}': no empirical model sets its mean")
@@ -172,11 +175,22 @@ class SeaSurface:
 
     @cached_property
     def permittivity(self) -> complex:
+<<<<<<< HEAD
         return permittivity_of(self.scattering, self.radar.frequency_hz)
 
     @cached_property
     def short_waves(self) -> ShortWaves:
         return ShortWaves.of(self.scattering, self.resolved_below)
+=======
+        """ε′ − jε″ of the water at the radar's frequency, relative to vacuum."""
+        model = PERMITTIVITIES[self.scattering.permittivity]
+        return complex(model(self.radar.frequency_hz, self.scattering.temperature_c, self.scattering.salinity_psu))
+
+    @cached_property
+    def short_waves(self) -> ShortWaves:
+        """The spectrum of the waves that the mesh does not resolve."""
+        return ShortWaves(self.scattering.wind_speed_m_s, self.resolved_below, self.scattering.inverse_wave_age)
+>>>>>>> words
 
     def _motion(self, facets: Facets, breaking: NDArray[np.float32] | None) -> Motion | None:
         if self.scattering.doppler == "orbital":

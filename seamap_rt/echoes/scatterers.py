@@ -1,4 +1,4 @@
-"""Point scatterers through the radar: exact float64 geometry, no speckle, no shadow. The echo chain's yardstick."""
+"""Point scatterers through the radar: exact float64 geometry, no speckle, no shadow. The echo chain's reference."""
 
 from __future__ import annotations
 

@@ -100,9 +100,9 @@ class Scenery:
             pose = facets.grid.column_pose[columns]
             for antenna in range(len(dark)):
                 # What light bends to over a crest is hidden likewise, and none comes round an object.
-                place, facet = np.nonzero(reached[antenna, columns])
-                hidden = self._hidden(pose, antenna, place, _points(facets, columns[place], facet))
-                dark[antenna, columns[place[hidden]], facet[hidden]] = True
+                row, facet = np.nonzero(reached[antenna, columns])
+                hidden = self._hidden(pose, antenna, row, _points(facets, columns[row], facet))
+                dark[antenna, columns[row[hidden]], facet[hidden]] = True
         return facets.without(dark)
 
     def _hidden(

@@ -30,7 +30,7 @@ class StillSpeckle:
 
     @property
     def streams(self) -> NDArray[np.uint64]:
-        """Keys of the random source for each kind of scatterer."""
+        """(kind,) keys of the random source; still speckle has one kind of scatterer."""
         return np.array([speckle_stream(self.seed)], dtype=np.uint64)
 
     def strengths(self, chosen: tuple[NDArray[np.intp], NDArray[np.intp]]) -> NDArray[np.float32]:

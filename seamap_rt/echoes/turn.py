@@ -85,9 +85,9 @@ def turn_echoes(
     total = np.zeros((2, len(antenna_array(radar).paths), heard.samples.range.size, nodes.count), dtype=np.float32)
     edges = [*range(0, facets.grid.columns, _CHUNK), facets.grid.columns]
     chunks = [slice(a, b) for a, b in pairwise(edges)]
-    # BLAS's own threads would fight with ours over small products, and could change the bits.
+    # BLAS's own threads would compete with these on small products, and could change the bits.
     with threadpool_limits(1, user_api="blas"), pool() as workers:
-        # Chunks are added in their own order, whoever finishes first: the sum keeps its bits.
+        # Chunks are added in their own order, whichever finishes first: the sum keeps its bits.
         for start, chunk in workers.map(sums, chunks):
             low, high = max(start, 0), min(start + chunk.shape[-1], nodes.count)
             if high > low:

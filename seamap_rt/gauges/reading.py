@@ -34,7 +34,7 @@ def gauge_series(
         series.sel(gauge="wire")["height"]
 
     The height is bilinear between the ground cells around the point; a cell without a height leaves its part to the
-    others, and if it is the one in which the gauge stands there is none. `quality` tells what the polar cell says.
+    others, and if it is the one in which the gauge stands there is none. `quality` is the polar cell's.
     sea: the true one, as Simulator(scene).sea; adds the wire's record over the turns and the surface at the time of
     each height. On choppy waves it is the surface that stands over the point. truth: adds the cells' true mean.
     turn_s: how long a turn lasts; left out, as far as the maps' turns are apart. antenna_m: east and north of the
@@ -45,7 +45,7 @@ def gauge_series(
         raise InputError("gauges: there are none; give at least one point")
     turns = np.asarray(maps["polar"]["turn"].values, dtype=np.int64)
     period = turn_s if turn_s is not None else _turn_duration(maps, turns)
-    points = np.array([gauge.place for gauge in gauges])
+    points = np.array([gauge.position for gauge in gauges])
     antennas = np.broadcast_to(np.asarray(antenna_m, dtype=np.float64), (turns.size, 2))
     values: dict[str, Any] = {"east": points[:, 0], "north": points[:, 1]}
     values |= _mapped(maps, points, period, antennas)

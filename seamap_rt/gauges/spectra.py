@@ -1,7 +1,7 @@
 """Spectra of a gauge: of the wire, sampled many times a second, and of the radar's record, sampled once a turn.
 
 Waves faster than half the turn rate look slower in a record of one height a turn: they fold down into its spectrum. The
-wire read at the radar's own times folds in the same way, so that what the two differ by is the radar's doing.
+wire read at the radar's own times folds in the same way, so that the two differ by the radar alone.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from scipy.signal import welch
 Array = NDArray[np.float64]
 
 LEAST_SAMPLES_A_TURN = 4  # of the wire, which is to show what one height a turn cannot
-LEAST_TURNS = 32  # fewer tell no spectrum
+LEAST_TURNS = 32  # fewer give no spectrum
 MOST_BRIDGED = 0.1  # of the turns may be without a height: so many are bridged linearly
 MOST_UNEVEN = 0.1  # of a turn, by which the heights' times may be uneven
 _NO_TREND: Any = False  # taken out of each segment: the record's mean is, once

@@ -4,7 +4,7 @@ It sees no truth, loads neither Dr.Jit nor Mitsuba, and takes ray-traced, analyt
 (`[retrieval]`; `retrieve(echoes)` takes the defaults, not those of a scene: give `scene.retrieval`):
 
     estimator    adaptive (the default): optimal interpolation (Bretherton et al. 1976) between single dwells and gates.
-                 Each counts as its own echo deserves, with the sea's covariance as the map itself shows it.
+                 Each is weighted by its own echo, with the sea's covariance as the map itself shows it.
                  sliding_plane: one window that follows the slopes. single_cell: no window.
     paths        best: where transmitters alternate and both receivers hear all, each antenna on itself, p = 2, between
                  neighbouring pulses; p = 1 of the same echoes gives the cycle. one_way: p = 1.
@@ -24,7 +24,7 @@ It sees no truth, loads neither Dr.Jit nor Mitsuba, and takes ray-traced, analyt
 Bragg waves and breakers) and `doppler_width` (0 where it is too narrow to be measured); `visible_share` and
 `crest_bias`, estimated from the echo alone; and the flags.
 
-Heights of adaptive are expectations: where the echo says little they stay near mean level, so their spread is less than
+Heights of adaptive are expectations: where the echo is weak they stay near mean level, so their spread is less than
 the sea's. Take the wave height from `sea_state`, which allows for that.
 
 Recordings: `open_recording(file, header)` or `echoes_from_recording(lower, upper, header, time=…, azimuth=…)`.

@@ -45,6 +45,7 @@ class Looks:
 
     @classmethod
     def of(cls, echoes: xr.Dataset, radar: RadarDescription, settings: RetrievalSettings) -> Looks:
+        """From echoes that keep the schema: their pulses sorted into looks of the settings' cell width."""
         sweeps = look_sweeps(radar.sector, settings.cell_azimuth_deg, radar.staring)
         width = float(sweeps[1] - sweeps[0]) if sweeps.size > 1 else settings.cell_azimuth_deg
         antennas = compared_receivers(echoes, radar, settings.receivers)
@@ -94,7 +95,7 @@ class Looks:
 def interferogram(looks: Looks) -> tuple[Interferogram, tuple[Lag, ...]]:
     """The interferogram of the most ways that the echoes hold, and what the voltages do from pulse to pulse.
 
-    Where they hold that of one way as well, it tells the cycles of the other, which are twice as narrow.
+    Where they hold that of one way as well, it resolves the cycles of the other, which are twice as narrow.
     """
     radar, settings = looks.radar, looks.settings
     times = looks.pulses.time
@@ -140,7 +141,7 @@ def _interferograms(
             continue
         if rotated:
             covariance = covariance.rotated(np.nan_to_num(models[paths].flat))
-        others = _told_by(made[1]) if 1 in made else tuple
+        others = _expected_from(made[1]) if 1 in made else tuple
         often = pairs[paths].lower.size / max(1, pairs[max(pairs)].lower.size)
         made[paths] = Interferogram(
             covariance,
@@ -165,8 +166,8 @@ def _dwelt(looks: Looks, rows: NDArray[np.intp], noise_power: float) -> Dwelt:
     return Dwelt(pulses, pulse_correlation(first, look, noise_power, pulses - 1, rows), looks.sweeps.size)
 
 
-def _told_by(coarse: Interferogram) -> Callable[[], tuple[Expected, ...]]:
-    """Heights of another interferogram, made when asked for."""
+def _expected_from(coarse: Interferogram) -> Callable[[], tuple[Expected, ...]]:
+    """Heights of another interferogram, made on demand."""
 
     @lru_cache(maxsize=1)
     def others() -> tuple[Expected, ...]:

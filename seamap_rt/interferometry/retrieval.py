@@ -77,7 +77,7 @@ def _one(echoes: xr.Dataset, settings: RetrievalSettings) -> xr.DataTree:
 
 
 def _water_attributes(settings: RetrievalSettings) -> dict[str, float | list[float]]:
-    """What the maps say of the water, see `WATER_ATTRIBUTES`."""
+    """The water as the maps describe it, see `WATER_ATTRIBUTES`."""
     depth, speed = settings.depth_m, settings.current_m_s or 0.0
     current = [speed * float(part) for part in unit_from_azimuth(settings.current_toward_deg or 0.0)]
     return {
@@ -106,7 +106,7 @@ def retrieve_turn(
     heights, model = estimate.heights, given.model
     echo_power = estimate.echo_power
     echoing = estimate.echoing
-    if not radar.compressed:  # of a chirp something is heard before it is out, of a plain pulse nothing
+    if not radar.compressed:  # a chirp is received in part while it is being sent, a plain pulse is not
         echoing = echoing & ~radar.blind
     heard = echoing & np.isfinite(heights.height)
     height, ground_range, spread = (
@@ -129,7 +129,7 @@ def retrieve_turn(
         height,
         radar,
         estimate.ambiguous,
-        seen.visible_fraction,
+        seen.visible_share,
         given.dwelt.samples(estimate.window, radar).noise,
     )
     moving = _velocities(looks, given, lags, heights)
@@ -145,7 +145,7 @@ def retrieve_turn(
         "snr_db": _snr_db(echo_power, given.noise_power),
         "radial_velocity": np.where(heard, moving.velocity, np.nan),
         "doppler_width": np.where(heard, moving.width, np.nan),
-        "visible_share": seen.visible_fraction,
+        "visible_share": seen.visible_share,
         "crest_bias": seen.crest_bias,
         "time": _look_times(model.poses.time, (turn + looks.sweeps / 360.0) * radar.period),
         "quality": flags,

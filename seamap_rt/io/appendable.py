@@ -111,10 +111,10 @@ class AppendableNetCDF:
     # --------------------------------------------------------------------------------------------- room on the disk
 
     def _opened(self, datasets: list[xr.Dataset]) -> h5netcdf.File:
-        """The file, with the file system's promise that so much can follow. OSError if it gives none.
+        """The file, with so much space reserved by the file system. OSError if it gives none.
 
         HDF5 itself may crash, as late as at the end of the process, if it finds the disk full while it writes. Where
-        the system (macOS) or the file system knows no such promise, the file is written without it.
+        the system (macOS) or the file system has no such reservation, the file is written without it.
         """
         if self._hdf5 is None or self._file is None:
             self._hdf5 = h5py.File(self._part, "w", track_order=True)
@@ -175,7 +175,7 @@ class AppendableNetCDF:
         return variable.ndim > 1 and variable.dims[0] in self.length
 
     def _layout(self, variable: xr.Variable) -> dict[str, Any]:
-        """Chunks: one turn of a field, so that a turn takes as much of the disk as it holds; else as HDF5 likes."""
+        """Chunks: one turn of a field, so that a turn takes as much of the disk as it holds; else HDF5's own choice."""
         if not self._is_field(variable):
             return {}
         if not self._compressed:

@@ -44,7 +44,7 @@ def load_mesh(settings: ObjectSettings, number: int = 0) -> trimesh.Trimesh:
         raise InputError(f"{what}: has triangles of vertices that are not there; export the mesh anew")
     with np.errstate(over="ignore", invalid="ignore"):
         vertices = vertices * settings.scale
-        used = vertices[np.unique(faces)]  # where the others are nobody sees
+        used = vertices[np.unique(faces)]  # vertices of no triangle do not count
         extent = float(np.max(np.ptp(used, axis=0)))
     if not np.isfinite(used).all():
         raise InputError(f"{what}: has vertices that are not finite; mend or export the mesh anew")
@@ -81,6 +81,6 @@ def _read(path: str, what: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]
             warnings.simplefilter("ignore")  # of materials and numbers: what matters is checked after
             mesh = trimesh.load_scene(path, process=False, skip_materials=True).to_mesh()
         return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
-    except Exception as error:  # the parsers raise whatever they stumble over
+    except Exception as error:  # the parsers raise exceptions of many types
         damage = f"{type(error).__name__}: {error}"[:120]
     raise InputError(f"{what}: is damaged, or not what its ending says ({damage}); export the mesh anew")

@@ -30,7 +30,7 @@ COLUMNS = ("time_s", "roll_deg", "pitch_deg", "heading_deg", "heave_m", "x_m", "
 STEEPEST_DEG = 60.0  # of roll and pitch: beyond it a boat is capsizing, or the unit is another
 SLOWEST_STEP_S = 10.0  # between readings: a boat swings once in a few seconds; or the times are not in seconds
 LONGEST_GAP = 5.0, 0.5  # of the median step, s; a gap is refused where it is longer than both
-_BEYOND_S = 0.5  # a turn hears the sea a little beside it, before time 0 too: for so long the boat keeps its rates
+_BEYOND_S = 0.5  # a turn's beam reaches a little beyond it, before time 0 too: over that time the boat keeps its rates
 
 
 @dataclass(frozen=True)
@@ -83,12 +83,12 @@ def read_motion(path: str | os.PathLike[str], heading_deg: float = 0.0) -> Motio
                 path, lines[steep[0]], f"{name} = {value:g}", f"lie within ±{STEEPEST_DEG:g}", "correct it; degrees"
             )
     zero = np.zeros_like(time)
-    place = np.stack([table.get(name, zero) for name in ("x_m", "y_m", "heave_m")], axis=-1)
+    position = np.stack([table.get(name, zero) for name in ("x_m", "y_m", "heave_m")], axis=-1)
     heading = np.unwrap(table.get("heading_deg", zero + heading_deg), period=360.0)
     attitude = np.stack((table.get("roll_deg", zero), table.get("pitch_deg", zero), heading), axis=-1)
-    record = MotionRecord.of(str(path), time, place, attitude)
-    start = record.at([0.0])[0][0] if time[0] <= 0.0 <= time[-1] else place[0]
-    return MotionRecord.of(str(path), time, place - start * (1.0, 1.0, 0.0), attitude)
+    record = MotionRecord.of(str(path), time, position, attitude)
+    start = record.at([0.0])[0][0] if time[0] <= 0.0 <= time[-1] else position[0]
+    return MotionRecord.of(str(path), time, position - start * (1.0, 1.0, 0.0), attitude)
 
 
 def _read(path: Path) -> tuple[list[int], dict[str, NDArray[np.float64]]]:

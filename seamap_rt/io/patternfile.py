@@ -53,7 +53,7 @@ class MeasuredCut:
 
 @dataclass(frozen=True)
 class PatternFile:
-    """What a file tells of an antenna. Of the circle only the half ahead counts."""
+    """What a file holds of an antenna. Of the circle only the half ahead counts."""
 
     azimuth: MeasuredCut
     elevation: MeasuredCut
@@ -166,21 +166,21 @@ def _read_msi(path: Path, lines: list[tuple[int, str]]) -> tuple[dict[str, Rows]
 
 
 def _gain_dbi(path: Path, number: int, line: str) -> float | None:
-    found = re.fullmatch(r"gain[:=\s]*([-+]?[\d.,]+)\s*(dbi|dbd)?\W*", line, re.IGNORECASE)
-    if found is None:
+    match = re.fullmatch(r"gain[:=\s]*([-+]?[\d.,]+)\s*(dbi|dbd)?\W*", line, re.IGNORECASE)
+    if match is None:
         if re.fullmatch(r"gain[:=\s]*", line, re.IGNORECASE):
             return None
         raise _refusal(path, number, f"{line[:60]}: must be GAIN, a number and dBi or dBd; correct it")
-    gain = _number(path, number, "GAIN", found[1].replace(",", "."))
-    return gain if (found[2] or "dBd").lower() == "dbi" else gain + _DIPOLE_DBI
+    gain = _number(path, number, "GAIN", match[1].replace(",", "."))
+    return gain if (match[2] or "dBd").lower() == "dbi" else gain + _DIPOLE_DBI
 
 
 def _frequency_hz(line: str) -> float | None:
     """The frequency, if it is one number: makers give bands too."""
-    found = re.fullmatch(r"frequency[:=\s]*(\d+(?:\.\d+)?)\s*([kmg]?hz)?", line, re.IGNORECASE)
-    if found is None:
+    match = re.fullmatch(r"frequency[:=\s]*(\d+(?:\.\d+)?)\s*([kmg]?hz)?", line, re.IGNORECASE)
+    if match is None:
         return None
-    return float(found[1]) * {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}[(found[2] or "MHz").lower()]
+    return float(match[1]) * {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}[(match[2] or "MHz").lower()]
 
 
 def _check_order(path: Path, rows: dict[str, Rows]) -> None:
@@ -216,16 +216,16 @@ def _cut(path: Path, name: str, rows: Rows) -> MeasuredCut:
     line, level = line[first].astype(int), level[first]
     spline = Akima1DInterpolator(angle, level)
     # Extremes are where the spline's slope is 0, which is NaN along a stretch that is flat.
-    places = np.concatenate((angle, spline.derivative().roots(extrapolate=False)))
-    places = places[np.abs(places) <= 90.0]
+    angles = np.concatenate((angle, spline.derivative().roots(extrapolate=False)))
+    angles = angles[np.abs(angles) <= 90.0]
     highest = int(np.argmax(level))
-    if places.size == 0 or np.max(spline(places)) < level[highest]:
+    if angles.size == 0 or np.max(spline(angles)) < level[highest]:
         raise _refusal(
             path,
             line[highest],
             f"{name} cut: its peak, at {angle[highest]:g}°: must be ahead, within ±90; count angles from boresight",
         )
-    peak = float(places[np.argmax(spline(places))])
+    peak = float(angles[np.argmax(spline(angles))])
     top = float(spline(peak))
     _check_reach(path, name, line, angle, peak, _beamwidth_deg(spline, peak, top))
     return MeasuredCut(Akima1DInterpolator(angle, level - top))

@@ -47,7 +47,7 @@ class RecordingHeader(Section):
     transmission or the farthest gates, and `sector_deg` is the full circle from where the recording begins.
     `conjugate`: the recorder's time factor is exp(−jωt), its phases grow with distance. `azimuth` is in degrees, or in
     counts of an encoder with `encoder_counts` a turn; it counts from north or from the bow. `range_offset_m` is what
-    cables and trigger add to every range. `lever_arm_m` leads from the point whose motion the sensors tell to the
+    cables and trigger add to every range. `lever_arm_m` leads from the point whose motion the sensors measure to the
     middle of the antennas: starboard, forward, up. `partial_turns`: of a first and a last turn that are not whole.
     """
 
@@ -310,7 +310,7 @@ def _pieces(held: list[str], name: str) -> tuple[str, str]:
 
 
 def _refuse_slips(path: Path, held: list[str], names: Mapping[str, str]) -> None:
-    """What is nearly named like an array would be left out in silence."""
+    """What is nearly named like an array would be left out without a message."""
     meant = set(_inside(names).values())
     for name in held:
         near = difflib.get_close_matches(name, [each for each in meant - set(held) if "/" not in each], 1, 0.8)

@@ -49,7 +49,7 @@ def read_directional_spectrum(
 ) -> DirectionalTable:
     """The spectrum of one time and one site of a file.
 
-    kind: one of KINDS, or "auto" to tell by the content. time: ISO text, UTC unless it says otherwise; the nearest time
+    kind: one of KINDS, or "auto" to decide by the content. time: ISO text, UTC by default; the nearest time
     of the file is taken, the first one for None. site: index of the station, in the file's order.
 
     NDBC's text comes in five files, of which `path` names the one of the densities; the others must lie beside it,
@@ -70,7 +70,7 @@ def read_directional_spectrum(
         raise InputError(f"{path}: {what}{stated}; {_KINDS_IN_WORDS}")
     damage = ""
     with warnings.catch_warnings():
-        # Of the libraries' own business a user hears nothing: readers that wavespectra cannot offer for want of another
+        # The libraries' own messages are not shown: readers that wavespectra cannot offer for want of another
         # package, what they will have to change one day, and files that it leaves open where they are damaged.
         warnings.filterwarnings("ignore", message="Cannot import function")
         warnings.simplefilter("ignore", DeprecationWarning)
@@ -83,7 +83,7 @@ def read_directional_spectrum(
                 return _table(_from_moments(spectrum, path) if "moment" in spectrum.dims else spectrum, path)
         except InputError:
             raise
-        except Exception as error:  # the parsers raise whatever they stumble over
+        except Exception as error:  # the parsers raise exceptions of many types
             damage = f"{type(error).__name__}: {error}"
     raise InputError(f"{path}: is damaged, or not quite a spectrum of the kind {result} ({damage}); {_KINDS_IN_WORDS}")
 

@@ -1,4 +1,4 @@
-"""The sea's surface as triangles: polar, centred on the antenna, rolling with the beam."""
+"""The sea's surface as triangles: polar, centred on the antenna, each line at the time when the beam passes it."""
 
 from .facets import Facets
 from .grid import PolarGrid, polar_grid

@@ -72,7 +72,7 @@ class PolarGrid:
         return np.einsum("cij,cnj->cni", column_frame(self.column_azimuth), vectors)
 
     @cached_property
-    def place_azimuth(self) -> NDArray[np.float64]:
+    def circle_azimuth(self) -> NDArray[np.float64]:
         """(line,) deg, the azimuth within one circle: lines over the same ground have the same bits in every turn."""
         line = np.rint(self.sweep / self.spacing_deg).astype(np.int64)
         return (self.azimuth[0] - self.sweep[0]) + self.spacing_deg * (line % self.per_circle)

@@ -1,4 +1,4 @@
-"""Level of detail: how fine the mesh must be for what is asked of it, by a model of what its facets cost the maps.
+"""Level of detail: how fine the mesh must be for the required errors, by a model of what its facets cost the maps.
 
 Between its corners a facet is flat. Of a wave that advances by κ from one corner to the next the flat facet misses the
 share ε(κ) of the mean square (`chord_error`), and ∫Ψ ε is what the sea of spectrum Ψ keeps from the mesh: `e_along` of
@@ -115,7 +115,7 @@ def radar_detail(radar: RadarSettings, tracing: TracingSettings) -> MeshDetail:
 def mesh_detail(
     sea: SeaSettings, radar: RadarSettings, tracing: TracingSettings, scattering: ScatteringSettings | None = None
 ) -> MeshDetail:
-    """The coarsest mesh with which heights, power and, if asked for, visible shares err by no more than allowed.
+    """The coarsest mesh with which heights, power and, if required, visible shares err by no more than allowed.
 
     The targets are tracing.height_error_m, 0.3 dB and tracing.visible_error. Spacings that the settings give are taken.
     A mesh that follows is never coarser than the grid of the sea's waves (what neither the mesh nor the scattering has
@@ -181,7 +181,7 @@ def triangles(radar: RadarSettings, facet_m: ArrayLike, columns_per_beam: ArrayL
     """How many triangles the mesh of a turn has: from the mast's foot on, as what is near shadows what is far."""
     array = antenna_array(radar)
     facet, columns = np.broadcast_arrays(np.asarray(facet_m, dtype=np.float64), columns_per_beam)
-    if not np.isfinite(array.beam_deg):  # what hears everywhere is not simulated on a mesh
+    if not np.isfinite(array.beam_deg):  # an antenna that receives from everywhere is not simulated on a mesh
         return np.zeros(facet.shape)
     scanned = 0.0 if radar.scan == "staring" else sector_width(radar)
     beams = (scanned + 2.0 * BEAMS_BEYOND * array.beam_deg) / array.narrowest_beam_deg

@@ -122,7 +122,7 @@ def sea_on_grid(sea, grid: PolarGrid, rate: float | None = None):
 
     With the rate [1/s] at which short waves relax also their relaxed shift (line, rung, 2) m, for `SurfaceMesh.strain`.
     """
-    east, north = unit_from_azimuth(grid.place_azimuth)
+    east, north = unit_from_azimuth(grid.circle_azimuth)
     x = grid.pose.origin[:, :1] + east[:, None] * grid.ground_range
     y = grid.pose.origin[:, 1:2] + north[:, None] * grid.ground_range
     t = np.broadcast_to(grid.time[:, None], x.shape)

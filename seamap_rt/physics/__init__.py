@@ -1,1 +1,1 @@
-"""Formulas that several rooms need, each in one place."""
+"""Formulas that several subpackages need, each in one place."""

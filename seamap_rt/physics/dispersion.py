@@ -33,7 +33,7 @@ def wavenumber(
     """Wavenumber k [rad/m] of angular frequency ω ≥ 0 [rad/s], to about 1e-14 of itself.
 
     Newton's method on ln ω as a function of ln k: its slope lies between ½ (deep gravity waves) and 2 (shallow
-    capillary ones), so no start is bad. Raises ValueError for ω < 0 or depth ≤ 0.
+    capillary ones), so it converges from any start. Raises ValueError for ω < 0 or depth ≤ 0.
     """
     omega, depth = _checked(omega, "omega", depth)
     moving = omega > 1e-150  # below, k is 0 to the last digit, and the shallow limit would divide 0 by 0

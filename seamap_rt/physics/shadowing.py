@@ -1,6 +1,6 @@
 """What of a sea sees the antenna, and the sea itself, in closed form: random seas by slope, one regular wave by crests.
 
-Written from the papers. `seamap_rt.analytic` holds the same laws once more, in other ways, as their judge.
+Written from the papers. `seamap_rt.analytic` holds the same laws once more, written independently, as a check.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def shadowing_wagner67(v: ArrayLike) -> NDArray[np.float64]:
     return 0.5 * (1.0 + erf(v)) * np.where(hides, -np.expm1(-hidden) / np.where(hides, hidden, 1.0), 1.0)
 
 
-def regular_wave_visible_fraction(
+def regular_wave_visible_share(
     height_m: float, wavelength_m: float, antenna_height_m: float, phase: float, edges_m: ArrayLike
 ) -> NDArray[np.float64]:
     """Visible share of horizontal area (bin,) of z = (height/2) cos(2π x/wavelength + phase) in ground range bins.

@@ -1,6 +1,6 @@
 """Moments of the sea: its fields at points, and what the radar on its mast would see of them.
 
-What the radar sees is of a snapshot: the mesh has one time everywhere, where a run's rolls with the beam.
+What the radar sees is of a snapshot: the mesh has one time everywhere, where a run's follows the beam.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ _TITLES = {
     "textbook": "Textbook budget: the beam's peak on every cell, even over its −3 dB width, the whole pulse",
     "simulator": "Simulator's budget: the integral over the two-way pattern and the range response",
 }
-_REFERENCE_M = 100.0  # range at which the losses are told
+_REFERENCE_M = 100.0  # range at which the losses are stated
 
 
 def link_lines(scene: Scene, table: LinkBudget, curve: LinkBudget) -> list[str]:
@@ -143,14 +143,14 @@ def _data_rate(radar: RadarSettings) -> str:
 def _reaches(curve: LinkBudget) -> list[tuple[str, str]]:
     """The furthest range at which each budget has a signal to noise ratio of 0 dB."""
     top = float(curve.range[-1])
-    found: list[tuple[str, str]] = []
+    rows: list[tuple[str, str]] = []
     for each in curve.budgets:
         reach = [link.furthest(curve.range, row) for row in each.snr]
         words = [
             f"{integration.name} {_distance(r, top)}" for integration, r in zip(curve.integrations, reach, strict=True)
         ]
-        found.append((f"furthest 0 dB, {each.name}", ", ".join(words)))
-    return found
+        rows.append((f"furthest 0 dB, {each.name}", ", ".join(words)))
+    return rows
 
 
 def _distance(reach: float, top: float) -> str:

@@ -42,7 +42,7 @@ class Antenna:
     elevation: Cut
     gain: float  # linear
     tilt: float  # rad, top towards the look: the boresight points down by it
-    everywhere: bool = False  # hears behind the aperture too
+    everywhere: bool = False  # receives behind the aperture too
 
     @property
     def azimuth_beamwidth_deg(self) -> float:
@@ -84,7 +84,7 @@ def antenna(radar: RadarSettings) -> Antenna:
 def antenna_of(settings: AntennaSettings, frequency_hz: float, tilt_deg: float) -> Antenna:
     """The antenna of any settings; its gain is the pattern's own directivity less the ohmic loss, or gain_dbi.
 
-    A file's own gain is not used (`pattern_file.read_pattern` tells it), and squint is left out: `squint.squint_deg`
+    A file's own gain is not used (`pattern_file.read_pattern` returns it), and squint is left out: `squint.squint_deg`
     tells it. Patterns are kept; a file is read again only when it has changed. ValueError for a beam that its aperture
     is too small for, InputError for a bad file.
     """
@@ -138,7 +138,7 @@ def _stamp(file: str) -> tuple[int, int]:
     try:
         facts = Path(file).stat()
     except (OSError, ValueError):
-        return 0, 0  # reading it will say why
+        return 0, 0  # reading it raises the error
     return facts.st_mtime_ns, facts.st_size
 
 

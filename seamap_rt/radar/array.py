@@ -30,7 +30,7 @@ class Element:
 
     antenna: Antenna
     offset: tuple[float, float, float]
-    known_offset: tuple[float, float, float]  # what the boat's papers say
+    known_offset: tuple[float, float, float]  # as the retrieval is given it
     transmits: bool
     receives: bool
     channel: complex  # voltage factor of its receiver
@@ -65,7 +65,7 @@ class Array:
 
     @cached_property
     def baseline_m(self) -> float:
-        """Known distance between the first two receivers."""
+        """m, known distance between the first two receivers."""
         first, second = (self.known_offsets[number] for number in self.receivers[:2])
         return float(np.linalg.norm(second - first))
 
@@ -106,22 +106,25 @@ class Array:
 
     @cached_property
     def beam_deg(self) -> float:
-        """The widest azimuth beam: as far to its sides as this asks something is heard."""
+        """The widest azimuth beam [deg], one-way −3 dB: it fixes how far off its axis the sea is simulated."""
         return max(self._beams_deg)
 
     @cached_property
     def narrowest_beam_deg(self) -> float:
+        """deg, one-way −3 dB."""
         return min(self._beams_deg)
 
     @property
     def _beams_deg(self) -> list[float]:
-        # They are measured on the cuts: what rounding leaves of that must not cost a column.
+        # They are measured on the cuts: rounding must not add a column.
         return [round(element.antenna.azimuth_beamwidth_deg, 9) for element in self.elements]
 
 
 def antenna_array(radar: RadarSettings) -> Array:
-    """The array of a radar. Raises ValueError, in one line, for a mode that its antennas cannot serve."""
-    return _array(cast(Hashable, radar), pattern_stamps(radar))  # frozen, and so hashable, which pydantic does not tell
+    """The array of a radar, lengths in metres. Raises ValueError for a mode that its antennas cannot serve."""
+    return _array(
+        cast(Hashable, radar), pattern_stamps(radar)
+    )  # frozen, and so hashable, which pydantic's types do not state
 
 
 @lru_cache(maxsize=64)

@@ -23,13 +23,13 @@ def check_radar(radar: RadarSettings) -> None:
 
 
 def pulses_of_a_look(radar: RadarSettings, cell_azimuth_deg: float) -> float:
-    """How many pulses fall into a look, on the average."""
+    """Mean number of pulses in a look cell_azimuth_deg [deg] wide."""
     share = 1.0 if radar.scan == "staring" else cell_azimuth_deg / 360.0
     return radar.prf_hz * turn_duration(radar) * share
 
 
 def pulses_of_a_turn(radar: RadarSettings) -> float:
-    """How many pulses are sent in a turn."""
+    """Mean number of pulses sent in a turn, over the scanned sector."""
     return radar.prf_hz * turn_duration(radar) * scanned_share(radar)
 
 

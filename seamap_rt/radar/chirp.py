@@ -1,7 +1,7 @@
 """A chirp's raw echo along fast time, and its compression: what eclipsing does, exactly.
 
 While the transmitter is on nothing is received. A long pulse from nearby therefore comes in without its head: what
-is left of it is weaker, and of less bandwidth. Compressed gates cannot tell; the raw samples before compression can.
+is left of it is weaker, and of less bandwidth. Compressed gates do not show it; the raw samples before compression can.
 
 The raw axis is r = c t/2 with t counted from the pulse's leading edge: a reflector at R occupies R … R + c T/2, and all
 that comes before c T/2 is lost. Point reflectors are first gathered onto that axis by a short kernel whose own spectrum
@@ -86,7 +86,10 @@ class Chirp:
         self._gathered = _TAPS * np.sinh(root) / (root * i0(self._shape))
 
     def kernel(self, offset_m: ArrayLike) -> NDArray[np.float64]:
-        """Weight with which a reflector is gathered into a raw sample `offset_m` away: Kaiser–Bessel, 1 at 0."""
+        """Weight with which a reflector is gathered into a raw sample offset_m [m] away, any shape.
+
+        Kaiser–Bessel window, 1 at 0 and 0 beyond kernel_support_m.
+        """
         across = 1.0 - (np.asarray(offset_m, dtype=np.float64) / self.kernel_support_m) ** 2
         return np.where(across >= 0.0, i0(self._shape * np.sqrt(np.maximum(across, 0.0))) / i0(self._shape), 0.0)
 

@@ -42,5 +42,5 @@ def sample_spacing_m(rate_hz: float) -> float:
 
 
 def bytes_of_a_pulse(window_m: float, spacing_m: float, bits: int) -> float:
-    """Bytes of one pulse of one receiver: samples at both ends of the window and between."""
+    """Bytes of one pulse of one receiver: samples of `bits` bits at both ends of the window [m] and between."""
     return (int(np.floor(window_m / spacing_m + 1e-9)) + 1) * bits / 8.0

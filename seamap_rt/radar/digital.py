@@ -110,7 +110,7 @@ def quantise(
 
     Full scale is a sine's: its amplitude is √2 times the root of its power. Mid-rise: 2^bits levels, alike to either
     side of zero, thresholds at whole steps. So one bit is a comparator, which keeps phases, and an echo below one step
-    is not swallowed. What it gives for silence, half a step, is an offset, and lies in the low-pass's stop band.
+    is not lost. What it gives for no input, half a step, is an offset, and lies in the low-pass's stop band.
     """
     shape = (-1,) + (1,) * (samples.ndim - 1)
     step = quantisation_step(full_scale, bits).astype(np.float32).reshape(shape)
@@ -203,7 +203,7 @@ class DigitalReceiver:
             if clipped.any():
                 saturated[chunk] = self._meets(clipped)
 
-        # BLAS's own threads would fight with ours over small products, and could change the bits.
+        # BLAS's own threads would compete with these on small products, and could change the bits.
         with threadpool_limits(1, user_api="blas"), pool() as workers:
             list(workers.map(convert, range(0, pulses, _PULSES)))
         return Digitised(voltage, saturated, full_scale)
@@ -258,7 +258,7 @@ class DigitalReceiver:
         """Mean noise power [W at the antenna] that the converter adds to each gate, (gate,), at a full scale [W].
 
         q²/12 a sample, white, through the low-pass; more where the control's attenuation is taken back. It holds while
-        the samples cover some steps (Bennett 1948): thermal noise of less than half a step no longer blurs them.
+        the samples cover some steps (Bennett 1948): thermal noise of less than half a step no longer smooths them.
         """
         weight = np.empty(self.range_m.size)
         for block in self._blocks:

@@ -40,7 +40,7 @@ class GroundGrid:
 
 
 def ground_grid(far_range: float, side: float) -> GroundGrid:
-    """Cells that cover the range circle, one centred on the origin."""
+    """Square cells of side [m] that cover the circle of radius far_range [m], one centred on the origin."""
     count = int(np.ceil(far_range / side))
     centres = side * np.arange(-count, count + 1, dtype=np.float64)
     return GroundGrid(centres, centres.copy(), side)
@@ -59,6 +59,7 @@ class LookFan:
 
     @property
     def spacing(self) -> float:
+        """deg, between looks."""
         return float(self.sweep[1] - self.sweep[0]) if self.sweep.size > 1 else self.cell_deg
 
     def sweep_of(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -5,7 +5,7 @@ as wide as its −3 dB points and a pulse that the receiver leaves whole:
 
     Pr = Pt G² λ² σ0 A / ((4π)³ R⁴ L),    A = R θaz (cτ/2) sec ψ.
 
-`losses_to_textbook` says what real patterns and the receiver's filter take from that. Nothing here asks the sea: σ0 is
+`losses_to_textbook` says what real patterns and the receiver's filter take from that. Nothing here needs a sea: σ0 is
 given. Ranges are slant ranges to mean sea level, seen from radar.height_m by a boat that lies level.
 """
 
@@ -29,8 +29,12 @@ from .waveform import RangeResponse, blind_range_m, receiver_filter, window_weig
 
 _BEAMS = 3.0  # beam widths to either side over which an azimuth pattern counts, as everywhere in the simulation
 _RANGES, _AZIMUTHS, _OFFSETS = 2001, 401, 801  # of the flat sea's integral: within 1e-8 of its limit
+<<<<<<< HEAD
 _WINDOW = 400  # ranges of the window, over which a share is taken
 _STEPS = 4096  # of those integrals, whose integrands die at both ends: doubling changes nothing by 1e-6 dB
+=======
+_STEPS = 4096  # of those integrals, whose integrands vanish at both ends: doubling changes nothing by 1e-6 dB
+>>>>>>> words
 
 
 class Dwell(NamedTuple):
@@ -166,14 +170,14 @@ def flat_sea_power(radar: RadarSettings, nrcs: ArrayLike, range_m: ArrayLike) ->
     slant = 1.0 / np.linspace(1.0 / near, 1.0 / far, _RANGES)  # even in elevation
     half = min(np.pi, _BEAMS * np.radians(beam_widths_deg(radar)[0]))
     azimuth = np.linspace(-half, half, _AZIMUTHS)
-    # Rings change slowly with range: what a beam hears of each is tabulated, and read between.
+    # The pattern's integral changes slowly with range: it is tabulated, and interpolated.
     cut = aerial.voltage(azimuth, -np.arcsin(radar.height_m / slant)[:, None]) ** 4
-    ring = CubicSpline(slant, trapezoid(cut, azimuth, axis=-1))
+    pattern = CubicSpline(slant, trapezoid(cut, azimuth, axis=-1))
     offset = np.linspace(-response.support_m, response.support_m, _OFFSETS)
     heard = ranges[..., None] + offset
     on_sea = heard >= radar.height_m  # no sea is nearer than the mast's foot
     heard = np.maximum(heard, radar.height_m)
-    whole = trapezoid(np.where(on_sea, ring(heard) / heard**3 * response(offset) ** 2, 0.0), offset, axis=-1)
+    whole = trapezoid(np.where(on_sea, pattern(heard) / heard**3 * response(offset) ** 2, 0.0), offset, axis=-1)
     sent = radar.transmit_power_w * aerial.gain**2 * wavelength(radar) ** 2
     return sent * np.asarray(nrcs, dtype=np.float64) * whole / ((4.0 * np.pi) ** 3 * from_db(radar.losses_db))
 
@@ -239,7 +243,7 @@ def noncoherent_gain(pulses: int) -> float:
     """√N: by so much (a ratio) the weakest σ0 that stands out falls when the powers of N pulses are added.
 
     The square-root law for echoes below the noise (Marcum 1947; Skolnik 2001, section 2.6): 10 log10 √N dB.
-    It says nothing of the echo's own speckle, which adding correlated pulses leaves as it is.
+    It does not include the echo's own speckle, which adding correlated pulses leaves as it is.
     """
     return float(np.sqrt(pulses))
 
@@ -248,7 +252,7 @@ def coherent_gain(pulses: int, interval_s: float, decorrelation_time_s: float) -
     """Signal to noise ratio that adding N voltages in phase gains over one: (1/N) Σₘ Σₙ ρ((m − n) T).
 
     The echo's mean Doppler is taken out first and its correlation is ρ(τ) = exp(−(τ/τc)²), the noise of each pulse its
-    own. N for a still sea; √π τc/T, however many pulses there are, for one that forgets itself within the dwell.
+    own. N for a still sea; √π τc/T, however many pulses there are, for one that decorrelates within the dwell.
     """
     lag = np.arange(1, pulses, dtype=np.float64)
     correlation = np.exp(-np.square(lag * interval_s / decorrelation_time_s))
@@ -256,14 +260,14 @@ def coherent_gain(pulses: int, interval_s: float, decorrelation_time_s: float) -
 
 
 class Integration(NamedTuple):
-    """A method to add pulses up, and the ratio by which it betters one pulse."""
+    """A method to add pulses up, and the ratio by which it exceeds one pulse."""
 
     name: str
     gain: float
 
 
 def integrations(radar: RadarSettings, decorrelation_time_s: float) -> tuple[Integration, Integration, Integration]:
-    """One pulse, a dwell added without phase, a dwell added in phase."""
+    """One pulse, a dwell added without phase, a dwell added in phase; gains are ratios, times in seconds."""
     pulses = dwell(radar)
     return (
         Integration("one pulse", 1.0),
@@ -310,11 +314,11 @@ def budget(
     name: str,
     power_of_unity: NDArray[np.float64],
     nrcs: NDArray[np.float64],
-    ways: tuple[Integration, ...],
+    integrations: tuple[Integration, ...],
 ) -> Budget:
     """What follows from the echo [W] of σ0 = 1 and from σ0 itself, for each method to add pulses up."""
     power = power_of_unity * nrcs
-    minimum = np.stack([minimum_nrcs(radar, power_of_unity, each.gain) for each in ways])
+    minimum = np.stack([minimum_nrcs(radar, power_of_unity, each.gain) for each in integrations])
     return Budget(name, power, nrcs / minimum, minimum)
 
 

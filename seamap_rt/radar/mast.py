@@ -53,7 +53,7 @@ class ArrayPose:
 
 
 class Mast:
-    """Asked for any time, also a little before 0."""
+    """For any time, also a little before 0."""
 
     def __init__(
         self,
@@ -90,7 +90,7 @@ class Mast:
 
     @property
     def rate(self) -> float:
-        """Degrees that the turntable turns in a second."""
+        """deg/s of the turntable; 0 for a staring antenna."""
         return 0.0 if self.radar.scan == "staring" else 360.0 / self.period
 
     def schedule(self, time: ArrayLike) -> NDArray[np.float64]:
@@ -168,7 +168,7 @@ class Mast:
 
 
 def turn_duration(radar: RadarSettings) -> float:
-    """Seconds that one turn of the antenna lasts, or one map of a staring one."""
+    """Seconds of one turn of the antenna, or of one map of a staring one."""
     return radar.stare_s if radar.scan == "staring" else 60.0 / radar.rotation_rpm
 
 

@@ -37,7 +37,7 @@ BoatMotion = Callable[[ArrayLike], BoatState]
 def boat_motion(platform: PlatformSettings, sea: Sea | None = None) -> BoatMotion:
     """The motion that the settings ask for; `wave_following` needs the sea that the radar sees.
 
-    Any time may be asked for, before 0 too, but of a recorded motion only those of its record. Raises ValueError for
+    Any time may be given, before 0 too, but of a recorded motion only those of its record. Raises ValueError for
     wave_following without a sea and InputError for a file of no use.
     """
     if platform.motion == "file":

@@ -41,7 +41,7 @@ class Pulses:
 
 
 def sector_width(radar: RadarSettings) -> float:
-    """Width of the sector in degrees."""
+    """deg."""
     return radar.sector_deg[1] - radar.sector_deg[0]
 
 

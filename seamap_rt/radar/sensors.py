@@ -1,9 +1,8 @@
-"""The boat's motion as its sensors tell it: biased, noisy, now and then, and late.
+"""The boat's motion as its sensors measure it: biased, noisy, infrequent, and late.
 
-Reading k is taken at the time k/rate, of the motion `latency_s` before, and the retrieval, which is in no hurry, draws
-straight lines between readings. The noise of a reading depends on the seed and on k alone: whoever asks for whatever
-times in whatever order meets the same readings. Where every time has a reading of its own (rate_hz = inf), k is the
-time in whole microseconds.
+Reading k is taken at the time k/rate, of the motion `latency_s` before, and the retrieval interpolates linearly between
+readings. The noise of a reading depends on the seed and on k alone: any times in any order give the same readings.
+Where every time has a reading of its own (rate_hz = inf), k is the time in whole microseconds.
 
 Noise comes from SplitMix64 (Steele, Lea & Flood 2014), whose nth number is a function of n: a reading's own numbers are
 found without drawing those of all before it.
@@ -28,7 +27,7 @@ _CHANNELS = 6  # east, north, up, roll, pitch, heading
 class Sensors:
     """A motion as it is measured. Perfect sensors give the motion itself, bit by bit.
 
-    The motion is asked at most `latency_s` and a reading before the first time, and a reading after the last.
+    The motion is evaluated at most `latency_s` and a reading before the first time, and a reading after the last.
     """
 
     def __init__(self, settings: SensorSettings, motion: BoatMotion, seed: int) -> None:

@@ -1,4 +1,4 @@
-"""How a boat goes with the waves under it: the plane that fits best the sea's surface within its waterline.
+"""How a boat follows the waves under it: the plane that fits best the sea's surface within its waterline.
 
 The waterline is a rectangle, length × beam. The boat heaves by the mean elevation within it, and leans by the slopes of
 the least-squares plane over it. Both are linear in the waves, so each wave η = Re a exp(i(k·x − ωt)) acts by itself:
@@ -7,9 +7,9 @@ with p = k∥ length/2 along the keel and q = k⊥ beam/2 across it,
     heave  j₀(p) j₀(q),    slope ahead  i k∥ B(p) j₀(q),    slope to starboard  i k⊥ j₀(p) B(q),
 
 j₀(p) = sin p/p and B(p) = 3 (sin p − p cos p)/p³, the weight of the least-squares line (∫ u exp(iku) du / ∫ u² du).
-Waves much longer than the boat lift and tilt it as they are; much shorter ones leave it alone. This is the boat's size
+Waves much longer than the boat lift and tilt it as they are; much shorter ones do not move it. This is the boat's size
 and nothing else: its dynamics, that is resonance and damping, the water that moves along and the hull's own waves, are
-not modelled, nor do waves push it about sideways (Salvesen, Tuck & Faltinsen 1970 is a theory of all that).
+not modelled, nor do waves push it sideways (Salvesen, Tuck & Faltinsen 1970 is a theory of all that).
 
 The boat keeps its course, so that it meets each wave at one frequency Ω = ω − k·v, v its velocity through the water.
 Its motion is a sum of sines in time, kept as a B-spline whose coefficients are summed by stretches of time as these
@@ -36,7 +36,7 @@ _WAVES_AT_ONCE = 1 << 13
 
 
 class WaveFollowing:
-    """Heave and slopes of a boat on a straight course, at any times. What is asked does not depend on what was before.
+    """Heave and slopes of a boat on a straight course, at any times. Values do not depend on earlier calls.
 
     `omega` (wave,) rad/s are the frequencies of encounter (negative: the boat overtakes the wave), `response` (wave, 3)
     the complex amplitudes of heave [m], slope ahead and slope to starboard of the waves that matter:

@@ -103,6 +103,7 @@ class RangeResponse:
 
     @classmethod
     def of(cls, radar: RadarSettings) -> RangeResponse:
+        """The response of a radar's waveform. Raises ValueError for settings that contradict each other."""
         if radar.waveform == "pulse":
             return cls(radar.pulse_width_s, radar.bandwidth_hz)
         swept, window = radar.chirp_bandwidth_hz, radar.compression_window
@@ -192,7 +193,7 @@ class _Compressed:
 def _compressed(response: RangeResponse) -> _Compressed:
     """Transforms of H |S|² W and of |H S W|²: sums over a comb of frequencies, exact but for echoes a period apart."""
     width, bandwidth, swept = response.pulse_width_s, response.bandwidth_hz, response.chirp_bandwidth_hz
-    # The noise's correlation reaches twice as far beyond T as the response, 6/Bc; at 3/B the filter's has died.
+    # The noise's correlation reaches twice as far beyond T as the response, 6/Bc; at 3/B the filter's has vanished.
     period = 2.0 * (width + 6.0 / swept + 3.0 / bandwidth)
     count = next_fast_len(int(np.ceil(_POINTS * bandwidth * period)))
     frequency = np.arange(int(4.0 * bandwidth * period)) / period  # H(4B) = 1e-11

@@ -264,9 +264,9 @@ def timing(scene: Scene, metrics: Mapping[str, Any]) -> Figure:
         total = reduce.number(run.get("total"))
         label = name + (f", {total:.3g} s in all" if np.isfinite(total) else "")
         axes.barh(y, np.nan_to_num(seconds), height=0.92 * thick, color=(style.SKY, style.BLUE)[index % 2], label=label)
-        for place, value in zip(y, seconds, strict=True):
+        for level, value in zip(y, seconds, strict=True):
             if np.isfinite(value):
-                axes.text(value, place, f" {value:.3g}", va="center", ha="left", fontsize=style.FONT - 1.0)
+                axes.text(value, level, f" {value:.3g}", va="center", ha="left", fontsize=style.FONT - 1.0)
         longest = max(longest, float(np.nan_to_num(seconds).max()))
     axes.set_yticks(range(len(stages)), stages)
     axes.set_ylim(len(stages) - 0.5, -0.5)
@@ -277,7 +277,7 @@ def timing(scene: Scene, metrics: Mapping[str, Any]) -> Figure:
 
 
 def timing_runs(metrics: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
-    """The recorded times by kind of turn: first and warm, or one kind if they are not told apart."""
+    """The recorded times by kind of turn: first and warm, or one kind if they are not distinguished."""
     times = metrics.get("timing_s")
     if not isinstance(times, Mapping):
         return [("turn", {})]

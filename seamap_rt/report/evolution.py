@@ -1,4 +1,4 @@
-"""What evolves from turn to turn, evolving: an animation of true and retrieved height, and a table of the turns.
+"""What changes from turn to turn: an animation of true and retrieved height, and a table of the turns.
 
 A run of one turn has neither.
 """
@@ -96,7 +96,7 @@ def _frames(
     scene: Scene, maps: xr.DataTree, truth: xr.DataTree, stage: _Stage, chosen: range, pixels: int
 ) -> Iterator[Image.Image]:
     """The pair of maps at the chosen turns."""
-    inches = style.WIDTH * max(0.62, pixels / _PIXELS[0])  # small frames have fewer inches, or their words vanish
+    inches = style.WIDTH * max(0.62, pixels / _PIXELS[0])  # small frames have fewer inches, or their text is too small
     panel = 0.5 * (inches - sum(_BESIDE))
     high = panel * (stage.north - stage.south) / (stage.east - stage.west)
     figure = Figure(figsize=(inches, _ABOVE + high + _BELOW), dpi=pixels / inches)
@@ -133,16 +133,16 @@ def _frames(
 
 
 def _panel(axes: Axes, scene: Scene, stage: _Stage, tree: xr.DataTree, title: str) -> AxesImage:
-    """Furnish the axes of one map and draw its first turn; grey is where the radar looks."""
+    """Set up the axes of one map and draw its first turn; grey is where the radar looks."""
     x, y = (reduce.edges(reduce.coordinate(tree, "ground", name)) for name in ("x", "y"))
     near = float(reduce.ground_range(scene.radar.range_m[0], scene.radar.height_m))
     start, stop = scene.radar.sector_deg
     if not scene.platform.speed_m_s:
-        ring = Wedge(
+        wedge = Wedge(
             (0.0, 0.0), scene.far_ground_range, 90.0 - stop, 90.0 - start, width=scene.far_ground_range - near,
             facecolor=style.BLANK, edgecolor="none", zorder=1.0,
         )  # fmt: skip
-        axes.add_patch(ring)
+        axes.add_patch(wedge)
     image = axes.imshow(
         style.masked(_heights(tree, 0)), origin="lower", extent=(x[0], x[-1], y[0], y[-1]), interpolation="nearest",
         vmin=-stage.limit, vmax=stage.limit, cmap=style.colours(style.HEIGHT_COLOURS), zorder=2.0,
@@ -154,7 +154,7 @@ def _panel(axes: Axes, scene: Scene, stage: _Stage, tree: xr.DataTree, title: st
     axes.set_xlabel("East (m)", labelpad=1.0)
     axes.plot(0.0, 0.0, marker="^", color="black", markersize=3.5, linestyle="none", zorder=4.0)
     for gauge in scene.gauges:
-        axes.plot(*gauge.place, marker="+", color="black", markersize=5.0, markeredgewidth=0.8, zorder=4.0)
+        axes.plot(*gauge.position, marker="+", color="black", markersize=5.0, markeredgewidth=0.8, zorder=4.0)
     style.few_ticks(axes)
     return image
 
@@ -183,7 +183,7 @@ def film(scene: Scene, maps: xr.DataTree, truth: xr.DataTree) -> list[Picture]:
 
 
 def turn_table(maps: xr.DataTree, truth: xr.DataTree) -> list[Table]:
-    """Each turn judged by itself; none for a single turn, every so-manieth of very many."""
+    """Each turn judged by itself; none for a single turn, every nth of very many."""
     turns = reduce.coordinate(maps, "polar", "turn")
     if turns.size < 2:
         return []

@@ -48,13 +48,13 @@ def _picture(number: int, name: str, gauge: xr.Dataset) -> Picture:
     )
 
 
-def _metres(place: xr.DataArray) -> str:
+def _metres(coordinate: xr.DataArray) -> str:
     """To the centimetre, without needless zeros or a −0."""
-    return f"{round(float(place), 2) + 0.0:g} m"
+    return f"{round(float(coordinate), 2) + 0.0:g} m"
 
 
 def _caption_of(result: GaugeSpectra | NoSpectrum) -> str:
-    """What the spectra cannot tell, in sentences that each begin with a blank."""
+    """What the spectra do not show, in sentences that each begin with a blank."""
     words = [result.reason]
     if isinstance(result, GaugeSpectra):
         bar = f"the bar is a {100.0 * _BAND:.0f} % interval, of {result.freedom:.0f} degrees of freedom"
@@ -123,11 +123,11 @@ def _draw_spectra(axes: Axes, result: GaugeSpectra | NoSpectrum) -> None:
     axes.set_ylim(top * 10.0**-_DECADES, top)
     axes.set_xlim(0.0, float(result.wire_frequency[inside][-1]))
     low, high = (result.freedom / float(chi2.ppf(0.5 + 0.5 * side * _BAND, result.freedom)) for side in (1.0, -1.0))
-    place, middle = 0.93 * axes.get_xlim()[1], top * 10.0 ** (-0.45 * _DECADES)
+    right, middle = 0.93 * axes.get_xlim()[1], top * 10.0 ** (-0.45 * _DECADES)
     axes.errorbar(
-        place, middle, [[middle * (1.0 - low)], [middle * (high - 1.0)]], color=style.GREY, capsize=2.5, linewidth=0.8
+        right, middle, [[middle * (1.0 - low)], [middle * (high - 1.0)]], color=style.GREY, capsize=2.5, linewidth=0.8
     )
-    axes.text(0.96 * place, middle, f"{100.0 * _BAND:.0f} % ", color=style.GREY, ha="right", va="center")
+    axes.text(0.96 * right, middle, f"{100.0 * _BAND:.0f} % ", color=style.GREY, ha="right", va="center")
     axes.legend(loc="upper right")
 
 
@@ -190,7 +190,7 @@ def gauge_table(metrics: Mapping[str, Any]) -> list[Table]:
 
 
 def _note(entries: list[Mapping[str, Any]]) -> str:
-    """What the columns mean, how few waves it is, and what could not be told of which gauge."""
+    """What the columns mean, how few waves it is, and what is missing of which gauge."""
     waves = [reduce.number(entry["waves"]) for entry in entries]
     known = [wave for wave in waves if np.isfinite(wave)]
     count = f" In all {min(known):.0f} to {max(known):.0f} waves passed: few, if Hs is to be known." if known else ""

@@ -31,13 +31,13 @@ def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str
         f"({figures['Height error, robust']} robust, bias {figures['Height bias']}), and its "
         f"correlation with the true height is {figures['Correlation']}. Four "
         f"standard deviations of the true heights there are {figures['Hs, true']}, of the map's, which are means "
-        f"of what may be, {figures['Hs, retrieved']}{_found_state(metrics)}. "
+        f"of what may be, {figures['Hs, retrieved']}{_retrieved_state(metrics)}. "
         f"Both antennas see {figures['Visible at 100 m']} of the sea at 100 m and "
         f"{figures['Visible at 160 m']} at 160 m; what lies in shadow stays blank in the maps, or is flagged."
     )
 
 
-def _found_state(metrics: Mapping[str, Any]) -> str:
+def _retrieved_state(metrics: Mapping[str, Any]) -> str:
     words = metrics.get("sea_state_in_words")
     return f"; with its noise, gaps and cells allowed for it says {words}" if words else ""
 

@@ -179,7 +179,7 @@ def slope_limit(true: Array, retrieved: Array) -> float:
 def _limit(true: Array, retrieved: Array, least: float) -> float:
     of_truth = _or(reduce.quantile(np.abs(true), 0.995), 0.0)
     of_map = _or(reduce.quantile(np.abs(retrieved), 0.9), 0.0)
-    # A noisy map may widen the scale, but only twofold: wild values must not bleach a truth that has waves.
+    # A noisy map may widen the scale, but only twofold: outliers must not make the true waves invisible.
     if of_truth >= least:
         of_map = min(of_map, 2.0 * of_truth)
     return _round_up(max(of_truth, of_map, least))
@@ -287,10 +287,10 @@ def _furnish(axes: Axes, frame: _Frame, scene: Scene, title: str, blank: str = "
     start, stop = scene.radar.sector_deg
     far, near = scene.far_ground_range, _near_ground_range(scene)
     # Wedge counts degrees anticlockwise from east.
-    ring = Wedge(
+    wedge = Wedge(
         (0.0, 0.0), far, 90.0 - stop, 90.0 - start, width=far - near, facecolor=blank, edgecolor="none", zorder=1.0
     )
-    axes.add_patch(ring)
+    axes.add_patch(wedge)
     east, north = unit_from_azimuth(np.linspace(start, stop, max(16, int(stop - start))))
     middle = 45.0 if stop - start > 350.0 else 0.5 * (start + stop)
     label_east, label_north = (float(part) for part in unit_from_azimuth(middle))
@@ -349,7 +349,7 @@ def _item_width(text: str) -> float:
     return 0.46 + 0.05 * len(text)
 
 
-def _key_places(scene: Scene) -> list[tuple[str, float | str, float, int]]:
+def _key_layout(scene: Scene) -> list[tuple[str, float | str, float, int]]:
     """Items of the key with their distance from the left [inches] and their row."""
     placed, left, row = [], 0.3, 0
     for text, symbol in _key_items(scene):
@@ -362,7 +362,7 @@ def _key_places(scene: Scene) -> list[tuple[str, float | str, float, int]]:
 
 
 def _key_rows(scene: Scene) -> int:
-    return _key_places(scene)[-1][3] + 1
+    return _key_layout(scene)[-1][3] + 1
 
 
 def _key(figure: Figure, scene: Scene, rows: int, blank: bool) -> None:
@@ -372,7 +372,7 @@ def _key(figure: Figure, scene: Scene, rows: int, blank: bool) -> None:
     axes.set_xlim(0.0, style.WIDTH)
     axes.set_ylim(-high, 0.0)
     axes.set_axis_off()
-    for text, symbol, left, row in _key_places(scene):
+    for text, symbol, left, row in _key_layout(scene):
         x, y = left + 0.12, -0.12 - 0.24 * row
         if symbol == "blank":
             if not blank:

@@ -1,4 +1,4 @@
-"""Datasets → the few numbers that are drawn. Missing values drop out in silence; nothing left gives NaN."""
+"""Datasets → the few numbers that are drawn. Missing values are left out; NaN where none is left."""
 
 from __future__ import annotations
 

@@ -298,7 +298,7 @@ class _Line:
 
 @style.styled
 def animation(scene: Scene, moments: xr.Dataset) -> bytes:
-    """A GIF of the elevation that plays in real time, over and over; of very many times every so-manieth is shown.
+    """A GIF of the elevation that plays in real time, over and over; of very many times every nth is shown.
 
     moments: the schema's `sea` with two times or more [s].
     """

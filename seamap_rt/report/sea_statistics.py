@@ -1,4 +1,4 @@
-"""What the drawn sea is like beside what was asked for: height, its distribution, slopes along and across the waves."""
+"""The drawn sea beside the settings: height, its distribution, slopes along and across the waves."""
 
 from __future__ import annotations
 

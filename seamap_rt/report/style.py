@@ -81,7 +81,7 @@ Result = TypeVar("Result")
 
 
 def styled(draw: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
-    """The function, run under the report's own style whatever the user's matplotlibrc says."""
+    """The function, run under the report's own style whatever the user's matplotlibrc sets."""
 
     @functools.wraps(draw)
     def drawn(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:

@@ -131,8 +131,8 @@ def _two_scale_table(frequency_hz: float, permittivity: complex, polarization: s
     theta = np.arccos(cosine)
     k = radar_wavenumber(frequency_hz)
     k_bragg = np.maximum(2.0 * k * np.sin(theta), waves.longest)
-    ring = waves.spectrum(k_bragg) / (2.0 * np.pi * k_bragg)
-    weight = 16.0 * np.pi * k**4 * ring
+    isotropic = waves.spectrum(k_bragg) / (2.0 * np.pi * k_bragg)
+    weight = 16.0 * np.pi * k**4 * isotropic
     g_hh, g_vv = bragg_coefficients(theta, permittivity)
     like, other = (g_hh, g_vv) if polarization == "HH" else (g_vv, g_hh)
     specular = abs(complex(fresnel(0.0, permittivity)[0])) ** 2

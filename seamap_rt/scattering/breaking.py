@@ -17,7 +17,7 @@ from seamap_rt.conventions import GRAVITY, SPEED_OF_LIGHT, WATER_DENSITY
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.sea.elfouhaily import elfouhaily97_peak_wavenumber, friction_velocity
 
-FRONT_POWER = 6.0  # n + 1: the fronts' length goes like that power of the breaking waves' spectrum, n = 5
+FRONT_POWER = 6.0  # n + 1: the fronts' length is proportional to that power of the breaking waves' spectrum, n = 5
 
 _ROUGHNESS = 0.19  # s², the mean square slope of a breaking zone
 _WALL = 0.005  # ε, thickness of a breaking zone over its length: what its side returns at any incidence

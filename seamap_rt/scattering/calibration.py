@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-_RIDGE = 1e-4  # pull towards a constant scale, as a share of the data's weight: settles what they leave open
+_RIDGE = 1e-4  # regularisation towards a constant scale, as a share of the data's weight: fixes what they do not
 _MARGIN = np.log(2.0)  # the factor stays within 3 dB of what some bin asks for, however few are lit
 _NEWTON_STEPS = 50
 _HARMONICS = 4  # coefficients of the wind's direction
@@ -71,10 +71,10 @@ def fit_scale(
     The factor is exp(P + a cos φ + b cos 2φ), P a polynomial of `degree` in log grazing, a and b straight lines in it
     (theory's contrast of up- and down-wind grows towards grazing): as smooth as the measured model and far too smooth
     to take out a wave, which a factor gate by gate would do. The facets are summed in broad bins of grazing and wind
-    angle. With r = Σ raw/Σ target of a bin and w = √area · (the bin's target over its ring's mean), the fit of
+    angle. With r = Σ raw/Σ target of a bin and w = √area · (the bin's target over its grazing angle's mean), the fit of
     η = log factor starts from the weighted least squares of −log r and minimises Σ w (r e^η − η), which is convex: at
-    its minimum Σ w r e^η = Σ w, so that a bin that lies in shadow (log r = −∞) pulls its weight. Rings and sectors in
-    which nothing is lit do not count. What a narrow sector cannot tell, a ridge sets to 0.
+    its minimum Σ w r e^η = Σ w, so that a bin in shadow (log r = −∞) counts as well. Grazing angles and sectors in
+    which nothing is lit do not count. What a narrow sector does not determine, a ridge sets to 0.
     """
     power, area, target = (np.asarray(each) for each in (raw_power, horizontal_area, target_nrcs))
     for name, values in (("raw_power", power), ("horizontal_area", area), ("target_nrcs", target)):
@@ -93,16 +93,17 @@ def fit_scale(
     raw_sum, wanted_sum, area_sum, depth_sum, cosine_sum = (
         np.bincount(cell, weights=each.ravel(), minlength=members.size) for each in (power, wanted, area, depth, cosine)
     )
-    used = (wanted_sum > 0.0) & _in_lit_ring_and_sector(np.reshape(raw_sum > 0.0, bins))
+    used = (wanted_sum > 0.0) & _in_lit_grazing_and_sector(np.reshape(raw_sum > 0.0, bins))
     if not np.any(raw_sum[used]):
         return _unity(limits, degree)
     ratio = raw_sum[used] / wanted_sum[used]
     basis = _basis(depth_sum[used] / members[used], cosine_sum[used] / members[used], degree)
     corrections = -np.log(ratio[ratio > 0.0])
-    # Within a ring bins count by what is wanted of them, so that the ring's power comes out right.
+    # Bins of one grazing angle count by their target power, so that its sum over the wind angles comes out right.
     per_area = np.reshape(np.divide(wanted_sum, area_sum, out=np.zeros(area_sum.size), where=area_sum > 0.0), bins)
-    ring = np.sum(np.reshape(wanted_sum, bins), axis=1) / np.maximum(np.sum(np.reshape(area_sum, bins), axis=1), 1e-300)
-    share = np.divide(per_area, ring[:, None], out=np.zeros(bins), where=ring[:, None] > 0.0).ravel()
+    grazing_area = np.maximum(np.sum(np.reshape(area_sum, bins), axis=1), 1e-300)
+    grazing_mean = (np.sum(np.reshape(wanted_sum, bins), axis=1) / grazing_area)[:, None]
+    share = np.divide(per_area, grazing_mean, out=np.zeros(bins), where=grazing_mean > 0.0).ravel()
     weight = (np.sqrt(area_sum) * share)[used]
     return Scale(limits, _fit(basis, ratio, weight), (float(corrections.min()), float(corrections.max())))
 
@@ -126,7 +127,7 @@ def _bin(value: NDArray[np.floating], count: int) -> NDArray[np.int32]:
     return np.clip(((value + 1.0) * (0.5 * count)).astype(np.int32), 0, count - 1)
 
 
-def _in_lit_ring_and_sector(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _in_lit_grazing_and_sector(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which bins, flattened, share their grazing with some lit bin and their wind angle with some lit bin."""
     return np.logical_and.outer(lit.any(axis=1), lit.any(axis=0)).ravel()
 
@@ -157,7 +158,7 @@ def _fit(basis: NDArray[np.floating], ratio: NDArray[np.float64], weight: NDArra
     ratio = ratio / np.exp(level)
     ridge = np.diag([0.0] + [_RIDGE] * (basis.shape[1] - 1))
 
-    lit = ratio > 0.0  # a dark bin stays dark at any scale: it only pulls
+    lit = ratio > 0.0  # a dark bin stays dark at any scale: it enters only by the regularisation
     bright, power, pull = basis[lit], weight[lit] * ratio[lit], basis.T @ weight
 
     def cost(beta: NDArray[np.floating]) -> float:

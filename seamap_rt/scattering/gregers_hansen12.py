@@ -28,7 +28,7 @@ def nrcs_gregers_hansen12(
     NRL/MR/5310–12-9346 (2012): grazing 0.1–60°, 0.5–35 GHz, sea states 0–6. Raises ValueError outside, unless
     `extrapolate` lets the formula run on (grazing must still be positive). `clipped` brings the grazing
     angle, and only it, into 0.1–60° first: facets at the mast's foot or on the horizon then take the value at
-    the model's edge, and whoever asks for it says so. σ0 is steep at the lower edge: VV rises 5.7 dB from
+    the model's edge, and it must be requested. σ0 is steep at the lower edge: VV rises 5.7 dB from
     0.1° to 0.2°.
     """
     psi, state, frequency = RANGE.checked(grazing_deg, sea_state, frequency_hz, polarization, extrapolate, clipped)

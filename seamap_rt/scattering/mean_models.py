@@ -17,7 +17,7 @@ from seamap_rt.settings import ScatteringSettings
 
 @dataclass(frozen=True)
 class MeanModel:
-    """A published model, the values that it holds for, and whether it tells upwind from downwind."""
+    """A published model, the values that it holds for, and whether it separates upwind from downwind."""
 
     paper: str
     grazing_deg: tuple[float, float]

@@ -1,4 +1,4 @@
-"""Where a model of mean clutter was fitted, and what happens to a question from outside."""
+"""Where a model of mean clutter was fitted, and what happens outside of that range."""
 
 from __future__ import annotations
 

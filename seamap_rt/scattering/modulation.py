@@ -42,7 +42,7 @@ def relaxation_rate(frequency_hz: float, wind_speed: float) -> float:
 def approaching_share(wind_angle: ArrayLike) -> NDArray[np.float64]:
     """Share of the Bragg power that waves running towards the radar carry: 1 looking into the wind, ½ across, 0 along.
 
-    wind_angle: look azimuth − azimuth where the wind comes from [rad]. Short waves' energy goes like cos⁴(φ/2) about
+    wind_angle: look azimuth − azimuth where the wind comes from [rad]. Short waves' energy is ∝ cos⁴(φ/2) about
     the wind (Longuet-Higgins, Cartwright & Smith 1963, s = 2). Bragg scattering sees both senses, ∝ 1 + ⅓ cos 2φ;
     for X-band Bragg waves Elfouhaily's own spreading Δ is 0.26, 0.33 and 0.41 at 5, 8.5 and 12 m/s.
     """
@@ -70,7 +70,7 @@ def mean_crowding(strain_variance: float) -> float:
 def breaking_share(crowded: NDArray[np.floating], level: float) -> NDArray[np.floating]:
     """Share of a facet that breaks, 0 to 1: level · crowded⁶/(1 + level · crowded⁶), and `level` from `breaking_level`.
 
-    Where few waves break it goes like the spectrum to the power n + 1 = 6 (Kudryavtsev et al. 2003), so that crests and
+    Where few waves break it is ∝ the spectrum to the power n + 1 = 6 (Kudryavtsev et al. 2003), so that crests and
     forward faces carry the breakers.
     """
     cube = crowded * crowded * crowded

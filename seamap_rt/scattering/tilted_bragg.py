@@ -21,7 +21,7 @@ from seamap_rt.scattering.short_waves import ShortWaves
 _REACH = 4.5  # standard deviations of tilt that are summed
 _STEPS = 13  # grid points of tilt on either side: three to a standard deviation
 _INCIDENCES = 400  # at which the average is made; a spline carries it to the table
-_WINDS = 8  # directions of the wind in half a turn: 2φ comes out clean of all harmonics below 14φ
+_WINDS = 8  # directions of the wind in half a turn: 2φ is free of all harmonics below 14φ
 _NODES = 4096  # steps of the tables in the cosine of incidence
 _LEAST_TILT = 1e-8  # slope variance that stands in for none
 
@@ -140,7 +140,7 @@ def _harmonics(by_wind: Array) -> Array:
 
 
 def _to_table(incidence: Array, values: Array) -> NDArray[np.float32]:
-    """(3, 5, node), by equal steps of the cosine and one node more, for who stands on the last."""
+    """(3, 5, node), by equal steps of the cosine and one node more, for values on the last."""
     low = np.cos(incidence[-1])
     cosine = np.minimum(low + (1.0 - low) / _NODES * np.arange(_NODES + 2), 1.0)
     table = CubicSpline(incidence, values, axis=-1)(np.arccos(cosine))

@@ -1,8 +1,8 @@
 """A scene: every section of one run, validated together.
 
-Its sections, with the checks that need one of them alone, are in `seamap_rt.settings`, below the rooms that take them.
-The checks across sections stand in `scene.checks`: they ask `radar`, `scattering` and the mesh's sizing, and so lie
-above them. Two rooms on purpose. `python -m seamap_rt.scene.reference` writes the manual of all keys.
+Its sections, with the checks that need one of them alone, are in `seamap_rt.settings`, below the subpackages that take
+them. The checks across sections stand in `scene.checks`: they need `radar`, `scattering` and the mesh's sizing, and so
+lie above them: two subpackages on purpose. `python -m seamap_rt.scene.reference` writes the manual of all keys.
 """
 
 from .loading import load_scene

@@ -144,5 +144,5 @@ class Scene(Section):
         meshing.check_waves(self.detail, self.sea)
         meshing.check_memory(self.detail, radar)
         gauges.check_names_and_rates(self.gauges)
-        gauges.check_places(self.gauges, radar, self.platform, retrieval)
+        gauges.check_positions(self.gauges, radar, self.platform, retrieval)
         return self

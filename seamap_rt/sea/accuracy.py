@@ -12,7 +12,7 @@ from .lattice import Lattice
 from .spline import bspline_image_error
 
 TIME_ORDER = 5
-TIME_STEP_CYCLES = 0.375  # of the fastest wave, at most: beyond ½ a knot no longer tells a wave from its image
+TIME_STEP_CYCLES = 0.375  # of the fastest wave, at most: beyond ½ a wave and its image agree at the knots
 ELEVATION_BUDGET = 3e-4  # m rms, what interpolation in time may cost
 VELOCITY_BUDGET = 1.2e-3  # m/s rms
 RELATIVE_BUDGETS = 1e-3, 2e-2  # of the rms elevation and of the rms vertical velocity, for small seas

@@ -7,7 +7,7 @@ water's velocity (∂D/∂t, ∂η/∂t), and a crest breaks over (the surface f
 
 For Gaussian waves, with M = ⟨η ∇D⟩ = −∫ k̂ k̂ᵀ k coth(kh) Ψ d²k, the mean level over the ground is tr M (it sinks,
 which the constant c puts back) and the variance m₀ − |M|², exactly. So the waves are made larger by √s,
-s m₀ − s²|M|² = m₀, and the significant height stays what was asked for.
+s m₀ − s²|M|² = m₀, and the significant height stays as set.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ..physics.dispersion import orbital_ratio
 from .linear import LinearSurface
 from .wave_trains import Points, Quantity, RegularTrain
 
-MOST_FOLDED = 0.02  # of the water, at time 0: beyond it first-order Lagrangian waves say nothing sensible
+MOST_FOLDED = 0.02  # of the water, at time 0: beyond it first-order Lagrangian waves do not hold
 _PHASE_ERROR = 3e-3  # rad of the shortest wave, to which labels are found
 _PASSES = 12  # of Newton's method; two do nearly everywhere
 _NEAR_A_FOLD = 0.4  # det J below which other labels are looked for,
@@ -191,7 +191,7 @@ class ChoppySurface:
         step_x = np.where(steep, miss_x, inverse * ((1.0 + north_north) * miss_x - east_north * miss_y))
         step_y = np.where(steep, miss_y, inverse * ((1.0 + east_east) * miss_y - east_north * miss_x))
         missed = np.hypot(miss_x, miss_y)
-        # No step beyond the displacement itself: close to a fold Newton's method would throw the label far away.
+        # No step beyond the displacement itself: close to a fold Newton's step diverges.
         most = 2.0 * np.sqrt(self.displacement.variance)
         shrink = np.minimum(1.0, most / np.maximum(np.hypot(step_x, step_y), 1e-300))
         return _Step(label_x - shrink * step_x, label_y - shrink * step_y, missed, determinant)
@@ -205,11 +205,11 @@ class ChoppySurface:
         # Around the place, and from the label that was found before.
         start_x, start_y = np.vstack((x + away_x, label_x)).ravel(), np.vstack((y + away_y, label_y)).ravel()
         starts = away_x.size + 1
-        place_x, place_y, time = (np.tile(each, starts) for each in (x, y, t))
+        target_x, target_y, time = (np.tile(each, starts) for each in (x, y, t))
         missed = np.full(start_x.size, np.inf)
         open_ = np.arange(start_x.size)
         for _ in range(2 * _PASSES):
-            step = self._newton(start_x[open_], start_y[open_], place_x[open_], place_y[open_], time[open_])
+            step = self._newton(start_x[open_], start_y[open_], target_x[open_], target_y[open_], time[open_])
             missed[open_] = np.where(step.determinant > 0.0, step.missed, np.inf)
             arrived = missed[open_] * self.shortest < _PHASE_ERROR
             moving = open_[~arrived]
@@ -238,7 +238,7 @@ _GRADIENT: tuple[Quantity, ...] = ("shift_east_east", "shift_east_north", "shift
 
 
 def height_keeping_scale(random: float, covariance: NDArray[np.float64], regular: NDArray[np.float64]) -> float:
-    """Factor s on the random waves' variance with which the sea's variance over the ground stays what was asked for.
+    """Factor s on the random waves' variance with which the sea's variance over the ground stays as set.
 
     random: variance m₀ [m²] of the random waves; covariance: their M = ⟨η ∇D⟩ (2, 2) m; regular: that of the regular
     waves, which keep their height. Raises ValueError for waves so steep that no factor does.

@@ -95,8 +95,8 @@ def elfouhaily97_plane(
     k = np.asarray(k, dtype=np.float64)
     angle = np.asarray(angle_to_wind, dtype=np.float64)
     spread = 1.0 + elfouhaily97_spreading(k, wind_speed, inverse_wave_age) * np.cos(2.0 * angle)
-    per_ring = elfouhaily97(k, wind_speed, inverse_wave_age) / (2.0 * np.pi * np.where(k > 0.0, k, 1.0))
-    return per_ring * spread
+    isotropic = elfouhaily97(k, wind_speed, inverse_wave_age) / (2.0 * np.pi * np.where(k > 0.0, k, 1.0))
+    return isotropic * spread
 
 
 def elfouhaily97_inverse_wave_age(wind_speed: float, fetch_m: float) -> float:

@@ -85,7 +85,7 @@ def resolved_facts(
 ) -> Resolved:
     """Expectations of the whole sea. A regular wave is resolved whatever its length: it is a closed form.
 
-    scale: by which a choppy sea's random waves were enlarged; the facts are those of the sea that was asked for.
+    scale: by which a choppy sea's random waves were enlarged; the facts are those of the sea as set.
     carried: see `Resolved.carried_share`.
     """
     limit = np.pi / resolution

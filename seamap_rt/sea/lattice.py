@@ -211,5 +211,5 @@ def _shell_order(lattice: Lattice) -> NDArray[np.int64]:
     shell = np.maximum(np.abs(i), np.abs(j))
     on_rows = (j > 0) * (2 * shell + 1) + i + shell
     on_columns = 2 * (2 * shell + 1) + (i > 0) * (2 * shell - 1) + j + shell - 1
-    place = (2 * shell - 1) ** 2 + np.where(np.abs(j) == shell, on_rows, on_columns)
-    return np.where(shell == 0, 0, place)
+    rank = (2 * shell - 1) ** 2 + np.where(np.abs(j) == shell, on_rows, on_columns)
+    return np.where(shell == 0, 0, rank)

@@ -2,13 +2,13 @@
 
 This is a non-uniform FFT with time as one more axis. The waves' amplitudes are divided by the B-spline's transform in
 space and time; one FFT gives the spline's coefficients at each *knot*, a multiple of a fixed time step; a point then
-takes the few coefficients around it in x, y and t. A value depends neither on the points that are asked with it nor on
+takes the few coefficients around it in x, y and t. A value depends neither on the points evaluated with it nor on
 the number of threads.
 
 Three functions hold all of first-order waves (Airy 1845): the elevation η = Re Σ a e^{iθ}, θ = k·x − ωt; χ = Re Σ a
 coth(kh)/k e^{iθ}, whose gradient is the horizontal displacement of the water at the surface; and Φ = ∂χ/∂t, the
 velocity potential there, whose gradient is the horizontal flow. Slopes, rate, flow and shift are derivatives of their
-splines. A fourth, ψ with ∂ψ/∂t + μ ψ = Φ, is the shift as waves remember it that relax at the rate μ (see `Relaxed`).
+splines. A fourth, ψ with ∂ψ/∂t + μ ψ = Φ, is the shift that acts on waves which relax at the rate μ (see `Relaxed`).
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ class Relaxed:
 
 Kind = Literal["elevation", "potential", "shift"] | Relaxed  # η [m], Φ [m²/s], χ [m²], ψ [m²]
 Knot = tuple[int, Kind]  # number of the time step, field
-Knots = dict[Knot, NDArray[np.float32]]
+Coefficients = dict[Knot, NDArray[np.float32]]
 Run = tuple[int, int, int]  # time interval, first and last + 1 of its points
 
 TAPS = range((1 - TIME_ORDER) // 2, (TIME_ORDER + 3) // 2)  # the knots around an interval that its points take from
 CACHE_BYTES = 400_000_000  # twelve knots of three fields of the default sea; one turn takes ten
-_REMEMBERED = 8  # calls, some two turns of them: a knot that none of them used is of a time gone by
+_REMEMBERED = 8  # calls, some two turns of them: a knot that none of them used is of a past time
 _CHUNK = 1 << 14  # points per task
-_ROWS = 64  # transformed at a time: few enough to stay near the processor
+_ROWS = 64  # transformed at a time: few enough to stay in the cache
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class MovingField:
         self.time_step = time_step or longest_time_step(lattice, self._variance)
         self._ahead, self._behind = self._coefficient_amplitudes(amplitude)
         self._cache: OrderedDict[Knot, NDArray[np.float32]] = OrderedDict()
-        self._asked: deque[frozenset[Knot]] = deque(maxlen=_REMEMBERED)
+        self._recent: deque[frozenset[Knot]] = deque(maxlen=_REMEMBERED)
         self._lock = Lock()
         self._factors: dict[Kind, NDArray[np.complex64]] = {}
 
@@ -113,10 +113,10 @@ class MovingField:
         result = np.empty((len(terms), t.size))
         sums = self._sums(terms)
 
-        def work(first: int, points: NDArray[np.int64], knots: Knots) -> None:
-            for kind, kernel, scale, place in sums:
+        def work(first: int, points: NDArray[np.int64], knots: Coefficients) -> None:
+            for kind, kernel, scale, output_row in sums:
                 grids = tuple(knots[first + tap, kind] for tap in TAPS)
-                kernel(grids, x, y, knot_time, self._per_metre, points, scale, place, result)
+                kernel(grids, x, y, knot_time, self._per_metre, points, scale, output_row, result)
 
         pool = _pool()
         for batch in self._batches(runs, len(sums)):
@@ -132,19 +132,19 @@ class MovingField:
         return result
 
     def _sums(self, terms: Sequence[Term]) -> list[tuple[Kind, Callable, NDArray[np.float64], NDArray[np.int64]]]:
-        """For each field: its kernel, and of each of the kernel's derivatives the scale and the place in the result."""
+        """For each field: its kernel, and the scale and output row of each of its derivatives."""
         from .spline_kernel import DERIVATIVES  # numba takes half a second to import: only where it is used
 
         sums = []
         for kind in dict.fromkeys(term.kind for term in terms):
-            place = np.full(len(DERIVATIVES), -1)
+            output_row = np.full(len(DERIVATIVES), -1)
             for index, term in enumerate(terms):
                 if term.kind == kind:
-                    place[DERIVATIVES.index((term.row, term.column, term.time))] = index
+                    output_row[DERIVATIVES.index((term.row, term.column, term.time))] = index
             most = max(term.row + term.column for term in terms if term.kind == kind)
             steps = (*self._per_metre, 1.0 / self.time_step)
             scale = np.prod(np.power(steps, DERIVATIVES), axis=1)
-            sums.append((kind, _kernel(0 if self.lattice.line else self.order, self.order, most), scale, place))
+            sums.append((kind, _kernel(0 if self.lattice.line else self.order, self.order, most), scale, output_row))
         return sums
 
     @property
@@ -181,26 +181,26 @@ class MovingField:
 
     # ------------------------------------------------------------------------------------------------- knots
 
-    def _knots(self, numbers: Sequence[int], kinds: tuple[Kind, ...], pool: ThreadPoolExecutor) -> Knots:
+    def _knots(self, numbers: Sequence[int], kinds: tuple[Kind, ...], pool: ThreadPoolExecutor) -> Coefficients:
         """Coefficients of the given knots, from the cache or made now; the cache then keeps the latest used."""
         wanted: list[Knot] = [(number, kind) for number in numbers for kind in kinds]
         with self._lock:
-            found = {key: self._cache.pop(key) for key in wanted if key in self._cache}
-            self._asked.append(frozenset(wanted))
-            for key in self._cache.keys() - set().union(*self._asked):
+            coefficients = {key: self._cache.pop(key) for key in wanted if key in self._cache}
+            self._recent.append(frozenset(wanted))
+            for key in self._cache.keys() - set().union(*self._recent):
                 del self._cache[key]
             room = max(CACHE_BYTES // self._field_bytes, len(wanted))
             while len(self._cache) + len(wanted) > room:  # before the new ones take memory, not after
                 self._cache.popitem(last=False)
-        missing = [key for key in wanted if key not in found]
+        missing = [key for key in wanted if key not in coefficients]
         new = sorted({number for number, _ in missing})
         phasor = dict(zip(new, pool.map(self._phasor_at, (number * self.time_step for number in new)), strict=True))
         made = pool.map(lambda key: self._coefficients(key[1], phasor[key[0]]), missing)
-        found.update(zip(missing, made, strict=True))
+        coefficients.update(zip(missing, made, strict=True))
         with self._lock:
             for key in wanted:
-                self._cache[key] = found[key]
-        return found
+                self._cache[key] = coefficients[key]
+        return coefficients
 
     def _phasor_at(self, time: float) -> NDArray[np.complex64]:
         """exp(−iωt) on the quadrant, the phase reduced in float64: 12 hours lose nothing."""
@@ -260,7 +260,7 @@ class MovingField:
         return ahead.astype(np.complex64), behind.astype(np.complex64)
 
     def _per_elevation(self, kind: Kind) -> NDArray[np.complex64]:
-        """What `_make_per_elevation` makes, once: whoever comes first, all use the same."""
+        """What `_make_per_elevation` makes, once: whichever thread comes first, all use the same."""
         known = self._factors.get(kind)
         return self._factors.setdefault(kind, self._make_per_elevation(kind)) if known is None else known
 
@@ -278,7 +278,7 @@ class MovingField:
 
 
 def _grid_size(reach: int, oversampling: float, order: int) -> int:
-    """A size that FFTs like, large enough for the waves and for the spline's support."""
+    """A size of small prime factors for the FFT, large enough for the waves and for the spline's support."""
     least = max(int(np.ceil(oversampling * (2 * reach + 2))), 2 * (order + 1))
     return int(scipy.fft.next_fast_len(least, real=True))  # type: ignore[arg-type]
 

@@ -21,7 +21,7 @@ from .systems import SpectralSystem, spectral_system, travel_direction
 from .wave_trains import LineTrain, PlaneTrain, RegularTrain, WaveTrain
 
 SPLINE_ORDER, OVERSAMPLING = 7, 1.25  # chosen from validation/sea/sea_speed.py
-LINE_ORDER, LINE_OVERSAMPLING = 5, 2.0  # a line costs next to nothing
+LINE_ORDER, LINE_OVERSAMPLING = 5, 2.0  # a line takes little time
 _NEGLIGIBLE = 1e-12  # of a system's variance: so little resolved is nothing
 
 

@@ -1,9 +1,9 @@
 """The inner loop of the sea's evaluation, compiled: a spline's value and derivatives in y, x and t at scattered points.
 
-The weights of the grid points around a point are polynomials of its place between them, so any local interpolation on a
-periodic grid can be given as its polynomials. A grid carries a *halo*: its first rows and columns once more behind its
-last, so that what a point takes lies in rows of `LANES` neighbours, which are summed together. Each point is summed by
-itself, always in the same order.
+The weights of the grid points around a point are polynomials of its position between them, so any local
+interpolation on a periodic grid can be given as its polynomials. A grid carries a *halo*: its first rows and columns
+once more behind its last, so that what a point takes lies in rows of `LANES` neighbours, which are summed together.
+Each point is summed by itself, always in the same order.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ..compute.lanes import LANES, add, dot, load, prefetch, store, zeros
 
 DERIVATIVES = ((0, 0, 0), (0, 0, 1), (1, 0, 0), (0, 1, 0), (2, 0, 0), (1, 1, 0), (0, 2, 0))
 """How often each value of the kernel is differentiated along rows, columns and time."""
-_AHEAD = 4  # points by which memory is asked ahead: a grid is larger than what lies near the processor
+_AHEAD = 4  # points by which memory is prefetched: a grid is larger than the cache
 
 
 def spline_kernel(
@@ -30,20 +30,20 @@ def spline_kernel(
     most: the highest derivative in space that is summed, 0 to 2; the values of higher ones are zero. Raises ValueError
     for more taps along an axis than LANES.
     """
-    rows, columns, knots = (weights.shape[2] for weights in (row_weights, column_weights, time_weights))
-    if max(rows, columns, knots) > LANES:
-        raise ValueError(f"taps = {max(rows, columns, knots)}: must be at most {LANES}; lower the spline's order")
+    rows, columns, time_taps = (weights.shape[2] for weights in (row_weights, column_weights, time_weights))
+    if max(rows, columns, time_taps) > LANES:
+        raise ValueError(f"taps = {max(rows, columns, time_taps)}: must be at most {LANES}; lower the spline's order")
     row_polynomials, column_polynomials, time_polynomials = (
         np.pad(weights, ((0, 0), (0, 0), (0, LANES - weights.shape[2])))
         for weights in (row_weights, column_weights, time_weights)
     )
 
     # The loops have constant lengths and keep their sums in registers: that is what makes the compiled code fast.
-    def kernel(grids, x, y, knot_time, per_metre, points, scale, place, result):
-        """Write the values of `points` times `scale` into the rows `place` of the result; −1 leaves one out.
+    def kernel(grids, x, y, knot_time, per_metre, points, scale, output_row, result):
+        """Write the values of `points` times `scale` into the rows `output_row` of the result; −1 leaves one out.
 
         grids: one (row, column) with its halo for each knot around the points' time interval. x, y in metres,
-        per_metre: grid points along rows and columns; knot_time: t in time steps. scale and place: one for each of
+        per_metre: grid points along rows and columns; knot_time: t in time steps. scale and output_row: one for each of
         DERIVATIVES.
         """
         row_weight = np.empty((most + 1, LANES), np.float32)
@@ -56,7 +56,7 @@ def spline_kernel(
             starts[number] = row * stride + _first(x[n] * per_metre[1], columns, column_count)
         for number, n in enumerate(points):
             start, later = starts[number], starts[min(number + _AHEAD, points.size - 1)]
-            for tap in range(knots):
+            for tap in range(time_taps):
                 for i in range(rows):
                     prefetch(grids[tap], later + i * stride)
             north, east = _fraction(y[n] * per_metre[0]), _fraction(x[n] * per_metre[1])
@@ -66,7 +66,7 @@ def spline_kernel(
                 weights = _weights(time_polynomials, derivative, _fraction(knot_time[n]))
                 store(time_weight, derivative * LANES, weights)
             s = s_t = s_y = s_yy = zeros()
-            for tap in range(knots):
+            for tap in range(time_taps):
                 grid = grids[tap]
                 q = q_y = q_yy = zeros()
                 for i in range(rows):
@@ -91,8 +91,8 @@ def spline_kernel(
                 v_yy, v_yx, v_xx = dot(column, s_yy), dot(column_x, s_y), dot(column_xx, s)
             values = (v, v_t, v_y, v_x, v_yy, v_yx, v_xx)
             for m in range(len(values)):
-                if place[m] >= 0:
-                    result[place[m], n] = scale[m] * values[m]
+                if output_row[m] >= 0:
+                    result[output_row[m], n] = scale[m] * values[m]
 
     return compiled(kernel)
 

@@ -118,9 +118,10 @@ def donelan_banner_beta(frequency_ratio: ArrayLike) -> NDArray[np.float64]:
 def half_plane_elfouhaily(angle: ArrayLike, contrast: ArrayLike) -> NDArray[np.float64]:
     """Density (1 + Δ cos 2θ)/π [1/rad] of a sea that travels, for |θ| < π/2; nothing runs back.
 
-    Elfouhaily et al. (1997) give (1 + Δ cos 2θ)/2π over the whole circle, which cannot tell to from fro: this is its
-    forward half, doubled. Exactly across the wind either half has the same claim, and each gets the one share that it
-    had. angle: θ from the mean direction [rad], any turn; contrast: Δ, 0 to 1. Raises ValueError outside.
+    Elfouhaily et al. (1997) give (1 + Δ cos 2θ)/2π over the whole circle, which does not separate to from fro: this is
+    its forward half, doubled. Exactly across the wind it is not doubled.
+
+    angle: θ from the mean direction [rad], any turn; contrast: Δ, 0 to 1. Raises ValueError outside.
     """
     cosine = np.cos(np.asarray(angle, dtype=np.float64))
     return half_plane_elfouhaily_of_cosine(np.where(np.abs(cosine) < 1e-15, 0.0, cosine), contrast)  # cos(π/2) = 6e-17

@@ -122,7 +122,7 @@ class Sea:
         return values.reshape(len(quantities), *shape)
 
     def _riding(self, x: ArrayLike, y: ArrayLike, t: ArrayLike) -> tuple[NDArray, NDArray, NDArray, tuple[int, ...]]:
-        """Places in the frame of the water at rest, times, each (n,), and the shape that was asked with."""
+        """Places in the frame of the water at rest, times, each (n,), and the shape of the arguments."""
         points = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in (x, y, t)))
         east, north, time = (point.ravel() for point in points)
         if not (np.isfinite(east).all() and np.isfinite(north).all() and np.isfinite(time).all()):

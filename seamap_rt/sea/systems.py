@@ -42,7 +42,7 @@ class SpectralSystem:
     spreading: Spreading | None  # None: long-crested
     toward: tuple[float, float]  # unit vector of travel, east north; the spreading's angles count from it
     depth: float  # m
-    shortest: float = GRAVITY_CAPILLARY_WAVENUMBER  # rad/m, to which the spectrum means something
+    shortest: float = GRAVITY_CAPILLARY_WAVENUMBER  # rad/m, up to which the spectrum is valid
 
     def moment(self, power: int, limit: float = _SHORTEST) -> float:
         """∫ k^power S(k) dk up to `limit` rad/m: variance [m²] for 0, mean square slope for 2. To about 1e-7."""
@@ -83,7 +83,7 @@ def spectral_system(waves: RandomWaves, depth: float) -> SpectralSystem:
 
 def travel_direction(waves: SpreadWaves | SinusoidWaves) -> tuple[float, float]:
     """Unit vector, east north, of where the waves go: opposite to where they come from."""
-    # Rounded, so that towards north is not a hair to the east: waves exactly across count half, to either side.
+    # Rounded, so that north is exactly north: waves exactly across count half, to either side.
     east, north = np.round(unit_from_azimuth(waves.wave_from_deg + 180.0), 15)
     return float(east) + 0.0, float(north) + 0.0
 
@@ -113,7 +113,7 @@ def directional_density(
 
 @dataclass(frozen=True)
 class WaveFacts:
-    """One wave system in the figures by which oceanographers know it."""
+    """One wave system in oceanographic parameters."""
 
     height: float  # m: significant, of a regular wave crest to trough
     peak_period: float  # s
@@ -211,7 +211,7 @@ def _read_content(
 
 @dataclass(frozen=True)
 class _Peak:
-    """What a spreading needs to know of the peak."""
+    """What a spreading takes from the peak."""
 
     wavenumber: float
     depth: float

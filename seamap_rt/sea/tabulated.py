@@ -71,7 +71,7 @@ class TabulatedSpectrum:
 
     @property
     def tail_share(self) -> float:
-        """Share of the variance that lies above the last frequency, which nobody measured."""
+        """Share of the variance that lies above the last frequency, which was not measured."""
         total = self._variance + self._tail_variance
         return self._tail_variance / total if total > 0.0 else 0.0
 
@@ -137,9 +137,9 @@ class TabulatedSpectrum:
 
 def _bracket(value: NDArray[np.float64], nodes: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     """Index of the node below, and how far towards the next one, 0 to 1; values beyond the ends stay at the ends."""
-    place = np.interp(value, nodes, np.arange(nodes.size, dtype=np.float64))
-    index = np.minimum(place.astype(np.intp), nodes.size - 2)
-    return index, place - index
+    position = np.interp(value, nodes, np.arange(nodes.size, dtype=np.float64))
+    index = np.minimum(position.astype(np.intp), nodes.size - 2)
+    return index, position - index
 
 
 def _check(table: TabulatedSpectrum) -> None:
@@ -149,8 +149,8 @@ def _check(table: TabulatedSpectrum) -> None:
         raise ValueError("frequency_hz: must be two or more positive numbers in ascending order; sort the table")
     if not (direction.ndim == 1 and direction.size >= 3 and np.all(np.isfinite(direction))):
         raise ValueError("from_deg: must be three or more angles in degrees; a sea from one direction is long-crested")
-    ring = np.sort(direction % 360.0)
-    if np.min(np.diff(ring, append=ring[0] + 360.0)) < 1e-6:
+    azimuth = np.sort(direction % 360.0)
+    if np.min(np.diff(azimuth, append=azimuth[0] + 360.0)) < 1e-6:
         raise ValueError("from_deg: must name each direction once; drop the one that is there twice, such as 360 of 0")
     if density.shape != (frequency.size, direction.size):
         raise ValueError(

@@ -26,7 +26,7 @@ Quantity = Literal[
     "shift_east_east",  # ∂D_east/∂x
     "shift_east_north",  # ∂D_east/∂y = ∂D_north/∂x
     "shift_north_north",  # ∂D_north/∂y
-    "relaxed_east",  # the shift as waves remember it that relax at a rate μ: ∂D/∂t + μ D = flow, m
+    "relaxed_east",  # the shift that acts on waves which relax at a rate μ: ∂D/∂t + μ D = flow, m
     "relaxed_north",
 ]
 Points = NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""One run: `iterate` yields finished turns, and files, gauges, memory and whoever else wants them are its sinks."""
+"""One run: `iterate` yields finished turns, and files, gauges, memory and other consumers are its sinks."""
 
 from .driver import FinishedTurn, Sink, TurnFigures, deliver, iterate
 from .simulating import Simulation, simulate

@@ -45,7 +45,7 @@ class TurnFigures(NamedTuple):
 
 
 class Sink(Protocol):
-    """Whoever takes finished turns: a context manager, entered before the first turn and left after the last.
+    """What takes finished turns: a context manager, entered before the first turn and left after the last.
 
     `stage` names what it does in the run's timing. Left by an exception it keeps the turns that it has taken.
     """

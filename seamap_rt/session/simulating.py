@@ -41,7 +41,7 @@ def simulate(scene: Scene, out: str | Path | None = None, *, overwrite: bool = F
     out: a folder into which `echoes.zarr` and `truth.nc` are streamed turn by turn, so that memory holds one turn; the
     datasets of the result are then read from there. Without it everything stays in memory. Earlier echoes or truth in
     that folder are replaced only with `overwrite`.
-    Raises InputError for a scene that cannot be simulated, NoBackend if rays are asked for and cannot be traced.
+    Raises InputError for a scene that cannot be simulated, NoBackend if rays are requested and cannot be traced.
     """
     simulator = Simulator(scene)
     turns = iterate(scene, simulator=simulator, retrieved=False)

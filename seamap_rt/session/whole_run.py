@@ -1,4 +1,4 @@
-"""One whole run: simulate, retrieve, compare, draw, into a folder that no other run's results are lost in."""
+"""One whole run: simulate, retrieve, compare, draw, into a folder without overwriting another run's results."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def _file_sinks(folder: Path, simulator: Simulator, truth_file: AppendableNetCDF
 
 @contextmanager
 def _stating_what_is_left(file: AppendableNetCDF, turns: int) -> Iterator[None]:
-    """An interruption, or a full disk, that says what is left."""
+    """An interruption, or a full disk, with a message of what is left."""
     try:
         yield
     except BaseException as error:
@@ -154,7 +154,7 @@ def _counts(counts: Sequence[dict[str, float]]) -> dict[str, float]:
 
 
 def _sea_state(maps: xr.DataTree) -> dict[str, Any]:
-    """What the maps say of the sea, turn by turn, and in words; a scene always gives its depth, be it infinite."""
+    """The sea state by the maps, turn by turn, and in words; a scene always gives its depth, be it infinite."""
     state = sea_state(maps)
     return {
         "sea_state": {str(name): values.values.tolist() for name, values in state.data_vars.items()},

@@ -2,7 +2,7 @@
 
 Keys carry their unit as a suffix; unknown keys are refused. A check that needs one section alone stands beside that
 section. Settings lie below `radar`, `scattering`, `sea` and `mesh`, which take them as arguments; checks across
-sections ask those rooms, so they lie above them, in `seamap_rt.scene`: two rooms on purpose.
+sections need those subpackages, so they lie above them, in `seamap_rt.scene`: two on purpose.
 """
 
 from .antenna import WIDEST_DEG, AntennaSettings, PlacedAntenna

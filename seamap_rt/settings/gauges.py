@@ -37,7 +37,7 @@ class GaugeSettings(Section):
         Meaning(
             "Distance east of the origin; together with `north_m`.",
             unit="m",
-            reason="a place in the scene",
+            reason="a position in the scene",
             left_out="by `ground_range_m` and `azimuth_deg`",
         ),
     ] = None
@@ -46,7 +46,7 @@ class GaugeSettings(Section):
         Meaning(
             "Distance north of the origin; together with `east_m`.",
             unit="m",
-            reason="a place in the scene",
+            reason="a position in the scene",
             left_out="by `ground_range_m` and `azimuth_deg`",
         ),
     ] = None
@@ -75,18 +75,18 @@ class GaugeSettings(Section):
     ] = 4.0
 
     @model_validator(mode="after")
-    def _place_is_given_once(self) -> Self:
+    def _position_is_given_once(self) -> Self:
         square = (self.east_m is not None, self.north_m is not None)
         polar = (self.ground_range_m is not None, self.azimuth_deg is not None)
         if (all(square), any(polar)) != (True, False) and (any(square), all(polar)) != (False, True):
             raise ValueError(
-                "give its place either by east_m and north_m or by ground_range_m and azimuth_deg, not by "
+                "give its position either by east_m and north_m or by ground_range_m and azimuth_deg, not by "
                 + ("a mixture" if any(square + polar) else "nothing")
             )
         return self
 
     @property
-    def place(self) -> tuple[float, float]:
+    def position(self) -> tuple[float, float]:
         """East and north of the origin [m]."""
         if self.east_m is not None and self.north_m is not None:
             return self.east_m, self.north_m

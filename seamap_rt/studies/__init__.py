@@ -1,4 +1,4 @@
-"""Loops over whole scenes: how far a radar sees (shadowing), and what its keys are worth (trade).
+"""Loops over whole scenes: how far a radar sees (shadowing), and how its keys affect the maps (trade).
 
 `shadowing` counts what both antennas see of simulated seas, by range, look and antenna height, over seeds, beside the
 analytic curves of Smith (1967) and Wagner (1967) with the slopes that the mesh carries. It also gives the mean height

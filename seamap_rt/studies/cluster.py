@@ -41,7 +41,7 @@ _DIED = (
 )
 # Points leave nothing in a worker that could be spilled, so memory matters only where it ends.
 _SETTINGS: dict[str, Any] = {
-    "distributed.scheduler.allowed-failures": 0,  # a point that kills its worker would kill the next one too
+    "distributed.scheduler.allowed-failures": 0,  # a point that crashes its worker would crash the next one too
     "distributed.scheduler.worker-ttl": None,
     "distributed.scheduler.http.routes": [],
     "distributed.scheduler.active-memory-manager.start": False,
@@ -69,6 +69,7 @@ class OwnCores(WorkerPlugin):
         self.by_worker = by_worker
 
     def setup(self, worker: Worker) -> None:
+        """Called by the worker: pins it to its cores."""
         os.sched_setaffinity(0, self.by_worker[int(worker.name)])  # threads started later inherit it
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
@@ -112,10 +113,13 @@ def refuse_while_spawned() -> None:
 
 @contextmanager
 def existing_client(scheduler: str) -> Iterator[Client]:
-    """A client of a scheduler at tcp://host:port, or of the one that a scheduler file names."""
+    """A client of a scheduler at tcp://host:port, or of the one that a scheduler file names.
+
+    Raises InputError where none answers, or where it has no workers.
+    """
     address = _address(scheduler)
     try:
-        _knock(address)
+        _check_reachable(address)
         client = Client(address, timeout=_CONNECT_S, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:  # TypeError: a worker, or TLS without keys
         raise InputError(
@@ -132,18 +136,18 @@ def existing_client(scheduler: str) -> Iterator[Client]:
         yield client
 
 
-def _knock(address: str) -> None:
-    """OSError where no scheduler greets whoever connects: a client would wait for ever, or take any greeting for one.
+def _check_reachable(address: str) -> None:
+    """OSError where no scheduler answers a connection: a client would wait for ever, or accept any answer.
 
-    A greeting is its own length in bytes, and so many bytes.
+    Its first message is a length in bytes, and so many bytes.
     """
-    place = urlsplit(address)
+    url = urlsplit(address)
     with (
-        socket.create_connection((place.hostname, place.port or 0), _CONNECT_S) as door,
-        door.makefile("rb") as greeting,
+        socket.create_connection((url.hostname, url.port or 0), _CONNECT_S) as connection,
+        connection.makefile("rb") as greeting,
     ):
-        if place.scheme != "tcp":
-            return  # others have to be greeted first
+        if url.scheme != "tcp":
+            return  # other schemes begin with a handshake
         length = greeting.read(8)
         size = int.from_bytes(length, "little")
         if not (len(length) == 8 and 0 < size < _GREETING and len(greeting.read(size)) == size):
@@ -173,7 +177,7 @@ def on_local_cluster(workers: int | None, tasks: list[Task]) -> Iterator[tuple[T
 def answers_from(client: Client, tasks: Iterable[Task]) -> Iterator[tuple[Task, Outcome]]:
     """What comes of the tasks, in the order in which workers finish them.
 
-    No more tasks are with the scheduler than there are workers: one that dies takes no other point with it, and an
+    No more tasks are with the scheduler than there are workers: one that crashes takes no other point with it, and an
     interruption leaves nothing behind. Raises SchedulerLost if it is gone.
     """
     running: dict[str, Task] = {}

@@ -59,6 +59,7 @@ class Task:
 
     @property
     def file(self) -> Path:
+        """The file of the point's result."""
         return Path(self.folder) / POINTS / f"{self.name}.json"
 
 
@@ -110,7 +111,7 @@ def keep(task: Task, outcome: Outcome) -> None:
 
 
 def kept(file: Path) -> Outcome | None:
-    """What a point's file says; None where there is none, or none that can be read."""
+    """What a point's file holds; None where there is none, or none that can be read."""
     try:
         outcome = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError):

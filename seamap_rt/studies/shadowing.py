@@ -85,10 +85,11 @@ def shadowing_by_cutoff(
     bin_m: float = 10.0,
     progress: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
-    """`shadowing` over the spacing of the resolved waves' grid: how much the shortest wave that is drawn decides.
+    """`shadowing` over the spacing [m] of the resolved waves' grid: the effect of the shortest wave that is drawn.
 
-    The mesh follows by the scene's tracing settings, never coarser than the grid: `facet_m(resolution)` says how fine.
-    `cutoff_wavelength(resolution)`, twice the spacing, is the shortest wave. Draws of different resolutions are apart.
+    The mesh follows by the scene's tracing settings, never coarser than the grid: `facet_m(resolution)` is its
+    spacing. `cutoff_wavelength(resolution)` [m], twice the spacing, is the shortest wave. Different resolutions have
+    independent draws. Raises InputError for no resolution.
     """
     if not len(resolutions_m):
         raise InputError("resolutions: is empty; give spacings of the sea's grid in metres, such as 0.8")

@@ -46,16 +46,19 @@ class Sweep:
 
     @classmethod
     def of(cls, scene: Scene, vary: Mapping[str, Sequence[Any]], seeds: int, folder: Path) -> Sweep:
+        """vary: values by scene key; seeds: how many. Raises InputError for fewer than one seed."""
         plain = {key: apply_overrides({}, {"values": list(each)})["values"] for key, each in vary.items()}
         values = json.loads(json.dumps(plain, default=str))  # dates, too, are what was written
         return cls(scene, values, seeds_of(scene, seeds), folder)
 
     @cached_property
     def points(self) -> list[Point]:
+        """The grid's points, the seeds varying fastest."""
         return grid(self.scene, self.vary, self.seeds)
 
     @cached_property
     def scenes(self) -> list[Scene | InputError]:
+        """The scene of each point, or why it has none."""
         return scenes_of(self.scene, self.points)
 
     @cached_property
@@ -118,6 +121,7 @@ class Sweep:
     # ----------------------------------------------------------------------------------------------- the points
 
     def task(self, point: Point, scene: Scene | InputError) -> Task:
+        """What a worker computes at a point."""
         text = scene.to_toml() if isinstance(scene, Scene) else ""
         return Task(point.name, text, point.keys, point.seed, str(self.folder))
 
@@ -142,6 +146,7 @@ class Sweep:
         return {index: outcome for index, file in files.items() if (outcome := kept(file)) is not None}
 
     def table(self, criterion: Criterion) -> xr.Dataset:
+        """The results so far over the varied keys and seeds."""
         about = {"title": f"{self.scene.name}: {' × '.join(self.vary)}", "scene": self.scene.to_toml()}
         return trade_table(self.vary, self.seeds, self.outcomes(), criterion, about)
 

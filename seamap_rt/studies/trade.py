@@ -1,6 +1,6 @@
 """A sweep over keys of a scene: every combination of their values, each with several seeds, in one table.
 
-Points are computed apart from each other, each in a file of its own, so that whatever befalls one (a limit of the
+Points are computed apart from each other, each in a file of its own, so that whatever happens to one (a limit of the
 scene, an error, a killed worker), the others stay, and a sweep that was interrupted goes on where it stopped.
 """
 
@@ -59,8 +59,8 @@ def trade(
     """How accurate maps are, and how far they reach, over keys of the scene: a table over these keys and `seed`.
 
     vary: values by key, as {"radar.height_m": [3, 5, 10]}; any key of a scene file. seeds: so many, from scene.seed on
-    (scene.seed, scene.seed + 1, …). Points of one seed see the same dice, and the same sea where its keys are the same,
-    so that differences between points are surer than the band over seeds makes them look.
+    (scene.seed, scene.seed + 1, …). Points of one seed have the same random numbers, and the same sea where its
+    keys are the same, so that differences between points are more certain than the band over seeds suggests.
     client: of a running dask cluster; else `workers` processes are spawned here (default one per core), or with
     workers=0 all is computed in this process. Results have the same bits whichever it is.
     out: a folder that keeps the points' files, the table and a figure, see `write_trade`; else nothing is kept.
@@ -87,7 +87,7 @@ def write_trade(
     """Sweep a scene into a folder (default `runs/<scene>-trade`): points/*.json, trade.csv, trade.nc and trade.png.
 
     scheduler: tcp://host:port of a dask scheduler, or its file; its workers need this package, and should have one
-    thread each. The folder should be one that they see too: each then writes its own points, which outlive this
+    thread each. The folder should be one that they see too: each then writes its own points, which remain after this
     process; where it is not, this process writes what they send back. Without it, `workers` processes are spawned here
     (default one per core; 0: none, all in this process).
     resume: compute only what is missing, and what failed by an error or a killed worker; what a limit of the scene
@@ -107,7 +107,7 @@ def write_trade(
 
 @contextmanager
 def _answers(client: Client | None, scheduler: str | None, workers: int | None) -> Iterator[Answers]:
-    """What computes tasks; a local cluster is started when the first is asked of it."""
+    """What computes tasks; a local cluster is started with the first."""
     if workers is not None and (client is not None or scheduler is not None):
         raise InputError(
             f"--workers = {workers}: goes without --scheduler, whose workers run already; leave either out"

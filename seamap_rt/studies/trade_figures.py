@@ -29,7 +29,7 @@ _LEGEND, _LEGEND_COLUMNS = 0.17, 6
 
 
 class Layout(NamedTuple):
-    """Which key goes along the axis, which tells curves apart, and which panels."""
+    """Which key goes along the axis, which distinguishes curves, and which panels."""
 
     along: str
     family: str | None

@@ -16,7 +16,7 @@ from .point import Outcome
 from .usable import Criterion
 from .vary import Vary, worded
 
-COST = ("cost_s", "peak_memory_bytes")  # what hangs on the machine; all else has the same bits on every run
+COST = ("cost_s", "peak_memory_bytes")  # what depends on the machine; all else has the same bits on every run
 
 # Name in the table: name in the point's metrics, units, long name. All over 50 to 200 m.
 _OVERALL = {
@@ -60,9 +60,9 @@ def trade_table(
 ) -> xr.Dataset:
     """All points over the varied keys, `seed` and, by bin, `range`; points that are not there have status `missing`.
 
-    outcomes: by the point's place in the grid."""
+    outcomes: by the point's index in the grid."""
     ranges = sorted({centre for each in outcomes.values() for centre in each.get("by_range", {}).get("range_m", [])})
-    place = {centre: number for number, centre in enumerate(ranges)}
+    index = {centre: number for number, centre in enumerate(ranges)}
     dims, shape = (*vary, "seed"), (*(len(values) for values in vary.values()), len(seeds))
     columns = {name: np.full(shape, np.nan) for name in (*_OVERALL, *_DERIVED)}
     bins = {name: np.full((*shape, len(ranges)), np.nan) for name in _BY_RANGE}
@@ -76,7 +76,7 @@ def trade_table(
             continue
         for name, (key, *_) in _OVERALL.items():
             columns[name][at] = _number(outcome["metrics"].get(key))
-        here = [place[centre] for centre in outcome["by_range"]["range_m"]]
+        here = [index[centre] for centre in outcome["by_range"]["range_m"]]
         for name, (key, *_) in _BY_RANGE.items():
             bins[name][at][here] = [_number(value) for value in outcome["by_range"][key]]
         for name, value in _usable(outcome, criterion).items():

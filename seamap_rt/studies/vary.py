@@ -44,7 +44,7 @@ def parse_vary(text: str) -> tuple[str, list[Any]]:
 
 
 def parse_varies(texts: Sequence[str]) -> Vary:
-    """All that is varied, each key once."""
+    """Values by key, from texts `key=value,…`. Raises InputError for a key given twice."""
     result: Vary = {}
     for text in texts:
         key, values = parse_vary(text)
@@ -94,7 +94,7 @@ def _short(value: Any) -> str:
 
 
 def seeds_of(scene: Scene, seeds: int) -> list[int]:
-    """The scene's own seed and those that follow it."""
+    """The scene's own seed and those that follow it. Raises InputError for fewer than one."""
     if seeds < 1:
         raise InputError(f"seeds = {seeds}: must be at least 1; raise it")
     return [scene.seed + number for number in range(seeds)]

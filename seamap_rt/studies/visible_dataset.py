@@ -70,10 +70,12 @@ class Window:
 
     @property
     def middle(self) -> Array:
+        """(bin,) m, of the range bins."""
         return 0.5 * (self.edges[1:] + self.edges[:-1])
 
     @property
     def rung_m(self) -> float:
+        """m, between rungs of the mesh."""
         return float(self.grid.ground_range[1] - self.grid.ground_range[0])
 
     @property
@@ -92,7 +94,7 @@ class Window:
 def shadowing_dataset(
     scene: Scene, heights: list[float], result: list[MastView], window: Window, sea: Sea, seeds: int
 ) -> xr.Dataset:
-    """Everything by sector, and again by look."""
+    """The study's dataset: each variable by sector and, with the prefix `look_`, by look; units as attributes."""
     looks, waves = window.looks, main_waves(scene)
     each = [_of_mast(scene, mast, window, seeds) for mast in result]
     whole = xr.concat(each, "height", data_vars="all", coords="minimal")

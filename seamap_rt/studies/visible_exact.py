@@ -1,4 +1,4 @@
-"""What theory says of the sea that was meshed: its slopes along every look, and one regular wave crest by crest."""
+"""Theory for the sea that was meshed: its slopes along every look, and one regular wave crest by crest."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..conventions import unit_from_azimuth
 from ..mesh import PolarGrid
 from ..physics.dispersion import angular_frequency
-from ..physics.shadowing import regular_wave_visible_fraction, shadowing_smith67, shadowing_wagner67
+from ..physics.shadowing import regular_wave_visible_share, shadowing_smith67, shadowing_wagner67
 from ..scene import Scene
 from ..sea import Sea
 from ..sea.systems import travel_direction
@@ -90,5 +90,5 @@ def exact_share(scene: Scene, wave: SinusoidWaves, grid: PolarGrid, height_m: fl
             continue
         met = wave.wavelength_m / abs(cosine)
         ahead = phase[column] if cosine > 0.0 else -phase[column]
-        share[column] = regular_wave_visible_fraction(wave.height_m, met, height_m, ahead, edges)
+        share[column] = regular_wave_visible_share(wave.height_m, met, height_m, ahead, edges)
     return share

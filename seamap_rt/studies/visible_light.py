@@ -29,7 +29,7 @@ class Light:
 
 
 def with_keys(scene: Scene, keys: Mapping[str, Any]) -> Scene:
-    """The scene with keys replaced, validated as if its file said so."""
+    """The scene with keys replaced, validated as if read from its file."""
     return scenefile.validate(Scene, scenefile.apply_overrides(scene.model_dump(), keys))
 
 
@@ -47,7 +47,7 @@ def common_meshing(scenes: Sequence[Scene]) -> TracingSettings:
 def lights(scenes: Sequence[Scene], meshing: TracingSettings, sea: Sea, tracer_name: str) -> Iterator[Light | str]:
     """Turn 0 of scenes that differ in the mast alone, over one sea on one mesh; or why there is no light.
 
-    A mast that does not move stands over the same points whatever its height, and they are asked for once.
+    A mast that does not move stands over the same points whatever its height, and they are computed once.
     """
     surface: SurfaceMesh | None = None
     for scene in scenes:

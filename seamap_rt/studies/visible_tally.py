@@ -29,6 +29,7 @@ class Looks:
 
     @property
     def sectors(self) -> int:
+        """How many sectors there are."""
         return self.azimuth.size
 
     @property

@@ -1,4 +1,4 @@
-"""Which facets each antenna lights. The only users of Sionna and Mitsuba, and they only when rays are asked for.
+"""Which facets each antenna lights. The only users of Sionna and Mitsuba, and they only when rays are requested.
 
 Three tracers, which must agree where all apply (`tracing.tracer`):
 
@@ -36,7 +36,8 @@ def tracer(name: str, radar: RadarSettings, water: ScatteringSettings, diffracti
     """The tracer of that name: `facets` (rays through a Sionna scene), `horizon` (running maximum, float64) or `paths`
     (Sionna's PathSolver, the slow reference).
 
-    diffraction: `none`, or `knife_edge` for the field over the shadows' edges on top.
+    diffraction: `none`, or `knife_edge` for the field over the shadows' edges on top. Raises ValueError for an unknown
+    name or diffraction.
     """
     if diffraction not in ("none", "knife_edge"):
         raise ValueError(f"diffraction = '{diffraction}': must be none or knife_edge; none leaves shadows geometric")

@@ -9,7 +9,7 @@ steradian (Degli-Esposti et al. 2007; the reflected ray keeps 1 − S²). In the
 and over a flat sea σ⁰ = 4 S² |Γ|² sin²ψ per horizontal area at grazing angle ψ. A perfect conductor has |Γ| = 1.
 
 PathSolver launches its rays over the whole sphere, as a Fibonacci lattice, of which a radar at sea would use 0.5 %
-beyond 300 m. Here the lattice is mapped onto the columns asked for and onto the elevations at which lit facets lie, as
+beyond 300 m. Here the lattice is mapped onto the requested columns and onto the elevations at which lit facets lie, as
 many rays for each. A ray stands for the solid angle that the map gives it: that over 4π/N is its paths' weight, which
 only those without any diffuse bounce do without. The lattice is shifted anew for each launch, so that the launches'
 spread is the error of their mean; PathSolver's own seed turns only what a bounce scatters.
@@ -108,11 +108,11 @@ def path_echo(
     antenna: int = 0,
     seed: int = 0,
 ) -> PathEcho:
-    """The echo of those columns of a mesh by PathSolver, diffuse and, with S < 1, specular.
+    """The echo of those columns of a mesh by PathSolver, diffuse and, with S < 1, specular: power by path.
 
     The first bounce lies in the columns; further ones may lie in any column of their sheet. samples: rays of a launch,
-    of which each may make as many paths as bounces. ValueError if the columns are in no sheet, or if what is to be
-    counted is not positive.
+    of which each may make as many paths as bounces. Raises ValueError if the columns are in no sheet, or for a count
+    below 1.
     """
     for name, value in (("bounces", bounces), ("samples", samples), ("launches", launches)):
         if value < 1:

@@ -34,7 +34,7 @@ from ..mesh.facets import FAR_FRACTION, NEAR_FRACTION, Profile, profile
 from ..mesh.surface import SurfaceMesh
 from .illumination import Illumination
 
-_END = 22.5  # |v| from which on the edge is not felt: |F|² is below 1e-4 in shadow, within 2 % of 1 in light
+_END = 22.5  # |v| from which on the edge has no effect: |F|² is below 1e-4 in shadow, within 2 % of 1 in light
 _PER_V = 200  # entries of the table per unit of v: linear between them errs by 1e-5
 _ALONG = 1e-6  # rad: a ray at less than this to the facet runs along it, as that from the facet's own near corner does
 _COLUMNS = 32  # worked on at a time

@@ -25,7 +25,7 @@ _HAIR = 2e-6  # of the bounding sphere, by which it is larger: ten times what ro
 _AT_ONCE = 1 << 16  # segments, whose arrays stay in the cache
 _DIRECTIONS = 500
 _ENCLOSED = 0.98  # of the directions blocked: a hull has seams and cracks
-_MOST_POSITIONS = 100  # at which it is asked whether an object encloses an antenna
+_MOST_POSITIONS = 100  # at which it is tested whether an object encloses an antenna
 
 Rays = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]  # origin (n, 3), direction (n, 3), length
 
@@ -127,7 +127,8 @@ class _Body:
         """Whether each ray meets a triangle.
 
         In float32 a ray may slip through the edge between two triangles, and where a column's rays lie in the plane of
-        an upright edge many do. So those that miss go again, by a hair to either side: across any edge one of them is.
+        an upright edge many do. So those that miss are traced again, slightly to either side: one of
+        them lies across any edge.
         """
         mi = self._mi
         origin, direction, length = rays

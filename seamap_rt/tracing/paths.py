@@ -6,7 +6,7 @@ take hours. A receiver stands on the ray to its facet's point, _BEFORE of a rung
 the facet itself. So no offset of the receiver moves a shadow: what hides it hides the point, and the only facet that
 could hide the point and not it is its own.
 
-PathSolver's order of paths, and with specular chains their choice, hangs on which thread comes first, unless it is
+PathSolver's order of paths, and with specular chains their choice, depends on which thread comes first, unless it is
 built `deterministic`; here it is.
 """
 
@@ -102,7 +102,7 @@ class LineOfSight:
 
 
 def sea_scene(mesh: SurfaceMesh, sheet: tuple[slice, ...], frequency_hz: float, **material: float) -> Any:
-    """A Sionna scene that holds the sheet alone, of a radio material with these properties, for isotropic antennas."""
+    """A Sionna scene of the sheet alone, of a radio material with these properties, isotropic antennas; Hz."""
     shape = mitsuba_mesh("sea", mesh.trimesh(sheet))
     rt: Any = importlib.import_module("sionna.rt")
     scene = rt.Scene()

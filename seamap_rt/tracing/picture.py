@@ -1,6 +1,6 @@
 """The sea as an eye at the mast's top would see it, by Mitsuba: a picture of the surface that the radar looks at.
 
-What is drawn is what was computed. The resolved waves are geometry; the ripples below their resolution are not made
+The picture shows what was computed. The resolved waves are geometry; the ripples below their resolution are not made
 up but blur the mirror: a Gaussian slope distribution (Cox & Munk 1954) is Beckmann's microfacet distribution
 (Walter et al. 2007) of α² = mean square slope, both axes together. The water mirrors the sky by Fresnel's law
 (n = 1.34) and shows its own dim blue-green. The sky is clear (Hošek & Wilkie 2012) and its sun has no disc, because
@@ -50,7 +50,7 @@ class View:
 
     @property
     def focal_length(self) -> float:
-        """In pixels."""
+        """Pixels."""
         return 0.5 * self.size[0] / np.tan(np.radians(0.5 * self.field_of_view_deg))
 
     @property
@@ -233,6 +233,8 @@ def _developed(radiance: NDArray[np.float64]) -> NDArray[np.uint8]:
     """Radiance (rows, columns, 3) as an sRGB picture (IEC 61966-2-1), exposed by its mean like a camera's."""
     luminance = radiance @ np.array([0.2126, 0.7152, 0.0722])
     mean = np.exp(np.mean(np.log(np.maximum(luminance, 1e-6))))
-    linear = 1.0 - np.exp(-_EXPOSURE / mean * np.maximum(radiance, 0.0))  # like film: highlights bend, none is cut off
+    linear = 1.0 - np.exp(
+        -_EXPOSURE / mean * np.maximum(radiance, 0.0)
+    )  # a film's curve: highlights are compressed, none is clipped
     coded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
     return np.round(255.0 * coded).astype(np.uint8)

@@ -44,7 +44,7 @@ class RayTracer:
         traced = 0
         for sheet in mesh.sheets():
             rays = shadow_rays(mesh, facets, sheet)
-            surface = what_can_be_hit(mesh, sheet, rays.turned_away)
+            surface = occluding_surface(mesh, sheet, rays.facing_away)
             antennas = mesh.grid.antenna_positions[sheet[0].start]
             lit[:, rays.columns] = rays.lit(self._scene(sheet, surface, antennas).hits(rays))
             traced += rays.number.size
@@ -109,13 +109,13 @@ class SeaScene:
         return np.array(self.scene.mi_scene.ray_test(rays, coherent=True))
 
 
-def what_can_be_hit(mesh: SurfaceMesh, sheet: tuple[slice, ...], turned_away: NDArray[np.bool_]) -> Trimesh:
-    """The sheet's surface without what is turned away from every antenna: for shadow rays it is the same.
+def occluding_surface(mesh: SurfaceMesh, sheet: tuple[slice, ...], facing_away: NDArray[np.bool_]) -> Trimesh:
+    """The sheet's surface without the facets that face away from every antenna: for shadow rays it is the same.
 
     A ray that starts above the water goes under it only through a facet that shows it its upper side. So if it hits
-    anything, it hits such a facet first, and those turned away can be left out, were it not for the sheet's border: a
+    anything, it hits such a facet first, and those that face away can be left out, except at the sheet's border: a
     ray may pass below it. Walls stand there, from the border down to below everything. A ray that hits a wall is under
-    water; its facet shows it the upper side, so it would have to come up through one that is turned away: the same
+    water; its facet shows it the upper side, so it would have to come up through one that faces away: the same
     shadow. An antenna that leans out over the first rung may itself be under water, and then nothing is left out.
     """
     grid, vertices = mesh.grid, mesh.vertices(sheet)
@@ -123,7 +123,7 @@ def what_can_be_hit(mesh: SurfaceMesh, sheet: tuple[slice, ...], turned_away: ND
     faces = _known_triangulation(*topology)
     aside = np.hypot(grid.antenna_positions[..., 0], grid.antenna_positions[..., 1]).max()
     if aside < grid.ground_range[0] * np.cos(0.5 * np.radians(grid.spacing_deg)):
-        faces = np.compress(~turned_away.ravel(), faces, axis=0)
+        faces = np.compress(~facing_away.ravel(), faces, axis=0)
     border, walls = _walls(*topology)
     feet = vertices[border]
     feet[:, 2] = min(vertices[:, 2].min(), grid.antenna_positions[..., 2].min()) - 1.0

@@ -1,13 +1,13 @@
 """Shadow rays of a sheet of columns: which facets get one, where each starts and ends, and what its answer means.
 
-A facet is lit if it shows the antenna its upper side and nothing lies between. The first is settled here, in float64;
-the second is asked of the rays, which are float32 in a frame centred on the antennas: at 400 m they are aimed to within
-0.06 mm. A ray stops short of its facet's point inside the facet itself, so that no facet shadows itself and no
+A facet is lit if it shows the antenna its upper side and nothing lies between. The first is decided here, in float64;
+the second is traced by the rays, which are float32 in a frame centred on the antennas: at 400 m they are aimed to
+within 0.06 mm. A ray stops short of its facet's point inside the facet itself, so that no facet shadows itself and no
 neighbour's shadow is lost.
 
-A ray is carried as one number, from which the kernel that traces it reckons where it starts and ends: nothing else goes
-through memory. What there is to do before and after is short, and one thread does it: those of Dr.Jit stay awake for
-some 20 ms after a kernel, and more threads would have to share the cores with them.
+A ray is carried as one number, from which the kernel that traces it computes its start and end: nothing else goes
+through memory. The work before and after is short, and one thread does it: those of Dr.Jit spin for some 20 ms after
+a kernel, and more threads would have to share the cores with them.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class ShadowRays:
 
     columns: NDArray[np.intp]  # (n,) of the sheet
     front: NDArray[np.bool_]  # (antenna, n, facet): the facet shows the antenna its upper side
-    turned_away: NDArray[np.bool_]  # (n, facet): no antenna sees its upper side, wherever in this turn it stands
+    facing_away: NDArray[np.bool_]  # (n, facet): no antenna sees its upper side, wherever in this turn it stands
     number: NDArray[np.uint32]  # (ray,) of its antenna and facet: the flat index in front
     starts: NDArray[np.float32]  # (row, 3) m, east north up
     look: NDArray[np.float32]  # (row, 2) unit vector, east north
@@ -109,19 +109,19 @@ def shadow_rays(mesh: SurfaceMesh, facets: Facets, sheet: tuple[slice, ...]) -> 
     starts = np.concatenate((positions[..., :2] @ axes, positions[..., 2:]), axis=2)
 
     shape = positions.shape[1], columns.size, facets.distance.size
-    front, turned_away = np.empty(shape, dtype=bool), np.empty(shape[1:], dtype=bool)
+    front, facing_away = np.empty(shape, dtype=bool), np.empty(shape[1:], dtype=bool)
     rise, number = np.empty(shape, dtype=np.float32), np.empty(front.size + 1, dtype=np.uint32)
     bearing = np.cos(facets.angle), np.sin(facets.angle)
     along, across, up = np.moveaxis(grid.antenna_positions, -1, 0)
     reach = float(np.hypot(along, across).max()), float(up.max())
     surface = facets.height, grid.column_height[:, 0], facets.slope_look, facets.slope_cross
     rays = _find_fronts(
-        columns, facets.distance, *bearing, *surface, positions, *reach, front, turned_away, rise, number
+        columns, facets.distance, *bearing, *surface, positions, *reach, front, facing_away, rise, number
     )
     return ShadowRays(
         columns,
         front,
-        turned_away,
+        facing_away,
         number[:rays],
         starts.swapaxes(0, 1).reshape(-1, 3).astype(np.float32),
         np.tile(look.astype(np.float32), (shape[0], 1)),
@@ -140,19 +140,19 @@ def _short(facets: Facets, grid: PolarGrid) -> NDArray[np.float64]:
 @compiled
 def _find_fronts(
     columns, distance, cosine, sine, height, level, slope_look, slope_cross, positions, aside, top,
-    front, turned_away, rise, number,
+    front, facing_away, rise, number,
 ):  # fmt: skip
-    """Fill front, turned_away, rise and number, which has room for one more; give the number of rays.
+    """Fill front, facing_away, rise and number, which has room for one more; give the number of rays.
 
-    An antenna lies above a facet's plane by slope · reach − rise. For turned_away it is taken to stand wherever that is
+    An antenna lies above a facet's plane by slope · reach − rise. For facing_away it is taken to stand wherever that is
     most, within `aside` of the axis and at `top`: a ray may cross facets of other columns than its own.
     Short loops that fill one row each, because these run in the processor's lanes.
     """
-    antennas, cells = front.shape[0], turned_away.size
+    antennas, cells = front.shape[0], facing_away.size
     slope, faced, rays = np.empty(distance.size), front.reshape(antennas, cells), 0
     for n in range(columns.size):
         column = columns[n]
-        look, cross, point, away = slope_look[column], slope_cross[column], height[column], turned_away[n]
+        look, cross, point, away = slope_look[column], slope_cross[column], height[column], facing_away[n]
         for facet in range(distance.size):
             slope[facet] = look[facet] * cosine[facet] + cross[facet] * sine[facet]
         for facet in range(distance.size):

@@ -39,5 +39,5 @@ def set_triangles(parameters: Any, prefix: str, surface: Trimesh) -> None:
 
 
 def flat(kind: Any, values: NDArray[Any], dtype: Any = np.float32) -> Any:
-    """Values as one flat array of a Dr.Jit type."""
+    """Values (any shape) as one flat Dr.Jit array of a type."""
     return kind(np.ascontiguousarray(values, dtype=dtype).ravel())

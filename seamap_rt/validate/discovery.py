@@ -14,7 +14,7 @@ from ..errors import InputError
 from .case import Case, Group, Outcome
 
 _HOME = Path(__file__).resolve().parents[2] / "validation"  # beside this package, in a checkout and where installed
-_ORDER = {group: place for place, group in enumerate(get_args(Group))}
+_ORDER = {group: rank for rank, group in enumerate(get_args(Group))}
 
 
 def cases_folder() -> Path:

@@ -3,7 +3,7 @@
 A map is a sum of waves, and each runs on by linear dispersion, ω = √(g k tanh kh) + k·U (Airy 1845) on water of depth h
 and current U. The map as it is seen is what those waves make of each cell at its own time; its adjoint, every cell's
 share of each wave brought to the one instant, is nearly its inverse, for the beam passes the waves much faster than
-they run. What is left is a matter of energy, which goes with the groups: they gather or thin out where the scan runs
+they run. What is left is due to the energy, which moves with the groups: they gather or spread out where the scan runs
 with them or against them, carry unknown cells along, and are seen twice or never where the turn closes.
 """
 
@@ -20,8 +20,8 @@ from ..physics.dispersion import DEEP_WATER, Water
 from ..radar.waveform import next_fast_len
 from .wave_direction import Travel, wavevectors
 
-_FILL_CELLS = 1.0  # standard deviation of the bell whose mean fills a gap; wider ones flatten the waves
-_LEAST_SHARE = 0.5  # of what comes to a cell: is less known, the answer is mostly a guess
+_FILL_CELLS = 1.0  # standard deviation of the Gaussian whose mean fills a gap; wider ones flatten the waves
+_LEAST_SHARE = 0.5  # of what comes to a cell: is less known, the answer is mostly extrapolated
 _RUNS_APART = 0.5  # of the group velocity: what parts of a wave that is cut short differ by
 _MARGIN_M, _FASTEST_GROUP = 20.0, 10.0  # the longest waves of note take some 13 s, whose groups run 10 m/s
 
@@ -44,7 +44,7 @@ def advanced(ground: GroundFields, side: float, to_s: float, travel: Travel, wat
     side: of a square cell [m]; rows run north, columns east. travel: which way the waves of each length run; none are
     taken to run against it. water: that they run on. The fewer periods lie between to_s and the cells' own
     times, the better; at its own time a cell stays as it is. Small gaps are filled by their neighbours' mean, at the
-    price of a height_std that knows it; where less than half of what arrives comes from known cells there is NaN.
+    cost of a larger height_std; where less than half of what arrives comes from known cells there is NaN.
     Raises ValueError for fields of unlike shapes, a side that is not positive, and an instant that is not finite.
     """
     _check(ground, side, to_s)

@@ -12,8 +12,8 @@ from ..conventions import unit_from_azimuth, wrap_degrees
 from ..dataset import QUALITY_FLAGS
 from .wave_spectrum import Cells, Field
 
-_RING_M = 15.0  # width of the range bins that are judged as one
-_STEEPEST = 5.5  # mast heights: nearer by, what stands over one another shares a gate, and errors are larger than said
+_BIN_M = 15.0  # width of the range bins that are judged as one
+_STEEPEST = 5.5  # mast heights: nearer by, points above one another share a gate, and errors are larger than said
 _SEEN = 0.5  # share of a range bin in sight: of less, the mean square of what is seen falls short of the sea's
 _GLIMPSED = 0.35  # the same for the waves' lengths and directions, which hardly depend on which half is seen
 _BREADTH_M = 250.0  # of the belt whose waves are sorted: enough of them, and no longer to do
@@ -38,7 +38,7 @@ class PolarMap:
 
     @classmethod
     def of(cls, polar: xr.Dataset) -> PolarMap:
-        """Of one turn."""
+        """Of the polar map of one turn, arrays (look, gate)."""
 
         def field(name: str) -> Field:
             return polar[name].values.astype(np.float64)
@@ -59,12 +59,12 @@ class PolarMap:
 
     @property
     def step(self) -> float:
-        """Metres between gates."""
+        """m, between gates; 1 where there is one gate."""
         return float(self.ranges[1] - self.ranges[0]) if self.ranges.size > 1 else 1.0
 
     @property
     def span(self) -> float:
-        """Degrees that the looks cover."""
+        """deg, that the looks cover."""
         return float(np.degrees(self.azimuth.size * self.width))
 
     def cells(self, chosen: NDArray[np.bool_]) -> Cells:
@@ -90,7 +90,7 @@ class RangeBins:
 
     @classmethod
     def of(cls, polar_map: PolarMap) -> RangeBins | None:
-        """Of one turn; None without any cell."""
+        """Of the polar map of one turn, arrays (bin,); None without any cell."""
         if not polar_map.known.any():
             return None
         out, height, noise = (
@@ -98,17 +98,17 @@ class RangeBins:
         )
         gate = np.nonzero(polar_map.known)[1]
         mast = float(np.median(np.sqrt(np.maximum(polar_map.ranges[gate] ** 2 - out**2, 0.0)) + height))
-        number = (out / _RING_M).astype(np.intp)
-        count = int(max(polar_map.ranges[-1], out.max()) / _RING_M) + 1
-        middle = (np.arange(count, dtype=np.float64) + 0.5) * _RING_M
+        number = (out / _BIN_M).astype(np.intp)
+        count = int(max(polar_map.ranges[-1], out.max()) / _BIN_M) + 1
+        middle = (np.arange(count, dtype=np.float64) + 0.5) * _BIN_M
         held = np.maximum(np.bincount(number, out, count), 1e-300)
-        gates = np.histogram(polar_map.ranges, np.arange(count + 1) * _RING_M)[0]
+        gates = np.histogram(polar_map.ranges, np.arange(count + 1) * _BIN_M)[0]
         area = polar_map.azimuth.size * polar_map.width * gates * polar_map.step * middle
         square, errors = (np.bincount(number, out * each, count) / held for each in (height**2, noise))
         in_sight = np.bincount(number, out * polar_map.seen[polar_map.known], count) * polar_map.step * polar_map.width
         seen = np.minimum(in_sight / np.maximum(area, 1e-300), 1.0)
         waves = square + errors if polar_map.conditional else square - errors
-        far_enough = middle - 0.5 * _RING_M >= _STEEPEST * mast
+        far_enough = middle - 0.5 * _BIN_M >= _STEEPEST * mast
         lit = far_enough & (seen >= _SEEN)
         best = lit & (errors <= np.median(errors[lit]) if lit.any() else False)
         typical = max(float(np.average(waves[best], weights=area[best])), 0.0) if best.any() else 0.0
@@ -120,13 +120,13 @@ class RangeBins:
         return cls(middle, waves, errors, seen, area, lit & clear, glimpsed)
 
     def weight(self, chosen: NDArray[np.bool_]) -> Field:
-        """Of each range bin among those chosen, by area; their sum is 1."""
+        """(bin,) share of the area of those chosen; the sum is 1."""
         return np.where(chosen, self.area, 0.0) / self.area[chosen].sum()
 
     def edges(self, chosen: NDArray[np.bool_]) -> tuple[float, float]:
         """Where the first of those chosen begins and the last one ends [m]."""
         middles = self.middle[chosen]
-        return float(middles.min()) - 0.5 * _RING_M, float(middles.max()) + 0.5 * _RING_M
+        return float(middles.min()) - 0.5 * _BIN_M, float(middles.max()) + 0.5 * _BIN_M
 
     def within(self, chosen: NDArray[np.bool_], distance: Field) -> NDArray[np.bool_]:
         """Which distances [m] lie between those edges."""

@@ -26,7 +26,7 @@ class Resolution:
 
     @classmethod
     def of(cls, attrs: dict[Hashable, Any], looks_deg: float) -> Resolution:
-        """Of a polar map by its attributes and the angle between its looks."""
+        """From a polar map's attributes and the angle [deg] between its looks."""
         cell, width = float(attrs.get("cell_range_m", 3.0)), float(attrs.get("cell_azimuth_deg", looks_deg))
         window = float(attrs.get("window_range_m", cell)), (float(attrs.get("window_azimuth_deg", width)),)
         estimator = attrs.get("estimator")

@@ -69,7 +69,7 @@ def sea_state(maps: xr.DataTree) -> xr.Dataset:
     `significant_wave_height_std` is against the sea that was seen; how far that may differ from the sea at large, by
     chance, is `significant_wave_height_sampling`, and part of the other errors. Where too little is seen, or too noisy,
     all is NaN; of a calm sea, and of looks that span less than 80°, the period and directions are. Mean direction and
-    spread are NaN as well where no radial velocity tells which way the waves run; `mean_axis` needs none.
+    spread are NaN as well where no radial velocity gives which way the waves run; `mean_axis` needs none.
 
     Method: mean square about mean sea level, less that of the errors (of heights that are the mean of what may be,
     given the echoes, plus that of what they leave open), over the share that cells keep of the spectrum; peak by S⁴

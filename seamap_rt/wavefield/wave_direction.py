@@ -1,10 +1,10 @@
 """Where the waves come from, from one map: their axes by the heights, the way along them by the water's velocity.
 
-A height map alone cannot tell a wave from the same wave run backwards. But water moves with the wave on its crests and
-against it in its troughs: at the surface u = ω coth(kh) η d, of a wave of frequency ω that runs towards d in water of
-depth h (Airy 1845; coth kh is 1 in deep water). Seen along looks l it is v = u·l, and the mean of η v l is ½ σ² ω
-coth(kh) d over looks all around, M σ² ω coth(kh) d with M = mean of l lᵀ over those of a sector. Depth changes its
-length alone, not which way it points. What does not go with the height is no wave: the current, and the Bragg waves
+A height map alone does not separate a wave from the same wave run backwards. But water moves with the wave on its
+crests and against it in its troughs: at the surface u = ω coth(kh) η d, of a wave of frequency ω that runs towards d
+in water of depth h (Airy 1845; coth kh is 1 in deep water). Seen along looks l it is v = u·l, and the mean of η v l is
+½ σ² ω coth(kh) d over looks all around, M σ² ω coth(kh) d with M = mean of l lᵀ over those of a sector. Depth changes
+its length alone, not its direction. What is uncorrelated with the height is no wave: the current, and the Bragg waves
 and breakers that run on the water with the wind. Swell may run against the wind sea: each length of wave has its own
 way.
 """
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ..conventions import unit_from_azimuth
 from ..radar.waveform import next_fast_len
 
-_FEWEST_CELLS = 100  # of a map that tells anything
+_FEWEST_CELLS = 100  # of a map that gives a direction
 _UNSEEN = 1e-3  # of the best seen direction's weight: below it the looks do not see one at all
 _BAND = 1.3  # ratio of wavenumbers from one band to the next
 _PASSES = 4  # the half planes turn with the directions found; they have settled by then
@@ -37,7 +37,7 @@ class Travel:
 
     @classmethod
     def of_one(cls, wave_from_deg: float) -> Travel:
-        """All waves run from one mean direction. Raises ValueError if it is not finite."""
+        """All waves run from one direction [deg clockwise from north]. Raises ValueError if it is not finite."""
         if not np.isfinite(wave_from_deg):
             raise ValueError(f"wave_from_deg = {wave_from_deg:g}: must be finite; give an azimuth in degrees")
         east, north = unit_from_azimuth([wave_from_deg])
@@ -51,9 +51,11 @@ class Travel:
 
     def forth(self, kx: NDArray[np.float64], ky: NDArray[np.float64]) -> NDArray[np.float64]:
         """1 where waves run along the wavevector (kx east, ky north; rad/m), −1 where against it, 0 where unknown."""
-        place = np.log(np.maximum(np.hypot(kx, ky), 1e-12))
+        log_wavenumber = np.log(np.maximum(np.hypot(kx, ky), 1e-12))
         bands = np.log(self.wavenumber)
-        return np.sign(kx * np.interp(place, bands, self.east) + ky * np.interp(place, bands, self.north))
+        return np.sign(
+            kx * np.interp(log_wavenumber, bands, self.east) + ky * np.interp(log_wavenumber, bands, self.north)
+        )
 
 
 def travel(
@@ -68,7 +70,7 @@ def travel(
 
     Arrays (look, gate): height, height_std [m], radial_velocity [m/s] away from the radar, ground_range [m]; NaN cells
     count nothing. azimuth_deg (look,). side: of the squares that cells are gathered in [m]. Of a sector that sees
-    waves from one side alone, what they do along it. All zero for a map that tells nothing.
+    waves from one side alone, what they do along it. All zero for a map that gives none.
     """
     fields = (height, height_std, radial_velocity, ground_range)
     known = np.logical_and.reduce([np.isfinite(field) for field in fields])
@@ -100,7 +102,7 @@ def by_energy(height: NDArray[np.float64], height_std: NDArray[np.float64], side
     height, height_std [m] are (y, x), rows to the north, on squares of `side` [m], NaN where unknown. Of the two ways
     along its axis a wave runs the one nearer to its band's, whose first guess is `way`. Noise and gaps spread over all
     directions alike, and turn a band no way. Over the few wavelengths that a map spans the sea's own mean strays from
-    its spectrum's by some degrees. All zero for a map that tells nothing.
+    its spectrum's by some degrees. All zero for a map that gives none.
     """
     known = np.isfinite(height) & np.isfinite(height_std)
     if np.count_nonzero(known) < _FEWEST_CELLS:

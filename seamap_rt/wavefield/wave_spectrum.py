@@ -79,7 +79,7 @@ class WaveSpectrum:
 
     @property
     def strong(self) -> NDArray[np.bool_]:
-        """Rings that hold more sea than floor."""
+        """(ring,) of rings that hold more sea than floor."""
         return self.ring_power > np.bincount(self.ring, self.floor, self.ring_power.size)
 
     @property
@@ -129,8 +129,8 @@ class Transforms:
         sector = cells.look * _SECTORS // (int(cells.look.max()) + 1)
         side = int(2.0 * reach / _BIN_M) + 1
         column, row = (((axis + reach) / _BIN_M).astype(np.intp) for axis in (cells.x, cells.y))
-        place = (sector * side + column) * side + row
-        image = np.bincount(place, cells.weight * cells.height, _SECTORS * side * side)
+        pixel = (sector * side + column) * side + row
+        image = np.bincount(pixel, cells.weight * cells.height, _SECTORS * side * side)
         image = image.reshape(_SECTORS, side, side).astype(np.float32)
         size = next_fast_len(2 * side)  # twice as fine as the waves that the circle tells apart
         step = 2.0 * np.pi / (size * _BIN_M)

@@ -63,7 +63,7 @@ def test_limits_that_a_refusal_names_pass(tmp_path: Path, away: float, azimuth: 
 
 def test_a_boat_under_way_may_come_to_its_gauges(tmp_path: Path) -> None:
     file = with_gauges(tmp_path, 1, 'name = "a"\neast_m = 50.0\nnorth_m = 0.0')
-    assert load_scene(file, {"platform.speed_m_s": 3.0}).gauges[0].place == (50.0, 0.0)
+    assert load_scene(file, {"platform.speed_m_s": 3.0}).gauges[0].position == (50.0, 0.0)
 
 
 def test_a_staring_radar_has_one_look(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.interferometry.covariance.windows import Covariance
 from seamap_rt.interferometry.geometry.heights import PhaseModel
-from seamap_rt.interferometry.geometry.inversion import Fan, Points, place
+from seamap_rt.interferometry.geometry.inversion import Fan, Points, locate
 from seamap_rt.interferometry.geometry.poses import LookPoses
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.phase.interferogram import Interferogram
@@ -157,6 +157,6 @@ def _on_the_surface(surface: Surface, model: PhaseModel) -> tuple[Array, Array]:
     phase = height
     for _ in range(12):
         phase = model.of_height(height)
-        points: Points = place(model.radar.ranges, phase / wavenumber, model.poses.fan)
+        points: Points = locate(model.radar.ranges, phase / wavenumber, model.poses.fan)
         height = surface(*model.ground(points))
     return height, phase

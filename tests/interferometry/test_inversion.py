@@ -20,7 +20,7 @@ from seamap_rt.interferometry import retrieve
 from seamap_rt.interferometry.covariance.dwells import Dwells
 from seamap_rt.interferometry.covariance.products import Products, dwell_means
 from seamap_rt.interferometry.covariance.windows import Covariance, independent_looks, window_weights
-from seamap_rt.interferometry.geometry.inversion import Fan, difference_at_height, height_per_phase, place
+from seamap_rt.interferometry.geometry.inversion import Fan, difference_at_height, height_per_phase, locate
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RetrievalSettings
 
@@ -42,7 +42,7 @@ def triangle(tilt: float, baseline: float) -> tuple[np.ndarray, ...]:
 def test_height_and_ground_range(share: float, tilt: float, baseline: float) -> None:
     # r = R₁ + share ΔR rounds R₁ by an ulp, and ΔR/B carries few ulp: R · 1e-15 · R/… as the closed form itself.
     ground, height, lower, delta = triangle(tilt, baseline)
-    got = place(lower + share * delta, delta, Fan.upright(baseline, 5.0, tilt, share))
+    got = locate(lower + share * delta, delta, Fan.upright(baseline, 5.0, tilt, share))
     np.testing.assert_allclose(got.height, height, rtol=0, atol=1e-10)
     np.testing.assert_allclose(got.out, ground, rtol=0, atol=1e-9)
     np.testing.assert_array_equal(got.right, 0.0)
@@ -59,7 +59,7 @@ def test_round_trip(share: float, tilt: float, baseline: float) -> None:
     fan = Fan.upright(baseline, 5.0, tilt, share)
     got = difference_at_height(gate, height, fan)
     np.testing.assert_allclose(got, delta, rtol=0, atol=20 * EPS)
-    np.testing.assert_allclose(place(gate, got, fan).height, height, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(locate(gate, got, fan).height, height, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("tilt", TILTS)
@@ -69,7 +69,7 @@ def test_height_per_phase_is_the_derivative(tilt: float) -> None:
     fan = Fan.upright(baseline, 5.0, tilt)
     middle = difference_at_height(gate, 0.0, fan)
     step = 1e-6
-    up, down = (place(gate, middle + s, fan).height for s in (step, -step))
+    up, down = (locate(gate, middle + s, fan).height for s in (step, -step))
     slope = np.abs(up - down) / (2.0 * step) * wavelength / (2.0 * np.pi)
     got = height_per_phase(gate, middle, fan, wavelength)
     np.testing.assert_allclose(got, slope, rtol=2.0 * baseline / gate.min())
@@ -80,10 +80,10 @@ def test_height_per_phase_is_the_derivative(tilt: float) -> None:
 def test_no_triangle_no_height() -> None:
     # Warnings are errors here: none may be given.
     for difference, baseline in ((0.01, 0.0), (0.21, 0.2), (-0.25, 0.2), (np.nan, 0.2), (0.0, np.nan)):
-        found = place(100.0, difference, Fan.upright(baseline, 5.0))
+        found = locate(100.0, difference, Fan.upright(baseline, 5.0))
         assert np.isnan(found.height)
         assert np.isnan(found.out)
-    mixed = place(100.0, np.array([0.01, 0.3]), Fan.upright(0.2, 5.0))
+    mixed = locate(100.0, np.array([0.01, 0.3]), Fan.upright(0.2, 5.0))
     np.testing.assert_array_equal(np.isnan(mixed.height), [False, True])
     # A gate nearer than the mast is high: no sea at z = 0 there, and no warning either.
     assert np.isfinite(difference_at_height(4.0, 0.0, Fan.upright(0.2, 5.0)))

@@ -13,7 +13,7 @@ from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.errors import SchemaError
 from seamap_rt.interferometry import retrieve, retrieve_one
 from seamap_rt.interferometry.covariance.dwells import Dwells
-from seamap_rt.interferometry.geometry.inversion import Fan, difference_at_height, height_per_phase, place
+from seamap_rt.interferometry.geometry.inversion import Fan, difference_at_height, height_per_phase, locate
 from seamap_rt.interferometry.geometry.poses import LookPoses, PulsePoses
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.retrieval import retrieve_turn
@@ -87,7 +87,7 @@ def test_the_place_of_an_exact_phase(attitude, scan, tilt, baseline, height, rea
     difference = (np.sum(base**2, axis=1) - 2.0 * base @ away[0]) / (length + length[0])
     gate = length[0] + 0.25 * difference[1] + 0.5 * np.mean(difference[list(senders)])
     poses = pose_of(attitude, scan, tilt, antennas, senders)
-    found = place(gate, difference[1], poses.fan)
+    found = locate(gate, difference[1], poses.fan)
     assert np.abs(found.height - point[2]).max() < 1e-6
     for got, asked in zip(poses.world(found), point[:2], strict=True):
         assert np.abs(got - asked).max() < 1e-5
@@ -111,7 +111,7 @@ def test_receivers_on_either_side_of_the_fans_plane(aside: float, distance: floa
     point = middle + distance * (np.cos(eta) * axes[1] + np.sin(eta) * axes[2])
     length = np.linalg.norm(point - antennas, axis=1)
     poses = pose_of((8.0, -3.0, 40.0), 70.0, 4.0, antennas, (0, 1))
-    found = place(length.mean(), length[1] - length[0], poses.fan)
+    found = locate(length.mean(), length[1] - length[0], poses.fan)
     # What a range of R loses in a plane a beside it: a²/2R; and a part of the baseline's own length.
     assert np.abs(found.height - point[2]).max() < aside**2 / distance + 1e-7 * distance**2
 
@@ -122,7 +122,7 @@ def test_height_per_phase_is_the_derivative_for_a_leaning_fan(roll: float) -> No
     antennas = np.array((0.0, 0.0, 5.0)) + 0.2 * np.array(((0.0, 0.0, -0.5), (0.0, 0.0, 0.5))) @ axes
     fan, gate, step = pose_of((roll, 4.0, 0.0), 60.0, 5.0, antennas, (0, 1)).fan, np.array([30.0, 100.0, 400.0]), 1e-6
     middle = difference_at_height(gate, 0.0, fan)
-    up, down = (place(gate, middle + s, fan).height for s in (step, -step))
+    up, down = (locate(gate, middle + s, fan).height for s in (step, -step))
     for paths in (1, 2):
         slope = np.abs(up - down) / (2.0 * step) * 0.03 / (2.0 * np.pi * paths)
         np.testing.assert_allclose(height_per_phase(gate, middle, fan, 0.03, paths), slope, rtol=2.0 * 0.2 / 30.0)
@@ -169,7 +169,7 @@ def test_a_fan_taken_for_upright_would_be_wrong() -> None:
     away = np.linalg.norm(points[90, :, None] - antennas[90], axis=-1)
     difference = away[:, 1] - away[:, 0]
     fan = Fan.upright(0.2 * axes[90, 2, 2], antennas[90, 0, 2])
-    wrong = place(boat.ranges, difference, fan).height
+    wrong = locate(boat.ranges, difference, fan).height
     assert np.abs(wrong).min() > 0.1
 
 

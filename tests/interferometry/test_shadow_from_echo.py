@@ -34,13 +34,13 @@ def test_a_flat_sea_hides_nothing(speckled: bool) -> None:
     power = LIT * (rng.exponential(size=(LOOKS, RANGES.size)) if speckled else np.ones((LOOKS, 1)))
     slope, spread = np.zeros(power.shape), np.full(power.shape, 0.02)
     still = shadow.shadow(power, LIT, slope, shadow.rms_slope(slope, spread), GRAZING, (CELL, WIDTH))
-    np.testing.assert_array_equal(still.visible_fraction, 1.0)
+    np.testing.assert_array_equal(still.visible_share, 1.0)
     np.testing.assert_array_equal(still.crest_bias, 0.0)
     # Slopes of a flat sea come out as their noise, 0.001: the grazing angle, 0.017 at the least, is 6 times what that
     # makes of the sea's slopes. A cell must fade by 30 dB with all its neighbours to be taken for hidden.
     slope = rng.normal(scale=1e-3, size=power.shape)
     found = shadow.shadow(power, LIT, slope, shadow.rms_slope(slope, spread), GRAZING, (CELL, WIDTH))
-    assert found.visible_fraction.min() > 0.99
+    assert found.visible_share.min() > 0.99
     assert found.crest_bias.max() < 1e-4
 
 
@@ -51,7 +51,7 @@ def test_a_sinusoid_casts_its_shadows_where_they_are(wave_height: float, wavelen
     k = 2.0 * np.pi / wavelength
     slope = np.broadcast_to(-0.5 * wave_height * k * np.sin(k * RANGES), (LOOKS, RANGES.size))
     # A sinusoid has no shorter waves, so that its rms slope is its own.
-    found = shadow.visible_fraction(heard(exact), LIT, slope, wave_height * k / np.sqrt(8.0), GRAZING)
+    found = shadow.visible_share(heard(exact), LIT, slope, wave_height * k / np.sqrt(8.0), GRAZING)
     # A cell that is cut by an edge is told to some 0.2, and its neighbours' skirts reach a gate into the dark.
     assert np.abs(found - exact).mean() < 0.1
     assert abs(found.mean() - exact.mean()) < 0.05
@@ -68,7 +68,7 @@ def test_shadow_is_told_from_faded_speckle() -> None:
     inside = (middle > 1) & (middle < 6)
     power = lit * rng.exponential(size=lit.shape)
     level = np.full((1, lit.shape[1]), 1.18)  # what `lit_power` gives for exponential speckle
-    share = shadow.visible_fraction(power, level, np.zeros(power.shape), SLOPE_RMS, np.full(level.shape, SLOPE_RMS))
+    share = shadow.visible_share(power, level, np.zeros(power.shape), SLOPE_RMS, np.full(level.shape, SLOPE_RMS))
     # 0.86 and 0.03 here; some 700 independent cells of either kind, which scatter by 0.2, leave 0.01.
     assert share[:, inside][lit[:, inside]].mean() > 0.82
     assert share[:, inside][~lit[:, inside]].mean() < 0.07
@@ -78,7 +78,7 @@ def test_a_lower_antenna_sees_less() -> None:
     rng = np.random.default_rng(3)
     power = LIT * rng.exponential(size=(LOOKS, RANGES.size))
     slope = rng.normal(scale=0.05, size=power.shape)
-    shares = [shadow.visible_fraction(power, LIT, slope, SLOPE_RMS, h / RANGES[None]) for h in (2.0, 5.0, 10.0)]
+    shares = [shadow.visible_share(power, LIT, slope, SLOPE_RMS, h / RANGES[None]) for h in (2.0, 5.0, 10.0)]
     assert (shares[0] < shares[1]).all()
     assert (shares[1] < shares[2]).all()
 
@@ -95,10 +95,10 @@ def test_the_looks_have_no_first_one() -> None:
     rng = np.random.default_rng(4)
     power = LIT * rng.exponential(size=(LOOKS, RANGES.size))
     slope = rng.normal(scale=0.05, size=power.shape)
-    share = shadow.visible_fraction(power, LIT, slope, SLOPE_RMS, GRAZING)
-    moved = shadow.visible_fraction(power[5:], LIT, slope[5:], SLOPE_RMS, GRAZING)
+    share = shadow.visible_share(power, LIT, slope, SLOPE_RMS, GRAZING)
+    moved = shadow.visible_share(power[5:], LIT, slope[5:], SLOPE_RMS, GRAZING)
     np.testing.assert_allclose(moved[1:], share[6:], rtol=1e-12)
-    turned = shadow.visible_fraction(power[::-1], LIT, slope[::-1], SLOPE_RMS, GRAZING)  # nor a sense of their own
+    turned = shadow.visible_share(power[::-1], LIT, slope[::-1], SLOPE_RMS, GRAZING)  # nor a sense of their own
     np.testing.assert_allclose(turned[::-1], share, rtol=1e-12)
 
 
@@ -135,6 +135,6 @@ def test_nothing_is_said_of_cells_without_power() -> None:
     power = np.broadcast_to(LIT, (3, RANGES.size)).copy()
     power[1, 7] = np.nan
     found = shadow.shadow(power, LIT, np.zeros(power.shape), SLOPE_RMS, GRAZING, (CELL, WIDTH))
-    for field in (found.visible_fraction, found.crest_bias, found.hidden_std):
+    for field in (found.visible_share, found.crest_bias, found.hidden_std):
         assert np.isnan(field[1, 7])
         assert np.isfinite(np.delete(field, 7, axis=1)).all()

@@ -237,7 +237,7 @@ def test_end_of_a_turn_is_the_start_of_the_next_bit_by_bit(motion: str) -> None:
     shared, here, there = np.intersect1d(numbers[0], numbers[1], return_indices=True)
     assert shared.size > 30
     assert_array_equal(first.time[here], second.time[there])
-    assert_array_equal(first.place_azimuth[here], second.place_azimuth[there])
+    assert_array_equal(first.circle_azimuth[here], second.circle_azimuth[there])
     for name in ("origin", "attitude", "axes", "offsets"):
         assert_array_equal(getattr(first.pose, name)[here], getattr(second.pose, name)[there])
     elevation, later = (sea_on_grid(water, grid)[0] for grid in (first, second))
@@ -277,6 +277,6 @@ def test_a_mast_at_rest_leaves_the_mesh_as_it_is() -> None:
     water = sea.realize(made.sea, 7)
     alone = polar_grid(made.radar, made.tracing, 1)
     carried = polar_grid(made.radar, made.tracing, 1, Mast(made.radar, made.platform))
-    for name in ("time", "azimuth", "sweep", "drift", "antenna_positions", "place_azimuth"):
+    for name in ("time", "azimuth", "sweep", "drift", "antenna_positions", "circle_azimuth"):
         assert_array_equal(getattr(alone, name), getattr(carried, name))
     assert_array_equal(sea_on_grid(water, alone)[0], sea_on_grid(water, carried)[0])

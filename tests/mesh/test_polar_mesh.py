@@ -243,7 +243,7 @@ def test_end_of_a_turn_is_the_start_of_the_next() -> None:
     # The same places and times, to the bit; 1e-9 is a metre times the rounding of sums in another order.
     assert_allclose(first.elevation[-lines:], second.elevation[:lines], rtol=0.0, atol=1e-9)
     assert_array_equal(first.grid.time[-lines:], second.grid.time[:lines])
-    assert_array_equal(first.grid.place_azimuth[-lines:], second.grid.place_azimuth[:lines])
+    assert_array_equal(first.grid.circle_azimuth[-lines:], second.grid.circle_azimuth[:lines])
 
 
 def test_rungs_start_at_the_mast_and_hold_the_last_gate() -> None:

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from seamap_rt import analytic
 from seamap_rt.physics.phase_noise import cramer_rao_phase_std
 from seamap_rt.physics.shadowing import (
-    regular_wave_visible_fraction,
+    regular_wave_visible_share,
     second_bounce_share,
     shadowing_smith67,
     shadowing_wagner67,
@@ -45,7 +45,7 @@ def test_a_regular_wave_by_sampled_crests_is_the_judges_by_roots(
     edges = np.arange(20.0, 401.0, 20.0)
     seen, _ = analytic.sinusoid_visible_intervals(height, length, mast, 0.0, 400.0, phase)
     exact = analytic.visible_share(seen**2, edges**2)
-    assert_allclose(regular_wave_visible_fraction(height, length, mast, phase, edges), exact, atol=5e-5)
+    assert_allclose(regular_wave_visible_share(height, length, mast, phase, edges), exact, atol=5e-5)
     assert 0.0 < exact.mean() < 0.9
 
 

@@ -115,7 +115,7 @@ def test_after_12_hours_the_mesh_has_the_same_lines() -> None:
     grids = [polar_grid(made.radar, made.meshing, turn) for turn in (0, HALF_DAY)]
     assert grids[0].sweep.size == grids[1].sweep.size
     assert_allclose(grids[1].time - 43_200.0, grids[0].time, rtol=0.0, atol=2.0 * np.spacing(43_200.0))
-    assert_array_equal(grids[1].place_azimuth, grids[0].place_azimuth)
+    assert_array_equal(grids[1].circle_azimuth, grids[0].circle_azimuth)
 
 
 def test_after_12_hours_the_meshed_sea_is_the_sum_of_its_waves() -> None:

@@ -18,7 +18,7 @@ from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION, profile
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing.horizon import trace_horizon
-from seamap_rt.tracing.rays import RayTracer, SeaScene, what_can_be_hit
+from seamap_rt.tracing.rays import RayTracer, SeaScene, occluding_surface
 from seamap_rt.tracing.shadow_rays import shadow_rays
 from seamap_rt.tracing.shapes import mitsuba
 
@@ -54,10 +54,10 @@ def with_and_without(mesh: SurfaceMesh) -> tuple[list[NDArray[np.bool_]], list[N
         rays = shadow_rays(mesh, mesh.facets, sheet)
         antennas = mesh.grid.antenna_positions[sheet[0].start]
         whole.append(rays.lit(SeaScene(mesh.trimesh(sheet), antennas, 10e9, WATER).hits(rays)))
-        surface = what_can_be_hit(mesh, sheet, rays.turned_away)
+        surface = occluding_surface(mesh, sheet, rays.facing_away)
         part.append(rays.lit(SeaScene(surface, antennas, 10e9, WATER).hits(rays)))
         walls = sum(2 * (2 * mesh.grid.ground_range.size + each.stop - each.start - 2) for each in sheet)
-        out.append(1.0 - (len(surface.faces) - walls) / rays.turned_away.size)
+        out.append(1.0 - (len(surface.faces) - walls) / rays.facing_away.size)
     return whole, part, float(np.mean(out))
 
 
@@ -106,20 +106,20 @@ def test_nothing_is_left_out_under_an_antenna_that_leans_over_the_sea() -> None:
     assert_array_equal(whole[0], part[0])
 
 
-def test_turned_away_facets_are_seen_from_the_front_by_no_antenna_of_the_turn() -> None:
+def test_facets_facing_away_are_seen_from_the_front_by_no_antenna_of_the_turn() -> None:
     """By the corners in float64, from every column's antennas."""
     mesh = mesh_of(scene("rough_ride", radar__sector_deg=[250.0, 265.0]))
     (sheet,) = mesh.sheets()
     rays = shadow_rays(mesh, mesh.facets, sheet)
     surface = mesh.trimesh(sheet)
     vertices, faces = surface.vertices, surface.faces
-    corners = vertices[faces[rays.turned_away.ravel()]]
+    corners = vertices[faces[rays.facing_away.ravel()]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     antennas = rays.starts.astype(np.float64)
     above = np.max([np.sum(normal * (place - corners[:, 0]), axis=1) / normal[:, 2] for place in antennas], axis=0)
-    assert 0.1 < rays.turned_away.mean() < 0.9
+    assert 0.1 < rays.facing_away.mean() < 0.9
     assert above.max() < 0.0
-    assert not np.any(rays.front & rays.turned_away)
+    assert not np.any(rays.front & rays.facing_away)
 
 
 # ----------------------------------------------------------------------------------- where rays start and end

@@ -22,7 +22,7 @@ from seamap_rt.scattering.permittivity import permittivity_meissner_wentz12
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.session import simulate
 from seamap_rt.tracing import Illumination, tracer
-from seamap_rt.tracing.rays import RayTracer, SeaScene, what_can_be_hit
+from seamap_rt.tracing.rays import RayTracer, SeaScene, occluding_surface
 
 TRACERS = ("facets", "horizon")
 Height = Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -417,10 +417,10 @@ def test_what_is_traced_each_turn_is_a_trimesh(sector: list[float], monkeypatch:
     surfaces: list[trimesh.Trimesh] = []
 
     def recorded(*arguments: Any) -> trimesh.Trimesh:
-        surfaces.append(what_can_be_hit(*arguments))
+        surfaces.append(occluding_surface(*arguments))
         return surfaces[-1]
 
-    monkeypatch.setattr("seamap_rt.tracing.rays.what_can_be_hit", recorded)
+    monkeypatch.setattr("seamap_rt.tracing.rays.occluding_surface", recorded)
     for turn in range(2):
         mesh = mesh_turn(water, made.radar, made.meshing, turn)
         surfaces.clear()

@@ -25,17 +25,17 @@ INKS = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE)
 CORNERS = tuple(product((0.05, 0.2, 0.9), (3.0, 5.0, 20.0)))  # baselines, masts [m]
 
 
-def radar_of(**asked: object) -> RadarSettings:
-    return RadarSettings.model_validate({"sector_deg": (20.0, 29.0), "range_m": (24.0, 400.0), **asked})
+def radar_of(**settings: object) -> RadarSettings:
+    return RadarSettings.model_validate({"sector_deg": (20.0, 29.0), "range_m": (24.0, 400.0), **settings})
 
 
-def polar(echoes: xr.Dataset, **asked: object) -> xr.Dataset:
+def polar(echoes: xr.Dataset, **settings: object) -> xr.Dataset:
     """The polar map of one turn, without the outermost looks, whose windows are cut."""
-    wanted = RetrievalSettings.model_validate({**ONE_GATE, **asked})
+    wanted = RetrievalSettings.model_validate({**ONE_GATE, **settings})
     return sr.retrieve(echoes, wanted)["polar"].to_dataset().isel(turn=0, azimuth=slice(1, -1))
 
 
-def places(maps: xr.Dataset, radar: RadarSettings) -> tuple[Array, Array]:
+def positions(maps: xr.Dataset, radar: RadarSettings) -> tuple[Array, Array]:
     """East and north [m] of the cells: along the mean azimuth of the pulses of their look, half a pulse early."""
     late = 180.0 * radar.rotation_rpm / 60.0 / radar.prf_hz
     azimuth = np.radians(maps["azimuth"].values - late)[:, None]
@@ -44,7 +44,7 @@ def places(maps: xr.Dataset, radar: RadarSettings) -> tuple[Array, Array]:
 
 
 def height_error(maps: xr.Dataset, radar: RadarSettings, sea: Surface) -> Array:
-    return maps["height"].values - sea.height(*places(maps, radar))
+    return maps["height"].values - sea.height(*positions(maps, radar))
 
 
 # ------------------------------------------------------------------------------------------------------- flat sea
@@ -56,11 +56,11 @@ def flat_heights(full: bool) -> Outcome:
     highest = max(float(np.max(np.abs(each))) for _, each in errors.values())
     distributed = {height: _distributed_flat(height) for height in (5.0, 20.0)}
     checks = [at_most("highest |z| of all gates, baselines 0.05–0.9 m, masts 3–20 m", 1e3 * highest, 1.0, "mm")]
-    for height, (gates, found, predicted) in distributed.items():
-        off = float(np.max(np.abs(found - predicted)))
+    for height, (gates, retrieved, predicted) in distributed.items():
+        off = float(np.max(np.abs(retrieved - predicted)))
         what = f"distributed sea, {height:g} m mast: gates' heights against the integral, {gates[0]:.0f}–400 m"
         checks.append(at_most(what, 1e3 * off, 5.0, "mm"))
-        beyond = float(np.max(np.abs(found[gates > 100.0])))
+        beyond = float(np.max(np.abs(retrieved[gates > 100.0])))
         checks.append(recorded(f"the height itself beyond 100 m, {height:g} m mast, at most", f"{1e3 * beyond:.1f} mm"))
     caption = (
         "Left: the largest height in each gate that the map gives to a flat sea of single points. Right: a flat sea of "
@@ -98,8 +98,8 @@ def _distributed_flat(mast: float) -> tuple[Array, Array, Array]:
         ground = np.sqrt((gates - 0.5 * level) ** 2 - low**2)
         level = analytic.range_difference(ground, 0.0, radar.baseline_m, low)
     difference = level + np.angle(covariance * np.exp(-1j * wavenumber * level)) / wavenumber
-    found = analytic.height_from_range_difference(gates - 0.5 * difference, difference, radar.baseline_m, low)
-    return gates, found, analytic.flat_sea_gate_height(radar, gates)
+    retrieved = analytic.height_from_range_difference(gates - 0.5 * difference, difference, radar.baseline_m, low)
+    return gates, retrieved, analytic.flat_sea_gate_height(radar, gates)
 
 
 @style.styled
@@ -112,15 +112,15 @@ def _draw_flat(
         if mast == 5.0:
             ink = INKS[(0.05, 0.2, 0.9).index(baseline)]
             left.semilogy(gates, 1e3 * error, color=ink, lw=0.8, label=f"baseline {baseline:g} m")
-    left.axhline(1.0, color=style.BLACK, lw=0.8, ls="--", label="asked")
+    left.axhline(1.0, color=style.BLACK, lw=0.8, ls="--", label="required")
     left.set_ylim(1e-8, 1e5)
     left.legend(loc="upper right")
     style.graph(left, "range [m]", "height [mm]", "Single points, 5 m mast: largest |height|")
     right = style.place(figure, 4.1, 0.35, 2.9, 1.9)
-    for (mast, (gates, found, predicted)), ink in zip(distributed.items(), INKS, strict=False):
+    for (mast, (gates, retrieved, predicted)), ink in zip(distributed.items(), INKS, strict=False):
         near = gates < 120.0
         right.plot(gates[near], 1e2 * predicted[near], color=ink, label=f"{mast:g} m mast")
-        right.plot(gates[near], 1e2 * found[near], ".", color=ink, ms=3)
+        right.plot(gates[near], 1e2 * retrieved[near], ".", color=ink, ms=3)
     right.legend(loc="lower right")
     style.graph(right, "range [m]", "height [cm]", "Distributed sea: height of a gate")
     return figure
@@ -136,7 +136,7 @@ def tilted_planes(full: bool) -> Outcome:
     for plane, (transmit, interferogram) in product(planes, product(("single", "switched"), ("single_pulse",))):
         radar = radar_of(transmit=transmit, interferogram=interferogram, range_m=(24.0, 200.0))
         maps = polar(analytic.echoes(plane, radar))
-        x, y = places(maps, radar)
+        x, y = positions(maps, radar)
         heights = max(heights, float(np.nanmax(np.abs(height_error(maps, radar, plane)))))
         away = np.arctan2(x, y)
         outward = plane.slope_x * np.sin(away) + plane.slope_y * np.cos(away)
@@ -165,11 +165,11 @@ def sinusoid(full: bool) -> Outcome:
         radar = radar_of(baseline_m=0.4, range_m=(30.0, 200.0))
         echoes = analytic.echoes(sea, radar)
         fine, default = polar(echoes), polar(echoes, estimator="adaptive", cell_range_m=3.0)
-        ratio, turned = _fitted(fine, radar, sea)
-        checks.append(within(f"amplitude found over true, {length:g} m long", ratio, 1.0, 2e-3))
-        checks.append(within(f"phase found less true, {length:g} m long", turned, 0.0, 0.2, "°"))
-        ratio, turned = _fitted(default, radar, sea)
-        checks.append(recorded(f"the same by the default windows, {length:g} m long", f"{ratio:.4f}, {turned:+.2f}°"))
+        ratio, phase = _fitted(fine, radar, sea)
+        checks.append(within(f"retrieved amplitude over true, {length:g} m long", ratio, 1.0, 2e-3))
+        checks.append(within(f"retrieved phase less true, {length:g} m long", phase, 0.0, 0.2, "°"))
+        ratio, phase = _fitted(default, radar, sea)
+        checks.append(recorded(f"the same by the default windows, {length:g} m long", f"{ratio:.4f}, {phase:+.2f}°"))
         fits[length] = (fine, default, radar, sea)
     caption = (
         "Height along the middle look of regular waves 0.2 m high, seen along their direction. Line: the wave; dots: "
@@ -180,7 +180,7 @@ def sinusoid(full: bool) -> Outcome:
 
 def _fitted(maps: xr.Dataset, radar: RadarSettings, sea: analytic.SinusoidSea) -> tuple[float, float]:
     """Amplitude over the true one and phase [°] less the true one, of the map's heights at the sea's wavelength."""
-    x, y = places(maps, radar)
+    x, y = positions(maps, radar)
     height = maps["height"].values
     held = np.isfinite(height)
     quarter = analytic.SinusoidSea(sea.height_m, sea.wavelength_m, sea.wave_from_deg, sea.phase_deg - 90.0)
@@ -198,7 +198,7 @@ def _draw_waves(fits: dict) -> Figure:
         for maps, mark in ((fine, "."), (default, "x")):
             ground = maps["ground_range"].values[middle]
             axes.plot(ground, 100.0 * maps["height"].values[middle], mark, ms=3, color=style.BLUE, mew=0.7)
-        x, y = places(fine, radar)
+        x, y = positions(fine, radar)
         ground = fine["ground_range"].values[middle]
         axes.plot(ground, 100.0 * sea.height(x, y)[middle], color=style.VERMILION, lw=0.8)
         last = row == len(fits) - 1
@@ -224,7 +224,7 @@ CASES = [
         title="A tilted plane keeps its height and its slopes",
         rationale="Slopes are a product of their own, taken along range and across it by different means.",
         setup="Exact echoes of three planes, one transmitter and two, 24–200 m, one gate a cell.",
-        expectation="Heights to 1 mm, slopes to 1e-4: the mean place of a look's arc lies R·(1.8°)²/24 within it, half "
+        expectation="Heights to 1 mm, slopes to 1e-4: the mean point of a look's arc lies R·(1.8°)²/24 within it, half "
         "a millimetre on the highest of these planes.",
         run=tilted_planes,
     ),
@@ -234,7 +234,7 @@ CASES = [
         title="Regular waves keep their amplitude and their phase",
         rationale="A map that damps or shifts waves would pass on a flat sea.",
         setup="Exact echoes of waves 20, 40 and 80 m long and 0.2 m high, seen along their direction, baseline 0.4 m.",
-        expectation="Amplitude to 0.2 % and phase to 0.2°: the mean place of a look's arc lies R·(1.8°)²/24 within it, "
+        expectation="Amplitude to 0.2 % and phase to 0.2°: the mean point of a look's arc lies R·(1.8°)²/24 within it, "
         "5 mm in the mean of these ranges or 0.08° of a 20 m wave, and bends an amplitude by less. What the default "
         "windows do is for the record: they follow the waves they find, and 170 m hold two of 80 m.",
         run=sinusoid,

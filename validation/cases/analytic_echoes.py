@@ -35,15 +35,15 @@ def flat_scene(**radar: object) -> Scene:
 
 def radar_equation(full: bool) -> Outcome:
     """Every gate's expected power against the integral, for two patterns, two masts and a tilted array."""
-    asked = [(pattern, mast, 0.0) for pattern in ("slotted_waveguide", "gaussian") for mast in (5.0, 20.0)]
+    cases = [(pattern, mast, 0.0) for pattern in ("slotted_waveguide", "gaussian") for mast in (5.0, 20.0)]
     checks, curves = [], []
-    for pattern, mast, tilt in (*asked, ("slotted_waveguide", 5.0, 8.0)):
+    for pattern, mast, tilt in (*cases, ("slotted_waveguide", 5.0, 8.0)):
         antenna = {"antenna.pattern": pattern, "height_m": mast, "tilt_deg": tilt}
         scene = flat_scene(**antenna, sector_deg=[0.0, 3.6], range_m=[30.0, 400.0])
         expected = sr.expected(scene)
-        gates, found = expected["range"].values, expected["power"].values[0, 1].mean(axis=0)
+        gates, simulated = expected["range"].values, expected["power"].values[0, 1].mean(axis=0)
         judge = analytic.flat_sea_power(scene.radar, from_db(NRCS_DB), gates)
-        off = float(np.max(np.abs(db(found / judge))))
+        off = float(np.max(np.abs(db(simulated / judge))))
         checks.append(
             at_most(
                 f"{pattern.replace('_', ' ')}, {mast:g} m mast, tilt {tilt:g}°: worst of {gates.size} gates",
@@ -53,7 +53,7 @@ def radar_equation(full: bool) -> Outcome:
             )
         )
         textbook = analytic.flat_sea_power_textbook(scene.radar, from_db(NRCS_DB), gates)
-        curves.append((f"{pattern.replace('_', ' ')}, {mast:g} m", gates, found, judge, textbook))
+        curves.append((f"{pattern.replace('_', ' ')}, {mast:g} m", gates, simulated, judge, textbook))
     gap = db(curves[0][4] / curves[0][2])
     words = f"{gap[0]:.2f} dB at 30 m, {gap[-1]:.2f} dB at 400 m"
     checks.append(recorded("what the handbook's closed form promises too much, slotted waveguide, 5 m", words))
@@ -68,9 +68,9 @@ def radar_equation(full: bool) -> Outcome:
 def _draw_power(curves: list[tuple[str, Array, Array, Array, Array]]) -> Figure:
     figure = style.new_figure(3.0)
     axes = style.place(figure, 0.6, 0.3, 4.3, 2.25)
-    for (name, gates, found, judge, textbook), ink in zip(curves, INKS, strict=False):
+    for (name, gates, simulated, judge, textbook), ink in zip(curves, INKS, strict=False):
         axes.plot(gates, db(judge) + 30.0, color=ink, lw=0.9, label=name)
-        axes.plot(gates[::10], db(found)[::10] + 30.0, ".", color=ink, ms=4)
+        axes.plot(gates[::10], db(simulated)[::10] + 30.0, ".", color=ink, ms=4)
         axes.plot(gates, db(textbook) + 30.0, "--", color=ink, lw=0.6)
     axes.set_ylim(-150.0, -60.0)
     axes.legend(bbox_to_anchor=(1.02, 1.0), loc="upper left")
@@ -96,8 +96,8 @@ def speckle(full: bool) -> Outcome:
         error = float(share.std(ddof=1) / np.sqrt(50))
         what = f"share of intensities above {level:g} of their mean"
         checks.append(within(what, float(share.mean()), float(np.exp(-level)), 4.0 * error))
-    lags, found, laws = _forgetting()
-    for tau, kept in found.items():
+    lags, correlations, laws = _forgetting()
+    for tau, kept in correlations.items():
         checks.append(
             at_most(
                 f"correlation in time, τc = {1e3 * tau:g} ms, worst lag", float(np.max(np.abs(kept - laws[tau]))), 0.05
@@ -107,7 +107,7 @@ def speckle(full: bool) -> Outcome:
         "Left: intensities of a flat sea's echo over their mean, and the exponential that many scatterers give. Right: "
         "correlation of the voltages over that of speckle that never changes, and exp(−(τ/τc)²)."
     )
-    return Outcome(tuple(checks), _draw_speckle(intensity, lags, found), caption)
+    return Outcome(tuple(checks), _draw_speckle(intensity, lags, correlations), caption)
 
 
 def _forgetting() -> tuple[Array, dict[float, Array], dict[float, Array]]:
@@ -122,12 +122,12 @@ def _forgetting() -> tuple[Array, dict[float, Array], dict[float, Array]]:
         return np.array([np.mean(volts[lag:] * volts[: volts.shape[0] - lag].conj()) for lag in lags])
 
     still, times = correlation(np.inf), lags / scene.radar.prf_hz
-    found = {tau: (correlation(tau) / still).real for tau in (2e-3, 5e-3)}
-    return times, found, {tau: np.exp(-((times / tau) ** 2)) for tau in found}
+    correlations = {tau: (correlation(tau) / still).real for tau in (2e-3, 5e-3)}
+    return times, correlations, {tau: np.exp(-((times / tau) ** 2)) for tau in correlations}
 
 
 @style.styled
-def _draw_speckle(intensity: Array, lags: Array, found: dict[float, Array]) -> Figure:
+def _draw_speckle(intensity: Array, lags: Array, correlations: dict[float, Array]) -> Figure:
     figure = style.new_figure(2.7)
     left = style.place(figure, 0.55, 0.3, 2.9, 1.95)
     edges = np.linspace(0.0, 8.0, 41)
@@ -137,7 +137,7 @@ def _draw_speckle(intensity: Array, lags: Array, found: dict[float, Array]) -> F
     left.semilogy(edges, np.exp(-edges), color=style.VERMILION, lw=0.9)
     style.graph(left, "intensity over its mean", "density", "One pulse, one gate")
     right = style.place(figure, 4.1, 0.3, 2.9, 1.95)
-    for (tau, kept), ink in zip(found.items(), INKS, strict=False):
+    for (tau, kept), ink in zip(correlations.items(), INKS, strict=False):
         fine = np.linspace(0.0, lags[-1], 200)
         right.plot(1e3 * fine, np.exp(-((fine / tau) ** 2)), color=ink, lw=0.9)
         right.plot(1e3 * lags, kept, ".", color=ink, ms=5, label=f"τc = {1e3 * tau:g} ms")
@@ -188,8 +188,8 @@ def _bias_of(pairs: str) -> tuple[Array, Array]:
     mode = {"transmit": "single", "interferogram": "alternating_pulse", "baseline_m": 0.1}
     radar = RadarSettings.model_validate({"sector_deg": (0.0, 18.0), "range_m": (40.0, 250.0), **mode})
     echoes = analytic.echoes(analytic.FlatSea(), radar, radial_velocity_m_s=RECEDING)
-    asked = {"estimator": "single_cell", "cell_range_m": 1.5, "ground_m": 500.0, "pulse_pairs": pairs}
-    maps = sr.retrieve(echoes, RetrievalSettings.model_validate(asked))["polar"].to_dataset()
+    settings = {"estimator": "single_cell", "cell_range_m": 1.5, "ground_m": 500.0, "pulse_pairs": pairs}
+    maps = sr.retrieve(echoes, RetrievalSettings.model_validate(settings))["polar"].to_dataset()
     return maps["range"].values, maps["height"].values[0, 1:-1].mean(axis=0)
 
 

@@ -38,16 +38,18 @@ def edge(full: bool) -> Outcome:
     facets = tracer("horizon", scene.radar, scene.scattering, diffraction="knife_edge")(mesh)
     assert facets.field is not None
     behind = facets.distance > RIDGE_M + 2.0
-    distance, found = facets.distance[behind], facets.field[0, 3, behind].astype(np.complex128)
+    distance, computed = facets.distance[behind], facets.field[0, 3, behind].astype(np.complex128)
     v = _fresnel_height(distance)
     exact = knife_edge(v)
     ends = RIDGE_M * 5.0 / (5.0 - CREST_M)
-    size = np.abs(found)
+    size = np.abs(computed)
     rising = distance < ends + 0.3
     brightest = int(np.argmax(size))
     checks = (
         at_most(
-            "field against Fresnel's integral, worst of all facets behind", float(np.max(np.abs(found - exact))), 1e-3
+            "field against Fresnel's integral, worst of all facets behind",
+            float(np.max(np.abs(computed - exact))),
+            1e-3,
         ),
         within("where half the field arrives", float(np.interp(0.5, size[rising], distance[rising])), ends, 3e-3, "m"),
         within("greatest power in the light", float(size[brightest] ** 2), 1.3704, 2e-3),
@@ -57,7 +59,7 @@ def edge(full: bool) -> Outcome:
         "Power behind a ridge 2 m high, 20 m from a 5 m mast, over that without it, at 3 cm wavelength. Dots: "
         "simulated, every fifth facet; line: Fresnel's integral; dashed: light and shadow of straight rays."
     )
-    return Outcome(checks, _draw_edge(distance, found, exact, ends), caption)
+    return Outcome(checks, _draw_edge(distance, computed, exact, ends), caption)
 
 
 def _fresnel_height(distance: Array) -> Array:
@@ -68,11 +70,11 @@ def _fresnel_height(distance: Array) -> Array:
 
 
 @style.styled
-def _draw_edge(distance: Array, found: NDArray[np.complex128], exact: NDArray[np.complex128], ends: float) -> Figure:
+def _draw_edge(distance: Array, computed: NDArray[np.complex128], exact: NDArray[np.complex128], ends: float) -> Figure:
     figure = style.new_figure(2.5)
     axes = style.place(figure, 0.55, 0.3, 6.4, 1.75)
     axes.plot(distance, np.abs(exact) ** 2, color=style.VERMILION, lw=0.8)
-    axes.plot(distance[::5], np.abs(found[::5]) ** 2, ".", color=style.BLUE, ms=3)
+    axes.plot(distance[::5], np.abs(computed[::5]) ** 2, ".", color=style.BLUE, ms=3)
     axes.plot(distance, (distance > ends).astype(float), "--", color=style.GREY, lw=0.7)
     style.graph(axes, "range [m]", "power over free space", "Behind a knife edge")
     return figure

@@ -45,7 +45,7 @@ def sinusoid_shadows(full: bool) -> Outcome:
         except sr.NoBackend as error:
             checks.append(recorded(f"{name}: not traced on this machine", str(error).splitlines()[0]))
             continue
-        worst = max(float(np.max(np.abs(found - exact))) for _, found, exact in each)
+        worst = max(float(np.max(np.abs(computed - exact))) for _, computed, exact in each)
         checks.append(at_most(f"{name}: visible share of one wavelength, worst of all", worst, 0.01))
         checks.append(at_most(f"{name}: visible share of 40–400 m, mean of four looks, worst", max(whole), 0.005))
         curves[name] = dict(zip([(length, look) for length in WAVES_M for look in LOOKS_DEG], each, strict=True))
@@ -70,13 +70,13 @@ def _compared(name: str, length: float, look: float) -> tuple[tuple[Array, Array
     facets = traced(scene, sr.sea.realize(scene.sea, 1), name)
     bins = np.arange(40.0, 400.1, length)
     column = -facets.grid.first
-    found, exact = _shares(scene, facets, 0, column, bins)
+    computed, exact = _shares(scene, facets, 0, column, bins)
     window = np.array([40.0, 400.0])
     off = [
         abs(float(np.mean([np.subtract(*_shares(scene, facets, antenna, column + n, window)) for n in range(4)])))
         for antenna in (0, 1)
     ]
-    return (bins, found, exact), max(off)
+    return (bins, computed, exact), max(off)
 
 
 def _shares(scene: Scene, facets: Illumination, antenna: int, column: int, edges: Array) -> tuple[Array, Array]:
@@ -106,10 +106,10 @@ def _shares(scene: Scene, facets: Illumination, antenna: int, column: int, edges
 def _draw_sinusoid(curves: dict[str, dict[tuple[float, float], tuple[Array, Array, Array]]]) -> Figure:
     figure = style.new_figure(2.7)
     axes = style.place(figure, 0.55, 0.3, 5.0, 1.95)
-    for name, found in curves.items():
+    for name, curve in curves.items():
         mark, words = (".", "by the horizon") if name == "horizon" else ("x", "by rays")
         for length, ink in zip(WAVES_M, INKS, strict=False):
-            bins, share, exact = found[length, LOOKS_DEG[0]]
+            bins, share, exact = curve[length, LOOKS_DEG[0]]
             middle = 0.5 * (bins[1:] + bins[:-1])
             axes.plot(middle, exact, color=ink, lw=0.8, label=f"{length:g} m long" if mark == "." else None)
             axes.plot(middle, share, mark, color=ink, ms=4, mew=0.7, label=words if length == 20.0 else None)
@@ -121,12 +121,12 @@ def _draw_sinusoid(curves: dict[str, dict[tuple[float, float], tuple[Array, Arra
 # ---------------------------------------------------------------------------------------------------------- Smith
 
 SECTORS_DEG = {"along the waves": (0.0, 20.0), "at 45°": (35.0, 55.0), "across them": (70.0, 90.0)}
-RINGS_M = np.arange(40.0, 241.0, 20.0)
+RANGE_BINS_M = np.arange(40.0, 241.0, 20.0)
 
 
 @dataclass(frozen=True)
-class Ring:
-    """What the seas show in one ring of one sector."""
+class RangeBin:
+    """What the seas show in one range bin of one sector."""
 
     share: float
     error: float  # standard error of it over the seas
@@ -142,33 +142,35 @@ class Ring:
 
 
 def smith(full: bool) -> Outcome:
-    """A short broad-banded sea, many waves to each ring: the visible share beside those of Smith and Wagner."""
+    """A short broad-banded sea, many waves to each range bin: the visible share beside those of Smith and Wagner."""
     seas = [_seen(seed) for seed in range(1, 13 if full else 5)]
-    rings = {name: [_ring([sea[name][n] for sea in seas]) for n in range(RINGS_M.size - 1)] for name in SECTORS_DEG}
+    range_bins = {
+        name: [_range_bin([sea[name][n] for sea in seas]) for n in range(RANGE_BINS_M.size - 1)] for name in SECTORS_DEG
+    }
     checks: list[Check] = []
-    for name, found in rings.items():
-        grazing = [ring for ring in found if ring.v < 0.6]
-        least = min(grazing, key=lambda ring: ring.smith_over + 3.0 * ring.error / ring.share)
-        most = max(grazing, key=lambda ring: ring.smith_over - 3.0 * ring.error / ring.share)
-        for ring, limit, side in ((least, 3.0, 1.0), (most, 16.0, -1.0)):
+    for name, in_sector in range_bins.items():
+        grazing = [range_bin for range_bin in in_sector if range_bin.v < 0.6]
+        least = min(grazing, key=lambda range_bin: range_bin.smith_over + 3.0 * range_bin.error / range_bin.share)
+        most = max(grazing, key=lambda range_bin: range_bin.smith_over - 3.0 * range_bin.error / range_bin.share)
+        for range_bin, limit, side in ((least, 3.0, 1.0), (most, 16.0, -1.0)):
             word, ask = ("least", "at least") if side > 0.0 else ("most", "at most")
-            over, slack = 100.0 * ring.smith_over, 100.0 * ring.error / ring.share
-            what = f"{name}: Smith over what is seen, {word} of {len(grazing)} rings (v = {ring.v:.2f})"
-            asked = f"{ask} {limit:g} %, to three standard errors"
+            over, slack = 100.0 * range_bin.smith_over, 100.0 * range_bin.error / range_bin.share
+            what = f"{name}: Smith over what is seen, {word} of {len(grazing)} range bins (v = {range_bin.v:.2f})"
+            required = f"{ask} {limit:g} %, to three standard errors"
             passed = bool(side * (over - limit) > -3.0 * slack)
-            checks.append(Check(what, f"{over:.1f} ± {slack:.1f} %", asked, passed))
-        wagner = [100.0 * ring.wagner_over for ring in grazing]
+            checks.append(Check(what, f"{over:.1f} ± {slack:.1f} %", required, passed))
+        wagner = [100.0 * range_bin.wagner_over for range_bin in grazing]
         checks.append(recorded(f"{name}: Wagner over what is seen", f"{min(wagner):.0f} to {max(wagner):.0f} %"))
     caption = (
         "Share of the sea that the lower antenna sees, against v = tan ψ/(√2 σ) with σ the mesh's rms slope along the "
-        f"look in that ring; means over {len(seas)} seas with two standard errors. Smith and Wagner take heights and "
+        f"look there; means over {len(seas)} seas with two standard errors. Smith and Wagner take heights and "
         "slopes along a ray for independent."
     )
-    return Outcome(tuple(checks), _draw_smith(rings), caption)
+    return Outcome(tuple(checks), _draw_smith(range_bins), caption)
 
 
 def _seen(seed: int) -> dict[str, list[tuple[float, float, float]]]:
-    """Visible share, mean square slope and mean distance of each sector's rings."""
+    """Visible share, mean square slope and mean distance of each sector's range bins."""
     waves = {"peak_period_s": 3.0, "significant_wave_height_m": 0.42}  # as steep as choppy_sea, waves 14 m long
     scene = sr.load_scene(
         "choppy_sea",
@@ -181,36 +183,36 @@ def _seen(seed: int) -> dict[str, list[tuple[float, float, float]]]:
     )
     facets = traced(scene, sr.sea.realize(scene.sea, seed), "horizon")
     off = np.abs((facets.grid.column_azimuth - 270.0 + 90.0) % 180.0 - 90.0)
-    ring = np.digitize(facets.distance, RINGS_M) - 1
+    range_bin = np.digitize(facets.distance, RANGE_BINS_M) - 1
     area = facets.horizontal_area
-    found = {}
+    visible = {}
     for name, (low, high) in SECTORS_DEG.items():
         chosen = (off >= low) & (off < high)
         lit, square = light(facets)[0, chosen].mean(axis=0), np.square(facets.slope_look[chosen]).mean(axis=0)
-        parts = [ring == n for n in range(RINGS_M.size - 1)]
-        found[name] = [
-            tuple(float(np.average(each[part], weights=area[part])) for each in (lit, square, facets.distance))
-            for part in parts
+        masks = [range_bin == n for n in range(RANGE_BINS_M.size - 1)]
+        visible[name] = [
+            tuple(float(np.average(each[mask], weights=area[mask])) for each in (lit, square, facets.distance))
+            for mask in masks
         ]
-    return found
+    return visible
 
 
-def _ring(seas: list[tuple[float, float, float]]) -> Ring:
+def _range_bin(seas: list[tuple[float, float, float]]) -> RangeBin:
     shares, squares, distances = np.array(seas).T
     lower = 5.0 - 0.1
     v = lower / distances.mean() / np.sqrt(2.0 * squares.mean())
-    return Ring(float(shares.mean()), float(shares.std(ddof=1) / np.sqrt(shares.size)), float(v))
+    return RangeBin(float(shares.mean()), float(shares.std(ddof=1) / np.sqrt(shares.size)), float(v))
 
 
 @style.styled
-def _draw_smith(rings: dict[str, list[Ring]]) -> Figure:
+def _draw_smith(range_bins: dict[str, list[RangeBin]]) -> Figure:
     figure = style.new_figure(2.9)
     axes = style.place(figure, 0.55, 0.3, 4.6, 2.15)
     v = np.linspace(0.1, 1.8, 200)
     axes.plot(v, analytic.shadowing_smith67(v), color=style.BLACK, lw=0.9, label="Smith 1967")
     axes.plot(v, analytic.shadowing_wagner67(v), "--", color=style.BLACK, lw=0.9, label="Wagner 1967")
-    for (name, found), ink in zip(rings.items(), INKS, strict=False):
-        at, share, error = ([getattr(ring, part) for ring in found] for part in ("v", "share", "error"))
+    for (name, in_sector), ink in zip(range_bins.items(), INKS, strict=False):
+        at, share, error = ([getattr(range_bin, field) for range_bin in in_sector] for field in ("v", "share", "error"))
         axes.errorbar(at, share, 2.0 * np.array(error), fmt=".", color=ink, ms=4, lw=0.8, label=name)
     axes.legend(bbox_to_anchor=(1.02, 1.0), loc="upper left")
     style.graph(axes, "v = tan ψ/(√2 σ)", "visible share", "Broad-banded sea from 4.9 m")
@@ -235,7 +237,7 @@ CASES = [
         title="Smith's function overestimates what is seen by 3–16 %",
         rationale="Link budgets take the visible share from Smith; exact ray tracing is known to see less.",
         setup="Linear JONSWAP seas of 3 s and 0.42 m, as steep as choppy_sea, resolved to 0.8 m waves, many waves to "
-        "each ring of 20 m; slopes are those that the mesh carries along the look.",
+        "each range bin of 20 m; slopes are those that the mesh carries along the look.",
         expectation="Smith over rays by 3 to 16 % where v < 0.6, as exact ray Monte Carlo has it, less and more three "
         "standard errors over the seas. Wagner, who is known to be off by 20–45 %, is for the record.",
         run=smith,

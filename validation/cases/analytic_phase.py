@@ -30,7 +30,7 @@ SEA = analytic.TiltedSea(0.002, -0.001)
 
 def lee_spread(full: bool) -> Outcome:
     """Phases of a set coherence and number of looks through the retrieval, and of the simulator's own single pulses."""
-    checks, found, example = [], {}, np.zeros(0)
+    checks, measured, example = [], {}, np.zeros(0)
     exact = _phases(None, 1)
     for looks in LOOKS:
         for coherence, error in zip(COHERENCES, _phase_errors(exact, looks), strict=True):
@@ -39,14 +39,14 @@ def lee_spread(full: bool) -> Outcome:
             tolerance = 2.0 * float(np.sqrt(np.var(error**2) / error.size)) / square
             what = f"phase spread, coherence {coherence:g}, {looks} look{'s' if looks > 1 else ''}"
             checks.append(relative(what, np.sqrt(square), lee, tolerance, "rad"))
-            found[coherence, looks] = np.sqrt(square)
+            measured[coherence, looks] = np.sqrt(square)
             example = error if (coherence, looks) == (0.8, 5) else example
     checks.append(_simulated_phases())
     caption = (
         "Left: standard deviation of the retrieved phase by looks, and that of Lee et al. (1994). Right: how phases of "
         "coherence 0.8 and 5 looks are distributed, and Lee's density."
     )
-    return Outcome(tuple(checks), _draw_lee(found, example), caption)
+    return Outcome(tuple(checks), _draw_lee(measured, example), caption)
 
 
 def _phase_errors(exact: Array, looks: int) -> list[Array]:
@@ -82,13 +82,15 @@ def _simulated_phases() -> Check:
 
 
 @style.styled
-def _draw_lee(found: dict[tuple[float, int], float], example: Array) -> Figure:
+def _draw_lee(measured: dict[tuple[float, int], float], example: Array) -> Figure:
     figure = style.new_figure(2.7)
     left = style.place(figure, 0.55, 0.3, 2.9, 1.95)
     many = np.geomspace(1.0, 60.0, 60)
     for coherence, ink in zip(COHERENCES, INKS, strict=False):
         left.loglog(many, analytic.phase_std_lee94(coherence, many), color=ink, lw=0.9)
-        left.loglog(LOOKS, [found[coherence, looks] for looks in LOOKS], ".", color=ink, ms=5, label=f"{coherence:g}")
+        left.loglog(
+            LOOKS, [measured[coherence, looks] for looks in LOOKS], ".", color=ink, ms=5, label=f"{coherence:g}"
+        )
     left.legend(title="coherence", title_fontsize=style.FONT - 0.5, loc="lower left")
     style.graph(left, "looks", "phase spread [rad]", "Retrieved phases and Lee et al.")
     right = style.place(figure, 4.1, 0.3, 2.9, 1.95)
@@ -145,8 +147,10 @@ def _scatter(paths: int, baseline: float, seeds: int) -> tuple[Array, Array]:
     radar = RadarSettings.model_validate(
         {"baseline_m": baseline, "range_m": (40.0, 359.5), "range_sampling_m": 1.0, **mode}
     )
-    way: Literal["best", "one_way"] = "best" if paths == 2 else "one_way"
-    alone = RetrievalSettings(estimator="single_cell", cell_range_m=1.0, paths=way, ambiguity="fold", ground_m=1000.0)
+    choice: Literal["best", "one_way"] = "best" if paths == 2 else "one_way"
+    alone = RetrievalSettings(
+        estimator="single_cell", cell_range_m=1.0, paths=choice, ambiguity="fold", ground_m=1000.0
+    )
     heights = []
     for seed in range(seeds):
         number = 10 * round(100.0 * baseline) + paths + 1000 * seed

@@ -60,9 +60,9 @@ def dispersion(full: bool) -> Outcome:
 def _shares_on_the_curve(sea: Sea, depth: float) -> tuple[float, float, Array]:
     """Shares of the energy near the curve, and of that forward; and the energy (ω > 0, k along x > 0) summed over y."""
     t = DURATION_S * np.arange(TIMES) / TIMES
-    places = EXTENT_M * np.arange(SIDE) / SIDE
-    record = sea.elevation(places[None, :, None], places[:, None, None], t) * np.hanning(TIMES)
-    power = np.abs(np.fft.fftn(record)) ** 2  # exp(i(k·x − ωt)) is found at +k and −ω
+    positions = EXTENT_M * np.arange(SIDE) / SIDE
+    record = sea.elevation(positions[None, :, None], positions[:, None, None], t) * np.hanning(TIMES)
+    power = np.abs(np.fft.fftn(record)) ** 2  # exp(i(k·x − ωt)) lies at +k and −ω
     k = 2.0 * np.pi * np.fft.fftfreq(SIDE, EXTENT_M / SIDE)
     omega = -2.0 * np.pi * np.fft.fftfreq(TIMES, DURATION_S / TIMES)
     north, east = k[:, None], k[None, :]
@@ -127,20 +127,20 @@ def variance(full: bool) -> Outcome:
     for number, (name, (waves, depth)) in enumerate(SPECTRA.items()):
         settings = SeaSettings(resolution_m=4.0, extent_m=EXTENT_M, waves=(waves,), depth_m=depth)
         seas = (realize(settings, seed) for seed in range(1000 * number, 1000 * number + seeds))
-        own, apart, asked = [], 0.0, np.nan
+        own, apart, expected = [], 0.0, np.nan
         for sea in seas:
             own.append(_of_its_waves(sea))
-            asked = sea.resolved.variance
+            expected = sea.resolved.variance
             if len(own) <= SURFACES:
-                places = EXTENT_M * np.arange(SIDE) / SIDE
-                surface = sea.elevation(places[None, :], places[:, None], 0.0)
+                positions = EXTENT_M * np.arange(SIDE) / SIDE
+                surface = sea.elevation(positions[None, :], positions[:, None], 0.0)
                 apart = max(apart, abs(float(np.mean(surface**2)) / own[-1] - 1.0))
         what = f"{name}: patch's mean square against its own waves' sum, worst of {SURFACES} seas"
         checks.append(at_most(what, apart, 2e-3))
         error = float(np.std(own, ddof=1) / np.sqrt(seeds))
         what = f"{name}: mean over {seeds} seas over the spectrum's resolved variance"
-        checks.append(within(what, float(np.mean(own)) / asked, 1.0, 4.0 * error / asked))
-        drawn[name] = (np.array(own), asked)
+        checks.append(within(what, float(np.mean(own)) / expected, 1.0, 4.0 * error / expected))
+        drawn[name] = (np.array(own), expected)
     for spacing in (1.0, 2.0, 4.0):
         share = realize(
             SeaSettings(resolution_m=spacing, extent_m=EXTENT_M, waves=(JONSWAP,)), 1
@@ -187,8 +187,8 @@ def _below(spacing: float) -> float:
 def _draw_variance(drawn: dict[str, tuple[Array, float]]) -> Figure:
     figure = style.new_figure(2.4)
     axes = style.place(figure, 0.55, 0.3, 4.8, 1.65)
-    for (name, (found, level)), ink in zip(drawn.items(), INKS, strict=False):
-        axes.plot(4.0 * np.sqrt(found), ".", color=ink, ms=5, label=name)
+    for (name, (realised, level)), ink in zip(drawn.items(), INKS, strict=False):
+        axes.plot(4.0 * np.sqrt(realised), ".", color=ink, ms=5, label=name)
         axes.axhline(4.0 * np.sqrt(level), color=ink, lw=0.9)
     axes.set_ylim(0.0)
     axes.legend(bbox_to_anchor=(1.02, 1.0), loc="upper left")

@@ -52,7 +52,7 @@ def seeds_of(full: bool) -> int:
 
 def judged(claim: Claim, checks: list[Check], figure: Figure | None = None, caption: str = "") -> Outcome:
     """The claim's verdict, the checks of its assumptions, and its recorded figures."""
-    shown = (*checks, *(recorded(what, found) for what, found in claim.figures))
+    shown = (*checks, *(recorded(what, value) for what, value in claim.figures))
     return Outcome(shown, figure, caption, claim.verdict, claim.assumption)
 
 
@@ -86,12 +86,12 @@ def draw_resolution(response: RangeResponse) -> Figure:
 
 def beam(full: bool) -> Outcome:
     checks = []
-    for asked in (18.0, 20.0):
-        made = antenna(RadarSettings(antenna=AntennaSettings(elevation_beamwidth_deg=asked)))
+    for beamwidth in (18.0, 20.0):
+        made = antenna(RadarSettings(antenna=AntennaSettings(elevation_beamwidth_deg=beamwidth)))
         checks.append(
-            relative(f"tapered for 1.8° × {asked:g}°: in azimuth", made.azimuth_beamwidth_deg, 1.8, TOLERANCE, "°")
+            relative(f"tapered for 1.8° × {beamwidth:g}°: in azimuth", made.azimuth_beamwidth_deg, 1.8, TOLERANCE, "°")
         )
-        checks.append(relative("in elevation", made.elevation_beamwidth_deg, asked, TOLERANCE, "°"))
+        checks.append(relative("in elevation", made.elevation_beamwidth_deg, beamwidth, TOLERANCE, "°"))
     for range_m, width in ((100.0, 3.0), (200.0, 6.0)):
         across = float(link.footprint_m(STUDY, [range_m])[0])
         checks.append(relative(f"across the beam at {range_m:g} m", across, width, TOLERANCE, "m"))
@@ -132,9 +132,9 @@ def rate(full: bool) -> Outcome:
 
 def shadowed(full: bool) -> Outcome:
     seeds = 8 if full else 4
-    found = half_ranges(seeds, cutoffs_of(full))
-    verdict, assumption, figures = shadow_claim(found)
-    whole = [data.sel(look="all looks") for data in found.values()]
+    studies = half_ranges(seeds, cutoffs_of(full))
+    verdict, assumption, figures = shadow_claim(studies)
+    whole = [data.sel(look="all looks") for data in studies.values()]
     finer = [data["look_r50"].diff("resolution") for data in whole]
     share = np.array([data["look_r50"].values / data["look_r50_smith"].values for data in whole])
     lines = [recorded(*_parted(words)) for words in figures]
@@ -150,18 +150,18 @@ def shadowed(full: bool) -> Outcome:
                 CLAIM_M,
                 "m",
             )
-            for peak, data in zip(found, whole, strict=True)
+            for peak, data in zip(studies, whole, strict=True)
         ),
         *lines[len(JUDGED) :],
     )
     caption = "Range at which half of the sea is in shadow, against the shortest resolved waves."
-    return Outcome(checks, draw_half_ranges(found, seeds), caption, verdict, assumption)
+    return Outcome(checks, draw_half_ranges(studies, seeds), caption, verdict, assumption)
 
 
 def _parted(words: str) -> tuple[str, str]:
-    """What was measured, and what was found, of a line of figures."""
-    what, _, found = words.partition(": ")
-    return what, found
+    """What was measured, and its value, of a line of figures."""
+    what, _, value = words.partition(": ")
+    return what, value
 
 
 def turns(full: bool) -> Outcome:
@@ -180,14 +180,14 @@ def turns(full: bool) -> Outcome:
 
 def heights(full: bool) -> Outcome:
     seeds = seeds_of(full)
-    found = usable(MOUNTS[0], seeds)
-    near = (found.middle > 25.0) & (found.middle < 125.0)
+    study = usable(MOUNTS[0], seeds)
+    near = (study.middle > 25.0) & (study.middle < 125.0)
     limit = CRITERION.error_over_height * HEIGHT_M
     checks = [
-        at_most("worst rms error of 25 m, 25–125 m, the study's mount", float(found.error[near].max()), limit, "m"),
+        at_most("worst rms error of 25 m, 25–125 m, the study's mount", float(study.error[near].max()), limit, "m"),
         at_least(
             "the higher mast, more baseline and power reach farther by",
-            usable(MOUNTS[-1], seeds).window().furthest - found.window().furthest,
+            usable(MOUNTS[-1], seeds).window().furthest - study.window().furthest,
             0.0,
             "m",
         ),
@@ -199,8 +199,8 @@ def heights(full: bool) -> Outcome:
 def forecast(full: bool) -> Outcome:
     seeds = seeds_of(full)
     checks = [
-        within(f"waves of {period:g} s run in {AHEAD_S:g} s", run_in(period), asked, 0.5, "m")
-        for period, asked in zip(PERIODS_S, RUN_M, strict=True)
+        within(f"waves of {period:g} s run in {AHEAD_S:g} s", run_in(period), distance, 0.5, "m")
+        for period, distance in zip(PERIODS_S, RUN_M, strict=True)
     ]
     caption = "When the energy of mapped waves is at the boat, if it comes straight on; above the line it is unknown."
     return judged(predictability(seeds), checks, draw_predictability(seeds), caption)
@@ -272,7 +272,7 @@ CASES: list[Case] = [
         expectation=(
             "Every shorter wave adds slope, and so shadow: the half range falls with each. Smith sees 3 to 16 % too "
             "much (smith_overestimates); where it is a half, d ln S/d ln v = 0.76, and the half range is 0.82 to "
-            "0.96 of his: asked are 0.8 to 1. As a bound, over all looks and with waves drawn down to 1 m (0.5 m with "
+            "0.96 of his: required 0.8 to 1. As a bound, over all looks and with waves drawn down to 1 m (0.5 m with "
             "--full), the claim holds to 95 %."
         ),
         run=shadowed,

@@ -21,13 +21,13 @@ from seamap_rt.simulation import Simulator
 from seamap_rt.validate import Case, Check, Outcome
 from seamap_rt.validate.checks import at_most, between, recorded
 from validation.speed import peers, speed_error
-from validation.speed.peers_power import RING_M, compare_power, rays_needed, seconds_of
+from validation.speed.peers_power import RANGE_M, compare_power, rays_needed, seconds_of
 from validation.speed.peers_rays import PACKAGE, compare_rays
 from validation.speed.peers_turn import case as peers_turn
 from validation.speed.peers_turn import one_antenna
 from validation.speed.speed import real_time_factor, turn_times
 from validation.speed.speed_error_figure import QUANTITIES, figure_of
-from validation.speed.speed_error_ways import FINE_SPLINE, Bench, Errors, Mesh, Reference, expected_maps
+from validation.speed.speed_error_setups import FINE_SPLINE, Bench, Errors, Mesh, Reference, expected_maps
 
 Array = NDArray[np.float64]
 HEIGHT, POWER = QUANTITIES[:2]
@@ -53,7 +53,7 @@ def default_mesh(full: bool) -> Outcome:
         mesh: Errors.of(expected_maps(bench, mesh, ("facets",))["facets"], reference.maps)
         for mesh in (bench.default, *BESIDE)
     }
-    caption = f"Errors of meshes against {REFERENCE}, whose own error is the dotted line; asked: the shaded part."
+    caption = f"Errors of meshes against {REFERENCE}, whose own error is the dotted line; required: the shaded part."
     checks = _mesh_checks(bench, errors[bench.default], reference)
     return Outcome(checks, draw_meshes(errors, bench.default, reference), caption)
 
@@ -113,9 +113,9 @@ def beside_peers(full: bool) -> Outcome:
             checks.append(at_most(f"{name}: of them off an edge of shadow", row.off_edge, 0))
     off = 100.0 * power.bias
     checks.append(
-        between(f"PathSolver's power at {RING_M} m over the points' sum, less 1", off, -MOST_POWER, MOST_POWER, "%")
+        between(f"PathSolver's power at {RANGE_M} m over the points' sum, less 1", off, -MOST_POWER, MOST_POWER, "%")
     )
-    error = power.error[RING_M]
+    error = power.error[RANGE_M]
     words = ", ".join(f"{each.rays:.0e}: {miss:.0%}" for each, miss in zip(power.samples, error, strict=True))
     checks.append(recorded("PathSolver's rms error of a cell by its rays", words))
     for name, (miss, spent) in power.tracers.items():
@@ -204,7 +204,7 @@ CASES: list[Case] = [
         setup="A turn of choppy_sea: this package, Mitsuba's ray_test, Sionna's line of sight and PathSolver with up "
         "to 3 million rays, with --full 30 million",
         expectation=f"Answers differ on less than {MOST_DIFFER:g} % and beside edges of shadow. PathSolver's power in "
-        f"the whole ring agrees with many points a facet to {MOST_POWER:g} %: 2000 cells of 25 % each leave 0.6 %. "
+        f"the range bin agrees with many points a facet to {MOST_POWER:g} %: 2000 cells of 25 % each leave 0.6 %. "
         "Ratios of seconds are for the record.",
         run=beside_peers,
     ),

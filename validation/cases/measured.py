@@ -54,9 +54,9 @@ def _map_and_sea(seed: int) -> tuple[Array, Array, Array]:
     scene = sr.load_scene("choppy_sea", keys)
     turn = Simulator(scene).turn(0)
     got, true = (each["polar"].to_dataset() for each in (sr.retrieve(turn.echoes, scene.retrieval), turn.truth))
-    ring = (got["range"].values >= HEADLINE_M[0]) & (got["range"].values <= HEADLINE_M[1])
+    inside = (got["range"].values >= HEADLINE_M[0]) & (got["range"].values <= HEADLINE_M[1])
     fields = got["height"], true["height"], true["visible_fraction"]
-    height, sea, visible = (field.values[..., ring].astype(np.float64).ravel() for field in fields)
+    height, sea, visible = (field.values[..., inside].astype(np.float64).ravel() for field in fields)
     return height, sea, visible
 
 
@@ -92,21 +92,21 @@ def draw_pairs(height: Array, sea: Array, seen: NDArray[np.bool_]) -> Figure:
 
 def sea_states(full: bool) -> Outcome:
     rows = np.array([_heights(sea, seed) for seed in range(1, 5 if full else 2) for sea in SEAS])
-    true, found, stated, bias = rows.T
-    slope, level = np.polyfit(true, found, 1)
-    through = float(np.sum(true * found) / np.sum(true**2))
+    true, retrieved, stated, bias = rows.T
+    slope, level = np.polyfit(true, retrieved, 1)
+    through = float(np.sum(true * retrieved) / np.sum(true**2))
     off = 1.0 - WIRE_SLOPE
     worst = float(np.abs(bias).max())
     checks = (
-        at_least("correlation of Hs, map against sea", _correlation(true, found), WIRE_CORRELATION),
+        at_least("correlation of Hs, map against sea", _correlation(true, retrieved), WIRE_CORRELATION),
         within("slope of Hs, line through 0", through, 1.0, off),
         recorded("slope of Hs, line with an offset", f"{slope:.3f}, {level:+.3f} m (published: {WIRE_SLOPE:g})"),
         at_most("worst bias of heights of a sea", 1e3 * worst, 1e3 * WIRE_BIAS_M, "mm"),
-        at_most("rms error of Hs", float(np.sqrt(np.mean((found - true) ** 2))), BULK_RMSE_M, "m"),
+        at_most("rms error of Hs", float(np.sqrt(np.mean((retrieved - true) ** 2))), BULK_RMSE_M, "m"),
     )
     return Outcome(
         checks,
-        draw_states(true, found, stated),
+        draw_states(true, retrieved, stated),
         "Significant height by one turn's map; bars: ± 1 of the standard errors that the map states.",
     )
 
@@ -124,15 +124,15 @@ def _heights(sea: Sea, seed: int) -> tuple[float, float, float, float]:
 
 
 @style.styled
-def draw_states(true: Array, found: Array, stated: Array) -> Figure:
+def draw_states(true: Array, retrieved: Array, stated: Array) -> Figure:
     figure = style.new_figure(3.2)
     left, right = (style.place(figure, at, 0.35, 2.6, 2.3) for at in (0.7, 4.2))
     style.graph(left, "Hs of the sea, m", "Hs by the map, m", "a) significant wave height")
     style.graph(right, "Hs of the sea, m", "error, m", "b) its error")
     most = 1.1 * float(true.max())
     left.plot([0.0, most], [0.0, most], color=style.GREY, linewidth=0.7)
-    left.errorbar(true, found, stated, fmt="o", color=style.BLUE, markersize=3, linewidth=0.8)
-    right.errorbar(true, found - true, stated, fmt="o", color=style.BLUE, markersize=3, linewidth=0.8)
+    left.errorbar(true, retrieved, stated, fmt="o", color=style.BLUE, markersize=3, linewidth=0.8)
+    right.errorbar(true, retrieved - true, stated, fmt="o", color=style.BLUE, markersize=3, linewidth=0.8)
     for level in (-BULK_RMSE_M, BULK_RMSE_M):
         right.axhline(level, color=style.GREY, linewidth=0.8, linestyle="--")
     right.annotate(

@@ -21,7 +21,7 @@ Hard = Callable[[Effort], list[Finding]]
 
 def outcome(hard: Hard, full: bool) -> Outcome:
     rows = style.styled(hard)(Effort(RAYS[full], full))
-    checks = tuple(Check(row.case, row.found, row.expectation, row.right) for row in rows)
+    checks = tuple(Check(row.case, row.obtained, row.expectation, row.right) for row in rows)
     drawn = [row for row in rows if row.figure is not None]
     return Outcome(checks, drawn[0].figure, f"{drawn[0].case}: {drawn[0].expectation}") if drawn else Outcome(checks)
 

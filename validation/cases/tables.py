@@ -27,12 +27,12 @@ def nathanson() -> dict[str, tuple[Array, Array]]:
     """Grazing angles [°] and levels [dB] (angle, sea state 1–5) by polarization."""
     lines = [line for line in TABLE.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
     rows = list(csv.DictReader(lines))
-    found = {}
+    table = {}
     for polarization in ("HH", "VV"):
         own = [row for row in rows if row["polarization"] == polarization]
         levels = np.array([[float(row[f"ss{state}"]) for state in STATES] for row in own])
-        found[polarization] = (np.array([float(row["grazing_deg"]) for row in own]), levels)
-    return found
+        table[polarization] = (np.array([float(row["grazing_deg"]) for row in own]), levels)
+    return table
 
 
 def nrl_clutter(full: bool) -> Outcome:
@@ -81,9 +81,9 @@ def git_clutter(full: bool) -> Outcome:
     worst = 0.0
     for angle in looks.values():
         for polarization in ("HH", "VV"):
-            found = scattering.nrcs_horst78(grazing[:, None], states, 9.3e9, polarization, wind_angle=angle)
-            asked = _git(grazing[:, None], states, angle, polarization)
-            worst = max(worst, float(np.max(np.abs(db(found) - asked))))
+            computed = scattering.nrcs_horst78(grazing[:, None], states, 9.3e9, polarization, wind_angle=angle)
+            tabulated = _git(grazing[:, None], states, angle, polarization)
+            worst = max(worst, float(np.max(np.abs(db(computed) - tabulated))))
     checks = [at_most("formula at 4 angles, 3 sea states, 3 looks, HH and VV, worst", worst, 1e-6, "dB")]
     for polarization, (angles, levels) in nathanson().items():
         off = db(scattering.nrcs_horst78(angles[1:, None], np.array(STATES), 9.3e9, polarization)) - levels[1:]
@@ -124,18 +124,18 @@ def sea_water(full: bool) -> Outcome:
     """Permittivity by three models, reflection and Bragg coefficients by the newest."""
     checks: list[Check] = []
     for name, (real, loss) in WATER.items():
-        found = complex(scattering.PERMITTIVITIES[name](10e9, 20.0, 35.0))
-        checks.append(within(f"{name}: ε′ at 10 GHz, 20 °C, 35 psu", found.real, real, 0.005))
-        checks.append(within(f"{name}: ε″", -found.imag, loss, 0.005))
+        computed = complex(scattering.PERMITTIVITIES[name](10e9, 20.0, 35.0))
+        checks.append(within(f"{name}: ε′ at 10 GHz, 20 °C, 35 psu", computed.real, real, 0.005))
+        checks.append(within(f"{name}: ε″", -computed.imag, loss, 0.005))
     water = complex(scattering.permittivity_meissner_wentz12(10e9, 20.0, 35.0))
     for grazing, (level, upright) in REFLECTED.items():
-        found = scattering.fresnel(np.radians(90.0 - grazing), water)
-        checks.append(within(f"|R_h| at {grazing:g}°", abs(complex(found[0])), level, 5e-5))
-        checks.append(within(f"|R_v| at {grazing:g}°", abs(complex(found[1])), upright, 5e-5))
+        computed = scattering.fresnel(np.radians(90.0 - grazing), water)
+        checks.append(within(f"|R_h| at {grazing:g}°", abs(complex(computed[0])), level, 5e-5))
+        checks.append(within(f"|R_v| at {grazing:g}°", abs(complex(computed[1])), upright, 5e-5))
     for grazing, (level, upright) in BRAGG.items():
-        found = scattering.bragg_coefficients(np.radians(90.0 - grazing), water)
-        checks.append(relative(f"|g_HH| at {grazing:g}°", abs(complex(found[0])), level, 6e-6))
-        checks.append(relative(f"|g_VV| at {grazing:g}°", abs(complex(found[1])), upright, 6e-6))
+        computed = scattering.bragg_coefficients(np.radians(90.0 - grazing), water)
+        checks.append(relative(f"|g_HH| at {grazing:g}°", abs(complex(computed[0])), level, 6e-6))
+        checks.append(relative(f"|g_VV| at {grazing:g}°", abs(complex(computed[1])), upright, 6e-6))
     return Outcome(tuple(checks))
 
 
@@ -171,8 +171,8 @@ def shadow_tables(full: bool) -> Outcome:
     checks.append(within("Smith at v = 0.357835", float(analytic.shadowing_smith67(0.357835)), 0.5, 1e-6))
     checks.append(within("Wagner at v = 0.284432", float(analytic.shadowing_wagner67(0.284432)), 0.5, 1e-6))
     for m, share in SINUSOIDS.items():
-        found = float(analytic.sinusoid_shadowed_fraction(m))
-        checks.append(within(f"shadowed share of a sinusoid at m = {m:.6g}", found, share, 5e-7))
+        computed = float(analytic.sinusoid_shadowed_fraction(m))
+        checks.append(within(f"shadowed share of a sinusoid at m = {m:.6g}", computed, share, 5e-7))
     return Outcome(tuple(checks))
 
 

@@ -37,16 +37,16 @@ def dispersion_table(full: bool) -> Outcome:
     for depth, printed in WAVENUMBERS.items():
         where = "deep" if np.isinf(depth) else f"{depth:g} m"
         for omega, (k, digit) in zip((1.0, 2.0, 3.0), printed, strict=True):
-            found = float(dispersion.wavenumber(omega, depth, surface_tension=0.0))
-            checks.append(within(f"k at ω = {omega:g} rad/s, {where}", found, k, 1.02 * digit, "rad/m"))
+            computed = float(dispersion.wavenumber(omega, depth, surface_tension=0.0))
+            checks.append(within(f"k at ω = {omega:g} rad/s, {where}", computed, k, 1.02 * digit, "rad/m"))
     k = np.linspace(300.0, 450.0, 150_001)
     speed = dispersion.angular_frequency(k) / k
     checks.append(within("wavenumber of the slowest wave", float(k[np.argmin(speed)]), 368.6, 0.06, "rad/m"))
     checks.append(within("its phase speed", float(speed.min()), 0.2307, 5e-5, "m/s"))
     for period, metres in ((4.0, 31.0), (6.0, 47.0), (8.0, 62.0), (10.0, 78.0)):
         own = float(dispersion.wavenumber(2.0 * np.pi / period))
-        found = 10.0 * float(dispersion.group_speed(own))
-        checks.append(within(f"way of a group of {period:g} s in 10 s", found, metres, 0.5, "m"))
+        computed = 10.0 * float(dispersion.group_speed(own))
+        checks.append(within(f"distance that a group of {period:g} s runs in 10 s", computed, metres, 0.5, "m"))
     return Outcome(tuple(checks))
 
 
@@ -57,16 +57,16 @@ def _height(spectrum: Array, omega: Array) -> float:
 def spectra_tables(full: bool) -> Outcome:
     """Pierson–Moskowitz' height, WAFO's Bretschneider values and TMA's factor."""
     omega = np.geomspace(1e-2, 2e3, 100_001)
-    found = _height(spectra.pierson_moskowitz(omega, wind_speed=10.0), omega)
+    computed = _height(spectra.pierson_moskowitz(omega, wind_speed=10.0), omega)
     exact = 2.0 * (10.26**2 / GRAVITY) * np.sqrt(8.1e-3 / 0.74)  # 4√m0, m0 = α U⁴/(4 β g²)
     checks = [
-        within("Pierson–Moskowitz, U10 = 10 m/s: Hs", found, 2.245, 5e-4, "m"),
-        relative("the same against 2 U² √(α/β)/g", found, float(exact), 1e-6, "m"),
+        within("Pierson–Moskowitz, U10 = 10 m/s: Hs", computed, 2.245, 5e-4, "m"),
+        relative("the same against 2 U² √(α/β)/g", computed, float(exact), 1e-6, "m"),
     ]
     wafo = (1.69350993, 0.06352698, 0.00844783)
     for rate, value in zip((1.0, 2.0, 3.0), wafo, strict=True):
-        found = float(spectra.pierson_moskowitz_scaled(rate, 6.5, 10.0))
-        checks.append(within(f"Bretschneider 6.5 m, 10 s at ω = {rate:g} (WAFO)", found, value, 5.1e-9, "m² s"))
+        computed = float(spectra.pierson_moskowitz_scaled(rate, 6.5, 10.0))
+        checks.append(within(f"Bretschneider 6.5 m, 10 s at ω = {rate:g} (WAFO)", computed, value, 5.1e-9, "m² s"))
     factor = float(spectra.tma_depth_factor(1.0, 5.0))
     checks.append(within("TMA: Φ at ω = 1, 5 m deep", factor, 0.252977, 5.1e-7))
     ratio = float(spectra.tma(1.0, 2.0, 8.0, 3.3, 5.0) / spectra.jonswap(1.0, 2.0, 8.0, 3.3))
@@ -87,15 +87,15 @@ def slopes(full: bool) -> Outcome:
     """Elfouhaily's moments against their values, and his slopes against those that Cox & Munk measured."""
     checks = []
     for wind, printed in ELFOUHAILY.items():
-        found = _moments(wind)
-        for what, value, asked, digit in zip(
-            ("Hs", "mss", "up-wind mss"), found, printed, (5e-4, 5e-6, 6e-6), strict=True
+        computed = _moments(wind)
+        for what, value, expected, digit in zip(
+            ("Hs", "mss", "up-wind mss"), computed, printed, (5e-4, 5e-6, 6e-6), strict=True
         ):
-            checks.append(within(f"U10 = {wind:g} m/s: {what}", value, asked, digit, "m" if what == "Hs" else ""))
-    found = np.array([_moments(wind)[1:] for wind in WINDS])
+            checks.append(within(f"U10 = {wind:g} m/s: {what}", value, expected, digit, "m" if what == "Hs" else ""))
+    computed = np.array([_moments(wind)[1:] for wind in WINDS])
     measured = np.array([_cox_munk(wind)[:2] for wind in WINDS])
     for part, name in enumerate(("total", "up-wind")):
-        off = np.abs(found[:, part] - measured[:, part]) / (0.004 + 0.06 * measured[:, part])
+        off = np.abs(computed[:, part] - measured[:, part]) / (0.004 + 0.06 * measured[:, part])
         what = f"{name} mss off Cox & Munk's, 3–14 m/s, worst, over what both leave open"
         checks.append(at_most(what, float(off.max()), 1.0))
     caption = (

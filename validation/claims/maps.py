@@ -75,7 +75,7 @@ class Usable:
 @cache
 def usable(mount: Mount, seeds: int) -> Usable:
     """A turn of each seed, all cells of a bin together."""
-    square = cells = places = visible = np.zeros(0)
+    square = cells = total = visible = np.zeros(0)
     middle: Array = np.zeros(0)
     for seed in range(1, seeds + 1):
         scene = sr.load_scene(
@@ -90,16 +90,16 @@ def usable(mount: Mount, seeds: int) -> Usable:
         )
         turn = Simulator(scene).turn(0)
         maps = sr.retrieve(turn.echoes, scene.retrieval)
-        found, polar = sr.compare(maps, turn.truth), maps["polar"].to_dataset()
-        middle, number = np.array(found["range_m"]), np.array(found["cells"], dtype=float)
-        rms = np.array(found["height_rmse_m"], dtype=float)  # None, without a cell, becomes nan
+        metrics, polar = sr.compare(maps, turn.truth), maps["polar"].to_dataset()
+        middle, number = np.array(metrics["range_m"]), np.array(metrics["cells"], dtype=float)
+        rms = np.array(metrics["height_rmse_m"], dtype=float)  # None, without a cell, becomes nan
         gates = np.bincount((polar["range"].values // BIN_M).astype(int))
         squares = np.where(number > 0, number * rms**2, 0.0)
-        parts = squares, number, polar.sizes["azimuth"] * gates[gates > 0], np.array(found["visible_fraction"]) / seeds
-        old = (square, cells, places, visible) if square.size else (0.0, 0.0, 0.0, 0.0)
-        square, cells, places, visible = (a + b for a, b in zip(old, parts, strict=True))
+        sums = squares, number, polar.sizes["azimuth"] * gates[gates > 0], np.array(metrics["visible_fraction"]) / seeds
+        old = (square, cells, total, visible) if square.size else (0.0, 0.0, 0.0, 0.0)
+        square, cells, total, visible = (a + b for a, b in zip(old, sums, strict=True))
     with np.errstate(divide="ignore", invalid="ignore"):
-        return Usable(middle, np.sqrt(square / cells), cells / places, visible)
+        return Usable(middle, np.sqrt(square / cells), cells / total, visible)
 
 
 # ------------------------------------------------------------------------------------------------- how often

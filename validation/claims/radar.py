@@ -35,13 +35,13 @@ class Claim(NamedTuple):
     printed: str
     verdict: str
     assumption: str
-    figures: list[tuple[str, str]]  # what, and what was found
+    figures: list[tuple[str, str]]  # what, and its value
 
     def show(self) -> None:
         assumption = f" {self.assumption}" if self.assumption else ""
         print(f"{self.number}. {self.printed}\n   {self.verdict}{assumption}")
-        for what, found in self.figures:
-            print(f"     {what:58} {found}")
+        for what, value in self.figures:
+            print(f"     {what:58} {value}")
         print(flush=True)
 
 
@@ -99,8 +99,8 @@ def beam() -> Claim:
 
 def _half_power(cut: Cut, power: int = 2, most: float = 0.9) -> float:
     """Where a cut to that power has fallen to one half."""
-    found = brentq(lambda u: float(cut(np.array([u]))[0]) ** power - 0.5, 0.0, most)
-    return float(found)  # type: ignore[arg-type]
+    value = brentq(lambda u: float(cut(np.array([u]))[0]) ** power - 0.5, 0.0, most)
+    return float(value)  # type: ignore[arg-type]
 
 
 def _first_sidelobe(cut: Cut) -> float:

@@ -2,10 +2,10 @@
 
     python -m validation.claims.sampling [--seeds 2] [--out DIR]
 
-Maps of `choppy_sea` without the radar's noise are compared with the true surface, taken as points at the place and time
-of each cell, and both are transformed along looks up and down the waves, 50 to 125 m, and along arcs across them, about
-95 m out. By wavelength along the line this gives the gain, |cross-spectrum| over the sea's spectrum, and the coherence:
-the share of the map's variance that is the sea's. A cell without a height counts as mean level.
+Maps of `choppy_sea` without the radar's noise are compared with the true surface, taken as points at each cell's
+position and time, and both are transformed along looks up and down the waves, 50 to 125 m, and along arcs across them,
+about 95 m out. By wavelength along the line this gives the gain, |cross-spectrum| over the sea's spectrum, and the
+coherence: the share of the map's variance that is the sea's. A cell without a height counts as mean level.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def transfers(mast_m: float, seeds: int) -> dict[tuple[str, str], Transfer]:
 
 
 def surface(simulator: Simulator, polar: xr.Dataset) -> Array:
-    """Elevation (look, gate) of the true sea, at points, at the place and time of each cell."""
+    """Elevation (look, gate) of the true sea, at points, at the position and time of each cell."""
     out = np.sqrt(np.maximum(polar["range"].values ** 2 - simulator.scene.radar.height_m**2, 0.0))
     east, north = (axis[:, None] * out for axis in unit_from_azimuth(polar["azimuth"].values))
     times = polar["time"].values
@@ -100,13 +100,13 @@ def lines_of(polar: xr.Dataset, sea: Array) -> dict[str, Lines]:
     off = wrap_degrees(azimuth - WAVES_FROM)
     along = (np.abs(off) < HALF_FAN_DEG) | (np.abs(off) > 180.0 - HALF_FAN_DEG)
     gates = (ranges >= SPAN_M[0]) & (ranges <= SPAN_M[1])
-    ring = (ranges >= ARC_M[0]) & (ranges <= ARC_M[1])
+    gate = (ranges >= ARC_M[0]) & (ranges <= ARC_M[1])
     arcs = []
     for middle in (-90.0, 90.0):
-        turned = wrap_degrees(off - middle)
-        looks = np.argsort(turned)
-        looks = looks[np.abs(turned[looks]) < HALF_FAN_DEG]
-        arcs.append((height[np.ix_(looks, ring)].T, sea[np.ix_(looks, ring)].T))
+        offset = wrap_degrees(off - middle)
+        looks = np.argsort(offset)
+        looks = looks[np.abs(offset[looks]) < HALF_FAN_DEG]
+        arcs.append((height[np.ix_(looks, gate)].T, sea[np.ix_(looks, gate)].T))
     width = float(np.radians(CELL_DEG) * np.mean(ARC_M))
     both = [np.concatenate(each) for each in zip(*arcs, strict=True)]
     step = float(ranges[1] - ranges[0])
@@ -132,8 +132,8 @@ def spectra(lines: Lines) -> Array:
 
 
 def sampling(seeds: int = 2) -> Claim:
-    found = {mast: transfers(mast, seeds) for mast in MASTS_M}
-    study, nyquist = found[MASTS_M[0]], 2.0 * GRID_M
+    tables = {mast: transfers(mast, seeds) for mast in MASTS_M}
+    study, nyquist = tables[MASTS_M[0]], 2.0 * GRID_M
     figures = [
         (f"cells of {GRID_M:g} m, Nyquist", f"{nyquist:g} m; {CELL_DEG:g}° is {GRID_M:g} m at {EVEN_M:.0f} m alone"),
         *(
@@ -142,7 +142,7 @@ def sampling(seeds: int = 2) -> Claim:
                 f"coherence of a half or more from waves of {each.shortest():.1f} m on; at {MIDDLES_M[0]:.1f} m "
                 f"it is {each.coherence[0]:.2f}, and the gain {each.gain[0]:.2f}",
             )
-            for mast, table in found.items()
+            for mast, table in tables.items()
             for (estimator, line), each in table.items()
         ),
     ]

@@ -69,18 +69,18 @@ def half_ranges(seeds: int, cutoffs_m: tuple[float, ...] = CUTOFFS_M) -> dict[fl
 def _by_cutoff(peak: float, seeds: int, cutoffs_m: tuple[float, ...]) -> Iterator[xr.Dataset]:
     names = [f"look_r50{end}" for end in ("", "_low", "_high", "_smith", "_wagner")]
     for cutoff in cutoffs_m:
-        found = shadowing_by_cutoff(claimed_sea(peak, cutoff), [0.5 * cutoff], [HEIGHT_M], seeds)
-        yield found[[*names, "facet_m"]].isel(height=0)
+        data = shadowing_by_cutoff(claimed_sea(peak, cutoff), [0.5 * cutoff], [HEIGHT_M], seeds)
+        yield data[[*names, "facet_m"]].isel(height=0)
 
 
-def judged(found: dict[float, xr.Dataset]) -> tuple[str, str, list[str]]:
+def judged(studies: dict[float, xr.Dataset]) -> tuple[str, str, list[str]]:
     """Verdict, assumption and figures of claim 4 from half ranges."""
-    lines = [_finest(found, look) for look in JUDGED]
-    lines += [_line(peak, data, look) for look in JUDGED for peak, data in found.items()]
-    met = [cutoff for data in found.values() if np.isfinite(cutoff := cutoff_of_claim(data, "all looks"))]
+    lines = [_finest(studies, look) for look in JUDGED]
+    lines += [_line(peak, data, look) for look in JUDGED for peak, data in studies.items()]
+    met = [cutoff for data in studies.values() if np.isfinite(cutoff := cutoff_of_claim(data, "all looks"))]
     if not met:
         return "not reproduced", "", lines
-    along = [peak for peak, data in found.items() if np.isfinite(cutoff_of_claim(data, "along"))]
+    along = [peak for peak, data in studies.items() if np.isfinite(cutoff_of_claim(data, "along"))]
     ahead = f"for peaks of {', '.join(f'{peak:g}' for peak in along)} m alone" if along else "for none of the peaks"
     assumption = (
         f"it is meant for all looks together and waves shorter than {_span(met)} m are left out, as on a grid of "
@@ -110,10 +110,10 @@ def _span(values: list[float]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _finest(found: dict[float, xr.Dataset], look: str) -> str:
+def _finest(studies: dict[float, xr.Dataset], look: str) -> str:
     """The claim with the shortest waves that were simulated."""
-    halves = [float(data["look_r50"].sel(look=look).isel(resolution=-1)) for data in found.values()]
-    shortest = min(float(data["cutoff_wavelength"].min()) for data in found.values())
+    halves = [float(data["look_r50"].sel(look=look).isel(resolution=-1)) for data in studies.values()]
+    shortest = min(float(data["cutoff_wavelength"].min()) for data in studies.values())
     low, high = min(halves), max(halves)
     return (
         f"{look}, with waves down to {shortest:g} m, half is shadowed: from {low:.0f} to {high:.0f} m on, "
@@ -132,12 +132,12 @@ def _line(peak: float, data: xr.Dataset, look: str) -> str:
 
 
 @style.styled
-def draw(found: dict[float, xr.Dataset], seeds: int) -> Figure:
+def draw(studies: dict[float, xr.Dataset], seeds: int) -> Figure:
     """Half range against the shortest wave that is drawn: a panel per look, a colour per peak wavelength."""
     figure = style.new_figure(3.5)
-    looks = [str(look) for look in found[PEAKS_M[0]]["look"].values]
-    top = 1.1 * np.nanmax([data["look_r50_smith"].values.max() for data in found.values()])
-    cutoffs = found[PEAKS_M[0]]["cutoff_wavelength"].values
+    looks = [str(look) for look in studies[PEAKS_M[0]]["look"].values]
+    top = 1.1 * np.nanmax([data["look_r50_smith"].values.max() for data in studies.values()])
+    cutoffs = studies[PEAKS_M[0]]["cutoff_wavelength"].values
     panels: list[Axes] = []
     for number, look in enumerate(looks):
         axes = style.place(figure, 0.5 + 1.68 * number, 0.62, 1.56, 2.25, xscale="log", yscale="log")
@@ -146,7 +146,7 @@ def draw(found: dict[float, xr.Dataset], seeds: int) -> Figure:
         )
         axes.axhline(CLAIM_M, color=style.BLACK, linewidth=1.0, label="claim: 160 m")
         axes.axvline(NYQUIST_M, color=style.GREY, linewidth=0.8, linestyle=":", label="grid of 3 m")
-        for peak, data in found.items():
+        for peak, data in studies.items():
             _draw_one(axes, data.sel(look=look), peak)
         axes.set(xticks=cutoffs, xticklabels=[f"{cutoff:g}" for cutoff in cutoffs])
         axes.set_yticks([50, 100, 160, 200, 400, 800], labels=["50", "100", "160", "200", "400", "800"])
@@ -166,7 +166,7 @@ def draw(found: dict[float, xr.Dataset], seeds: int) -> Figure:
 
 
 def _draw_one(axes: Axes, data: xr.Dataset, peak: float) -> None:
-    cutoff = data["cutoff_wavelength"].values * (peak / 40.0) ** 0.03  # a hair apart, so that bars do not hide
+    cutoff = data["cutoff_wavelength"].values * (peak / 40.0) ** 0.03  # slightly apart, so that bars do not overlap
     half = data["look_r50"].values
     reach: NDArray = np.abs(np.stack([half - data["look_r50_low"].values, data["look_r50_high"].values - half]))
     marks = {"fmt": "o-", "markersize": 3.0, "linewidth": 1.0, "capsize": 1.5}
@@ -182,11 +182,11 @@ def main() -> None:
     arguments = parser.parse_args()
     start = time.perf_counter()
     seeds = arguments.seeds or (10 if arguments.full else 4)
-    found = half_ranges(seeds, cutoffs_of(arguments.full))
-    verdict, assumption, lines = judged(found)
+    studies = half_ranges(seeds, cutoffs_of(arguments.full))
+    verdict, assumption, lines = judged(studies)
     print("\n".join(lines))
     print(sentence(verdict, assumption, lines))
-    arguments.out.write_bytes(style.png(draw(found, seeds)))
+    arguments.out.write_bytes(style.png(draw(studies, seeds)))
     print(f"{arguments.out}, {time.perf_counter() - start:.0f} s")
 
 

@@ -33,13 +33,13 @@ class Finding:
 
     case: str
     expectation: str
-    found: str
-    right: bool | None  # None: nothing was asked, a figure for the record
+    obtained: str
+    right: bool | None  # None: nothing is required, a figure for the record
     figure: Figure | None = None
 
 
 @dataclass(frozen=True)
-class Rings:
+class RadialSurface:
     """A surface at rest whose height depends on the ground range alone."""
 
     height: Callable[[NDArray[np.float64]], NDArray[np.float64]]

@@ -14,7 +14,7 @@ from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.resolved_scene import run_sea
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
-from validation.hard_cases.case import TRACERS, Effort, Finding, Rings, light, scene
+from validation.hard_cases.case import TRACERS, Effort, Finding, RadialSurface, light, scene
 
 
 def on_the_crest(above: float, **keys: Any) -> Scene:
@@ -42,9 +42,9 @@ def crest(_: Effort) -> list[Finding]:
         made = on_the_crest(0.01, radar__noise=False, tracing__tracer=name)
         turn = Simulator(made).turn(0)
         heard = bool(turn.echoes["voltage"].values.any())
-        found = sr.retrieve(turn.echoes, made.retrieval)["polar"].to_dataset()
-        known = int(np.isfinite(found["height"].values).sum())
-        flagged = bool((found["quality"].values & 1).all())
+        polar = sr.retrieve(turn.echoes, made.retrieval)["polar"].to_dataset()
+        known = int(np.isfinite(polar["height"].values).sum())
+        flagged = bool((polar["quality"].values & 1).all())
         rows.append(
             Finding(
                 f"no facet lit: antenna 1 cm above a crest, {name}",
@@ -56,15 +56,15 @@ def crest(_: Effort) -> list[Finding]:
     for above, right in ((0.001, "taken"), (0.0, "refused"), (-0.01, "refused")):
         try:
             Simulator(on_the_crest(above))
-            found = "taken"
+            obtained = "taken"
         except InputError as error:
-            found = f"refused: {error}"
+            obtained = f"refused: {error}"
         rows.append(
             Finding(
                 f"antenna {1e3 * above:+.0f} mm from a crest",
                 right,
-                found,
-                found.startswith(right) and "\n" not in found,
+                obtained,
+                obtained.startswith(right) and "\n" not in obtained,
             )
         )
     return rows
@@ -92,11 +92,11 @@ def storm(_: Effort) -> list[Finding]:
         simulation = sr.simulate(made)
         volts = simulation.echoes["voltage"].values
         silent = np.all(np.isnan(volts), axis=(1, 2))
-        found = sr.retrieve(simulation.echoes, made.retrieval)["polar"].to_dataset()
-        unknown = np.isnan(found["height"].values)
+        polar = sr.retrieve(simulation.echoes, made.retrieval)["polar"].to_dataset()
+        unknown = np.isnan(polar["height"].values)
         bad += int(np.count_nonzero(~np.isfinite(volts[~silent])))
         bad += int(np.count_nonzero(silent != (simulation.echoes["flag"].values == 64)))
-        bad += int(np.count_nonzero(found["quality"].values[unknown] == 0))
+        bad += int(np.count_nonzero(polar["quality"].values[unknown] == 0))
         drowned.append(float(silent.mean()))
         if len(drowned) == 3:
             break
@@ -137,8 +137,8 @@ def choppy_wall(_: Effort) -> list[Finding]:
     ]
     made = scene("flat", radar__sector_deg=[90.0, 91.8], radar__range_m=[15.0, 60.0], tracing__facet_m=0.02)
     for top in (4.0, 30.0):
-        ring = Rings(lambda r, top=top: np.where(np.abs(r - 20.0) < 0.011, top, 0.0))
-        mesh = mesh_turn(ring, made.radar, made.meshing, 0)
+        surface = RadialSurface(lambda r, top=top: np.where(np.abs(r - 20.0) < 0.011, top, 0.0))
+        mesh = mesh_turn(surface, made.radar, made.meshing, 0)
         distance, wrong = mesh.facets.distance, 0
         for name in TRACERS:
             for antenna, (lit, mast) in enumerate(zip(light(name, mesh, made), (4.9, 5.1), strict=True)):
@@ -188,20 +188,23 @@ def ten_million(effort: Effort) -> list[Finding]:
     least = 2.0 * columns * 3005.0 / MOST_TRIANGLES
     try:
         scene("flat", **keys, tracing__facet_m=0.98 * least)
-        found = "taken"
+        obtained = "taken"
     except InputError as error:
-        found = str(error)
-    right = "GB" in found and "raise tracing.facet_m" in found and "\n" not in found
-    rows = [Finding("2 % more facets than may be", "refused in one line, with the memory they need", found, right)]
+        obtained = str(error)
+    right = "GB" in obtained and "raise tracing.facet_m" in obtained and "\n" not in obtained
+    rows = [Finding("2 % more facets than may be", "refused in one line, with the memory they need", obtained, right)]
     if not effort.full:
         return rows
     made = scene("flat", **keys, tracing__facet_m=2.0 * columns * 3005.0 / 1e7)
-    mesh = mesh_turn(Rings(lambda r: 0.3 * np.cos(r / 5.0)), made.radar, made.meshing, 0)
+    mesh = mesh_turn(RadialSurface(lambda r: 0.3 * np.cos(r / 5.0)), made.radar, made.meshing, 0)
     seconds, lit = [], []
     for name in TRACERS:
         start = time.perf_counter()
         lit.append(light(name, mesh, made))
         seconds.append(time.perf_counter() - start)
     share = float(np.mean(lit[0] != lit[1]))
-    found = f"{lit[0][0].size:.3g} facets, {seconds[0]:.0f} s and {seconds[1]:.0f} s, differ on {share:.4%}"
-    return [*rows, Finding("10⁷ facets, rays and horizon", "traced; differ on less than 0.02 %", found, share < 2e-4)]
+    obtained = f"{lit[0][0].size:.3g} facets, {seconds[0]:.0f} s and {seconds[1]:.0f} s, differ on {share:.4%}"
+    return [
+        *rows,
+        Finding("10⁷ facets, rays and horizon", "traced; differ on less than 0.02 %", obtained, share < 2e-4),
+    ]

@@ -93,12 +93,12 @@ def baselines(_: Effort) -> list[Finding]:
     worst, bounds = [], []
     for baseline in BASELINES_M:
         radar = RadarSettings(baseline_m=baseline, noise=False, sector_deg=(80.0, 98.0), range_m=(15.0, 400.0))
-        found = sr.retrieve(analytic.echoes(analytic.FlatSea(), radar), settings)["polar"].to_dataset()
-        per_radian = SPEED_OF_LIGHT / radar.frequency_hz * found["range"].values / (2.0 * np.pi * baseline)
-        worst.append(float(np.abs(found["height"].values).max()))
+        polar = sr.retrieve(analytic.echoes(analytic.FlatSea(), radar), settings)["polar"].to_dataset()
+        per_radian = SPEED_OF_LIGHT / radar.frequency_hz * polar["range"].values / (2.0 * np.pi * baseline)
+        worst.append(float(np.abs(polar["height"].values).max()))
         bounds.append(float(1e-7 * per_radian.max()))
     figure, axes = graph("Baseline (m)", "Worst height of a flat sea to 400 m (m)", "Baselines from 1 mm to 3 m")
-    axes.loglog(BASELINES_M, worst, "o-", color=style.BLUE, label="found")
+    axes.loglog(BASELINES_M, worst, "o-", color=style.BLUE, label="retrieved")
     axes.loglog(BASELINES_M, bounds, ":", color=style.GREY, label="1e-7 rad × λR/2πB")
     axes.legend()
     return [
@@ -131,10 +131,10 @@ def far_phases(_: Effort) -> list[Finding]:
             "retrieval": {"cell_azimuth_deg": 0.45, "ground_m": 20.0},
             "scattering": {"extrapolate": True},
         }
-        place = np.array([ground * np.sin(0.6535), ground * np.cos(0.6535), 0.37])
-        echoes = sr.echoes.from_scatterers(Scene.model_validate(settings), place[None], [1e6])
+        position = np.array([ground * np.sin(0.6535), ground * np.cos(0.6535), 0.37])
+        echoes = sr.echoes.from_scatterers(Scene.model_validate(settings), position[None], [1e6])
         paths = [
-            np.sqrt(np.sum((place.astype(exact) - np.array((0.0, 0.0, 5.0 + side), dtype=exact)) ** 2))
+            np.sqrt(np.sum((position.astype(exact) - np.array((0.0, 0.0, 5.0 + side), dtype=exact)) ** 2))
             for side in (-1.5, 1.5)
         ]
         errors = []
@@ -147,7 +147,7 @@ def far_phases(_: Effort) -> list[Finding]:
         worst.append(max(errors))
     figure, axes = graph("Ground range (m)", "Worst phase error (rad)", "Phases of a point scatterer, B = 3 m")
     axes.loglog(RANGES_M, worst, "o-", color=style.BLUE)
-    axes.axhline(1e-3, color=style.GREY, linestyle=":", label="asked")
+    axes.axhline(1e-3, color=style.GREY, linestyle=":", label="required")
     axes.legend()
     return [
         Finding(

@@ -15,7 +15,7 @@ from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.report import style
 from seamap_rt.tracing.rays import SeaScene
-from validation.hard_cases.case import TRACERS, Effort, Finding, Rings, graph, light, scene
+from validation.hard_cases.case import TRACERS, Effort, Finding, RadialSurface, graph, light, scene
 
 KINDS = ("facet", "diagonal", "rung", "radial", "vertex")
 GRAZING_DEG = (1.0, 0.7, 0.5, 0.3, 0.2, 0.14, 0.1)
@@ -40,14 +40,14 @@ def terminator(_: Effort) -> list[Finding]:
         )
         errors = dict.fromkeys(TRACERS, 0.0)
         for phase in np.arange(0.0, 2.0 * np.pi, 0.5):
-            ring = Rings(lambda r, phase=phase: 0.5 * height * np.cos(2.0 * np.pi * r / length + phase))
-            mesh = mesh_turn(ring, made.radar, made.meshing, 0)
+            surface = RadialSurface(lambda r, phase=phase: 0.5 * height * np.cos(2.0 * np.pi * r / length + phase))
+            mesh = mesh_turn(surface, made.radar, made.meshing, 0)
             for name in TRACERS:
                 lit = light(name, mesh, made)
                 for antenna, mast in ((0, 4.9), (1, 5.1)):
                     exact, _share = sinusoid_visible_intervals(height, length, mast, near - length, far + length, phase)
-                    found = edges(lit[antenna], mesh.facets.distance, near, far)
-                    errors[name] = max(errors[name], np.abs(found - exact.reshape(-1, 1)).min(axis=0).max())
+                    computed = edges(lit[antenna], mesh.facets.distance, near, far)
+                    errors[name] = max(errors[name], np.abs(computed - exact.reshape(-1, 1)).min(axis=0).max())
         for name in TRACERS:
             worst[name].append(errors[name])
     figure, axes = graph("Grazing angle (°)", "Worst error of an edge of light (m)", "Terminators of a sinusoid")
@@ -71,8 +71,8 @@ def terminator(_: Effort) -> list[Finding]:
 def edges(lit: NDArray[np.bool_], distance: NDArray[np.float64], near: float, far: float) -> NDArray[np.float64]:
     """Distances within the window between facets of which one is lit and the next is not, of every column."""
     column, facet = np.nonzero(lit[:, 1:] != lit[:, :-1])
-    place = 0.5 * (distance[facet] + distance[facet + 1])
-    return place[(place > near) & (place < far) & (column >= 0)]
+    edge = 0.5 * (distance[facet] + distance[facet + 1])
+    return edge[(edge > near) & (edge < far) & (column >= 0)]
 
 
 def rays_against_horizon(_: Effort) -> list[Finding]:
@@ -94,7 +94,7 @@ def rays_against_horizon(_: Effort) -> list[Finding]:
 
 
 def beside_an_edge(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(…, column, facet): the facet and its neighbours on its own plane, two places on, are not all lit or all dark."""
+    """(…, column, facet): the facet and its neighbours on its own plane, two facets on, are not all lit or all dark."""
     some, every = lit.copy(), lit.copy()
     for here, there in ((slice(2, None), slice(None, -2)), (slice(None, -2), slice(2, None))):
         some[..., here] |= lit[..., there]
@@ -106,12 +106,12 @@ def beside_an_edge(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 class Targets:
-    """Points on vertices, edges and facets of a sea, all facets about which face a place (3,): no ray can pass them."""
+    """Points on vertices, edges and facets of a sea, whose facets all face a position (3,): no ray can pass."""
 
-    def __init__(self, mesh: SurfaceMesh, place: NDArray[np.float64]) -> None:
+    def __init__(self, mesh: SurfaceMesh, position: NDArray[np.float64]) -> None:
         vertices = mesh.trimesh(mesh.sheets()[0]).vertices
         c = vertices.astype(np.float32).astype(np.float64).reshape(mesh.grid.sweep.size, -1, 3)
-        self.place, self.corners = place, (c[:-1, :-1], c[1:, :-1], c[1:, 1:], c[:-1, 1:])
+        self.position, self.corners = position, (c[:-1, :-1], c[1:, :-1], c[1:, 1:], c[:-1, 1:])
         start, across, both, out = self.corners
         facing = self._faces(start, across, both) & self._faces(start, both, out)
         self._inner = np.argwhere(binary_erosion(facing, np.ones((3, 3))))
@@ -125,19 +125,19 @@ class Targets:
         return (1.0 - s) * start + s * end[kind]
 
     def _faces(self, a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.bool_]:
-        normal, towards = np.cross(b - a, c - a), self.place - a
+        normal, towards = np.cross(b - a, c - a), self.position - a
         cosine = np.sum(normal * towards, axis=-1)
         return cosine > 1e-3 * np.linalg.norm(normal, axis=-1) * np.linalg.norm(towards, axis=-1)
 
 
-def leaks(traced: Any, place: NDArray[np.float64], points: NDArray[np.float64], late: float) -> int:
-    """Rays from a place to points (n, 3) that hit nothing, or not until they are `late` metres beyond their point."""
+def leaks(traced: Any, position: NDArray[np.float64], points: NDArray[np.float64], late: float) -> int:
+    """Rays from a position to points (n, 3) that hit nothing, or only `late` metres beyond their point."""
     import mitsuba as mi
 
-    away = points - place
+    away = points - position
     length = np.linalg.norm(away, axis=1)
     axes = [np.ascontiguousarray(axis, dtype=np.float32) for axis in (away / length[:, None]).T]
-    start = [mi.Float(np.full(length.size, part, dtype=np.float32)) for part in place]
+    start = [mi.Float(np.full(length.size, part, dtype=np.float32)) for part in position]
     ray = mi.Ray3f(o=mi.Point3f(*start), d=mi.Vector3f(*(mi.Float(axis) for axis in axes)))
     return int(np.count_nonzero(~(np.array(traced.ray_intersect_preliminary(ray).t) < length + late)))
 
@@ -157,15 +157,15 @@ def watertight(effort: Effort) -> list[Finding]:
     each = max(1, effort.rays // (2 * len(KINDS)))
     rng, counts = np.random.default_rng(1), {kind: [0, 0] for kind in KINDS}
     for antenna in (0, 1):
-        place = np.array([0.0, 0.0, float(np.float32(mesh.grid.antenna_positions[0, antenna, 2]))])
-        targets = Targets(mesh, place)
+        position = np.array([0.0, 0.0, float(np.float32(mesh.grid.antenna_positions[0, antenna, 2]))])
+        targets = Targets(mesh, position)
         for kind in KINDS:
             left = each
             while left > 0:
                 points = targets.points(kind, min(left, AT_ONCE), rng)
                 left -= len(points)
                 for number, traced in enumerate((held.scene.mi_scene, plain)):
-                    counts[kind][number] += leaks(traced, place, points, late=0.5)
+                    counts[kind][number] += leaks(traced, position, points, late=0.5)
     total = 2 * each
     figure, axes = graph("Rays aimed at", "Share that leaks", "Watertightness, by where rays are aimed; no bar: none")
     for number, label in enumerate(("as the package traces", "Mitsuba's default")):
@@ -184,7 +184,7 @@ def watertight(effort: Effort) -> list[Finding]:
     rows = []
     for kind in KINDS:
         package, default = counts[kind]
-        found = f"{package} of {total:.3g} as the package traces, {default} by Mitsuba's default"
+        obtained = f"{package} of {total:.3g} as the package traces, {default} by Mitsuba's default"
         expectation, right = "0 leaks", package == 0
         if kind == "facet":
             expectation, right = (
@@ -193,7 +193,7 @@ def watertight(effort: Effort) -> list[Finding]:
             )
         elif kind == "vertex":
             expectation, right = "for the record: six edges meet, and each side is rounded for itself", None
-        rows.append(Finding(f"rays at a {kind}", expectation, found, right, figure if kind == "facet" else None))
+        rows.append(Finding(f"rays at a {kind}", expectation, obtained, right, figure if kind == "facet" else None))
     return rows
 
 
@@ -208,8 +208,10 @@ def along_the_ray(_: Effort) -> list[Finding]:
     for tip in tips:
         slope = (4.9 - top) / start * (1.0 + tip)
         foot = start + top / slope
-        ring = Rings(lambda r, slope=slope: np.where(r < start - 1e-9, 0.0, np.maximum(top - slope * (r - start), 0.0)))
-        mesh = mesh_turn(ring, made.radar, made.meshing, 0)
+        surface = RadialSurface(
+            lambda r, slope=slope: np.where(r < start - 1e-9, 0.0, np.maximum(top - slope * (r - start), 0.0))
+        )
+        mesh = mesh_turn(surface, made.radar, made.meshing, 0)
         distance = mesh.facets.distance
         ramp = (distance > start + 0.5) & (distance < foot - 0.5)
         beside = (distance < start - 0.5) | (distance > foot + 0.5)
@@ -268,7 +270,7 @@ def one_facet(_: Effort) -> list[Finding]:
     made = scene("flat", radar__sector_deg=[90.0, 92.0], radar__range_m=[5.0, 20.0], tracing__facet_m=2.0)
     wrong = []
     for slope in (-3.0, 0.0, 3.0):
-        whole = mesh_turn(Rings(lambda r, slope=slope: slope * (r - 2.0)), made.radar, made.meshing, 0)
+        whole = mesh_turn(RadialSurface(lambda r, slope=slope: slope * (r - 2.0)), made.radar, made.meshing, 0)
         mesh = one_column(whole)
         wrong += [name for name in TRACERS if (light(name, mesh, made) != (slope >= 0.0)).any()]
     return [

@@ -52,17 +52,18 @@ td.wrong { color: #d55e00; font-weight: 600; }
 figure { margin: 2rem 0; } img { width: 100%; max-width: 936px; }
 </style></head><body>
 <h1>Numerical stability: hard cases</h1>
-<p>{{ right }} of {{ asked }} cases come out as they must. Each has an answer that is known: a closed form, extended
+<p>{{ right }} of {{ total }} cases come out as they must. Each has an answer that is known: a closed form, extended
 precision, or the same scene where it is easy.</p>
 <table><thead><tr><th>Case</th><th>What must come out</th><th>What did</th><th>Verdict</th></tr></thead><tbody>
 {% for row in rows %}
-<tr><td>{{ row.case }}</td><td>{{ row.expectation }}</td><td>{{ row.found }}</td>
+<tr><td>{{ row.case }}</td><td>{{ row.expectation }}</td><td>{{ row.obtained }}</td>
 <td{% if row.right == False %} class="wrong"{% endif %}>{{ verdict(row) }}</td></tr>
 {% endfor %}
 </tbody></table>
 {% for data, row in shown %}
-<figure><img src="data:image/png;base64,{{ data }}" alt="{{ row.case }}: {{ row.found }}">
-<figcaption><b>Figure {{ loop.index }}.</b> {{ row.case }}: {{ row.expectation }}. Found: {{ row.found }}.</figcaption>
+<figure><img src="data:image/png;base64,{{ data }}" alt="{{ row.case }}: {{ row.obtained }}">
+<figcaption><b>Figure {{ loop.index }}.</b> {{ row.case }}: {{ row.expectation }}.
+Result: {{ row.obtained }}.</figcaption>
 </figure>
 {% endfor %}
 </body></html>
@@ -84,7 +85,7 @@ def write_page(out: Path, rows: list[Finding]) -> Path:
         shown.append((base64.b64encode(data).decode("ascii"), row))
     template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(PAGE)
     judged = [row.right for row in rows if row.right is not None]
-    page = template.render(rows=rows, shown=shown, verdict=verdict, right=sum(judged), asked=len(judged))
+    page = template.render(rows=rows, shown=shown, verdict=verdict, right=sum(judged), total=len(judged))
     path = out / "hard_cases.html"
     path.write_text(page, encoding="utf-8")
     return path
@@ -103,10 +104,10 @@ def main() -> None:
         if arguments.only not in case.__name__:
             continue
         start = time.perf_counter()
-        found = style.styled(case)(effort)
-        rows += found
-        for row in found:
-            print(f"{verdict(row):6}{row.case} | {row.expectation} | {row.found}", flush=True)
+        findings = style.styled(case)(effort)
+        rows += findings
+        for row in findings:
+            print(f"{verdict(row):6}{row.case} | {row.expectation} | {row.obtained}", flush=True)
         print(f"      ({case.__name__}: {time.perf_counter() - start:.1f} s)", flush=True)
     print(f"written: {write_page(arguments.out, rows)}")
     if any(row.right is False for row in rows):

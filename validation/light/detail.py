@@ -91,10 +91,10 @@ def maps(case: str, mesh: tuple[float, int], surface: SeaSurface | None) -> tupl
     if surface is not None:
         simulator.__dict__["surface"] = surface
     facets, returns, _ = simulator.light(0)
-    found = expected_look_gates(facets, returns.rcs, simulator.radar, scene.retrieval.cell_azimuth_deg)
+    gates = expected_look_gates(facets, returns.rcs, simulator.radar, scene.retrieval.cell_azimuth_deg)
     visible = polar_truth(facets, returns.rcs, simulator.radar, scene.retrieval, 0)["visible_fraction"].values[0]
-    turning = 2.0 * np.pi / scene.wavelength_m * scene.radar.baseline_m / found.range
-    made = Maps(found.range, _cells(found.power[0, 0]), _cells(found.covariance), visible, turning, scene.detail)
+    turning = 2.0 * np.pi / scene.wavelength_m * scene.radar.baseline_m / gates.range
+    made = Maps(gates.range, _cells(gates.power[0, 0]), _cells(gates.covariance), visible, turning, scene.detail)
     return made, simulator.surface
 
 
@@ -105,12 +105,12 @@ def _cells(gates: NDArray) -> NDArray:
     return cells
 
 
-def differences(found: Maps, exact: Maps) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def differences(simulated: Maps, exact: Maps) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Height [m], power [dB] and visible share of a mesh less those of the finest, and which cells count."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        power = 10.0 * np.log10(found.power / exact.power)
-    height = np.angle(found.covariance * exact.covariance.conj()) / exact.radians_a_metre
-    return np.stack((height, power, found.visible - exact.visible)), exact.visible > 0.5
+        power = 10.0 * np.log10(simulated.power / exact.power)
+    height = np.angle(simulated.covariance * exact.covariance.conj()) / exact.radians_a_metre
+    return np.stack((height, power, simulated.visible - exact.visible)), exact.visible > 0.5
 
 
 def rms(errors: NDArray[np.float64], kept: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -160,9 +160,9 @@ def main() -> None:
         exact, _ = maps(case, REFERENCE, surface)
         line, curve = case.ljust(30), []
         for mesh in meshes:
-            found, _ = maps(case, mesh, surface)
-            errors, kept = differences(found, exact)
-            measured, detail = rms(errors, kept), found.detail
+            simulated, _ = maps(case, mesh, surface)
+            errors, kept = differences(simulated, exact)
+            measured, detail = rms(errors, kept), simulated.detail
             predicted = np.array([detail.height_error_m, detail.power_error_db, detail.visible_error])
             ratios.append(measured / predicted)
             pairs = zip(measured, predicted, UNITS, strict=True)

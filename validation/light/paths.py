@@ -62,7 +62,7 @@ def middle(mesh: SurfaceMesh, columns: int = 4) -> slice:
 
 
 def beside_an_edge(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The facet and its neighbours on its own plane, two places on in the column, are not all lit or all dark."""
+    """The facet and its neighbours on its own plane, two facets on in the column, are not all lit or all dark."""
     some, every = lit.copy(), lit.copy()
     some[..., 2:] |= lit[..., :-2]
     some[..., :-2] |= lit[..., 2:]
@@ -74,19 +74,19 @@ def beside_an_edge(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def compare_light() -> None:
     scene = scene_of("choppy_sea")
     mesh = mesh_of(scene)
-    asked = 2 * mesh.facets.height.size
+    number = 2 * mesh.facets.height.size
     light, costs = {}, {}
     for name in ("facets", "horizon", "paths"):
         trace = tracer(name, scene.radar, scene.scattering)
         trace(mesh)  # compiles
         start = time.process_time()
-        found = trace(mesh).lit
+        lit = trace(mesh).lit
         costs[name] = time.process_time() - start
-        assert found is not None
-        light[name] = found
-    print(f"light on a turn: {asked} facets and antennas, {100.0 * light['horizon'].mean():.1f} % of them lit")
+        assert lit is not None
+        light[name] = lit
+    print(f"light on a turn: {number} facets and antennas, {100.0 * light['horizon'].mean():.1f} % of them lit")
     for name, cost in costs.items():
-        print(f"  {name:8} {1e6 * cost / asked:6.2f} s of one core a million")
+        print(f"  {name:8} {1e6 * cost / number:6.2f} s of one core a million")
     for one, other in (("paths", "horizon"), ("paths", "facets"), ("facets", "horizon")):
         differ = light[one] != light[other]
         away = differ & ~(beside_an_edge(light[one]) | beside_an_edge(light[other]))
@@ -130,9 +130,9 @@ def choppy_power(per_beam: int, samples: int, launches: int) -> Power:
     echo = path_echo(mesh, columns, frequency, Body(), samples=samples, launches=launches)
     slant, own = lambertian_power(lit, columns, 0, frequency)
     clear = lit.lit[0] & ~beside_an_edge(lit.lit[0])
-    places = np.zeros(clear.shape)
-    places[columns] = slant
-    at, once = places.ravel()[echo.facet], echo.bounces == 1
+    ranges = np.zeros(clear.shape)
+    ranges[columns] = slant
+    at, once = ranges.ravel()[echo.facet], echo.bounces == 1
 
     def against(weight: NDArray[np.bool_], chosen: NDArray[np.bool_]) -> tuple[Array, Array]:
         facets = np.histogram(slant, GATES_M, weights=own * weight)[0]
@@ -145,10 +145,10 @@ def choppy_power(per_beam: int, samples: int, launches: int) -> Power:
 
 
 def compare_power(samples: int, launches: int) -> dict[int, Power]:
-    found = {per_beam: choppy_power(per_beam, samples, launches) for per_beam in (4, 16)}
+    powers = {per_beam: choppy_power(per_beam, samples, launches) for per_beam in (4, 16)}
     print("\nchoppy Lambertian sea, up-wave: one bounce over the sum over lit facets, less 1, in %")
     print("  (all facets; those off shadows' edges; the error that as many independent rays would have)")
-    for per_beam, power in found.items():
+    for per_beam, power in powers.items():
         for n, near in enumerate(GATES_M[:-1]):
             print(
                 f"  {per_beam:2d} columns a beam {near:4.0f}–{GATES_M[n + 1]:3.0f} m "
@@ -157,7 +157,7 @@ def compare_power(samples: int, launches: int) -> dict[int, Power]:
                 f"{100.0 * power.loose[n]:7.2f}"
             )
         print(f"  {per_beam:2d} columns a beam, mean of the gates {100.0 * power.miss.mean():7.2f}")
-    return found
+    return powers
 
 
 # ---------------------------------------------------------------------------------------------- second bounces
@@ -174,7 +174,7 @@ def share(echo: PathEcho, chosen: NDArray[np.bool_]) -> tuple[Array, Array]:
 
 def second_bounces(samples: int, launches: int) -> dict[str, dict[str, tuple[Array, Array]]]:
     """Shares and errors by name of the sea's body, and look."""
-    found: dict[str, dict[str, tuple[Array, Array]]] = {}
+    shares: dict[str, dict[str, tuple[Array, Array]]] = {}
     for look, azimuth in LOOKS_DEG.items():
         scene = scene_of("choppy_sea", azimuth)
         mesh, water, frequency = mesh_of(scene), scene.scattering, scene.radar.frequency_hz
@@ -186,20 +186,22 @@ def second_bounces(samples: int, launches: int) -> dict[str, dict[str, tuple[Arr
         ):
             echo = path_echo(mesh, middle(mesh), frequency, body, bounces=2, samples=samples, launches=launches)
             chosen = (echo.kind[0] == kinds[0]) & (echo.kind[1] == kinds[1])
-            found.setdefault(name, {})[look] = share(echo, chosen)
+            shares.setdefault(name, {})[look] = share(echo, chosen)
     print("\ntwo bounces over one, in %, path by path; gates from", *(f"{near:.0f}" for near in GATES_M[:-1]), "m on")
-    for name, looks in found.items():
+    for name, looks in shares.items():
         for look, (ratio, error) in looks.items():
             row = "  ".join(f"{100.0 * r:5.2f} ± {100.0 * e:.2f}" for r, e in zip(ratio, error, strict=True))
             print(f"  {name:40} {look:10} {row}")
-    return found
+    return shares
 
 
 def draw(power: dict[int, Power], bounces: dict[str, dict[str, tuple[Array, Array]]]) -> None:
     figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
     at = 0.5 * (GATES_M[1:] + GATES_M[:-1])
-    for shift, (per_beam, found) in zip((-3.0, 3.0), power.items(), strict=True):
-        left.errorbar(at + shift, 100.0 * found.miss, 200.0 * found.error, fmt="o", label=f"{per_beam} columns a beam")
+    for shift, (per_beam, errors) in zip((-3.0, 3.0), power.items(), strict=True):
+        left.errorbar(
+            at + shift, 100.0 * errors.miss, 200.0 * errors.error, fmt="o", label=f"{per_beam} columns a beam"
+        )
     left.axhline(0.0, color="0.6", linewidth=0.8)
     left.set(xlabel="range (m)", ylabel="paths over facets, less 1 (%)", title="power of one bounce")
     left.legend()

@@ -27,7 +27,7 @@ from validation import FIGURES
 
 FREQUENCY_HZ = 10e9
 ANGLE_DEG = np.linspace(0.0, 90.0, 180_001)
-WAYS = ("one-way", "two-way")
+PATTERNS = ("one-way", "two-way")
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Lobe:
 
     width: float
     null: float
-    place: float
+    angle: float
     level: float
 
 
@@ -69,22 +69,31 @@ def beyond(cut: Cut, width_deg: float, power: int) -> float:
 
 
 def print_table(beam: Antenna, gaussian: Cut) -> None:
-    asked = AntennaSettings()
+    settings = AntennaSettings()
     print(f"{'':26}{'B':>8}{'−3 dB':>10}{'first null':>12}{'sidelobe at':>13}{'level':>11}")
-    for name, cut, aperture, width, found in (
-        ("azimuth", beam.azimuth, asked.width_m, asked.azimuth_beamwidth_deg, beam.azimuth_beamwidth_deg),
-        ("elevation", beam.elevation, asked.height_m, asked.elevation_beamwidth_deg, beam.elevation_beamwidth_deg),
+    for name, cut, aperture, width, beamwidth in (
+        ("azimuth", beam.azimuth, settings.width_m, settings.azimuth_beamwidth_deg, beam.azimuth_beamwidth_deg),
+        (
+            "elevation",
+            beam.elevation,
+            settings.height_m,
+            settings.elevation_beamwidth_deg,
+            beam.elevation_beamwidth_deg,
+        ),
     ):
         b, theory = closed_form(width, aperture)
-        for label, taper, lobe in (("measured", "", measured(cut, found)), ("Taylor", f"{b:.4f}", theory)):
-            cells = f"{lobe.width:9.4f}°{lobe.null:11.3f}°{lobe.place:12.3f}°{lobe.level:8.2f} dB"
+        for label, taper, lobe in (("measured", "", measured(cut, beamwidth)), ("Taylor", f"{b:.4f}", theory)):
+            cells = f"{lobe.width:9.4f}°{lobe.null:11.3f}°{lobe.angle:12.3f}°{lobe.level:8.2f} dB"
             print(f"{name:<10} {aperture:4.1f} m  {label:<8}{taper:>8}{cells}")
-    area = 4.0 * np.pi * asked.width_m * asked.height_m * (FREQUENCY_HZ / SPEED_OF_LIGHT) ** 2
+    area = 4.0 * np.pi * settings.width_m * settings.height_m * (FREQUENCY_HZ / SPEED_OF_LIGHT) ** 2
     print(f"gain {float(db(beam.gain)):.2f} dBi; 4πA/λ² {float(db(area)):.2f} dBi: the taper takes the difference")
     print(f"share of the power beyond ±{BEAMS_BEYOND:g} azimuth beams:")
     for name, cut in (("Taylor", beam.azimuth), ("Gaussian", gaussian)):
-        shares = [beyond(cut, asked.azimuth_beamwidth_deg, power) for power in (2, 4)]
-        words = (f"{share:.2e} ({float(db(share)):.1f} dB) {way}" for share, way in zip(shares, WAYS, strict=True))
+        shares = [beyond(cut, settings.azimuth_beamwidth_deg, power) for power in (2, 4)]
+        words = (
+            f"{share:.2e} ({float(db(share)):.1f} dB) {pattern}"
+            for share, pattern in zip(shares, PATTERNS, strict=True)
+        )
         print(f"{name:<10} {', '.join(words)}")
 
 
@@ -115,10 +124,10 @@ def draw_cut(axes: Axes, cut: Cut, width: float, reach: float) -> None:
     lobe = measured(cut, width)
     axes.plot([-0.5 * width, 0.5 * width], [db(0.5)] * 2, color=BLACK, marker="|", linewidth=0.8)
     axes.annotate(f"{width:.2f}°", (0.5 * width, -3.0), (4.0, 1.0), textcoords="offset points")
-    axes.plot([lobe.place], [lobe.level], color=BLACK, marker="o", markersize=3.0)
+    axes.plot([lobe.angle], [lobe.level], color=BLACK, marker="o", markersize=3.0)
     axes.annotate(
-        f"−{-lobe.level:.1f} dB at {lobe.place:.1f}°",
-        (lobe.place, lobe.level),
+        f"−{-lobe.level:.1f} dB at {lobe.angle:.1f}°",
+        (lobe.angle, lobe.level),
         (0.0, 6.0),
         textcoords="offset points",
         bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},

@@ -38,9 +38,9 @@ def choppy_sea() -> Sea:
 
 
 def under(sea: Sea, states: list[BoatState], times: NDArray[np.float64]) -> SurfaceState:
-    """The sea at the places of boats, (boat, time)."""
-    places = np.stack([state.position for state in states])
-    return direct_sum(sea.components(), places[..., 0], places[..., 1], times)
+    """The sea at the positions of boats, (boat, time)."""
+    positions = np.stack([state.position for state in states])
+    return direct_sum(sea.components(), positions[..., 0], positions[..., 1], times)
 
 
 def mean_period(times: NDArray[np.float64], values: NDArray[np.float64]) -> float:

@@ -60,9 +60,9 @@ def with_image(radar: RadarSettings, receiver: DigitalReceiver, envelope: NDArra
     return envelope + envelope.conj() * np.exp(-2j * np.pi * cycles)
 
 
-def phase_error(found: NDArray, exact: NDArray) -> float:
+def phase_error(quantised: NDArray, exact: NDArray) -> float:
     """rms [rad] over pulses and gates of the interferometric phase, of voltages (pulse, receiver, gate)."""
-    products = [voltage[:, 0] * voltage[:, 1].conj() for voltage in (found, exact)]
+    products = [voltage[:, 0] * voltage[:, 1].conj() for voltage in (quantised, exact)]
     return float(np.sqrt(np.mean(np.angle(products[0] * products[1].conj()) ** 2)))
 
 
@@ -75,15 +75,15 @@ def against_bits(changes: list[str], pulses: int) -> None:
         gates = np.arange(10, receiver.range_m.size, 40)
         envelope = noise_and_reflectors(radar, receiver, pulses, gates)
         digitised = receiver(envelope)
-        found, linear = digitised.voltage[..., gates], receiver.ideal(envelope)[..., gates]
+        quantised, linear = digitised.voltage[..., gates], receiver.ideal(envelope)[..., gates]
         exact = receiver.ideal(with_image(radar, receiver, envelope))[..., gates]
         power = np.mean(np.abs(exact) ** 2)
-        snr = power / np.mean(np.abs(found - exact) ** 2)
+        snr = power / np.mean(np.abs(quantised - exact) ** 2)
         predicted = power / np.mean(receiver.quantisation_noise_power(float(digitised.full_scale[0]))[gates])
-        mean = np.angle(np.sum(found[:, 0] * found[:, 1].conj()))
+        mean = np.angle(np.sum(quantised[:, 0] * quantised[:, 1].conj()))
         print(
-            f"{bits:4d}{float(db(snr)):9.2f}{float(db(predicted)):11.2f}{phase_error(found, linear):11.2e}"
-            f"{phase_error(found, exact):12.2e}{1.0 / np.sqrt(predicted):11.2e}{mean:12.4f}"
+            f"{bits:4d}{float(db(snr)):9.2f}{float(db(predicted)):11.2f}{phase_error(quantised, linear):11.2e}"
+            f"{phase_error(quantised, exact):12.2e}{1.0 / np.sqrt(predicted):11.2e}{mean:12.4f}"
         )
 
 

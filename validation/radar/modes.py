@@ -152,16 +152,21 @@ Maps = dict[tuple[Mode, bool], list[Cells]]  # of each mode, without noise and w
 
 def four_modes(scene: str, seeds: int, **keys: Any) -> Maps:
     """Maps of all modes: the same seas and, pulse by pulse, the same speckle."""
-    found: Maps = {(mode, noise): [] for mode in MODES for noise in (False, True)}
+    maps: Maps = {(mode, noise): [] for mode in MODES for noise in (False, True)}
     for seed in range(1, seeds + 1):
         for mode in MODES:
-            asked = {"seed": seed, "radar.noise": False, "tracing.tracer": "horizon", "radar.range_m": [15.0, 310.0]}
-            made = sr.load_scene(scene, overrides={**asked, **mode.keys, **keys})
+            overrides = {
+                "seed": seed,
+                "radar.noise": False,
+                "tracing.tracer": "horizon",
+                "radar.range_m": [15.0, 310.0],
+            }
+            made = sr.load_scene(scene, overrides={**overrides, **mode.keys, **keys})
             turn = simulated(made)
             for noise in (False, True):
                 heard = with_noise(turn, made.radar, seed) if noise else turn
-                found[mode, noise].append(Cells.of(heard, made, mode))
-    return found
+                maps[mode, noise].append(Cells.of(heard, made, mode))
+    return maps
 
 
 def print_map(maps: Maps) -> None:
@@ -226,26 +231,26 @@ def doppler_bias(
         turn = simulated(made)
         for pairs in choices:
             cells = Cells.of(turn, made, mode, pairs)
-            asked = doppler_height(cells, made.radar, mode, pairs)
+            predicted = doppler_height(cells, made.radar, mode, pairs)
             for row, (low, high) in enumerate(bins(edges)):
                 inside = cells.within(low, high)
-                sums[pairs][row] += cells.error[inside].mean() / seeds, asked[inside].mean() / seeds
+                sums[pairs][row] += cells.error[inside].mean() / seeds, predicted[inside].mean() / seeds
     return sums
 
 
 def print_doppler(scene: str, seeds: int) -> None:
     print(f"\nA flat sea that drifts at {DRIFT_M_S:g} m/s: mean height error, m, beside ∓2vτR/(pB);")
-    print("found/asked from what a pair changes over both, which have the same speckle")
+    print("measured/predicted from what a pair changes over both, which have the same speckle")
     heading = " ".join(f"{f'{low:.0f}–{high:.0f} m':>15}" for low, high in bins())
-    print(f"{'mode':28} {'look':8} {'pairs':9} {heading} {'found/asked':>16}")
+    print(f"{'mode':28} {'look':8} {'pairs':9} {heading} {'measured/predicted':>16}")
     for mode in (PING_PONG, ALTERNATING, SWITCHED):
         for look, name in ((90.0, "recedes"), (270.0, "comes")):
-            found = doppler_bias(scene, look, mode, seeds)
-            for pairs, rows in found.items():
-                shown = " ".join(f"{got:+7.4f} {asked:+7.4f}" for got, asked in rows)
+            biases = doppler_bias(scene, look, mode, seeds)
+            for pairs, rows in biases.items():
+                shown = " ".join(f"{got:+7.4f} {predicted:+7.4f}" for got, predicted in rows)
                 ratio = "-"
                 if pairs != "both":
-                    each = (rows[:, 0] - found["both"][:, 0]) / rows[:, 1]
+                    each = (rows[:, 0] - biases["both"][:, 0]) / rows[:, 1]
                     ratio = f"{each.min():.4f}–{each.max():.4f}"
                 print(f"{mode!s:28} {name:8} {pairs:9} {shown} {ratio:>16}", flush=True)
 
@@ -255,11 +260,11 @@ def print_doppler(scene: str, seeds: int) -> None:
 
 def sector(scene: str, mode: Mode, seed: int, **keys: Any) -> Scene:
     """The scene's up-wave sector without noise."""
-    asked = {"seed": seed, "radar.noise": False, "tracing.tracer": "horizon", "radar.sector_deg": UP_WAVE}
-    return sr.load_scene(scene, overrides={**asked, "radar.range_m": [15.0, 310.0], **mode.keys, **keys})
+    overrides = {"seed": seed, "radar.noise": False, "tracing.tracer": "horizon", "radar.sector_deg": UP_WAVE}
+    return sr.load_scene(scene, overrides={**overrides, "radar.range_m": [15.0, 310.0], **mode.keys, **keys})
 
 
-def channel_phase_found(echoes: xr.Dataset) -> float:
+def measured_channel_phase(echoes: xr.Dataset) -> float:
     """The upper receiver's phase over the lower's [deg], from the cross paths of switched transmitters.
 
     From lower to upper antenna an echo runs the same path as from upper to lower, one pulse later: what differs is the
@@ -294,27 +299,27 @@ def print_channels(scene: str, seeds: int) -> None:
     ranges = bins(BINS_M[:4])
     heading = " ".join(f"{f'{low:.0f}–{high:.0f} m':>15}" for low, high in ranges)
     print(f"{'fault':32} {'mode':28} {heading}")
-    told: list[float] = []
+    estimated: list[float] = []
     for mode in MODES:
-        found = {name: np.zeros((len(ranges), 2)) for name in FAULTS}
+        shifts = {name: np.zeros((len(ranges), 2)) for name in FAULTS}
         for seed in range(1, seeds + 1):
-            sound = sector(scene, mode, seed)
-            clean = Cells.of(simulated(sound), sound, mode)
+            faultless = sector(scene, mode, seed)
+            clean = Cells.of(simulated(faultless), faultless, mode)
             for name, fault in FAULTS.items():
                 faulty = sector(scene, mode, seed, **fault)
                 turn = simulated(faulty)
                 if mode is SWITCHED and "radar.channel_phase_deg" in fault:
-                    told.append(channel_phase_found(turn.echoes))
-                off, asked = Cells.of(turn, faulty, mode), fault_height(clean, sound.radar, fault)
+                    estimated.append(measured_channel_phase(turn.echoes))
+                off, predicted = Cells.of(turn, faulty, mode), fault_height(clean, faultless.radar, fault)
                 for row, (low, high) in enumerate(ranges):
                     inside = clean.within(low, high) & off.within(low, high)
                     more = (off.height - clean.height)[inside].mean()
-                    found[name][row] += more / seeds, asked[inside].mean() / seeds
-        for name, rows in found.items():
-            shown = " ".join(f"{got:+7.4f} {asked:+7.4f}" for got, asked in rows)
+                    shifts[name][row] += more / seeds, predicted[inside].mean() / seeds
+        for name, rows in shifts.items():
+            shown = " ".join(f"{got:+7.4f} {predicted:+7.4f}" for got, predicted in rows)
             print(f"{name:32} {mode!s:28} {shown}", flush=True)
     print(
-        f"From the switched radar's own echoes, lower → upper against upper → lower: {spread(told, 4)}° of "
+        f"From the switched radar's own echoes, lower → upper against upper → lower: {spread(estimated, 4)}° of "
         f"{CHANNEL_DEG:g}°"
     )
 
@@ -324,7 +329,7 @@ def print_channels(scene: str, seeds: int) -> None:
 
 def print_decorrelation(scene: str, seeds: int) -> None:
     print("\nA sea that forgets itself, 50–200 m, no noise: height rmse, m, and median coherence")
-    asked_for: tuple[tuple[Mode, Pairs], ...] = (
+    combinations: tuple[tuple[Mode, Pairs], ...] = (
         (SWITCHED, "both"),
         (PING_PONG, "both"),
         (PING_PONG, "forward"),
@@ -339,7 +344,7 @@ def print_decorrelation(scene: str, seeds: int) -> None:
                 keys = {"scattering.decorrelation_time_s": tau, "radar.prf_hz": prf}
                 made = [sector(scene, mode, seed, **keys) for seed in range(1, seeds + 1)]
                 turns = [simulated(each) for each in made]
-                for other, pairs in asked_for:
+                for other, pairs in combinations:
                     if other is not mode:
                         continue
                     each = [Cells.of(turn, one, mode, pairs) for turn, one in zip(turns, made, strict=True)]
@@ -406,7 +411,7 @@ def noise_ratio(mode: Mode, snr_db: Field) -> float:
 
 def print_answer(maps: Maps) -> None:
     print("\nDoes switching minimise the phase error? Each mode's over that of the single transmitter on single pulses")
-    heading = ("speckle", "noise alone", "asked of it", "both", "height, both")
+    heading = ("speckle", "noise alone", "predicted", "both", "height, both")
     print(f"{'mode':28} {'range, m':9} " + " ".join(f"{name:>13}" for name in heading))
     for low, high in bins():
         reference = phase_errors(maps, SINGLE, low, high)
@@ -416,8 +421,8 @@ def print_answer(maps: Maps) -> None:
                 np.array(own) / np.array(other)
                 for own, other in zip(phase_errors(maps, mode, low, high), reference, strict=True)
             )
-            asked = f"{noise_ratio(mode, snr):.3f}"
-            shown = (spread(still), spread(alone), asked, spread(noisy), spread(noisy / mode.paths))
+            predicted = f"{noise_ratio(mode, snr):.3f}"
+            shown = (spread(still), spread(alone), predicted, spread(noisy), spread(noisy / mode.paths))
             print(f"{mode!s:28} {low:3.0f}–{high:3.0f}   " + " ".join(f"{value:>13}" for value in shown))
 
 

@@ -64,10 +64,10 @@ SENSORS: dict[str, dict[str, float]] = {
 
 def boat_scene(scene: str, seed: int, platform: dict[str, Any], **keys: Any) -> Scene:
     """The scene without noise, from a boat with that motion; retrieved with one window for all, by p = 1 alone."""
-    asked = {"seed": seed, "radar.noise": False, "tracing.tracer": "horizon", "radar.range_m": [15.0, 210.0]}
-    asked |= {"retrieval.estimator": "sliding_plane", "retrieval.paths": "one_way"}
+    settings = {"seed": seed, "radar.noise": False, "tracing.tracer": "horizon", "radar.range_m": [15.0, 210.0]}
+    settings |= {"retrieval.estimator": "sliding_plane", "retrieval.paths": "one_way"}
     boat = {f"platform.{key}": value for key, value in platform.items()}
-    return sr.load_scene(scene, overrides={**asked, **boat, **keys})
+    return sr.load_scene(scene, overrides={**settings, **boat, **keys})
 
 
 def as_sensed(echoes: xr.Dataset, made: Scene, sensors: dict[str, float]) -> xr.Dataset:
@@ -122,7 +122,7 @@ def noise_law(rest: Ride) -> float:
     return float(np.mean(2.0 * noise + noise**2) / np.mean(added**2))
 
 
-def asked_rmse(ride: Ride, rest: Ride) -> float:
+def predicted_rmse(ride: Ride, rest: Ride) -> float:
     """Height rmse with noise, from the boat's own without it and the resting boat's SNR, changed by the beam."""
     snr_db = rest.noisy.snr_db + db(ride.beam / rest.beam)
     inside = ride.clean.within(*HEADLINE_M) & (snr_db >= FAITHFUL_DB)
@@ -142,7 +142,7 @@ def print_motion(scene: str, seeds: int) -> None:
     }
     print("\nHeight rmse, 50–200 m, m, and its ratio to the boat at rest; sensors perfect; ± over seeds")
     groups = f"{'without noise':^43} {'with noise':^50}"
-    heading = ("rmse", "ratio", "bias", "rmse", "ratio", "ratio asked", "cells/at rest")
+    heading = ("rmse", "ratio", "bias", "rmse", "ratio", "predicted", "cells/at rest")
     print(f"{'':28} {groups}\n{'boat':28} " + " ".join(f"{name:>14}" for name in heading))
     rest = rides["at rest"]
     for name, boats in rides.items():
@@ -153,7 +153,7 @@ def print_motion(scene: str, seeds: int) -> None:
             spread(b.clean.error[b.clean.within(*HEADLINE_M)].mean() for b in boats),
             spread(error(b.noisy) for b in boats),
             spread(error(b.noisy) / error(r.noisy) for b, r in each),
-            spread(asked_rmse(b, r) / asked_rmse(r, r) for b, r in each),
+            spread(predicted_rmse(b, r) / predicted_rmse(r, r) for b, r in each),
             spread(b.noisy.within(*HEADLINE_M).sum() / r.noisy.within(*HEADLINE_M).sum() for b, r in each),
         )
         print(f"{name:28} " + " ".join(f"{value:>14}" for value in shown), flush=True)
@@ -161,7 +161,7 @@ def print_motion(scene: str, seeds: int) -> None:
 
 
 def print_quarters(rides: dict[str, list[Ride]]) -> None:
-    """Where the beam's fan leans, a place off its middle reads too high or too low."""
+    """Where the beam's fan leans, a point off its middle reads too high or too low."""
     print("\nThe same without noise by quarters of the compass: ratio to the boat at rest")
     quarters = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
     print(f"{'boat':28} " + " ".join(f"{name:>14}" for name in quarters))
@@ -184,7 +184,7 @@ def near(cells: Cells, azimuth_deg: float, within_deg: float) -> NDArray[np.bool
 
 
 def roll_bias(turn: Turn, made: Scene, bias_deg: float) -> Iterator[tuple[str, float, float, float]]:
-    """Side, range, mean height error that the bias adds and −R δα sin(off the bow), which is asked."""
+    """Side, range, mean height error that the bias adds and −R δα sin(off the bow), the prediction."""
     fault = as_sensed(turn.echoes, made, {"roll_bias_deg": bias_deg})
     clean, off = (
         Cells.between(sr.retrieve(echoes, made.retrieval), turn.truth, made.radar) for echoes in (turn.echoes, fault)
@@ -196,8 +196,8 @@ def roll_bias(turn: Turn, made: Scene, bias_deg: float) -> Iterator[tuple[str, f
             inside &= near(clean, bow + abeam, 10.0)
             if not inside.any():  # a sector need not look there
                 continue
-            asked = -clean.range * np.radians(bias_deg) * np.sin(np.radians(clean.azimuth - bow))
-            yield side, distance, float((off.height - clean.height)[inside].mean()), float(asked[inside].mean())
+            predicted = -clean.range * np.radians(bias_deg) * np.sin(np.radians(clean.azimuth - bow))
+            yield side, distance, float((off.height - clean.height)[inside].mean()), float(predicted[inside].mean())
 
 
 def print_roll(scene: str, seeds: int) -> None:
@@ -205,12 +205,15 @@ def print_roll(scene: str, seeds: int) -> None:
     rows: dict[tuple[str, float], list[tuple[float, float]]] = {}
     for seed in range(1, seeds + 1):
         made = boat_scene(scene, seed, REST, **{"radar.range_m": [15.0, 230.0]})
-        for side, distance, got, asked in roll_bias(Simulator(made).turn(0), made, ROLL_BIAS_DEG):
-            rows.setdefault((side, distance), []).append((got, asked))
-    print(f"{'side':10} {'R, m':>5} {'found':>14} {'∓R δα':>8} {'ratio':>7}")
+        for side, distance, got, predicted in roll_bias(Simulator(made).turn(0), made, ROLL_BIAS_DEG):
+            rows.setdefault((side, distance), []).append((got, predicted))
+    print(f"{'side':10} {'R, m':>5} {'measured':>14} {'∓R δα':>8} {'ratio':>7}")
     for (side, distance), values in rows.items():
-        got, asked = np.array(values).T
-        print(f"{side:10} {distance:5.0f} {spread(got, 4):>14} {asked.mean():+8.4f} {got.mean() / asked.mean():7.4f}")
+        got, predicted = np.array(values).T
+        print(
+            f"{side:10} {distance:5.0f} {spread(got, 4):>14} {predicted.mean():+8.4f} "
+            f"{got.mean() / predicted.mean():7.4f}"
+        )
 
 
 # -------------------------------------------------------------------------------------------- sensors

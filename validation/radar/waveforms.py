@@ -48,8 +48,8 @@ def by_band(seed: int, keys: dict[str, object]) -> tuple[np.ndarray, np.ndarray,
         inside = visible & (band == number)
         known = inside & np.isfinite(error) & clear
         rows.append((np.nanmedian(snr[inside]), np.sqrt(np.mean(error[known] ** 2)), known.sum() / inside.sum()))
-    found = np.array(rows).T
-    return found[0], found[1], found[2]
+    columns = np.array(rows).T
+    return columns[0], columns[1], columns[2]
 
 
 def main() -> None:

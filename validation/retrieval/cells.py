@@ -37,7 +37,7 @@ def rms(error: NDArray) -> float:
 
 
 def cells_of(maps: xr.DataTree, truth: xr.DataTree, stated: Mapping[str, NDArray]) -> dict[str, NDArray]:
-    """What there is to say of each cell of a turn, (cell,); told: heights of the floors, by name."""
+    """The values of each cell of a turn, (cell,), by name; stated: heights (look, gate) of the floors."""
     got, true = (each["polar"].isel(turn=0).to_dataset() for each in (maps, truth))
     fields = {
         "range": np.broadcast_to(got["range"].values, got["height"].shape),

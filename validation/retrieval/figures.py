@@ -40,7 +40,7 @@ from validation.retrieval.cells import (
 
 COLOUR = dict(zip(CASES, (SKY, BLUE, ORANGE, VERMILION), strict=True))
 MIDDLES = 0.5 * np.add(BINS_M[:-1], BINS_M[1:])
-ASKED_SPREAD, ASKED_SHARE = (0.9, 1.1), (93.0, 97.0)  # of errors over stated ones
+REQUIRED_SPREAD, REQUIRED_SHARE = (0.9, 1.1), (93.0, 97.0)  # of errors over stated ones
 
 
 def accuracy(cells: Mapping[Case, Cells], path: Path) -> None:
@@ -56,7 +56,7 @@ def _accuracy(cells: Mapping[Case, Cells]) -> Figure:
         graph(axes, "range, m", "height error, m" if n == 0 else "", f"{'ab'[n]}) heights, {case[0]}, 1 W radar")
         for name, label, style, colour in (
             ("error", "map", "-", BLUE),
-            ("told", "told the truth's statistics", "--", BLACK),
+            ("known", "with the truth's statistics", "--", BLACK),
             ("drawn", "drawn from them", ":", GREY),
         ):
             axes.plot(MIDDLES, by_range(cells[case], robust, name), style, color=colour, label=label)
@@ -106,8 +106,8 @@ def _errorbars(cells: Mapping[Case, Cells]) -> Figure:
     graph(spread, "1.4826 MAD", "", "b) spread")
     inside = place(figure, 5.65, 0.3, 1.2, 2.9)
     graph(inside, "% within ±1.96", "", "c) share")
-    for panel, asked in ((spread, ASKED_SPREAD), (inside, ASKED_SHARE)):
-        panel.axvspan(*asked, color=GREEN, alpha=0.2, linewidth=0.0)
+    for panel, required in ((spread, REQUIRED_SPREAD), (inside, REQUIRED_SHARE)):
+        panel.axvspan(*required, color=GREEN, alpha=0.2, linewidth=0.0)
     for number, name in enumerate(names):
         for shift, (case, each) in zip((-0.24, -0.08, 0.08, 0.24), cells.items(), strict=True):
             chosen = tables[case][name]

@@ -4,11 +4,11 @@ The expectation of the echo over speckle is known: for each look and gate the po
 receivers, whose phase and coherence contain the spread of heights within the cell, layover and shadow. From it follows
 the error variance of each phase, given the power of the echo.
 
-`told` is the floor: the phases of the same echoes, with the true cycles, interpolated with those variances and the
+`known` is the floor: the phases of the same echoes, with the true cycles, interpolated with those variances and the
 covariance of the true sea. An error above it is due to what the retrieval has to estimate.
 `drawn` checks it without the echoes: speckle and noise drawn pulse by pulse from the expectation, with the correlation
 in time that the echoes have. Each gate has its own speckle. Real gates overlap, but a bright spot between two of
-them moves their heights in opposite directions; with a common factor of speckle `drawn` errs more than `told` (0.049
+them moves their heights in opposite directions; with a common factor of speckle `drawn` errs more than `known` (0.049
 against 0.040 m at 25–50 m).
 """
 
@@ -42,7 +42,7 @@ LAG_M, STEP_M = 48.0, 0.5  # of the sea's covariance: as far, and as fine, as th
 
 @dataclass(frozen=True)
 class Law:
-    """What the two receivers hear of each look and gate, over all speckle, without noise; arrays (look, gate)."""
+    """What the two receivers receive from each look and gate, over all speckle, without noise; arrays (look, gate)."""
 
     lower: Map  # W
     upper: Map  # W
@@ -76,7 +76,7 @@ def sea_covariance(sea: Sea, extent_m: float) -> SeaCovariance:
 
 
 def floors(scene: Scene, echoes: xr.Dataset, height: Map, law: Law, seed: int) -> dict[str, Map]:
-    """Heights (look, gate) by `drawn` and `told`; height: the truth's, for the phases' cycles."""
+    """Heights (look, gate) by `drawn` and `known`; height: the truth's, for the phases' cycles."""
     radar = RadarDescription.of(echoes)
     looks = Looks.of(echoes, radar, scene.retrieval)
     given, _ = interferogram(looks)
@@ -84,7 +84,7 @@ def floors(scene: Scene, echoes: xr.Dataset, height: Map, law: Law, seed: int) -
         raise ValueError(f"paths = {given.model.paths}: must be 2; give echoes of switched transmitters")
     cells = _drawn(law, given, radar, np.random.default_rng(seed))
     drawn = replace(given, dwell=cells, heard=cells)
-    return {"drawn": _interpolated(drawn, law, height), "told": _interpolated(given, law, height)}
+    return {"drawn": _interpolated(drawn, law, height), "known": _interpolated(given, law, height)}
 
 
 def _interpolated(given: Interferogram, law: Law, height: Map) -> Map:
@@ -129,7 +129,7 @@ def _drawn(law: Law, given: Interferogram, radar: RadarDescription, random: np.r
 
 
 def _in_time(white: NDArray[np.complex64], given: Interferogram) -> NDArray[np.complex64]:
-    """Pulses (pulse, gate) that go together as exp(−(lag/τ)²), τ from what the echoes do within a dwell."""
+    """Pulses (pulse, gate) correlated as exp(−(lag/τ)²), τ from what the echoes do within a dwell."""
     constant = max(1, np.count_nonzero(given.dwelt.correlation > np.exp(-1.0)))
     lag = np.minimum(np.arange(white.shape[0]), white.shape[0] - np.arange(white.shape[0]))
     gain = np.sqrt(np.maximum(np.fft.fft(np.exp(-((lag / constant) ** 2))).real, 0.0)).astype(np.float32)

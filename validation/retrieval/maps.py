@@ -88,8 +88,8 @@ def window_errors(turn: Turn, maps: xr.DataTree, settings: RetrievalSettings) ->
     for paths in ("best", "one_way"):
         given, _ = interferogram(Looks.of(turn.echoes, radar, settings.model_copy(update={"paths": paths})))
         for long, wide in product(WINDOWS_M, WINDOWS_DEG):
-            asked = given.settings.model_copy(update={"window_range_m": long, "window_azimuth_deg": wide})
-            estimate = sliding_plane(replace(given, settings=asked))
+            window_settings = given.settings.model_copy(update={"window_range_m": long, "window_azimuth_deg": wide})
+            estimate = sliding_plane(replace(given, settings=window_settings))
             both = counting & estimate.echoing & ~estimate.ambiguous & np.isfinite(estimate.heights.height)
             errors = (estimate.heights.height - truth)[both], (got["height"].values - truth)[both]
             sums = np.array([*(np.sum(error**2) for error in errors), errors[0].size])
@@ -102,13 +102,13 @@ def window_errors(turn: Turn, maps: xr.DataTree, settings: RetrievalSettings) ->
 class Results:
     """Gathered turn by turn: cells of the default map, and what `accuracy` needs of the others."""
 
-    def __init__(self, asked: set[str], seeds: int) -> None:
+    def __init__(self, sections: set[str], seeds: int) -> None:
         self.cells: dict[Case, dict[str, NDArray]] = {}
         self.overall: dict[tuple[Case, str], list[dict]] = defaultdict(list)
         self.windows: dict[Case, dict[Window, NDArray]] = defaultdict(lambda: defaultdict(lambda: np.zeros(3)))
         pieces: dict[Case, list[dict[str, NDArray]]] = defaultdict(list)
         for seed, polarization in product(range(1, seeds + 1), ("VV", "HH")):
-            law = law_of(scene_of((polarization, False), seed)) if "floor" in asked else None
+            law = law_of(scene_of((polarization, False), seed)) if "floor" in sections else None
             for case in ((polarization, False), (polarization, True)):
                 scene = scene_of(case, seed)
                 turn = Simulator(scene).turn(0)
@@ -116,15 +116,15 @@ class Results:
                 height = turn.truth["polar"].to_dataset()["height"].values[0]
                 stated = {} if law is None else floors(scene, turn.echoes, height, law, seed)
                 pieces[case].append(cells_of(maps, turn.truth, stated))
-                if "accuracy" in asked:
+                if "accuracy" in sections:
                     self._accuracy(case, turn, maps, scene.retrieval)
         for case, each in pieces.items():
             self.cells[case] = {name: np.concatenate([part[name] for part in each]) for name in each[0]}
 
     def _accuracy(self, case: Case, turn: Turn, maps: xr.DataTree, settings: RetrievalSettings) -> None:
         for estimator in ESTIMATORS:
-            asked = settings.model_copy(update={"estimator": estimator})
-            estimate = maps if estimator == settings.estimator else sr.retrieve(turn.echoes, asked)
+            estimator_settings = settings.model_copy(update={"estimator": estimator})
+            estimate = maps if estimator == settings.estimator else sr.retrieve(turn.echoes, estimator_settings)
             self.overall[case, estimator].append(sr.compare(estimate, turn.truth)["overall"])
         for window, sums in window_errors(turn, maps, settings):
             self.windows[case][window] += sums
@@ -159,19 +159,19 @@ def floor(results: Results) -> None:
         cells = results.cells[case]
         names = (
             "robust",
-            "told",
+            "known",
             "drawn",
-            "over told",
+            "over known",
             "over drawn",
             "rms",
-            "told",
+            "known",
             "drawn",
-            "over told",
+            "over known",
             "over drawn",
         )
         heading(f"Errors [m] by range beside the floor, {name_of(case)}", "range m", "cells", *names)
         estimate = [
-            [by_range(cells, measure, name) for name in ("error", "told", "drawn")] for measure in (robust, rms)
+            [by_range(cells, measure, name) for name in ("error", "known", "drawn")] for measure in (robust, rms)
         ]
         for n, edges in enumerate(pairwise(BINS_M)):
             shown = []
@@ -217,22 +217,22 @@ def main() -> None:
     parser.add_argument("--only", default=",".join(SECTIONS), help="sections, with commas between them")
     parser.add_argument("--out", type=Path, default=FIGURES, help="folder of the figures")
     arguments = parser.parse_args()
-    asked = set(arguments.only.split(","))
-    if unknown := asked - set(SECTIONS):
+    sections = set(arguments.only.split(","))
+    if unknown := sections - set(SECTIONS):
         parser.error(f"--only = {','.join(sorted(unknown))}: must be of {','.join(SECTIONS)}")
     tables = {"accuracy": accuracy, "floor": floor, "errorbars": errorbars, "slopes": slopes}
-    if asked & set(tables):
-        results = Results(asked, arguments.seeds)
+    if sections & set(tables):
+        results = Results(sections, arguments.seeds)
         for name in SECTIONS[: len(tables)]:
-            if name in asked:
+            if name in sections:
                 tables[name](results)
-        if {"floor", "slopes"} <= asked:
+        if {"floor", "slopes"} <= sections:
             retrieval_figures.accuracy(results.cells, arguments.out / "retrieval_accuracy.png")
-        if "errorbars" in asked:
+        if "errorbars" in sections:
             retrieval_figures.errorbars(results.cells, arguments.out / "retrieval_errorbars.png")
-    if "ambiguity" in asked:
+    if "ambiguity" in sections:
         retrieval_ambiguity.main(arguments.seeds)
-    if "speed" in asked:
+    if "speed" in sections:
         retrieval_speed.main()
 
 

@@ -30,7 +30,7 @@ from seamap_rt.simulation import Simulator
 from validation.retrieval.cells import heading, row
 
 TIMES = 9
-ASKED_S = 0.3
+REQUIRED_S = 0.3
 FIRST_CALL = """
 import pathlib, pickle, re, sys, time
 start = time.perf_counter()
@@ -85,7 +85,7 @@ def first_call(echoes: Path, cache: Path) -> list[str]:
 
 def main() -> None:
     names = ("looks", "+ interferogram", "+ estimator (less looks)", "polar maps", "whole turn")
-    title = f"Seconds of a warm turn, wall (processor), each stage with those before it; asked: {ASKED_S} s"
+    title = f"Seconds of a warm turn, wall (processor), each stage with those before it; required: {REQUIRED_S} s"
     heading(title, "scene", "estimator", *names)
     with tempfile.TemporaryDirectory() as folder:
         stored = Path(folder) / "echoes.pickle"

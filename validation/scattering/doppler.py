@@ -111,7 +111,7 @@ def correlations(seeds: int) -> tuple[NDArray[np.float64], dict[str, NDArray[np.
     facets, (rcs, _), _ = Simulator(scene).light(0)
     fired, lags, tau = pulses(scene.radar, 0), np.arange(25), scene.scattering.decorrelation_time_s
 
-    def found(decorrelation_time_s: float, motion: Motion | None) -> NDArray[np.complex128]:
+    def correlation(decorrelation_time_s: float, motion: Motion | None) -> NDArray[np.complex128]:
         total = np.zeros(lags.size, dtype=np.complex128)
         for seed in range(seeds):
             v = turn_voltages(facets, rcs, scene.radar, fired, seed, decorrelation_time_s, motion=motion)[:, 0]
@@ -119,13 +119,13 @@ def correlations(seeds: int) -> tuple[NDArray[np.float64], dict[str, NDArray[np.
             total += [np.sum(v[lag:] * v[: v.shape[0] - lag].conj()) for lag in lags]
         return total / total[0].real
 
-    beam = found(np.inf, None)
-    return lags / scene.radar.prf_hz, {c.name: found(tau, c.motion(facets)) / beam for c in CASES}, scene
+    beam = correlation(np.inf, None)
+    return lags / scene.radar.prf_hz, {c.name: correlation(tau, c.motion(facets)) / beam for c in CASES}, scene
 
 
 @styled
 def draw_correlations(
-    lag: NDArray[np.float64], found: dict[str, NDArray[np.complex128]], tau: float, k: float
+    lag: NDArray[np.float64], correlation: dict[str, NDArray[np.complex128]], tau: float, k: float
 ) -> Figure:
     figure = new_figure(3.0)
     fine = np.linspace(0.0, lag[-1], 400)
@@ -134,7 +134,9 @@ def draw_correlations(
         graph(axes, "lag, ms", "autocorrelation", f"{'ab'[n]}) {name}")
         for case in CASES:
             axes.plot(1e3 * fine, part(case.law(fine, tau, k)), color=case.colour, linewidth=1.0, label=case.name)
-            axes.plot(1e3 * lag, part(found[case.name]), color=case.colour, marker="o", markersize=2.5, linestyle="")
+            axes.plot(
+                1e3 * lag, part(correlation[case.name]), color=case.colour, marker="o", markersize=2.5, linestyle=""
+            )
         axes.axhline(0.0, color=GREY, linewidth=0.5)
         axes.set_xlim(0.0, 1e3 * lag[-1])
         if n == 0:
@@ -150,8 +152,8 @@ class Look:
     """Spectra (gate, frequency) of one look; over a wavelength of sea the mean power of the gates is 1."""
 
     frequency: NDArray[np.float64]  # Hz, ascending
-    found: NDArray[np.float64]
-    asked: NDArray[np.float64]  # of the scatterers that are in the cell
+    simulated: NDArray[np.float64]
+    expected: NDArray[np.float64]  # of the scatterers that are in the cell
     water: NDArray[np.float64]  # of the water under them, without their own motion and speckle
     middle: NDArray[np.float64]  # one dwell's spectra in the middle of the sector
     middle_water: NDArray[np.float64]  # (gate,) Hz, that dwell's mean Doppler of the water; nan where all is dark
@@ -172,26 +174,28 @@ def look_spectra(scene: Scene, seeds: int) -> Look:
     assert motion is not None  # scattering.doppler = "full"
     radar, fired = scene.radar, pulses(scene.radar, 0)
     frequency = np.arange(-(SEGMENT // 2), SEGMENT // 2, dtype=np.float64) * (radar.prf_hz / SEGMENT)
-    water, asked = asked_spectra(facets, rcs, scene, motion, frequency)
-    power = uniform_filter1d(asked.sum(axis=1, keepdims=True), SMOOTH, axis=0)
-    found, middle = np.zeros_like(asked), np.zeros_like(asked)
+    water, expected = expected_spectra(facets, rcs, scene, motion, frequency)
+    power = uniform_filter1d(expected.sum(axis=1, keepdims=True), SMOOTH, axis=0)
+    simulated, middle = np.zeros_like(expected), np.zeros_like(expected)
     for seed in range(seeds):
         v = turn_voltages(facets, rcs, radar, fired, seed, scene.scattering.decorrelation_time_s, motion=motion)[
             :, 0
         ].T.astype(np.complex128)
         spectra = np.stack([segment_spectra(v[:, start : start + SEGMENT]) for start in segments(v.shape[1])])
-        found += spectra.mean(axis=0) / seeds
+        simulated += spectra.mean(axis=0) / seeds
         if seed == 0:
             half = fired.time.size // 2 - SEGMENT // 4  # half as long: the beam turns by 1.5°
             middle = segment_spectra(v[:, half : half + SEGMENT // 2], SEGMENT)
     dwelt = np.abs(facets.grid.column_sweep - 5.0) <= 0.5 * DWELL_DEG
-    at_once, _ = asked_spectra(facets, rcs, scene, motion, frequency, dwelt)
+    at_once, _ = expected_spectra(facets, rcs, scene, motion, frequency, dwelt)
     with np.errstate(invalid="ignore"):
         middle_water = (at_once @ frequency) / at_once.sum(axis=1)
     scale = np.mean(
-        found.sum(axis=1) / power[:, 0]
+        simulated.sum(axis=1) / power[:, 0]
     )  # the antenna's azimuth pattern and the range response, the same for all
-    return Look(frequency, found / power / scale, asked / power, water / power, middle / power / scale, middle_water)
+    return Look(
+        frequency, simulated / power / scale, expected / power, water / power, middle / power / scale, middle_water
+    )
 
 
 def segments(count: int) -> Iterator[int]:
@@ -206,7 +210,7 @@ def segment_spectra(v: NDArray[np.complex128], size: int = SEGMENT) -> NDArray[n
     return np.abs(amplitude) ** 2 / (size * np.sum(window**2))
 
 
-def asked_spectra(
+def expected_spectra(
     facets: Illumination,
     rcs: NDArray[np.float32],
     scene: Scene,
@@ -273,10 +277,10 @@ def draw_mean(axes: Axes, looks: dict[str, Look]) -> None:
     )
     for polarization, look in looks.items():
         colour = COLOUR[polarization]
-        axes.plot(look.frequency, 1e3 * look.mean(look.found), color=colour, linewidth=0.9, label=polarization)
+        axes.plot(look.frequency, 1e3 * look.mean(look.simulated), color=colour, linewidth=0.9, label=polarization)
         axes.plot(
             look.frequency,
-            1e3 * look.mean(look.asked),
+            1e3 * look.mean(look.expected),
             color=BLACK,
             linewidth=1.0,
             linestyle=":" if polarization == "VV" else "--",
@@ -309,22 +313,20 @@ def main() -> None:
     chosen = options.parse_args()
     chosen.out.mkdir(parents=True, exist_ok=True)
 
-    lag, found, scene = correlations(chosen.seeds)
+    lag, correlation, scene = correlations(chosen.seeds)
     k, tau = wavenumber(scene.radar), scene.scattering.decorrelation_time_s
-    print(
-        f"autocorrelation over {lag[-1] * 1e3:.0f} ms, {chosen.seeds} draws: largest deviation from the asked-for one"
-    )
+    print(f"autocorrelation over {lag[-1] * 1e3:.0f} ms, {chosen.seeds} draws: largest deviation from the expected one")
     for case in CASES:
-        print(f"  {case.name:36} {np.max(np.abs(found[case.name] - case.law(lag, tau, k))):.4f}")
-    (chosen.out / "doppler_correlation.png").write_bytes(png(draw_correlations(lag, found, tau, k)))
+        print(f"  {case.name:36} {np.max(np.abs(correlation[case.name] - case.law(lag, tau, k))):.4f}")
+    (chosen.out / "doppler_correlation.png").write_bytes(png(draw_correlations(lag, correlation, tau, k)))
 
     looks = {}
-    print(f"{'mean Doppler':24} {'water':>8} {'asked for':>10} {'found':>8}   Hz (positive: approaching)")
+    print(f"{'mean Doppler':24} {'water':>8} {'expected':>10} {'simulated':>9}   Hz (positive: approaching)")
     for direction, name in LOOKS:
         for polarization in POLARIZATIONS:
             scene = slow_scene(direction, polarization)
             look = looks[direction, polarization] = look_spectra(scene, chosen.seeds)
-            centroids = [look.centroid(s) for s in (look.water, look.asked, look.found)]
+            centroids = [look.centroid(s) for s in (look.water, look.expected, look.simulated)]
             print(
                 f"{name + ', ' + polarization:24} {centroids[0]:8.1f} {centroids[1]:10.1f} {centroids[2]:8.1f}",
                 flush=True,

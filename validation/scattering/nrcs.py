@@ -124,14 +124,14 @@ def deviations(
     curve: Curve, polarization: str, table: list[Measured], least_grazing: float = 0.0
 ) -> NDArray[np.float64]:
     """dB of the curve over the table, at each of its points, from a grazing angle up, that the curve covers."""
-    found = [
+    values = [
         float(db(curve(np.array(row.grazing_deg), float(state), polarization))) - row.level_db[state]
         for row in table
         if row.polarization == polarization and row.grazing_deg >= least_grazing
         for state in SEA_STATES
         if state in row.level_db
     ]
-    return np.array([each for each in found if np.isfinite(each)])
+    return np.array([each for each in values if np.isfinite(each)])
 
 
 def print_deviations(compared: list[tuple[str, Curve]], table: list[Measured]) -> None:
@@ -141,9 +141,9 @@ def print_deviations(compared: list[tuple[str, Curve]], table: list[Measured]) -
         for polarization in ("HH", "VV"):
             cells = [f"{label:<37}{polarization:<3}"]
             for least in (0.1, 1.0):
-                found = deviations(curve, polarization, table, least)
-                worst = found[np.argmax(np.abs(found))]
-                cells.append(f"{np.mean(np.abs(found)):12.1f}{np.mean(found):+9.1f}{worst:+9.1f}")
+                errors = deviations(curve, polarization, table, least)
+                worst = errors[np.argmax(np.abs(errors))]
+                cells.append(f"{np.mean(np.abs(errors)):12.1f}{np.mean(errors):+9.1f}{worst:+9.1f}")
             print("".join(cells))
 
 
@@ -158,13 +158,13 @@ def print_terms(table: list[Measured]) -> None:
     worst, by_wind = 0.0, []
     for state in SEA_STATES:
         for polarization in ("HH", "VV"):
-            found = levels(float(state), polarization)
-            tilted = found.terms["bragg"]
+            computed = levels(float(state), polarization)
+            tilted = computed.terms["bragg"]
             edges = levels(float(state), polarization, diffraction="knife_edge").raw
-            rows = [found.flat, tilted, tilted + found.terms["specular"], found.raw, edges, found.target]
-            off = db(found.calibrated / found.target)
+            rows = [computed.flat, tilted, tilted + computed.terms["specular"], computed.raw, edges, computed.target]
+            off = db(computed.calibrated / computed.target)
             worst = max(worst, float(np.max(np.abs(off))))
-            by_wind.append(db(found.off_by_wind))
+            by_wind.append(db(computed.off_by_wind))
             for band, grazing in enumerate(GRAZING_DEG):
                 level = given.get((float(grazing), polarization), {}).get(state)
                 if level is None:

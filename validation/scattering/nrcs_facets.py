@@ -60,7 +60,7 @@ def _all_levels(sea_state: float) -> dict[tuple[str, str], Levels]:
     sums: dict[tuple[str, str], list[NDArray[np.float64]]] = {case: [] for case in cases}
     for seed in SEEDS:
         sea = _sea(sea_state, seed)
-        parts: dict[tuple[str, str], list[NDArray[np.float64]]] = {case: [] for case in cases}
+        bands: dict[tuple[str, str], list[NDArray[np.float64]]] = {case: [] for case in cases}
         for radar, bands_deg in BANDS_DEG:
             limit = sea.resolved.wavenumber_limit
             mesh, columns = _mesh(sea, radar, SeaSurface(_scattering(sea_state, "VV"), radar, limit).memory_rate)
@@ -69,9 +69,9 @@ def _all_levels(sea_state: float) -> dict[tuple[str, str], Levels]:
                 for polarization in POLARIZATIONS:
                     case = polarization, diffraction
                     surface = SeaSurface(cases[case], radar, limit)
-                    parts[case].append(_in_bands(facets, mesh.strain, columns, surface, bands_deg))
-        for case, part in parts.items():
-            sums[case].append(np.concatenate(part, axis=1))
+                    bands[case].append(_in_bands(facets, mesh.strain, columns, surface, bands_deg))
+        for case, pieces in bands.items():
+            sums[case].append(np.concatenate(pieces, axis=1))
     return {case: _levels(cases[case], np.sum(each, axis=0)) for case, each in sums.items()}
 
 
@@ -126,5 +126,5 @@ def _flat(scattering: ScatteringSettings) -> NDArray[np.float64]:
     surface = SeaSurface(scattering, NEAR, 0.0)
     incidence = np.radians(90.0 - GRAZING_DEG)
     k = 4.0 * np.pi * FREQUENCY_HZ / SPEED_OF_LIGHT * np.sin(incidence)
-    ring = surface.short_waves.spectrum(k) / (2.0 * np.pi * k)  # the mean over directions
-    return nrcs_bragg(incidence, FREQUENCY_HZ, surface.permittivity, ring, scattering.polarization)
+    isotropic = surface.short_waves.spectrum(k) / (2.0 * np.pi * k)  # the mean over directions
+    return nrcs_bragg(incidence, FREQUENCY_HZ, surface.permittivity, isotropic, scattering.polarization)

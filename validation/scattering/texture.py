@@ -82,10 +82,10 @@ def main() -> None:
         radar = scene.radar
         grazing = np.degrees(np.arcsin(radar.height_m / middle))
         cell = np.radians(radar.antenna.azimuth_beamwidth_deg) * middle * 0.5 * SPEED_OF_LIGHT * radar.pulse_width_s
-        found = shapes(scene, arguments.seeds)
+        simulated = shapes(scene, arguments.seeds)
         for name, colour in (("along", "C0"), ("across", "C1")):
             law = empirical_shape(grazing, cell, polarization, name)
-            for label, values, form in (("simulated", found[name], "-o"), ("Watts & Wicks 1990", law, "--")):
+            for label, values, form in (("simulated", simulated[name], "-o"), ("Watts & Wicks 1990", law, "--")):
                 print(f"{polarization} {name:7}{label[:9]:>8}" + "".join(f"{value:9.2f}" for value in values))
                 panel.loglog(middle, values, form, color=colour, markersize=4, label=f"{name} the waves, {label}")
         panel.set(title=f"{polarization}", xlabel="Range (m)")

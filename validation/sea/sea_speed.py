@@ -76,8 +76,8 @@ PLAIN_ROWS = 3  # of halo, as the widest of them takes
 
 
 @dataclass(frozen=True)
-class Way:
-    """One way, with its time (s) for a turn and its errors: elevation (mm), slopes (1e-3), velocity (mm/s)."""
+class Method:
+    """A method, its time (s) for a turn and its errors: elevation (mm), slopes (1e-3), velocity (mm/s)."""
 
     family: str
     name: str
@@ -96,9 +96,9 @@ class Mesh:
     picked: NDArray[np.int64]
     exact: NDArray[np.float64]
 
-    def errors(self, found: NDArray[np.float64], among: slice = slice(None)) -> tuple[float, float, float]:
+    def errors(self, values: NDArray[np.float64], among: slice = slice(None)) -> tuple[float, float, float]:
         """Rms errors of values at the picked points, each group of quantities in thousandths of its unit."""
-        square = 1e6 * np.mean((found - self.exact[:, among]) ** 2, axis=1)
+        square = 1e6 * np.mean((values - self.exact[:, among]) ** 2, axis=1)
         elevation, slope, velocity = np.sqrt((square[0], square[1:3].mean(), square[3:].mean())).tolist()
         return elevation, slope, velocity
 
@@ -125,8 +125,8 @@ def median_seconds(work: Callable[[], object], times: int = 3) -> float:
 # ------------------------------------------------------------------------------------------------- this package
 
 
-def spline_ways(plane: PlaneTrain, mesh: Mesh) -> Iterator[Way]:
-    """The package's own way: orders × oversampling × knots a second, and the sea's own choice."""
+def spline_methods(plane: PlaneTrain, mesh: Mesh) -> Iterator[Method]:
+    """The package's own method: orders × oversampling × knots a second, and the sea's own choice."""
     choices = [(order, over, steps) for order in (3, 5, 7) for over in (1.25, 1.5) for steps in (3, 4, 5, 6)]
     chosen = plane.field
     for order, oversampling, steps in choices:
@@ -139,15 +139,15 @@ def spline_ways(plane: PlaneTrain, mesh: Mesh) -> Iterator[Way]:
             time_step=1.0 / steps,
         )
         default = (field.order, field.shape, field.time_step) == (chosen.order, chosen.shape, chosen.time_step)
-        yield _spline_way(plane, field, mesh, f"order {order}, {oversampling:.2f} ×, {steps} knots/s", default)
+        yield _spline_method(plane, field, mesh, f"order {order}, {oversampling:.2f} ×, {steps} knots/s", default)
 
 
-def _spline_way(plane: PlaneTrain, field: MovingField, mesh: Mesh, name: str, default: bool) -> Way:
+def _spline_method(plane: PlaneTrain, field: MovingField, mesh: Mesh, name: str, default: bool) -> Method:
     tried = PlaneTrain(plane.lattice, plane.variance, plane.amplitude, field)
-    found = tried.sample(mesh.x, mesh.y, mesh.t, QUANTITIES)[:, mesh.picked]
+    values = tried.sample(mesh.x, mesh.y, mesh.t, QUANTITIES)[:, mesh.picked]
     turn = itertools.count(1.0)
     taken = median_seconds(lambda: tried.sample(mesh.x, mesh.y, mesh.t + next(turn), QUANTITIES), TURNS)
-    return Way("spline", name, taken, mesh.errors(found), default)
+    return Method("spline", name, taken, mesh.errors(values), default)
 
 
 # ------------------------------------------------------------------------------------------------- plain grids
@@ -197,11 +197,11 @@ class Spectra:
         real = [self.real(quantity, moved) for quantity in QUANTITIES]
         pairs = np.stack([real[n] + np.complex64(1j) * real[n + 1] for n in range(0, len(real), 2)])
         across, along = ((self.lattice.step * position).astype(np.float32) for position in (y, x))
-        found = finufft.nufft2d2(across, along, pairs, eps=eps, isign=1, nthreads=THREADS)
-        return np.stack([part for pair in found for part in (pair.real, pair.imag)])
+        transforms = finufft.nufft2d2(across, along, pairs, eps=eps, isign=1, nthreads=THREADS)
+        return np.stack([part for pair in transforms for part in (pair.real, pair.imag)])
 
 
-def plain_ways(plane: PlaneTrain, mesh: Mesh) -> Iterator[Way]:
+def plain_methods(plane: PlaneTrain, mesh: Mesh) -> Iterator[Method]:
     """FFT grids at knots, without a spline's deconvolution, on grids 1, 2 and 4 times as fine as the waves need."""
     spectra = Spectra(plane)
     knot_time = mesh.t * PLAIN_STEPS
@@ -216,7 +216,7 @@ def plain_ways(plane: PlaneTrain, mesh: Mesh) -> Iterator[Way]:
         values = {name: np.empty((len(QUANTITIES), mesh.t.size)) for name in kernels}
         gathering, transforms = dict.fromkeys(kernels, 0.0), []
         for row, quantity in enumerate(QUANTITIES):
-            place = np.where(np.arange(len(DERIVATIVES)) == 0, row, -1)
+            output_row = np.where(np.arange(len(DERIVATIVES)) == 0, row, -1)
             grids: dict[int, NDArray[np.float32]] = {}
             for first in intervals.tolist():
                 points = np.flatnonzero(np.floor(knot_time) == first)
@@ -232,27 +232,29 @@ def plain_ways(plane: PlaneTrain, mesh: Mesh) -> Iterator[Way]:
                     known = (taken, mesh.x, mesh.y, knot_time, scale)
                     unit = np.ones(len(DERIVATIVES))
                     gathering[name] += median_seconds(
-                        lambda: on_all_cores(kernel, *known, points, unit, place, values[name])  # noqa: B023
+                        lambda: on_all_cores(kernel, *known, points, unit, output_row, values[name])  # noqa: B023
                     )
         made = PLAIN_STEPS * len(QUANTITIES) * float(np.median(transforms))
-        for name, found in values.items():
-            yield Way(
-                f"plain, {name}", f"padding {padding}", made + gathering[name], mesh.errors(found[:, mesh.picked])
+        for name, sampled in values.items():
+            yield Method(
+                f"plain, {name}", f"padding {padding}", made + gathering[name], mesh.errors(sampled[:, mesh.picked])
             )
 
 
 def on_all_cores(kernel: Callable[..., None], *arguments) -> None:
     """Run the kernel with its points shared out among threads."""
-    *before, points, scale, place, result = arguments
+    *before, points, scale, output_row, result = arguments
     with ThreadPoolExecutor(THREADS) as pool:
-        for task in [pool.submit(kernel, *before, part, scale, place, result) for part in np.array_split(points, 8)]:
+        for task in [
+            pool.submit(kernel, *before, part, scale, output_row, result) for part in np.array_split(points, 8)
+        ]:
             task.result()
 
 
 # ------------------------------------------------------------------------------------------------- other libraries
 
 
-def nufft_knot_ways(plane: PlaneTrain, mesh: Mesh) -> Iterator[Way]:
+def nufft_knot_methods(plane: PlaneTrain, mesh: Mesh) -> Iterator[Method]:
     """A non-uniform FFT of all quantities at each knot for the points around it, then a B-spline in time."""
     spectra = Spectra(plane)
     for steps, eps in ((4, 1e-3), (5, 1e-4), (8, 1e-5)):
@@ -260,48 +262,51 @@ def nufft_knot_ways(plane: PlaneTrain, mesh: Mesh) -> Iterator[Way]:
         knot_time = mesh.t * steps
         interval = np.floor(knot_time).astype(int)
         weights = np.polynomial.polynomial.polyval(knot_time - interval, bspline_polynomials(TIME_ORDER, 0)[0])
-        found = np.zeros((len(QUANTITIES), mesh.t.size))
+        sampled = np.zeros((len(QUANTITIES), mesh.t.size))
         taken = []
         for knot in range(int(interval.min()) + TAPS[0], int(interval.max()) + TAPS[-1] + 1):
             start = time.perf_counter()
             points = np.flatnonzero((interval >= knot - TAPS[-1]) & (interval <= knot - TAPS[0]))
             values = spectra.at_points(knot / steps, mesh.x[points], mesh.y[points], eps, sharpen)
-            found[:, points] += weights[knot - interval[points] - TAPS[0], points] * values
+            sampled[:, points] += weights[knot - interval[points] - TAPS[0], points] * values
             taken.append(time.perf_counter() - start)
-        yield Way("nufft, knots", f"{steps} knots/s, ε = {eps:.0e}", sum(taken), mesh.errors(found[:, mesh.picked]))
+        yield Method(
+            "nufft, knots", f"{steps} knots/s, ε = {eps:.0e}", sum(taken), mesh.errors(sampled[:, mesh.picked])
+        )
 
 
-def nufft_time_ways(plane: PlaneTrain, mesh: Mesh) -> Iterator[Way]:
+def nufft_time_methods(plane: PlaneTrain, mesh: Mesh) -> Iterator[Method]:
     """A non-uniform FFT at each column's own time: exact in time. Four columns are timed."""
     spectra = Spectra(plane)
     few = slice(0, 4)
     for eps in (1e-3, 1e-5):
-        found, taken = np.empty((len(QUANTITIES), 4)), []
+        sampled, taken = np.empty((len(QUANTITIES), 4)), []
         for n, point in enumerate(mesh.picked[few]):
             start = time.perf_counter()
             column = np.flatnonzero(mesh.t == mesh.t[point])
             values = spectra.at_points(float(mesh.t[point]), mesh.x[column], mesh.y[column], eps)
             taken.append(time.perf_counter() - start)
-            found[:, n] = values[:, column == point][:, 0]
+            sampled[:, n] = values[:, column == point][:, 0]
         columns = np.unique(mesh.t).size
-        yield Way("nufft, times", f"ε = {eps:.0e}", columns * float(np.median(taken)), mesh.errors(found, few))
+        yield Method("nufft, times", f"ε = {eps:.0e}", columns * float(np.median(taken)), mesh.errors(sampled, few))
 
 
 # ------------------------------------------------------------------------------------------------- table and figure
 
 
-def print_table(ways: list[Way]) -> None:
-    print(f"{'way':<16} {'':<30} {'s/turn':>10} {'elevation mm':>13} {'slope 1e-3':>11} {'velocity mm/s':>14}")
-    for way in ways:
-        elevation, slope, velocity = way.errors
+def print_table(methods: list[Method]) -> None:
+    print(f"{'method':<16} {'':<30} {'s/turn':>10} {'elevation mm':>13} {'slope 1e-3':>11} {'velocity mm/s':>14}")
+    for method in methods:
+        elevation, slope, velocity = method.errors
         print(
-            f"{way.family:<16} {way.name:<30} {way.seconds:10.3g} {elevation:13.4f} {slope:11.4f} {velocity:14.4f}"
-            f"{' <- default' if way.default else ''}"
+            f"{method.family:<16} {method.name:<30} {method.seconds:10.3g} "
+            f"{elevation:13.4f} {slope:11.4f} {velocity:14.4f}"
+            f"{' <- default' if method.default else ''}"
         )
 
 
 @styled
-def draw(ways: list[Way], out: Path) -> None:
+def draw(methods: list[Method], out: Path) -> None:
     """Error against time, one panel for each kind of quantity; the target is the box in the lower left."""
     figure = new_figure(3.55)
     looks = {
@@ -323,15 +328,15 @@ def draw(ways: list[Way], out: Path) -> None:
             [0.06, TARGET_SECONDS], 2e-3, TARGETS[n], color=SKY, alpha=0.35, linewidth=0.0, label="target"
         )
         for family, (colour, marker) in looks.items():
-            points = [way for way in ways if way.family == family]
+            points = [method for method in methods if method.family == family]
             size = 12 if family == "spline" else 22
-            at = [way.seconds for way in points], [way.errors[n] for way in points]
+            at = [method.seconds for method in points], [method.errors[n] for method in points]
             axes.scatter(*at, size, colour, marker=marker, linewidths=0.0, alpha=0.8, label=family)
-        for way in (way for way in ways if way.default):
-            at = way.seconds, way.errors[n]
+        for method in (method for method in methods if method.default):
+            at = method.seconds, method.errors[n]
             axes.scatter(*at, 90, "none", marker="o", edgecolors=BLACK, linewidths=1.2, label="spline, default")
-        for way in (way for way in ways if way.family == "exact"):
-            axes.axvline(way.seconds, color=GREY, linestyle=":", linewidth=1.2, label="exact sum (no error)")
+        for method in (method for method in methods if method.family == "exact"):
+            axes.axvline(method.seconds, color=GREY, linestyle=":", linewidth=1.2, label="exact sum (no error)")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=4, columnspacing=1.6, handletextpad=0.5)
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -355,15 +360,15 @@ def main() -> None:
     mesh = Mesh(x, y, t, picked, np.vstack((state.elevation, state.slopes.T, state.velocity.T)))
     print(f"{x.size} points, {THREADS} cores; the sea expects of its default {plane.field.error}", flush=True)
 
-    ways = list(spline_ways(plane, mesh))
-    ways += plain_ways(plane, mesh)
+    methods = list(spline_methods(plane, mesh))
+    methods += plain_methods(plane, mesh)
     if finufft is None:
         print("finufft: not installed, left out")
     else:
-        ways += [*nufft_knot_ways(plane, mesh), *nufft_time_ways(plane, mesh)]
-    ways.append(Way("exact", "float64, extrapolated", exact_seconds, (0.0, 0.0, 0.0)))
-    print_table(ways)
-    draw(ways, chosen.out)
+        methods += [*nufft_knot_methods(plane, mesh), *nufft_time_methods(plane, mesh)]
+    methods.append(Method("exact", "float64, extrapolated", exact_seconds, (0.0, 0.0, 0.0)))
+    print_table(methods)
+    draw(methods, chosen.out)
     print(f"figure: {chosen.out}")
 
 

@@ -76,7 +76,7 @@ def true_height(simulator: Simulator, truth: xr.Dataset, first: float, last: flo
     return 4.0 * float(np.sqrt(np.average(height**2, weights=np.broadcast_to(distance, east.shape))))
 
 
-def true_direction(simulator: Simulator, truth: xr.Dataset, polar: xr.Dataset, asked: float) -> float:
+def true_direction(simulator: Simulator, truth: xr.Dataset, polar: xr.Dataset, nominal: float) -> float:
     """Mean azimuth [deg] that the waves of the circle come from that `sea_state` sorts by direction."""
     bins = RangeBins.of(PolarMap.of(polar))
     if bins is None or not bins.glimpsed.any():
@@ -88,7 +88,7 @@ def true_direction(simulator: Simulator, truth: xr.Dataset, polar: xr.Dataset, a
     east, north = unit_from_azimuth(truth["azimuth"].values[look])
     out = distance[gate]
     cells = Cells(out * east, out * north, truth["time"].values[look], look, height[chosen].astype(np.float64), out)
-    moment = wave_spectrum(Transforms.of(cells), Travel.of_one(asked)).direction(1)
+    moment = wave_spectrum(Transforms.of(cells), Travel.of_one(nominal)).direction(1)
     return float(np.degrees(np.angle(moment)) + 180.0) % 360.0
 
 
@@ -99,25 +99,25 @@ class Case:
     sea: Sea
     height: float  # m, true
     comes_from: float  # deg, true
-    found: dict[str, float]
+    retrieved: dict[str, float]
 
     @property
-    def asked(self) -> str:
+    def nominal(self) -> str:
         return " + ".join(f"{height:g} m, {period:g} s, {azimuth:.0f}°" for height, period, azimuth in self.sea[0])
 
     @property
     def height_error(self) -> float:
         """Relative, percent."""
-        return 100.0 * (self.found["significant_wave_height"] / self.height - 1.0)
+        return 100.0 * (self.retrieved["significant_wave_height"] / self.height - 1.0)
 
     @property
     def direction_error(self) -> float:
-        return float(wrap_degrees(self.found["mean_direction"] - self.comes_from))
+        return float(wrap_degrees(self.retrieved["mean_direction"] - self.comes_from))
 
     def row(self) -> str:
-        f = self.found
+        f = self.retrieved
         return (
-            f"| {self.asked} | {f['range_first']:.0f}–{f['range_last']:.0f} m | {self.height:.3f} "
+            f"| {self.nominal} | {f['range_first']:.0f}–{f['range_last']:.0f} m | {self.height:.3f} "
             f"| {f['significant_wave_height']:.3f} ± {f['significant_wave_height_std']:.3f} "
             f"| {self.height_error:+.1f} % "
             f"| {f['peak_period']:.2f} ± {f['peak_period_std']:.2f} | {self.comes_from:.1f} "
@@ -130,15 +130,19 @@ def case_of(sea: Sea, seed: int, mast: float) -> Case:
     simulator = Simulator(scene_of(sea, seed, mast))
     turn = simulator.turn(0)
     maps = sr.retrieve(turn.echoes)
-    found = {str(name): float(values[0]) for name, values in sea_state(maps).data_vars.items()}
+    retrieved = {str(name): float(values[0]) for name, values in sea_state(maps).data_vars.items()}
     truth = turn.truth["polar"].to_dataset().isel(turn=0)
-    height = true_height(simulator, truth, found["range_first"], found["range_last"]) if found["cells"] else np.nan
+    height = (
+        true_height(simulator, truth, retrieved["range_first"], retrieved["range_last"])
+        if retrieved["cells"]
+        else np.nan
+    )
     polar = maps["polar"].to_dataset().isel(turn=0)
-    return Case(sea, height, true_direction(simulator, truth, polar, sea[0][0][2]), found)
+    return Case(sea, height, true_direction(simulator, truth, polar, sea[0][0][2]), retrieved)
 
 
 def drawn(cases: list[Case]) -> Figure:
-    """Found heights and directions against the true ones."""
+    """Retrieved heights and directions against the true ones."""
     figure = Figure(figsize=(9.0, 4.2), layout="constrained")
     left, right = figure.subplots(1, 2)
     for n, sea in enumerate(SEAS):
@@ -146,10 +150,10 @@ def drawn(cases: list[Case]) -> Figure:
         marks = {"fmt": "o", "color": f"C{n}", "markersize": 4, "capsize": 2}
         height = np.array([case.height for case in those])
         off = np.array([case.height_error for case in those])
-        spread = [100.0 * case.found["significant_wave_height_std"] / case.height for case in those]
-        left.errorbar(height, off, spread, label=those[0].asked, **marks)
-        turned = [case.direction_error for case in those]
-        right.errorbar(height, turned, [case.found["mean_direction_std"] for case in those], **marks)
+        spread = [100.0 * case.retrieved["significant_wave_height_std"] / case.height for case in those]
+        left.errorbar(height, off, spread, label=those[0].nominal, **marks)
+        direction_error = [case.direction_error for case in those]
+        right.errorbar(height, direction_error, [case.retrieved["mean_direction_std"] for case in those], **marks)
     _finish(left, 5.0, "error of the significant wave height, %")
     _finish(right, 5.0, "error of the mean direction, °")
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
@@ -170,22 +174,22 @@ def main() -> None:
     parser.add_argument("--mast", type=float, default=5.0)
     parser.add_argument("--out", type=Path, default=FIGURES / "sea_state.png")
     arguments = parser.parse_args()
-    print("| asked: Hs, Tp, from | range | true Hs | Hs | error | Tp | from, true | from | error | spread |")
+    print("| nominal: Hs, Tp, from | range | true Hs | Hs | error | Tp | from, true | from | error | spread |")
     print("|---|---|---|---|---|---|---|---|---|---|")
     cases = []
     for sea in SEAS:
         for seed in arguments.seeds:
             cases.append(case_of(sea, seed, arguments.mast))
             print(cases[-1].row(), flush=True)
-    print("\n| asked: Hs, Tp, from | mean error of Hs | rms | rms error of the direction |")
+    print("\n| nominal: Hs, Tp, from | mean error of Hs | rms | rms error of the direction |")
     print("|---|---|---|---|")
     for sea in SEAS:
         those = [case for case in cases if case.sea == sea]
-        off, turned = (
+        height, direction = (
             np.array([getattr(case, name) for case in those]) for name in ("height_error", "direction_error")
         )
-        rms, way = np.sqrt(np.mean(off**2)), np.sqrt(np.mean(turned**2))
-        print(f"| {those[0].asked} | {off.mean():+.1f} % | {rms:.1f} % | {way:.1f}° |")
+        rms, direction_rms = np.sqrt(np.mean(height**2)), np.sqrt(np.mean(direction**2))
+        print(f"| {those[0].nominal} | {height.mean():+.1f} % | {rms:.1f} % | {direction_rms:.1f}° |")
     drawn(cases).savefig(arguments.out, dpi=130)
 
 

@@ -79,8 +79,8 @@ def checks() -> Iterator[Check]:
         float(4.0 * np.sqrt(np.trapezoid(pm * omega, np.log(omega)))),
     )
     for frequency, value in ((1.0, 1.69350993), (2.0, 0.06352698), (3.0, 0.00844783)):
-        found = float(spectra.pierson_moskowitz_scaled(frequency, 6.5, 10.0))
-        yield Check(f"Bretschneider S(ω = {frequency:g}), Hs 6.5 m, Tp 10 s [m² s]", "WAFO", value, found)
+        computed = float(spectra.pierson_moskowitz_scaled(frequency, 6.5, 10.0))
+        yield Check(f"Bretschneider S(ω = {frequency:g}), Hs 6.5 m, Tp 10 s [m² s]", "WAFO", value, computed)
     shallow = float(wavenumber(1.0, 5.0, surface_tension=0.0))
     yield Check("k of ω = 1 in 5 m [rad/m]", "dispersion, to 6 digits", 0.156104, shallow)
     yield Check("TMA Φ(ω = 1, h = 5 m)", "Bouws et al. 1985", 0.252977, float(spectra.tma_depth_factor(1.0, 5.0)))
@@ -90,8 +90,8 @@ def checks() -> Iterator[Check]:
     ):
         for frequency, value in zip((1.0, 2.0, 3.0), printed, strict=True):
             where = "deep water" if np.isinf(depth) else f"{depth:g} m"
-            found = float(wavenumber(frequency, depth, surface_tension=0.0))
-            yield Check(f"k of ω = {frequency:g} in {where} [rad/m]", "dispersion tables", value, found)
+            computed = float(wavenumber(frequency, depth, surface_tension=0.0))
+            yield Check(f"k of ω = {frequency:g} in {where} [rad/m]", "dispersion tables", value, computed)
     slowest = np.sqrt(9.81 * 1025.0 / 0.074)
     yield Check("slowest phase speed [m/s]", "Kelvin 1871", 0.2307, float(angular_frequency(slowest) / slowest))
     yield from elfouhaily_checks()
@@ -163,7 +163,7 @@ def travelling_spectrum(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """k [rad/m], f ≥ 0 [Hz] and energy (f, k) of 60 s of a wind sea from the west, of waves without a part across."""
     side, count, duration, extent = 128, 240, 60.0, 384.0
-    asked = SeaSettings(
+    settings = SeaSettings(
         depth_m=depth,
         resolution_m=3.0,
         extent_m=extent,
@@ -171,15 +171,15 @@ def travelling_spectrum(
         current_m_s=abs(current),
         current_toward_deg=90.0 if current >= 0.0 else 270.0,
     )
-    sea = realize(asked, 1)
-    t, places = duration * np.arange(count) / count, extent * np.arange(side) / side
-    cut = np.stack([sea.elevation(places, places[:, None], time).mean(axis=0) for time in t])
+    sea = realize(settings, 1)
+    t, positions = duration * np.arange(count) / count, extent * np.arange(side) / side
+    cut = np.stack([sea.elevation(positions, positions[:, None], time).mean(axis=0) for time in t])
     power = np.abs(np.fft.fft2(cut * np.hanning(count)[:, None])) ** 2
-    # exp(i(kx − ωt)) is found at +k and −ω: of the real field's two halves, the one with f ≥ 0.
+    # exp(i(kx − ωt)) lies at +k and −ω: of the real field's two halves, the one with f ≥ 0.
     frequency = np.arange(count // 2) / duration
-    turned = power[-np.arange(count // 2)]
+    wrapped = power[-np.arange(count // 2)]
     k = np.asarray(2.0 * np.pi / extent * np.arange(-side // 2, side // 2), dtype=np.float64)
-    return k, frequency, np.fft.fftshift(turned, axes=1)
+    return k, frequency, np.fft.fftshift(wrapped, axes=1)
 
 
 # ------------------------------------------------------------------------------------------------------------ spectra
@@ -265,21 +265,21 @@ class Ground:
 
 def steep_sea(model: str, seed: int, waves: JonswapWaves = STEEP) -> Sea:
     """The steep sea as linear or choppy waves."""
-    asked = SeaSettings.model_validate(
+    settings = SeaSettings.model_validate(
         {"model": model, "resolution_m": STEEP_RESOLUTION, "extent_m": STEEP_EXTENT, "waves": (waves,)}
     )
-    return realize(asked, seed)
+    return realize(settings, seed)
 
 
 def over_the_ground(model: str, seeds: int) -> Ground:
     """Elevations on a square grid three times as fine as the waves', and their omnidirectional spectrum."""
     step = STEEP_EXTENT / STEEP_SIDE
-    places = step * np.arange(STEEP_SIDE)
+    positions = step * np.arange(STEEP_SIDE)
     wave = np.fft.fftfreq(STEEP_SIDE, 1.0 / STEEP_SIDE)
     ring = np.rint(np.hypot(wave[:, None], wave[None, :])).astype(int).ravel()
     fields, spectrum = [], np.zeros(ring.max() + 1)
     for seed in range(seeds):
-        fields.append(steep_sea(model, seed).elevation(places, places[:, None], 0.0))
+        fields.append(steep_sea(model, seed).elevation(positions, positions[:, None], 0.0))
         power = np.abs(np.fft.fft2(fields[-1]) / STEEP_SIDE**2) ** 2
         spectrum += np.bincount(ring, power.ravel()) / seeds
     spacing = 2.0 * np.pi / STEEP_EXTENT
@@ -290,12 +290,12 @@ def over_the_ground(model: str, seeds: int) -> Ground:
 def tail_ratios(linear: Ground, choppy: Ground) -> list[tuple[str, float]]:
     """Choppy over linear S(k), in bands of ± 10 % around multiples of the peak's wavenumber and near the limit."""
     limit = np.pi / STEEP_RESOLUTION
-    places = [(f"{n:g} kp", n * STEEP_PEAK) for n in (1.0, 2.0, 4.0, 8.0)] + [("0.9 limit", 0.9 * limit)]
-    found = []
-    for name, k in places:
+    wavenumbers = [(f"{n:g} kp", n * STEEP_PEAK) for n in (1.0, 2.0, 4.0, 8.0)] + [("0.9 limit", 0.9 * limit)]
+    ratios = []
+    for name, k in wavenumbers:
         band = np.abs(linear.k / k - 1.0) < 0.1
-        found.append((name, float(choppy.spectrum[band].sum() / linear.spectrum[band].sum())))
-    return found
+        ratios.append((name, float(choppy.spectrum[band].sum() / linear.spectrum[band].sum())))
+    return ratios
 
 
 @styled
@@ -316,8 +316,8 @@ def draw_choppy(linear: Ground, choppy: Ground) -> Figure:
     axes.legend(loc="upper center")
     axes = place(figure, 4.0, 3.0, 2.9, 1.75)
     graph(axes, "wavenumber k, rad/m", "saturation k³ S(k)", "c) spectrum over the ground")
-    asked = spectral_system(STEEP, np.inf).radial(linear.k)
-    axes.loglog(linear.k, linear.k**3 * asked, color=GREY, linestyle=":", label="asked for")
+    nominal = spectral_system(STEEP, np.inf).radial(linear.k)
+    axes.loglog(linear.k, linear.k**3 * nominal, color=GREY, linestyle=":", label="nominal")
     axes.loglog(linear.k, linear.k**3 * linear.spectrum, color=BLUE, linewidth=1.0, label="linear")
     axes.loglog(choppy.k, choppy.k**3 * choppy.spectrum, color=VERMILION, linewidth=1.0, label="choppy")
     for n in (1.0, 2.0, 4.0):

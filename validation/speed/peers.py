@@ -10,7 +10,7 @@ One turn of `choppy_sea`, meshed as by default; all engines in one run, interlea
    equation over what they light: the power in every cell of the turn at one antenna. Errors are against 64 points a
    facet, each with a shadow ray of its own, and so are those of the tracers' one point a facet. PathSolver's seconds
    are without the scene's tree; those of `facets` without it (its ray stage) and with it.
-2. Rays a second, and by how many answers engines differ: the package's rays asked of the package, of Mitsuba's
+2. Rays a second, and by how many answers engines differ: the package's rays traced by the package, of Mitsuba's
    `ray_test` with all arrays on the device (the floor), of Embree by trimesh (`pip install embreex`), of trimesh's own
    engine on a few rays of a narrow sector (`pip install rtree`); and the horizon in float64.
 3. The tree (BVH): the package's update compared with a bare Mitsuba scene of all triangles.
@@ -35,8 +35,8 @@ from validation import FIGURES
 from validation.speed.peers_power import (
     CELL_DEG,
     CELL_M,
-    RING_M,
-    RINGS_M,
+    RANGE_M,
+    RANGES_M,
     Power,
     compare_power,
     rays_needed,
@@ -46,7 +46,7 @@ from validation.speed.peers_power import (
 from validation.speed.peers_rays import Rays, compare_rays
 from validation.speed.peers_turn import case, one_antenna
 
-ASKED = 0.10
+REQUIRED = 0.10
 FASTER, OF_FLOOR = 100.0, 0.8  # what is claimed
 
 
@@ -56,27 +56,28 @@ def yes(held: bool) -> str:
 
 def print_power(power: Power, turn: float) -> None:
     kept, every = power.kept
-    print(f"\nEcho power of a Lambertian sea in cells of {CELL_M:g} m × {CELL_DEG:g}° at {RING_M} m, at one antenna;")
+    print(f"\nEcho power of a Lambertian sea in cells of {CELL_M:g} m × {CELL_DEG:g}° at {RANGE_M} m, at one antenna;")
     print(f"rms error of the {kept} of {every} cells that are more than half lit; PathSolver as shipped")
     print(f"{'rays':>10} {'s':>8} {'paths a cell':>13} {'error':>8} {'1/√paths':>9} {'against lit facets':>19}")
     for each, error, loose, other in zip(
-        power.samples, power.error[RING_M], power.loose[RING_M], power.against_sum, strict=True
+        power.samples, power.error[RANGE_M], power.loose[RANGE_M], power.against_sum, strict=True
     ):
         row = f"{each.rays:10.2g} {each.seconds:8.2f} {loose**-2:13.3g} {error:8.1%} {loose:9.1%} {other:19.1%}"
         print(row, flush=True)
-    print(f"all power of the ring by the most rays: {power.bias:+.2%} of the points' sum")
+    print(f"all power of the range bin by the most rays: {power.bias:+.2%} of the points' sum")
     print(f"the last errors fall as rays^{slope_of(power):.2f}: its lattice is better than loose rays (−0.50)")
     for name, (error, spent) in power.tracers.items():
-        asked, own = (seconds_of(power, rays_needed(power, aim)) / spent for aim in (ASKED, error))
-        by_root = seconds_of(power, rays_needed(power, ASKED, slope=-0.5)) / spent
+        required, own = (seconds_of(power, rays_needed(power, aim)) / spent for aim in (REQUIRED, error))
+        by_root = seconds_of(power, rays_needed(power, REQUIRED, slope=-0.5)) / spent
         print(
-            f"{name:22} {error:6.1%} error, {spent:.4f} s: PathSolver takes {asked:.0f} × for {ASKED:.0%} (by 1/√N from"
+            f"{name:22} {error:6.1%} error, {spent:.4f} s: PathSolver takes {required:.0f} × for {REQUIRED:.0%} "
+            "(by 1/√N from"
         )
         print(f"{'':22} the last {by_root:.0f} ×), {own:.0f} × for the same error; ≥ {FASTER:g} ×: "
-              f"{yes(asked >= FASTER)}, {yes(own >= FASTER)}")  # fmt: skip
-    rays = rays_needed(power, ASKED)
+              f"{yes(required >= FASTER)}, {yes(own >= FASTER)}")  # fmt: skip
+    rays = rays_needed(power, REQUIRED)
     known = "measured" if rays <= power.samples[-1].rays else "extrapolated"
-    print(f"{ASKED:.0%} takes {rays:.2g} rays and {seconds_of(power, rays):.1f} s ({known})")
+    print(f"{REQUIRED:.0%} takes {rays:.2g} rays and {seconds_of(power, rays):.1f} s ({known})")
     print(f"a whole turn of pulses, light and echoes of both antennas, takes {turn:.2f} s")
 
 
@@ -117,10 +118,10 @@ def drawn(power: Power, rays: Rays) -> Figure:
 def _draw_error(axes: Axes, power: Power) -> None:
     graph(axes, "rays over the sphere", "rms error of a cell's power, %", "a) PathSolver as shipped")
     count = [each.rays for each in power.samples]
-    for middle, colour in RINGS_M.items():
+    for middle, colour in RANGES_M.items():
         axes.loglog(count, 100.0 * power.error[middle], "o-", color=colour, markersize=2.5, label=f"{middle} m")
         axes.loglog(count, 100.0 * power.loose[middle], ":", color=colour, linewidth=0.8)
-    axes.axhline(100.0 * ASKED, color=GREY, linewidth=0.8)
+    axes.axhline(100.0 * REQUIRED, color=GREY, linewidth=0.8)
     axes.plot([], [], ":", color=GREY, linewidth=0.8, label="1/√paths")
     axes.set_xticks(count, [f"{each / 1e6:.2g} M" for each in count])
     axes.xaxis.set_minor_formatter(NullFormatter())
@@ -139,8 +140,8 @@ def _plain(axes: Axes) -> None:
 
 
 def _draw_seconds(axes: Axes, power: Power) -> None:
-    graph(axes, "seconds for all cells of the turn", "", f"b) at {RING_M} m")
-    spent, error = np.array([each.seconds for each in power.samples]), 100.0 * power.error[RING_M]
+    graph(axes, "seconds for all cells of the turn", "", f"b) at {RANGE_M} m")
+    spent, error = np.array([each.seconds for each in power.samples]), 100.0 * power.error[RANGE_M]
     axes.loglog(spent, error, "o-", color=VERMILION, markersize=2.5, label="PathSolver")
     least = min(error for error, _ in power.tracers.values())
     at = seconds_of(power, rays_needed(power, least))
@@ -149,7 +150,7 @@ def _draw_seconds(axes: Axes, power: Power) -> None:
         axes.loglog(takes, 100.0 * miss, "s", color=colour, markersize=4, label=name)
         times = f"{seconds_of(power, rays_needed(power, miss)) / takes:.0f} ×"
         axes.annotate(times, (takes, 100.0 * miss), (-4, 13 if n == 0 else 5), textcoords="offset points", fontsize=6)
-    axes.axhline(100.0 * ASKED, color=GREY, linewidth=0.8)
+    axes.axhline(100.0 * REQUIRED, color=GREY, linewidth=0.8)
     axes.set_ylim(bottom=60.0 * least)
     _plain(axes)
     axes.legend(loc="center left", fontsize=5.5)

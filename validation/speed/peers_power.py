@@ -21,8 +21,8 @@ from seamap_rt.tracing.paths import antennas_east_north_up, sea_scene
 from validation.speed.peers_turn import Array, Case, Floor, OneSheet, interleaved
 
 CELL_M, CELL_DEG = 3.0, 1.8
-RINGS_M = {50: BLACK, 100: BLUE, 200: VERMILION, 300: ORANGE}  # middles of rings of cells, ± 15 m, and their colours
-RING_M, HALF_RING_M = 200, 15.0
+RANGES_M = {50: BLACK, 100: BLUE, 200: VERMILION, 300: ORANGE}  # middles of range bins, ± 15 m, and their colours
+RANGE_M, HALF_BIN_M = 200, 15.0
 STOP_SHORT_M = 0.02  # of the ground before a point within a facet: float32 errs by far less
 ONCE_FROM = 2_000_000  # rays of PathSolver, whose seconds are then long enough
 
@@ -46,14 +46,14 @@ class Cells:
         """(cell,) of values (column, facet)."""
         return np.bincount(self.of_facet.ravel(), values.ravel(), self.count).astype(np.float64, copy=False)
 
-    def ring(self, middle: float) -> NDArray[np.bool_]:
+    def range_bin(self, middle: float) -> NDArray[np.bool_]:
         """(cell,)"""
-        return np.abs(self.middle - middle) < HALF_RING_M
+        return np.abs(self.middle - middle) < HALF_BIN_M
 
 
 @dataclass(frozen=True)
 class Sample:
-    """What PathSolver found with so many rays."""
+    """PathSolver's result with so many rays."""
 
     rays: int
     seconds: float
@@ -72,7 +72,7 @@ def path_solver(case: Case, cells: Cells, samples: list[int], repeat: int) -> li
 
     def solve(rays: int) -> Sample:
         start = time.perf_counter()
-        found = solver(
+        solved = solver(
             scene,
             max_depth=1,
             max_num_paths_per_src=int(0.6 * rays),  # those that leave upward meet nothing
@@ -82,10 +82,10 @@ def path_solver(case: Case, cells: Cells, samples: list[int], repeat: int) -> li
             diffuse_reflection=True,
             refraction=False,
         )
-        real, imaginary = (np.array(part).ravel() for part in found.a)
+        real, imaginary = (np.array(part).ravel() for part in solved.a)
         spent = time.perf_counter() - start
-        valid = np.array(found.valid, dtype=bool).ravel()
-        cell = of_facet[np.array(found.primitives).ravel()[valid]]
+        valid = np.array(solved.valid, dtype=bool).ravel()
+        cell = of_facet[np.array(solved.primitives).ravel()[valid]]
         power = np.square(real[valid], dtype=np.float64) + np.square(imaginary[valid], dtype=np.float64)
         paths = np.bincount(cell, minlength=cells.count).astype(np.float64)
         total = np.bincount(cell, power, cells.count).astype(np.float64, copy=False)
@@ -99,12 +99,12 @@ def path_solver(case: Case, cells: Cells, samples: list[int], repeat: int) -> li
     return every
 
 
-def finely(case: Case, cells: Cells, ring: NDArray[np.bool_], cut: int) -> Array:
-    """Power (cell,) in a ring of cells by cut² points a facet, each with a ray of its own through all triangles."""
-    place = antennas_east_north_up(case.mesh.grid)[case.columns.start, 0]
+def finely(case: Case, cells: Cells, range_bin: NDArray[np.bool_], cut: int) -> Array:
+    """Power (cell,) in a range bin by cut² points a facet, each with a ray of its own through all triangles."""
+    antenna = antennas_east_north_up(case.mesh.grid)[case.columns.start, 0]
     surface = case.mesh.trimesh(case.sheet)
-    chosen = np.flatnonzero(ring[cells.of_facet.ravel()])
-    corners = surface.vertices[surface.faces[chosen]] - place
+    chosen = np.flatnonzero(range_bin[cells.of_facet.ravel()])
+    corners = surface.vertices[surface.faces[chosen]] - antenna
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     front = np.einsum("fi,fi->f", normal, corners[:, 0]) < 0.0
     chosen, corners, normal = chosen[front], corners[front], normal[front]
@@ -115,7 +115,7 @@ def finely(case: Case, cells: Cells, ring: NDArray[np.bool_], cut: int) -> Array
         points = np.einsum("c,fci->fi", weights, corners)
         slant = np.linalg.norm(points, axis=1)
         stop = slant * (1.0 - STOP_SHORT_M / np.hypot(points[:, 0], points[:, 1]))
-        lit = ~np.array(floor.test(floor.rays(place, (points / slant[:, None]).T, stop)))
+        lit = ~np.array(floor.test(floor.rays(antenna, (points / slant[:, None]).T, stop)))
         cosine = -np.einsum("fi,fi->f", normal, points) / (2.0 * area * slant)
         total += lit * 4.0 * cosine**2 / slant**4
     power = wavelength**2 * area * total / ((4.0 * np.pi) ** 3 * cut**2)
@@ -123,25 +123,25 @@ def finely(case: Case, cells: Cells, ring: NDArray[np.bool_], cut: int) -> Array
 
 
 def _middles(cut: int) -> Array:
-    """Barycentric weights (cut², 3) of the middles of a triangle's equal parts."""
+    """Barycentric weights (cut², 3) of the middles of a triangle's equal pieces."""
     first, second = np.meshgrid(np.arange(cut), np.arange(cut), indexing="ij")
     upright = np.stack((first, second), axis=-1)[first + second < cut] + 1.0 / 3.0
-    turned = np.stack((first, second), axis=-1)[first + second < cut - 1] + 2.0 / 3.0
-    both = np.concatenate((upright, turned)) / cut
+    inverted = np.stack((first, second), axis=-1)[first + second < cut - 1] + 2.0 / 3.0
+    both = np.concatenate((upright, inverted)) / cut
     return np.column_stack((1.0 - both.sum(axis=1), both))
 
 
 @dataclass(frozen=True)
 class Power:
-    """Errors of a ring's cells, more than half lit, and who needs how many seconds for the whole turn."""
+    """Errors of a range bin's cells, more than half lit, and who needs how many seconds for the whole turn."""
 
     samples: list[Sample]
-    error: dict[int, Array]  # by ring, (sample,)
-    loose: dict[int, Array]  # by ring, (sample,): of as many independent rays as there were paths in the cells
-    against_sum: Array  # (sample,) in the ring, against the sum over lit facets instead of the fine one
-    bias: float  # of the largest sample's power in all the ring, over the fine one
-    tracers: dict[str, tuple[float, float]]  # error in the ring, and seconds
-    kept: tuple[int, int]  # cells that count in the ring, and all
+    error: dict[int, Array]  # by range bin, (sample,)
+    loose: dict[int, Array]  # by range bin, (sample,): of as many independent rays as there were paths in the cells
+    against_sum: Array  # (sample,) in the range bin, against the sum over lit facets instead of the fine one
+    bias: float  # of the largest sample's power in all the range bin, over the fine one
+    tracers: dict[str, tuple[float, float]]  # error in the range bin, and seconds
+    kept: tuple[int, int]  # cells that count in the range bin, and all
 
 
 def rms(values: Array) -> float:
@@ -149,7 +149,7 @@ def rms(values: Array) -> float:
 
 
 def tracers_of(case: Case, cells: Cells) -> dict[str, Callable[[], Array]]:
-    """The package's ways to the power of every cell."""
+    """The package's methods for the power of every cell."""
     radar, water = case.simulator.radar, case.simulator.scene.scattering
     sheet, facets, horizon = OneSheet(case), tracer("facets", radar, water), tracer("horizon", radar, water)
 
@@ -172,39 +172,39 @@ def compare_power(case: Case, samples: list[int], repeat: int, cut: int) -> Powe
     cells = Cells(case)
     works = tracers_of(case, cells)
     taken, sums = interleaved(works, repeat), {name: work() for name, work in works.items()}
-    found = path_solver(case, cells, samples, min(repeat, 3))
+    traced = path_solver(case, cells, samples, min(repeat, 3))
     lit = trace_horizon(case.mesh).lit
     share = cells.sum(lit[0, case.columns] * case.facets.horizontal_area) / np.maximum(cells.area, 1e-9)
-    fine = finely(case, cells, np.any([cells.ring(middle) for middle in RINGS_M], axis=0), cut)
-    rings = {middle: cells.ring(middle) & (share > 0.5) for middle in RINGS_M}
+    fine = finely(case, cells, np.any([cells.range_bin(middle) for middle in RANGES_M], axis=0), cut)
+    range_bins = {middle: cells.range_bin(middle) & (share > 0.5) for middle in RANGES_M}
 
-    def error(power: Array, middle: int = RING_M) -> float:
-        return rms(power[rings[middle]] / fine[rings[middle]] - 1.0)
+    def error(power: Array, middle: int = RANGE_M) -> float:
+        return rms(power[range_bins[middle]] / fine[range_bins[middle]] - 1.0)
 
     def loose(each: Sample, middle: int) -> float:
-        return float(1.0 / np.sqrt(found[-1].paths[rings[middle]].mean() / found[-1].rays * each.rays))
+        return float(1.0 / np.sqrt(traced[-1].paths[range_bins[middle]].mean() / traced[-1].rays * each.rays))
 
-    at, ring = rings[RING_M], cells.ring(RING_M)
+    at, range_bin = range_bins[RANGE_M], cells.range_bin(RANGE_M)
     return Power(
-        found,
-        {middle: np.array([error(each.power, middle) for each in found]) for middle in RINGS_M},
-        {middle: np.array([loose(each, middle) for each in found]) for middle in RINGS_M},
-        np.array([rms(each.power[at] / sums["horizon"][at] - 1.0) for each in found]),
-        float(found[-1].power[ring].sum() / fine[ring].sum() - 1.0),
+        traced,
+        {middle: np.array([error(each.power, middle) for each in traced]) for middle in RANGES_M},
+        {middle: np.array([loose(each, middle) for each in traced]) for middle in RANGES_M},
+        np.array([rms(each.power[at] / sums["horizon"][at] - 1.0) for each in traced]),
+        float(traced[-1].power[range_bin].sum() / fine[range_bin].sum() - 1.0),
         {name: (error(sums[name]), statistics.median(taken[name])) for name in works},
-        (int(at.sum()), int(ring.sum())),
+        (int(at.sum()), int(range_bin.sum())),
     )
 
 
 def slope_of(power: Power) -> float:
     """By which power of the number of rays PathSolver's error falls, over its last three samples."""
-    rays, error = [each.rays for each in power.samples[-3:]], power.error[RING_M][-3:]
+    rays, error = [each.rays for each in power.samples[-3:]], power.error[RANGE_M][-3:]
     return float(np.polyfit(np.log(rays), np.log(error), 1)[0])
 
 
 def rays_needed(power: Power, error: float, slope: float | None = None) -> float:
-    """Of PathSolver for an error in the ring, between its samples; beyond the last, or if a slope is given, by that."""
-    rays, errors = np.log([each.rays for each in power.samples]), np.log(power.error[RING_M])
+    """PathSolver's rays for an error in the range bin, between its samples; beyond the last, by the slope."""
+    rays, errors = np.log([each.rays for each in power.samples]), np.log(power.error[RANGE_M])
     if slope is None and np.log(error) >= errors[-1]:
         return float(np.exp(np.interp(-np.log(error), -errors, rays)))
     return float(np.exp(rays[-1] + (np.log(error) - errors[-1]) / (slope or slope_of(power))))

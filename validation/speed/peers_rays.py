@@ -24,7 +24,7 @@ FLOOR, PACKAGE = "mitsuba ray_test, all triangles", "package: facets' ray stage"
 
 @dataclass(frozen=True)
 class Engine:
-    """One way to answer the package's rays, and how to read its answer as (antenna, column, facet) light."""
+    """One engine that traces the package's rays, and how to read its result as (antenna, column, facet) light."""
 
     name: str
     work: Callable[[], Any]
@@ -65,7 +65,7 @@ def device_engines(sheet: OneSheet, floor: Floor) -> list[Engine]:
 
 
 def slow_engines(sheet: OneSheet) -> list[Engine]:
-    """PathSolver's line of sight, and Embree where it is installed, by trimesh and as bare as Python gets at it."""
+    """PathSolver's line of sight, and Embree where it is installed, by trimesh and called directly."""
     case, rays, own = sheet.case, sheet.rays, sheet.own()
     paths = tracer("paths", case.simulator.radar, case.simulator.scene.scattering)
     every = case.facets.height.size * len(rays.front)

@@ -16,7 +16,7 @@ from trimesh import Trimesh
 import seamap_rt as sr
 from seamap_rt.mesh import Facets, SurfaceMesh
 from seamap_rt.simulation import Simulator
-from seamap_rt.tracing.rays import RayTracer, SeaScene, what_can_be_hit
+from seamap_rt.tracing.rays import RayTracer, SeaScene, occluding_surface
 from seamap_rt.tracing.shadow_rays import ShadowRays, shadow_rays
 
 Array = NDArray[np.float64]
@@ -98,7 +98,7 @@ class Floor:
         self.scene = self.build()
 
     def build(self) -> Any:
-        """Mitsuba's scene, and so its tree, anew."""
+        """Mitsuba's scene and its tree, rebuilt."""
         return self._mi.load_dict({"type": "scene", "sea": self._shape})
 
     def rays(self, starts: NDArray[Any], directions: NDArray[Any], length: NDArray[Any]) -> Any:
@@ -128,7 +128,7 @@ class OneSheet:
         self.case = case
         water = RayTracer(case.simulator.radar, case.simulator.scene.scattering).permittivity
         self.rays = self.make()
-        surface = what_can_be_hit(case.mesh, case.sheet, self.rays.turned_away)
+        surface = occluding_surface(case.mesh, case.sheet, self.rays.facing_away)
         self.scene = SeaScene(surface, case.mesh.grid.antenna_positions[case.sheet[0].start], case.frequency_hz, water)
 
     def make(self) -> ShadowRays:
@@ -141,7 +141,7 @@ class OneSheet:
 
     def tree(self) -> None:
         """What can be hit, and the scene's tree of it."""
-        if not self.scene.update(what_can_be_hit(self.case.mesh, self.case.sheet, self.rays.turned_away)):
+        if not self.scene.update(occluding_surface(self.case.mesh, self.case.sheet, self.rays.facing_away)):
             raise AssertionError("the scene's triangles must be replaced in place; a new scene would be timed instead")
 
     def of_rays(self, values: NDArray[Any]) -> NDArray[Any]:

@@ -178,7 +178,7 @@ def march(tracer: str, turns: int, through: str) -> Keys:
 
 
 def in_a_process(call: str, *arguments: Any) -> Keys:
-    """What a function of this file returns when a new process calls it. RuntimeError with what it said if it failed."""
+    """What a function of this file returns when a new process calls it. RuntimeError with its output if it failed."""
     command = [sys.executable, "-m", "validation.speed.scaling", "--call", json.dumps([call, *arguments])]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
@@ -271,8 +271,8 @@ def show_refusals() -> None:
     print("\nchoppy_sea, 360°, 3 km")
     keys: Keys = {"radar.range_m": [15.0, 3000.0]}
     for remedy in ({"sea.extent_m": 6144.0}, {"sea.resolution_m": 1.5}, {"tracing.facet_m": 0.1}, {}):
-        told = "\n  ".join(f"{key} = {value}" for key, value in keys.items())
-        print(f"  {told}")
+        settings = "\n  ".join(f"{key} = {value}" for key, value in keys.items())
+        print(f"  {settings}")
         try:
             scene = sr.load_scene("choppy_sea", keys)
             detail = scene.detail
@@ -296,10 +296,10 @@ def draw(swept: list[tuple[Sweep, list[Point]]], marches: list[March], path: Pat
         axes = place(figure, left, 2.85, 1.75, 1.5)
         graph(axes, sweep.label, "memory beyond imports, GB" if column == 0 else "", f"{'def'[column]}) peak memory")
         axes.loglog(x, [1e-9 * point.memory for point in points], "o-", color=BLACK, markersize=2.5, label="facets")
-        for other, found in swept:
+        for other, measured in swept:
             if other.name == sweep.name and other.tracer == "horizon":
-                memory = [1e-9 * point.memory for point in found]
-                axes.loglog(axis_of(other, found), memory, "o--", color=ORANGE, markersize=2.5, label="horizon")
+                memory = [1e-9 * point.memory for point in measured]
+                axes.loglog(axis_of(other, measured), memory, "o--", color=ORANGE, markersize=2.5, label="horizon")
         if sweep.name == "facets":
             axes.loglog(x, 1e-9 * BYTES_PER_TRIANGLE * x, ":", color=GREY, label=f"{BYTES_PER_TRIANGLE:.0f} B a facet")
             axes.legend()
@@ -316,10 +316,10 @@ def _seconds(axes: Any, sweep: Sweep, points: list[Point], swept: list[tuple[Swe
     for stage, colour in STAGES.items():
         y = np.array([point.seconds[stage] for point in points])
         axes.loglog(x, y, "o-", color=colour, markersize=2.5, label=f"{stage} {slope(x, y):+.2f}")
-    for other, found in swept:
+    for other, measured in swept:
         if other.name == sweep.name and other.tracer == "horizon":
-            y = np.array([point.seconds["trace"] for point in found])
-            at = axis_of(other, found)
+            y = np.array([point.seconds["trace"] for point in measured])
+            at = axis_of(other, measured)
             axes.loglog(at, y, "o--", color=ORANGE, markersize=2.5, label=f"horizon {slope(at, y):+.2f}")
     if sweep.name == "sector":
         axes.loglog(x, x / 360.0, ":", color=GREY, label="real time")

@@ -108,14 +108,14 @@ def _ffts(simulator: Simulator) -> float:
 
 def _bare_rays(simulator: Simulator) -> float:
     """A tree of the triangles that can be hit, and all shadow rays of a turn's own sheet, on arrays that lie ready."""
-    from seamap_rt.tracing.rays import RayTracer, SeaScene, what_can_be_hit
+    from seamap_rt.tracing.rays import RayTracer, SeaScene, occluding_surface
     from seamap_rt.tracing.shadow_rays import shadow_rays
 
     mesh = simulator.mesh(0)
     sheet, facets = mesh.sheets()[0], mesh.facets
     rays = shadow_rays(mesh, facets, sheet)
     tracer = RayTracer(simulator.scene.radar, simulator.scene.scattering)
-    surface = what_can_be_hit(mesh, sheet, rays.turned_away)
+    surface = occluding_surface(mesh, sheet, rays.facing_away)
     scene = SeaScene(
         surface, mesh.grid.antenna_positions[sheet[0].start], simulator.scene.radar.frequency_hz, tracer.permittivity
     )

@@ -1,10 +1,10 @@
-"""Speed against error: the seconds of each way to compute a turn of `choppy_sea`, and the errors of its maps.
+"""Speed against error: the seconds of each setup to compute a turn of `choppy_sea`, and the errors of its maps.
 
     python -m validation.speed.speed_error [--quick | --full] [--repeat 3] [--out validation/figures]
 
-Ways differ in tracer, size of facets, columns a beam, the spline that the sea is taken from, and pulses kept. Each is
+Setups differ in tracer, size of facets, columns a beam, the spline that the sea is taken from, and pulses kept. Each is
 
-* timed: warm whole turns by stage, all ways once a round, and medians over the rounds. The tracers light the same mesh
+* timed: warm whole turns by stage, all setups once a round; medians over the rounds. The tracers light the same mesh
   one after the other, so that they differ in nothing else. Truth and retrieval are not counted.
 * judged: the speckle-averaged maps (`expected_look_gates`) of 30° up the waves and 30° along the crests, with the same
   sea and calibration, against those of a fine mesh lit by `horizon`, on a sea of a finer spline. rms over the cells of
@@ -14,7 +14,7 @@ The reference's own error follows from how the last two halvings of its spacings
 triangle inequality no rms is wrong by more. Fewer pulses leave the expectation as it is; what they cost is seen in
 retrieved heights, speckle and noise included, of 30° up the waves, over seeds.
 
-Printed: every way; the Pareto front in seconds, height and power; whether the defaults are on it. The figure has error
+Printed: every setup; the Pareto front in seconds, height and power; whether the defaults are on it. The figure: error
 against seconds. Four minutes on two cores; --quick, of five meshes, one; --full, of 45 and eight seeds, a quarter of an
 hour, and there the reference itself is compared with one of half its spacings (8 GB).
 """
@@ -31,7 +31,7 @@ import numpy as np
 from seamap_rt.compute.backend import prepare
 from validation import FIGURES
 from validation.speed.speed_error_figure import QUANTITIES, TARGET_S, Drawn, Kept, draw
-from validation.speed.speed_error_ways import (
+from validation.speed.speed_error_setups import (
     FINE_SPLINE,
     OWN_SPLINE,
     STAGES,
@@ -155,8 +155,8 @@ def _numbers(values: Array) -> str:
     return " ".join(f"{q.scale * v:8.3g}" for q, v in zip(QUANTITIES, values, strict=True))
 
 
-def print_ways(drawn: Drawn) -> None:
-    """A line a way."""
+def print_setups(drawn: Drawn) -> None:
+    """A line a setup."""
     print(f"\n{'tracer':8} {'mesh':>10} {'facets':>8} " + " ".join(f"{stage:>6}" for stage in STAGES), end="")
     print(
         f" {'s':>7} {'least–most':>11}  " + " ".join(f"{f'{q.name[:7]}':>8}" for q in QUANTITIES) + "  50–200 m:",
@@ -180,7 +180,7 @@ def print_ways(drawn: Drawn) -> None:
 
 
 def print_front(drawn: Drawn, tracer: str) -> None:
-    """The ways than which none is better in seconds, height and power, and their errors where little is seen."""
+    """The setups than which none is better in seconds, height and power, and their errors where little is seen."""
     print(f"\nfront of {tracer}: seconds, height mm, power dB; by look; of all cells of which anything is seen")
     for point in front(drawn.of(tracer), JUDGED_BY):
         errors = point.errors
@@ -190,7 +190,7 @@ def print_front(drawn: Drawn, tracer: str) -> None:
         print(
             f"  {point.mesh!s:>10} {mark:7} {point.seconds:6.3f} {1e3 * errors.window[0]:6.3g} {errors.window[1]:6.3g}"
             f"   {looks};   rms {1e3 * lit[0]:.3g} / {lit[1]:.3g}, median {1e3 * median[0]:.2g} / {median[1]:.2g}, "
-            f"nothing found in {errors.dark:.2%}"
+            f"no height in {errors.dark:.2%}"
         )
 
 
@@ -248,7 +248,7 @@ def print_verdict(drawn: Drawn) -> None:
             )
         print(
             f"choppy_sea {tracer}: {drawn.turn_s / own.seconds:.2f} real time, height error {1e3 * errors[0]:.3g} mm, "
-            f"power {errors[1]:.2g} dB (asked for: {drawn.turn_s / TARGET_S[tracer]:.2g}, 20 mm, 0.3 dB)"
+            f"power {errors[1]:.2g} dB (required: {drawn.turn_s / TARGET_S[tracer]:.2g}, 20 mm, 0.3 dB)"
         )
 
 
@@ -263,7 +263,7 @@ def main() -> None:
     bench = Bench()
     drawn = measured(bench, plan, arguments.repeat or (2 if arguments.quick else 3))
     print_reference(bench, drawn.reference, plan)
-    print_ways(drawn)
+    print_setups(drawn)
     for tracer in TRACERS:
         print_front(drawn, tracer)
     print_splines(drawn)

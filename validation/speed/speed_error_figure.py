@@ -28,7 +28,7 @@ from seamap_rt.report.style import (
     png,
     styled,
 )
-from validation.speed.speed_error_ways import (
+from validation.speed.speed_error_setups import (
     STAGES,
     TRACERS,
     WINDOW_M,
@@ -111,7 +111,7 @@ def figure_of(drawn: Drawn) -> Figure:
         graph(axes, "seconds a turn", f"error, {quantity.unit}, rms", title)
         _target(axes, quantity)
         for tracer in TRACERS:
-            _ways(axes, drawn, tracer, number)
+            _setups(axes, drawn, tracer, number)
         for spline, (point, _) in drawn.splines.items():
             error = quantity.scale * point.errors.window[number]
             axes.plot(point.seconds, error, "D", color=GREEN, markersize=3, markerfacecolor="none", zorder=4)
@@ -147,7 +147,7 @@ def _target(axes: Axes, quantity: Quantity) -> None:
             axes.axvline(seconds, color=COLOUR[tracer], linewidth=0.5, linestyle="--")
 
 
-def _ways(axes: Axes, drawn: Drawn, tracer: str, number: int) -> None:
+def _setups(axes: Axes, drawn: Drawn, tracer: str, number: int) -> None:
     """A tracer's points with their bars, its front, and the default."""
     points, scale, colour = drawn.of(tracer), QUANTITIES[number].scale, COLOUR[tracer]
     residual = scale * drawn.reference.residual[number]
@@ -191,7 +191,7 @@ def _legend(axes: Axes) -> None:
             [], [], f"{_MARK[tracer]}-", color=COLOUR[tracer], markersize=3, linewidth=0.9, label=f"{tracer}, front"
         )
     axes.plot([], [], "*", color=BLACK, markersize=6, label="default")
-    axes.fill_between([], [], [], color=GREY, alpha=0.15, linewidth=0.0, label="asked for")
+    axes.fill_between([], [], [], color=GREY, alpha=0.15, linewidth=0.0, label="required")
     axes.plot([], [], "D", color=GREEN, markersize=3, markerfacecolor="none", label="other splines")
     axes.legend(loc="lower left", fontsize=5.5, handlelength=1.5)
 
@@ -218,14 +218,14 @@ def _pulses(axes: Axes, drawn: Drawn) -> None:
     """Retrieved heights' errors by how many pulses are kept."""
     near, far = WINDOW_M
     graph(axes, "pulses kept, and the turn's seconds", "error, mm, rms", "f) retrieved heights, speckle and noise in")
-    places = np.arange(len(drawn.kept))
+    positions = np.arange(len(drawn.kept))
     for column, (label, colour) in enumerate(((f"{near:g}–{far:g} m", PURPLE), ("50–200 m", BLACK))):
         means, bars = _with_bars([1e3 * each.errors[:, column] for each in drawn.kept])
-        axes.errorbar(places, means, yerr=bars, fmt="o-", color=colour, markersize=3, linewidth=0.9, label=label)
+        axes.errorbar(positions, means, yerr=bars, fmt="o-", color=colour, markersize=3, linewidth=0.9, label=label)
     (own,) = (point for point in drawn.of("facets") if point.mesh == drawn.default)
     axes.axhline(1e3 * own.errors.window[0], color=BLUE, linewidth=0.8, linestyle="--", label="of these by the mesh")
     names = [f"1 in {each.kept}\n{np.median(each.timed.totals('facets')):.2f} s" for each in drawn.kept]
-    axes.set_xticks(places, names)
+    axes.set_xticks(positions, names)
     axes.set_ylim(bottom=0.0)
     axes.legend(fontsize=5.5, loc="center right")
 

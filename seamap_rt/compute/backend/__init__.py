@@ -1,4 +1,4 @@
-"""The backend that Dr.Jit runs on: CUDA or an LLVM library, proven before it is used."""
+"""The backend that Dr.Jit runs on: CUDA or an LLVM library, tested before it is used."""
 
 from .choose import prepare
 from .doctor import Check, doctor_lines

@@ -1,13 +1,13 @@
 """Chooses the backend that Dr.Jit will use: call `prepare()` before drjit, mitsuba or sionna is imported.
 
-Dr.Jit loads its LLVM while it is being imported and keeps it, and on x86 an LLVM before 17 does not fail
-politely: compiling a maximum ends the whole process. So the choice falls here, in a file that imports none of
-them, and each candidate first has to prove itself in a process of its own. The first that does so wins:
+Dr.Jit loads its LLVM while it is being imported and keeps it, and on x86 an LLVM before 17 does not raise
+an error: compiling a maximum ends the whole process. So the choice is made here, in a file that imports none of
+them, and each candidate is first tested in a process of its own. The first that passes is used:
 
     CUDA  →  the library that DRJIT_LIBLLVM_PATH names  →  the system's libLLVM, newest first
           →  one linked once into the user's cache from the static archives of the wheel `mlc-llvm-static`
 
-A library named by the user is an order, not a hint: where it fails its proof the search ends and says so.
+A library named by the user is binding: where it fails its test the search ends with an error.
 Going on would compute with another LLVM than the one that was asked for.
 """
 

@@ -1,4 +1,4 @@
-"""A library of our own: the wheel's static archives, linked once into the user's cache."""
+"""A library built here: the wheel's static archives, linked once into the user's cache."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class _CannotBuild(Exception):
 
 
 def own_llvm(notes: list[str]) -> Iterator[Candidate]:
-    """The library linked on an earlier day; if there is none, or it failed its proof, a new one."""
+    """The library linked earlier; if there is none, or it failed its test, a new one."""
     wheel = package_version(WHEEL)
     try:
         folder = memory.cache_folder()

@@ -17,7 +17,7 @@ from pathlib import Path
 from . import probe
 from .kinds import Candidate, Verdict, package_version
 
-FAILURE_LIFETIME_S = 3600.0  # after which a rejected library is given another chance
+FAILURE_LIFETIME_S = 3600.0  # after which a rejected library is tried again
 
 
 def cache_folder() -> Path:
@@ -54,7 +54,7 @@ def _temporary_cache() -> Path:
 
 
 def _refuse_what_others_can_change(folder: Path) -> None:
-    """Code is loaded from here, and /tmp is everybody's: a folder laid ready by someone else is not used."""
+    """Code is loaded from here, and /tmp is shared: a folder that another user could have made is not used."""
     status = folder.lstat()
     mine = not hasattr(os, "getuid") or status.st_uid == os.getuid()
     if not (mine and stat.S_ISDIR(status.st_mode) and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)):

@@ -16,7 +16,7 @@ PROBE_LIMIT_S = 120.0  # a cold import from a slow disk is allowed, a hang is no
 
 
 # LLVM's failure is an abort, so this runs in a process of its own, without a core dump. ctypes loads the
-# library first because Dr.Jit would go on to another one without a word. A ray is traced because CUDA without
+# library first because Dr.Jit would go on to another one without a message. A ray is traced because CUDA without
 # OptiX is of no use.
 PROBE = """
 import ctypes, sys
@@ -82,7 +82,7 @@ def try_out(candidate: Candidate) -> Verdict:
 
 def reason(returncode: int, stderr: str) -> str:
     """Why a probe failed, in a few words of one line."""
-    if "libatomic" in stderr:  # Dr.Jit itself ends in a NameError here, which tells nobody anything
+    if "libatomic" in stderr:  # Dr.Jit itself ends in a NameError here, which names no cause
         return "libatomic.so.1 is missing, which Dr.Jit needs"
     if "Cannot select" in stderr or "too old" in stderr or "is inactive because the LLVM" in stderr:
         return f"too old or incomplete, LLVM {OLDEST_LLVM} or newer is needed"

@@ -64,21 +64,21 @@ _LLVM_NAME = r"libLLVM(?:-(\d[\d.]*)[^/]*)?\.(?:so|dylib)(?:\.(\d[\d.]*))?"
 
 
 def version_in_name(library: Path) -> tuple[int, ...]:
-    """(15,) for libLLVM-15.so.1, (19, 1) for libLLVM.so.19.1, () where the name does not tell."""
+    """(15,) for libLLVM-15.so.1, (19, 1) for libLLVM.so.19.1, () where the name has no version."""
     match = re.fullmatch(_LLVM_NAME, library.name)
     digits = (match[1] or match[2] or "") if match else ""
     return tuple(int(part) for part in digits.split(".") if part)
 
 
 def system_llvm() -> list[Path]:
-    """Libraries new enough, newest first; last those whose name does not tell, for the probe to decide."""
+    """Libraries new enough, newest first; last those whose name has no version, for the probe to decide."""
     libraries = find(_LLVM_NAME)
     recent = [path for path in libraries if (version_in_name(path) or (OLDEST_LLVM,))[0] >= OLDEST_LLVM]
     return sorted(recent, key=version_in_name, reverse=True)
 
 
 def loaded_llvm() -> list[Path]:
-    """The LLVM libraries already mapped into this process (Linux tells, elsewhere none is seen)."""
+    """The LLVM libraries already mapped into this process (known on Linux only)."""
     try:
         maps = Path("/proc/self/maps").read_text()
     except OSError:

@@ -1,6 +1,6 @@
 """Complex Gaussian numbers by counting: each is a function of its key and its number, whatever else is drawn.
 
-So a facet keeps its numbers when its neighbours fall into shadow, and those that nobody hears need not be drawn. Bits
+So a facet keeps its numbers when its neighbours fall into shadow, and those in no beam need not be drawn. Bits
 come from SplitMix64 (Steele, Lea & Flood 2014), normals from them by Box & Muller (1958), with polynomials in place of
 logarithm, sine and cosine, which a processor's lanes can take together. A power is at most 16.6 times the mean: one in
 sixteen million would be more.

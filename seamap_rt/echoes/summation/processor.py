@@ -142,7 +142,7 @@ def _add_facet(modes, column, real, imag, phasor, phasor_of, constant, heard, re
     imaginary = out.shape[1] * gates * nodes
     first_mode = column * 2 * count * whole
     for node in range(0, whole, LANES):
-        xa = yb = xb = ya = zeros()  # sums of their own: none waits for another
+        xa = yb = xb = ya = zeros()  # separate sums: no addition waits for another
         for mode in range(count):
             x, y = real[mode], imag[mode]
             index = first_mode + mode * whole + node

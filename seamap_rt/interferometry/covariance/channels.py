@@ -1,4 +1,4 @@
-"""The upper receiver's channel over the lower's, as it is told or as the echoes themselves show it by reciprocity.
+"""The upper receiver's channel over the lower's, as it is given or as measured on the echoes by reciprocity.
 
 From the lower antenna to the upper one an echo takes the very path that it takes from the upper to the lower. With T
 and R what transmitter and receiver put to it, V₀₁ = T₀ R₁ s and V₁₀ = T₁ R₀ s: their ratio is R₁/R₀ · T₀/T₁. One
@@ -28,6 +28,7 @@ class Channel:
 
     @classmethod
     def given(cls, gain_db: float, phase_deg: float) -> Channel:
+        """The upper receiver's voltage gain over the lower's, from a power gain [dB] and a phase [deg]."""
         return cls(complex(np.sqrt(from_db(gain_db)) * np.exp(1j * np.radians(phase_deg))))
 
     def corrected(self, covariance: Covariance) -> Covariance:
@@ -72,7 +73,10 @@ def crossing(
 
 
 def ratio_of(crossings: Sequence[Covariance]) -> Channel:
-    """The channel that the products of both directions show, over all cells together."""
+    """The channel that the products of both directions give, over all cells together.
+
+    Raises SchemaError where a receiver has no echo on its cross path.
+    """
     known = np.logical_and.reduce([each.known for each in crossings])
     product = sum(complex(each.cross[known].sum()) for each in crossings)
     up, down = (sum(float(getattr(c, name)[known].sum()) for c in crossings) for name in ("lower", "upper"))

@@ -1,9 +1,9 @@
-"""Coherent integration: pulses are added before they are multiplied, which pays where one pulse hears mostly noise.
+"""Coherent integration: pulses are added before they are multiplied, for echoes below a single pulse's noise.
 
 The sum of the pulses that lie within half of `coherent_s` of a pulse, times that pulse of the other receiver, is a sum
 of products of pulses that lie apart. Each is freed of the Doppler phase that the velocity about the cell gives it, and
 they are averaged: K products for each pulse instead of one leave 1/K of the noise's beat with itself. Lags of both
-signs are taken alike, so that an error of the velocity costs some power and turns no phase.
+signs are treated alike, so that an error of the velocity costs some power and changes no phase.
 """
 
 from __future__ import annotations

@@ -28,6 +28,7 @@ class Dwells:
 
     @property
     def leaning(self) -> bool:
+        """Whether the look of a pulse depends on the gate."""
         return self.look.ndim == 2
 
     @cached_property

@@ -43,7 +43,7 @@ class PulsePairs:
 
 def sampled(voltage: NDArray[np.complex64]) -> NDArray[np.bool_]:
     """Whether each receiver was sampled on each pulse, (pulse, receiver), of voltage (pulse, receiver, gate)."""
-    known = np.asarray(np.isfinite(voltage[:, :, voltage.shape[2] // 2].real))  # one gate says it of most
+    known = np.asarray(np.isfinite(voltage[:, :, voltage.shape[2] // 2].real))  # one gate decides for most pulses
     rest = np.nonzero(~known)
     known[rest] = np.isfinite(voltage[rest].real).any(axis=1)
     return known
@@ -53,7 +53,7 @@ def neighbouring_pulses(heard: NDArray[np.bool_], time: NDArray[np.float64], int
     """Pairs of alternating pulses. heard (pulse, 2) lower, upper; time (pulse,) and interval [s]; which: forward,
     backward or both. Only neighbours one interval apart are pairs: none is made across pulses that are missing.
 
-    Raises SchemaError where receivers do not alternate, or are never neighbours in the way that is asked for.
+    Raises SchemaError where receivers do not alternate, or are never neighbours in the order that is requested.
     """
     if heard.all(axis=1).any():
         raise SchemaError(
@@ -89,8 +89,11 @@ def both_ways_of(
     interval: float,
     which: str,
 ) -> PulsePairs | None:
-    """Pairs of neighbouring pulses of which each antenna hears its own: an interferogram of both ways, p = 2, that is
-    there beside that of one way where the transmitters alternate and both receivers hear all. None where it is not."""
+    """Pairs of neighbouring pulses of which each antenna hears its own: an interferogram of both ways, p = 2.
+
+    It exists beside that of one way where the transmitters alternate and both receivers hear all; None where it does
+    not. heard (pulse, receiver), transmitter (pulse,), time (pulse,) and interval [s]; which: of PulsePairs.
+    """
     own = heard & (np.asarray(transmitter)[:, None] == np.asarray(antennas))
     following = np.abs(np.diff(time) - interval) < 0.5 * interval
     forward, backward = ((own[:-1, n] & own[1:, 1 - n] & following).any() for n in (0, 1))

@@ -101,7 +101,7 @@ def _accumulate(rows, look, table, begin, turns, which, receivers, low, high, to
                         _add(rows[one], rows[other], gate, stop, totals[kind, here])
                     elif here >= 0:
                         turn = turns[which[kind]]
-                        _add_turned(
+                        _add_rotated(
                             rows[one],
                             rows[other],
                             turn[one // receivers],
@@ -128,7 +128,7 @@ def _add(a, b, start, stop, total):
 
 
 @compiled_fused
-def _add_turned(a, b, turn, other_turn, start, stop, total):
+def _add_rotated(a, b, turn, other_turn, start, stop, total):
     for g in range(np.uint64(start), np.uint64(stop)):
         real = a[g].real * b[g].real + a[g].imag * b[g].imag
         imaginary = a[g].imag * b[g].real - a[g].real * b[g].imag

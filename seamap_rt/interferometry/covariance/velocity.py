@@ -1,4 +1,4 @@
-"""Radial velocity and its spread by pulse pairs: how an echo's phase turns, and how soon it forgets itself.
+"""Radial velocity and its spread by pulse pairs: how an echo's phase turns, and how soon it decorrelates.
 
 An echo that recedes at v turns by exp(−j 2k v τ) from a pulse to one τ later, V ∝ exp(−jk(R_tx + R_rx)): v is read
 from the phase of ⟨V(t + τ) V*(t)⟩ (Miller & Rochwarger 1972), and the standard deviation σ of the velocities from
@@ -65,7 +65,7 @@ def pulse_pair_lags(
 ) -> LagKinds:
     """Products of the same transmitter and receiver at three lags: the shortest there is, which sees the fastest echo
     unfolded; about a third of a dwell of `dwell` pulses, over which the phase turns most before the speckle is another
-    one; and one between, by which the shortest tells the turns of the longest. heard (pulse, 2) lower, upper."""
+    one; and one between, by which the shortest resolves the cycles of the longest. heard (pulse, 2) lower, upper."""
 
     def pairs(lag: int) -> list[Products]:
         early, late = rows_apart(time, lag * interval, interval)
@@ -90,7 +90,7 @@ def pulse_pair_lags(
 
 
 def phase_rate(lags: Sequence[Lag]) -> NDArray[np.float64]:
-    """How fast each cell's phase turns [rad/s]: by the longest lag, its whole turns told by the shorter ones."""
+    """How fast each cell's phase turns [rad/s]: by the longest lag, its whole cycles resolved by the shorter ones."""
     if not lags:
         return np.full((1, 1), np.nan)
     rate = np.zeros_like(lags[0].products.lower)
@@ -112,7 +112,7 @@ def doppler(
     """Velocity and width over a window of weights along range and across looks, from the lags of dwells.
 
     noise_power [W] of one receiver. For the standard error samples: voltages in a window, of both receivers, each with
-    noise of its own, and looks: independent samples of its speckle. passage_s (`beam_passage`): the echo forgets itself
+    noise of its own, and looks: independent samples of its speckle. passage_s (`beam_passage`): the echo decorrelates
     as well because the antenna turns on to other water, which is taken from the width. Raises ValueError without lags.
     """
     if not lags:
@@ -144,7 +144,7 @@ def doppler(
 
 
 def beam_passage(beamwidth_deg: float, period_s: float) -> float:
-    """Time constant τ [s] of exp(−(lag/τ)²), by which the echo of a Gaussian beam that turns forgets itself: two-way
+    """Time constant τ [s] of exp(−(lag/τ)²), by which the echo of a Gaussian beam that turns decorrelates: two-way
     amplitudes exp(−4 ln2 (α/θ)²), shifted by Ω·lag against each other."""
     return beamwidth_deg / (360.0 / period_s) / np.sqrt(2.0 * np.log(2.0))
 
@@ -152,7 +152,10 @@ def beam_passage(beamwidth_deg: float, period_s: float) -> float:
 def windowed(
     covariance: Covariance, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]
 ) -> Covariance:
-    """Means over a window as they are; unknown cells are left out, and have none."""
+    """Means (look, gate) over a window with weights (2n + 1,) along range and looks, without phase correction.
+
+    Unknown cells are left out and stay NaN.
+    """
     known = covariance.known
     weight = _smoothed(known.astype(np.float64), range_weights, look_weights)
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -23,7 +23,7 @@ class Covariance:
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """Cells that hold a number: not those of a look without pulses, or of a receiver that gave NaN."""
+        """(look, gate) of cells with a number: not those of a look without pulses, or of a receiver that gave NaN."""
         return np.isfinite(self.cross) & np.isfinite(self.lower) & np.isfinite(self.upper)
 
     def windowed_along(
@@ -76,7 +76,7 @@ class Covariance:
 
     @property
     def coherence(self) -> NDArray[np.float64]:
-        """Sample coherence |⟨V₀V₁*⟩| / √(⟨|V₀|²⟩⟨|V₁|²⟩), NaN where there is no power."""
+        """Sample coherence |⟨V₀V₁*⟩| / √(⟨|V₀|²⟩⟨|V₁|²⟩), (look, gate); NaN where there is no power."""
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.abs(self.cross) / np.sqrt(self.lower * self.upper)
 
@@ -106,7 +106,7 @@ def window_weights(width: float, spacing: float) -> NDArray[np.float64]:
 
 
 def independent_looks(weights: NDArray[np.float64], correlation: NDArray[np.float64]) -> float:
-    """How many independent samples a weighted mean is worth: (Σw)² / ΣΣ w_i w_j |ρ(i−j)|²."""
+    """Number of independent samples in a weighted mean: (Σw)² / ΣΣ w_i w_j |ρ(i−j)|²."""
     lag = np.abs(np.arange(weights.size)[:, None] - np.arange(weights.size)[None, :])
     return float(weights.sum() ** 2 / (weights @ np.abs(correlation[lag]) ** 2 @ weights))
 
@@ -120,10 +120,10 @@ def pulse_correlation(
 ) -> NDArray[np.float64]:
     """|ρ| of the echo between pulses 0 … most_lag apart, estimated from the strongest tenth of the gates.
 
-    It tells how many independent samples of speckle a dwell holds, which neither the scene nor the radar can say. Taken
-    from the powers of Gaussian speckle, ⟨P P'⟩ = (w + n)² + w² |ρ|² with n the noise's: they know neither the Doppler
-    frequency, different from cell to cell, nor which antenna transmitted, and a dwell of few samples does not bias
-    them as it would |⟨V V'*⟩|.
+    It gives the number of independent samples of speckle in a dwell, which neither scene nor radar give. Taken
+    from the powers of Gaussian speckle, ⟨P P'⟩ = (w + n)² + w² |ρ|² with n the noise's: they depend neither on the
+    Doppler frequency, different from cell to cell, nor on which antenna transmitted, and a dwell of few samples does
+    not bias them as it would |⟨V V'*⟩|.
     """
     voltage = voltage[:, 0]
     rows = np.arange(look.size) if rows is None else rows

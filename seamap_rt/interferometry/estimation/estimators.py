@@ -22,7 +22,7 @@ from .slopes import local_planes
 Map = NDArray[np.float64]
 
 
-_UNSEEN = 0.02  # of the errors' variance: a smaller sea's is not told from none
+_UNSEEN = 0.02  # of the errors' variance: a smaller sea's is not distinguishable from none
 _FEWEST_LOOKS = 3
 _EDGE_LEFT = 0.5  # of a correction of first order
 
@@ -64,9 +64,9 @@ def sliding_plane(given: Interferogram) -> Estimate:
 
 
 def adaptive(given: Interferogram) -> Estimate:
-    """Heights by optimal interpolation between single dwells and gates, each trusted as far as its echo goes.
+    """Heights by optimal interpolation between single dwells and gates, each weighted by its echo.
 
-    The map of sliding planes says which cycle each phase is on; the sea's covariance is taken from the same heights.
+    The map of sliding planes gives the cycle of each phase; the sea's covariance is taken from the same heights.
     Of fewer than three looks it is not known across them, and that map is all.
     """
     start = sliding_plane(given)
@@ -82,26 +82,26 @@ def adaptive(given: Interferogram) -> Estimate:
     distributed = each.height - given.edge
     level = mean_plane(np.where(sure, distributed, np.nan), variance, *ground)
     waves = distributed - level
-    # Near and far are the radar's: a boat may have gone a long way from the origin.
+    # Near and far are the radar's: a boat may be far from the origin.
     about = (each - _centre(middle) for each, middle in zip(ground, model.poses.middle, strict=True))
     sea = SeaCovariance.of(np.where(sure, waves, np.nan), np.where(sure, variance, np.nan), *about)
     height, error = optimal_heights(
-        # A cell that may be a cycle off tells its neighbours nothing; they tell it.
+        # A cell that may be a cycle off has no weight in its neighbours' heights; theirs have in its own.
         Measured(waves, np.where(start.ambiguous, np.inf, variance), ground, model.outward(*ground)),
         sea,
         echoing,
         (settings.cell_range_m, np.radians(settings.cell_azimuth_deg)),
         model.radar.ranges,
     )
-    # Of a sea that is lost in the heights' errors no more is known than that it is smaller than these.
+    # Where the sea is smaller than the heights' errors, only that upper bound of it is known.
     errors = variance[sure & np.isfinite(variance)]
     error = error + _UNSEEN * max(0.0, (float(np.median(errors)) if errors.size else 0.0) - sea.variance)
     made = model.heights_at(heights.cells, level + height)
     return replace(start, heights=made, std=np.sqrt(error), edge=_EDGE_LEFT * given.edge)
 
 
-def _centre(place: Map) -> float:
-    known = place[np.isfinite(place)]
+def _centre(position: Map) -> float:
+    known = position[np.isfinite(position)]
     return float(known.mean()) if known.size else 0.0
 
 

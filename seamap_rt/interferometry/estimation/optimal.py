@@ -24,13 +24,13 @@ _BLOCK = 3  # gates that share their neighbours, hence a matrix
 _GATES = 3  # neighbouring gates to either side
 _ACROSS_M = 6.5  # neighbouring looks as far as this, one at least
 _MOST_LOOKS = 3
-_WORTHLESS = 6.0  # error variance over the sea's: such a height tells nothing
+_WORTHLESS = 6.0  # error variance over the sea's: such a height has no weight
 _ROUNDING = 1e-3  # of the sea's variance: the table's linear steps, as an error of their own
 # Waves shorter than the covariance's shortest lags hold some 2 % of a wind sea's variance (Phillips's tail beyond 8 m,
-# of 50 m waves): heights do not go together over a cell, and neighbours tell nothing of it.
+# of 50 m waves): heights are uncorrelated over a cell, and neighbours do not help.
 _SHORT = 0.02
 _GAUSS = 1.0 / np.sqrt(3.0)
-# Errors of gates so far apart go together. A bright spot between two gates draws both towards it, but as seen from them
+# Errors of gates so far apart are correlated. A bright spot between two gates shifts both to it, but as seen from them
 # to opposite sides: less than the squared correlation of speckle itself, 0.5 at 1.5 m of a 20 ns pulse.
 _ERRORS_TOGETHER_M = 1.35
 _TASKS = 32  # blocks of looks, each a task of its own: enough for every thread

@@ -1,4 +1,4 @@
-"""Which cells hold an echo of their own, and what is to be said of them: masks and CF flags from the echo alone."""
+"""Which cells hold an echo of their own, and their flags: masks and CF flags from the echo alone."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from ..input.description import RadarDescription
 
 _SIDELOBES_DB = 40.0  # below a gate's strongest echo: what lies deeper may come in by the antenna's two-way sidelobes
 _MORE = 1.05  # than a skirt, whose beam is not quite Gaussian
-_SKIRT_LEAST = 1e-4  # of a neighbour's power: fainter skirts than the sidelobes need no look
+_SKIRT_LEAST = 1e-4  # of a neighbour's power: fainter skirts than the sidelobes are not tested
 _TREND_GATES = 10  # to either side, pooled: enough cells for a level even in a single look
 _TREND_STEP = 8  # gates from one level to the next; between them it is interpolated
-_FALSE_ALARM = 1e-3  # of two receivers that hear nothing in common
+_FALSE_ALARM = 1e-3  # of two receivers without a common signal
 _PARTLY_SHADOWED = 0.5  # of the cell's area in sight
 _SATURATED_SHARE = 0.01  # of a dwell's pulses
 
@@ -58,11 +58,11 @@ def lit_power(power: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArra
 def own_echo(
     power: NDArray[np.float64], response: RangeResponse, spacing: tuple[float, float], beamwidth_deg: float
 ) -> NDArray[np.bool_]:
-    """Cells with more power than the skirts of any neighbour's echo bring there: the others echo nothing of their own.
+    """Cells with more power than the skirts of any neighbour's echo bring there: the others have no echo of their own.
 
     power (look, gate): of a dwell, without noise, not averaged over gates. spacing: of looks [deg] and of gates [m];
-    beamwidth_deg: one-way, −3 dB. The two gates beside a cell belong to it, as do all that the pulse does not tell from
-    it: 3 m cells overlap.
+    beamwidth_deg: one-way, −3 dB. The two gates beside a cell belong to it, as do all that the pulse does not
+    separate from it: 3 m cells overlap.
     """
     bright = np.where(np.isfinite(power) & (power > 0.0), power, 0.0)
     skirts = np.zeros_like(bright)
@@ -101,7 +101,7 @@ def has_echo(
 ) -> NDArray[np.bool_]:
     """Cells in which both receivers hear an echo above the noise and the antenna's sidelobes."""
     with np.errstate(invalid="ignore"):
-        # A dead receiver leaves no cross term, whose angle would read as a flat sea.
+        # A receiver without signal leaves no cross term, whose angle would read as a flat sea.
         heard = np.isfinite(cells.cross) & (echo_power > 0.0) & (cells.lower > 0.0) & (cells.upper > 0.0)
         if noise_power:
             heard &= db(np.maximum(echo_power, 0.0) / noise_power) >= settings.min_snr_db
@@ -113,7 +113,7 @@ def least_coherence(samples: ArrayLike) -> NDArray[np.float64]:
     """Sample coherence that two receivers which hear nothing in common exceed once in a thousand cells.
 
     samples: independent ones in a cell. Of none in common P(|γ| > t) = (1 − t²)^(n − 1) (Touzi et al., IEEE Trans.
-    Geosci. Remote Sens. 37(1), 135–149, 1999). 0 below two samples: one is always coherent, and says nothing.
+    Geosci. Remote Sens. 37(1), 135–149, 1999). 0 below two samples: one is always coherent.
     """
     number = np.asarray(samples, dtype=np.float64)
     return np.where(number < 2.0, 0.0, np.sqrt(1.0 - _FALSE_ALARM ** (1.0 / (np.maximum(number, 2.0) - 1.0))))
@@ -129,14 +129,14 @@ def quality_flags(
     height: NDArray[np.float64],
     radar: RadarDescription,
     ambiguous: NDArray[np.bool_] | None = None,
-    visible_fraction: NDArray[np.float64] | None = None,
+    visible_share: NDArray[np.float64] | None = None,
     samples: float | None = None,
 ) -> NDArray[np.int16]:
     """CF flags of each cell, from the echo alone.
 
-    ambiguous: cells of which unwrapping could not tell the cycle; where it was not asked, those in which the sea's own
-    size exceeds half an ambiguity. visible_fraction: as `shadow` gives it. samples: independent ones of noise in a
-    cell, by default its pulses. An antenna under water (`submerged`) is known to the radar, which says so pulse by
+    ambiguous: cells of which unwrapping did not find the cycle; where it was not run, those in which the sea's own
+    size exceeds half an ambiguity. visible_share: as `shadow` gives it. samples: independent ones of noise in a
+    cell, by default its pulses. An antenna under water (`submerged`) is known to the radar, which flags it pulse by
     pulse in the echoes' `flag`.
     """
     quality = np.zeros(heard.shape, dtype=np.int16)
@@ -150,8 +150,8 @@ def quality_flags(
             size = 1.4826 * np.median(np.abs(known - np.median(known))) if known.size else 0.0
             ambiguous = np.pi * gain < 3.0 * size
         quality[heard & (ambiguous | ~np.isfinite(height))] |= QUALITY_FLAGS["ambiguous"]
-        if visible_fraction is not None:
-            quality[heard & (visible_fraction < _PARTLY_SHADOWED)] |= QUALITY_FLAGS["partly_shadowed"]
+        if visible_share is not None:
+            quality[heard & (visible_share < _PARTLY_SHADOWED)] |= QUALITY_FLAGS["partly_shadowed"]
     quality[:, radar.blind] |= QUALITY_FLAGS["blind"]
     if "saturated" in echoes:
         clipped = np.asarray(echoes["saturated"].values) > 0
@@ -164,7 +164,7 @@ def quality_flags(
 
 
 def _add_pulse_flags(quality: NDArray[np.int16], flags: NDArray[np.int16], dwells: Dwells) -> None:
-    """What the radar itself says of its pulses, to all cells that they are part of."""
+    """Flags that the radar gives its pulses, for all cells that they are part of."""
     flagged = np.flatnonzero(flags)
     look = dwells.look[flagged]
     look = look if dwells.leaning else look[:, None]

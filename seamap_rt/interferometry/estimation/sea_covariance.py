@@ -1,8 +1,8 @@
-"""How the heights of a sea go together from place to place, from a map of them: ⟨z(x) z(x + d)⟩.
+"""Covariance of the heights of a sea over distance, from a map of them: ⟨z(x) z(x + d)⟩.
 
 A gappy map's covariance is the correlation of its heights over that of its known points. At the shortest lags, where
-the errors of neighbouring cells go together, it is that of a smooth surface that fits the lags beyond; lags too long to
-matter are faded out, and no wave is let have a negative power, so that the result is the covariance of some sea.
+the errors of neighbouring cells are correlated, it is that of a smooth surface that fits the lags beyond; lags too
+long to matter are faded out, and no wave may have a negative power, so that the result is the covariance of some sea.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from scipy.fft import next_fast_len
 Map = NDArray[np.float64]
 
 _SIDE = 1.5  # m, of the squares that heights are sorted into
-_REACH = 48.0  # m, longest lag: neighbours that tell of a cell lie well within it
+_REACH = 48.0  # m, longest lag: neighbours that a cell is estimated from lie well within it
 _FINE = 0.5  # m, spacing of the table, between whose entries it is linear
-_ERRORS_M = 3.0  # up to this lag errors of neighbours go together: the pulse and the beam overlap
-_FIT_M = 10.0  # lags up to this tell how the sea goes on to lag 0
+_ERRORS_M = 3.0  # up to this lag errors of neighbours are correlated: the pulse and the beam overlap
+_FIT_M = 10.0  # from lags up to this the covariance is extrapolated to lag 0
 _NEAR_M = 150.0  # beyond the nearest cell: farther ones are blurred by the beam, and noisier
 _MOST = 1024  # squares a side
-_LEAST = 1e-6  # of its own variance, or 0.1 mm squared: never quite nothing
+_LEAST = 1e-6  # of its own variance, or 0.1 mm squared: never 0
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,7 @@ class SeaCovariance:
 
     @property
     def variance(self) -> float:
+        """m², at lag 0."""
         middle = self.table.shape[0] // 2
         return float(self.table[middle, middle])
 
@@ -68,10 +69,10 @@ def _smooth(covariance: Map, east: Map, north: Map, distance: Map) -> Map:
     """The even surface of fourth order that fits the lags between _ERRORS_M and _FIT_M."""
     powers = [(n, order - n) for order in (0, 2, 4) for n in range(order + 1)]
     terms = np.stack([(east / _FIT_M) ** n * (north / _FIT_M) ** m for n, m in powers], axis=-1)
-    ring = (distance >= _ERRORS_M) & (distance <= _FIT_M) & (covariance != 0.0)
-    if np.count_nonzero(ring) < 2 * len(powers):
+    fitted = (distance >= _ERRORS_M) & (distance <= _FIT_M) & (covariance != 0.0)
+    if np.count_nonzero(fitted) < 2 * len(powers):
         return covariance
-    return terms @ np.linalg.lstsq(terms[ring], covariance[ring], rcond=None)[0]
+    return terms @ np.linalg.lstsq(terms[fitted], covariance[fitted], rcond=None)[0]
 
 
 def _correlated(z: Map, weight: Map, x: Map, y: Map, reach: float) -> Map:

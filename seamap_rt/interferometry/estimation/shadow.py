@@ -1,8 +1,8 @@
 """What of each cell the radar sees, from the echo alone, and by how much what it sees stands above the cell's mean.
 
-Two witnesses are weighed by Bayes' rule. Before anything is heard, a cell of outward slope m is in sight with Smith's
+Two observations are combined by Bayes' rule. Without them, a cell of outward slope m is in sight with Smith's
 probability (1967), which needs the sea's rms slope and the grazing angle. Then its echo is held against that of a lit
-cell: power p says "lit" with the odds p : c. A sea too flat to cast shadows has none, however its echo fades.
+cell: power p means "lit" with the odds p : c. A sea too flat to cast shadows has none, however its echo fades.
 """
 
 from __future__ import annotations
@@ -19,17 +19,19 @@ _STEEPER = 2.95  # rms slope of a wind sea down to decimetres over that of the p
 _STEEPEST = 0.5  # slope of a crest about to break: 120° between its sides would be 0.58 (Stokes 1880)
 _EVEN_ODDS = 0.25  # of a lit cell's power: as likely the skirt of shadow's edge as a lit cell's faded speckle
 _NEIGHBOUR_GATE, _NEIGHBOUR_LOOK = 0.6, 0.3  # weights: half a gate's response is its neighbour's, a look's a third
-_OBSERVATIONS = 1.5  # that a cell and its eight neighbours are worth: speckle is new in each, the shadow's edge is not
-_SURE = 1e-3  # no single cell's power is worth more than odds of a thousand
+_OBSERVATIONS = (
+    1.5  # independent samples in a cell and its eight neighbours: their speckle differs, the shadow's edge does not
+)
+_SURE = 1e-3  # a single cell's power counts for odds of a thousand at most
 _CONFIDENCE = 3.0  # the share is known as from three draws, lit or dark: variance f(1 − f)/(3 + 1)
 _DEPTH = 0.28  # of σ √(L ℓ), a wholly hidden cell's mean depth below what is seen of it: ray-traced wind seas
 
 
 @dataclass(frozen=True)
 class Shadow:
-    """Of each cell (look, gate), from the echo alone; NaN where nothing can be said."""
+    """Of each cell (look, gate), from the echo alone; NaN where it is undefined."""
 
-    visible_fraction: Field  # of its horizontal area, 0 to 1
+    visible_share: Field  # of its horizontal area, 0 to 1
     crest_bias: Field  # m, expected excess of the visible part's height over the whole cell's mean
     hidden_std: Field  # m, how far that excess may be off
 
@@ -48,9 +50,9 @@ def shadow(
     power (look, gate): a dwell's echo power without noise [W], not averaged over gates; lit: what a lit cell would have
     (`quality.lit_power`); slope_range: outward slopes found, NaN where unknown; slope_rms: as `rms_slope` gives it;
     grazing: tan ψ of mean sea level; cell: its length and its width [m]. Arrays broadcast to (look, gate). known: cells
-    of which anything can be said, by default all of finite power.
+    that count, by default all of finite power.
     """
-    share = visible_fraction(power, lit, slope_range, slope_rms, grazing)
+    share = visible_share(power, lit, slope_range, slope_rms, grazing)
     share = np.where(np.isfinite(power) if known is None else known & np.isfinite(power), share, np.nan)
     bias, spread = crest_bias(share, slope_rms, *cell)
     return Shadow(share, bias, spread)
@@ -70,7 +72,7 @@ def rms_slope(slope_range: Field, height_std: Field) -> float:
     return _STEEPER * float(np.sqrt(np.sum(weight * slope**2) / weight.sum()))
 
 
-def visible_fraction(power: Field, lit: Field, slope_range: Field, slope_rms: float, grazing: Field) -> Field:
+def visible_share(power: Field, lit: Field, slope_range: Field, slope_rms: float, grazing: Field) -> Field:
     """Share (look, gate) of each cell in sight: the expectation, given slope and echo. Arguments as in `shadow`."""
     with np.errstate(invalid="ignore", divide="ignore"):
         relative = np.where(lit > 0.0, np.maximum(np.nan_to_num(power), 0.0) / lit, 1.0)

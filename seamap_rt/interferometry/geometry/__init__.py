@@ -1,1 +1,1 @@
-"""A phase is a difference of paths: where the array stood, and which place on the sea has that difference."""
+"""A phase is a difference of paths: where the array stood, and which point on the sea has that difference."""

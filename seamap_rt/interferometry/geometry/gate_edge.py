@@ -1,6 +1,6 @@
 """Where the echo grows or fades along the range, a gate's power does not come from its middle.
 
-Below the beam the elevation pattern climbs steeply: a gate at 15 m hears its far side best, and takes its phase for
+Below the beam the elevation pattern rises steeply: a gate at 15 m receives its far side best, and takes its phase for
 that of its middle. To first order the power's centre lies d ln P/dR · σ² beyond, σ² the variance of the pulse's power,
 and the height found is that of mean sea level so far beyond, H/R times the distance. A single reflector has no such
 error, so that it is taken off only where the sea is known to be one (optimal interpolation), and else is counted as
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..input.description import RadarDescription
 
-_STEEPEST = 1.0  # 1/m, of ln P: beyond that the first order says nothing
+_STEEPEST = 1.0  # 1/m, of ln P: beyond that the first order does not hold
 
 
 def edge_bias(power: NDArray[np.float64], height: NDArray[np.float64], radar: RadarDescription) -> NDArray[np.float64]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...conventions import wrap_phase
 from ..covariance.windows import Covariance, Level
 from ..input.description import RadarDescription
-from .inversion import Points, difference_at_height, height_per_phase, place
+from .inversion import Points, difference_at_height, height_per_phase, locate
 from .poses import LookPoses
 
 Map = NDArray[np.float64]
@@ -29,6 +29,7 @@ class Heights:
 
     @property
     def height(self) -> Map:
+        """(look, gate) m above mean sea level."""
         return self.points.height
 
 
@@ -77,17 +78,17 @@ class PhaseModel:
         return wrap_phase(np.angle(cells.cross) - self.flat)
 
     def heights_of(self, cells: Covariance, residual: Map) -> Heights:
-        """Heights of cells whose phase is `residual` beyond that of mean sea level."""
+        """Heights of cells whose phase is `residual` [rad], (look, gate), beyond that of mean sea level."""
         return self._heights(cells, self.flat + residual)
 
     def heights_at(self, cells: Covariance, height: Map) -> Heights:
-        """The same for heights that are known otherwise."""
+        """The same for heights [m], (look, gate), that are given."""
         return self._heights(cells, self.of_height(height))
 
     def _heights(self, cells: Covariance, phase: Map) -> Heights:
         radar, fan = self.radar, self.poses.fan
         difference = phase / self._wavenumber
-        points = place(radar.ranges, difference, fan)
+        points = locate(radar.ranges, difference, fan)
         gain = height_per_phase(radar.ranges, difference, fan, radar.wavelength, self.paths)
         return Heights(cells, phase, points, self.poses.ground_range(points), gain)
 

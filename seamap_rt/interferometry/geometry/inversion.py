@@ -1,9 +1,9 @@
-"""Phase → range difference → a place on the sea, in the plane of the fan-shaped beam.
+"""Phase → range difference → a point on the sea, in the plane of the fan-shaped beam.
 
 The beam is narrow across and broad along the array, so that an echo comes from the plane of the boresight ŷ and the
 array's own upright ẑ, which a rolling boat leans. In it the line of sight is û = ŷ cos η + ẑ sin η. With b from the
 lower antenna to the upper one, R₁ the lower one's range and ΔR = R₂ − R₁,
-û·b = −ΔR + (|b|² − ΔR²)/(2R₁), which holds exactly; the place is the lower antenna + R₁ û.
+û·b = −ΔR + (|b|² − ΔR²)/(2R₁), which holds exactly; the point is the lower antenna + R₁ û.
 A gate's range is c t/2 of whole paths: for the mean over both receivers and over the transmitters T
 r = R₁ + ΔR/4 + ½ ⟨R_T − R₁⟩, that is R₁ + ¼ ΔR if the lower one alone transmits, R₁ + ½ ΔR if both do in turn.
 (Rosen et al. 2000 review the upright case.)
@@ -33,6 +33,7 @@ class Antenna:
     length: Field
 
     def mapped(self, each: Callable[[Field], Field]) -> Antenna:
+        """The same antenna with a function applied to each of its arrays."""
         return Antenna(each(self.along), each(self.up), each(self.length))
 
     def farther(self, lower: Field, sight: tuple[Field, Field]) -> Field:
@@ -95,8 +96,10 @@ class Points:
     right: Field
 
 
-def place(gate_range: ArrayLike, difference: ArrayLike, fan: Fan) -> Points:
-    """The place with that ΔR [m] in each gate; NaN where there is no triangle, or the baseline is zero."""
+def locate(gate_range: ArrayLike, difference: ArrayLike, fan: Fan) -> Points:
+    """The point with that ΔR [m] in each gate [m], arrays that broadcast to (look, gate).
+
+    NaN where there is no triangle, or the baseline is zero."""
     lower, sight = _sight(gate_range, difference, fan)
     rise, out = (each[0] * sight[0] + each[1] * sight[1] for each in (fan.rise, fan.out))
     return Points(fan.height + lower * rise, lower * out, lower * (fan.right * sight[1]))
@@ -117,7 +120,7 @@ def height_per_phase(
 
 
 def difference_at_height(gate_range: ArrayLike, height: ArrayLike, fan: Fan) -> Field:
-    """ΔR [m] of the fan's point at `height` in each gate: the exact inverse of `place`, by the fixed point.
+    """ΔR [m] of the fan's point at `height` in each gate: the exact inverse of `locate`, by the fixed point.
 
     Straight below, where the fan does not reach so far up.
     """

@@ -32,6 +32,7 @@ class PulsePoses:
 
     @classmethod
     def of(cls, echoes: xr.Dataset, radar: RadarDescription) -> PulsePoses:
+        """From the echoes' time [s], azimuth [deg], attitude [deg] and position [m] of each pulse."""
         time, azimuth, attitude, positions = (
             np.asarray(echoes[name].values, dtype=np.float64) for name in ("time", "azimuth", "attitude", "position")
         )
@@ -88,8 +89,10 @@ class LookPoses:
         senders: Sequence[int],
         start: float,
     ) -> LookPoses:
-        """poses and dwells: of the same pulses; pair: antennas, lower and upper, of the receivers; senders: antennas
-        that transmit; start: of the sector."""
+        """poses and dwells: of the same pulses; pair: lower and upper receiver's antennas; start: of the sector [deg].
+
+        senders: antennas that transmit.
+        """
         lower, upper = (poses.antennas[:, antenna] for antenna in pair)
         middle = 0.5 * (lower + upper)
         others = [antenna for antenna in senders if antenna not in pair]

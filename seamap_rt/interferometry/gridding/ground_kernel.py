@@ -10,12 +10,12 @@ from ...compute.compiled import compiled
 
 
 @compiled
-def resample_rows(place, fields, at, widest_gap, result):
-    """Write into result (row, at, field) the fields (field, row, cell), linear in place (row, cell) between valid cells
-    no more than widest_gap apart. `at` rises."""
-    order = np.empty(place.shape[1], np.int64)
-    for row in range(place.shape[0]):
-        own = place[row]
+def resample_rows(position, fields, at, widest_gap, result):
+    """Write into result (row, at, field) the fields (field, row, cell), linear in position (row, cell) between valid
+    cells no more than widest_gap apart. `at` rises."""
+    order = np.empty(position.shape[1], np.int64)
+    for row in range(position.shape[0]):
+        own = position[row]
         known = 0
         for cell in range(own.size):  # sorted by insertion: points mostly rise
             if not math.isfinite(own[cell]):

@@ -29,6 +29,7 @@ class Ground:
 
     @classmethod
     def of(cls, poses: LookPoses, heights: Heights, sweeps: NDArray[np.float64]) -> Ground:
+        """Where cells lie; sweeps: centres of the looks [deg], (look,)."""
         if poses.at_rest:
             return cls()
         east, north = (float(np.nanmean(middle)) for middle in poses.middle)

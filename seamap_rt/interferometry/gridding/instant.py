@@ -15,8 +15,8 @@ from ...wavefield.wave_direction import by_energy, travel
 def at_one_instant(ground: xr.Dataset, cells: xr.Dataset, to_s: float, water: Water) -> xr.Dataset:
     """The ground map of one turn as the sea stood at to_s [s]; water: that its waves run on.
 
-    Which way waves run is told by the radial velocities of the polar map `cells`: water moves with the wave at its
-    crests. Where they tell nothing the map stays as it was scanned, each cell at its own time.
+    The direction in which waves run follows from the radial velocities of the polar map `cells`: water moves with
+    the wave at its crests. Where they give none the map stays as it was scanned, each cell at its own time.
     """
     side = float(ground.attrs["cell_m"])
     names = ("height", "height_std", "radial_velocity", "ground_range")

@@ -1,6 +1,6 @@
 """Whether echoes can be retrieved at all: what cannot is refused in one line, what is not known is left out.
 
-A pulse whose time, azimuth, attitude or place is not known tells nothing of any cell. Attributes that no radar has, and
+A pulse whose time, azimuth, attitude or place is not known belongs to no cell. Attributes that no radar has, and
 gates that are not evenly spaced, would make heights that look right.
 """
 

@@ -16,7 +16,7 @@ from ...radar.waveform import RangeResponse
 
 @dataclass(frozen=True)
 class RadarDescription:
-    """What the echoes' attributes say of the radar."""
+    """The radar as the echoes' attributes describe it."""
 
     wavelength: float
     noise_power: float
@@ -37,6 +37,7 @@ class RadarDescription:
 
     @classmethod
     def of(cls, echoes: xr.Dataset) -> RadarDescription:
+        """From the echoes' attributes. Raises SchemaError for an unknown interferogram."""
         attrs = echoes.attrs
         if attrs["interferogram"] not in ("single_pulse", "alternating_pulse"):
             raise SchemaError(
@@ -66,10 +67,12 @@ class RadarDescription:
 
     @property
     def spacing(self) -> float:
+        """m, between gates."""
         return float(self.ranges[1] - self.ranges[0]) if self.ranges.size > 1 else 1.0
 
     @property
     def closed(self) -> bool:
+        """Whether the sector is the full circle."""
         return bool(np.isclose(self.sector[1] - self.sector[0], 360.0)) and not self.staring
 
     @property

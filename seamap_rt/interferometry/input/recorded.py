@@ -219,7 +219,7 @@ def _noise_power(voltage: NDArray[np.complex64], silent: NDArray[np.bool_]) -> f
     """W, of a gate: from pulses without transmission, else from the darkest stretches of the farthest gates.
 
     Far out much of the sea lies in shadow. The mean of n pulses of noise alone is a gamma variable of shape n, whose
-    quantile tells its mean; where the sea echoes everywhere, that mean is too high.
+    quantile gives its mean; where the sea echoes everywhere, that mean is too high.
     """
     far = slice(-max(1, round(_FAR_SHARE * voltage.shape[2])), None)
     heard = voltage[silent] if silent.any() else voltage[:, :, far]
@@ -246,7 +246,7 @@ def _senders(transmitter: ArrayLike | None, voltage: NDArray[np.complex64], head
         return np.asarray(sender, dtype=np.int8)
     if head.transmit == "single":
         return np.zeros(voltage.shape[0], dtype=np.int8)
-    if head.interferogram == "alternating_pulse":  # each antenna hears itself
+    if head.interferogram == "alternating_pulse":  # each antenna receives its own pulses
         return np.asarray(np.isfinite(voltage[:, 1]).any(axis=1), dtype=np.int8)
     raise InputError("transmitter: is missing: must tell each pulse's antenna with transmit = 'switched'; add it")
 
@@ -333,20 +333,20 @@ def _sensed(name: str, value: Sensed, time: Array, whole: float | None = None) -
 
 
 def _positions(position: Sensed | None, time: Array, look: Array, attitude: Array, head: RecordingHeader) -> Array:
-    """Phase centres (pulse, 2, 3), lower and upper, east north up [m] from below the antennas' first place."""
+    """Phase centres (pulse, 2, 3), lower and upper, east north up [m] from below the antennas' first position."""
     if position is not None and not isinstance(position, tuple) and np.ndim(position) == 3:
         return _shaped("position", position, (time.size, 2, 3))
-    place = np.zeros((1, 3)) if position is None else _sensed("position", position, time)
-    known = np.isfinite(place).all(axis=1)
-    if known.any():  # an easting of some 350 km is none of a map's business
-        place = place - place[known][0] * (1.0, 1.0, 0.0)
+    boat = np.zeros((1, 3)) if position is None else _sensed("position", position, time)
+    known = np.isfinite(boat).all(axis=1)
+    if known.any():  # maps count from the first known position, not from a UTM origin
+        boat = boat - boat[known][0] * (1.0, 1.0, 0.0)
     lever = np.array((0.0, 0.0, head.height_m) if head.lever_arm_m is None else head.lever_arm_m)
     standing = np.isfinite(attitude).all(axis=1)
     heading = attitude[standing][0, 2] if standing.any() else 0.0
     rest = lever @ boat_axes((0.0, 0.0, heading)) - (0.0, 0.0, head.height_m)
     axes = antenna_axes(attitude, scan_of_bearing(attitude, look, head.tilt_deg), head.tilt_deg)
     offsets = 0.5 * head.baseline_m * np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
-    return (place + lever @ boat_axes(attitude) - rest)[:, None] + offsets @ axes
+    return (boat + lever @ boat_axes(attitude) - rest)[:, None] + offsets @ axes
 
 
 # ------------------------------------------------------------------------------------------------------ shapes

@@ -54,7 +54,7 @@ def turns_of(azimuth: Array, time: Array, head: RecordingHeader, turn: Array | N
             )
         sector = (float(azimuth[0]), float(azimuth[0]) + 360.0)
     width = sector[1] - sector[0]
-    beside = 0.5 * (360.0 - width)  # what is heard beyond the sector belongs to the turn that is nearer
+    beside = 0.5 * (360.0 - width)  # what is received beyond the sector belongs to the turn that is nearer
     first = (azimuth[0] - sector[0] + beside + _ROUNDING) % 360.0 - beside - _ROUNDING
     sweep = first + travelled
     number = np.floor((sweep + beside + _ROUNDING) / 360.0) if turn is None else _given(turn)

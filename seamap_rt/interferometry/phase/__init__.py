@@ -1,1 +1,1 @@
-"""What a covariance's phase is worth: its spread, and which of its cycles is the right one."""
+"""A covariance's phase: its spread, and which of its cycles is the right one."""

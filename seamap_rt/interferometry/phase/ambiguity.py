@@ -1,4 +1,4 @@
-"""A wrapped phase allows heights one ambiguity, λR/(pB), apart: which one a cell has, and where that is not to be told.
+"""A wrapped phase allows heights one ambiguity, λR/(pB), apart: which one a cell has, and where that is undecided.
 
 Nothing but the mean level is known beforehand: the sea stays about it within its own size. Far out the ambiguity is
 larger than any wave, and that alone decides; nearer in, the sea goes on from cell to cell.
@@ -21,10 +21,10 @@ _SLOPE = 0.14  # rms of the sea's slopes as cells of some metres show them, stee
 _STRAY = 0.001  # m² per m² of distance, by which such seas are let stray from a plane
 _RADIUS = 6.0  # m, of the neighbourhood: an eighth of the length of a wind sea's waves
 _MOST_LOOKS = 6  # to either side
-_SURE_STEPS = 8.0  # standard deviations to a cycle, four to half of one: then neighbours are not asked
+_SURE_STEPS = 8.0  # standard deviations to a cycle, four to half of one: then neighbours are not used
 _FIRM = 1e9  # precision of what is settled, over that of a whole cycle
 _SAYS_NOTHING = np.pi / np.sqrt(3.0)  # rad, standard deviation of a phase that is uniform over the circle
-_LEAST_RESULTANT = 0.3  # of a gate's phases, below which it is not to be told from none
+_LEAST_RESULTANT = 0.3  # of a gate's phases, below which it counts as none
 _FEW = 8  # cells, too few for a mean
 
 
@@ -49,8 +49,9 @@ def sea_size(residual: Field, gain: Field, known: NDArray[np.bool_]) -> float:
     """Rms height [m] of the sea from wrapped phases, free of their ambiguity; arrays as those of `resolve`.
 
     A Gaussian phase of variance s² has ⟨cos φ⟩ = exp(−s²/2). Fitted to all gates (taken together, where looks are few)
-    whose phases are not spread over the whole circle, those most in which heights tell most; if all are, what would
-    spread them so in the farthest gate. The phases' noise is not taken off: what is held to this size holds it too.
+    whose phases are not spread over the whole circle, those most whose phase is most sensitive to height; if all are,
+    what would spread them so in the farthest gate. The phases' noise is not taken off: what is
+    compared with this size contains it too.
     """
     together = max(1, int(np.ceil(_FEW * known.shape[1] / max(1, np.count_nonzero(known)))))
 
@@ -106,12 +107,12 @@ def resolve(
     wanted, gain = known[part], gain[part]
     folded = gain * (phase - 2.0 * np.pi * whole)[part]
     spread = np.where(known, phase_std, 0.0)[part]
-    # The less a phase says, the less its neighbours may trust the cycle that they gave it.
+    # The larger a phase's error, the less certain is the cycle that its neighbours gave it.
     share = np.maximum(1.0 - (spread / _SAYS_NOTHING) ** 2, 1e-4)
     noise = np.maximum((gain * spread) ** 2 / share, 1e-6 * size**2)
     height, precision = _known_beforehand(size, [Expected(e.height[part], e.std[part]) for e in expected], gain.shape)
     step = 2.0 * np.pi * np.abs(gain)
-    # What is known well enough by itself is not left to its neighbours, whose plane may lead astray at a map's edge.
+    # A cell known well enough by itself does not follow its neighbours' plane, which may be wrong at a map's edge.
     sure = wanted & (noise + 1.0 / precision < (step / _SURE_STEPS) ** 2)
     first = np.where(sure, np.round((height - folded) / step), 0.0)
     folded = folded + first * step

@@ -22,7 +22,7 @@ Map = NDArray[np.float64]
 # rad per gate, rad per look, which broadcast to a map, and the level of the sea as seen from a boat that moves
 PhaseSlopes = tuple[Map, Map, Level | None]
 
-_AROUND: Weights = (np.ones(5), np.ones(3))  # gates, looks: the window that tells what receivers do not share
+_AROUND: Weights = (np.ones(5), np.ones(3))  # gates, looks: the window over which the incoherent power is averaged
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Interferogram:
     noise_square: float  # what is left of the noise's beat with itself, see PulsePairs
     width: float
     settings: RetrievalSettings
-    others: Callable[[], tuple[Expected, ...]] = field(default=tuple)  # what else tells of the heights, if need be
+    others: Callable[[], tuple[Expected, ...]] = field(default=tuple)  # other estimates of the heights, made on demand
 
     def echo_power(self, window: Weights = ONE_CELL) -> Map:
         """Power [W] of the echo, noise taken off: of a window, by default of each dwell and gate."""
@@ -46,7 +46,7 @@ class Interferogram:
         return 0.5 * (cells.lower + cells.upper) - self.noise_power
 
     def echoing(self, cells: Covariance, echo_power: Map) -> NDArray[np.bool_]:
-        """Cells with an echo of their own."""
+        """Cells (look, gate) with an echo of their own; echo_power [W] as `echo_power` gives it."""
         return has_echo(cells, echo_power, self.noise_power, self.settings) & self.own
 
     @cached_property
@@ -56,7 +56,7 @@ class Interferogram:
 
     @cached_property
     def own(self) -> NDArray[np.bool_]:
-        """Cells in whose gate, or one beside it, more echoes than what the neighbours' echoes leave there."""
+        """(look, gate) of cells with more echo, in their gate or one beside it, than neighbours' echoes leave there."""
         radar = self.model.radar
         power = self.echo_power()
         own = own_echo(power, radar.response, (self.width, radar.spacing), radar.azimuth_beamwidth)
@@ -71,6 +71,7 @@ class Interferogram:
         return self.model.flat_per_gate, np.zeros(1), self.model.level
 
     def windowed(self, window: Weights, along: PhaseSlopes) -> Covariance:
+        """Covariance (look, gate) over a window whose phase follows these slopes."""
         return self.dwell.windowed_along(*window, *along)
 
     def incoherent(self, along: PhaseSlopes) -> Map:

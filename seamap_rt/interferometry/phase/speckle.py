@@ -15,7 +15,7 @@ from ..covariance.windows import Covariance
 
 _TREND_GATES = 21  # over which the incoherent share is averaged where noise hides it
 _SHARE_SPREAD = 0.7  # of a cell's incoherent share about its gate's mean, of itself
-_FAINTEST = 0.02  # of the noise: power below it is not told from none
+_FAINTEST = 0.02  # of the noise: power below it counts as none
 
 Map = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ def phase_variance(
     itself averages less or more than its beat with the echo: noise_square (PulsePairs). Infinite where nothing is
     heard.
     """
-    # The law's is the product of both amplitudes: where one of them fades its mean with the other's says too much.
+    # The law's is the product of both amplitudes: where one of them fades its mean with the other's is too large.
     power = np.minimum(0.5 * (cells.lower + cells.upper) - noise_power, np.abs(cells.cross))
     with np.errstate(invalid="ignore", divide="ignore"):
         power = np.where(power > 0.0, np.maximum(power, _FAINTEST * noise_power), np.nan)
@@ -97,7 +97,7 @@ def wrapped_variance(variance: Map) -> Map:
     """Variance [rad²] of a phase that cannot leave the circle, of von Mises' law, whose inverse concentration is
     `variance`: itself while small, π²/3 at most."""
     with np.errstate(invalid="ignore"):
-        place = (_TABLE - 1) * np.where(np.isinf(variance), 1.0, variance / (1.0 + variance))
-    low = np.clip(np.nan_to_num(place).astype(int), 0, _TABLE - 2)
-    part = place - low
+        position = (_TABLE - 1) * np.where(np.isinf(variance), 1.0, variance / (1.0 + variance))
+    low = np.clip(np.nan_to_num(position).astype(int), 0, _TABLE - 2)
+    part = position - low
     return _VARIANCES[low] * (1.0 - part) + _VARIANCES[low + 1] * part

@@ -16,14 +16,14 @@ ONE_CELL: Weights = (np.ones(1), np.ones(1))
 
 @dataclass(frozen=True)
 class Dwelt:
-    """What one look's dwell holds in a gate: pulses, and how the speckle goes together from pulse to pulse."""
+    """What one look's dwell holds in a gate: pulses, and the speckle's correlation from pulse to pulse."""
 
     pulses: int
     correlation: NDArray[np.float64]  # |ρ| at lags of 0, 1, 2 … pulses
     looks: int = 1_000_000  # that there are: a window is no wider
 
     def every(self, step: float) -> Dwelt:
-        """The same dwell where a pulse is compared `step` times as often, or as seldom if below 1."""
+        """The same dwell where one pulse in 1/step is compared; step: a ratio, above 1 for more."""
         if not step > 0.0:  # a receiver that heard nothing
             return self
         count = max(1, round(self.pulses * step))

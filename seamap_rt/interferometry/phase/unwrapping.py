@@ -2,9 +2,9 @@
 
 A cell's cycles are those that bring it nearest to what its resolved neighbours let expect: a plane through them, by
 least squares, held to a height known beforehand (of the sea: its mean level, within its own size). How much more likely
-these cycles are than the next best ones says which cell is next: the growth goes round what is noisy or in shadow
+these cycles are than the next best ones decides which cell is next: the growth avoids what is noisy or in shadow
 before it crosses it (quality-guided path following, Ghiglia & Pritt 1998), and comes to cells that are sure by
-themselves, far out, first of all. Then each cell is asked again, now with neighbours on all sides, until none changes
+themselves, far out, first of all. Then each cell is tested again, now with neighbours on all sides, until none changes
 (iterated conditional modes, Besag 1986).
 """
 
@@ -15,7 +15,7 @@ import numpy as np
 from ...compute.compiled import compiled
 
 _LEVELS = 128  # of the queue,
-_PER_NAT = 8.0  # each an eighth of the odds' natural logarithm: surer ones than e^16 need no order among themselves
+_PER_NAT = 8.0  # each an eighth of the odds' natural logarithm: above e^16 they are not ordered any more
 _BESIDE = 2  # looks and gates within which a new neighbour changes a cell's place in the queue
 _SWEEPS = 6  # of correction at most; most maps settle after two or three
 
@@ -24,7 +24,7 @@ _SWEEPS = 6  # of correction at most; most maps settle after two or three
 def unwrap(folded, step, noise, expected, precision, wanted, across, layout):
     """Cycles (look, gate) to add, and the log odds of these over the next best ones.
 
-    folded: heights [m], one cycle is worth `step` m; noise: their variance [m²]; expected, precision: the height known
+    folded: heights [m], one cycle is `step` m; noise: their variance [m²]; expected, precision: the height known
     beforehand [m] and one over its variance; wanted: cells to resolve; across (gate,): metres between looks. layout:
     metres between gates, radius [m] and most looks of a neighbourhood, how far [m² per m²] heights stray from a plane,
     one over the variance of slopes.

@@ -26,7 +26,7 @@ def check_names_and_rates(gauges: Sequence[GaugeSettings]) -> None:
             )
 
 
-def check_places(
+def check_positions(
     gauges: Sequence[GaugeSettings], radar: RadarSettings, platform: PlatformSettings, retrieval: RetrievalSettings
 ) -> None:
     """Gauges stand within the range window and, of a boat at rest, within the sector."""
@@ -39,7 +39,7 @@ def check_places(
         middle, half = 0.5 * (start + stop), 0.5 * retrieval.cell_azimuth_deg
         start, stop = middle - half, middle + half
     for number, gauge in enumerate(gauges):
-        about, (east, north) = f"gauges.{number}: '{gauge.name}' stands", gauge.place
+        about, (east, north) = f"gauges.{number}: '{gauge.name}' stands", gauge.position
         away, azimuth = math.hypot(east, north), math.degrees(math.atan2(east, north)) % 360.0
         if not near * (1.0 - 1e-9) <= away <= far:
             raise ValueError(

@@ -1,4 +1,4 @@
-"""Ways to compute a turn, their seconds and their errors: see `speed_error.py`."""
+"""Setups to compute a turn, their seconds and their errors: see `speed_error.py`."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ def expected_maps(
     bench: Bench, mesh: Mesh, tracers: Sequence[str] = TRACERS, sea: Sea | None = None
 ) -> dict[str, Maps]:
     """The expected maps of a mesh on both sectors, by tracer."""
-    found: dict[str, list[Maps]] = {name: [] for name in tracers}
+    maps: dict[str, list[Maps]] = {name: [] for name in tracers}
     for sector in SECTORS:
         simulator = bench.simulator(mesh, sector, sea)
         scene, radar, made = simulator.scene, simulator.radar, simulator.mesh(0)
@@ -162,8 +162,8 @@ def expected_maps(
             gates = expected_look_gates(facets, returns.rcs, radar, scene.retrieval.cell_azimuth_deg)
             truth = polar_truth(facets, returns.rcs, radar, scene.retrieval, 0)
             cells = _cells(gates.power[0, 0]), _cells(gates.covariance), truth["visible_fraction"].values[0]
-            found[name].append(Maps(gates.range, *cells))
-    return {name: _joined(parts) for name, parts in found.items()}
+            maps[name].append(Maps(gates.range, *cells))
+    return {name: _joined(pieces) for name, pieces in maps.items()}
 
 
 def _cells(gates: NDArray) -> NDArray:
@@ -173,11 +173,11 @@ def _cells(gates: NDArray) -> NDArray:
     return cells
 
 
-def _joined(parts: Sequence[Maps]) -> Maps:
+def _joined(pieces: Sequence[Maps]) -> Maps:
     power, covariance, visible = (
-        np.concatenate([getattr(each, name) for each in parts]) for name in ("power", "covariance", "visible")
+        np.concatenate([getattr(each, name) for each in pieces]) for name in ("power", "covariance", "visible")
     )
-    return Maps(parts[0].range, power, covariance, visible)
+    return Maps(pieces[0].range, power, covariance, visible)
 
 
 @dataclass(frozen=True)
@@ -189,11 +189,11 @@ class Errors:
     sectors: dict[str, Array]
     lit: Array  # over every cell of which anything is seen
     lit_median: Array  # of those, the median error without its sign
-    dark: float  # share of those in which nothing was found
+    dark: float  # share of those without a height
 
     @classmethod
-    def of(cls, found: Maps, exact: Maps) -> Errors:
-        errors, cells, lit = found - exact, exact.cells(), exact.cells(visible=0.0)
+    def of(cls, simulated: Maps, exact: Maps) -> Errors:
+        errors, cells, lit = simulated - exact, exact.cells(), exact.cells(visible=0.0)
         looks = np.array_split(np.arange(len(cells)), len(SECTORS))
         known = lit & np.isfinite(errors).all(axis=0)
         return cls(
@@ -207,7 +207,7 @@ class Errors:
 
 
 def rms(errors: Array, cells: NDArray[np.bool_]) -> Array:
-    """(quantity,) over the cells in which something was found."""
+    """(quantity,) over the cells with a height."""
     chosen = errors[:, cells & np.isfinite(errors).all(axis=0)]
     return np.sqrt(np.mean(chosen**2, axis=1))
 
@@ -236,7 +236,7 @@ class Reference:
 
 @dataclass
 class Timed:
-    """Seconds of a way's turns by stage, one entry a round; of the trace, those of either tracer."""
+    """Seconds of a setup's turns by stage, one entry a round; of the trace, those of either tracer."""
 
     simulator: Simulator
     facets: int = 0
@@ -254,37 +254,37 @@ def _clock(stage: str, light: str) -> str:
     return light if stage == "trace" else stage
 
 
-def take_turns(ways: Sequence[Timed], rounds: int) -> None:
-    """Times them, way by way and round by round; what only a first turn needs is done in a round before.
+def take_turns(setups: Sequence[Timed], rounds: int) -> None:
+    """Times them, setup by setup and round by round; what only a first turn needs is done in a round before.
 
     No sea is asked for the same turn twice, so that each makes the knots of its own time, as in a run.
     """
     number: Counter[int] = Counter()
-    lights = [{name: _tracer(name, way.simulator.scene) for name in TRACERS} for way in ways]
+    lights = [{name: _tracer(name, setup.simulator.scene) for name in TRACERS} for setup in setups]
     for turn in range(-1, rounds):
-        for way, light in zip(ways, lights, strict=True):
-            if turn > 0 and way.facets >= LARGE:
+        for setup, light in zip(setups, lights, strict=True):
+            if turn > 0 and setup.facets >= LARGE:
                 continue
-            number[id(way.simulator.sea)] += 1
-            clock = _turn(way, light, number[id(way.simulator.sea)], echoes=turn >= 0 or way is ways[0])
+            number[id(setup.simulator.sea)] += 1
+            clock = _turn(setup, light, number[id(setup.simulator.sea)], echoes=turn >= 0 or setup is setups[0])
             if turn >= 0:
                 for name, taken in clock.seconds.items():
-                    way.seconds.setdefault(name, []).append(taken)
+                    setup.seconds.setdefault(name, []).append(taken)
 
 
-def _turn(way: Timed, light: dict[str, Callable[..., Any]], number: int, *, echoes: bool) -> Stopwatch:
+def _turn(setup: Timed, light: dict[str, Callable[..., Any]], number: int, *, echoes: bool) -> Stopwatch:
     """A turn as `Simulator.turn` makes it, but for the truth; lit by either tracer."""
-    simulator, clock = way.simulator, Stopwatch()
+    simulator, clock = setup.simulator, Stopwatch()
     scene, radar = simulator.scene, simulator.radar
     mesh = simulator.mesh(number, clock)
     with clock("horizon"):
         light["horizon"](mesh)
     with clock("facets"):
-        found = light["facets"](mesh)
-    simulator._trace = lambda _: found
+        lit = light["facets"](mesh)
+    simulator._trace = lambda _: lit
     facets, returns, _ = simulator.light(number, clock, mesh)
     del clock.seconds["calibrate"], clock.seconds["trace"]
-    way.facets = facets.height.size
+    setup.facets = facets.height.size
     if echoes:
         with clock("echoes"):
             fired = pulses(radar, number, simulator.mast)
@@ -299,7 +299,7 @@ def _turn(way: Timed, light: dict[str, Callable[..., Any]], number: int, *, echo
 
 @dataclass(frozen=True)
 class Point:
-    """A way, its seconds and its errors."""
+    """A setup, its seconds and its errors."""
 
     tracer: str
     mesh: Mesh
