@@ -23,7 +23,7 @@ def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def pytest_collection_finish() -> None:
-    """What is there once all tests are collected stays to the end: a million objects that collections need not visit."""
+    """What is there once all tests are collected stays to the end: the collector need not visit a million objects."""
     gc.collect()
     gc.freeze()
 

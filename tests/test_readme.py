@@ -134,7 +134,8 @@ def test_files_and_modules_that_are_named_exist(readme: str) -> None:
     for code in inline_code(readme):
         if re.fullmatch(r"(seamap_rt|validation|tests|scenes)/[\w./]*", code):
             assert (ROOT / code).exists(), f"{readme} names {code}"
-        if re.fullmatch(r"(seamap_rt|validation)(\.[a-z_]+)+", code) and code.rpartition(".")[2] not in ("toml", "md", "html"):
+        file = code.endswith((".toml", ".md", ".html"))
+        if re.fullmatch(r"(seamap_rt|validation)(\.[a-z_]+)+", code) and not file:
             assert named(code), f"{readme} names {code}"
 
 

@@ -175,22 +175,13 @@ class SeaSurface:
 
     @cached_property
     def permittivity(self) -> complex:
-<<<<<<< HEAD
+        """ε′ − jε″ of the water at the radar's frequency, relative to vacuum."""
         return permittivity_of(self.scattering, self.radar.frequency_hz)
 
     @cached_property
     def short_waves(self) -> ShortWaves:
-        return ShortWaves.of(self.scattering, self.resolved_below)
-=======
-        """ε′ − jε″ of the water at the radar's frequency, relative to vacuum."""
-        model = PERMITTIVITIES[self.scattering.permittivity]
-        return complex(model(self.radar.frequency_hz, self.scattering.temperature_c, self.scattering.salinity_psu))
-
-    @cached_property
-    def short_waves(self) -> ShortWaves:
         """The spectrum of the waves that the mesh does not resolve."""
-        return ShortWaves(self.scattering.wind_speed_m_s, self.resolved_below, self.scattering.inverse_wave_age)
->>>>>>> words
+        return ShortWaves.of(self.scattering, self.resolved_below)
 
     def _motion(self, facets: Facets, breaking: NDArray[np.float32] | None) -> Motion | None:
         if self.scattering.doppler == "orbital":

@@ -29,12 +29,8 @@ from .waveform import RangeResponse, blind_range_m, receiver_filter, window_weig
 
 _BEAMS = 3.0  # beam widths to either side over which an azimuth pattern counts, as everywhere in the simulation
 _RANGES, _AZIMUTHS, _OFFSETS = 2001, 401, 801  # of the flat sea's integral: within 1e-8 of its limit
-<<<<<<< HEAD
 _WINDOW = 400  # ranges of the window, over which a share is taken
-_STEPS = 4096  # of those integrals, whose integrands die at both ends: doubling changes nothing by 1e-6 dB
-=======
 _STEPS = 4096  # of those integrals, whose integrands vanish at both ends: doubling changes nothing by 1e-6 dB
->>>>>>> words
 
 
 class Dwell(NamedTuple):
