@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rolling_echoes import Boat, ideal_sea
 from scipy.ndimage import minimum_filter
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.dataset import build
@@ -174,7 +174,7 @@ def test_a_plane_lies_where_it_is_on_the_ground(speed: float) -> None:
     hole = np.hypot(gx - x[61, 20], gy - y[61, 20])
     assert not known[hole < 2.0].any()
     # Each cell's time is that of its look.
-    _, near = cKDTree(np.column_stack((x.ravel(), y.ravel()))).query(np.column_stack((gx.ravel(), gy.ravel())))
+    _, near = KDTree(np.column_stack((x.ravel(), y.ravel()))).query(np.column_stack((gx.ravel(), gy.ravel())))
     late = ground["time"].values[0].ravel() - time.ravel()[near]
     inside = (known & ring).ravel() & (np.abs(gx).ravel() > 10.0)
     assert np.abs(late[inside]).max() < 0.01
