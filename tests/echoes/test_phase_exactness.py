@@ -13,6 +13,7 @@ from seamap_rt.echoes import from_scatterers, turn_voltages
 from seamap_rt.echoes.paths import facet_paths
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.scan import pulses
+from seamap_rt.radar.waveform import RangeResponse, gates
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RadarSettings, TracingSettings
 from seamap_rt.tracing.horizon import trace_horizon
@@ -184,3 +185,10 @@ def test_an_isotropic_antenna_hears_behind_itself() -> None:
     )
     volts = np.abs(from_scatterers(scene, [[0.0, 30.0, 0.0]], [1.0])["voltage"].values[::2, 0]).max(axis=1)
     np.testing.assert_allclose(volts, volts[0], rtol=1e-5)  # every other pulse: the lower antenna's own
+    # The radar equation of 1 m² and gains of 1: P λ² σ/((4π)³ R⁴ L), of which a gate beside it has the response.
+    radar, distance = scene.radar, np.hypot(30.0, scene.radar.height_m - 0.5 * scene.radar.baseline_m)
+    wavelength, loss = SPEED_OF_LIGHT / radar.frequency_hz, 10.0 ** (radar.losses_db / 10.0)
+    received = radar.transmit_power_w * wavelength**2 / ((4.0 * np.pi) ** 3 * distance**4 * loss)
+    beside = np.abs(gates(radar) - distance).min()
+    response = float(RangeResponse.of(radar)(np.array([beside]))[0])
+    np.testing.assert_allclose(volts[0], np.sqrt(received) * response, rtol=1e-5)

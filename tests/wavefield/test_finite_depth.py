@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -10,6 +12,7 @@ from seamap_rt.conventions import unit_from_azimuth, wrap_degrees
 from seamap_rt.interferometry import retrieve
 from seamap_rt.physics.dispersion import Water
 from seamap_rt.scene import load_scene
+from seamap_rt.session import iterate, run
 from seamap_rt.settings import RetrievalSettings
 from seamap_rt.simulation import Simulator
 from seamap_rt.wavefield.advance import GroundFields, advanced
@@ -115,3 +118,16 @@ def test_a_simulated_turn_in_5_m_of_water() -> None:
     assert abs(float(state["peak_period"][0]) - 8.0) < 2.0 * float(state["peak_period_std"][0])
     assert float(state["peak_period_std"][0]) < 0.8
     assert "depth" not in in_words(state)
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_a_run_takes_its_scenes_depth_for_known(tmp_path: Path) -> None:
+    """5 m go into the maps that it makes; of deep water, a scene gives it as inf, nothing is missing."""
+    keys = {"radar.sector_deg": [200.0, 340.0], "radar.range_m": [15.0, 150.0], "tracing.tracer": "horizon"}
+    narrow = {**keys, "radar.sector_deg": [260.0, 270.0], "sea.depth_m": 5.0}
+    turn = next(iterate(load_scene("choppy_sea", narrow)))
+    assert turn.maps is not None
+    assert turn.maps["polar"].attrs["depth_m"] == 5.0
+    words = run(load_scene("choppy_sea", keys), tmp_path / "deep").metrics["sea_state_in_words"]
+    assert "Tp" in words
+    assert "depth" not in words
