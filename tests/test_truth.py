@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -9,15 +10,19 @@ import pytest
 import xarray as xr
 from numpy.typing import NDArray
 
-from seamap_rt.conventions import GRAVITY, SURFACE_TENSION, WATER_DENSITY
+from seamap_rt import truth
+from seamap_rt.conventions import GRAVITY, SURFACE_TENSION, WATER_DENSITY, unit_from_azimuth
 from seamap_rt.echoes import expected_look_gates
 from seamap_rt.echoes.radar_cross_section import SeaSurface
 from seamap_rt.interferometry import retrieve
+from seamap_rt.mesh import SurfaceMesh, polar_grid, surface_mesh
 from seamap_rt.radar.waveform import gates as gates_of
 from seamap_rt.scene import Scene
 from seamap_rt.session import simulate
+from seamap_rt.settings import RadarSettings, TracingSettings
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import Illumination
+from seamap_rt.tracing.horizon import trace_horizon
 from seamap_rt.truth import ground_truth, polar_truth
 
 WAVELENGTH, AMPLITUDE, PHASE_DEG, FROM_DEG = 20.0, 0.4, 35.0, 60.0
@@ -295,3 +300,60 @@ def test_a_facet_that_one_antenna_sees_gives_a_quarter_of_its_power() -> None:
     seen = np.isfinite(whole)
     assert seen.any()
     np.testing.assert_allclose((whole - quarter)[seen], 10.0 * np.log10(4.0), atol=1e-3)
+
+
+# ------------------------------------------------------------------------------------------------ facets and water
+
+
+def middles_of_edges(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(face, 3, xyz): three points whose mean is a triangle's, of any function of second order."""
+    return 0.5 * (triangles + np.roll(triangles, 1, axis=1))
+
+
+BOWL = 60.0 * np.sin(np.radians(5.0)), 60.0 * np.cos(np.radians(5.0))
+
+
+def curved_mesh() -> tuple[SurfaceMesh, Callable[[NDArray, NDArray], NDArray]]:
+    """A sea that is a bowl about BOWL, unlike along and across the look and askew, by facets 1 m long."""
+
+    def bowl(east: NDArray, north: NDArray) -> NDArray:
+        x, y = east - BOWL[0], north - BOWL[1]
+        return 0.02 * x**2 + 0.03 * y**2 - 0.025 * x * y
+
+    radar = RadarSettings(noise=False, sector_deg=(0.0, 10.0), range_m=(50.0, 70.0))
+    grid = polar_grid(radar, TracingSettings(facet_m=1.0, columns_per_beam=3), 0)
+    east, north = unit_from_azimuth(grid.azimuth)
+    heights = bowl(np.multiply.outer(east, grid.ground_range), np.multiply.outer(north, grid.ground_range))
+    return surface_mesh(grid, heights, np.zeros((*heights.shape, 3), np.float32)), bowl
+
+
+def test_the_water_over_a_facet_lies_below_its_plane() -> None:
+    """By the mean over each triangle of the bowl itself, which three points give exactly."""
+    mesh, bowl = curved_mesh()
+    triangles = mesh.trimesh(mesh.sheets()[0]).triangles
+    middles = middles_of_edges(triangles)
+    expected = np.mean(bowl(middles[..., 0], middles[..., 1]), axis=1)
+    facets = trace_horizon(mesh)
+    flat = expected - np.mean(bowl(triangles[..., 0], triangles[..., 1]), axis=1)
+    below = (truth._mean_heights(facets) - facets.height).ravel()
+    # Near the bowl's middle, where it hardly leans: slopes are differenced in frames that turn by half a degree from
+    # column to column, which adds a sixtieth of the slope's rise over a facet.
+    middle = triangles.mean(axis=1)
+    near = np.hypot(middle[:, 0] - BOWL[0], middle[:, 1] - BOWL[1]) < 2.5
+    assert near.sum() > 30
+    np.testing.assert_allclose(below[near], flat[near], rtol=0.05)
+
+
+def test_two_halves_of_a_facet_have_its_second_moment() -> None:
+    """About its middle, along the look."""
+    mesh, _ = curved_mesh()
+    facets = trace_horizon(mesh)
+    halves, rcs = truth._halved(facets, np.ones(facets.height.shape, np.float32))
+    away = np.hypot(*np.moveaxis(mesh.trimesh(mesh.sheets()[0]).triangles[..., :2], -1, 0)).reshape(-1, 3)
+    middles = 0.5 * (away + np.roll(away, 1, axis=1))
+    moment = np.var(middles, axis=1).reshape(facets.height.shape)[0]
+    apart = halves.distance.reshape(-1, 2) - facets.distance[:, None]
+    np.testing.assert_allclose(np.mean(apart**2, axis=1), moment, rtol=1e-2)
+    np.testing.assert_allclose(apart.sum(axis=1), 0.0, atol=1e-12)
+    assert halves.horizontal_area.sum() == pytest.approx(facets.horizontal_area.sum(), rel=1e-12)
+    assert rcs.sum() == pytest.approx(facets.height.size)

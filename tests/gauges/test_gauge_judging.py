@@ -108,6 +108,24 @@ def test_the_bar_of_a_spectrum_holds() -> None:
     assert_allclose(spread, 2.0 / freedom, rtol=0.25)
 
 
+def test_windows_that_overlap_are_worth_what_they_share() -> None:
+    """Degrees of freedom of a mean of |X|², Gaussian X: 2 (Σ cᵢᵢ)²/Σ |cᵢⱼ|², c their covariance in white noise."""
+    turns = 512
+    found = spectra(record(np.sin, turns).isel(gauge=0))
+    assert isinstance(found, GaugeSpectra)
+    length = round(1.0 / (found.turn_s * found.frequency[0]))
+    starts = np.arange(0, turns - length + 1, length // 2)
+    windows = np.zeros((starts.size, turns), dtype=complex)
+    for window, start in zip(windows, starts, strict=True):
+        time = np.arange(length)
+        window[start : start + length] = np.sin(np.pi * time / length) ** 2 * np.exp(0.5j * np.pi * time)
+    shared = windows @ windows.conj().T
+    assert starts.size > 10
+    # Two windows apart nothing is shared; a sixth of each neighbour.
+    expected = 2.0 * np.trace(shared).real ** 2 / np.sum(np.abs(shared) ** 2)
+    assert_allclose(found.freedom, expected, rtol=2e-3)
+
+
 def test_short_records_are_told_apart_from_wrong_ones() -> None:
     (entry,) = judge(record(np.sin, turns=5))
     for name in ("correlation", "rms_error_m", "bias_m", "regression_slope", "hs_wire_m", "hs_true_m"):
