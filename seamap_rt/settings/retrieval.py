@@ -23,7 +23,7 @@ class RetrievalSettings(Section):
     ] = 3.0
     cell_azimuth_deg: Annotated[
         float,
-        Gt(0.0),
+        Ge(1e-4),
         Le(45.0),
         Meaning("Width of a cell, a look; it may be finer than the beam.", unit="°", reason="a cell has a width"),
     ] = 1.8

@@ -12,7 +12,7 @@ from .section import Direction, Phase, Section, compass
 
 Spreading = Literal["cos2s", "mitsuyasu", "hasselmann", "donelan_banner", "elfouhaily", "long_crested"]
 WindSpeed = Annotated[float, Gt(0.0), Le(60.0)]
-Fetch = Annotated[float, Gt(0.0), Le(5e6)]
+Fetch = Annotated[float, Ge(1.0), Le(5e6)]
 
 _FROM = compass("Direction from which the waves come")
 _SPREADING = Meaning(
