@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import io
 import signal
 import sys
 
@@ -33,11 +35,28 @@ def doctor_command() -> int:
 
 
 def _terminated(*_: object) -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second one would cut off what closes the files
     raise KeyboardInterrupt
+
+
+def _print_anywhere() -> None:
+    """A terminal that knows ASCII alone shows "?" for the letters that it lacks."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+
+
+_ADVICE = {
+    errno.ENOSPC: "free the space or choose another --out",
+    errno.EDQUOT: "free the space or choose another --out",
+    errno.EFBIG: "choose another --out, or fewer turns",
+    errno.ENAMETOOLONG: "give a shorter path",
+}
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of `seamap-rt`."""
+    _print_anywhere()
     signal.signal(signal.SIGTERM, _terminated)
     try:
         code = app(arguments, exit_on_error=False, print_error=False)
@@ -52,7 +71,8 @@ def main(arguments: list[str] | None = None) -> None:
     except OSError as error:
         reason = " ".join(str(error.strerror or error).split())
         what = f"'{error.filename}': {reason}" if error.filename else reason
-        code = _refuse(f"{what}; free the space or choose another --out", BAD_INPUT)
+        advice = _ADVICE.get(error.errno or 0, "make the file accessible, free the space, or choose another --out")
+        code = _refuse(f"{what}; {advice}", BAD_INPUT)
     except CycloptsError as error:
         code = _refuse(" ".join(str(error).split()), BAD_INPUT)
     sys.stdout.flush()

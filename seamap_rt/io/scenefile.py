@@ -27,6 +27,8 @@ Model = TypeVar("Model", bound=BaseModel)
 Key = tuple[str | int, ...]
 
 _LONGEST_VALUE = 60  # characters of a refused value that are shown
+_DEEPEST = 16  # tables in tables: a scene has three
+_TOO_DEEP = "is nested too deeply; a scene file has tables two or three deep"
 
 
 # --------------------------------------------------------------------------------------------------- reading
@@ -45,16 +47,28 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
     except ValueError as error:  # a path with a null byte
         raise InputError(f"{path!r}: is not a path ({error}); give the path of a scene file") from None
     try:
-        return tomllib.loads(data.decode("utf-8-sig"))
+        tree = tomllib.loads(data.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         raise InputError(
             f"{path}: is not UTF-8 text (byte {data[error.start]:#04x} at position {error.start}); "
             "save the scene file as UTF-8"
         ) from None
     except RecursionError:
-        raise InputError(f"{path}: is nested too deeply; a scene file has tables two or three deep") from None
+        raise InputError(f"{path}: {_TOO_DEEP}") from None
     except ValueError as error:  # TOMLDecodeError, or an integer of thousands of digits
         raise InputError(f"{path}: is not TOML: {error}; mend that line of the scene file") from None
+    if _is_deep(tree):
+        raise InputError(f"{path}: {_TOO_DEEP}")
+    return tree
+
+
+def _is_deep(tree: dict[str, Any]) -> bool:
+    """Whether tables and lists lie deeper in each other than what copies and checks them could follow."""
+    level: list[Any] = [tree]
+    for _ in range(_DEEPEST):
+        within = [part for each in level for part in (each.values() if isinstance(each, dict) else each)]
+        level = [part for part in within if isinstance(part, dict | list)]
+    return bool(level)
 
 
 def apply_overrides(tree: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
@@ -74,6 +88,8 @@ def _set(tree: dict[str, Any], dotted: str, value: Any) -> None:
     steps = dotted.split(".")
     if not all(step.strip() == step and step for step in steps):
         raise InputError(f"{_quoted(dotted)}: is not a key; write it as section.key, such as radar.height_m")
+    if len(steps) > _DEEPEST:
+        raise InputError(f"{_quoted(dotted)}: {_TOO_DEEP}")
     node: Any = tree
     for depth, step in enumerate(steps):
         above, last = ".".join(steps[:depth]), depth == len(steps) - 1
@@ -134,7 +150,7 @@ def validate(model_class: type[Model], tree: Mapping[str, Any]) -> Model:
 
 
 def _refuse_unwritable(value: Any, key: Key) -> None:
-    """What Python holds and TOML does not: it could not be written to the resolved scene."""
+    """What Python holds and TOML or a path does not: it could not be written to the resolved scene, or opened."""
     if isinstance(value, Mapping):
         for name, entry in value.items():
             _refuse_unwritable(entry, (*key, name))
@@ -148,6 +164,8 @@ def _refuse_unwritable(value: Any, key: Key) -> None:
         )
     elif isinstance(value, str) and any("\ud800" <= letter <= "\udfff" for letter in value):
         raise InputError(_about(key, value, "is not valid Unicode; write the text as UTF-8"))
+    elif isinstance(value, str) and "\0" in value:
+        raise InputError(_about(key, value, "holds a null byte, which no name or path has; take it out"))
 
 
 @dataclass(frozen=True)

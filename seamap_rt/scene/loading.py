@@ -35,7 +35,7 @@ def _anchored(tree: dict[str, Any], folder: Path) -> dict[str, Any]:
     holders += [("file", each) for each in _tables(radar.get("antennas"))]
     holders += [("mesh", each) for each in _tables(tree.get("objects"))]
     for key, holder in holders:
-        if isinstance(holder.get(key), str) and holder[key]:
+        if isinstance(holder.get(key), str) and holder[key] and "\0" not in holder[key]:  # that is refused later
             holder[key] = str((folder / holder[key]).resolve())
     return tree
 

@@ -80,6 +80,33 @@ def test_scene_that_is_not_toml_is_one_line(call: Any, text: str) -> None:
     assert_refused(call("run", "bad.toml"), "bad.toml", "is not TOML")
 
 
+def test_tables_in_tables_without_end_are_one_line(call: Any) -> None:
+    """490 deep TOML is read, and Python's recursion would end in a copy of it."""
+    Path("deep.toml").write_text("[" + ".".join(["a"] * 490) + "]\nx = 1\n")
+    assert_refused(call("run", "deep.toml"), "deep.toml", "nested too deeply")
+    assert_refused(call("run", "tiny", "--set", ".".join(["a"] * 490) + "=1"), "nested too deeply")
+
+
+def test_a_null_byte_is_one_line(call: Any) -> None:
+    """No command line can hold one, but TOML can write it."""
+    answer = call("run", "tiny", "--set", 'platform.motion="file"', "--set", 'platform.file="a\\u0000b"')
+    assert_refused(answer, "platform.file", "null byte")
+
+
+def test_a_path_that_is_too_long_is_one_line(call: Any) -> None:
+    assert_refused(call("retrieve", "a" * 300), "too long", "shorter path")
+    assert_refused(call("run", "tiny", "--out", "a" * 300), "too long", "choose a folder")
+
+
+def test_a_terminal_that_knows_ascii_alone_is_served() -> None:
+    answer = ended(start("link", "tiny", PYTHONIOENCODING="ascii", PYTHONUTF8="0"))
+    assert answer.code == 0, answer.err
+    assert answer.err == ""
+    assert "?" in answer.out
+    assert answer.out.isascii()
+    assert_refused(ended(start("run", "tiny", "--turns", "½", PYTHONIOENCODING="ascii")), "--turns")
+
+
 def test_missing_scene_is_one_line(call: Any) -> None:
     assert_refused(call("run", "chopy_sea"), "chopy_sea", "choppy_sea")
     assert_refused(call("run", "none.toml"), "none.toml")

@@ -63,6 +63,7 @@ def test_page_is_whole_and_needs_no_other_file(run: Run, tmp_path: Path) -> None
         assert (path.parent / f"{name}.png").read_bytes().startswith(b"\x89PNG\r\n")
 
 
+@pytest.mark.usefixtures("no_pictures")
 def test_page_says_the_headline_figures_and_the_scene(run: Run, tmp_path: Path) -> None:
     text = write_report(tmp_path, run.scene, run.maps, run.truth, run.metrics, run.echoes).read_text(encoding="utf-8")
     plain = html.unescape(re.sub(r"base64,[^\"]*", "", text))
