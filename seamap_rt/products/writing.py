@@ -150,7 +150,7 @@ def _draw_from_mast(scene: Scene, sea: Sea, path: Path, t: float) -> tuple[str, 
     waves = reduce.main_waves(scene)
     azimuth = waves.from_deg if waves is not None else 0.0
     view = View(height_m=scene.radar.height_m, azimuth_deg=azimuth, size=_MAST_PICTURE)
-    ripples = ShortWaves(scene.scattering.wind_speed_m_s, sea.resolved.wavenumber_limit).mean_square_slope
+    ripples = ShortWaves.of(scene.scattering, sea.resolved.wavenumber_limit).mean_square_slope
     try:
         picture = render_from_mast(lambda x, y: sea.elevation(x, y, t), view, unresolved_mss=min(ripples, 0.2))
     except (NoBackend, ValueError) as reason:

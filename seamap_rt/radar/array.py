@@ -122,9 +122,8 @@ class Array:
 
 def antenna_array(radar: RadarSettings) -> Array:
     """The array of a radar, lengths in metres. Raises ValueError for a mode that its antennas cannot serve."""
-    return _array(
-        cast(Hashable, radar), pattern_stamps(radar)
-    )  # frozen, and so hashable, which pydantic's types do not state
+    # Settings are frozen and so hashable, which pydantic's types do not state.
+    return _array(cast(Hashable, radar), pattern_stamps(radar))
 
 
 @lru_cache(maxsize=64)

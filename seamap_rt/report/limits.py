@@ -1,7 +1,8 @@
 """What a run modelled, at what cost, and what it left out, at what error: for `metrics.json`, the report and the shell.
 
-Each row holds one number, for one scene and its resolved sea: a closed form of the room that owns its subject, or what
-one of the simulation's own models says. A row whose number is not finite does not hold for the scene, and is left out.
+Each row holds one number, for one scene and its resolved sea: a closed form of the package that owns its subject, or
+what one of the simulation's own models says. A row whose number is not finite does not hold for the scene, and is left
+out.
 """
 
 from __future__ import annotations

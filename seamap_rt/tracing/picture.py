@@ -233,8 +233,7 @@ def _developed(radiance: NDArray[np.float64]) -> NDArray[np.uint8]:
     """Radiance (rows, columns, 3) as an sRGB picture (IEC 61966-2-1), exposed by its mean like a camera's."""
     luminance = radiance @ np.array([0.2126, 0.7152, 0.0722])
     mean = np.exp(np.mean(np.log(np.maximum(luminance, 1e-6))))
-    linear = 1.0 - np.exp(
-        -_EXPOSURE / mean * np.maximum(radiance, 0.0)
-    )  # a film's curve: highlights are compressed, none is clipped
+    # A film's curve: highlights are compressed, none is clipped.
+    linear = 1.0 - np.exp(-_EXPOSURE / mean * np.maximum(radiance, 0.0))
     coded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
     return np.round(255.0 * coded).astype(np.uint8)

@@ -191,4 +191,4 @@ def test_an_isotropic_antenna_hears_behind_itself() -> None:
     received = radar.transmit_power_w * wavelength**2 / ((4.0 * np.pi) ** 3 * distance**4 * loss)
     beside = np.abs(gates(radar) - distance).min()
     response = float(RangeResponse.of(radar)(np.array([beside]))[0])
-    np.testing.assert_allclose(volts[0], np.sqrt(received) * response, rtol=1e-5)
+    np.testing.assert_allclose(volts[0], np.sqrt(received) * response, rtol=1e-5)  # complex64

@@ -20,6 +20,7 @@ from seamap_rt.products import PRODUCTS, writing
 from seamap_rt.products.sampling import square, times_of
 from seamap_rt.products.spectrum import directional_spectrum
 from seamap_rt.scene import Scene, load_scene
+from seamap_rt.sea.elfouhaily import elfouhaily97
 from seamap_rt.simulation import Simulator
 
 without_pictures = sea_products.without_pictures  # a fixture of every test
@@ -197,6 +198,23 @@ def test_command_writes_everything_and_says_so(call: Any, monkeypatch: pytest.Mo
     assert code == 0
     assert "sea.gif is left out: it needs two times" in out
     assert not Path("results/sea.gif").exists()
+
+
+def test_sky_from_the_mast_is_blurred_by_the_scenes_own_wind_sea(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The slopes below the mesh are ∫ k² S dk of the scene's wind and wave age, here by a plain sum."""
+    slopes = []
+
+    def seen(*_: Any, unresolved_mss: float, **__: Any) -> None:
+        slopes.append(unresolved_mss)
+        raise NoBackend("not drawn here")
+
+    monkeypatch.setattr("seamap_rt.tracing.picture.render_from_mast", seen)
+    young = scene(scattering__inverse_wave_age=3.0, scattering__wind_speed_m_s=8.0)
+    sea = Simulator(young).sea
+    DRAW_FROM_MAST(young, sea, Path("unused.png"), 0.0)
+    k = np.geomspace(sea.resolved.wavenumber_limit, 2e4, 20_001)
+    assert slopes == pytest.approx([np.trapezoid(k**2 * elfouhaily97(k, 8.0, 3.0), k)], rel=1e-3)
+    assert slopes != pytest.approx([np.trapezoid(k**2 * elfouhaily97(k, 8.0), k)], rel=1e-2)
 
 
 def test_a_sea_of_which_nothing_is_resolved_can_be_written(tmp_path: Path) -> None:

@@ -19,9 +19,8 @@ _STEEPER = 2.95  # rms slope of a wind sea down to decimetres over that of the p
 _STEEPEST = 0.5  # slope of a crest about to break: 120° between its sides would be 0.58 (Stokes 1880)
 _EVEN_ODDS = 0.25  # of a lit cell's power: as likely the skirt of shadow's edge as a lit cell's faded speckle
 _NEIGHBOUR_GATE, _NEIGHBOUR_LOOK = 0.6, 0.3  # weights: half a gate's response is its neighbour's, a look's a third
-_OBSERVATIONS = (
-    1.5  # independent samples in a cell and its eight neighbours: their speckle differs, the shadow's edge does not
-)
+# Independent samples in a cell and its eight neighbours: their speckle differs, the shadow's edge does not.
+_OBSERVATIONS = 1.5
 _SURE = 1e-3  # a single cell's power counts for odds of a thousand at most
 _CONFIDENCE = 3.0  # the share is known as from three draws, lit or dark: variance f(1 − f)/(3 + 1)
 _DEPTH = 0.28  # of σ √(L ℓ), a wholly hidden cell's mean depth below what is seen of it: ray-traced wind seas
