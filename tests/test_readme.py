@@ -164,10 +164,10 @@ def test_links_and_figures_resolve(readme: str) -> None:
 
 
 def test_map_names_the_layers_in_their_order() -> None:
-    """The table of rooms in seamap_rt/README.md is that of the contract which lint-imports keeps."""
+    """The table of packages in seamap_rt/README.md is that of the contract which lint-imports keeps."""
     contracts = tomllib.loads(text_of("pyproject.toml"))["tool"]["importlinter"]["contracts"]
     layers = [set(layer.split(" | ")) for layer in contracts[0]["layers"]]
-    section = text_of("seamap_rt/README.md").split("## The rooms")[1].split("`interferometry` works")[0]
+    section = text_of("seamap_rt/README.md").split("## The packages")[1].split("`interferometry` works")[0]
     rooms = re.findall(r"^\| `(\w+)` \|", section, flags=re.MULTILINE)
     layer_of = {room: number for number, layer in enumerate(layers) for room in layer}
     assert set(rooms) == set(layer_of)
