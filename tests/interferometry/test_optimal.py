@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from synthetic_seas import Waves, evenly, polar
 
 from seamap_rt.interferometry.estimation import optimal
+from seamap_rt.interferometry.estimation.error_covariance import ErrorCovariance
 from seamap_rt.interferometry.estimation.optimal import Measured, optimal_heights
 from seamap_rt.interferometry.estimation.sea_covariance import SeaCovariance
 
 Array = NDArray[np.float64]
 RANGES = evenly(30.0, 1.5, 40)
-SHORT = 0.02  # of the sea's variance, in waves that nothing tells of
 CELL = 3.0, np.radians(1.8)
 RMS, FINE = 0.35, 0.25
 
@@ -27,6 +27,31 @@ def table_of(waves: Waves, turned: float = 0.0) -> SeaCovariance:
     east, north = np.meshgrid(lag, lag, indexing="ij")
     dx, dy = east * np.cos(turned) - north * np.sin(turned), east * np.sin(turned) + north * np.cos(turned)
     return SeaCovariance(waves.covariance(dx, dy), FINE)
+
+
+# Of errors by tilt, roughness and noise, between gates 0, 1, 2 … apart; of speckle's between looks.
+ALONG = np.stack((np.array([1.0, -0.24, -0.25]), np.array([1.0, 0.49, 0.05]), np.array([1.0, 0.32, 0.01])))
+BESIDE = 0.2
+SHARES = 0.3, 0.2, 0.5  # of the errors' variance
+
+
+def errors_of(std: Array) -> ErrorCovariance:
+    return ErrorCovariance(np.sqrt(np.array(SHARES))[:, None, None] * std, ALONG, BESIDE)
+
+
+def errors_drawn(rng: np.random.Generator, std: Array) -> Array:
+    """Errors of that covariance, of each part along the gates, speckle's across the looks as well."""
+    looks, gates = std.shape
+    total = np.zeros(std.shape)
+    for part, (share, along) in enumerate(zip(SHARES, ALONG, strict=True)):
+        apart = np.abs(np.subtract.outer(np.arange(gates), np.arange(gates)))
+        by_range = np.where(apart < along.size, along[np.minimum(apart, along.size - 1)], 0.0)
+        lag = np.abs(np.subtract.outer(np.arange(looks), np.arange(looks)))
+        across = np.eye(looks) + (BESIDE * (lag == 1) if part < 2 else 0.0)
+        roots = (np.linalg.cholesky(each + 1e-9 * np.eye(len(each))) for each in (across, by_range))
+        left, right = roots
+        total += np.sqrt(share) * std * (left @ rng.normal(size=std.shape) @ right.T)
+    return total
 
 
 class Case(NamedTuple):
@@ -43,9 +68,7 @@ def case(
     waves = Waves.drawn(seed, RMS)
     x, y, east, north = polar(ranges, looks)
     std = noise * np.exp(rng.normal(size=x.shape))
-    apart = 1.5 * np.abs(np.subtract.outer(np.arange(ranges.size), np.arange(ranges.size)))
-    root = np.linalg.cholesky(np.exp(-((apart / 1.35) ** 2)) + 1e-9 * np.eye(ranges.size))
-    height = waves(x, y) + std * (rng.normal(size=x.shape) @ root.T)
+    height = waves(x, y) + errors_drawn(rng, std)
     height[rng.random(x.shape) < gaps] = np.nan
     mean = np.zeros(x.shape)
     for u in (-0.75, 0.0, 0.75):  # Gauss's three points of both sides: exact to the fifth order
@@ -58,7 +81,8 @@ def case(
     def turn(a: Array, b: Array) -> tuple[Array, Array]:
         return a * cosine + b * sine, b * cosine - a * sine
 
-    return Case(Measured(height, std**2, turn(x, y), turn(east, north)), table_of(waves, turned), mean)
+    measured = Measured(height, errors_of(std), turn(x, y), turn(east, north), np.zeros(ranges.size))
+    return Case(measured, table_of(waves, turned), mean)
 
 
 def everywhere(measured: Measured) -> NDArray[np.bool_]:
@@ -81,6 +105,12 @@ def interpolated(sea: SeaCovariance, dx: Array, dy: Array) -> Array:
     return np.where(inside, value, 0.0)
 
 
+def rounding(sea: SeaCovariance) -> float:
+    """Of an arc of curvature κ the middle of a chord of length h lies κ h²/8 away, of that of ½ κ h² over h."""
+    middle = sea.table.shape[0] // 2
+    return 0.25 * float(sea.variance - min(sea.table[middle + 1, middle], sea.table[middle, middle + 1]))
+
+
 def dense(given: Case, look: int, gate: int, most_looks: int) -> tuple[float, float]:
     """kᵀ(C + R)⁻¹y and k₀ − kᵀ(C + R)⁻¹k of the neighbours of the cell's block of three gates."""
     measured, sea = given.measured, given.sea
@@ -91,13 +121,17 @@ def dense(given: Case, look: int, gate: int, most_looks: int) -> tuple[float, fl
         np.arange(max(0, start - 3), min(gates, min(gates, start + 3) + 3)),
         indexing="ij",
     )
+    variance = measured.errors.variance
     with np.errstate(invalid="ignore"):
-        good = np.isfinite(measured.height[n, m]) & (measured.variance[n, m] < 6.0 * sea.variance)
+        good = np.isfinite(measured.height[n, m]) & (variance[n, m] < 6.0 * sea.variance)
     n, m = n[good], m[good]
     x, y = (each[n, m] for each in measured.ground)
-    error = np.sqrt(np.maximum(measured.variance[n, m], 1e-3 * sea.variance))
-    alike = np.where(n[:, None] == n, np.exp(-((1.5 * (m[:, None] - m) / 1.35) ** 2)), 0.0)
-    matrix = interpolated(sea, x[:, None] - x, y[:, None] - y) + alike * error[:, None] * error
+    matrix = interpolated(sea, x[:, None] - x, y[:, None] - y) + rounding(sea) * np.eye(n.size)
+    lag, beside = np.abs(m[:, None] - m), np.abs(n[:, None] - n)
+    for part, (along, std) in enumerate(zip(ALONG, measured.errors.parts, strict=True)):
+        alike = np.where(lag < along.size, along[np.minimum(lag, along.size - 1)], 0.0)
+        alike *= (beside == 0) + (BESIDE * (beside == 1) if part < 2 else 0.0)
+        matrix += alike * std[n, m][:, None] * std[n, m]
     east, north = (np.broadcast_to(each, measured.height.shape)[look, gate] for each in measured.outward)
     along, across = 0.5 * CELL[0] / np.sqrt(3.0), 0.5 * CELL[1] * RANGES[gate] / np.sqrt(3.0)
     points = [
@@ -112,12 +146,12 @@ def dense(given: Case, look: int, gate: int, most_looks: int) -> tuple[float, fl
     towards = interpolated(sea, x - px[:, None], y - py[:, None]).mean(axis=0)
     prior = interpolated(sea, px[:, None] - px, py[:, None] - py).mean()
     solved = np.linalg.solve(matrix, np.stack((measured.height[n, m], towards), axis=1))
-    return float(towards @ solved[:, 0]), float(prior - towards @ solved[:, 1] + SHORT * sea.variance)
+    return float(towards @ solved[:, 0]), float(prior - towards @ solved[:, 1])
 
 
 def test_it_is_what_numpy_solves() -> None:
     given = case(1, 0.2)
-    given.measured.variance[5, 8:12] = 100.0  # worthless
+    given.measured.errors.parts[:, 5, 8:12] = 10.0  # worthless
     height, variance = optimal_heights(given.measured, given.sea, everywhere(given.measured), CELL, RANGES)
     # Looks of 1.8° lie 0.94 m apart at 30 m, 2.8 m at 88 m: of 6.5 m three to either side are taken there, two here.
     looks = np.clip(np.round(6.5 / (CELL[1] * RANGES)), 1, 3).astype(int)
@@ -129,11 +163,11 @@ def test_it_is_what_numpy_solves() -> None:
 
 
 def test_without_errors_what_is_measured_comes_back() -> None:
-    # Of cells that are points; an error of 0.1 % of the sea's variance is reckoned with, 3 % of its standard deviation.
+    # Of cells that are points; the table's straight lines are reckoned with as an error.
     given = case(2, 0.0, gaps=0.0)
     height, variance = optimal_heights(given.measured, given.sea, everywhere(given.measured), (1e-6, 1e-9), RANGES)
     assert np.sqrt(np.mean((height - given.measured.height) ** 2)) < 0.02 * RMS
-    assert (variance < (1e-3 + SHORT + 1e-3) * RMS**2).all()
+    assert (variance < rounding(given.sea) + 1e-3 * RMS**2).all()
     # And of cells as they are, their means.
     height, _ = optimal_heights(given.measured, given.sea, everywhere(given.measured), CELL, RANGES)
     assert np.sqrt(np.mean((height - given.mean) ** 2)) < 0.03 * RMS
@@ -146,14 +180,14 @@ def test_without_a_word_it_is_mean_sea_level(silent: bool) -> None:
     if silent:
         measured.height[:] = np.nan
     else:
-        measured.variance[:] = 6.1 * given.sea.variance
+        measured.errors.parts[:] = np.sqrt(6.1 * given.sea.variance / 3.0)
     height, variance = optimal_heights(measured, given.sea, everywhere(measured), CELL, RANGES)
     np.testing.assert_array_equal(height, 0.0)
-    # That of the cell's mean, a little below the sea's own; 2 % of it are waves that nothing tells of.
-    assert (variance <= (1.0 + SHORT + 1e-9) * given.sea.variance).all()
+    # That of the cell's mean, a little below the sea's own.
+    assert (variance <= (1.0 + 1e-9) * given.sea.variance).all()
     assert (variance > 0.9 * given.sea.variance).all()
     narrow = optimal_heights(measured, given.sea, everywhere(measured), (1e-6, 1e-9), RANGES)[1]
-    np.testing.assert_allclose(narrow, (1.0 + SHORT) * given.sea.variance, rtol=1e-6)
+    np.testing.assert_allclose(narrow, given.sea.variance, rtol=1e-6)
 
 
 @pytest.mark.parametrize("noise", [0.05, 0.2, 0.6])
@@ -164,7 +198,7 @@ def test_errors_are_as_large_as_it_says(noise: float) -> None:
         given = case(seed, noise)
         height, variance = optimal_heights(given.measured, given.sea, everywhere(given.measured), CELL, RANGES)
         off = height - given.mean
-        ratio.append(np.mean(off**2 / (variance - SHORT * given.sea.variance)))
+        ratio.append(np.mean(off**2 / variance))
         size.append(np.mean(off) / np.sqrt(np.mean(off**2)))
     # Beside errors of a seventh of the sea's height, the 0.1 % that is reckoned with for rounding shows.
     assert (0.7 if noise < 0.1 else 0.88) < np.mean(ratio) < 1.12

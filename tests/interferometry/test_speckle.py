@@ -11,7 +11,7 @@ from scipy.stats import t as student
 
 from seamap_rt.analytic import phase_std_lee94
 from seamap_rt.interferometry.covariance.windows import Covariance
-from seamap_rt.interferometry.phase.speckle import estimation_doubt, incoherent_power, phase_variance, wrapped_variance
+from seamap_rt.interferometry.phase.speckle import estimation_doubt, incoherent_power, phase_variances, wrapped_variance
 
 Array = NDArray[np.float64]
 COHERENCES = (0.9, 0.97, 0.999)
@@ -42,7 +42,7 @@ def test_strong_echoes_have_good_phases(looks: int, coherence: float) -> None:
     # fainter than ten times what is not shared are off by more, and it says so little of them.
     rng = np.random.default_rng(1)
     cells = summed(*speckle(rng, coherence, looks, 1, 200_000))
-    variance = phase_variance(cells, np.full((1, 1), 1.0 - coherence), 0.0, looks, looks)[0]
+    variance = np.sum(phase_variances(cells, np.full((1, 1), 1.0 - coherence), 0.0, looks, looks), axis=0)[0]
     error = np.angle(cells.cross)[0] ** 2
     for part in np.array_split(np.argsort(variance), 10):
         ratio, beside = error[part].mean() / wrapped_variance(variance[part]).mean(), looks * variance[part].max()
@@ -100,7 +100,10 @@ def test_noise_turns_the_phase(ratio: float, beat: float) -> None:
         for lag in range(partners):
             cross[part] += (lower * np.roll(upper, lag, axis=0).conj()).mean(axis=0) / partners
         powers[:, part] = [(np.abs(each) ** 2).mean(axis=0) for each in (lower, upper)]
-    found = phase_variance(Covariance(cross[None], powers[:1], powers[1:]), np.zeros((1, 1)), noise, 7.0, pulses, beat)
+    speckle, found = phase_variances(
+        Covariance(cross[None], powers[:1], powers[1:]), np.zeros((1, 1)), noise, 7.0, pulses, beat
+    )
+    assert not speckle[np.isfinite(found)].any()
     seen = np.mean(np.angle(cross) ** 2)
     asked = (2.0 / ratio + beat / ratio**2) / (2.0 * pulses)
     assert seen == pytest.approx(asked, rel=0.03 + 2.0 / (pulses * ratio))
@@ -109,7 +112,8 @@ def test_noise_turns_the_phase(ratio: float, beat: float) -> None:
 
 def test_what_is_not_heard_has_no_phase() -> None:
     power = np.array([[0.9, 1.0, 1.0 + 1e-9, 1.02, 5.0, np.nan]])
-    found = phase_variance(Covariance(power + 0j, power, power), np.full((1, 6), 0.2), 1.0, 4.0, 10.0, 0.5, 1.5)[0]
+    parts = phase_variances(Covariance(power + 0j, power, power), np.full((1, 6), 0.2), 1.0, 4.0, 10.0, 0.5, 1.5)
+    found = np.sum(parts, axis=0)[0]
     assert np.isinf(found[[0, 1, 5]]).all()
     assert found[2] == pytest.approx(found[3])  # fainter than a fiftieth of the noise is not told from that
     # doubt · incoherent/(P L) + (2 n + c n²)/2N with n = 1/4

@@ -23,13 +23,18 @@ from numpy.typing import NDArray
 from seamap_rt.conventions import wrap_phase
 from seamap_rt.echoes.expected import expected_look_gates
 from seamap_rt.interferometry.covariance.windows import Covariance
+from seamap_rt.interferometry.estimation.error_covariance import (
+    ErrorCovariance,
+    correlation_beside,
+    correlation_by_range,
+)
 from seamap_rt.interferometry.estimation.estimators import sliding_plane
 from seamap_rt.interferometry.estimation.optimal import Measured, optimal_heights
 from seamap_rt.interferometry.estimation.sea_covariance import SeaCovariance
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.looks import Looks, interferogram
 from seamap_rt.interferometry.phase.interferogram import Interferogram
-from seamap_rt.interferometry.phase.speckle import phase_variance
+from seamap_rt.interferometry.phase.speckle import phase_variances
 from seamap_rt.interferometry.phase.uncertainty import ONE_CELL
 from seamap_rt.scene import Scene
 from seamap_rt.sea import Sea
@@ -93,11 +98,17 @@ def _interpolated(given: Interferogram, law: Law, height: Map) -> Map:
     expected = model.of_height(np.nan_to_num(height))
     each = model.heights_of(cells, expected + wrap_phase(np.angle(cells.cross) - expected) - model.flat)
     samples = given.dwelt.samples(ONE_CELL, model.radar)
-    variance = each.gain**2 * phase_variance(
+    speckle, noise = phase_variances(
         cells, law.incoherent, given.noise_power, samples.speckle, samples.noise, given.noise_square
     )
+    tilted = given.tilted_share(law.incoherent, expected)
+    parts = np.stack((speckle * tilted, speckle * (1.0 - tilted), noise))
+    along = correlation_by_range(model.radar.response, model.radar.spacing * np.arange(9))
+    errors = ErrorCovariance(each.gain * np.sqrt(parts), along, correlation_beside(given.dwelt))
     ground = model.ground(each.points)
-    known = Measured(each.height, variance, ground, model.outward(*ground))
+    footprint = model.radar.footprint(given.width)
+    blur = 0.5 * (footprint[0] ** 2 + (footprint[1] * model.radar.ranges) ** 2)
+    known = Measured(each.height, errors, ground, model.outward(*ground), blur)
     echoing = sliding_plane(given).echoing  # of a strong speckle: it is heard farther out, and errs less
     cell = settings.cell_range_m, np.radians(settings.cell_azimuth_deg)
     return optimal_heights(known, law.sea, echoing & np.isfinite(each.height), cell, model.radar.ranges)[0]

@@ -14,6 +14,7 @@ from ..input.description import RadarDescription
 from ..phase.interferogram import Interferogram, PhaseSlopes
 from ..phase.speckle import wrapped_variance
 from ..phase.uncertainty import ONE_CELL, Weights
+from .error_covariance import ErrorCovariance, correlation_beside, correlation_by_range
 from .optimal import Measured, optimal_heights
 from .quality import gate_median
 from .sea_covariance import SeaCovariance
@@ -67,37 +68,56 @@ def adaptive(given: Interferogram) -> Estimate:
     """Heights by optimal interpolation between single dwells and gates, each weighted by its echo.
 
     The map of sliding planes gives the cycle of each phase; the sea's covariance is taken from the same heights.
-    Of fewer than three looks it is not known across them, and that map is all.
+    Of fewer than three looks it is not known across them, nor where no cycle is sure: then that map is all.
     """
     start = sliding_plane(given)
-    if given.dwell.cross.shape[0] < _FEWEST_LOOKS:
+    echoing = start.echoing & np.isfinite(start.heights.height)
+    sure = echoing & ~start.ambiguous
+    if given.dwell.cross.shape[0] < _FEWEST_LOOKS or not sure.any():
         return start
     model, heights, settings = given.model, start.heights, given.settings
     phase = heights.phase + wrap_phase(np.angle(given.dwell.cross) - heights.phase)
     each = model.heights_of(given.dwell, phase - model.flat)
-    variance = each.gain**2 * given.variance(given.dwell, ONE_CELL, start.incoherent)
+    errors = _errors(given, each.gain, start)
+    variance = errors.variance
     ground = model.ground(heights.points)
-    echoing = start.echoing & np.isfinite(heights.height)
-    sure = echoing & ~start.ambiguous
     distributed = each.height - given.edge
     level = mean_plane(np.where(sure, distributed, np.nan), variance, *ground)
     waves = distributed - level
     # Near and far are the radar's: a boat may be far from the origin.
-    about = (each - _centre(middle) for each, middle in zip(ground, model.poses.middle, strict=True))
-    sea = SeaCovariance.of(np.where(sure, waves, np.nan), np.where(sure, variance, np.nan), *about)
+    east, north = (each - _centre(middle) for each, middle in zip(ground, model.poses.middle, strict=True))
+    footprint = model.radar.footprint(given.width)
+    sea = SeaCovariance.of(np.where(sure, waves, np.nan), np.where(sure, variance, np.nan), east, north, footprint)
     height, error = optimal_heights(
         # A cell that may be a cycle off has no weight in its neighbours' heights; theirs have in its own.
-        Measured(waves, np.where(start.ambiguous, np.inf, variance), ground, model.outward(*ground)),
+        Measured(
+            np.where(start.ambiguous, np.nan, waves),
+            errors,
+            ground,
+            model.outward(*ground),
+            0.5 * (footprint[0] ** 2 + (footprint[1] * model.radar.ranges) ** 2),
+        ),
         sea,
         echoing,
         (settings.cell_range_m, np.radians(settings.cell_azimuth_deg)),
         model.radar.ranges,
     )
     # Where the sea is smaller than the heights' errors, only that upper bound of it is known.
-    errors = variance[sure & np.isfinite(variance)]
-    error = error + _UNSEEN * max(0.0, (float(np.median(errors)) if errors.size else 0.0) - sea.variance)
+    usual = variance[sure & np.isfinite(variance)]
+    error = error + _UNSEEN * max(0.0, (float(np.median(usual)) if usual.size else 0.0) - sea.variance)
     made = model.heights_at(heights.cells, level + height)
     return replace(start, heights=made, std=np.sqrt(error), edge=_EDGE_LEFT * given.edge)
+
+
+def _errors(given: Interferogram, gain: Map, start: Estimate) -> ErrorCovariance:
+    """Of the heights of dwells and gates, gain (look, gate) [m/rad], from the phases of a map that is less noisy."""
+    radar = given.model.radar
+    speckle, noise = given.variances(given.dwell, ONE_CELL, start.incoherent)
+    tilted = given.tilted_share(start.incoherent, start.heights.phase)
+    with np.errstate(invalid="ignore"):  # nothing of no error
+        parts = np.nan_to_num(np.stack((speckle * tilted, speckle * (1.0 - tilted), noise)), posinf=np.inf)
+    along = correlation_by_range(radar.response, radar.spacing * np.arange(min(radar.ranges.size, 9)))
+    return ErrorCovariance(gain * np.sqrt(parts), along, correlation_beside(given.dwelt))
 
 
 def _centre(position: Map) -> float:
@@ -133,7 +153,7 @@ def _averaged(given: Interferogram, window: Weights, along: PhaseSlopes, before:
     if before is None:
         heights, ambiguous = given.resolved(cells, variance, echoing)
     else:
-        heights, ambiguous = given.heights_near(cells, before.heights), before.ambiguous
+        heights, ambiguous = given.heights_near(cells, before.heights, before.echoing, before.ambiguous)
     std = heights.gain * np.sqrt(wrapped_variance(variance))
     return Estimate(heights, echo_power, echoing, variance, ambiguous, window, incoherent, std, given.edge)
 

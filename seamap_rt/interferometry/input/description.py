@@ -85,6 +85,14 @@ class RadarDescription:
         """p, by how many of its two ways an echo's interferometric phase differs."""
         return 2 if self.alternating and self.transmit == "switched" else 1
 
+    def footprint(self, turned: float) -> tuple[float, float]:
+        """Standard deviations of the area that a dwell's echo comes from: along the look [m], across it [rad].
+
+        turned: degrees that the antenna turns in the dwell. The beam's power is taken as Gaussian, on both ways.
+        """
+        beam = np.radians(self.azimuth_beamwidth) / (4.0 * np.sqrt(np.log(2.0)))
+        return self.response.spread_m, float(np.hypot(beam, np.radians(turned) / np.sqrt(12.0)))
+
     @property
     def blind(self) -> NDArray[np.bool_]:
         """Gates (gate,) from which nothing is heard while a pulse goes out; of a chirp, which is heard only whole,

@@ -49,9 +49,10 @@ def sea_size(residual: Field, gain: Field, known: NDArray[np.bool_]) -> float:
     """Rms height [m] of the sea from wrapped phases, free of their ambiguity; arrays as those of `resolve`.
 
     A Gaussian phase of variance s² has ⟨cos φ⟩ = exp(−s²/2). Fitted to all gates (taken together, where looks are few)
-    whose phases are not spread over the whole circle, those most whose phase is most sensitive to height; if all are,
-    what would spread them so in the farthest gate. The phases' noise is not taken off: what is
-    compared with this size contains it too.
+    whose phases such a sea does not spread beyond a radian, those most whose phase is most sensitive to height. The
+    farthest gates come first and say which these are: a swell of which few waves lie in the circle may leave a nearer
+    gate's phases together though they are all turned. If all gates' are spread over the whole circle, what would spread
+    them so in the farthest. The phases' noise is not taken off: what is compared with this size contains it too.
     """
     together = max(1, int(np.ceil(_FEW * known.shape[1] / max(1, np.count_nonzero(known)))))
 
@@ -65,14 +66,31 @@ def sea_size(residual: Field, gain: Field, known: NDArray[np.bool_]) -> float:
     clear = resultant > _LEAST_RESULTANT
     if not clear.any():
         return float(np.sqrt(-2.0 * np.log(_LEAST_RESULTANT) * gains.max(initial=0.0)))
-    variance = -2.0 * np.log(resultant[clear])
-    return float(np.sqrt(np.sum(variance / gains[clear]) / np.sum(1.0 / gains[clear] ** 2)))
+    variance, gains = -2.0 * np.log(resultant[clear]), gains[clear]
+
+    def square(fitted: NDArray[np.bool_]) -> float:
+        return float(np.sum((variance / gains)[fitted]) / np.sum(gains[fitted] ** -2.0))
+
+    far = gains >= np.median(gains)
+    near = gains > square(far)
+    return float(np.sqrt(square(near if near.any() else far)))
 
 
 def needed(gain: Field, known: NDArray[np.bool_], size: float) -> NDArray[np.bool_]:
     """Gates (gate,) in which a sea of that rms height [m] reaches beyond half an ambiguity, π |dz/dφ|."""
     with np.errstate(invalid="ignore"):
         return np.any(known & (np.pi * np.abs(gain) < _BEYOND * size), axis=0)
+
+
+def astray(off: Field, step: Field) -> NDArray[np.bool_]:
+    """Cells whose height may well lie on another cycle than the one that is nearest to its neighbourhood's mean.
+
+    Arrays (look, gate). off: cycles by which the phase differs from the mean's, whole ones do not matter; step: metres
+    of a cycle. A steep wind sea strays from the mean over _RADIUS by its slope times half of that. True of NaN.
+    """
+    with np.errstate(invalid="ignore"):
+        odds = 0.5 * step**2 * (1.0 - 2.0 * np.abs(off - np.round(off))) / (0.5 * _SLOPE * _RADIUS) ** 2
+        return ~(odds >= np.log(_LEAST_ODDS))
 
 
 def resolve(
@@ -97,7 +115,7 @@ def resolve(
     phase = np.where(known, residual, 0.0)
     whole = np.round(phase / (2.0 * np.pi))
     gain = np.where(known, gain, 1.0)
-    size = sea_size(phase, gain, known)
+    size = max([sea_size(phase, gain, known), *(_rms(each.height[known]) for each in expected)])
     gates = np.flatnonzero(needed(gain, known, size))
     if not gates.size:
         resolved.cycles[:] = -whole
@@ -124,6 +142,11 @@ def resolve(
     resolved.cycles[part] += np.where(wanted, np.sign(gain) * (first + cycles), 0.0).astype(np.int64)
     resolved.ambiguous[part] = wanted & ~sure & (odds < np.log(_LEAST_ODDS))
     return resolved
+
+
+def _rms(height: Field) -> float:
+    some = height[np.isfinite(height)]
+    return float(np.sqrt(np.mean(some**2))) if some.size else 0.0
 
 
 def _known_beforehand(size: float, others: list[Expected], shape: tuple[int, ...]) -> tuple[Field, Field]:

@@ -5,23 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
 
 from ...settings import RetrievalSettings
 from ..covariance.windows import Covariance, Level
 from ..estimation.quality import has_echo, own_echo
 from ..geometry.gate_edge import edge_bias
 from ..geometry.heights import Heights, PhaseModel
-from .ambiguity import Expected, Resolved, needed, resolve, sea_size
-from .speckle import estimation_doubt, incoherent_power, phase_variance, wrapped_variance
+from .ambiguity import Expected, Resolved, astray, needed, resolve, sea_size
+from .speckle import estimation_doubt, incoherent_power, phase_variances, wrapped_variance
 from .uncertainty import ONE_CELL, Dwelt, Samples, Weights
 
 Map = NDArray[np.float64]
 # rad per gate, rad per look, which broadcast to a map, and the level of the sea as seen from a boat that moves
 PhaseSlopes = tuple[Map, Map, Level | None]
 
+_BESIDE = 4, 1  # gates and looks to either side: 6 m, an eighth of the length of a wind sea's waves
 _AROUND: Weights = (np.ones(5), np.ones(3))  # gates, looks: the window over which the incoherent power is averaged
 
 
@@ -83,13 +86,30 @@ class Interferogram:
     def _around(self) -> Samples:
         return self.dwelt.samples(_AROUND, self.model.radar)
 
-    def variance(self, cells: Covariance, window: Weights, incoherent: Map) -> Map:
-        """Variance [rad²] of the phase of windows' means, infinite where nothing is heard; not wrapped."""
+    def variances(self, cells: Covariance, window: Weights, incoherent: Map) -> tuple[Map, Map]:
+        """Variance [rad²] of the phase of windows' means, by speckle and by noise; infinite where nothing is heard."""
         samples = self.dwelt.samples(window, self.model.radar)
         doubt = estimation_doubt(self._around.speckle)
-        return phase_variance(
+        return phase_variances(
             cells, incoherent, self.noise_power, samples.speckle, samples.noise, self.noise_square, doubt
         )
+
+    def variance(self, cells: Covariance, window: Weights, incoherent: Map) -> Map:
+        """The sum of both, not wrapped."""
+        speckle, noise = self.variances(cells, window, incoherent)
+        return speckle + noise
+
+    def tilted_share(self, incoherent: Map, phase: Map) -> Map:
+        """Share (look, gate) of the incoherent power that is due to the phase's turn within a pulse.
+
+        phase [rad] (look, gate): along the surface; where it is not known, that of mean sea level counts.
+        """
+        radar = self.model.radar
+        turn = np.gradient(phase, axis=1) if phase.shape[1] > 1 else np.zeros(phase.shape)
+        turn = np.where(np.isfinite(turn), turn, np.nan_to_num(self.model.flat_per_gate))
+        lost = 0.5 * (turn / radar.spacing * radar.response.spread_m) ** 2 * np.maximum(self.echo_power(_AROUND), 0.0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.where(incoherent > 0.0, np.clip(lost / incoherent, 0.0, 1.0), 0.0)
 
     def resolved(
         self, cells: Covariance, variance: Map, echoing: NDArray[np.bool_]
@@ -111,16 +131,39 @@ class Interferogram:
         blurred = known & (self.model.turn_within_pulse > 1.0) & (len(self.others()) == 0)
         return heights, resolved.ambiguous | blurred
 
-    def heights_near(self, cells: Covariance, before: Heights) -> Heights:
-        """Heights of averaged cells, on the cycles that are nearest to an earlier map's phases."""
+    def heights_near(
+        self, cells: Covariance, before: Heights, known: NDArray[np.bool_], ambiguous: NDArray[np.bool_]
+    ) -> tuple[Heights, NDArray[np.bool_]]:
+        """Heights of averaged cells, on the cycles that are nearest to an earlier map's, and which stay ambiguous.
+
+        known, ambiguous (look, gate): where that map has a height, and where its cycle is doubtful. Where it has none
+        its neighbours' mean stands in, from which the sea may stray.
+        """
         residual = self.model.residual(cells)
         if self.settings.ambiguity == "fold":
-            return self.model.heights_of(cells, residual)
-        cycles = np.round((before.phase - self.model.flat - residual) / (2.0 * np.pi))
-        return self.model.heights_of(cells, residual + 2.0 * np.pi * np.nan_to_num(cycles))
+            return self.model.heights_of(cells, residual), ambiguous
+        earlier = before.phase - self.model.flat
+        known = known & np.isfinite(earlier) & np.isfinite(before.gain)
+        if not known.all():
+            earlier = np.where(known, earlier, _mean_beside(np.where(known, earlier, np.nan)))
+            ambiguous = ambiguous | (~known & astray((residual - earlier) / (2.0 * np.pi), 2.0 * np.pi * before.gain))
+        cycles = np.round((earlier - residual) / (2.0 * np.pi))
+        return self.model.heights_of(cells, residual + 2.0 * np.pi * np.nan_to_num(cycles)), ambiguous
 
     def _cycles(self, residual: Map, spread: Map, heights: Heights, known: NDArray[np.bool_]) -> Resolved:
         radar = self.model.radar
         across = radar.ranges * np.radians(self.width)
         gain = np.broadcast_to(self.model.rise_sign, heights.gain.shape) * heights.gain
         return resolve(residual, spread, gain, known, radar.spacing, across, *self.others())
+
+
+def _mean_beside(phase: Map) -> Map:
+    """Mean phase (look, gate) over a cell's neighbourhood, of those that are known; NaN where none is."""
+    known = np.isfinite(phase)
+    size: Any = 2 * _BESIDE[1] + 1, 2 * _BESIDE[0] + 1  # which scipy's types do not know of
+    with np.errstate(invalid="ignore", divide="ignore"):
+        total, number = (
+            uniform_filter(each, size, mode="constant")
+            for each in (np.where(known, phase, 0.0), known.astype(np.float64))
+        )
+        return np.where(number > 0.5 / (size[0] * size[1]), total / number, np.nan)

@@ -51,7 +51,7 @@ def estimation_doubt(samples: float) -> float:
     return min(2.0, samples / max(samples - 2.0, 1e-9))
 
 
-def phase_variance(
+def phase_variances(
     cells: Covariance,
     incoherent: Map,
     noise_power: float,
@@ -59,8 +59,8 @@ def phase_variance(
     samples: float,
     noise_square: float = 1.0,
     doubt: float = 1.0,
-) -> Map:
-    """Variance [rad²], (look, gate), of the phase of `cells`, while it is small.
+) -> tuple[Map, Map]:
+    """Variance [rad²], (look, gate), of the phase of `cells`, while it is small: by speckle, and by noise.
 
     incoherent: power [W] that the receivers do not share, and by `doubt` of how much more it may be; looks: independent
     samples of speckle in the cell's window; samples: of noise, which is new at each pulse. The noise's own beat with
@@ -72,8 +72,9 @@ def phase_variance(
     with np.errstate(invalid="ignore", divide="ignore"):
         power = np.where(power > 0.0, np.maximum(power, _FAINTEST * noise_power), np.nan)
         noise = noise_power / power
-        variance = doubt * incoherent / power / looks + (2.0 * noise + noise_square * noise**2) / (2.0 * samples)
-    return np.where(np.isfinite(variance), variance, np.inf)
+        parts = doubt * incoherent / power / looks, (2.0 * noise + noise_square * noise**2) / (2.0 * samples)
+    known = np.isfinite(parts[0] + parts[1])
+    return np.where(known, parts[0], np.inf), np.where(known, parts[1], np.inf)
 
 
 def _von_mises_variances() -> Map:

@@ -1,0 +1,76 @@
+"""How the errors of neighbouring dwells and gates go together: what of one gate's error its neighbours share.
+
+To first order the phase of a gate is off by Im(y'y*)/|y|², y the gate's voltage and y' what differs between the
+receivers: noise, the same scatterers at other heights (rough), or the same scatterers with the phase that the surface
+turns through within the pulse (tilt). The covariance of y'y* over gates follows from the response p of the receiver:
+
+- noise: ρ(d) R(d), ρ the noise's own correlation and R = ∫ p(s) p(s − d) ds that of the echo,
+- rough: R²,
+- tilt: QR − X², where Q = ∫ s p(s) (s − d) p(s − d) ds and X = ∫ s p(s) p(s − d) ds. A bright spot between two gates
+  moves both to it, but from opposite sides, so that means over gates err less than a gate's own error says. For a
+  Gaussian pulse this is −½ (R²)''.
+
+Gaussian moments: Goodman, Speckle Phenomena in Optics (2007), ch. 2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...radar.waveform import RangeResponse
+from ..phase.uncertainty import Dwelt
+
+Map = NDArray[np.float64]
+
+_NOTHING = 5e-3  # a smaller correlation is none
+
+
+@dataclass(frozen=True)
+class ErrorCovariance:
+    """Of heights of single dwells and gates.
+
+    parts (part, look, gate): standard deviations [m] of the errors by tilt, roughness and noise, infinite where there
+    is no height; along (part, gates): their correlations at that many gates' distance; beside: that of speckle between
+    neighbouring looks.
+    """
+
+    parts: Map
+    along: Map
+    beside: float
+
+    @property
+    def variance(self) -> Map:
+        """(look, gate) m²."""
+        return np.sum(self.parts**2, axis=0)
+
+
+def correlation_by_range(response: RangeResponse, lags: NDArray[np.floating]) -> Map:
+    """Correlations (tilt, rough, noise; lag) of errors at those distances [m]; lags[0] = 0."""
+    reach = response.support_m
+    s = np.linspace(-reach, reach, 401)
+    here, turned = response(s), s * response(s)
+    others = [(response(s - lag), (s - lag) * response(s - lag)) for lag in lags]
+    echo, tilt, cross = np.array([(here @ each, turned @ moved, turned @ each) for each, moved in others]).T
+    found = np.stack(
+        (
+            (tilt * echo - cross**2) / (tilt[0] * echo[0]),
+            (echo / echo[0]) ** 2,
+            response.noise_correlation(lags) * echo / echo[0],
+        )
+    )
+    return found[:, : 1 + int(np.flatnonzero(np.any(np.abs(found) > _NOTHING, axis=0))[-1])]
+
+
+def correlation_beside(dwelt: Dwelt) -> float:
+    """Correlation of the speckle's errors between the dwells of neighbouring looks.
+
+    From that of the pulses, of which the last of one dwell follow the first of the next; half at most, as for two
+    dwells that share half of their pulses.
+    """
+    square = np.abs(dwelt.correlation[: dwelt.pulses]) ** 2
+    lag = np.arange(square.size)
+    within = dwelt.pulses + 2.0 * float(((dwelt.pulses - lag) * square)[1:].sum())
+    return min(0.5, float((lag * square).sum()) / within)
