@@ -6,7 +6,8 @@ One turn each, 50–200 m, with the 1 W radar's noise, by the horizon tracer. Of
 stated error (the median of the seeds, least and most), and the share of errors within 1.96 of their error bars; rms,
 correlation, and slope of retrieved on true heights. `lost`: share of the cells more than half visible that have no
 height or an ambiguous one. `floor`: rms that the same estimator leaves on the same echoes where the sea's covariance,
-each cell's coherence and the cycles are known (validation.retrieval.floor); only of maps of both ways, which from the highest masts are blurred near by.
+each cell's coherence and the cycles are known (validation.retrieval.floor), over the cells that both answer; only of
+maps of both ways, which from the highest masts are blurred near by.
 """
 
 from __future__ import annotations
