@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import label
 
 from .unwrapping import unwrap
 
@@ -76,6 +77,21 @@ def sea_size(residual: Field, gain: Field, known: NDArray[np.bool_]) -> float:
     return float(np.sqrt(square(near if near.any() else far)))
 
 
+def largest_size(residual: Field, gain: Field, known: NDArray[np.bool_]) -> float:
+    """Rms height [m] of the largest sea that few wrapped phases allow; arrays as those of `resolve`.
+
+    The mean cosine of n phases is known to 1/√(2n). Where twice that less is none, no sea is too large.
+    """
+    gains = np.abs(gain[known])
+    if not gains.size:
+        return np.inf
+    far = gains >= np.median(gains)
+    resultant = np.mean(np.cos(residual[known][far])) - 2.0 / np.sqrt(2.0 * np.count_nonzero(far))
+    if not resultant > 0.0:
+        return np.inf
+    return float(np.sqrt(-2.0 * np.log(min(resultant, 1.0)) * np.mean(gains[far] ** 2)))
+
+
 def needed(gain: Field, known: NDArray[np.bool_], size: float) -> NDArray[np.bool_]:
     """Gates (gate,) in which a sea of that rms height [m] reaches beyond half an ambiguity, π |dz/dφ|."""
     with np.errstate(invalid="ignore"):
@@ -88,9 +104,23 @@ def astray(off: Field, step: Field) -> NDArray[np.bool_]:
     Arrays (look, gate). off: cycles by which the phase differs from the mean's, whole ones do not matter; step: metres
     of a cycle. A steep wind sea strays from the mean over _RADIUS by its slope times half of that. True of NaN.
     """
+    return ~_certain(off, step, (0.5 * _SLOPE * _RADIUS) ** 2)
+
+
+def _certain(off: Field, step: Field, variance: Field | float) -> NDArray[np.bool_]:
+    """Whether the nearest cycle is likelier by _LEAST_ODDS than the next, where heights of that variance [m²] about
+    what is expected are `off` cycles from it. False of NaN."""
     with np.errstate(invalid="ignore"):
-        odds = 0.5 * step**2 * (1.0 - 2.0 * np.abs(off - np.round(off))) / (0.5 * _SLOPE * _RADIUS) ** 2
-        return ~(odds >= np.log(_LEAST_ODDS))
+        odds = 0.5 * step**2 * (1.0 - 2.0 * np.abs(off - np.round(off))) / variance
+        return odds >= np.log(_LEAST_ODDS)
+
+
+def _islands(known: NDArray[np.bool_], spacing: float, across: Field) -> NDArray[np.bool_]:
+    """Cells (look, gate) whose known neighbours, and theirs, make up less than a neighbourhood's area: alone with the
+    mean level of the sea."""
+    number, count = label(known, structure=np.ones((3, 3)))
+    area = np.bincount(number.ravel(), np.broadcast_to(spacing * across, known.shape).ravel(), count + 1)
+    return known & (area < (2.0 * _RADIUS) ** 2)[number]
 
 
 def resolve(
@@ -116,7 +146,8 @@ def resolve(
     whole = np.round(phase / (2.0 * np.pi))
     gain = np.where(known, gain, 1.0)
     size = max([sea_size(phase, gain, known), *(_rms(each.height[known]) for each in expected)])
-    gates = np.flatnonzero(needed(gain, known, size))
+    most = max(size, largest_size(phase, gain, known))
+    gates = np.flatnonzero(needed(gain, known, most))
     if not gates.size:
         resolved.cycles[:] = -whole
         return resolved
@@ -128,7 +159,8 @@ def resolve(
     # The larger a phase's error, the less certain is the cycle that its neighbours gave it.
     share = np.maximum(1.0 - (spread / _SAYS_NOTHING) ** 2, 1e-4)
     noise = np.maximum((gain * spread) ** 2 / share, 1e-6 * size**2)
-    height, precision = _known_beforehand(size, [Expected(e.height[part], e.std[part]) for e in expected], gain.shape)
+    others = [Expected(e.height[part], e.std[part]) for e in expected]
+    height, precision = _known_beforehand(size, others, gain.shape)
     step = 2.0 * np.pi * np.abs(gain)
     # A cell known well enough by itself does not follow its neighbours' plane, which may be wrong at a map's edge.
     sure = wanted & (noise + 1.0 / precision < (step / _SURE_STEPS) ** 2)
@@ -141,6 +173,11 @@ def resolve(
     resolved.cycles[:] = -whole
     resolved.cycles[part] += np.where(wanted, np.sign(gain) * (first + cycles), 0.0).astype(np.int64)
     resolved.ambiguous[part] = wanted & ~sure & (odds < np.log(_LEAST_ODDS))
+    island = wanted & _islands(wanted, spacing, beside)
+    if island.any():
+        height, precision = _known_beforehand(most, others, gain.shape)
+        off = (folded + cycles * step - height) / step
+        resolved.ambiguous[part] |= island & ~_certain(off, step, 1.0 / np.maximum(precision, 1e-12) + noise)
     return resolved
 
 
@@ -151,10 +188,10 @@ def _rms(height: Field) -> float:
 
 def _known_beforehand(size: float, others: list[Expected], shape: tuple[int, ...]) -> tuple[Field, Field]:
     """Height [m] and one over its variance: mean sea level within the sea's size, and whatever else there is."""
-    height, precision = np.zeros(shape), np.full(shape, 1.0 / size**2)
+    height, precision = np.zeros(shape), np.full(shape, max(size, 1e-9) ** -2.0)
     for other in others:
         with np.errstate(divide="ignore", invalid="ignore"):
             more = np.where(np.isfinite(other.height) & (other.std > 0.0), 1.0 / other.std**2, 0.0)
         height += more * np.where(more > 0.0, other.height, 0.0)
         precision += more
-    return height / precision, precision
+    return height / np.maximum(precision, 1e-12), precision
