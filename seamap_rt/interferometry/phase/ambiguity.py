@@ -80,13 +80,13 @@ def sea_size(residual: Field, gain: Field, known: NDArray[np.bool_]) -> float:
 def largest_size(residual: Field, gain: Field, known: NDArray[np.bool_]) -> float:
     """Rms height [m] of the largest sea that few wrapped phases allow; arrays as those of `resolve`.
 
-    The mean cosine of n phases is known to 1/√(2n). Where twice that less is none, no sea is too large.
+    The mean cosine of n phases is known to 1/√(2n). Where thrice that less is none, no sea is too large.
     """
     gains = np.abs(gain[known])
     if not gains.size:
         return np.inf
     far = gains >= np.median(gains)
-    resultant = np.mean(np.cos(residual[known][far])) - 2.0 / np.sqrt(2.0 * np.count_nonzero(far))
+    resultant = np.mean(np.cos(residual[known][far])) - 3.0 / np.sqrt(2.0 * np.count_nonzero(far))
     if not resultant > 0.0:
         return np.inf
     return float(np.sqrt(-2.0 * np.log(min(resultant, 1.0)) * np.mean(gains[far] ** 2)))
@@ -118,8 +118,9 @@ def _certain(off: Field, step: Field, variance: Field | float) -> NDArray[np.boo
 def _islands(known: NDArray[np.bool_], spacing: float, across: Field) -> NDArray[np.bool_]:
     """Cells (look, gate) whose known neighbours, and theirs, make up less than a neighbourhood's area: alone with the
     mean level of the sea."""
-    number, count = label(known, structure=np.ones((3, 3)))
-    area = np.bincount(number.ravel(), np.broadcast_to(spacing * across, known.shape).ravel(), count + 1)
+    number: NDArray[np.intp] = np.empty(known.shape, np.intp)
+    label(known, np.ones((3, 3)), number)
+    area = np.bincount(number.ravel(), np.broadcast_to(spacing * across, known.shape).ravel())
     return known & (area < (2.0 * _RADIUS) ** 2)[number]
 
 
