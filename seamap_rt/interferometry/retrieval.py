@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..conventions import db, unit_from_azimuth
 from ..dataset import QUALITY_FLAGS, build, check
 from ..errors import SchemaError
+from ..io.echo_store import read_echoes
 from ..settings import RetrievalSettings
 from ..wavefield.sea_state import water_of
 from .covariance.velocity import Doppler, Lag, doppler, over_ground, own_velocity
@@ -89,11 +90,9 @@ def _water_attributes(settings: RetrievalSettings) -> dict[str, float | list[flo
 
 def open_echoes(path: str | Path) -> xr.Dataset:
     """Echoes from a Zarr store, complete turns only; raises SchemaError if the store does not keep the schema."""
-    dataset = xr.open_zarr(path, consolidated=False, zarr_format=3)
-    dataset = dataset.set_coords([n for n in ("time", "azimuth", "transmitter", "turn") if n in dataset])
+    dataset = read_echoes(path)
     check("echoes", dataset)
-    whole = int(np.count_nonzero(dataset["turn"].values < dataset.attrs["complete_turns"]))
-    return dataset.isel(pulse=slice(0, whole))
+    return dataset
 
 
 def retrieve_turn(

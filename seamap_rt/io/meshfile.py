@@ -37,7 +37,7 @@ def load_mesh(settings: ObjectSettings, number: int = 0) -> trimesh.Trimesh:
         raise InputError(f"{what}: must be a file of the kinds {', '.join(ENDINGS)}; export the mesh as one of them")
     vertices, faces = _read(settings.mesh, what)
     if len(faces) == 0:
-        raise InputError(f"{what}: holds no triangles; give a surface, not points or lines")
+        raise InputError(f"{what}: is damaged, or holds no triangles; give a surface, not points or lines")
     if len(faces) > MOST_TRIANGLES:
         raise InputError(f"{what}: holds {len(faces)} triangles: must be at most {MOST_TRIANGLES}; decimate the mesh")
     if faces.min() < 0 or faces.max() >= len(vertices):

@@ -10,7 +10,7 @@ import pytest
 import trimesh
 from numpy.testing import assert_allclose
 
-from seamap_rt.errors import InputError
+from seamap_rt.errors import InputError, one_line
 from seamap_rt.io import meshfile
 from seamap_rt.io.meshfile import load_mesh
 from seamap_rt.settings import ObjectSettings
@@ -50,7 +50,7 @@ def refusal(path: Path | str, **keys: Any) -> str:
     with pytest.raises(InputError) as caught:
         load_mesh(settings(path, **keys), 3)
     line = str(caught.value)
-    assert line.startswith(f"objects.3.mesh = '{path}': ")
+    assert line.startswith(one_line(f"objects.3.mesh = '{path}':"))
     assert "\n" not in line
     assert ";" in line  # what to do about it
     return line
@@ -124,6 +124,23 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path) -> None:
 def test_damage_is_refused(tmp_path: Path, name: str, data: bytes) -> None:
     (tmp_path / name).write_bytes(data)
     assert "damaged" in refusal(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.obj", "# Bo\u00efe\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+        (
+            "a.stl",
+            "solid Bo\u00efe\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
+            "endfacet\nendsolid\n",
+        ),
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+def test_names_may_be_written_in_any_alphabet(tmp_path: Path, name: str, text: str, encoding: str) -> None:
+    (tmp_path / name).write_bytes(text.encode(encoding))
+    assert load_mesh(settings(tmp_path / name)).faces.shape == (1, 3)
 
 
 @pytest.mark.parametrize(

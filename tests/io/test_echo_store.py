@@ -1,0 +1,107 @@
+"""What a store of echoes gives back when it is damaged, or was left in the middle of a turn."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import xarray as xr
+import zarr
+
+from seamap_rt import analytic
+from seamap_rt.errors import SchemaError
+from seamap_rt.interferometry import open_echoes
+from seamap_rt.io.echo_store import EchoStore
+from seamap_rt.settings import RadarSettings
+
+RADAR = RadarSettings(prf_hz=1000.0, sector_deg=(0.0, 9.0), range_m=(30.0, 60.0))
+
+
+def turn(number: int) -> xr.Dataset:
+    echoes = analytic.echoes(analytic.FlatSea(), RADAR, attitude_deg=(0.0, 0.0, 0.0), position_m=(0.0, 0.0, 0.0))
+    echoes["turn"] = xr.full_like(echoes["turn"], number)
+    return echoes.assign_attrs(complete_turns=number + 1)
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Path:
+    with EchoStore(tmp_path / "echoes.zarr") as made:
+        for number in range(2):
+            made.append(turn(number))
+    return tmp_path / "echoes.zarr"
+
+
+def refused(path: Path) -> str:
+    with pytest.raises(SchemaError) as caught:
+        open_echoes(path)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_every_chunk_is_asked_for(store: Path) -> None:
+    """Of any array, those of zeros alone too: Zarr itself would read what is lost as zeros."""
+    whole = open_echoes(store)
+    assert whole.attrs["complete_turns"] == 2
+    chunks = [path for path in sorted(store.rglob("*")) if path.is_file() and path.name != "zarr.json"]
+    assert {path.relative_to(store).parts[0] for path in chunks} >= {"voltage", "time", "attitude", "range"}
+    for chunk in chunks:
+        held = chunk.read_bytes()
+        chunk.unlink()
+        assert f"lacks the chunk {chunk.relative_to(store)}" in refused(store)
+        chunk.write_bytes(held[:-1])
+        assert f"chunk {chunk.relative_to(store)} is cut short" in refused(store)
+        chunk.write_bytes(held)
+    xr.testing.assert_identical(open_echoes(store).load(), whole.load())
+
+
+@pytest.mark.parametrize("longer", [["voltage"], ["voltage", "time", "azimuth"], ["turn"]])
+def test_a_turn_that_was_not_finished_is_left_out(store: Path, longer: list[str]) -> None:
+    """As a killed process leaves it: some arrays have grown, and `complete_turns` has not."""
+    before = open_echoes(store).load()
+    group = zarr.open_group(store, mode="a")
+    for name in longer:
+        array = group[name]
+        assert isinstance(array, zarr.Array)
+        array.resize((array.shape[0] + 7, *array.shape[1:]))
+        array[-7:] = 2 if name == "turn" else 1
+    after = open_echoes(store)
+    assert after.sizes == before.sizes
+    xr.testing.assert_identical(after.load(), before)
+
+
+def _of_another_type(described: dict) -> None:
+    described["shape"] = "many"
+
+
+def _without_names(described: dict) -> None:
+    described["dimension_names"] = 3
+
+
+def _of_no_format(described: dict) -> None:
+    described["zarr_format"] = "three"
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        *((name, change) for name in ("voltage", "turn") for change in (_of_another_type, _without_names)),
+        *((name, _of_no_format) for name in ("voltage", "turn", ".")),
+    ],
+)
+def test_damaged_descriptions_are_one_line(store: Path, name: str, change: Callable[[dict], None]) -> None:
+    file = store / name / "zarr.json"
+    described = json.loads(file.read_text())
+    change(described)
+    file.write_text(json.dumps(described))
+    assert str(store) in refused(store)
+
+
+def test_other_things_are_one_line(tmp_path: Path, store: Path) -> None:
+    (tmp_path / "file").write_text("no store")
+    for path in (tmp_path / "file", tmp_path / "none", tmp_path):
+        assert "is not an echo store" in refused(path)
+    shutil.rmtree(store / "turn")
+    assert "'turn' is missing" in refused(store)
