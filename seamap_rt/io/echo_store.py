@@ -127,9 +127,11 @@ def read_echoes(path: str | Path) -> xr.Dataset:
         complete = int(group.attrs["complete_turns"])  # type: ignore[arg-type]
         arrays = dict(group.arrays())
         rolling = {name: array.shape[0] for name, array in arrays.items() if _dimensions(array)[:1] == ("pulse",)}
-        # A store that grew by other hands does not count its pulses.
-        counted = slice(0, group.attrs.get("complete_pulses"))  # type: ignore[arg-type]
-        pulses = int(np.count_nonzero(np.asarray(arrays["turn"][counted]) < complete)) if "turn" in arrays else 0  # type: ignore[operator]
+        pulses = 0
+        if "turn" in arrays:
+            counted = group.attrs.get("complete_pulses")  # a store that grew by other hands does not count them
+            _refuse_lacking(path, "turn", arrays["turn"], counted, group.attrs)  # type: ignore[arg-type]
+            pulses = int(np.count_nonzero(np.asarray(arrays["turn"][:counted]) < complete))  # type: ignore[operator,misc]
         for name, array in arrays.items():
             _refuse_lacking(path, name, array, pulses if name in rolling else None, group.attrs)
         parts = []
