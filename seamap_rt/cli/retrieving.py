@@ -59,18 +59,18 @@ def retrieve(
     if not echoes.exists():
         raise InputError(f"ECHOES = '{echoes}': no such file or folder; give the path of an echoes.zarr")
     folder = out or echoes.parent
-    prepare_folder(folder, overwrite, ("maps.nc",))
-    recorded = _opened(echoes, header, name)
-    maps = retrieve_echoes(recorded, settings)
-    clear_folder(folder, ("maps.nc",))
-    with AppendableNetCDF(folder / "maps.nc") as file:
-        for turn in range(maps["polar"].sizes["turn"]):
-            file.append(maps.isel(turn=slice(turn, turn + 1)))
-    for line in _answered(maps):
-        console.print(line)
-    console.print(f"sea state: {in_words(sea_state(maps))}")
-    console.print(str(folder / "maps.nc"))
-    return 0
+    with prepare_folder(folder, overwrite, ("maps.nc",)):
+        recorded = _opened(echoes, header, name)
+        maps = retrieve_echoes(recorded, settings)
+        clear_folder(folder, ("maps.nc",))
+        with AppendableNetCDF(folder / "maps.nc") as file:
+            for turn in range(maps["polar"].sizes["turn"]):
+                file.append(maps.isel(turn=slice(turn, turn + 1)))
+        for line in _answered(maps):
+            console.print(line)
+        console.print(f"sea state: {in_words(sea_state(maps))}")
+        console.print(str(folder / "maps.nc"))
+        return 0
 
 
 def _opened(echoes: Path, header: Path | None, name: list[str] | None) -> xr.Dataset:

@@ -141,10 +141,10 @@ def write_link(
     if out is None:
         return LinkProducts(lines, ())
     folder = Path(out)
-    prepare_folder(folder, overwrite, PRODUCTS)
-    picture = style.png(draw(scene, link_budget(scene, np.geomspace(*window_of(scene), CURVE_POINTS))))
-    clear_folder(folder, PRODUCTS)
-    with uninterrupted():
-        write_whole(folder / "link.csv", link_table(radar, table))
-        write_whole(folder / "link.png", picture)
-    return LinkProducts(lines, tuple(folder / name for name in PRODUCTS))
+    with prepare_folder(folder, overwrite, PRODUCTS):
+        picture = style.png(draw(scene, link_budget(scene, np.geomspace(*window_of(scene), CURVE_POINTS))))
+        clear_folder(folder, PRODUCTS)
+        with uninterrupted():
+            write_whole(folder / "link.csv", link_table(radar, table))
+            write_whole(folder / "link.png", picture)
+        return LinkProducts(lines, tuple(folder / name for name in PRODUCTS))

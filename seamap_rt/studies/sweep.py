@@ -21,7 +21,7 @@ import xarray as xr
 from .. import __version__
 from ..errors import InputError
 from ..io.interrupts import uninterrupted
-from ..io.results_folder import clear_folder, prepare_folder, write_whole
+from ..io.results_folder import FolderLock, clear_folder, prepare_folder, write_whole
 from ..io.scenefile import apply_overrides
 from ..report import style
 from ..scene import Scene
@@ -80,8 +80,11 @@ class Sweep:
 
     # ----------------------------------------------------------------------------------------------- the folder
 
-    def prepare(self, resume: bool, overwrite: bool) -> None:
-        """Make the folder ready for the missing points. Raises InputError for a folder that holds something else."""
+    def prepare(self, resume: bool, overwrite: bool) -> FolderLock:
+        """Make the folder ready for the missing points; keep the lock as long as they are written.
+
+        Raises InputError for a folder that holds something else, or that another process writes into.
+        """
         if resume and overwrite:
             raise InputError("--resume and --overwrite: one goes on with what is there, the other removes it; give one")
         file = self.folder / MANIFEST
@@ -92,13 +95,14 @@ class Sweep:
                 f"--out = '{self.folder}': holds a sweep already; give --resume to go on with it or --overwrite to "
                 "begin anew, or choose another folder"
             )
-        prepare_folder(self.folder, resume or overwrite, PRODUCTS)
+        held = prepare_folder(self.folder, resume or overwrite, PRODUCTS)
         if not resume:
             clear_folder(self.folder, PRODUCTS)
         (self.folder / POINTS).mkdir(exist_ok=True)
         for left in (self.folder / POINTS).glob(_POINT_FILES if not resume else ".*.part"):
             left.unlink()
         write_whole(file, json.dumps(self.manifest, indent=1))
+        return held
 
     def _refuse_another(self, file: Path) -> None:
         try:

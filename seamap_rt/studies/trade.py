@@ -148,24 +148,28 @@ def _swept(
     say = progress or (lambda _: None)
     say(f"checking {len(sweep.points)} points")
     _ = sweep.scenes  # refused before anything is written
-    sweep.prepare(resume, overwrite)
-    try:
-        _compute(sweep, answers, say)
-        table = sweep.table(criterion)
-        if keep_table:
-            say("drawing")
-            sweep.write(table)
-    except (KeyboardInterrupt, SchedulerLost) as stop:
-        if keep_table:
-            sweep.write(sweep.table(criterion))
-        if isinstance(stop, SchedulerLost):
-            raise InputError(f"--scheduler: does not answer any more; {_settled(sweep)}, --resume goes on") from None
-        raise KeyboardInterrupt(f"{_settled(sweep)}; --resume goes on") from None
-    except OSError as error:
-        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
-            raise
-        raise OSError(error.errno, f"{error.strerror}; {_settled(sweep)}, --resume goes on", error.filename) from None
-    return table
+    with sweep.prepare(resume, overwrite):
+        try:
+            _compute(sweep, answers, say)
+            table = sweep.table(criterion)
+            if keep_table:
+                say("drawing")
+                sweep.write(table)
+        except (KeyboardInterrupt, SchedulerLost) as stop:
+            if keep_table:
+                sweep.write(sweep.table(criterion))
+            if isinstance(stop, SchedulerLost):
+                raise InputError(
+                    f"--scheduler: does not answer any more; {_settled(sweep)}, --resume goes on"
+                ) from None
+            raise KeyboardInterrupt(f"{_settled(sweep)}; --resume goes on") from None
+        except OSError as error:
+            if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+                raise
+            raise OSError(
+                error.errno, f"{error.strerror}; {_settled(sweep)}, --resume goes on", error.filename
+            ) from None
+        return table
 
 
 def _compute(sweep: Sweep, answers: Answers, say: Progress) -> None:

@@ -217,7 +217,7 @@ def test_an_older_page_never_stands_beside_a_newer_run(tmp_path: Path) -> None:
     """,
     )
     ran(tmp_path, cases)
-    assert ran(tmp_path, cases, overwrite=True).done[0].checks[0].found == "[]"
+    assert ran(tmp_path, cases, overwrite=True).done[0].checks[0].found == "['.seamap-rt.lock']"
 
 
 def test_cases_are_those_of_the_checkout_or_of_the_wheel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
