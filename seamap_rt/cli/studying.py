@@ -96,7 +96,8 @@ def trade(
     workers
         Processes of the local cluster; default as many as fit the cores and the memory.
     scheduler
-        tcp://HOST:PORT of a running dask scheduler, or its scheduler file, instead of a local cluster.
+        tls://HOST:PORT or tcp://HOST:PORT of a running dask scheduler, or its scheduler file, instead of a local
+        cluster. The certificates of tls:// are those of dask's configuration, distributed.comm.tls.
     out
         Folder for the points, trade.csv, trade.nc and figures; default runs/SCENE-trade.
     resume
@@ -126,6 +127,8 @@ def trade(
         )
     finally:
         stop()
+    if scheduler is not None and scheduler.startswith("tcp://"):
+        console.print(f"{scheduler} asks for no key: whoever reaches it can run code there; tls:// does")
     for line in made.lines:
         console.print(line)
     first, *others = made.files

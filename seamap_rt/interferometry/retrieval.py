@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from ..conventions import db, unit_from_azimuth
 from ..dataset import QUALITY_FLAGS, build, check
-from ..errors import SchemaError
+from ..errors import InputError, SchemaError
 from ..io.echo_store import read_echoes
+from ..radar.grid import check_ground_cells
 from ..settings import RetrievalSettings
 from ..wavefield.sea_state import water_of
 from .covariance.velocity import Doppler, Lag, doppler, over_ground, own_velocity
@@ -66,6 +67,10 @@ def retrieve_one(echoes: xr.Dataset, settings: RetrievalSettings | None = None) 
 def _one(echoes: xr.Dataset, settings: RetrievalSettings) -> xr.DataTree:
     radar = RadarDescription.of(echoes)
     turn = int(echoes["turn"].values[0])
+    try:
+        check_ground_cells(float(radar.ranges[-1]), settings.ground_m)
+    except ValueError as error:
+        raise InputError(str(error)) from None
     cells, points = retrieve_turn(echoes, radar, settings, turn)
     cells.attrs |= _water_attributes(settings)
     unambiguous = (cells["quality"].values[0] & QUALITY_FLAGS["ambiguous"]) == 0

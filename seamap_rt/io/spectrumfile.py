@@ -23,6 +23,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..settings.waves import HIGHEST_M
 
 KINDS = ("ndbc", "swan", "ww3", "wavespectra")
 """ndbc: a buoy of the US National Data Buoy Center, five text files or NetCDF; swan: SWAN's text; ww3: WAVEWATCH III's
@@ -42,6 +43,13 @@ class DirectionalTable:
     from_deg: NDArray[np.float64]  # (d,), ascending in [0, 360): where waves come from
     density: NDArray[np.float64]  # (f, d), m²/(Hz·degree), ≥ 0
     source: str  # file, time and site in one line
+
+    @property
+    def significant_wave_height_m(self) -> float:
+        """4 √m₀, by the trapezoid rule over frequency, and over directions around the circle."""
+        wide = np.append(self.from_deg, self.from_deg[0] + 360.0)
+        by_frequency = np.trapezoid(np.append(self.density, self.density[:, :1], axis=1), wide, axis=1)
+        return float(4.0 * np.sqrt(np.trapezoid(by_frequency, self.frequency_hz)))
 
 
 def read_directional_spectrum(
@@ -192,9 +200,17 @@ def _table(spectrum: xr.DataArray, path: Path) -> DirectionalTable:
         raise InputError(f"{path}: has fewer than two frequencies; give a spectrum")
     if direction.size < 3:
         raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
-    return DirectionalTable(
+    table = DirectionalTable(
         frequency[waves], direction, density[np.ix_(rows[waves], columns)], str(spectrum.attrs["source"])
     )
+    with np.errstate(over="ignore"):
+        height = table.significant_wave_height_m
+    if not height <= HIGHEST_M:
+        raise InputError(
+            f"{path}: has waves of {height:.3g} m at {table.source}: must be at most {HIGHEST_M:g} m, as no sea "
+            "is higher; mask the values that stand for missing ones, or correct the unit"
+        )
+    return table
 
 
 # ------------------------------------------------------------------------------------------------------- the formats

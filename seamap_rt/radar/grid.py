@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..io.numbers import rounded_up
+
 
 def look_sweeps(sector_deg: tuple[float, float], cell_azimuth_deg: float, staring: bool = False) -> NDArray[np.float64]:
     """Centres of the looks as angles from the start of the sector (deg): as many whole cells as the sector holds, and
@@ -37,6 +39,20 @@ class GroundGrid:
         x = np.broadcast_to(self.x[None, :, None] + dx.ravel(), shape)
         y = np.broadcast_to(self.y[:, None, None] + dy.ravel(), shape)
         return x, y
+
+
+MOST_GROUND_CELLS = 1e7  # of a turn's map, some 70 bytes each
+
+
+def check_ground_cells(far_range: float, side: float) -> None:
+    """ValueError where a ground map of cells of side [m] up to far_range [m] would not fit memory."""
+    cells = (2.0 * far_range / side) ** 2
+    if not cells <= MOST_GROUND_CELLS:
+        least = 2.0 * far_range / np.sqrt(MOST_GROUND_CELLS)
+        raise ValueError(
+            f"retrieval.ground_m = {side:.10g}: must be at least {rounded_up(float(least))} (the ground map would have "
+            f"{cells:.3g} cells, and may have {MOST_GROUND_CELLS:.3g}); raise retrieval.ground_m"
+        )
 
 
 def ground_grid(far_range: float, side: float) -> GroundGrid:

@@ -19,6 +19,8 @@ _SPREADING = Meaning(
     "How the waves' directions spread about the main one: `cos2s` with a fixed exponent, `mitsuyasu`, `hasselmann`, "
     "`donelan_banner` and `elfouhaily` by those papers, `long_crested` not at all."
 )
+
+HIGHEST_M = 30.0  # significant; the highest ever measured is 19 m (WMO 2016)
 _WIND = Meaning("Wind speed 10 m above the sea, which raises this system.", unit="m/s", reason="10 m above the sea")
 
 
@@ -88,7 +90,7 @@ class SpectralWaves(SpreadWaves):
     significant_wave_height_m: Annotated[
         float | None,
         Ge(0.0),
-        Le(30.0),
+        Le(HIGHEST_M),
         Meaning(
             "Significant wave height Hs = 4σ; together with `peak_period_s`.",
             unit="m",

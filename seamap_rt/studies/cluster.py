@@ -23,7 +23,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from dask import config
-from distributed import Client, Future, KilledWorker, LocalCluster, Worker, WorkerPlugin, as_completed
+from distributed import Client, Future, KilledWorker, LocalCluster, Security, Worker, WorkerPlugin, as_completed
 from distributed.client import FutureCancelledError, FuturesCancelledError
 from distributed.utils import silence_logging_cmgr
 
@@ -99,6 +99,9 @@ def _local_cluster(workers: int, scratch: str) -> LocalCluster:
             # The scheduler always opens a port for HTTP; this one is free, local, and serves nothing.
             scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
             local_directory=scratch,
+            # Whoever reaches a scheduler can run code in its workers: without a key, any user of this machine.
+            security=Security.temporary(),
+            protocol="tls://",
             silence_logs=logging.CRITICAL,
         )
     except RuntimeError as error:

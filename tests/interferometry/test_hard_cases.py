@@ -13,7 +13,7 @@ from rolling_echoes import Boat, ideal_sea
 from scipy.special import gammaincc
 
 from seamap_rt.dataset import QUALITY_FLAGS
-from seamap_rt.errors import SchemaError
+from seamap_rt.errors import InputError, SchemaError
 from seamap_rt.interferometry import retrieve
 from seamap_rt.settings import RetrievalSettings
 
@@ -367,3 +367,17 @@ def test_nothing_at_all_is_refused() -> None:
     assert "no complete turn" in refusal(calm().assign_attrs(complete_turns=0))
     assert "no complete turn" in refusal(calm().isel(pulse=slice(0, 0)))
     assert "range" in refusal(calm().isel(range=slice(0, 0)))
+
+
+@pytest.mark.parametrize("times", [1e3, 1e30])
+def test_ranges_beyond_every_horizon_are_refused(times: float) -> None:
+    echoes = calm()
+    far = echoes.assign_coords(range=echoes["range"] * times)
+    with pytest.raises(SchemaError, match=r"range\[\d+\] = .*: must be at most 20000 m"):
+        retrieve(far)
+
+
+def test_a_ground_map_that_fits_no_memory_is_refused() -> None:
+    # In the words of the scene's own limit, whoever brings the ranges.
+    with pytest.raises(InputError, match=r"retrieval\.ground_m = 0\.01: must be at least .* raise retrieval\.ground_m"):
+        retrieve(calm(), RetrievalSettings(ground_m=0.01))

@@ -263,3 +263,23 @@ def test_a_damaged_file_is_said_in_one_line(tmp_path: Path) -> None:
         shutil.copy(FOLDER / f"46042{letter}2024.txt", tmp_path)
     (tmp_path / "46042w2024.txt").write_text(text.replace(" 0.0000 ", " O.OOOO ", 1))
     assert "damaged" in refusal(tmp_path / "46042w2024.txt")
+
+
+@pytest.mark.parametrize("times", [15.1, 1e18])
+def test_no_sea_is_higher_than_seas_are(tmp_path: Path, times: float) -> None:
+    """What stands for a missing value, or a wrong unit, is not taken for waves; 15 times Hs = 2 m are the most."""
+    values = MAKER.density(2.0, 300.0)
+
+    def written(factor: float) -> Path:
+        dataset = xr.Dataset(
+            {"efth": (("freq", "dir"), values * factor**2)}, {"freq": MAKER.FREQUENCY_HZ, "dir": MAKER.FROM_DEG}
+        )
+        dataset.to_netcdf(tmp_path / f"{factor}.nc", engine="h5netcdf")
+        return tmp_path / f"{factor}.nc"
+
+    usual = read_directional_spectrum(written(1.0)).significant_wave_height_m
+    assert usual == pytest.approx(2.0, rel=0.02)  # of steps of 0.01 Hz
+    assert read_directional_spectrum(written(14.5)).significant_wave_height_m == pytest.approx(14.5 * usual)
+    words = refusal(written(times))
+    assert f"has waves of {times * usual:.3g} m" in words
+    assert "must be at most 30 m" in words

@@ -14,7 +14,8 @@ from typing import Any, cast
 
 import pytest
 import xarray as xr
-from distributed import Client, Future
+from dask import config
+from distributed import Client, Future, Security
 
 from seamap_rt.errors import InputError
 from seamap_rt.scene import Scene, load_scene
@@ -92,9 +93,21 @@ def test_workers_have_cores_of_their_own() -> None:
     assert all(len(cores) == 1 for cores in shares(3 * len(mine)).values())
 
 
+def test_other_users_of_the_machine_have_no_key(client: Client, tmp_path: Path) -> None:
+    """They reach the local cluster's port, and whoever it let in could run code as the one who sweeps."""
+    address = cast(Any, client.scheduler).address
+    assert address.startswith("tls://127.0.0.1:")
+    for other in ({"address": address.replace("tls", "tcp")}, {"address": address, "security": Security.temporary()}):
+        with pytest.raises(OSError), Client(**other, timeout=1):  # noqa: PT011  a time-out, or a connection that is reset
+            pass
+
+
 def test_an_existing_cluster_gives_the_same_bits(client: Client, here: tuple[Path, xr.Dataset], tmp_path: Path) -> None:
     folder, expected = here
-    made = write_trade(small(), tmp_path, VARY, SEEDS, scheduler=cast(Any, client.scheduler).address)
+    keys = cast(Any, client.security)
+    certificates = {"ca-file": keys.tls_ca_file, "client.key": keys.tls_client_key, "client.cert": keys.tls_client_cert}
+    with config.set({f"distributed.comm.tls.{name}": pem for name, pem in certificates.items()}):
+        made = write_trade(small(), tmp_path, VARY, SEEDS, scheduler=cast(Any, client.scheduler).address)
     assert same(made.table, expected)
     assert results(tmp_path) == results(folder)
     workers = {

@@ -15,6 +15,7 @@ import xarray as xr
 
 from ...dataset import ECHO_ATTRIBUTES
 from ...errors import SchemaError
+from ...settings.radar import FARTHEST_M
 
 _EVEN = 1e-3  # of a gate's spacing
 _PRF_ERROR = 0.25  # of the interval between pulses, by which they may come too early
@@ -88,6 +89,11 @@ def _check_gates(gates: np.ndarray) -> None:
     if not (np.isfinite(gates).all() and gates[0] > 0.0):
         raise SchemaError(
             f"echoes: range[0] = {gates[0]:g}: ranges must be finite and greater than 0; leave others out"
+        )
+    if not gates.max() <= FARTHEST_M:
+        raise SchemaError(
+            f"echoes: range[{int(gates.argmax())}] = {gates.max():g}: must be at most {FARTHEST_M:g} m, as far as any "
+            "mast sees the sea; leave farther gates out, or correct their unit"
         )
     even = np.linspace(gates[0], gates[-1], gates.size)
     if gates.size > 1 and not (even[1] > even[0] and np.abs(gates - even).max() <= _EVEN * (even[1] - even[0])):
