@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..conventions import db, unit_from_azimuth
 from ..dataset import QUALITY_FLAGS, build, check
 from ..errors import SchemaError
+from ..io.echo_store import PULSES, is_growing
 from ..settings import RetrievalSettings
 from ..wavefield.sea_state import water_of
 from .covariance.velocity import Doppler, Lag, doppler, over_ground, own_velocity
@@ -88,11 +89,23 @@ def _water_attributes(settings: RetrievalSettings) -> dict[str, float | list[flo
 
 
 def open_echoes(path: str | Path) -> xr.Dataset:
-    """Echoes from a Zarr store, complete turns only; raises SchemaError if the store does not keep the schema."""
-    dataset = xr.open_zarr(path, consolidated=False, zarr_format=3)
+    """Echoes from a Zarr store, complete turns only, also while it grows.
+
+    Raises SchemaError if the store does not keep the schema, or was left in the middle of a turn.
+    """
+    try:
+        dataset = xr.open_zarr(path, consolidated=False, zarr_format=3)
+    except ValueError:
+        if not is_growing(Path(path)):
+            raise
+        raise SchemaError(
+            f"'{path}': ends in the middle of a turn, since its run was killed, or is writing; if killed, seamap-rt "
+            f"recover '{Path(path).parent}' mends it"
+        ) from None
     dataset = dataset.set_coords([n for n in ("time", "azimuth", "transmitter", "turn") if n in dataset])
     check("echoes", dataset)
     whole = int(np.count_nonzero(dataset["turn"].values < dataset.attrs["complete_turns"]))
+    whole = int(dataset.attrs.pop(PULSES, whole))  # while it grows, what is not yet written looks like turn 0
     return dataset.isel(pulse=slice(0, whole))
 
 

@@ -1,17 +1,23 @@
-"""The Zarr store into which a run streams its echoes turn by turn."""
+"""The Zarr store into which a run streams its echoes turn by turn.
+
+Each file of it appears whole, so a kill loses no turn; but it may leave arrays of unlike length. While a store grows,
+its attribute `complete_pulses` counts the pulses of the complete turns, and `recover_echoes` cuts off what is beyond.
+"""
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
 import zarr
 
 _PULSES_A_CHUNK = 2000
+PULSES = "complete_pulses"
 _COORDINATES = "time azimuth transmitter turn"  # beside the dimensions
 
 
@@ -42,15 +48,14 @@ class EchoStore:
             _shorten(self._group, start)
             raise
         complete = int(turn.attrs["complete_turns"])
-        self._group.attrs["complete_turns"] = complete
+        self._group.attrs.update({"complete_turns": complete, PULSES: start + turn.sizes["pulse"]})
         self._before, self._length = self._length, (complete, start + turn.sizes["pulse"])
 
     def take_back(self) -> None:
         """Forget the turn that was appended last."""
         if self._group is not None and self._length != self._before:
             self._length = self._before
-            self._group.attrs["complete_turns"], pulses = self._length  # first: then what is longer is not read
-            _shorten(self._group, pulses)
+            _cut(self._group, *self._length)
 
     def __enter__(self) -> Self:
         return self
@@ -61,6 +66,8 @@ class EchoStore:
         turns, _ = self._length
         if self._begun and not turns:
             shutil.rmtree(self.path, ignore_errors=True)
+        elif self._group is not None:
+            del self._group.attrs[PULSES]
 
     def _create(self, turn: xr.Dataset) -> zarr.Group:
         if self.path.exists():
@@ -82,7 +89,7 @@ class EchoStore:
             )
             if not rolling:
                 array[...] = variable.values
-        group.attrs.update({**turn.attrs, "complete_turns": 0, "coordinates": _COORDINATES})
+        group.attrs.update({**turn.attrs, "complete_turns": 0, "coordinates": _COORDINATES, PULSES: 0})
         return group
 
 
@@ -91,3 +98,46 @@ def _shorten(group: zarr.Group, pulses: int) -> None:
     for _, array in group.arrays():
         if array.metadata.dimension_names[0] == "pulse":  # type: ignore[union-attr,index]
             array.resize((pulses, *array.shape[1:]))
+
+
+def _cut(group: zarr.Group, turns: int, pulses: int) -> None:
+    """Leave so many turns, which have so many pulses. The attributes come first: then what is longer is not read."""
+    group.attrs.update({"complete_turns": turns, PULSES: pulses})
+    _shorten(group, pulses)
+
+
+# ------------------------------------------------------------------------------------------------- after a kill
+
+
+def is_growing(path: Path) -> bool:
+    """Whether a store is being written, or was when its run was killed."""
+    attributes = _attributes(path)
+    return attributes is None or PULSES in attributes
+
+
+def recoverable_turns(path: Path) -> int:
+    """How many whole turns are in a store."""
+    return int((_attributes(path) or {}).get("complete_turns", 0))
+
+
+def recover_echoes(path: Path, turns: int) -> None:
+    """Leave the first so many turns of a store that a kill has left; none: remove it. May be called again."""
+    for left in path.rglob("*.partial"):  # of single files of the store
+        left.unlink()
+    if not turns:
+        shutil.rmtree(path, ignore_errors=True)
+        return
+    group = zarr.open_group(path, mode="r+", zarr_format=3)
+    pulses = int(group.attrs[PULSES])  # type: ignore[arg-type]
+    if turns < recoverable_turns(path):
+        pulses = int(np.searchsorted(np.asarray(group["turn"][:pulses]), turns))  # type: ignore[index]
+    _cut(group, turns, pulses)
+    del group.attrs[PULSES]
+
+
+def _attributes(path: Path) -> dict[str, Any] | None:
+    """What the store says of itself; None where it does not even exist whole."""
+    try:
+        return dict(json.loads((path / "zarr.json").read_text(encoding="utf-8"))["attributes"])
+    except (OSError, ValueError, KeyError):
+        return None

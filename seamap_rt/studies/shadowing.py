@@ -18,7 +18,7 @@ import xarray as xr
 
 from ..errors import InputError
 from ..io.interrupts import uninterrupted
-from ..io.results_folder import prepare_folder
+from ..io.results_folder import results_folder
 from ..mesh import polar_grid
 from ..report import style
 from ..report.reduce import main_waves
@@ -152,22 +152,22 @@ def write_shadowing(
     Raises InputError for bad input, and where the folder holds another study and `overwrite` is not given.
     """
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-shadowing"
-    prepare_folder(folder, overwrite, PRODUCTS)
-    try:
-        data = shadowing(scene, heights_m, seeds, tracer=scene.tracing.tracer, bin_m=bin_m, progress=progress)
-        if progress:
-            progress("writing and drawing")
-        made = {
-            "scene.toml": scene.to_toml().encode("utf-8"),
-            "shadowing.nc": bytes(data.to_netcdf(engine="h5netcdf")),  # HDF5 itself may crash on a full disk
-            "shadowing.csv": table(data).encode("utf-8"),
-            "shadowing.png": style.png(draw_shadowing(data)),
-            "shadowing_seen.png": style.png(draw_seen(data)),
-        }
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt("nothing of this study is kept; what the folder held before stays") from None
-    with uninterrupted():
-        _write_all(folder, made)
+    with results_folder(folder, overwrite, PRODUCTS):
+        try:
+            data = shadowing(scene, heights_m, seeds, tracer=scene.tracing.tracer, bin_m=bin_m, progress=progress)
+            if progress:
+                progress("writing and drawing")
+            made = {
+                "scene.toml": scene.to_toml().encode("utf-8"),
+                "shadowing.nc": bytes(data.to_netcdf(engine="h5netcdf")),  # HDF5 itself may crash on a full disk
+                "shadowing.csv": table(data).encode("utf-8"),
+                "shadowing.png": style.png(draw_shadowing(data)),
+                "shadowing_seen.png": style.png(draw_seen(data)),
+            }
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt("nothing of this study is kept; what the folder held before stays") from None
+        with uninterrupted():
+            _write_all(folder, made)
     return headlines(data)
 
 

@@ -7,7 +7,6 @@ scene, an error, a killed worker), the others stay, and a sweep that was interru
 from __future__ import annotations
 
 import errno
-import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
@@ -19,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from ..compute.scratch import scratch_folder
 from ..errors import InputError
 from ..scene import Scene
 from .point import Outcome, SchedulerLost, Task, compute, keep, kept
@@ -66,7 +66,7 @@ def trade(
     out: a folder that keeps the points' files, the table and a figure, see `write_trade`; else nothing is kept.
     """
     choice = criterion or Criterion()
-    with tempfile.TemporaryDirectory(prefix="seamap-rt-") as scratch, _answers(client, None, workers) as answers:
+    with scratch_folder() as scratch, _answers(client, None, workers) as answers:
         sweep = Sweep.of(scene, vary, seeds, Path(out or scratch).resolve())
         return _swept(sweep, answers, choice, resume, overwrite, progress, keep_table=out is not None)
 
@@ -148,7 +148,11 @@ def _swept(
     say = progress or (lambda _: None)
     say(f"checking {len(sweep.points)} points")
     _ = sweep.scenes  # refused before anything is written
-    sweep.prepare(resume, overwrite)
+    with sweep.prepared(resume, overwrite):
+        return _computed(sweep, answers, criterion, say, keep_table)
+
+
+def _computed(sweep: Sweep, answers: Answers, criterion: Criterion, say: Progress, keep_table: bool) -> xr.Dataset:
     try:
         _compute(sweep, answers, say)
         table = sweep.table(criterion)
