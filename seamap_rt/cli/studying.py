@@ -96,7 +96,8 @@ def trade(
     workers
         Processes of the local cluster; default as many as fit the cores and the memory.
     scheduler
-        tcp://HOST:PORT of a running dask scheduler, or its scheduler file, instead of a local cluster.
+        Of a running dask cluster, instead of a local one: tls://HOST:PORT (certificates in dask's configuration),
+        tcp://HOST:PORT (on a network that you trust), or its scheduler file.
     out
         Folder for the points, trade.csv, trade.nc and figures; default runs/SCENE-trade.
     resume

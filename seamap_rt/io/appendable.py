@@ -60,6 +60,7 @@ class AppendableNetCDF:
         self._hdf5: h5py.File | None = None
         self._file: h5netcdf.File | None = None
         self._grows: list[tuple[h5netcdf.Group, str]] = []  # groups and the dimensions that grow in them
+        self._arrays: dict[tuple[str, str], h5py.Dataset] = {}  # by group and name: looking them up takes long
 
     @property
     def complete(self) -> int:
@@ -80,18 +81,19 @@ class AppendableNetCDF:
         if new:
             for name, dataset in (groups | dict(self._constant)).items():
                 self._create(file.create_group(name) if name else file, dataset)
+                self._find_arrays(name, dataset)
+            file.flush()  # ties dimensions to variables
         sizes = {name: next((d.sizes[name] for d in groups.values() if name in d.sizes), 0) for name in self.length}
         end = {name: length + sizes[name] for name, length in self.length.items()}
         for group, name in self._grows:
             group.resize_dimension(name, end[name])
         for group_name, dataset in groups.items():
-            group = file[group_name] if group_name else file
             for name, variable in dataset.variables.items():
                 dimension = self._growing(variable)
                 if dimension is not None:
                     beyond = slice(self.length[dimension], end[dimension])
                     at = tuple(beyond if dim == dimension else slice(None) for dim in variable.dims)
-                    group.variables[str(name)][at] = self._rounded(variable)
+                    self._arrays[group_name, str(name)][at] = self._rounded(variable)
         self._count(end)
 
     def take_back(self) -> None:
@@ -172,8 +174,6 @@ class AppendableNetCDF:
         """What was written is complete, and room that it did not need is given back."""
         assert self._disk is not None
         assert self._hdf5 is not None
-        assert self._file is not None
-        self._file.flush()  # it ties dimensions to variables only now, which takes room too
         self._hdf5.flush()
         self._disk.commit({"length": length, "before": self.length})
         self._before, self.length = self.length, length
@@ -197,6 +197,13 @@ class AppendableNetCDF:
         coordinates = [str(name) for name in dataset.coords if name not in dataset.dims]
         if coordinates:
             group.attrs["coordinates"] = " ".join(coordinates)
+
+    def _find_arrays(self, group: str, dataset: xr.Dataset) -> None:
+        assert self._hdf5 is not None
+        for name in map(str, dataset.variables):
+            array = self._hdf5[f"{group}/{name}"]
+            assert isinstance(array, h5py.Dataset)
+            self._arrays[group, name] = array
 
     def _growing(self, variable: xr.Variable) -> str | None:
         return next((name for name in self.length if name in variable.dims), None)

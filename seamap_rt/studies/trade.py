@@ -86,7 +86,8 @@ def write_trade(
 ) -> TradeProducts:
     """Sweep a scene into a folder (default `runs/<scene>-trade`): points/*.json, trade.csv, trade.nc and trade.png.
 
-    scheduler: tcp://host:port of a dask scheduler, or its file; its workers need this package, and should have one
+    scheduler: tls://host:port (with certificates in dask's configuration) or tcp://host:port (on a network that is
+    trusted) of a dask scheduler, or its file; its workers need this package, and should have one
     thread each. The folder should be one that they see too: each then writes its own points, which remain after this
     process; where it is not, this process writes what they send back. Without it, `workers` processes are spawned here
     (default one per core; 0: none, all in this process).
@@ -96,13 +97,25 @@ def write_trade(
     """
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-trade"
     sweep = Sweep.of(scene, vary, seeds, folder.resolve())
+    notes = _network_notes(scheduler)
+    say = progress or (lambda _: None)
+    for note in notes:
+        say(note)
     with _answers(None, scheduler, workers) as answers:
         table = _swept(sweep, answers, criterion or Criterion(), resume, overwrite, progress, keep_table=True)
     files = tuple(name for name in PRODUCTS if (folder / name).exists())
-    return TradeProducts(folder, files, table, tuple(headline(table)))
+    return TradeProducts(folder, files, table, (*notes, *headline(table)))
 
 
 # ------------------------------------------------------------------------------------------------------- the sweep
+
+
+def _network_notes(scheduler: str | None) -> tuple[str, ...]:
+    if scheduler is None:
+        return ()
+    from .cluster import network_notes  # takes a second
+
+    return network_notes(scheduler)
 
 
 @contextmanager

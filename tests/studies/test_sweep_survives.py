@@ -14,6 +14,7 @@ from typing import Any, cast
 
 import pytest
 import xarray as xr
+from dask import config
 from distributed import Client, Future
 
 from seamap_rt.errors import InputError
@@ -94,7 +95,16 @@ def test_workers_have_cores_of_their_own() -> None:
 
 def test_an_existing_cluster_gives_the_same_bits(client: Client, here: tuple[Path, xr.Dataset], tmp_path: Path) -> None:
     folder, expected = here
-    made = write_trade(small(), tmp_path, VARY, SEEDS, scheduler=cast(Any, client.scheduler).address)
+    address = cast(Any, client.scheduler).address
+    assert address.startswith("tls://")
+    security = cast(Any, client.security)
+    certificates = {
+        "ca-file": security.tls_ca_file,
+        "client.cert": security.tls_client_cert,
+        "client.key": security.tls_client_key,
+    }
+    with config.set({f"distributed.comm.tls.{key}": value for key, value in certificates.items()}):
+        made = write_trade(small(), tmp_path, VARY, SEEDS, scheduler=address)
     assert same(made.table, expected)
     assert results(tmp_path) == results(folder)
     workers = {
