@@ -13,18 +13,19 @@ from pathlib import Path
 
 from .locks import Held, alive, locked
 
+PREFIX = "seamap-rt-"
 _LOCK = ".lock"
 
 
 @contextmanager
-def scratch_folder(prefix: str = "seamap-rt-", within: Path | None = None) -> Iterator[Path]:
+def scratch_folder(prefix: str = PREFIX, within: Path | None = None) -> Iterator[Path]:
     """An empty folder for this process alone, gone afterwards. Those of killed processes are removed first.
 
     prefix: of its name; the process's number follows. within: the folder to make it in; default the system's own for
     temporary files. Raises OSError where it cannot be made.
     """
     home = within or Path(tempfile.gettempdir())
-    _clear(home, prefix)
+    clear_dead(prefix, home)
     path = Path(tempfile.mkdtemp(prefix=f"{prefix}{os.getpid()}-", dir=home))
     try:
         with locked(path / _LOCK):
@@ -34,8 +35,9 @@ def scratch_folder(prefix: str = "seamap-rt-", within: Path | None = None) -> It
         shutil.rmtree(path, ignore_errors=True)
 
 
-def _clear(home: Path, prefix: str) -> None:
-    """Remove this user's folders whose processes have ended."""
+def clear_dead(prefix: str = PREFIX, within: Path | None = None) -> None:
+    """Remove this user's folders whose processes have been killed. prefix, within: as of `scratch_folder`."""
+    home = within or Path(tempfile.gettempdir())
     named = re.compile(rf"{re.escape(prefix)}(\d+)-\w+")
     for path in home.glob(f"{prefix}*"):
         name = named.fullmatch(path.name)

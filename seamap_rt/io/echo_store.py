@@ -48,7 +48,7 @@ class EchoStore:
             _shorten(self._group, start)
             raise
         complete = int(turn.attrs["complete_turns"])
-        self._group.attrs.update({"complete_turns": complete, PULSES: start + turn.sizes["pulse"]})
+        self._group.update_attributes({"complete_turns": complete, PULSES: start + turn.sizes["pulse"]})
         self._before, self._length = self._length, (complete, start + turn.sizes["pulse"])
 
     def take_back(self) -> None:
@@ -89,7 +89,7 @@ class EchoStore:
             )
             if not rolling:
                 array[...] = variable.values
-        group.attrs.update({**turn.attrs, "complete_turns": 0, "coordinates": _COORDINATES, PULSES: 0})
+        group.update_attributes({**turn.attrs, "complete_turns": 0, "coordinates": _COORDINATES, PULSES: 0})
         return group
 
 
@@ -102,7 +102,7 @@ def _shorten(group: zarr.Group, pulses: int) -> None:
 
 def _cut(group: zarr.Group, turns: int, pulses: int) -> None:
     """Leave so many turns, which have so many pulses. The attributes come first: then what is longer is not read."""
-    group.attrs.update({"complete_turns": turns, PULSES: pulses})
+    group.update_attributes({"complete_turns": turns, PULSES: pulses})
     _shorten(group, pulses)
 
 
@@ -112,7 +112,7 @@ def _cut(group: zarr.Group, turns: int, pulses: int) -> None:
 def is_growing(path: Path) -> bool:
     """Whether a store is being written, or was when its run was killed."""
     attributes = _attributes(path)
-    return attributes is None or PULSES in attributes
+    return attributes is None or PULSES in attributes or "complete_turns" not in attributes
 
 
 def recoverable_turns(path: Path) -> int:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..compute.locks import Held, holder_of, locked
+from ..compute.scratch import clear_dead
 from ..errors import InputError
 
 _LOCK, _MARKER = ".seamap-rt.lock", ".seamap-rt.unfinished"
@@ -42,6 +43,7 @@ def results_folder(folder: Path, overwrite: bool, products: tuple[str, ...], opt
         ) from None
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(f"{option} = '{folder}': cannot be written to; choose a folder that you can write to")
+    clear_dead()
     with held_folder(folder, option):
         if not overwrite:
             _refuse_earlier(folder, products, option)

@@ -124,7 +124,10 @@ def _local_cluster(workers: int, scratch: Path) -> LocalCluster:
             silence_logs=logging.CRITICAL,
         )
     except RuntimeError as error:
-        raise InputError(f"--workers = {workers}: cannot be started ({error}); {_GUARD}") from None
+        raise InputError(
+            f"--workers = {workers}: a worker process ended while it started ({error}): it was killed or short of "
+            f"memory, then give fewer; or it imports a script that does not {_GUARD}"
+        ) from None
 
 
 def refuse_while_spawned() -> None:

@@ -53,7 +53,7 @@ print("works", version)
 
 def try_out(candidate: Candidate) -> Verdict:
     """Let a process of its own work with the library."""
-    with scratch_folder("seamap-rt-probe-") as scratch:
+    with scratch_folder() as scratch:
         environment = os.environ | {"DRJIT_CACHE_DIR": str(scratch)}  # a kernel compiled earlier proves nothing
         if candidate.kind == "llvm":
             environment[VARIABLE] = str(candidate.library)
