@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
+import multiprocessing
 import os
 import signal
+import socket
+import ssl
 import subprocess
 import sys
+import tempfile
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, cast
+from urllib.parse import urlsplit
 
 import pytest
 import xarray as xr
@@ -19,7 +25,7 @@ from distributed import Client, Future
 
 from seamap_rt.errors import InputError
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.studies.cluster import local_client, shares
+from seamap_rt.studies.cluster import existing_client, local_client, shares
 from seamap_rt.studies.point import Outcome, Task, compute, kept
 from seamap_rt.studies.trade import trade, write_trade
 from seamap_rt.studies.trade_table import COST
@@ -91,6 +97,41 @@ def test_workers_have_cores_of_their_own() -> None:
     each = shares(len(mine))
     assert sorted(core for cores in each.values() for core in cores) == mine
     assert all(len(cores) == 1 for cores in shares(3 * len(mine)).values())
+
+
+def test_without_its_keys_nobody_talks_to_a_local_cluster(client: Client) -> None:
+    """Neither plainly nor by TLS without a certificate: whoever talks to a worker can have it run code."""
+    ports = [cast(Any, client.scheduler).address, *client.nthreads()]  # pyright: ignore[reportCallIssue]
+    for address in ports:
+        where = (urlsplit(address).hostname, urlsplit(address).port or 0)
+        with pytest.raises(InputError, match="no scheduler answers"), existing_client(address.replace("tls", "tcp")):
+            raise AssertionError("it answers")
+        stranger = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+        stranger.check_hostname, stranger.verify_mode = False, ssl.CERT_NONE
+        with socket.create_connection(where, 10.0) as plain, pytest.raises(ssl.SSLError, match="CERTIFICATE_REQUIRED"):
+            stranger.wrap_socket(plain).recv(1)
+    security = cast(Any, client.security)
+    assert Path(security.tls_client_key).stat().st_mode & 0o077 == 0
+    assert Path(security.tls_client_key).parent.stat().st_mode & 0o077 == 0
+
+
+def test_a_worker_that_is_killed_while_it_starts_is_a_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    before = set(multiprocessing.active_children())
+
+    def kill_the_first() -> None:
+        limit = time.monotonic() + 60.0
+        while not (begun := set(multiprocessing.active_children()) - before) and time.monotonic() < limit:
+            time.sleep(0.01)
+        for process in begun:
+            process.kill()
+
+    thread = threading.Thread(target=kill_the_first)
+    thread.start()
+    with pytest.raises(InputError, match="--workers = 1: a worker process ended while it started"), local_client(1):
+        raise AssertionError("it has started")
+    thread.join()
+    assert not list(tmp_path.iterdir())
 
 
 def test_an_existing_cluster_gives_the_same_bits(client: Client, here: tuple[Path, xr.Dataset], tmp_path: Path) -> None:
