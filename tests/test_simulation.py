@@ -305,7 +305,7 @@ def test_isotropic_antenna_is_refused_for_a_sea() -> None:
 
 def test_earlier_results_are_replaced_only_when_told(tmp_path: Path) -> None:
     simulate(scene(), tmp_path)
-    with pytest.raises(InputError, match=r"holds an earlier echoes\.zarr"):
+    with pytest.raises(InputError, match=r"holds another run's echoes\.zarr"):
         simulate(scene(seed=2), tmp_path)
     again = simulate(scene(seed=2), tmp_path, overwrite=True)
     assert_array_equal(again.echoes["voltage"].values, simulate(scene(seed=2)).echoes["voltage"].values)

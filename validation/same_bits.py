@@ -35,7 +35,7 @@ def main() -> None:
 
 def differences(old: Path, new: Path, tolerance: float = 0.0) -> Iterator[str]:
     """A line for each thing that is not the same in two folders of results."""
-    first, second = dict(_arrays(old)), dict(_arrays(new))
+    first, second = dict(arrays(old)), dict(arrays(new))
     for name in sorted({*first, *second}):
         if name not in first or name not in second:
             yield f"{name}: only in {old if name in first else new}"
@@ -46,7 +46,8 @@ def differences(old: Path, new: Path, tolerance: float = 0.0) -> Iterator[str]:
         yield f"metrics.json {key}: only in {old}"
 
 
-def _arrays(folder: Path) -> Iterator[tuple[str, np.ndarray[Any, Any]]]:
+def arrays(folder: Path) -> Iterator[tuple[str, np.ndarray[Any, Any]]]:
+    """The arrays of a folder of results, by file, group and name."""
     with xr.open_zarr(folder / "echoes.zarr", consolidated=False) as echoes:
         yield from ((f"echoes {name}", echoes[name].values) for name in echoes.variables)
     for file in ("maps.nc", "truth.nc"):

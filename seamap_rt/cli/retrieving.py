@@ -41,7 +41,7 @@ def retrieve(
     """
     from ..interferometry import retrieve as retrieve_echoes
     from ..io.appendable import AppendableNetCDF
-    from ..io.results_folder import clear_folder, prepare_folder
+    from ..io.results_folder import clear_folder, growing, refuse_unfinished, results_folder
     from ..io.scenefile import apply_overrides, validate
     from ..settings import RetrievalSettings
     from ..wavefield import sea_state
@@ -59,18 +59,19 @@ def retrieve(
     if not echoes.exists():
         raise InputError(f"ECHOES = '{echoes}': no such file or folder; give the path of an echoes.zarr")
     folder = out or echoes.parent
-    with prepare_folder(folder, overwrite, ("maps.nc",)):
+    refuse_unfinished(echoes.parent, "ECHOES")
+    with results_folder(folder, overwrite, ("maps.nc",)):
         recorded = _opened(echoes, header, name)
         maps = retrieve_echoes(recorded, settings)
         clear_folder(folder, ("maps.nc",))
-        with AppendableNetCDF(folder / "maps.nc") as file:
+        with growing(folder, ("maps.nc",)), AppendableNetCDF(folder / "maps.nc") as file:
             for turn in range(maps["polar"].sizes["turn"]):
                 file.append(maps.isel(turn=slice(turn, turn + 1)))
-        for line in _answered(maps):
-            console.print(line)
-        console.print(f"sea state: {in_words(sea_state(maps))}")
-        console.print(str(folder / "maps.nc"))
-        return 0
+    for line in _answered(maps):
+        console.print(line)
+    console.print(f"sea state: {in_words(sea_state(maps))}")
+    console.print(str(folder / "maps.nc"))
+    return 0
 
 
 def _opened(echoes: Path, header: Path | None, name: list[str] | None) -> xr.Dataset:

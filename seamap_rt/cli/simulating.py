@@ -104,10 +104,8 @@ def simulate(scene: str, *, out: Path, overwrite: bool = False, set_: Settings |
         KEY=VALUE, any key of the scene file, as often as wanted.
     """
     loaded = scene_of(scene, set_)
-    from ..io.results_folder import prepare_folder
     from ..session import simulate as simulate_scene
 
-    prepare_folder(out, overwrite, ("echoes.zarr", "truth.nc")).release()  # refused before anything is said
     say, stop = progress()
     try:
         say(f"simulating {loaded.name}")

@@ -96,8 +96,8 @@ def trade(
     workers
         Processes of the local cluster; default as many as fit the cores and the memory.
     scheduler
-        tls://HOST:PORT or tcp://HOST:PORT of a running dask scheduler, or its scheduler file, instead of a local
-        cluster. The certificates of tls:// are those of dask's configuration, distributed.comm.tls.
+        Of a running dask cluster, instead of a local one: tls://HOST:PORT (certificates in dask's configuration),
+        tcp://HOST:PORT (on a network that you trust), or its scheduler file.
     out
         Folder for the points, trade.csv, trade.nc and figures; default runs/SCENE-trade.
     resume
@@ -127,8 +127,6 @@ def trade(
         )
     finally:
         stop()
-    if scheduler is not None and scheduler.startswith("tcp://"):
-        console.print(f"{scheduler} asks for no key: whoever reaches it can run code there; tls:// does")
     for line in made.lines:
         console.print(line)
     first, *others = made.files

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from ..conventions import db, unit_from_azimuth
 from ..dataset import QUALITY_FLAGS, build, check
 from ..errors import InputError, SchemaError
-from ..io.echo_store import read_echoes
 from ..radar.grid import check_ground_cells
 from ..settings import RetrievalSettings
 from ..wavefield.sea_state import water_of
@@ -28,6 +27,7 @@ from .gridding.ground_map import Ground, ground_map
 from .gridding.instant import at_one_instant
 from .input.checks import checked_echoes
 from .input.description import RadarDescription
+from .input.stored import open_echoes
 from .looks import Looks, interferogram
 from .phase.interferogram import Interferogram
 
@@ -94,10 +94,6 @@ def _water_attributes(settings: RetrievalSettings) -> dict[str, float | list[flo
 
 
 def open_echoes(path: str | Path) -> xr.Dataset:
-    """Echoes from a Zarr store, complete turns only; raises SchemaError if the store does not keep the schema."""
-    dataset = read_echoes(path)
-    check("echoes", dataset)
-    return dataset
 
 
 def retrieve_turn(

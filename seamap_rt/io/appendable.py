@@ -1,10 +1,14 @@
-"""A NetCDF file that grows turn by turn and appears under its own name, whole, even where the disk fills."""
+"""A NetCDF file that grows turn by turn and appears under its own name, whole, even where the disk fills.
+
+Until then its whole turns survive a kill in a file beside it, from which `recover_netcdf` takes them.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -13,6 +17,9 @@ import h5netcdf
 import h5py
 import numpy as np
 import xarray as xr
+
+from .committed_file import CommittedFile, journal_of, mend
+from .interrupts import uninterrupted
 
 # Room that HDF5 takes beside the values, at most:
 _INDEX_BYTES = 16384  # of a variable in a turn: its header at first, then the trees of its chunks
@@ -47,11 +54,13 @@ class AppendableNetCDF:
         self.path = path
         self.length = self._before = dict.fromkeys(growing, 0)
         self._constant, self._compressed, self._rounding = constant or {}, compressed, rounding or {}
-        self._part = path.with_name(f".{path.name}.part")
-        self._part.unlink(missing_ok=True)
+        self._part = part_of(path)
+        remove_parts(path)
+        self._disk: CommittedFile | None = None
         self._hdf5: h5py.File | None = None
         self._file: h5netcdf.File | None = None
         self._grows: list[tuple[h5netcdf.Group, str]] = []  # groups and the dimensions that grow in them
+        self._arrays: dict[tuple[str, str], h5py.Dataset] = {}  # by group and name: looking them up takes long
 
     @property
     def complete(self) -> int:
@@ -61,26 +70,30 @@ class AppendableNetCDF:
     def append(self, data: xr.Dataset | xr.DataTree) -> None:
         """Append one turn or more: a dataset, or a tree with a group for each of its children.
 
-        Raises OSError, and stays as it was, where the disk has no room for it.
+        Ctrl-C and SIGTERM wait. Raises OSError, and stays as it was, where the disk has no room for it.
         """
-        groups = {"": data} if isinstance(data, xr.Dataset) else _groups(data)
+        with uninterrupted(), self._naming():
+            self._append({"": data} if isinstance(data, xr.Dataset) else _groups(data))
+
+    def _append(self, groups: dict[str, xr.Dataset]) -> None:
         new = not self._grows
         file = self._opened([*groups.values(), *(self._constant.values() if new else ())])
         if new:
             for name, dataset in (groups | dict(self._constant)).items():
                 self._create(file.create_group(name) if name else file, dataset)
+                self._find_arrays(name, dataset)
+            file.flush()  # ties dimensions to variables
         sizes = {name: next((d.sizes[name] for d in groups.values() if name in d.sizes), 0) for name in self.length}
         end = {name: length + sizes[name] for name, length in self.length.items()}
         for group, name in self._grows:
             group.resize_dimension(name, end[name])
         for group_name, dataset in groups.items():
-            group = file[group_name] if group_name else file
             for name, variable in dataset.variables.items():
                 dimension = self._growing(variable)
                 if dimension is not None:
                     beyond = slice(self.length[dimension], end[dimension])
                     at = tuple(beyond if dim == dimension else slice(None) for dim in variable.dims)
-                    group.variables[str(name)][at] = self._rounded(variable)
+                    self._arrays[group_name, str(name)][at] = self._rounded(variable)
         self._count(end)
 
     def take_back(self) -> None:
@@ -88,17 +101,41 @@ class AppendableNetCDF:
         self.length = self._before
 
     def close(self) -> None:
-        """Finish the file; a turn that failed halfway, or was taken back, goes."""
-        if self._hdf5 is not None and self._file is not None:
-            if self.complete:
-                for group, name in self._grows:
-                    group.resize_dimension(name, self.length[name])
-            self._file.close()
-            self._hdf5.close()
-            self._file = self._hdf5 = None
-            if self.complete:
-                os.replace(self._part, self.path)
-        self._part.unlink(missing_ok=True)
+        """Finish the file; a turn that failed halfway, or was taken back, goes. Ctrl-C and SIGTERM wait."""
+        with uninterrupted(), self._naming():
+            try:
+                self._finish()
+            finally:
+                if self._disk is not None:
+                    self._disk.close()
+                    self._disk = None
+            remove_parts(self.path)
+
+    def _finish(self) -> None:
+        if self._disk is None or self._hdf5 is None or self._file is None:
+            return
+        if self.complete:
+            _shorten(self._grows, self.length)
+        self._file.close()
+        self._hdf5.close()
+        self._file = self._hdf5 = None
+        if self.complete:
+            note = {"length": self.length, "before": self.length}
+            try:
+                self._disk.commit(note)
+            except OSError:  # no room for a journal: without one, since what is written is there already
+                self._disk.commit(note, journal=False)
+            os.replace(self._part, self.path)
+
+    @contextlib.contextmanager
+    def _naming(self) -> Iterator[None]:
+        """An error of the disk names the file as the user knows it."""
+        try:
+            yield
+        except OSError as error:
+            if error.errno is None:
+                raise
+            raise OSError(error.errno, os.strerror(error.errno), str(self.path)) from None
 
     def __enter__(self) -> Self:
         return self
@@ -113,23 +150,17 @@ class AppendableNetCDF:
     def _opened(self, datasets: list[xr.Dataset]) -> h5netcdf.File:
         """The file, with so much space reserved by the file system. OSError if it gives none.
 
-        HDF5 itself may crash, as late as at the end of the process, if it finds the disk full while it writes. Where
-        the system (macOS) or the file system has no such reservation, the file is written without it.
+        Where the system (macOS) or the file system has no such reservation, the file is written without it.
         """
-        if self._hdf5 is None or self._file is None:
-            self._hdf5 = h5py.File(self._part, "w", track_order=True)
+        if self._disk is None or self._file is None:
+            self._disk = CommittedFile(self._part)
+            self._hdf5 = h5py.File(self._disk, "w", track_order=True)
             self._file = h5netcdf.File(self._hdf5, "w")
-        handle, size = os.open(self._part, os.O_RDWR), self._hdf5.id.get_filesize()
         try:
-            if hasattr(os, "posix_fallocate"):
-                os.posix_fallocate(handle, size, self._room(datasets))
+            self._disk.reserve(self._room(datasets))
         except OSError as error:
-            if error.errno in (errno.EINVAL, errno.EOPNOTSUPP):
-                return self._file
-            os.ftruncate(handle, size)  # some file systems keep the part of the room that they had
-            raise OSError(error.errno, os.strerror(error.errno or 0), str(self.path)) from None
-        finally:
-            os.close(handle)
+            if error.errno not in (errno.EINVAL, errno.EOPNOTSUPP):
+                raise
         return self._file
 
     def _room(self, datasets: list[xr.Dataset]) -> int:
@@ -141,11 +172,10 @@ class AppendableNetCDF:
 
     def _count(self, length: dict[str, int]) -> None:
         """What was written is complete, and room that it did not need is given back."""
+        assert self._disk is not None
         assert self._hdf5 is not None
-        assert self._file is not None
-        self._file.flush()  # it ties dimensions to variables only now, which takes room too
         self._hdf5.flush()
-        os.truncate(self._part, self._hdf5.id.get_filesize())
+        self._disk.commit({"length": length, "before": self.length})
         self._before, self.length = self.length, length
 
     # ------------------------------------------------------------------------------------------------- the variables
@@ -167,6 +197,13 @@ class AppendableNetCDF:
         coordinates = [str(name) for name in dataset.coords if name not in dataset.dims]
         if coordinates:
             group.attrs["coordinates"] = " ".join(coordinates)
+
+    def _find_arrays(self, group: str, dataset: xr.Dataset) -> None:
+        assert self._hdf5 is not None
+        for name in map(str, dataset.variables):
+            array = self._hdf5[f"{group}/{name}"]
+            assert isinstance(array, h5py.Dataset)
+            self._arrays[group, name] = array
 
     def _growing(self, variable: xr.Variable) -> str | None:
         return next((name for name in self.length if name in variable.dims), None)
@@ -203,3 +240,61 @@ class AppendableNetCDF:
 
 def _groups(tree: xr.DataTree) -> dict[str, xr.Dataset]:
     return {str(node.name): node.to_dataset() for node in tree.children.values()}
+
+
+def _shorten(grows: Iterable[tuple[h5netcdf.Group, str]], length: Mapping[str, int]) -> None:
+    """Bring groups to the length of each dimension that grows in them."""
+    for group, name in grows:
+        group.resize_dimension(name, length[name])
+
+
+# ------------------------------------------------------------------------------------------------- after a kill
+
+
+def part_of(path: Path) -> Path:
+    """What a file is called until it is whole."""
+    return path.with_name(f".{path.name}.part")
+
+
+def remove_parts(path: Path) -> None:
+    """Remove what a file leaves beside its own name."""
+    part = part_of(path)
+    for left in (part, journal_of(part), journal_of(part).with_name(f"{journal_of(part).name}.part")):
+        left.unlink(missing_ok=True)
+
+
+def recoverable(path: Path) -> int:
+    """How many whole turns of a file a kill has left in the file beside it. OSError, ValueError if it is damaged."""
+    part = part_of(path)
+    note = mend(part) if part.exists() else None
+    return next(iter(note["length"].values())) if note else 0
+
+
+def recover_netcdf(path: Path, turns: int) -> None:
+    """Give the first so many of the turns that a kill has left the file's own name; none: remove what is left.
+
+    turns: as `recoverable` counts them, or one less. May itself be killed and called again.
+    Raises OSError, ValueError for more or fewer turns.
+    """
+    part = part_of(path)
+    note = mend(part) if part.exists() else None
+    if note and turns:
+        lengths = [length for length in (note["length"], note["before"]) if next(iter(length.values())) == turns]
+        if not lengths:
+            raise ValueError(f"{part} cannot be brought to {turns} turns")
+        if lengths[0] != note["length"]:
+            _cut(part, lengths[0])
+        os.replace(part, path)
+    remove_parts(path)
+
+
+def _cut(part: Path, length: Mapping[str, int]) -> None:
+    """Shorten a mended file."""
+    disk = CommittedFile(part, existing=True)
+    try:
+        with h5py.File(disk, "r+") as hdf5, h5netcdf.File(hdf5, "r+") as file:
+            groups = [file, *file.groups.values()]
+            _shorten([(group, name) for group in groups for name in length if name in group.dimensions], length)
+        disk.commit({"length": dict(length), "before": dict(length)})
+    finally:
+        disk.close()

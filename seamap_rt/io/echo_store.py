@@ -1,26 +1,27 @@
-"""The Zarr store into which a run streams its echoes turn by turn, and out of which whole turns are read.
+"""The Zarr store into which a run streams its echoes turn by turn.
 
-A process that is killed while the store grows leaves arrays of unequal length, the last turn in part; they are read as
-far as all turns are whole.
+Each file of it appears whole, so a kill loses no turn; but it may leave arrays of unlike length. While a store grows,
+its attribute `complete_pulses` counts the pulses of the complete turns, and `recover_echoes` cuts off what is beyond.
 """
 
 from __future__ import annotations
 
-import itertools
+import json
 import shutil
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
 import zarr
 
-from ..errors import SchemaError
+from .stored_chunks import EVERY_CHUNK
 
 _PULSES_A_CHUNK = 2000
+PULSES = "complete_pulses"
+_EVERY: Any = {"write_empty_chunks": True}  # zeros too: a chunk that is not there is lost
 _COORDINATES = "time azimuth transmitter turn"  # beside the dimensions
-_EMPTY_CHUNKS = "written"  # also those of zeros alone, as of a lower antenna that alone transmits
 
 
 class EchoStore:
@@ -42,29 +43,22 @@ class EchoStore:
         _, start = self._length
         rolling = {str(n): v.values for n, v in turn.variables.items() if v.dims[0] == "pulse"}
         try:
-            with zarr.config.set({"array.write_empty_chunks": True}):
-                for name, values in rolling.items():
-                    array = self._group[name]
-                    array.resize((start + values.shape[0], *array.shape[1:]))  # type: ignore[union-attr]
-                    array[start:] = values  # type: ignore[index]
+            for name, values in rolling.items():
+                array = self._group[name].with_config(_EVERY)  # type: ignore[union-attr]
+                array.resize((start + values.shape[0], *array.shape[1:]))
+                array[start:] = values
         except BaseException:  # interrupted, or no space left: arrays of unlike length could not be read any more
             _shorten(self._group, start)
             raise
         complete = int(turn.attrs["complete_turns"])
+        self._group.update_attributes({"complete_turns": complete, PULSES: start + turn.sizes["pulse"]})
         self._before, self._length = self._length, (complete, start + turn.sizes["pulse"])
-        self._say_complete()
 
     def take_back(self) -> None:
         """Forget the turn that was appended last."""
         if self._group is not None and self._length != self._before:
             self._length = self._before
-            self._say_complete()  # first: then what is longer is not read
-            _shorten(self._group, self._length[1])
-
-    def _say_complete(self) -> None:
-        assert self._group is not None
-        turns, pulses = self._length
-        self._group.attrs.update({"complete_turns": turns, "complete_pulses": pulses})
+            _cut(self._group, *self._length)
 
     def __enter__(self) -> Self:
         return self
@@ -75,6 +69,8 @@ class EchoStore:
         turns, _ = self._length
         if self._begun and not turns:
             shutil.rmtree(self.path, ignore_errors=True)
+        elif self._group is not None:
+            del self._group.attrs[PULSES]
 
     def _create(self, turn: xr.Dataset) -> zarr.Group:
         if self.path.exists():
@@ -90,22 +86,15 @@ class EchoStore:
                 shape=shape,
                 dtype=variable.dtype,
                 chunks=chunks,
+                config=_EVERY,
                 compressors=None,  # noise does not compress, and a turn must be written in a fraction of a second
                 dimension_names=[str(d) for d in variable.dims],
                 attributes={k: (v.tolist() if isinstance(v, np.ndarray) else v) for k, v in variable.attrs.items()},
-                config={"write_empty_chunks": True},
             )
             if not rolling:
                 array[...] = variable.values
-        group.attrs.update(
-            {
-                **turn.attrs,
-                "complete_turns": 0,
-                "complete_pulses": 0,
-                "coordinates": _COORDINATES,
-                "empty_chunks": _EMPTY_CHUNKS,
-            }
-        )
+        attributes = {"complete_turns": 0, "coordinates": _COORDINATES, PULSES: 0, EVERY_CHUNK: 1}
+        group.update_attributes({**turn.attrs, **attributes})
         return group
 
 
@@ -116,58 +105,44 @@ def _shorten(group: zarr.Group, pulses: int) -> None:
             array.resize((pulses, *array.shape[1:]))
 
 
-def read_echoes(path: str | Path) -> xr.Dataset:
-    """The whole turns of a store, read when their values are asked for.
-
-    Raises SchemaError for what is no store, is damaged, or lacks a chunk of them: Zarr would read it as zeros, which
-    are echoes of nothing.
-    """
-    try:
-        group = zarr.open_group(path, mode="r", zarr_format=3)
-        complete = int(group.attrs["complete_turns"])  # type: ignore[arg-type]
-        arrays = dict(group.arrays())
-        rolling = {name: array.shape[0] for name, array in arrays.items() if _dimensions(array)[:1] == ("pulse",)}
-        pulses = 0
-        if "turn" in arrays:
-            counted = group.attrs.get("complete_pulses")  # a store that grew by other hands does not count them
-            _refuse_lacking(path, "turn", arrays["turn"], counted, group.attrs)  # type: ignore[arg-type]
-            pulses = int(np.count_nonzero(np.asarray(arrays["turn"][:counted]) < complete))  # type: ignore[operator,misc]
-        for name, array in arrays.items():
-            _refuse_lacking(path, name, array, pulses if name in rolling else None, group.attrs)
-        parts = []
-        for length in sorted(set(rolling.values()) or {0}):
-            others = [name for name in rolling if rolling[name] != length]
-            parts.append(xr.open_zarr(path, consolidated=False, zarr_format=3, drop_variables=others))
-        whole = [part.isel(pulse=slice(0, pulses)) if "pulse" in part.dims else part for part in parts]
-        dataset = xr.merge(whole, combine_attrs="override", compat="override", join="override")
-    except SchemaError:
-        raise
-    # Whatever the libraries raise for a file that is missing, cut short or of another kind.
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, IndexError, RuntimeError) as error:
-        raise SchemaError(f"'{path}': is not an echo store that can be read ({error}); give an echoes.zarr") from None
-    return dataset.set_coords([name for name in _COORDINATES.split() if name in dataset])
+def _cut(group: zarr.Group, turns: int, pulses: int) -> None:
+    """Leave so many turns, which have so many pulses. The attributes come first: then what is longer is not read."""
+    group.update_attributes({"complete_turns": turns, PULSES: pulses})
+    _shorten(group, pulses)
 
 
-def _dimensions(array: zarr.Array) -> tuple[str | None, ...]:
-    return tuple(array.metadata.dimension_names or ())  # type: ignore[union-attr]
+# ------------------------------------------------------------------------------------------------- after a kill
 
 
-def _refuse_lacking(path: str | Path, name: str, array: zarr.Array, pulses: int | None, attrs: object) -> None:
-    """Refuse an array of which a chunk of those pulses, or any, is missing or cut short.
+def is_growing(path: Path) -> bool:
+    """Whether a store is being written, or was when its run was killed."""
+    attributes = _attributes(path)
+    return attributes is None or PULSES in attributes or "complete_turns" not in attributes
 
-    Stores of others may leave out chunks of zeros; voltages are never zeros alone.
-    """
-    folder = Path(path) / name
-    if not folder.is_dir() or (name != "voltage" and dict(attrs).get("empty_chunks") != _EMPTY_CHUNKS):  # type: ignore[call-overload]
+
+def recoverable_turns(path: Path) -> int:
+    """How many whole turns are in a store."""
+    return int((_attributes(path) or {}).get("complete_turns", 0))
+
+
+def recover_echoes(path: Path, turns: int) -> None:
+    """Leave the first so many turns of a store that a kill has left; none: remove it. May be called again."""
+    for left in path.rglob("*.partial"):  # of single files of the store
+        left.unlink()
+    if not turns:
+        shutil.rmtree(path, ignore_errors=True)
         return
-    shape = array.shape if pulses is None else (pulses, *array.shape[1:])
-    counts = [-(-length // chunk) for length, chunk in zip(shape, array.chunks, strict=True)]
-    plain = not array.compressors
-    size = int(np.prod(array.chunks)) * array.dtype.itemsize
-    for index in itertools.product(*(range(count) for count in counts)):
-        key = array.metadata.encode_chunk_key(index)
-        file = folder / key
-        if not file.is_file():
-            raise SchemaError(f"'{path}': lacks the chunk {name}/{key}; copy the store again")
-        if plain and file.stat().st_size != size:
-            raise SchemaError(f"'{path}': the chunk {name}/{key} is cut short; copy the store again")
+    group = zarr.open_group(path, mode="r+", zarr_format=3)
+    pulses = int(group.attrs[PULSES])  # type: ignore[arg-type]
+    if turns < recoverable_turns(path):
+        pulses = int(np.searchsorted(np.asarray(group["turn"][:pulses]), turns))  # type: ignore[index]
+    _cut(group, turns, pulses)
+    del group.attrs[PULSES]
+
+
+def _attributes(path: Path) -> dict[str, Any] | None:
+    """What the store says of itself; None where it does not even exist whole."""
+    try:
+        return dict(json.loads((path / "zarr.json").read_text(encoding="utf-8"))["attributes"])
+    except (OSError, ValueError, KeyError):
+        return None

@@ -1,98 +1,114 @@
-"""A folder of results: made or refused, held against others, cleared of earlier results, and filled file by file."""
+"""A folder of results: made or refused, held by one process, cleared of earlier ones, and written into file by file."""
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import shutil
-import socket
-from datetime import UTC, datetime
+from collections.abc import Container, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Self
+from typing import NamedTuple
 
+from ..compute.locks import Held, holder_of, locked
+from ..compute.scratch import clear_dead
 from ..errors import InputError
 
-try:
-    import fcntl
-except ImportError:  # no locks of that kind on this system
-    fcntl = None
-
-_LOCK = ".seamap-rt.lock"
+_LOCK, _MARKER = ".seamap-rt.lock", ".seamap-rt.unfinished"
+# What products are called until they are whole, and after they were removed.
+_ENDINGS = "nc|zarr|json|toml|html|png|gif|csv|txt|unfinished"
+_HIDDEN = re.compile(rf"\.(.+\.({_ENDINGS}))\.(part|part\.journal|part\.journal\.part|removed)")
 
 
-class FolderLock:
-    """Held by the one process that writes into a folder: a context, which ends with the process at the latest.
+class Unfinished(NamedTuple):
+    """What was growing in a folder when its process was killed: the files, and what they grow by."""
 
-    Where the file system knows no locks there is none. Raises InputError, saying who writes there.
+    files: tuple[str, ...]
+    unit: str  # turns, times
+
+
+@contextmanager
+def results_folder(folder: Path, overwrite: bool, products: tuple[str, ...], option: str = "--out") -> Iterator[None]:
+    """A folder that nobody else writes results into meanwhile; it is made if it is not there.
+
+    Raises InputError, in one line, for a folder that cannot be made or written to, into which another process writes,
+    or which holds another run's results, or what a kill has left of them, without `overwrite`.
     """
-
-    def __init__(self, folder: Path) -> None:
-        self._path = folder / _LOCK
-        self._file: IO[str] | None = None
-        while fcntl is not None and self._file is None:
-            file = self._path.open("a+")
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError as error:
-                writer = _writer(file)
-                file.close()
-                if isinstance(error, BlockingIOError):
-                    raise InputError(
-                        f"--out = '{folder}': {writer} writes there; wait for it, or choose another folder"
-                    ) from None
-                self._path.unlink(missing_ok=True)
-                return
-            # Whoever released it meanwhile removed the file that was opened: then there is a new one to lock.
-            if self._path.exists() and os.path.samestat(os.fstat(file.fileno()), self._path.stat()):
-                self._file = file
-                now = datetime.now(UTC).isoformat(" ", "seconds")
-                file.truncate(0)
-                file.write(f"process {os.getpid()} of {socket.gethostname()}, since {now},")
-                file.flush()
-            else:
-                file.close()
-
-    def release(self) -> None:
-        if self._file is not None:
-            self._path.unlink(missing_ok=True)  # while it is held: nobody else can hold this one any more
-            self._file.close()
-            self._file = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.release()
-
-
-def _writer(file: IO[str]) -> str:
-    file.seek(0)
-    return file.read(200).strip() or "another process"
-
-
-def prepare_folder(folder: Path, overwrite: bool, products: tuple[str, ...]) -> FolderLock:
-    """Make the folder, or say in one line why not: unwritable, a file, another process that writes there, or another
-    run's results without overwrite. The lock is the context in which the folder is written into."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(
-            f"--out = '{folder}': cannot be made ({error.strerror or error}); choose a folder that you can write to"
+            f"{option} = '{folder}': cannot be made ({error.strerror or error}); choose a folder that you can write to"
         ) from None
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise InputError(f"--out = '{folder}': cannot be written to; choose a folder that you can write to")
+        raise InputError(f"{option} = '{folder}': cannot be written to; choose a folder that you can write to")
+    clear_dead()
+    with held_folder(folder, option):
+        if not overwrite:
+            _refuse_earlier(folder, products, option)
+        yield
+
+
+@contextmanager
+def held_folder(folder: Path, option: str) -> Iterator[None]:
+    """Nobody else writes results into the folder meanwhile. InputError, which names the process, where one does."""
+    lock = locked(folder / _LOCK)
     try:
-        lock = FolderLock(folder)
-    except OSError as error:
+        lock.__enter__()
+    except Held as held:
         raise InputError(
-            f"--out = '{folder}': cannot be written to ({error.strerror or error}); choose another folder"
+            f"{option} = '{folder}': {held} writes there; choose another folder, or wait until it has ended"
         ) from None
-    earlier = [name for name in products if (folder / name).exists()]
-    if earlier and not overwrite:
-        lock.release()
+    try:
+        yield
+    finally:
+        lock.__exit__(None, None, None)
+
+
+@contextmanager
+def growing(folder: Path, files: tuple[str, ...], unit: str = "turns") -> Iterator[None]:
+    """Note which files grow in a folder. The note stays if a kill leaves them unfinished: `unfinished` reads it."""
+    marker = folder / _MARKER
+    write_whole(marker, json.dumps({"files": files, "unit": unit}))
+    try:
+        yield
+    finally:
+        if not any((folder / f".{name}.part").exists() for name in files):  # one could not be closed: the disk is full
+            marker.unlink(missing_ok=True)
+
+
+def unfinished(folder: Path) -> Unfinished | None:
+    """What a kill has left unfinished in a folder, or what is growing in it now; None if all is finished."""
+    try:
+        note = json.loads((folder / _MARKER).read_text(encoding="utf-8"))
+        return Unfinished(tuple(note["files"]), str(note["unit"]))
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def refuse_unfinished(folder: Path, option: str, otherwise: str = "") -> None:
+    """InputError for a folder that a killed process has left, unless a process that may live holds it."""
+    holder = holder_of(folder / _LOCK)
+    if unfinished(folder) is not None and (holder is None or holder.is_this_process or not holder.may_live):
         raise InputError(
-            f"--out = '{folder}': holds another run's {earlier[0]}; choose another folder, or give --overwrite"
+            f"{option} = '{folder}': a killed process left its results unfinished; seamap-rt recover '{folder}' puts "
+            f"what is whole under its own name{otherwise}"
         )
-    return lock
+
+
+def finished(folder: Path) -> None:
+    """Forget that something was left unfinished in a folder."""
+    (folder / _MARKER).unlink(missing_ok=True)
+
+
+def _refuse_earlier(folder: Path, products: tuple[str, ...], option: str) -> None:
+    refuse_unfinished(folder, option, ", --overwrite removes it")
+    earlier = [name for name in products if (folder / name).exists()]
+    if earlier:
+        raise InputError(
+            f"{option} = '{folder}': holds another run's {earlier[0]}; choose another folder, or give --overwrite"
+        )
 
 
 def clear_folder(folder: Path, products: tuple[str, ...]) -> None:
@@ -101,12 +117,33 @@ def clear_folder(folder: Path, products: tuple[str, ...]) -> None:
     Call it only when nothing can be refused any more.
     """
     figures = [path.name for path in folder.glob("*.png")] if "report.html" in products else []
-    for name in (*products, *figures):
-        path = folder / name
-        if path.is_dir():
-            shutil.rmtree(path)
-        else:
-            path.unlink(missing_ok=True)
+    names = {*products, *figures}
+    for name in names:
+        _remove(folder / name)
+    remove_hidden(folder, names)
+    left = unfinished(folder)
+    if left is not None and not names.isdisjoint(left.files):
+        finished(folder)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():  # first out of its name: half of a store is none
+        removed = path.with_name(f".{path.name}.removed")
+        shutil.rmtree(removed, ignore_errors=True)
+        shutil.rmtree(path.rename(removed))
+    else:
+        path.unlink(missing_ok=True)
+
+
+def remove_hidden(folder: Path, names: Container[str] | None = None) -> None:
+    """Remove what a killed process has left of files that are not whole. Call it only while the folder is held.
+
+    names: of the files; default all that the program could have written.
+    """
+    for path in folder.glob(".*"):
+        hidden = _HIDDEN.fullmatch(path.name)
+        if hidden and (names is None or hidden[1] in names or (hidden[2] == "png" and "report.html" in names)):
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
 def write_whole(path: Path, content: str | bytes) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from ..io.interrupts import uninterrupted
-from ..io.results_folder import clear_folder, prepare_folder, write_whole
+from ..io.results_folder import clear_folder, results_folder, write_whole
 from ..radar import link
 from ..radar.link import LinkBudget
 from ..radar.receiver import noise_power
@@ -141,10 +141,10 @@ def write_link(
     if out is None:
         return LinkProducts(lines, ())
     folder = Path(out)
-    with prepare_folder(folder, overwrite, PRODUCTS):
+    with results_folder(folder, overwrite, PRODUCTS):
         picture = style.png(draw(scene, link_budget(scene, np.geomspace(*window_of(scene), CURVE_POINTS))))
         clear_folder(folder, PRODUCTS)
         with uninterrupted():
             write_whole(folder / "link.csv", link_table(radar, table))
             write_whole(folder / "link.png", picture)
-        return LinkProducts(lines, tuple(folder / name for name in PRODUCTS))
+    return LinkProducts(lines, tuple(folder / name for name in PRODUCTS))

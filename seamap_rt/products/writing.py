@@ -12,7 +12,7 @@ from matplotlib.image import imsave
 from ..errors import NoBackend
 from ..io.appendable import AppendableNetCDF
 from ..io.interrupts import uninterrupted
-from ..io.results_folder import clear_folder, prepare_folder, write_whole
+from ..io.results_folder import clear_folder, growing, results_folder, write_whole
 from ..report import reduce, sea_figures, style
 from ..report.sea_statistics import Moments, requested_height, statistics_table
 from ..scattering import ShortWaves
@@ -81,7 +81,7 @@ def write_sea(
     say, folder = progress or (lambda _: None), Path(out)
     seconds = times_of(times)
     points = square(scene, side, spacing)
-    with prepare_folder(folder, overwrite, PRODUCTS):
+    with results_folder(folder, overwrite, PRODUCTS):
         refuse_if_too_large(folder, seconds.size, points.size)
         say("preparing the sea")
         simulator, drawn = Simulator(scene), Moments()
@@ -90,7 +90,7 @@ def write_sea(
         camera = Camera(scene, sea, trace, points, simulator.surface)
         spectrum = directional_spectrum(scene, sea)
         clear_folder(folder, PRODUCTS)
-        with sea_file(folder / "sea.nc", spectrum) as file:
+        with growing(folder, ("sea.nc",), "times"), sea_file(folder / "sea.nc", spectrum) as file:
             try:
                 for number, t in enumerate(seconds):
                     say(f"time {number + 1} of {seconds.size}: {t:g} s")
@@ -99,10 +99,9 @@ def write_sea(
                         file.append(moment)
                     drawn.add(*(moment[name].values for name in ("sea_surface_height", "slope_x", "slope_y")))
             except KeyboardInterrupt:
-                rest = (
-                    "and stay readable in sea.nc; the pictures are missing" if file.complete else "no results are left"
-                )
-                raise KeyboardInterrupt(f"{file.complete} of {seconds.size} times are complete, {rest}") from None
+                rest = "and stay readable in sea.nc; the pictures are missing"
+                whole = f"{file.complete} of {seconds.size} times are complete"
+                raise KeyboardInterrupt(f"{whole}, {rest if file.complete else 'no results are left'}") from None
         say("drawing")
         write_whole(folder / "statistics.txt", statistics_table(scene, sea, drawn, points.size * step(points)))
         notes = _draw(scene, sea, spectrum, folder)

@@ -8,11 +8,10 @@ from typing import Any
 
 import xarray as xr
 
-from ..errors import InputError
 from ..interferometry import open_echoes
 from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
-from ..io.results_folder import FolderLock
+from ..io.results_folder import clear_folder, growing, results_folder
 from ..report.facts import run_facts
 from ..scene import Scene
 from ..simulation import Simulator
@@ -52,17 +51,11 @@ def simulate(scene: Scene, out: str | Path | None = None, *, overwrite: bool = F
         echoes, truth = memory.echoes, memory.truth
     else:
         folder = Path(out)
-        with _prepared(folder, overwrite):
+        with results_folder(folder, overwrite, PRODUCTS):
+            clear_folder(folder, PRODUCTS)
             store, file = EchoStore(folder / "echoes.zarr"), AppendableNetCDF(folder / "truth.nc")
-            figures = deliver(turns, [FileSink(file, lambda t: t.truth), FileSink(store, lambda t: t.echoes)])
+            with growing(folder, PRODUCTS):
+                figures = deliver(turns, [FileSink(file, lambda t: t.truth), FileSink(store, lambda t: t.echoes)])
         echoes, truth = open_echoes(store.path), xr.open_datatree(file.path)
     facts = run_facts(scene, simulator.sea, simulator.surface)
     return Simulation(echoes, truth, [turn.timing for turn in figures], facts)
-
-
-def _prepared(folder: Path, overwrite: bool) -> FolderLock:
-    for name in PRODUCTS:
-        if (folder / name).exists() and not overwrite:
-            raise InputError(f"out = '{folder}': holds an earlier {name}; choose another folder, or overwrite it")
-    folder.mkdir(parents=True, exist_ok=True)
-    return FolderLock(folder)

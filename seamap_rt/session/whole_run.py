@@ -18,7 +18,7 @@ from ..interferometry import open_echoes
 from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
 from ..io.plain_json import to_json
-from ..io.results_folder import clear_folder, prepare_folder, write_whole
+from ..io.results_folder import clear_folder, growing, results_folder, write_whole
 from ..metrics import compare
 from ..radar.scan import sector_width, turn_duration
 from ..report import write_report
@@ -62,13 +62,13 @@ def run(
     say = progress or (lambda _: None)
     start = time.perf_counter()
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-{scene.seed}"
-    with prepare_folder(folder, overwrite, PRODUCTS):
+    with results_folder(folder, overwrite, PRODUCTS):
         say("preparing the sea and the tracer")
         simulator = Simulator(scene)
         clear_folder(folder, PRODUCTS)
-        write_whole(folder / "scene.toml", scene.to_toml())
         truth_file = AppendableNetCDF(folder / "truth.nc")
-        with _stating_what_is_left(truth_file, scene.turns):
+        with _stating_what_is_left(truth_file, scene.turns), growing(folder, _growing_files(scene)):
+            write_whole(folder / "scene.toml", scene.to_toml())
             figures = deliver(
                 iterate(scene, simulator=simulator, progress=progress), _file_sinks(folder, simulator, truth_file)
             )
@@ -82,6 +82,10 @@ def run(
         metrics["peak_memory_bytes"] = peak_memory()
         write_whole(folder / "metrics.json", to_json(metrics))
         return RunResult(folder, metrics)
+
+
+def _growing_files(scene: Scene) -> tuple[str, ...]:
+    return ("truth.nc", "maps.nc", *(("gauges.nc",) if scene.gauges else ()), "echoes.zarr")
 
 
 def _file_sinks(folder: Path, simulator: Simulator, truth_file: AppendableNetCDF) -> list[Sink]:

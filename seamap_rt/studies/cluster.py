@@ -1,5 +1,9 @@
 """Where points are computed: in this process, on a cluster of local processes, or on one that runs already.
 
+Whoever can connect to a cluster's ports can have its processes run any code. The local one makes keys of its own, for
+TLS in both directions, which only its user can read. One that runs already is asked by what its address says: tls://
+takes certificates from dask's configuration, tcp:// trusts its network.
+
 Local workers are spawned, never forked: threads and Dr.Jit do not survive a fork. Each takes one point at a time, on
 cores of its own, and every pool of threads in it follows those cores; results do not depend on their number. A script
 that starts them must stand under `if __name__ == "__main__":`, since spawned processes import it.
@@ -13,7 +17,6 @@ import multiprocessing
 import os
 import signal
 import socket
-import tempfile
 import uuid
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -28,9 +31,15 @@ from distributed.client import FutureCancelledError, FuturesCancelledError
 from distributed.utils import silence_logging_cmgr
 
 from ..compute.machine import cores
+from ..compute.scratch import scratch_folder
 from ..errors import InputError
 from .point import Outcome, SchedulerLost, Task, compute, ended
 
+_KEYS = (
+    "tls_ca_file",
+    *(f"tls_{role}_{what}" for role in ("client", "scheduler", "worker") for what in ("key", "cert")),
+)
+_TLS = {"ca-file": "CA_FILE", "client.cert": "CLIENT__CERT", "client.key": "CLIENT__KEY"}
 _CONNECT_S = 10.0
 _GREETING = 1 << 20  # bytes; a scheduler's takes some hundred
 _GUARD = 'start sweeps under `if __name__ == "__main__":`, or give workers=0'
@@ -77,8 +86,8 @@ class OwnCores(WorkerPlugin):
 @contextmanager
 def local_client(workers: int) -> Iterator[Client]:
     """A cluster of so many spawned processes; it and its files are gone afterwards."""
-    with tempfile.TemporaryDirectory(prefix="seamap-rt-", ignore_cleanup_errors=True) as scratch:
-        settings = {**_SETTINGS, "temporary-directory": scratch}
+    with scratch_folder() as scratch:
+        settings = {**_SETTINGS, "temporary-directory": str(scratch)}
         with (
             config.set(settings),
             _local_cluster(workers, scratch) as cluster,
@@ -88,7 +97,19 @@ def local_client(workers: int) -> Iterator[Client]:
             yield client
 
 
-def _local_cluster(workers: int, scratch: str) -> LocalCluster:
+def own_keys(folder: Path) -> Security:
+    """Keys made for one cluster, in a folder that its user alone can read. dask itself would put them into folders
+    that a killed process leaves."""
+    made, files = Security.temporary(), dict[str, str]()
+    for field in _KEYS:
+        file = folder / f"{field}.pem"
+        file.touch(mode=0o600)
+        file.write_text(getattr(made, field), encoding="ascii")
+        files[field] = str(file)
+    return Security(require_encryption=True, **files)
+
+
+def _local_cluster(workers: int, scratch: Path) -> LocalCluster:
     try:
         return LocalCluster(
             n_workers=workers,
@@ -98,14 +119,15 @@ def _local_cluster(workers: int, scratch: str) -> LocalCluster:
             dashboard_address=None,  # pyright: ignore[reportArgumentType]
             # The scheduler always opens a port for HTTP; this one is free, local, and serves nothing.
             scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
-            local_directory=scratch,
-            # Whoever reaches a scheduler can run code in its workers: without a key, any user of this machine.
-            security=Security.temporary(),
-            protocol="tls://",
+            local_directory=str(scratch),
+            security=own_keys(scratch),
             silence_logs=logging.CRITICAL,
         )
     except RuntimeError as error:
-        raise InputError(f"--workers = {workers}: cannot be started ({error}); {_GUARD}") from None
+        raise InputError(
+            f"--workers = {workers}: a worker process ended while it started ({error}): it was killed or short of "
+            f"memory, then give fewer; or it imports a script that does not {_GUARD}"
+        ) from None
 
 
 def refuse_while_spawned() -> None:
@@ -116,11 +138,13 @@ def refuse_while_spawned() -> None:
 
 @contextmanager
 def existing_client(scheduler: str) -> Iterator[Client]:
-    """A client of a scheduler at tcp://host:port, or of the one that a scheduler file names.
+    """A client of a scheduler at tls://host:port or tcp://host:port, or of the one that a scheduler file names.
 
-    Raises InputError where none answers, or where it has no workers.
+    tls: certificates as dask's configuration names them. Raises InputError where these are missing, where no scheduler
+    answers, or where it has no workers.
     """
     address = _address(scheduler)
+    _refuse_without_certificates(scheduler, address)
     try:
         _check_reachable(address)
         client = Client(address, timeout=_CONNECT_S, set_as_default=False)
@@ -137,6 +161,27 @@ def existing_client(scheduler: str) -> Iterator[Client]:
                 f"--scheduler = '{scheduler}': has no workers; start some, as by dask worker {address}"
             ) from None
         yield client
+
+
+def network_notes(scheduler: str | None) -> tuple[str, ...]:
+    """A line for a scheduler whose connections anyone on its network can make, read and change."""
+    if scheduler is None or urlsplit(_address(scheduler)).scheme in ("tls", "wss"):
+        return ()
+    return (
+        f"flag: --scheduler = '{scheduler}' trusts its network: whoever reaches its ports can run code as its workers "
+        "and as you; tls:// with certificates does not",
+    )
+
+
+def _refuse_without_certificates(scheduler: str, address: str) -> None:
+    """dask finds them in its configuration, or in variables of the environment."""
+    named = [key for key in _TLS if config.get(f"distributed.comm.tls.{key}", None)]
+    if urlsplit(address).scheme == "tls" and not {"ca-file", "client.cert"}.issubset(named):
+        missing = next(key for key in _TLS if key not in named)
+        raise InputError(
+            f"--scheduler = '{scheduler}': needs certificates, and dask's configuration has no distributed.comm.tls."
+            f"{missing}; set it, or DASK_DISTRIBUTED__COMM__TLS__{_TLS[missing]}, to a PEM file"
+        )
 
 
 def _check_reachable(address: str) -> None:

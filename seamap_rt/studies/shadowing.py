@@ -18,7 +18,7 @@ import xarray as xr
 
 from ..errors import InputError
 from ..io.interrupts import uninterrupted
-from ..io.results_folder import prepare_folder
+from ..io.results_folder import results_folder
 from ..mesh import polar_grid
 from ..report import style
 from ..report.reduce import main_waves
@@ -152,7 +152,7 @@ def write_shadowing(
     Raises InputError for bad input, and where the folder holds another study and `overwrite` is not given.
     """
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-shadowing"
-    with prepare_folder(folder, overwrite, PRODUCTS):
+    with results_folder(folder, overwrite, PRODUCTS):
         try:
             data = shadowing(scene, heights_m, seeds, tracer=scene.tracing.tracer, bin_m=bin_m, progress=progress)
             if progress:
@@ -168,7 +168,7 @@ def write_shadowing(
             raise KeyboardInterrupt("nothing of this study is kept; what the folder held before stays") from None
         with uninterrupted():
             _write_all(folder, made)
-        return headlines(data)
+    return headlines(data)
 
 
 def headlines(data: xr.Dataset) -> list[str]:

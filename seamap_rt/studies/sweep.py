@@ -11,6 +11,7 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -21,7 +22,7 @@ import xarray as xr
 from .. import __version__
 from ..errors import InputError
 from ..io.interrupts import uninterrupted
-from ..io.results_folder import FolderLock, clear_folder, prepare_folder, write_whole
+from ..io.results_folder import clear_folder, remove_hidden, results_folder, write_whole
 from ..io.scenefile import apply_overrides
 from ..report import style
 from ..scene import Scene
@@ -80,10 +81,11 @@ class Sweep:
 
     # ----------------------------------------------------------------------------------------------- the folder
 
-    def prepare(self, resume: bool, overwrite: bool) -> FolderLock:
-        """Make the folder ready for the missing points; keep the lock as long as they are written.
+    @contextmanager
+    def prepared(self, resume: bool, overwrite: bool) -> Iterator[None]:
+        """The folder, held by this process and ready for the missing points.
 
-        Raises InputError for a folder that holds something else, or that another process writes into.
+        Raises InputError for a folder that holds something else, or which another process holds.
         """
         if resume and overwrite:
             raise InputError("--resume and --overwrite: one goes on with what is there, the other removes it; give one")
@@ -95,14 +97,17 @@ class Sweep:
                 f"--out = '{self.folder}': holds a sweep already; give --resume to go on with it or --overwrite to "
                 "begin anew, or choose another folder"
             )
-        held = prepare_folder(self.folder, resume or overwrite, PRODUCTS)
-        if not resume:
-            clear_folder(self.folder, PRODUCTS)
-        (self.folder / POINTS).mkdir(exist_ok=True)
-        for left in (self.folder / POINTS).glob(_POINT_FILES if not resume else ".*.part"):
-            left.unlink()
-        write_whole(file, json.dumps(self.manifest, indent=1))
-        return held
+        with results_folder(self.folder, resume or overwrite, PRODUCTS):
+            if resume:
+                remove_hidden(self.folder, PRODUCTS)
+            else:
+                clear_folder(self.folder, PRODUCTS)
+            points = self.folder / POINTS
+            points.mkdir(exist_ok=True)
+            for left in (*points.glob(".*.part"), *(() if resume else points.glob(_POINT_FILES))):
+                left.unlink()
+            write_whole(file, json.dumps(self.manifest, indent=1))
+            yield
 
     def _refuse_another(self, file: Path) -> None:
         try:

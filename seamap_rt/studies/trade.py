@@ -7,7 +7,6 @@ scene, an error, a killed worker), the others stay, and a sweep that was interru
 from __future__ import annotations
 
 import errno
-import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
@@ -19,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from ..compute.scratch import scratch_folder
 from ..errors import InputError
 from ..scene import Scene
 from .point import Outcome, SchedulerLost, Task, compute, keep, kept
@@ -66,7 +66,7 @@ def trade(
     out: a folder that keeps the points' files, the table and a figure, see `write_trade`; else nothing is kept.
     """
     choice = criterion or Criterion()
-    with tempfile.TemporaryDirectory(prefix="seamap-rt-") as scratch, _answers(client, None, workers) as answers:
+    with scratch_folder() as scratch, _answers(client, None, workers) as answers:
         sweep = Sweep.of(scene, vary, seeds, Path(out or scratch).resolve())
         return _swept(sweep, answers, choice, resume, overwrite, progress, keep_table=out is not None)
 
@@ -86,7 +86,8 @@ def write_trade(
 ) -> TradeProducts:
     """Sweep a scene into a folder (default `runs/<scene>-trade`): points/*.json, trade.csv, trade.nc and trade.png.
 
-    scheduler: tcp://host:port of a dask scheduler, or its file; its workers need this package, and should have one
+    scheduler: tls://host:port (with certificates in dask's configuration) or tcp://host:port (on a network that is
+    trusted) of a dask scheduler, or its file; its workers need this package, and should have one
     thread each. The folder should be one that they see too: each then writes its own points, which remain after this
     process; where it is not, this process writes what they send back. Without it, `workers` processes are spawned here
     (default one per core; 0: none, all in this process).
@@ -96,13 +97,25 @@ def write_trade(
     """
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-trade"
     sweep = Sweep.of(scene, vary, seeds, folder.resolve())
+    notes = _network_notes(scheduler)
+    say = progress or (lambda _: None)
+    for note in notes:
+        say(note)
     with _answers(None, scheduler, workers) as answers:
         table = _swept(sweep, answers, criterion or Criterion(), resume, overwrite, progress, keep_table=True)
     files = tuple(name for name in PRODUCTS if (folder / name).exists())
-    return TradeProducts(folder, files, table, tuple(headline(table)))
+    return TradeProducts(folder, files, table, (*notes, *headline(table)))
 
 
 # ------------------------------------------------------------------------------------------------------- the sweep
+
+
+def _network_notes(scheduler: str | None) -> tuple[str, ...]:
+    if scheduler is None:
+        return ()
+    from .cluster import network_notes  # takes a second
+
+    return network_notes(scheduler)
 
 
 @contextmanager
@@ -148,28 +161,28 @@ def _swept(
     say = progress or (lambda _: None)
     say(f"checking {len(sweep.points)} points")
     _ = sweep.scenes  # refused before anything is written
-    with sweep.prepare(resume, overwrite):
-        try:
-            _compute(sweep, answers, say)
-            table = sweep.table(criterion)
-            if keep_table:
-                say("drawing")
-                sweep.write(table)
-        except (KeyboardInterrupt, SchedulerLost) as stop:
-            if keep_table:
-                sweep.write(sweep.table(criterion))
-            if isinstance(stop, SchedulerLost):
-                raise InputError(
-                    f"--scheduler: does not answer any more; {_settled(sweep)}, --resume goes on"
-                ) from None
-            raise KeyboardInterrupt(f"{_settled(sweep)}; --resume goes on") from None
-        except OSError as error:
-            if error.errno not in (errno.ENOSPC, errno.EDQUOT):
-                raise
-            raise OSError(
-                error.errno, f"{error.strerror}; {_settled(sweep)}, --resume goes on", error.filename
-            ) from None
-        return table
+    with sweep.prepared(resume, overwrite):
+        return _computed(sweep, answers, criterion, say, keep_table)
+
+
+def _computed(sweep: Sweep, answers: Answers, criterion: Criterion, say: Progress, keep_table: bool) -> xr.Dataset:
+    try:
+        _compute(sweep, answers, say)
+        table = sweep.table(criterion)
+        if keep_table:
+            say("drawing")
+            sweep.write(table)
+    except (KeyboardInterrupt, SchedulerLost) as stop:
+        if keep_table:
+            sweep.write(sweep.table(criterion))
+        if isinstance(stop, SchedulerLost):
+            raise InputError(f"--scheduler: does not answer any more; {_settled(sweep)}, --resume goes on") from None
+        raise KeyboardInterrupt(f"{_settled(sweep)}; --resume goes on") from None
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        raise OSError(error.errno, f"{error.strerror}; {_settled(sweep)}, --resume goes on", error.filename) from None
+    return table
 
 
 def _compute(sweep: Sweep, answers: Answers, say: Progress) -> None:

@@ -6,13 +6,12 @@ import itertools
 import json
 import math
 import re
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
-from pathlib import Path
 from typing import Any
 
+from ..compute.scratch import scratch_folder
 from ..errors import InputError
 from ..io.scenefile import apply_overrides
 from ..scene import Scene, load_scene
@@ -146,8 +145,8 @@ def worded(value: Any) -> str:
 def scenes_of(scene: Scene, points: Sequence[Point]) -> list[Scene | InputError]:
     """The scene of each point, or why there is none. Raises InputError where there is none of any."""
     result: list[Scene | InputError] = []
-    with tempfile.TemporaryDirectory(prefix="seamap-rt-") as folder:
-        file = Path(folder) / "scene.toml"
+    with scratch_folder() as folder:
+        file = folder / "scene.toml"
         file.write_text(scene.to_toml(), encoding="utf-8")
         for point in points:
             try:

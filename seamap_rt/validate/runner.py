@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..io.interrupts import uninterrupted
-from ..io.results_folder import clear_folder, prepare_folder, write_whole
+from ..io.results_folder import clear_folder, results_folder, write_whole
 from ..report import style
 from .case import Case, Check
 from .discovery import cases_folder, load_cases, select_cases
@@ -42,7 +42,7 @@ def validate(
     folder, say, start = Path(out), progress or (lambda _: None), time.perf_counter()
     home = cases or cases_folder()
     selected = select_cases(load_cases(home), full, only)
-    with prepare_folder(folder, overwrite, _PRODUCTS):
+    with results_folder(folder, overwrite, _PRODUCTS):
         clear_folder(folder, _PRODUCTS)
         environment, done = Environment.here(), list[CaseResult]()
         result = ValidationResult(folder, (), len(selected), 0.0)
@@ -57,7 +57,7 @@ def validate(
         except KeyboardInterrupt:
             shown = f"; {folder / PAGE} shows them" if done else ""
             raise KeyboardInterrupt(f"{len(done)} of {len(selected)} cases are done{shown}") from None
-        return result
+    return result
 
 
 def _run(case: Case, full: bool) -> CaseResult:

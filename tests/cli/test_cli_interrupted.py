@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -16,7 +19,9 @@ import xarray as xr
 from command_line import PRODUCTS, Answer, assert_refused, ended, settings, start
 from numpy.testing import assert_array_equal
 
+from seamap_rt.cli.stops import Stops
 from seamap_rt.interferometry import open_echoes, retrieve
+from seamap_rt.io.results_folder import growing, held_folder
 
 call, elsewhere = command_line.call, command_line.elsewhere  # fixtures
 pytestmark = pytest.mark.usefixtures("elsewhere")
@@ -63,8 +68,8 @@ def stopped(process: subprocess.Popen[str], store: Path, number: signal.Signals,
             assert process.poll() is None, process.communicate()
             assert time.monotonic() < limit
             time.sleep(0.01)
-        for _ in range(times):
-            process.send_signal(number)
+        for again in range(times):
+            process.send_signal((number, signal.SIGINT)[again % 2])
             time.sleep(0.002)
         return ended(process)
     finally:
@@ -103,7 +108,7 @@ def test_interrupted_run_leaves_whole_turns(call: Any, number: signal.Signals) -
 
 def test_interrupted_simulation_leaves_whole_turns() -> None:
     process = start("simulate", "tiny", *settings(turns=5000), "--out", "cut")
-    # Whoever ends processes may ask more than once: what closes the files is not cut off.
+    # Whoever ends processes may ask more than once, and so may Ctrl-C: what closes the files is not cut off.
     answer = stopped(process, Path("cut/echoes.zarr"), signal.SIGTERM, after=1, times=20)
     assert_refused(answer, "interrupted", code=130)
     echoes = open_echoes("cut/echoes.zarr")
@@ -123,6 +128,107 @@ def test_run_that_is_stopped_before_its_first_turn_leaves_no_half_file(call: Any
     monkeypatch.setattr("seamap_rt.simulation.Simulator.turn", stop)
     assert_refused(call("run", "tiny", *settings(), "--out", "cut"), "interrupted", code=130)
     assert {path.name for path in Path("cut").iterdir()} <= {"scene.toml", "echoes.zarr"}
+
+
+STARTING = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from seamap_rt.cli import main
+print("begins", flush=True)
+main()
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_modules_are_loaded_is_a_line(number: signal.Signals) -> None:
+    with subprocess.Popen(
+        [sys.executable, "-c", STARTING, "doctor"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "begins\n"
+        time.sleep(0.01)
+        process.send_signal(number)
+        assert_refused(ended(process), "interrupted: nothing was begun", code=130)
+
+
+def test_the_first_signal_interrupts_and_others_wait_for_the_end() -> None:
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    stops = Stops()
+    stops.begin()
+    try:
+        stops.run()
+        assert not stops.asked
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+        for number in before:
+            signal.raise_signal(number)
+        assert stops.asked
+    finally:
+        stops.end(process=False)
+    assert {number: signal.getsignal(number) for number in before} == before
+
+
+def test_an_interruption_that_meets_a_destructor_comes_again() -> None:
+    class Destroyed:
+        def __del__(self) -> None:
+            signal.raise_signal(signal.SIGTERM)
+
+    stops = Stops()
+    stops.begin()
+    try:
+        stops.run()
+        with pytest.raises(KeyboardInterrupt):
+            _lose(Destroyed)
+    finally:
+        stops.end(process=False)
+
+
+def _lose(destroyed: type) -> None:
+    """Python cannot raise what a destructor raises."""
+    destroyed()
+    time.sleep(2.0)
+
+
+OTHERS = [
+    ("run", "tiny"),
+    ("simulate", "tiny"),
+    ("sea", "tiny"),
+    ("link", "tiny"),
+    ("shadowing", "tiny"),
+    ("trade", "tiny", "--vary", "radar.height_m=5,6", "--workers", "0"),
+    ("retrieve", "some.zarr"),
+]
+
+
+@pytest.mark.parametrize("command", OTHERS, ids=[command[0] for command in OTHERS])
+def test_a_folder_into_which_another_process_writes_is_refused(call: Any, command: tuple[str, ...]) -> None:
+    Path("some.zarr").mkdir()
+    Path("busy").mkdir()
+    options = () if command[0] == "retrieve" else settings()
+    with held_folder(Path("busy"), "--out"):
+        answer = call(*command, *options, "--out", "busy", "--overwrite")
+        assert_refused(
+            answer, "--out = '", f"process {os.getpid()} on ", "writes there; choose another folder, or wait"
+        )
+        assert_refused(call("recover", "busy"), "DIR = 'busy'", f"process {os.getpid()} on ")
+    assert not list(Path("busy").iterdir())
+
+
+def test_recover_says_what_it_found(call: Any) -> None:
+    assert_refused(call("recover", "nowhere"), "DIR = 'nowhere'", "no such folder")
+    Path("empty").mkdir()
+    answer = call("recover", "empty")
+    assert (answer.code, answer.err) == (0, "")
+    assert "nothing to recover" in answer.out
+    with growing(Path("empty"), ("truth.nc", "maps.nc", "echoes.zarr")):
+        shutil.copytree("empty", "killed")
+    Path("killed/scene.toml").touch()
+    Path("killed/echoes.zarr").mkdir()
+    assert_refused(call("retrieve", "killed/echoes.zarr", "--out", "maps"), "ECHOES = ", "seamap-rt recover 'killed'")
+    answer = call("recover", "killed")
+    assert (answer.code, answer.err) == (0, "")
+    assert "no whole one of the turns was left" in answer.out
+    assert not list(Path("killed").iterdir())
 
 
 @pytest.mark.parametrize(

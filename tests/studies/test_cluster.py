@@ -9,6 +9,7 @@ from contextlib import closing, contextmanager
 from threading import Thread
 
 import pytest
+from dask import config
 from distributed import LocalCluster
 
 from seamap_rt.errors import InputError
@@ -73,6 +74,21 @@ def test_a_closed_port_is_refused() -> None:
     with port_that(None) as address:
         pass
     refused(address, "no scheduler answers")
+
+
+def test_tls_without_certificates_is_refused() -> None:
+    refused(
+        "tls://127.0.0.1:1", "needs certificates, and dask's configuration has no distributed.comm.tls.ca-file; set"
+    )
+    with config.set({"distributed.comm.tls.ca-file": "ca.pem"}):
+        refused("tls://127.0.0.1:1", r"tls\.client\.cert; set it, or DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT,")
+
+
+def test_plain_connections_are_flagged() -> None:
+    assert cluster.network_notes(None) == ()
+    assert cluster.network_notes("tls://host:8786") == ()
+    (note,) = cluster.network_notes("tcp://host:8786")
+    assert "--scheduler = 'tcp://host:8786' trusts its network" in note
 
 
 def test_a_scheduler_without_workers_is_refused() -> None:

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import dataclasses
+import multiprocessing
 import os
 import signal
+import socket
+import ssl
 import subprocess
 import sys
+import tempfile
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, cast
+from urllib.parse import urlsplit
 
 import pytest
 import xarray as xr
 from dask import config
-from distributed import Client, Future, Security
+from distributed import Client, Future
 
 from seamap_rt.errors import InputError
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.studies.cluster import local_client, shares
+from seamap_rt.studies.cluster import existing_client, local_client, shares
 from seamap_rt.studies.point import Outcome, Task, compute, kept
 from seamap_rt.studies.trade import trade, write_trade
 from seamap_rt.studies.trade_table import COST
@@ -93,21 +99,53 @@ def test_workers_have_cores_of_their_own() -> None:
     assert all(len(cores) == 1 for cores in shares(3 * len(mine)).values())
 
 
-def test_other_users_of_the_machine_have_no_key(client: Client, tmp_path: Path) -> None:
-    """They reach the local cluster's port, and whoever it let in could run code as the one who sweeps."""
-    address = cast(Any, client.scheduler).address
-    assert address.startswith("tls://127.0.0.1:")
-    for other in ({"address": address.replace("tls", "tcp")}, {"address": address, "security": Security.temporary()}):
-        with pytest.raises(OSError), Client(**other, timeout=1):  # noqa: PT011  a time-out, or a connection that is reset
-            pass
+def test_without_its_keys_nobody_talks_to_a_local_cluster(client: Client) -> None:
+    """Neither plainly nor by TLS without a certificate: whoever talks to a worker can have it run code."""
+    ports = [cast(Any, client.scheduler).address, *client.nthreads()]  # pyright: ignore[reportCallIssue]
+    for address in ports:
+        where = (urlsplit(address).hostname, urlsplit(address).port or 0)
+        with pytest.raises(InputError, match="no scheduler answers"), existing_client(address.replace("tls", "tcp")):
+            raise AssertionError("it answers")
+        stranger = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+        stranger.check_hostname, stranger.verify_mode = False, ssl.CERT_NONE
+        with socket.create_connection(where, 10.0) as plain, pytest.raises(ssl.SSLError, match="CERTIFICATE_REQUIRED"):
+            stranger.wrap_socket(plain).recv(1)
+    security = cast(Any, client.security)
+    assert Path(security.tls_client_key).stat().st_mode & 0o077 == 0
+    assert Path(security.tls_client_key).parent.stat().st_mode & 0o077 == 0
+
+
+def test_a_worker_that_is_killed_while_it_starts_is_a_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    before = set(multiprocessing.active_children())
+
+    def kill_the_first() -> None:
+        limit = time.monotonic() + 60.0
+        while not (begun := set(multiprocessing.active_children()) - before) and time.monotonic() < limit:
+            time.sleep(0.01)
+        for process in begun:
+            process.kill()
+
+    thread = threading.Thread(target=kill_the_first)
+    thread.start()
+    with pytest.raises(InputError, match="--workers = 1: a worker process ended while it started"), local_client(1):
+        raise AssertionError("it has started")
+    thread.join()
+    assert not list(tmp_path.iterdir())
 
 
 def test_an_existing_cluster_gives_the_same_bits(client: Client, here: tuple[Path, xr.Dataset], tmp_path: Path) -> None:
     folder, expected = here
-    keys = cast(Any, client.security)
-    certificates = {"ca-file": keys.tls_ca_file, "client.key": keys.tls_client_key, "client.cert": keys.tls_client_cert}
-    with config.set({f"distributed.comm.tls.{name}": pem for name, pem in certificates.items()}):
-        made = write_trade(small(), tmp_path, VARY, SEEDS, scheduler=cast(Any, client.scheduler).address)
+    address = cast(Any, client.scheduler).address
+    assert address.startswith("tls://")
+    security = cast(Any, client.security)
+    certificates = {
+        "ca-file": security.tls_ca_file,
+        "client.cert": security.tls_client_cert,
+        "client.key": security.tls_client_key,
+    }
+    with config.set({f"distributed.comm.tls.{key}": value for key, value in certificates.items()}):
+        made = write_trade(small(), tmp_path, VARY, SEEDS, scheduler=address)
     assert same(made.table, expected)
     assert results(tmp_path) == results(folder)
     workers = {

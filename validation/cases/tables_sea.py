@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import tempfile
 import warnings
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from seamap_rt.compute.scratch import scratch_folder
 from seamap_rt.io.spectrumfile import read_directional_spectrum
 from seamap_rt.physics import dispersion
 from seamap_rt.report import style
@@ -199,9 +198,9 @@ def _through_a_file(library: Any) -> list[Check]:
         freq_kwargs={"freq": frequency, "fp": 1.0 / PERIOD, "hs": 2.5},
         dir_kwargs={"dir": direction, "dm": 285.0, "dspr": 25.0},
     ).to_dataset(name="efth")
-    with tempfile.TemporaryDirectory() as folder:
-        sea.to_netcdf(Path(folder) / "theirs.nc", engine="h5netcdf")
-        table = read_directional_spectrum(Path(folder) / "theirs.nc")
+    with scratch_folder() as folder:
+        sea.to_netcdf(folder / "theirs.nc", engine="h5netcdf")
+        table = read_directional_spectrum(folder / "theirs.nc")
     ours = TabulatedSpectrum(table.frequency_hz, table.from_deg, table.density)
     circle = np.radians(np.arange(0.0, 360.0, 0.1))
     going = np.sum(ours.spreading(np.array(0.06), np.cos(circle), np.sin(circle)) * np.exp(1j * circle))

@@ -12,10 +12,10 @@ import shutil
 import struct
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+from ..scratch import scratch_folder
 from . import memory, probe, search
 from .kinds import WHEEL, Candidate, package_version
 
@@ -65,8 +65,8 @@ def link_wheel(folder: Path, wheel: str | None) -> Path:
         raise _CannotBuild(f"no g++ to link {WHEEL} with")
     library = folder / _build_name(wheel)
     log.info("linking LLVM from %s into %s (once)", WHEEL, library)
-    with tempfile.TemporaryDirectory(dir=folder, prefix=".link-") as scratch:
-        whole = Path(scratch, library.name)
+    with scratch_folder(".link-", folder) as scratch:
+        whole = scratch / library.name
         _run_linker(linker, archives, whole)
         os.replace(whole, library)
     return library

@@ -14,6 +14,7 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
+from ..scratch import scratch_folder
 from . import probe
 from .kinds import Candidate, Verdict, package_version
 
@@ -102,8 +103,8 @@ def remember(file: Path | None, verdict: Verdict) -> None:
         return
     with (
         contextlib.suppress(OSError),
-        tempfile.TemporaryDirectory(dir=file.parent, prefix=".new-") as scratch,
+        scratch_folder(".new-", file.parent) as scratch,
     ):
-        whole = Path(scratch, file.name)
+        whole = scratch / file.name
         whole.write_text(json.dumps(asdict(verdict)), encoding="utf-8")
         os.replace(whole, file)  # two processes may be here at once: each sees a whole file or none

@@ -8,8 +8,8 @@ import re
 import signal
 import subprocess
 import sys
-import tempfile
 
+from ..scratch import scratch_folder
 from .kinds import OLDEST_LLVM, VARIABLE, VARIANTS, Candidate, Verdict
 
 PROBE_LIMIT_S = 120.0  # a cold import from a slow disk is allowed, a hang is not
@@ -53,8 +53,8 @@ print("works", version)
 
 def try_out(candidate: Candidate) -> Verdict:
     """Let a process of its own work with the library."""
-    with tempfile.TemporaryDirectory(prefix="seamap_rt-probe-") as scratch:
-        environment = os.environ | {"DRJIT_CACHE_DIR": scratch}  # a kernel compiled earlier proves nothing
+    with scratch_folder() as scratch:
+        environment = os.environ | {"DRJIT_CACHE_DIR": str(scratch)}  # a kernel compiled earlier proves nothing
         if candidate.kind == "llvm":
             environment[VARIABLE] = str(candidate.library)
         arguments = [candidate.kind, str(candidate.library), VARIANTS[candidate.kind]]

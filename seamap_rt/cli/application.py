@@ -1,0 +1,88 @@
+"""The application: its commands, and how what goes wrong becomes one line and an exit code."""
+
+from __future__ import annotations
+
+import errno
+import io
+import sys
+
+from cyclopts import CycloptsError
+
+from ..compute.backend import doctor_checks, doctor_lines
+from ..errors import InputError, NoBackend, SchemaError
+from ..io.scenefile import list_shipped, read_toml
+from . import recovering, retrieving, simulating, studying  # noqa: F401  their commands join the application
+from .shell import app, console
+from .stops import INTERRUPTED, Stops
+
+BAD_INPUT, NO_BACKEND = 2, 3
+_LEFT = "what is complete, if anything, stays readable"
+
+
+@app.command
+def scenes() -> int:
+    """List the shipped scenes, a line each."""
+    for name, path in list_shipped().items():
+        console.print(f"{name:20} {read_toml(path).get('title', '')}")
+    return 0
+
+
+@app.command(name="doctor")
+def doctor_command() -> int:
+    """Tell which backend is used, what it has, and what mends what is missing."""
+    for line in doctor_lines():
+        console.print(line)
+    return 0 if all(check.ok for check in doctor_checks() if check.item == "backend") else NO_BACKEND
+
+
+def _print_anywhere() -> None:
+    """A terminal that knows ASCII alone shows "?" for the letters that it lacks."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+
+
+_ADVICE = {
+    errno.ENOSPC: "free the space or choose another --out",
+    errno.EDQUOT: "free the space or choose another --out",
+    errno.EFBIG: "choose another --out, or fewer turns",
+    errno.ENAMETOOLONG: "give a shorter path",
+}
+
+
+def answer(arguments: list[str] | None, stops: Stops) -> int:
+    """Run a command and return its exit code; whatever is wrong is one line on stderr."""
+    _print_anywhere()
+    try:
+        stops.run()
+        code = app(arguments, exit_on_error=False, print_error=False)
+    except KeyboardInterrupt as interruption:
+        return _refuse(f"interrupted: {str(interruption) or _LEFT}", INTERRUPTED)
+    except (InputError, SchemaError) as error:
+        return _refuse(str(error), BAD_INPUT)
+    except NoBackend as error:
+        return _refuse(str(error), NO_BACKEND)
+    except CycloptsError as error:
+        return _refuse(" ".join(str(error).split()), BAD_INPUT)
+    except OSError as error:
+        if stops.asked:
+            return _refuse(f"interrupted: {_LEFT}", INTERRUPTED)
+        return _refuse(_disk_words(error), BAD_INPUT)
+    except Exception:
+        if not stops.asked:
+            raise
+        return _refuse(f"interrupted: {_LEFT}", INTERRUPTED)  # a library made something else of it
+    sys.stdout.flush()
+    return code if isinstance(code, int) else 0
+
+
+def _disk_words(error: OSError) -> str:
+    reason = " ".join(str(error.strerror or error).split())
+    what = f"'{error.filename}': {reason}" if error.filename else reason
+    advice = _ADVICE.get(error.errno or 0, "make the file accessible, free the space, or choose another --out")
+    return f"{what}; {advice}"
+
+
+def _refuse(line: str, code: int) -> int:
+    print(f"seamap-rt: {line}", file=sys.stderr)
+    return code

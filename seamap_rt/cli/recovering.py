@@ -1,0 +1,32 @@
+"""The command `recover`: what a killed run has left becomes readable."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from .shell import app, console
+
+
+@app.command
+def recover(folder: Path, /) -> int:
+    """Put what a killed run has left under its own names: every turn that is whole in all of its files.
+
+    Parameters
+    ----------
+    folder
+        Of the run.
+    """
+    from ..io.recovery import recover as recover_folder
+
+    found = recover_folder(folder)
+    if found is None:
+        console.print(f"{folder}: nothing to recover, no process was killed while it wrote here")
+        return 0
+    if found.complete == 0:
+        console.print(f"{folder}: no whole one of the {found.unit} was left, and what there was is removed")
+        return 0
+    whole = f"all {found.unit}" if found.complete is None else f"{found.complete} whole {found.unit}"
+    missing = [name for name in ("metrics.json", "report.html") if not (folder / name).exists()]
+    rest = f"; {' and '.join(missing)} are missing" if "maps.nc" in found.files and "echoes.zarr" in found.files else ""
+    console.print(f"{folder}: {whole} in {', '.join(found.files)}{rest if missing else ''}")
+    return 0

@@ -1,0 +1,122 @@
+"""A lock on a file that ends with the process that holds it, however that process ends.
+
+It is the system's own `flock`. Where a file system has none (some network ones), what the file says decides: a process
+that is alive on this host holds it, and any process of another host does, since nothing tells whether that one lives.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import fcntl
+import json
+import os
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from datetime import datetime
+from pathlib import Path
+
+_NOT_HERE = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL)  # a file system without locks
+_MOST = 4096  # bytes of the holder's words
+
+
+@dataclass(frozen=True)
+class Holder:
+    """The process that holds a lock. since: date and time of its host."""
+
+    pid: int
+    host: str
+    since: str
+
+    @classmethod
+    def this_process(cls) -> Holder:
+        return cls(os.getpid(), socket.gethostname(), datetime.now().astimezone().isoformat(" ", "seconds"))
+
+    def __str__(self) -> str:
+        return f"process {self.pid} on {self.host}, since {self.since}"
+
+    @property
+    def may_live(self) -> bool:
+        """False where it is known to have ended."""
+        return self.host != socket.gethostname() or alive(self.pid)
+
+    @property
+    def is_this_process(self) -> bool:
+        return (self.pid, self.host) == (os.getpid(), socket.gethostname())
+
+
+class Held(Exception):
+    """Another process holds the lock; the message says which, since when."""
+
+
+def alive(pid: int) -> bool:
+    """Whether there is a process of this number on this machine."""
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:  # someone else's
+        return True
+    return True
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Hold a lock on a file, which is made for it and removed at the end.
+
+    A killed process leaves the file, but not the lock. Raises Held, OSError where the file cannot be made.
+    """
+    handle = _take(path)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):  # a folder that someone has removed meanwhile
+            path.unlink()
+        os.close(handle)
+
+
+def _take(path: Path) -> int:
+    while True:
+        handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
+        try:
+            _lock(handle, path)
+            if _is_still(path, handle):
+                words = json.dumps(asdict(Holder.this_process())).encode()
+                os.ftruncate(handle, 0)
+                os.pwrite(handle, words, 0)
+                return handle
+        except BaseException:
+            os.close(handle)
+            raise
+        os.close(handle)  # the holder before has just removed it: what was locked has no name any more
+
+
+def _lock(handle: int, path: Path) -> None:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise Held(str(holder_of(path) or "another process")) from None
+    except OSError as error:
+        if error.errno not in _NOT_HERE:
+            raise
+        holder = holder_of(path)
+        if holder is not None and holder.may_live:
+            raise Held(str(holder)) from None
+
+
+def holder_of(path: Path) -> Holder | None:
+    """What a lock's file says of the process that holds it, or has been killed while it did; None without a word."""
+    try:
+        return Holder(**json.loads(path.read_bytes()[:_MOST]))
+    except (OSError, ValueError, TypeError):
+        return None
+
+
+def _is_still(path: Path, handle: int) -> bool:
+    """Whether the path names the open file."""
+    try:
+        return os.path.samestat(os.stat(path), os.fstat(handle))
+    except FileNotFoundError:
+        return False

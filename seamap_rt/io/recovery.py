@@ -1,0 +1,69 @@
+"""What a kill has left of a run: each whole turn of each file is put under the file's own name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+from ..errors import InputError
+from .appendable import part_of, recover_netcdf, recoverable
+from .echo_store import is_growing, recover_echoes, recoverable_turns
+from .results_folder import finished, held_folder, remove_hidden, unfinished
+
+_OPTION = "DIR"
+
+
+class Recovered(NamedTuple):
+    """What was recovered: the files, how much is whole in each of them, and of what (turns, times).
+
+    complete is None where all files had been finished already.
+    """
+
+    files: tuple[str, ...]
+    complete: int | None
+    unit: str
+
+
+def recover(folder: str | Path) -> Recovered | None:
+    """Put the turns that are whole in all files of a killed run under the files' own names; None if there is nothing.
+
+    Turns that only some of the files have go. May itself be killed and called again.
+    Raises InputError for a folder that is not there, into which a process writes, or whose files are damaged.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise InputError(f"{_OPTION} = '{folder}': no such folder; give the folder of a run")
+    with held_folder(folder, _OPTION):
+        left = unfinished(folder)
+        if left is None:
+            remove_hidden(folder)
+            return None
+        try:
+            complete = _recovered(folder, left.files)
+        except (OSError, ValueError, KeyError) as error:
+            raise InputError(
+                f"{_OPTION} = '{folder}': cannot be recovered ({error}); run it again with --overwrite"
+            ) from None
+        if complete == 0 and "echoes.zarr" in left.files:  # a scene without results would look like another run's
+            (folder / "scene.toml").unlink(missing_ok=True)
+        remove_hidden(folder)
+        finished(folder)
+        return Recovered(tuple(name for name in left.files if (folder / name).exists()), complete, left.unit)
+
+
+def _recovered(folder: Path, files: tuple[str, ...]) -> int | None:
+    """How many turns are whole in all files, which hold them then; None if the kill came when all were finished."""
+    growing = {name: turns for name in files if (turns := _whole(folder / name)) is not None}
+    if not growing:
+        return None
+    turns = min(growing.values())
+    for name in growing:
+        (recover_echoes if name.endswith(".zarr") else recover_netcdf)(folder / name, turns)
+    return turns
+
+
+def _whole(path: Path) -> int | None:
+    """How many turns of a file are whole; None where it is finished."""
+    if path.suffix == ".zarr":
+        return recoverable_turns(path) if is_growing(path) else None
+    return recoverable(path) if part_of(path).exists() or not path.exists() else None

@@ -1,0 +1,330 @@
+"""What a kill leaves: at each instant of the writing the last whole turn can be had under the file's own name."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import shutil
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+import zarr
+
+from seamap_rt.compute import locks
+from seamap_rt.compute.scratch import scratch_folder
+from seamap_rt.errors import InputError
+from seamap_rt.io import committed_file, echo_store
+from seamap_rt.io.appendable import AppendableNetCDF, part_of
+from seamap_rt.io.committed_file import CommittedFile, mend
+from seamap_rt.io.echo_store import EchoStore, recover_echoes, recoverable_turns
+from seamap_rt.io.recovery import recover
+from seamap_rt.io.results_folder import clear_folder, growing, results_folder
+
+
+def tree(turn: int) -> xr.DataTree:
+    """Two groups, as maps have, with values that name their turn."""
+    height = xr.DataArray(np.full((1, 5, 7), float(turn)), dims=("turn", "y", "x"))
+    dataset = xr.Dataset({"height": height}, {"turn": [turn], "x": np.arange(7)})
+    return xr.DataTree.from_dict({"/polar": dataset, "/ground": dataset})
+
+
+def echoes(turn: int, pulses: int = 3) -> xr.Dataset:
+    """Echoes of a turn, of which only the fields that a store must keep."""
+    voltage = np.full((pulses, 2, 4), turn + 1, np.complex64)
+    coordinates = {
+        "time": ("pulse", turn + np.arange(pulses) / 10.0),
+        "turn": ("pulse", np.full(pulses, turn)),
+        "range": np.arange(4.0),
+    }
+    return xr.Dataset({"voltage": (("pulse", "receiver", "range"), voltage)}, coordinates, {"complete_turns": turn + 1})
+
+
+class Snapshots:
+    """Copies of a folder, one for each instant at which a kill would leave something else, and the turns then whole."""
+
+    def __init__(self, folder: Path, home: Path) -> None:
+        self.folder, self.home = folder, home
+        self.taken: list[tuple[Path, int]] = []
+        self.whole = 0
+
+    def take(self) -> None:
+        copy = self.home / str(len(self.taken))
+        shutil.copytree(self.folder, copy)
+        self.taken.append((copy, self.whole))
+
+
+@pytest.fixture
+def snapshots(tmp_path: Path) -> Snapshots:
+    folder = tmp_path / "run"
+    folder.mkdir()
+    return Snapshots(folder, tmp_path)
+
+
+# ------------------------------------------------------------------------------------------------------ NetCDF
+
+
+def watch_netcdf(snapshots: Snapshots, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before each write to the disk, and in the middle of it, and before each new name."""
+    written, renamed = committed_file._write_at, os.replace
+
+    def write(handle: int, view: memoryview, offset: int) -> None:
+        snapshots.take()
+        written(handle, view[: len(view) // 2], offset)
+        snapshots.take()
+        written(handle, view, offset)
+
+    def replace(old: Path, new: Path) -> None:
+        snapshots.take()
+        renamed(old, new)
+        snapshots.take()
+
+    monkeypatch.setattr(committed_file, "_write_at", write)
+    monkeypatch.setattr(os, "replace", replace)
+
+
+def test_each_write_leaves_a_file_with_its_whole_turns(snapshots: Snapshots, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As many turns as were appended, or the one more that was about to be; their values are those of their turns."""
+    folder = snapshots.folder
+    with monkeypatch.context() as watched, growing(folder, ("maps.nc",)):
+        watch_netcdf(snapshots, watched)
+        with AppendableNetCDF(folder / "maps.nc") as file:
+            for turn in range(3):
+                file.append(tree(turn))
+                snapshots.whole = file.complete
+            file.append(tree(3))
+            file.take_back()
+            snapshots.take()
+    assert len(snapshots.taken) > 100
+    seen = set()
+    for copy, whole in snapshots.taken:
+        found = recover(copy)
+        assert found is not None
+        hidden = {path.name for path in copy.glob(".*")}
+        assert hidden == set()
+        if not (copy / "maps.nc").exists():
+            assert whole == 0
+            continue
+        with h5py.File(copy / "maps.nc") as opened:
+            for group in ("polar", "ground"):
+                turns, heights = opened[f"{group}/turn"][()], opened[f"{group}/height"][()]  # type: ignore[index]
+                assert len(turns) in (whole, whole + 1)
+                np.testing.assert_array_equal(turns, np.arange(len(turns)))
+                np.testing.assert_array_equal(heights, turns[:, None, None] * np.ones((1, 5, 7)))
+            seen.add(len(turns))
+    assert seen == {1, 2, 3, 4}  # the turn that is taken back is whole for a while
+
+
+def test_a_file_cut_to_fewer_turns_is_as_if_it_had_never_had_more(snapshots: Snapshots) -> None:
+    """Files of a run that was killed between two of them: the longer one loses the turn that the other has not."""
+    folder = snapshots.folder
+    longer, shorter = AppendableNetCDF(folder / "truth.nc"), AppendableNetCDF(folder / "maps.nc")
+    with growing(folder, ("truth.nc", "maps.nc")):
+        for turn in range(3):
+            longer.append(tree(turn))
+            if turn < 2:
+                shorter.append(tree(turn))
+        snapshots.take()
+        longer.close()
+        shorter.close()
+    copy = snapshots.taken[0][0]
+    found = recover(copy)
+    assert found is not None
+    assert (found.files, found.complete) == (("truth.nc", "maps.nc"), 2)
+    with xr.open_datatree(copy / "truth.nc") as cut, xr.open_datatree(folder / "maps.nc") as whole:
+        xr.testing.assert_identical(cut, whole)
+    assert (copy / "truth.nc").stat().st_size == (folder / "maps.nc").stat().st_size
+
+
+def test_a_damaged_journal_is_one_line(tmp_path: Path) -> None:
+    with growing(tmp_path, ("maps.nc",)):
+        AppendableNetCDF(tmp_path / "maps.nc").append(tree(0))
+    part = part_of(tmp_path / "maps.nc")
+    committed_file.journal_of(part).write_bytes(b"not one")
+    with pytest.raises(InputError, match=r"cannot be recovered \(.*is not a journal\); run it again with --overwrite"):
+        recover(tmp_path)
+
+
+def test_what_hdf5_reads_is_what_it_wrote(tmp_path: Path) -> None:
+    """Random writes and reads, and commits between them, beside the same on plain memory; then the file by itself."""
+    drawn, memory = np.random.default_rng(1), bytearray()
+    file = CommittedFile(tmp_path / "it")
+    for step in range(400):
+        place, size = int(drawn.integers(0, 20_000)), int(drawn.integers(1, 9_000))
+        data = drawn.bytes(size)
+        file.seek(place)
+        file.write(data)
+        memory.extend(bytes(max(0, place + size - len(memory))))
+        memory[place : place + size] = data
+        start = int(drawn.integers(0, len(memory)))
+        file.seek(start)
+        assert file.read(3000)[: len(memory) - start] == memory[start : start + 3000]
+        if step % 20 == 19:
+            file.commit({"step": step})
+            assert (tmp_path / "it").read_bytes() == memory
+            assert mend(tmp_path / "it") == {"step": step}
+    file.seek(0)
+    file.write(bytes(len(memory)))
+    file.discard()
+    file.close()
+    assert (tmp_path / "it").read_bytes() == memory
+
+
+# -------------------------------------------------------------------------------------------------- the echo store
+
+
+def test_each_write_of_the_store_leaves_its_whole_turns(snapshots: Snapshots, monkeypatch: pytest.MonkeyPatch) -> None:
+    from zarr.storage import _local
+
+    folder, put, one_at_a_time = snapshots.folder, _local._put, threading.Lock()
+
+    def watched(*given: Any, **named: Any) -> int:
+        with one_at_a_time:  # the store writes in several threads
+            snapshots.take()
+            return put(*given, **named)
+
+    with monkeypatch.context() as patch, growing(folder, ("echoes.zarr",)):
+        patch.setattr(_local, "_put", watched)
+        with EchoStore(folder / "echoes.zarr") as store:
+            for turn in range(3):
+                store.append(echoes(turn))
+                snapshots.whole = turn + 1
+            snapshots.take()
+    assert echo_store.PULSES not in zarr.open_group(folder / "echoes.zarr").attrs
+    assert len(snapshots.taken) > 20
+    for copy, whole in snapshots.taken:
+        recover(copy)
+        if not (copy / "echoes.zarr").exists():
+            assert whole == 0
+            continue
+        with xr.open_zarr(copy / "echoes.zarr", consolidated=False) as found:
+            turns = found.attrs["complete_turns"]
+            assert turns in (whole, whole + 1)
+            np.testing.assert_array_equal(found["turn"].values, np.repeat(np.arange(turns), 3))
+            expected = np.broadcast_to(1.0 + found["turn"].values[:, None, None], (3 * turns, 2, 4))
+            np.testing.assert_array_equal(found["voltage"].values, expected)
+
+
+def test_a_store_is_cut_to_fewer_turns(tmp_path: Path) -> None:
+    store = EchoStore(tmp_path / "echoes.zarr")
+    for turn in range(3):
+        store.append(echoes(turn))
+    assert recoverable_turns(store.path) == 3
+    recover_echoes(store.path, 2)
+    with xr.open_zarr(store.path, consolidated=False) as found:
+        assert found["turn"].values.tolist() == [0, 0, 0, 1, 1, 1]
+        assert found.attrs["complete_turns"] == 2
+
+
+# ---------------------------------------------------------------------------------------- locks and scratch folders
+
+
+HOLDS = """
+import sys, time
+from pathlib import Path
+from seamap_rt.compute.locks import locked
+from seamap_rt.compute.scratch import scratch_folder
+with locked(Path(sys.argv[1])), scratch_folder(within=Path(sys.argv[2])) as folder:
+    (folder / "large").touch()
+    print(folder, flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.fixture
+def holder(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
+    """A process that holds the lock of the folder `out`, and a scratch folder in `tmp`; the latter's name is read."""
+    for name in ("out", "tmp"):
+        (tmp_path / name).mkdir()
+    arguments = [str(tmp_path / "out" / ".seamap-rt.lock"), str(tmp_path / "tmp")]
+    with subprocess.Popen([sys.executable, "-c", HOLDS, *arguments], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline()
+        yield process
+        process.kill()
+
+
+def test_a_folder_and_scratch_are_held_by_the_living_alone(tmp_path: Path, holder: subprocess.Popen[str]) -> None:
+    out, temporary = tmp_path / "out", tmp_path / "tmp"
+    with pytest.raises(InputError, match=rf"process {holder.pid} on .*, since 20.* writes there; choose another"):
+        results_folder(out, True, ()).__enter__()
+    with scratch_folder(within=temporary) as mine:
+        assert len(list(temporary.iterdir())) == 2
+    assert not mine.exists()
+    assert [path.name for path in next(temporary.iterdir()).glob("[!.]*")] == ["large"]
+    holder.kill()
+    holder.wait()
+    with results_folder(out, False, ()), scratch_folder(within=temporary) as mine:
+        assert list(temporary.iterdir()) == [mine]
+    assert not list(out.iterdir())
+    assert not list(temporary.iterdir())
+
+
+def test_scratch_of_others_stays(tmp_path: Path) -> None:
+    """What has another name, or is a link, is not ours; a living process that has not taken its lock yet keeps its."""
+    (tmp_path / "seamap-rt-mine").mkdir()
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "seamap-rt-1-link").symlink_to(tmp_path / "elsewhere")
+    (tmp_path / f"seamap-rt-{os.getpid()}-abc").mkdir()
+    (tmp_path / "seamap-rt-99999999-abc").mkdir()  # beyond the largest number of a process
+    before = {path.name for path in tmp_path.iterdir()}
+    with scratch_folder(within=tmp_path):
+        pass
+    assert before - {path.name for path in tmp_path.iterdir()} == {"seamap-rt-99999999-abc"}
+
+
+@pytest.mark.parametrize(
+    ("host", "pid", "held"), [("", os.getpid(), True), ("", 99999999, False), ("another", 99999999, True)]
+)
+def test_without_locks_the_file_says_who_holds_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, host: str, pid: int, held: bool
+) -> None:
+    """A living process of this host, and any of another one."""
+
+    def flock(*_: int) -> None:
+        raise OSError(errno.ENOLCK, "no locks here")
+
+    monkeypatch.setattr(locks.fcntl, "flock", flock)
+    path = tmp_path / "lock"
+    here = locks.Holder.this_process()
+    path.write_text(json.dumps({"pid": pid, "host": host or here.host, "since": here.since}))
+    if held:
+        with pytest.raises(locks.Held, match=str(pid)):
+            locks.locked(path).__enter__()
+    else:
+        with locks.locked(path):
+            taken = locks.holder_of(path)
+            assert taken is not None
+            assert taken.is_this_process
+        assert not path.exists()
+
+
+# ------------------------------------------------------------------------------------------------- what is refused
+
+
+def test_what_a_kill_left_is_refused_until_recovered_or_cleared(tmp_path: Path) -> None:
+    store, products = tmp_path / "echoes.zarr", ("scene.toml", "echoes.zarr")
+    with growing(tmp_path, ("echoes.zarr",)):
+        EchoStore(store).append(echoes(0))
+        shutil.copytree(tmp_path, tmp_path.with_name("killed"))
+    killed = tmp_path.with_name("killed")
+    with pytest.raises(InputError, match=r"a killed process left .*seamap-rt recover '.*killed'.*--overwrite removes"):
+        results_folder(killed, False, products).__enter__()
+    shutil.copytree(killed, tmp_path.with_name("cleared"))
+    with results_folder(tmp_path.with_name("cleared"), True, products):
+        clear_folder(tmp_path.with_name("cleared"), products)
+    assert not list(tmp_path.with_name("cleared").iterdir())
+    found = recover(killed)
+    assert found is not None
+    assert (found.files, found.complete, found.unit) == (("echoes.zarr",), 1, "turns")
+    assert recover(killed) is None
+    with pytest.raises(InputError, match=r"holds another run's echoes\.zarr"):
+        results_folder(killed, False, products).__enter__()
