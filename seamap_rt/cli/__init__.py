@@ -10,7 +10,7 @@ import sys
 from cyclopts import CycloptsError
 
 from ..compute.backend import doctor_checks, doctor_lines
-from ..errors import InputError, NoBackend, SchemaError
+from ..errors import InputError, NoBackend, SchemaError, one_line
 from ..io.scenefile import list_shipped, read_toml
 from . import retrieving, simulating, studying  # noqa: F401  their commands join the application
 from .shell import app, console
@@ -69,16 +69,16 @@ def main(arguments: list[str] | None = None) -> None:
             f"interrupted: {str(interruption) or 'what is complete, if anything, stays readable'}", INTERRUPTED
         )
     except OSError as error:
-        reason = " ".join(str(error.strerror or error).split())
+        reason = error.strerror or error
         what = f"'{error.filename}': {reason}" if error.filename else reason
         advice = _ADVICE.get(error.errno or 0, "make the file accessible, free the space, or choose another --out")
         code = _refuse(f"{what}; {advice}", BAD_INPUT)
     except CycloptsError as error:
-        code = _refuse(" ".join(str(error).split()), BAD_INPUT)
+        code = _refuse(str(error), BAD_INPUT)
     sys.stdout.flush()
     sys.exit(code if isinstance(code, int) else 0)
 
 
 def _refuse(line: str, code: int) -> int:
-    print(f"seamap-rt: {line}", file=sys.stderr)
+    print(f"seamap-rt: {one_line(line)}", file=sys.stderr)
     return code
