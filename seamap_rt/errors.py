@@ -6,21 +6,18 @@ import re
 
 _LONGEST_WORD = 200  # characters: a path that one reads
 _LONGEST_LINE = 1000
+_LONG_WORD = re.compile(rf"\S{{{_LONGEST_WORD + 1},}}")
 
 
 def one_line(message: str) -> str:
     """A message as one line that a terminal can show: what does not print is escaped, as \\x1b, and a word or a line
     that is too long keeps its two ends. A line that is right stays as it is."""
     text = "".join(each if each.isprintable() else _escaped(each) for each in " ".join(message.split()))
-    return _shortened(re.sub(r"\S{%d,}" % (_LONGEST_WORD + 1), _shortened_word, text), _LONGEST_LINE)
+    return _shortened(_LONG_WORD.sub(lambda word: _shortened(word[0], _LONGEST_WORD), text), _LONGEST_LINE)
 
 
 def _escaped(letter: str) -> str:
     return letter.encode("unicode_escape", "backslashreplace").decode("ascii")
-
-
-def _shortened_word(match: re.Match[str]) -> str:
-    return _shortened(match[0], _LONGEST_WORD)
 
 
 def _shortened(text: str, longest: int) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..dataset import QUALITY_FLAGS
-from ..errors import InputError, SchemaError
+from ..errors import InputError
 from .shell import Names, Settings, app, console, overrides_of
 
 
@@ -78,16 +78,11 @@ def _opened(echoes: Path, header: Path | None, name: list[str] | None) -> xr.Dat
     from ..interferometry import open_echoes, open_recording
     from ..io.recorded import RECORDING_ENDINGS
 
-    try:
-        if echoes.suffix.lower() in RECORDING_ENDINGS:
-            return open_recording(echoes, header, overrides_of(name, "--name"))
-        if header is None:
-            return open_echoes(echoes)
-        raise InputError(f"--header {header}: goes with a recording ({', '.join(RECORDING_ENDINGS)}); leave it out")
-    except (SchemaError, InputError):
-        raise
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(f"ECHOES = '{echoes}': is not an echo store ({error}); give an echoes.zarr") from None
+    if echoes.suffix.lower() in RECORDING_ENDINGS:
+        return open_recording(echoes, header, overrides_of(name, "--name"))
+    if header is None:
+        return open_echoes(echoes)
+    raise InputError(f"--header {header}: goes with a recording ({', '.join(RECORDING_ENDINGS)}); leave it out")
 
 
 def _answered(maps: xr.DataTree) -> list[str]:

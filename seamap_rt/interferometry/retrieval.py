@@ -24,8 +24,9 @@ from .estimation.slopes import Slopes, local_planes, plane_reach
 from .geometry.heights import Heights
 from .gridding.ground_map import Ground, ground_map
 from .gridding.instant import at_one_instant
-from .input.checks import checked_echoes
+from .input.checks import check_maps, checked_echoes
 from .input.description import RadarDescription
+from .input.stored import open_echoes, read_turn
 from .looks import Looks, interferogram
 from .phase.interferogram import Interferogram
 
@@ -43,10 +44,12 @@ def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None
     check("echoes", echoes)
     echoes = checked_echoes(echoes)
     turns = []
-    for turn in range(int(echoes.attrs["complete_turns"])):
-        members = np.flatnonzero(echoes["turn"].values == turn)
-        if members.size:
-            turns.append(_one(echoes.isel(pulse=slice(int(members[0]), int(members[-1]) + 1)), settings))
+    numbers = echoes["turn"].values
+    for turn in np.unique(numbers[(numbers >= 0) & (numbers < float(echoes.attrs["complete_turns"]))]):
+        members = np.flatnonzero(numbers == turn)
+        one = echoes.isel(pulse=slice(int(members[0]), int(members[-1]) + 1))
+        check_maps(one, settings)
+        turns.append(_one(read_turn(one), settings))
     if not turns:
         raise SchemaError("the echoes hold no complete turn; simulate or record at least one")
     return xr.DataTree.from_dict(
@@ -85,15 +88,6 @@ def _water_attributes(settings: RetrievalSettings) -> dict[str, float | list[flo
         "depth_given": int(depth is not None),
         "current_m_s": current,
     }
-
-
-def open_echoes(path: str | Path) -> xr.Dataset:
-    """Echoes from a Zarr store, complete turns only; raises SchemaError if the store does not keep the schema."""
-    dataset = xr.open_zarr(path, consolidated=False, zarr_format=3)
-    dataset = dataset.set_coords([n for n in ("time", "azimuth", "transmitter", "turn") if n in dataset])
-    check("echoes", dataset)
-    whole = int(np.count_nonzero(dataset["turn"].values < dataset.attrs["complete_turns"]))
-    return dataset.isel(pulse=slice(0, whole))
 
 
 def retrieve_turn(

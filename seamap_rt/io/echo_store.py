@@ -5,13 +5,16 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
 import zarr
 
+from .stored_chunks import EVERY_CHUNK
+
 _PULSES_A_CHUNK = 2000
+_EVERY: Any = {"write_empty_chunks": True}  # zeros too: a chunk that is not there is lost
 _COORDINATES = "time azimuth transmitter turn"  # beside the dimensions
 
 
@@ -35,9 +38,9 @@ class EchoStore:
         rolling = {str(n): v.values for n, v in turn.variables.items() if v.dims[0] == "pulse"}
         try:
             for name, values in rolling.items():
-                array = self._group[name]
-                array.resize((start + values.shape[0], *array.shape[1:]))  # type: ignore[union-attr]
-                array[start:] = values  # type: ignore[index]
+                array = self._group[name].with_config(_EVERY)  # type: ignore[union-attr]
+                array.resize((start + values.shape[0], *array.shape[1:]))
+                array[start:] = values
         except BaseException:  # interrupted, or no space left: arrays of unlike length could not be read any more
             _shorten(self._group, start)
             raise
@@ -76,13 +79,14 @@ class EchoStore:
                 shape=shape,
                 dtype=variable.dtype,
                 chunks=chunks,
+                config=_EVERY,
                 compressors=None,  # noise does not compress, and a turn must be written in a fraction of a second
                 dimension_names=[str(d) for d in variable.dims],
                 attributes={k: (v.tolist() if isinstance(v, np.ndarray) else v) for k, v in variable.attrs.items()},
             )
             if not rolling:
                 array[...] = variable.values
-        group.attrs.update({**turn.attrs, "complete_turns": 0, "coordinates": _COORDINATES})
+        group.attrs.update({**turn.attrs, "complete_turns": 0, "coordinates": _COORDINATES, EVERY_CHUNK: 1})
         return group
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+MOST_GROUND_CELLS = 1e7  # of a map, which takes some 100 bytes a cell
 
 
 def look_sweeps(sector_deg: tuple[float, float], cell_azimuth_deg: float, staring: bool = False) -> NDArray[np.float64]:
@@ -37,6 +40,16 @@ class GroundGrid:
         x = np.broadcast_to(self.x[None, :, None] + dx.ravel(), shape)
         y = np.broadcast_to(self.y[:, None, None] + dy.ravel(), shape)
         return x, y
+
+
+def ground_cells(far_range: float, side: float) -> float:
+    """How many square cells of side [m] a map to far_range [m] has, one more or less a side."""
+    return (2.0 * far_range / side) ** 2
+
+
+def least_ground_side(far_range: float) -> float:
+    """Side [m] of cells of which a map to far_range [m] has MOST_GROUND_CELLS."""
+    return 2.0 * far_range / math.sqrt(MOST_GROUND_CELLS)
 
 
 def ground_grid(far_range: float, side: float) -> GroundGrid:

@@ -13,33 +13,52 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...dataset import ECHO_ATTRIBUTES
+from ...dataset import ECHO_ATTRIBUTES, FURTHER_ECHO_ATTRIBUTES
 from ...errors import SchemaError
+from ...io.numbers import rounded_up
+from ...radar.checks import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES
+from ...radar.grid import MOST_GROUND_CELLS, ground_cells, least_ground_side
+from ...settings import RetrievalSettings
 
 _EVEN = 1e-3  # of a gate's spacing
 _PRF_ERROR = 0.25  # of the interval between pulses, by which they may come too early
+_FARTHEST_M = 1e6  # of a gate: beyond it no ground map has cells
+_MOST_POLAR_CELLS = 1e7  # of a turn; a map takes about as much memory for one as for one of the ground
+
+
+def _positive(most: float) -> tuple[str, Callable[[float], bool]]:
+    return f"be greater than 0 and at most {most:g}", lambda value: 0.0 < value <= most
+
 
 # attribute → what its number must be, in words and as a test; all must be finite
 _NUMBERS: dict[str, tuple[str, Callable[[float], bool]]] = {
-    **dict.fromkeys(
-        ("frequency_hz", "pulse_width_s", "bandwidth_hz", "prf_hz", "rotation_rpm", "azimuth_beamwidth_deg"),
-        ("be greater than 0", lambda value: value > 0.0),
-    ),
-    **dict.fromkeys(("noise_power_w", "baseline_m", "complete_turns"), ("be at least 0", lambda value: value >= 0.0)),
-    "height_m": ("be finite", math.isfinite),
+    "frequency_hz": _positive(1e12),
+    "pulse_width_s": _positive(1e-2),
+    "bandwidth_hz": _positive(1e11),
+    "prf_hz": _positive(1e7),
+    "rotation_rpm": _positive(1e4),
+    "azimuth_beamwidth_deg": ("be greater than 0", lambda value: value > 0.0),
+    **dict.fromkeys(("noise_power_w", "complete_turns"), ("be at least 0", lambda value: value >= 0.0)),
+    "baseline_m": ("be 0 to 100", lambda value: 0.0 <= value <= 100.0),
+    "height_m": ("lie within ±10000", lambda value: abs(value) <= 1e4),
     "tilt_deg": ("lie within ±90", lambda value: abs(value) < 90.0),
+    "chirp_bandwidth_hz": ("be 0 to 1e+11", lambda value: 0.0 <= value <= 1e11),
+    "stare_s": _positive(1e3),
 }
-_FURTHER_CHOICES = {"waveform": ("pulse", "chirp"), "scan": ("turning", "staring")}
 _CHOICES = {
     "polarization": ("VV", "HH"),
     "transmit": ("single", "switched"),
     "interferogram": ("single_pulse", "alternating_pulse"),
+    "waveform": ("pulse", "chirp"),
+    "scan": ("turning", "staring"),
+    "compression_weighting": ("none", "hann", "hamming", "taylor"),
 }
+_WITHIN = {"time": 1e12, "azimuth": 1e6, "attitude": 1e6, "position": 1e8}  # s, deg, deg, m: larger ones are damage
 
 
 def checked_echoes(echoes: xr.Dataset) -> xr.Dataset:
     """Echoes whose pulses are all known and in the order of time. Raises SchemaError for those of no use."""
-    _check_attributes(echoes.attrs)
+    check_attributes(echoes.attrs)
     _check_gates(np.asarray(echoes["range"].values, dtype=np.float64))
     senders = np.asarray(echoes["transmitter"].values)
     antennas = echoes.sizes["antenna"]
@@ -47,8 +66,11 @@ def checked_echoes(echoes: xr.Dataset) -> xr.Dataset:
         wrong = senders[(senders < 0) | (senders >= antennas)][0]
         raise SchemaError(f"echoes: transmitter = {wrong}: must be 0 … {antennas - 1}, an antenna; correct it")
     known = np.ones(senders.size, dtype=bool)
-    for name in ("time", "azimuth", "attitude", "position"):
-        finite = np.isfinite(np.asarray(echoes[name].values))
+    for name, most in _WITHIN.items():
+        values = np.asarray(echoes[name].values)
+        finite = np.isfinite(values)
+        if (beyond := finite & (np.abs(values) > most)).any():
+            raise SchemaError(f"echoes: {name} = {values[beyond][0]:g}: must lie within ±{most:g}; correct it")
         known &= finite.all(axis=tuple(range(1, finite.ndim)))
     if senders.size and not known.any():
         raise SchemaError("echoes: time, azimuth, attitude, position: must all be known of some pulse; correct them")
@@ -62,21 +84,55 @@ def checked_echoes(echoes: xr.Dataset) -> xr.Dataset:
     return echoes if np.array_equal(rows, np.arange(senders.size)) else echoes.isel(pulse=rows)
 
 
-def _check_attributes(attrs: dict[Any, Any]) -> None:
+def check_maps(echoes: xr.Dataset, settings: RetrievalSettings) -> None:
+    """Raise SchemaError for a turn of echoes, or maps of it, that no memory holds. echoes: of one turn."""
+    gates = echoes["range"].values
+    pulses, receivers = echoes.sizes["pulse"], echoes.sizes["receiver"]
+    needed = BYTES_PER_VOLTAGE * pulses * receivers * gates.size
+    if needed > 1.01 * MOST_ECHO_BYTES:  # a turn may hold a pulse more than the mean, which limits a scene
+        raise SchemaError(
+            f"echoes: turn {int(echoes['turn'].values[0])} holds {pulses:.3g} pulses of {gates.size} gates and takes "
+            f"{needed / 1e9:.3g} GB, and may take {MOST_ECHO_BYTES / 1e9:.3g}; leave out gates or pulses"
+        )
+    far, side = float(gates[-1]), settings.ground_m
+    cells = ground_cells(far, side)
+    if cells > MOST_GROUND_CELLS:
+        raise SchemaError(
+            f"retrieval.ground_m = {side:.10g}: must be at least {rounded_up(least_ground_side(far))} (the ground map "
+            f"of the echoes' gates, to {far:.4g} m, would have {cells:.3g} cells, and may have "
+            f"{MOST_GROUND_CELLS:.3g}); raise retrieval.ground_m, or correct the gates' ranges"
+        )
+    start, stop = np.ravel(echoes.attrs["sector_deg"])
+    cells = gates.size * max(1.0, (stop - start) / settings.cell_azimuth_deg)
+    if cells > _MOST_POLAR_CELLS and echoes.attrs.get("scan", "turning") == "turning":
+        least = (stop - start) * gates.size / _MOST_POLAR_CELLS
+        raise SchemaError(
+            f"retrieval.cell_azimuth_deg = {settings.cell_azimuth_deg:.10g}: must be at least {rounded_up(least)} (the "
+            f"polar map would have {cells:.3g} cells, and may have {_MOST_POLAR_CELLS:.3g}); raise "
+            "retrieval.cell_azimuth_deg"
+        )
+
+
+def check_attributes(attrs: dict[Any, Any]) -> None:
+    """Raise SchemaError unless the attributes of echoes, all of which are there, describe a radar."""
     for name, (must, holds) in _NUMBERS.items():
-        number = _number(attrs[name])
+        value = _given(attrs, name)
+        number = _number(value)
         if not (math.isfinite(number) and holds(number)):
-            raise _refusal(name, attrs[name], must)
+            raise _refusal(name, value, must)
     for name, choices in _CHOICES.items():
-        if attrs[name] not in choices:
-            raise _refusal(name, attrs[name], f"be {' or '.join(choices)}")
-    for name, choices in _FURTHER_CHOICES.items():
-        if attrs.get(name, choices[0]) not in choices:
-            raise SchemaError(f"echoes: {name} = {attrs[name]}: must be {' or '.join(choices)}; correct it")
-    sector = [_number(each) for each in np.atleast_1d(attrs["sector_deg"])]
+        if not any(np.array_equal(_given(attrs, name), choice) for choice in choices):
+            raise _refusal(name, _given(attrs, name), f"be {' or '.join(choices)}")
+    if attrs.get("waveform") == "chirp" and not _number(_given(attrs, "chirp_bandwidth_hz")) > 0.0:
+        raise _refusal("chirp_bandwidth_hz", _given(attrs, "chirp_bandwidth_hz"), "be greater than 0 of a chirp")
+    receivers = np.atleast_1d(np.asarray(_given(attrs, "receiver_antennas")))
+    if receivers.dtype.kind not in "iu" or receivers.ndim != 1 or (receivers < 0).any():
+        raise _refusal("receiver_antennas", attrs["receiver_antennas"], "be whole numbers, 0 or more")
+    sector = [_number(each) for each in np.ravel(attrs["sector_deg"])]
     if (
         len(sector) != 2
         or not all(math.isfinite(each) for each in sector)
+        or max(map(abs, sector)) > 1e4
         or not 0 < sector[1] - sector[0] <= 360 + 1e-9
     ):
         raise _refusal("sector_deg", attrs["sector_deg"], "be start and stop, clockwise by at most 360")
@@ -88,6 +144,11 @@ def _check_gates(gates: np.ndarray) -> None:
     if not (np.isfinite(gates).all() and gates[0] > 0.0):
         raise SchemaError(
             f"echoes: range[0] = {gates[0]:g}: ranges must be finite and greater than 0; leave others out"
+        )
+    if gates.max() > _FARTHEST_M:
+        raise SchemaError(
+            f"echoes: range[{np.argmax(gates)}] = {gates.max():g}: ranges must be at most {_FARTHEST_M:g}; correct "
+            "them, or the gates' spacing"
         )
     even = np.linspace(gates[0], gates[-1], gates.size)
     if gates.size > 1 and not (even[1] > even[0] and np.abs(gates - even).max() <= _EVEN * (even[1] - even[0])):
@@ -107,12 +168,18 @@ def _check_interval(time: np.ndarray, prf: float) -> None:
         )
 
 
+def _given(attrs: dict[Any, Any], name: str) -> Any:
+    """An attribute, or what it is where it may be left out."""
+    return attrs[name] if name in ECHO_ATTRIBUTES else attrs.get(name, FURTHER_ECHO_ATTRIBUTES[name][0])
+
+
 def _number(value: Any) -> float:
     try:
         return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return math.nan
 
 
 def _refusal(name: str, value: Any, must: str) -> SchemaError:
-    return SchemaError(f"echoes: {name} = {value}: must {must}; correct it ({ECHO_ATTRIBUTES[name]})")
+    meaning = ECHO_ATTRIBUTES.get(name) or FURTHER_ECHO_ATTRIBUTES[name][1]
+    return SchemaError(f"echoes: {name} = {value}: must {must}; correct it ({meaning})")

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 from ...conventions import SPEED_OF_LIGHT
 from ...io.numbers import rounded_down, rounded_up
+from ...radar.grid import MOST_GROUND_CELLS, ground_cells, least_ground_side
 from ...radar.waveform import RangeResponse, gate_spacing_m
 from ...settings import RadarSettings, RandomWaves, RetrievalSettings, SeaSettings
 
 LEAST_MARGIN_M = 30.0  # beyond the far gate; the mesh itself runs on by the range response's reach
-MOST_GROUND_CELLS = 1e7
 
 
 def check_height(radar: RadarSettings) -> None:
@@ -76,10 +74,9 @@ def check_window(radar: RadarSettings, retrieval: RetrievalSettings) -> None:
 def check_ground_map(radar: RadarSettings, retrieval: RetrievalSettings) -> None:
     """The ground map fits memory."""
     far, side = radar.range_m[1], retrieval.ground_m
-    cells = (2.0 * far / side) ** 2
+    cells = ground_cells(far, side)
     if cells > MOST_GROUND_CELLS:
-        least = 2.0 * far / math.sqrt(MOST_GROUND_CELLS)
         raise ValueError(
-            f"retrieval.ground_m = {side:.10g}: must be at least {rounded_up(least)} (the ground map would have "
-            f"{cells:.3g} cells, and may have {MOST_GROUND_CELLS:.3g}); raise retrieval.ground_m"
+            f"retrieval.ground_m = {side:.10g}: must be at least {rounded_up(least_ground_side(far))} (the ground map "
+            f"would have {cells:.3g} cells, and may have {MOST_GROUND_CELLS:.3g}); raise retrieval.ground_m"
         )

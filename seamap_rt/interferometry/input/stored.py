@@ -1,0 +1,63 @@
+"""Echoes from a Zarr store: whole, or refused in one line."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from ...dataset import check
+from ...errors import InputError, SchemaError
+from ...io.stored_chunks import EVERY_CHUNK, check_chunks
+from .checks import check_attributes
+
+_BULK = ("voltage", "saturated")  # read turn by turn, all else at once
+_MAY_LACK = ("transmitter", "turn", "attitude", "flag", "saturated")  # where zeros, and nothing else, are usual
+_MOST_PULSES = 1e9  # a day at 10 kHz
+
+
+def open_echoes(path: str | Path) -> xr.Dataset:
+    """Echoes from a Zarr store, complete turns only.
+
+    Raises SchemaError for a store that does not keep the schema, InputError for what is no store, or lacks a chunk.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of what else lies in the folder: what matters is checked after
+            dataset = xr.open_zarr(path, consolidated=False, zarr_format=3)
+            dataset = dataset.set_coords([n for n in ("time", "azimuth", "transmitter", "turn") if n in dataset])
+            return _whole_turns(dataset, Path(path))
+    except (InputError, SchemaError):
+        raise
+    except Exception as error:  # a damaged store raises exceptions of many types
+        what = f"{type(error).__name__}: {error}"
+    raise InputError(f"ECHOES = '{path}': is not an echo store, or damaged ({what}); give a whole echoes.zarr")
+
+
+def read_turn(echoes: xr.Dataset) -> xr.Dataset:
+    """Echoes with their voltages in memory. Raises SchemaError where the file that holds them is damaged."""
+    try:
+        return echoes.load()
+    except Exception as error:
+        what = f"{type(error).__name__}: {error}"
+    raise SchemaError(f"echoes: cannot be read ({what}); give whole files")
+
+
+def _whole_turns(dataset: xr.Dataset, path: Path) -> xr.Dataset:
+    check("echoes", dataset)
+    check_attributes(dataset.attrs)
+    if dataset.sizes["pulse"] > _MOST_PULSES:
+        raise SchemaError(
+            f"echoes: hold {dataset.sizes['pulse']:.3g} pulses: must be at most {_MOST_PULSES:.3g}; split the record"
+        )
+    whole = int(np.count_nonzero(dataset["turn"].values < float(dataset.attrs["complete_turns"])))
+    if path.is_dir():
+        check_chunks(path, {"pulse": whole}, _MAY_LACK)
+    dataset = dataset.isel(pulse=slice(0, whole))
+    for name in dataset.variables:
+        if name not in _BULK:
+            dataset[name].load()
+    dataset.attrs.pop(EVERY_CHUNK, None)  # of the store: who writes these echoes elsewhere may leave some out
+    return dataset
