@@ -30,6 +30,7 @@ NetCDF; wavespectra: NetCDF as that library writes it."""
 
 _KINDS_IN_WORDS = f"kinds are {', '.join(KINDS)}"
 _NEAR = np.timedelta64(3, "h")  # a sea state is as good as the same for so long
+_UNDERSHOOT = 0.01  # of the highest density, by which one that was interpolated may fall below 0
 _NDBC_STEP = 5.0  # degrees; a buoy's density is smooth
 _NDBC_NAMES = ("spectral_wave_density", "mean_wave_dir", "principal_wave_dir", "wave_spectrum_r1", "wave_spectrum_r2")
 
@@ -80,11 +81,15 @@ def read_directional_spectrum(
         try:
             with _OPENERS[result](path) as spectra:
                 spectrum = _chosen(spectra, path, time, site)
-                return _table(_from_moments(spectrum, path) if "moment" in spectrum.dims else spectrum, path)
+                if "moment" in spectrum.dims:
+                    spectrum = _from_moments(spectrum, path)
+                elif result != "swan":  # whose exception value is -99
+                    _refuse_negative(spectrum, path)
+                return _table(spectrum, path)
         except InputError:
             raise
         except Exception as error:  # the parsers raise exceptions of many types
-            damage = f"{type(error).__name__}: {error}"
+            damage = f"{type(error).__name__}: {error}"[:200]
     raise InputError(f"{path}: is damaged, or not quite a spectrum of the kind {result} ({damage}); {_KINDS_IN_WORDS}")
 
 
@@ -172,6 +177,16 @@ def _time_index(times: NDArray[np.datetime64], path: Path, wanted: str | None) -
         first, last = (np.datetime_as_string(end, unit="m") for end in (times.min(), times.max()))
         raise InputError(f"time = {wanted}: {path.name} runs from {first} to {last}; choose a time of it")
     return index
+
+
+def _refuse_negative(spectrum: xr.DataArray, path: Path) -> None:
+    """A fill value that the file does not declare would be a calm where none was measured."""
+    least, most = float(spectrum.min()), float(spectrum.max())
+    if least < -_UNDERSHOOT * abs(most):
+        raise InputError(
+            f"{path}: holds a density of {least:g}: must be at least 0; declare the value of what is missing as "
+            "_FillValue, or leave it out"
+        )
 
 
 def _table(spectrum: xr.DataArray, path: Path) -> DirectionalTable:

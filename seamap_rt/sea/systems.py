@@ -11,9 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import GRAVITY, SURFACE_TENSION, WATER_DENSITY, unit_from_azimuth
+from ..errors import InputError
 from ..io.spectrumfile import read_directional_spectrum
 from ..physics.dispersion import angular_frequency, group_speed, wavenumber
 from ..settings import (
+    HIGHEST_SEA_M,
+    PERIODS_S,
     ElfouhailyWaves,
     FileWaves,
     JonswapWaves,
@@ -185,7 +188,21 @@ def _elfouhaily_age(waves: ElfouhailyWaves) -> float:
 
 def _table(waves: FileWaves, depth: float) -> TabulatedSpectrum:
     frequency, direction, density = _file_content(waves.file, waves.kind, waves.time, waves.site)
-    return TabulatedSpectrum(frequency, direction, density, depth, waves.tail_exponent)
+    table = TabulatedSpectrum(frequency, direction, density, depth, waves.tail_exponent)
+    with np.errstate(over="ignore"):
+        height = table.hs
+    if not height <= HIGHEST_SEA_M:
+        raise InputError(
+            f"'{waves.file}': its significant wave height is {height:.4g} m: must be at most {HIGHEST_SEA_M:g} (no sea "
+            "above 30 m); check that the densities are in the units of its kind, and that what is missing is declared"
+        )
+    period = 1.0 / table.peak_frequency_hz if height > 0.0 else PERIODS_S[1]
+    if not PERIODS_S[0] <= period <= PERIODS_S[1]:
+        raise InputError(
+            f"'{waves.file}': its peak period is {period:.4g} s: must be {PERIODS_S[0]:g} to {PERIODS_S[1]:g} (wind "
+            "waves and swell lie there); check that the frequencies are in Hz"
+        )
+    return table
 
 
 def _file_content(file: str, kind: str, time: str | None, site: int) -> tuple[NDArray[np.float64], ...]:

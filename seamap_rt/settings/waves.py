@@ -11,6 +11,8 @@ from .limits import Meaning
 from .section import Direction, Phase, Section, compass
 
 Spreading = Literal["cos2s", "mitsuyasu", "hasselmann", "donelan_banner", "elfouhaily", "long_crested"]
+HIGHEST_SEA_M = 30.0  # significant wave height
+PERIODS_S = (0.3, 40.0)  # of a peak: wind waves and swell
 WindSpeed = Annotated[float, Gt(0.0), Le(60.0)]
 Fetch = Annotated[float, Ge(1.0), Le(5e6)]
 
@@ -88,7 +90,7 @@ class SpectralWaves(SpreadWaves):
     significant_wave_height_m: Annotated[
         float | None,
         Ge(0.0),
-        Le(30.0),
+        Le(HIGHEST_SEA_M),
         Meaning(
             "Significant wave height Hs = 4σ; together with `peak_period_s`.",
             unit="m",
@@ -98,8 +100,8 @@ class SpectralWaves(SpreadWaves):
     ] = None
     peak_period_s: Annotated[
         float | None,
-        Ge(0.3),
-        Le(40.0),
+        Ge(PERIODS_S[0]),
+        Le(PERIODS_S[1]),
         Meaning(
             "Period Tp of the spectrum's peak, as one meets it who drifts with the current.",
             unit="s",

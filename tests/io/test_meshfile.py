@@ -10,7 +10,7 @@ import pytest
 import trimesh
 from numpy.testing import assert_allclose
 
-from seamap_rt.errors import InputError
+from seamap_rt.errors import InputError, one_line
 from seamap_rt.io import meshfile
 from seamap_rt.io.meshfile import load_mesh
 from seamap_rt.settings import ObjectSettings
@@ -50,7 +50,8 @@ def refusal(path: Path | str, **keys: Any) -> str:
     with pytest.raises(InputError) as caught:
         load_mesh(settings(path, **keys), 3)
     line = str(caught.value)
-    assert line.startswith(f"objects.3.mesh = '{path}': ")
+    assert line.startswith(one_line(f"objects.3.mesh = '{path}':"))
+    assert line.isprintable()
     assert "\n" not in line
     assert ";" in line  # what to do about it
     return line
