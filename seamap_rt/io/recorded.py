@@ -358,7 +358,7 @@ def _json(path: Path) -> Mapping[str, Any]:
         tree = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise InputError(f"{path}: no such file; give the path of a header") from None
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not JSON ({error}); mend the header") from None
     return _object(tree, str(path))
 
