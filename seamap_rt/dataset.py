@@ -5,7 +5,7 @@ Datasets are built from the table and checked against it, so that a name means o
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -299,14 +299,15 @@ def build(
     return dataset
 
 
-def check(product: str, dataset: xr.Dataset) -> None:
+def check(product: str, dataset: xr.Dataset, needed: Collection[str] | None = None) -> None:
     """Raise SchemaError, in one line, unless `dataset` has the variables, types and attributes of `product`.
 
-    Integers may stand where the schema has floats.
+    Integers may stand where the schema has floats. needed: names of the variables that must be there, the schema's
+    required ones if left out.
     """
     for name, variable in SCHEMA[product].items():
         if name not in dataset.variables:
-            if variable.required:
+            if variable.required if needed is None else name in needed:
                 raise SchemaError(f"{product}: variable '{name}' is missing; add it, dims {variable.dims}")
             continue
         array = dataset[name]
@@ -321,3 +322,14 @@ def check(product: str, dataset: xr.Dataset) -> None:
                 raise SchemaError(f"echoes: attribute '{name}' is missing; add it ({meaning})")
         if dataset.sizes["receiver"] < 2 or dataset.sizes["antenna"] < 2 or dataset.sizes["xyz"] != 3:
             raise SchemaError("echoes: receiver and antenna must have size 2 or more, xyz size 3")
+
+
+def group_of(tree: xr.DataTree, product: str, needed: Collection[str] | None = None) -> xr.Dataset:
+    """The group of a tree of maps or truth that `product`, as in maps/polar, names; it keeps the schema as `check` says.
+    Raises SchemaError for another."""
+    whole, name = product.split("/")
+    if name not in tree.children:
+        raise SchemaError(f"{whole}: the group '{name}' is missing; give the tree of a whole {whole}.nc")
+    dataset = tree[name].to_dataset()
+    check(product, dataset, needed)
+    return dataset

@@ -2,8 +2,30 @@
 
 from __future__ import annotations
 
-_LONGEST = 240  # characters of a word, such as a path or a value that is quoted
-_ENDS = 100  # of which as many are kept at either end
+import re
+
+_LONGEST_WORD = 200  # characters: a path that one reads
+_LONGEST_LINE = 1000
+_LONG_WORD = re.compile(rf"\S{{{_LONGEST_WORD + 1},}}")
+
+
+def one_line(message: str) -> str:
+    """A message as one line that a terminal can show: what does not print is escaped, as \\x1b, and a word or a line
+    that is too long keeps its two ends. A line that is right stays as it is."""
+    text = "".join(each if each.isprintable() else _escaped(each) for each in " ".join(message.split()))
+    return _shortened(_LONG_WORD.sub(lambda word: _shortened(word[0], _LONGEST_WORD), text), _LONGEST_LINE)
+
+
+def _escaped(letter: str) -> str:
+    return letter.encode("unicode_escape", "backslashreplace").decode("ascii")
+
+
+def _shortened(text: str, longest: int) -> str:
+    """A path ends in the file's name, and a refusal in what to do: both ends are kept."""
+    if len(text) <= longest:
+        return text
+    first = (longest - 1) // 2
+    return f"{text[:first]}…{text[first + 1 - longest :]}"
 
 
 class InputError(ValueError):
@@ -22,17 +44,3 @@ class SchemaError(ValueError):
 
 class NoBackend(RuntimeError):
     """Nothing here can run Dr.Jit. The message is one line and names the command that mends it."""
-
-
-def one_line(message: str) -> str:
-    """The message on one line that a terminal can print: what users' files bring may be long, or hold control codes.
-
-    Spaces of any kind become one, characters that cannot be printed their escape sequences, and of a word longer than
-    240 characters the middle goes.
-    """
-    words = []
-    for word in message.split():
-        if not word.isprintable():
-            word = "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in word)
-        words.append(word if len(word) <= _LONGEST else f"{word[:_ENDS]}…{word[-_ENDS:]}")
-    return " ".join(words)

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .dataset import QUALITY_FLAGS
+from .dataset import QUALITY_FLAGS, group_of
 
 BIN_M = 25.0
 HEADLINE_M = (50.0, 200.0)
@@ -21,10 +21,10 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
 
     maps, truth: trees with a group `polar` (turn, azimuth, range) of the same cells; ranges in m, heights in m. Cells
     count if they are more than half visible and have a retrieved height that is not flagged as ambiguous; `cells` is
-    their number, `answered` their share of the visible cells. What is not defined is None. ValueError where maps and
-    truth have different cells.
+    their number, `answered` their share of the visible cells. What is not defined is None. SchemaError for trees that
+    do not keep the schema, ValueError where maps and truth have different cells.
     """
-    retrieved, true = maps["polar"].to_dataset(), truth["polar"].to_dataset()
+    retrieved, true = group_of(maps, "maps/polar"), group_of(truth, "truth/polar")
     if retrieved["height"].shape != true["height"].shape:
         raise ValueError(
             f"maps {retrieved['height'].shape} and truth {true['height'].shape} have different cells; "

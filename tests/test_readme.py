@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from seamap_rt.cli.shell import app
+from seamap_rt.cli.application import app
 from seamap_rt.io.recorded import read_header
 from seamap_rt.scene import load_scene
 

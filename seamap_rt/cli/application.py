@@ -9,7 +9,7 @@ import sys
 from cyclopts import CycloptsError
 
 from ..compute.backend import doctor_checks, doctor_lines
-from ..errors import InputError, NoBackend, SchemaError
+from ..errors import InputError, NoBackend, SchemaError, one_line
 from ..io.scenefile import list_shipped, read_toml
 from . import recovering, retrieving, simulating, studying  # noqa: F401  their commands join the application
 from .shell import app, console
@@ -63,7 +63,7 @@ def answer(arguments: list[str] | None, stops: Stops) -> int:
     except NoBackend as error:
         return _refuse(str(error), NO_BACKEND)
     except CycloptsError as error:
-        return _refuse(" ".join(str(error).split()), BAD_INPUT)
+        return _refuse(str(error), BAD_INPUT)
     except OSError as error:
         if stops.asked:
             return _refuse(f"interrupted: {_LEFT}", INTERRUPTED)
@@ -77,12 +77,12 @@ def answer(arguments: list[str] | None, stops: Stops) -> int:
 
 
 def _disk_words(error: OSError) -> str:
-    reason = " ".join(str(error.strerror or error).split())
+    reason = error.strerror or error
     what = f"'{error.filename}': {reason}" if error.filename else reason
     advice = _ADVICE.get(error.errno or 0, "make the file accessible, free the space, or choose another --out")
     return f"{what}; {advice}"
 
 
 def _refuse(line: str, code: int) -> int:
-    print(f"seamap-rt: {line}", file=sys.stderr)
+    print(f"seamap-rt: {one_line(line)}", file=sys.stderr)
     return code

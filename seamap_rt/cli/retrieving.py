@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..dataset import QUALITY_FLAGS
-from ..errors import InputError, SchemaError
+from ..errors import InputError
 from .shell import Names, Settings, app, console, overrides_of
 
 
@@ -76,29 +76,14 @@ def retrieve(
 
 def _opened(echoes: Path, header: Path | None, name: list[str] | None) -> xr.Dataset:
     """Echoes from a store, or from a recording and its header."""
-    from ..interferometry import open_recording
+    from ..interferometry import open_echoes, open_recording
     from ..io.recorded import RECORDING_ENDINGS
 
-    try:
-        if echoes.suffix.lower() in RECORDING_ENDINGS:
-            return open_recording(echoes, header, overrides_of(name, "--name"))
-        if header is None:
-            return _stored(echoes)
-        raise InputError(f"--header {header}: goes with a recording ({', '.join(RECORDING_ENDINGS)}); leave it out")
-    except (SchemaError, InputError):
-        raise
-    # h5py: of a file whose parts refer to each other in a circle.
-    except (OSError, ValueError, KeyError, RuntimeError) as error:
-        raise InputError(f"ECHOES = '{echoes}': cannot be read ({error}); give an echoes.zarr or a recording") from None
-
-
-def _stored(echoes: Path) -> xr.Dataset:
-    from ..interferometry import open_echoes
-
-    try:
+    if echoes.suffix.lower() in RECORDING_ENDINGS:
+        return open_recording(echoes, header, overrides_of(name, "--name"))
+    if header is None:
         return open_echoes(echoes)
-    except SchemaError as error:
-        raise InputError(f"ECHOES = {error}" if str(error).startswith("'") else str(error)) from None
+    raise InputError(f"--header {header}: goes with a recording ({', '.join(RECORDING_ENDINGS)}); leave it out")
 
 
 def _answered(maps: xr.DataTree) -> list[str]:

@@ -63,7 +63,9 @@ def facet_paths(
         number = np.arange(facets.height.shape[0])[columns]
         chosen = number[:, None], np.arange(facets.distance.size)[None, :]
     shape = np.broadcast_shapes(*(index.shape for index in chosen))
-    flat = np.broadcast_to(chosen[0], shape).ravel(), np.broadcast_to(chosen[1], shape).ravel()
+    # Kernels are compiled for each layout of memory that they meet.
+    column, facet = (np.require(np.broadcast_to(index, shape).ravel(), None, "W") for index in chosen)
+    flat, rcs = (column, facet), np.ascontiguousarray(rcs)
     ranges, difference, coming = np.empty((3, grid.antenna_positions.shape[1], flat[0].size))
     sine = np.empty(flat[0].size)
     ahead, aside = (facets.distance * function(facets.angle) for function in (np.cos, np.sin))

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from ..conventions import db, unit_from_azimuth
 from ..dataset import QUALITY_FLAGS, build, check
-from ..errors import InputError, SchemaError
-from ..radar.grid import check_ground_cells
+from ..errors import SchemaError
 from ..settings import RetrievalSettings
 from ..wavefield.sea_state import water_of
 from .covariance.velocity import Doppler, Lag, doppler, over_ground, own_velocity
@@ -25,9 +24,9 @@ from .estimation.slopes import Slopes, local_planes, plane_reach
 from .geometry.heights import Heights
 from .gridding.ground_map import Ground, ground_map
 from .gridding.instant import at_one_instant
-from .input.checks import checked_echoes
+from .input.checks import check_maps, checked_echoes
 from .input.description import RadarDescription
-from .input.stored import open_echoes
+from .input.stored import open_echoes, read_turn
 from .looks import Looks, interferogram
 from .phase.interferogram import Interferogram
 
@@ -45,10 +44,12 @@ def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None
     check("echoes", echoes)
     echoes = checked_echoes(echoes)
     turns = []
-    for turn in range(int(echoes.attrs["complete_turns"])):
-        members = np.flatnonzero(echoes["turn"].values == turn)
-        if members.size:
-            turns.append(_one(echoes.isel(pulse=slice(int(members[0]), int(members[-1]) + 1)), settings))
+    numbers = echoes["turn"].values
+    for turn in np.unique(numbers[(numbers >= 0) & (numbers < float(echoes.attrs["complete_turns"]))]):
+        members = np.flatnonzero(numbers == turn)
+        one = echoes.isel(pulse=slice(int(members[0]), int(members[-1]) + 1))
+        check_maps(one, settings)
+        turns.append(_one(read_turn(one), settings))
     if not turns:
         raise SchemaError("the echoes hold no complete turn; simulate or record at least one")
     return xr.DataTree.from_dict(
@@ -67,10 +68,6 @@ def retrieve_one(echoes: xr.Dataset, settings: RetrievalSettings | None = None) 
 def _one(echoes: xr.Dataset, settings: RetrievalSettings) -> xr.DataTree:
     radar = RadarDescription.of(echoes)
     turn = int(echoes["turn"].values[0])
-    try:
-        check_ground_cells(float(radar.ranges[-1]), settings.ground_m)
-    except ValueError as error:
-        raise InputError(str(error)) from None
     cells, points = retrieve_turn(echoes, radar, settings, turn)
     cells.attrs |= _water_attributes(settings)
     unambiguous = (cells["quality"].values[0] & QUALITY_FLAGS["ambiguous"]) == 0
@@ -91,9 +88,6 @@ def _water_attributes(settings: RetrievalSettings) -> dict[str, float | list[flo
         "depth_given": int(depth is not None),
         "current_m_s": current,
     }
-
-
-def open_echoes(path: str | Path) -> xr.Dataset:
 
 
 def retrieve_turn(

@@ -6,8 +6,11 @@ ahead (Khronos glTF 2.0, section 3.4), and is turned. Whatever is wrong with a f
 
 from __future__ import annotations
 
+import io
 import os
 import warnings
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import trimesh
@@ -79,8 +82,41 @@ def _read(path: str, what: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of materials and numbers: what matters is checked after
-            mesh = trimesh.load_scene(path, process=False, skip_materials=True).to_mesh()
+            mesh = _loaded(path).to_mesh()
         return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
     except Exception as error:  # the parsers raise exceptions of many types
         damage = f"{type(error).__name__}: {error}"[:120]
     raise InputError(f"{what}: is damaged, or not what its ending says ({damage}); export the mesh anew")
+
+
+def _loaded(path: str) -> trimesh.Scene:
+    """What a file holds. Text that is not UTF-8 is taken as Latin-1, which has a letter for each byte: only names and
+    remarks hold such ones, and to guess the encoding, as trimesh does, could swallow a digit beside them."""
+    ending = os.path.splitext(path)[1].lower()
+    if ending in _TEXTS:
+        content = Path(path).read_bytes()
+        end = _TEXTS[ending](content)
+        try:
+            content[:end].decode("utf-8")
+        except UnicodeDecodeError:
+            content = content[:end].decode("latin-1").encode("utf-8") + content[end:]
+            return trimesh.load_scene(io.BytesIO(content), ending[1:], process=False, skip_materials=True)
+    return trimesh.load_scene(path, process=False, skip_materials=True)
+
+
+def _text_of_stl(content: bytes) -> int:
+    """Binary STL says in bytes 80 to 83 how many triangles of 50 bytes follow, and may begin with `solid` as well."""
+    if len(content) == 84 + 50 * int.from_bytes(content[80:84], "little"):
+        return 0
+    if content.lstrip(b"\xef\xbb\xbf \t\r\n")[:5].lower() != b"solid":
+        raise ValueError("neither text that begins with solid, nor as long as its triangles")
+    return len(content)
+
+
+def _text_of_ply(content: bytes) -> int:
+    """The header; what follows may be text or numbers."""
+    end = content.find(b"end_header")
+    return end if end >= 0 and b"format ascii" not in content[:end] else len(content)
+
+
+_TEXTS: dict[str, Callable[[bytes], int]] = {".obj": len, ".stl": _text_of_stl, ".ply": _text_of_ply}  # bytes of text

@@ -24,12 +24,14 @@ from ..errors import InputError
 
 CUTS = ("azimuth", "elevation")
 _MSI_CUTS = {"HORIZONTAL": "azimuth", "VERTICAL": "elevation"}
+_LEVELS = ("gain_db", "attenuation", "GAIN")
 _COLUMNS = ("cut", "angle_deg", "gain_db")
 
 _FEWEST = 8  # points of a cut
 _BEAMS = 3.0  # to either side of boresight that an azimuth cut must tell of
 _DIPOLE_DBI = 2.15  # 0 dBd
 _LEAST_ABSOLUTE_DB = 3.0  # an antenna that radiates only ahead has 3 dBi at least: lower values are relative
+_MOST_DB = 1000.0  # of any level or gain, and of its opposite: lower nulls are as good as this one
 _HALF_POWER_DB = 10.0 * np.log10(0.5)
 
 Rows = list[tuple[int, float, float]]  # line of the file, angle [deg], level [dB]
@@ -97,6 +99,8 @@ def _number(path: Path, line: int, name: str, text: str) -> float:
         value = np.nan
     if not np.isfinite(value):
         raise _refusal(path, line, f"{name} = {text}: must be a finite number; correct it, a null is a low level")
+    if name in _LEVELS and abs(value) > _MOST_DB:
+        raise _refusal(path, line, f"{name} = {text}: must lie within ±{_MOST_DB:g} dB; correct it")
     return value
 
 

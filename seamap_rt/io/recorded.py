@@ -15,7 +15,6 @@ import difflib
 import json
 import math
 import os
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +36,8 @@ NEEDED = ("lower", "upper", "time", "azimuth")
 ARRAYS = (*NEEDED, "ranges", "attitude", "attitude_time", "position", "position_time", "transmitter", "turn", "quality")
 HDF5_ENDINGS = (".h5", ".hdf5", ".nc")
 RECORDING_ENDINGS = (".npz", *HDF5_ENDINGS)
+MAY_LACK = ("transmitter", "turn", "attitude", "quality")  # where zeros, and nothing else, are usual
+_MOST_BYTES = 64e9  # of an array: more than an hour
 _PIECES = (("real", "imag"), ("r", "i"), ("re", "im"), ("i", "q"))  # names of a pair's two numbers
 
 
@@ -247,8 +248,9 @@ def read_recording(
         raise InputError(f"{path}: no such file; give the path of a recording") from None
     except InputError:
         raise
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path}: cannot be read ({error}); give a whole recording") from None
+    except Exception as error:  # NumPy, zip and HDF5 raise exceptions of many types where a file is damaged
+        damage = f"{type(error).__name__}: {error}"
+        raise InputError(f"{path}: cannot be read ({damage}); give a whole recording") from None
     for name in NEEDED:
         if name not in arrays:
             raise InputError(f"{path}: holds no '{names.get(name, name)}'; add it, or say by names what it is called")
@@ -273,7 +275,11 @@ def _npz(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapp
 def _hdf5(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
     with h5py.File(path) as file:
         _refuse_slips(path, list(file), names)
-        arrays = {name: _dataset(file[inside], inside) for name, inside in _inside(names).items() if inside in file}
+        arrays = {
+            name: _dataset(file[inside], inside, name in MAY_LACK)
+            for name, inside in _inside(names).items()
+            if inside in file
+        }
         held: Any = file.get("header")
         if isinstance(held, h5py.Dataset):
             return arrays, _object(json.loads(str(held.asstr()[()])), f"{path}: header")
@@ -284,12 +290,34 @@ def _inside(names: Mapping[str, str]) -> dict[str, str]:
     return {name: names.get(name, name) for name in ARRAYS}
 
 
-def _dataset(node: Any, name: str) -> NDArray:
+def _dataset(node: Any, name: str, may_lack: bool) -> NDArray:
     if isinstance(node, h5py.Group):
-        real, imag = _pieces(list(node), name)
-        pieces: Any = node
-        return np.stack([pieces[real][()], pieces[imag][()]], axis=-1)
-    return pairs_of(node[()], name)
+        pieces = [node[piece] for piece in _pieces(list(node), name)]
+        return np.stack(
+            [_values(piece, f"{name}{piece.name.removeprefix(node.name)}", may_lack) for piece in pieces], -1
+        )
+    return pairs_of(_values(node, name, may_lack), name)
+
+
+def _values(node: Any, name: str, may_lack: bool) -> NDArray:
+    """All of an HDF5 dataset. What was never written HDF5 reads as fill values, zeros mostly."""
+    if not isinstance(node, h5py.Dataset) or node.dtype.kind not in "biufcV":
+        raise InputError(f"{name}: holds no numbers: must be an array of numbers; save it so")
+    if node.nbytes > _MOST_BYTES:
+        raise InputError(
+            f"{name}: has the shape {node.shape} and takes {node.nbytes / 1e9:.3g} GB: must take at most "
+            f"{_MOST_BYTES / 1e9:g}; split the recording"
+        )
+    stored = node.id.get_num_chunks() if node.chunks else int(node.id.get_storage_size() > 0 or node.is_virtual)
+    promised = 1
+    if node.chunks:
+        promised = math.prod(-(-size // chunk) for size, chunk in zip(node.shape, node.chunks, strict=True))
+    if node.size and stored < promised and not may_lack and node.external is None:
+        raise InputError(
+            f"{name}: holds {stored} of {promised} chunks, and the others would be read as zeros; copy the file whole, "
+            "or cut it to what was recorded"
+        )
+    return node[()]
 
 
 def pairs_of(values: NDArray, name: str) -> NDArray:
@@ -330,7 +358,7 @@ def _json(path: Path) -> Mapping[str, Any]:
         tree = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise InputError(f"{path}: no such file; give the path of a header") from None
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not JSON ({error}); mend the header") from None
     return _object(tree, str(path))
 

@@ -23,7 +23,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..settings.waves import HIGHEST_M
 
 KINDS = ("ndbc", "swan", "ww3", "wavespectra")
 """ndbc: a buoy of the US National Data Buoy Center, five text files or NetCDF; swan: SWAN's text; ww3: WAVEWATCH III's
@@ -31,6 +30,7 @@ NetCDF; wavespectra: NetCDF as that library writes it."""
 
 _KINDS_IN_WORDS = f"kinds are {', '.join(KINDS)}"
 _NEAR = np.timedelta64(3, "h")  # a sea state is as good as the same for so long
+_UNDERSHOOT = 0.01  # of the highest density, by which one that was interpolated may fall below 0
 _NDBC_STEP = 5.0  # degrees; a buoy's density is smooth
 _NDBC_NAMES = ("spectral_wave_density", "mean_wave_dir", "principal_wave_dir", "wave_spectrum_r1", "wave_spectrum_r2")
 
@@ -43,13 +43,6 @@ class DirectionalTable:
     from_deg: NDArray[np.float64]  # (d,), ascending in [0, 360): where waves come from
     density: NDArray[np.float64]  # (f, d), m²/(Hz·degree), ≥ 0
     source: str  # file, time and site in one line
-
-    @property
-    def significant_wave_height_m(self) -> float:
-        """4 √m₀, by the trapezoid rule over frequency, and over directions around the circle."""
-        wide = np.append(self.from_deg, self.from_deg[0] + 360.0)
-        by_frequency = np.trapezoid(np.append(self.density, self.density[:, :1], axis=1), wide, axis=1)
-        return float(4.0 * np.sqrt(np.trapezoid(by_frequency, self.frequency_hz)))
 
 
 def read_directional_spectrum(
@@ -88,11 +81,15 @@ def read_directional_spectrum(
         try:
             with _OPENERS[result](path) as spectra:
                 spectrum = _chosen(spectra, path, time, site)
-                return _table(_from_moments(spectrum, path) if "moment" in spectrum.dims else spectrum, path)
+                if "moment" in spectrum.dims:
+                    spectrum = _from_moments(spectrum, path)
+                elif result != "swan":  # whose exception value is -99
+                    _refuse_negative(spectrum, path)
+                return _table(spectrum, path)
         except InputError:
             raise
         except Exception as error:  # the parsers raise exceptions of many types
-            damage = f"{type(error).__name__}: {error}"
+            damage = f"{type(error).__name__}: {error}"[:200]
     raise InputError(f"{path}: is damaged, or not quite a spectrum of the kind {result} ({damage}); {_KINDS_IN_WORDS}")
 
 
@@ -182,6 +179,16 @@ def _time_index(times: NDArray[np.datetime64], path: Path, wanted: str | None) -
     return index
 
 
+def _refuse_negative(spectrum: xr.DataArray, path: Path) -> None:
+    """A fill value that the file does not declare would be a calm where none was measured."""
+    least, most = float(spectrum.min()), float(spectrum.max())
+    if least < -_UNDERSHOOT * abs(most):
+        raise InputError(
+            f"{path}: holds a density of {least:g}: must be at least 0; declare the value of what is missing as "
+            "_FillValue, or leave it out"
+        )
+
+
 def _table(spectrum: xr.DataArray, path: Path) -> DirectionalTable:
     """Ascending frequencies and directions, each once; numbers only, none negative."""
     density = np.asarray(spectrum.to_numpy(), dtype=np.float64)
@@ -200,17 +207,9 @@ def _table(spectrum: xr.DataArray, path: Path) -> DirectionalTable:
         raise InputError(f"{path}: has fewer than two frequencies; give a spectrum")
     if direction.size < 3:
         raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
-    table = DirectionalTable(
+    return DirectionalTable(
         frequency[waves], direction, density[np.ix_(rows[waves], columns)], str(spectrum.attrs["source"])
     )
-    with np.errstate(over="ignore"):
-        height = table.significant_wave_height_m
-    if not height <= HIGHEST_M:
-        raise InputError(
-            f"{path}: has waves of {height:.3g} m at {table.source}: must be at most {HIGHEST_M:g} m, as no sea "
-            "is higher; mask the values that stand for missing ones, or correct the unit"
-        )
-    return table
 
 
 # ------------------------------------------------------------------------------------------------------- the formats

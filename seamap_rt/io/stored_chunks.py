@@ -19,16 +19,21 @@ Zarr lets a writer leave out a chunk of fill values alone, and a reader takes on
 """
 
 
-def check_chunks(path: Path, lengths: Mapping[str, int], may_lack: Collection[str]) -> None:
+def check_chunks(
+    path: Path, lengths: Mapping[str, int], may_lack: Collection[str], only: Collection[str] | None = None
+) -> None:
     """Raise InputError, which names the chunk, for a store in a folder that lacks one or holds a part of one.
 
     lengths: by dimension, how much of it must be there, where that is not all. may_lack: names of arrays whose chunks
-    may be left out, unless the store's attribute EVERY_CHUNK says that none is. Only whole uncompressed chunks have a
+    may be left out, unless the store's attribute EVERY_CHUNK says that none is. only: names of the arrays to look at,
+    where not all. Only whole uncompressed chunks have a
     length that is known; others show damage when they are read.
     """
     group = zarr.open_group(path, mode="r", zarr_format=3)
     every = bool(group.attrs.get(EVERY_CHUNK, False))
     for name, array in group.arrays():
+        if only is not None and name not in only:
+            continue
         held = _files(path / name)
         expected = _plain_bytes(array)
         for key in _keys(array, lengths):

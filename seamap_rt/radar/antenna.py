@@ -183,11 +183,9 @@ def _one_parameter(u: NDArray[np.float64], taper: float) -> NDArray[np.float64]:
     root = np.maximum(np.pi * np.sqrt(np.abs(inside)), 1e-8)
     whole = max(np.pi * taper, 1e-8)
     scale = 2.0 * whole / -np.expm1(-2.0 * whole)
-    wave = np.where(
-        inside > 0.0,
-        0.5 * np.exp(np.minimum(root - whole, 0.0)) * -np.expm1(-2.0 * root),
-        np.exp(-whole) * np.sin(root),
-    )
+    wave = np.asarray(np.exp(-whole) * np.sin(root))
+    main = inside > 0.0  # seldom
+    wave[main] = 0.5 * np.exp(np.minimum(root[main] - whole, 0.0)) * -np.expm1(-2.0 * root[main])
     return scale * wave / root
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..io.numbers import rounded_up
+MOST_GROUND_CELLS = 1e7  # of a map, which takes some 100 bytes a cell
 
 
 def look_sweeps(sector_deg: tuple[float, float], cell_azimuth_deg: float, staring: bool = False) -> NDArray[np.float64]:
@@ -41,18 +42,14 @@ class GroundGrid:
         return x, y
 
 
-MOST_GROUND_CELLS = 1e7  # of a turn's map, some 70 bytes each
+def ground_cells(far_range: float, side: float) -> float:
+    """How many square cells of side [m] a map to far_range [m] has, one more or less a side."""
+    return (2.0 * far_range / side) ** 2
 
 
-def check_ground_cells(far_range: float, side: float) -> None:
-    """ValueError where a ground map of cells of side [m] up to far_range [m] would not fit memory."""
-    cells = (2.0 * far_range / side) ** 2
-    if not cells <= MOST_GROUND_CELLS:
-        least = 2.0 * far_range / np.sqrt(MOST_GROUND_CELLS)
-        raise ValueError(
-            f"retrieval.ground_m = {side:.10g}: must be at least {rounded_up(float(least))} (the ground map would have "
-            f"{cells:.3g} cells, and may have {MOST_GROUND_CELLS:.3g}); raise retrieval.ground_m"
-        )
+def least_ground_side(far_range: float) -> float:
+    """Side [m] of cells of which a map to far_range [m] has MOST_GROUND_CELLS."""
+    return 2.0 * far_range / math.sqrt(MOST_GROUND_CELLS)
 
 
 def ground_grid(far_range: float, side: float) -> GroundGrid:

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from seamap_rt.conventions import GRAVITY, SPEED_OF_LIGHT, WATER_DENSITY
 from seamap_rt.physics.dispersion import angular_frequency
@@ -55,11 +55,12 @@ def breakers(wind_speed: float, inverse_wave_age: float, frequency_hz: float) ->
         return Breakers(0.0, 0.0, 0.0, 0.0)
     k = np.geomspace(peak, limit, 400)[:, None]
     angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 181)[None, :]  # no wave grows against the wind
-    front = _growth(k, angle, friction_velocity(wind_speed)) ** (FRONT_POWER / (FRONT_POWER - 1.0))
+    front: NDArray[np.float64] = _growth(k, angle, friction_velocity(wind_speed)) ** (FRONT_POWER / (FRONT_POWER - 1.0))
     downwind = angular_frequency(k) / k * np.cos(angle)
 
     def total(values: NDArray[np.float64]) -> float:
-        return float(np.trapezoid(np.trapezoid(front * values, angle[0], axis=1), np.log(k[:, 0])))
+        over_angles: NDArray[np.float64] = np.trapezoid(front * values, angle[0], axis=1)
+        return float(np.trapezoid(over_angles, np.log(k[:, 0])))
 
     area = total(np.ones(()))
     if area == 0.0:
@@ -95,10 +96,10 @@ def nrcs_breaker(
     return secant2 * secant2 * (1.0 / _ROUGHNESS) * np.exp((1.0 - secant2) * (1.0 / _ROUGHNESS)) + _WALL / _ROUGHNESS
 
 
-def _growth(k: ArrayLike, angle: ArrayLike, u_star: float) -> NDArray[np.float64]:
+def _growth(k: NDArray[np.float64], angle: NDArray[np.float64], u_star: float) -> NDArray[np.float64]:
     """β, the energy that the wind adds to a wave within a radian of phase, less viscosity's; at least 0."""
     omega = angular_frequency(k)
-    k, cosine = np.asarray(k, dtype=np.float64), np.maximum(np.cos(angle), 0.0)
+    cosine = np.maximum(np.cos(angle), 0.0)
     length = 0.018 * u_star**2 / GRAVITY + 0.1 * _AIR_VISCOSITY / u_star  # the wind profile's roughness length
     speed = omega / k / u_star
     coefficient = np.maximum(np.log(np.pi / (k * length)) / _KARMAN - speed, 0.0)

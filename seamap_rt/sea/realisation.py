@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from .wave_trains import LineTrain, PlaneTrain, RegularTrain, WaveTrain
 
 SPLINE_ORDER, OVERSAMPLING = 7, 1.25  # chosen from validation/sea/sea_speed.py
 LINE_ORDER, LINE_OVERSAMPLING = 5, 2.0  # a line takes little time
+_KEPT_REACH = 700  # waves to either side of the middle, 16 MB in all
 _NEGLIGIBLE = 1e-12  # of a system's variance: so little resolved is nothing
 
 
@@ -143,7 +145,7 @@ def _draw(
             variance, share = line_variance(line, system.radial, resolved)
             lines.append(_Random(line, variance, draw_amplitudes(line, variance, child), system.toward, share))
         else:
-            variance, share = plane_variance(plane, system.radial, system.spreading, system.toward, resolved)
+            variance, share = _plane_variance(plane, system, resolved)
             plane_waves.append((variance, draw_amplitudes(plane, variance, child)))
             carried = min(carried, share)
     if not plane_waves:
@@ -151,6 +153,20 @@ def _draw(
     variance = np.sum([expected for expected, _ in plane_waves], axis=0)
     amplitude = np.sum([drawn for _, drawn in plane_waves], axis=0)
     return [_Random(plane, variance, amplitude, (1.0, 0.0), carried), *lines]
+
+
+def _plane_variance(lattice: Lattice, system: SpectralSystem, total: float) -> tuple[NDArray[np.float64], float]:
+    """`plane_variance`, kept for the next seed of a sea that does not fill the memory."""
+    small = lattice.reach[0] <= _KEPT_REACH
+    return (_kept_plane_variance if small else _kept_plane_variance.__wrapped__)(lattice, system, total)
+
+
+@lru_cache(maxsize=4)
+def _kept_plane_variance(lattice: Lattice, system: SpectralSystem, total: float) -> tuple[NDArray[np.float64], float]:
+    assert system.spreading is not None
+    variance, share = plane_variance(lattice, system.radial, system.spreading, system.toward, total)
+    variance.flags.writeable = False
+    return variance, share
 
 
 def _keeping_height(random: list[_Random], regular: list[RegularTrain]) -> tuple[list[_Random], float]:

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import GRAVITY, SURFACE_TENSION, WATER_DENSITY, unit_from_azimuth
+from ..errors import InputError
 from ..io.spectrumfile import read_directional_spectrum
 from ..physics.dispersion import angular_frequency, group_speed, wavenumber
 from ..settings import (
+    HIGHEST_SEA_M,
+    PERIODS_S,
     ElfouhailyWaves,
     FileWaves,
     JonswapWaves,
@@ -46,9 +50,7 @@ class SpectralSystem:
 
     def moment(self, power: int, limit: float = _SHORTEST) -> float:
         """∫ k^power S(k) dk up to `limit` rad/m: variance [m²] for 0, mean square slope for 2. To about 1e-7."""
-        log_k = np.linspace(np.log(_LONGEST), np.log(limit), 30_001)
-        k = np.exp(log_k)
-        return float(np.trapezoid(k ** (power + 1) * self.radial(k), log_k))
+        return _moment(self, power, limit)
 
     @cached_property
     def variance(self) -> float:
@@ -63,8 +65,26 @@ class SpectralSystem:
         return float(k[np.argmax(self.radial(k) / group_speed(k, self.depth))])
 
 
+@lru_cache(maxsize=256)
+def _moment(system: SpectralSystem, power: int, limit: float) -> float:
+    log_k = np.linspace(np.log(_LONGEST), np.log(limit), 30_001)
+    k = np.exp(log_k)
+    return float(np.trapezoid(k ** (power + 1) * system.radial(k), log_k))
+
+
 def spectral_system(waves: RandomWaves, depth: float) -> SpectralSystem:
     """The functions of one random system of the scene. Raises ValueError where they are not defined."""
+    if isinstance(waves, FileWaves):  # a file may be written anew
+        return _system(waves, depth)
+    return _remembered(cast(Hashable, waves), depth)
+
+
+@lru_cache(maxsize=64)
+def _remembered(waves: Hashable, depth: float) -> SpectralSystem:
+    return _system(cast(RandomWaves, waves), depth)
+
+
+def _system(waves: RandomWaves, depth: float) -> SpectralSystem:
     match waves:
         case FileWaves():
             table = _table(waves, depth)
@@ -185,7 +205,21 @@ def _elfouhaily_age(waves: ElfouhailyWaves) -> float:
 
 def _table(waves: FileWaves, depth: float) -> TabulatedSpectrum:
     frequency, direction, density = _file_content(waves.file, waves.kind, waves.time, waves.site)
-    return TabulatedSpectrum(frequency, direction, density, depth, waves.tail_exponent)
+    table = TabulatedSpectrum(frequency, direction, density, depth, waves.tail_exponent)
+    with np.errstate(over="ignore"):
+        height = table.hs
+    if not height <= HIGHEST_SEA_M:
+        raise InputError(
+            f"'{waves.file}': its significant wave height is {height:.4g} m: must be at most {HIGHEST_SEA_M:g} (no sea "
+            "above 30 m); check that the densities are in the units of its kind, and that what is missing is declared"
+        )
+    period = 1.0 / table.peak_frequency_hz if height > 0.0 else PERIODS_S[1]
+    if not PERIODS_S[0] <= period <= PERIODS_S[1]:
+        raise InputError(
+            f"'{waves.file}': its peak period is {period:.4g} s: must be {PERIODS_S[0]:g} to {PERIODS_S[1]:g} (wind "
+            "waves and swell lie there); check that the frequencies are in Hz"
+        )
+    return table
 
 
 def _file_content(file: str, kind: str, time: str | None, site: int) -> tuple[NDArray[np.float64], ...]:

@@ -18,6 +18,8 @@ from .sea import DEFAULT_RESOLUTION_M, MOST_POINTS_A_SIDE, SeaSettings, check_gr
 from .section import Section, as_tuple
 from .tracing import TracingSettings
 from .waves import (
+    HIGHEST_SEA_M,
+    PERIODS_S,
     ElfouhailyWaves,
     FileWaves,
     FlatWaves,
@@ -34,7 +36,9 @@ from .waves import (
 
 __all__ = [
     "DEFAULT_RESOLUTION_M",
+    "HIGHEST_SEA_M",
     "MOST_POINTS_A_SIDE",
+    "PERIODS_S",
     "WIDEST_DEG",
     "AntennaSettings",
     "ElfouhailyWaves",

@@ -11,6 +11,8 @@ from .limits import Meaning
 from .section import Direction, Phase, Section, compass
 
 Spreading = Literal["cos2s", "mitsuyasu", "hasselmann", "donelan_banner", "elfouhaily", "long_crested"]
+HIGHEST_SEA_M = 30.0  # significant wave height
+PERIODS_S = (0.3, 40.0)  # of a peak: wind waves and swell
 WindSpeed = Annotated[float, Gt(0.0), Le(60.0)]
 Fetch = Annotated[float, Ge(1.0), Le(5e6)]
 
@@ -19,8 +21,6 @@ _SPREADING = Meaning(
     "How the waves' directions spread about the main one: `cos2s` with a fixed exponent, `mitsuyasu`, `hasselmann`, "
     "`donelan_banner` and `elfouhaily` by those papers, `long_crested` not at all."
 )
-
-HIGHEST_M = 30.0  # significant; the highest ever measured is 19 m (WMO 2016)
 _WIND = Meaning("Wind speed 10 m above the sea, which raises this system.", unit="m/s", reason="10 m above the sea")
 
 
@@ -90,7 +90,7 @@ class SpectralWaves(SpreadWaves):
     significant_wave_height_m: Annotated[
         float | None,
         Ge(0.0),
-        Le(HIGHEST_M),
+        Le(HIGHEST_SEA_M),
         Meaning(
             "Significant wave height Hs = 4σ; together with `peak_period_s`.",
             unit="m",
@@ -100,8 +100,8 @@ class SpectralWaves(SpreadWaves):
     ] = None
     peak_period_s: Annotated[
         float | None,
-        Ge(0.3),
-        Le(40.0),
+        Ge(PERIODS_S[0]),
+        Le(PERIODS_S[1]),
         Meaning(
             "Period Tp of the spectrum's peak, as one meets it who drifts with the current.",
             unit="s",

@@ -207,7 +207,7 @@ def _address(scheduler: str) -> str:
     if "://" not in scheduler:
         try:
             return str(json.loads(Path(scheduler).read_text(encoding="utf-8"))["address"])
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
             raise InputError(
                 f"--scheduler = '{scheduler}': is neither an address, such as tcp://host:8786, nor a scheduler file; "
                 "correct it"

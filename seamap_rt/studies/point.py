@@ -44,6 +44,7 @@ class SchedulerLost(RuntimeError):
 # Dr.Jit is not safe for several simulations in the threads of one process: a worker with more waits.
 _ONE_AT_A_TIME = threading.Lock()
 _LONGEST_REASON = 400
+_BY_RANGE = {"range_m", "height_rmse_m", "height_bias_m", "slope_rmse", "visible_fraction", "answered", "known_share"}
 
 
 @dataclass(frozen=True)
@@ -114,9 +115,36 @@ def kept(file: Path) -> Outcome | None:
     """What a point's file holds; None where there is none, or none that can be read."""
     try:
         outcome = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
-    return outcome if isinstance(outcome, dict) and "status" in outcome else None
+    return outcome if _is_whole(outcome) else None
+
+
+def _is_whole(outcome: Any) -> bool:
+    """Whether a file's content is what `keep` wrote: a point whose file is damaged is computed anew."""
+    if not isinstance(outcome, dict) or not isinstance(outcome.get("reason"), str):
+        return False
+    parts = [outcome.get(name, {}) for name in ("cost", "metrics", "by_range", "facts")]
+    if not all(isinstance(part, dict) for part in parts):
+        return False
+    cost, metrics, by_range, facts = parts
+    seconds = cost.get("seconds", {})
+    if not (isinstance(seconds, dict) and _are_numbers([*seconds.values(), cost.get("peak_memory_bytes")])):
+        return False
+    if outcome.get("status") != "done":
+        return outcome.get("status") in ("refused", "failed")
+    columns = list(by_range.values())
+    return (
+        _BY_RANGE <= set(by_range)
+        and all(isinstance(column, list) and len(column) == len(by_range["range_m"]) for column in columns)
+        and _are_numbers([*metrics.values(), facts.get("significant_height_m"), *(each for c in columns for each in c)])
+        and None not in (facts.get("significant_height_m"), *by_range["range_m"])
+    )
+
+
+def _are_numbers(values: list[Any]) -> bool:
+    """Numbers, or null where none is defined."""
+    return all(value is None or (isinstance(value, int | float) and not isinstance(value, bool)) for value in values)
 
 
 def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:

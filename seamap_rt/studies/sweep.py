@@ -111,8 +111,8 @@ class Sweep:
 
     def _refuse_another(self, file: Path) -> None:
         try:
-            stored = json.loads(file.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            stored = dict(json.loads(file.read_text(encoding="utf-8")))
+        except (OSError, ValueError, TypeError, RecursionError):
             raise InputError(
                 f"--resume: '{file.parent}' holds no sweep; leave --resume out, or name its folder"
             ) from None

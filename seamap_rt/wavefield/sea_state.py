@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..dataset import WATER_ATTRIBUTES
+from ..dataset import WATER_ATTRIBUTES, group_of
 from ..physics.dispersion import Water
 from .range_bins import PolarMap, RangeBins
 from .resolution import Resolution
@@ -31,6 +31,7 @@ _STEP = 1.3  # from one wavenumber to the next, of waves too short to be seen
 _SURE_DEG = 60.0  # between the heights' axis and the way that the water moves: farther off the way is called unknown
 _PEAK_WIDTH = 0.3  # relative, of a wind sea's spectrum: how far the peak of a single draw of few waves strays
 _SIDE_M = 3.0  # of squares on which waves are sorted by the way they run
+_NEEDED = ("turn", "azimuth", "range", "height", "height_std", "ground_range", "quality", "time")
 _LEAST_SPAN = 80.0  # deg of looks: fewer do not tell waves of all directions apart
 
 _VARIABLES = {
@@ -71,11 +72,13 @@ def sea_state(maps: xr.DataTree) -> xr.Dataset:
     all is NaN; of a calm sea, and of looks that span less than 80°, the period and directions are. Mean direction and
     spread are NaN as well where no radial velocity gives which way the waves run; `mean_axis` needs none.
 
+    Raises SchemaError for maps without one of the fields it reads, or with one of another kind.
+
     Method: mean square about mean sea level, less that of the errors (of heights that are the mean of what may be,
     given the echoes, plus that of what they leave open), over the share that cells keep of the spectrum; peak by S⁴
     (Young 1995), mean direction and spread by the first moment (Kuik, van Vledder & Holthuijsen 1988).
     """
-    polar = maps["polar"].to_dataset()
+    polar = group_of(maps, "maps/polar", _NEEDED)
     water = water_of(polar.attrs)
     rows = [_one_turn(polar.isel(turn=turn), water) for turn in range(polar.sizes["turn"])]
     known = {name: polar.attrs.get(name, missing) for name, (missing, _) in WATER_ATTRIBUTES.items()}

@@ -13,7 +13,7 @@ from rolling_echoes import Boat, ideal_sea
 from scipy.special import gammaincc
 
 from seamap_rt.dataset import QUALITY_FLAGS
-from seamap_rt.errors import InputError, SchemaError
+from seamap_rt.errors import SchemaError
 from seamap_rt.interferometry import retrieve
 from seamap_rt.settings import RetrievalSettings
 
@@ -379,5 +379,5 @@ def test_ranges_beyond_every_horizon_are_refused(times: float) -> None:
 
 def test_a_ground_map_that_fits_no_memory_is_refused() -> None:
     # In the words of the scene's own limit, whoever brings the ranges.
-    with pytest.raises(InputError, match=r"retrieval\.ground_m = 0\.01: must be at least .* raise retrieval\.ground_m"):
+    with pytest.raises(SchemaError, match=r"retrieval\.ground_m = 0\.01: must be at least .* raise retrieval\.ground_m"):
         retrieve(calm(), RetrievalSettings(ground_m=0.01))

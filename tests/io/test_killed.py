@@ -282,7 +282,9 @@ def test_scratch_of_others_stays(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("host", "pid", "held"), [("", os.getpid(), True), ("", 99999999, False), ("another", 99999999, True)]
+    ("host", "pid", "held"),
+    [("", os.getpid(), True), ("", 99999999, False), ("another", 99999999, True)],
+    ids=["living", "dead", "another host"],
 )
 def test_without_locks_the_file_says_who_holds_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, host: str, pid: int, held: bool

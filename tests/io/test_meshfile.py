@@ -51,6 +51,7 @@ def refusal(path: Path | str, **keys: Any) -> str:
         load_mesh(settings(path, **keys), 3)
     line = str(caught.value)
     assert line.startswith(one_line(f"objects.3.mesh = '{path}':"))
+    assert line.isprintable()
     assert "\n" not in line
     assert ";" in line  # what to do about it
     return line

@@ -265,21 +265,15 @@ def test_a_damaged_file_is_said_in_one_line(tmp_path: Path) -> None:
     assert "damaged" in refusal(tmp_path / "46042w2024.txt")
 
 
-@pytest.mark.parametrize("times", [15.1, 1e18])
-def test_no_sea_is_higher_than_seas_are(tmp_path: Path, times: float) -> None:
-    """What stands for a missing value, or a wrong unit, is not taken for waves; 15 times Hs = 2 m are the most."""
+def test_a_fill_value_that_no_one_declared_is_no_calm(tmp_path: Path) -> None:
     values = MAKER.density(2.0, 300.0)
+    values[0, 0] = -0.009 * values.max()  # an interpolation's undershoot is none
 
-    def written(factor: float) -> Path:
-        dataset = xr.Dataset(
-            {"efth": (("freq", "dir"), values * factor**2)}, {"freq": MAKER.FREQUENCY_HZ, "dir": MAKER.FROM_DEG}
-        )
-        dataset.to_netcdf(tmp_path / f"{factor}.nc", engine="h5netcdf")
-        return tmp_path / f"{factor}.nc"
+    def written() -> Path:
+        dataset = xr.Dataset({"efth": (("freq", "dir"), values)}, {"freq": MAKER.FREQUENCY_HZ, "dir": MAKER.FROM_DEG})
+        dataset.to_netcdf(tmp_path / "spectrum.nc", engine="h5netcdf")
+        return tmp_path / "spectrum.nc"
 
-    usual = read_directional_spectrum(written(1.0)).significant_wave_height_m
-    assert usual == pytest.approx(2.0, rel=0.02)  # of steps of 0.01 Hz
-    assert read_directional_spectrum(written(14.5)).significant_wave_height_m == pytest.approx(14.5 * usual)
-    words = refusal(written(times))
-    assert f"has waves of {times * usual:.3g} m" in words
-    assert "must be at most 30 m" in words
+    assert read_directional_spectrum(written()).density.min() == 0.0
+    values[0, 0] = -999.0
+    assert "holds a density of -999: must be at least 0" in refusal(written())

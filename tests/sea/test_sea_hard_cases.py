@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from seamap_rt.cli import main
 from seamap_rt.errors import InputError
@@ -216,6 +217,23 @@ def test_seas_that_cannot_be_drawn_say_why_in_one_line(settings, words):
     with pytest.raises(ValueError, match=re.escape(words[0])) as caught:
         realize(settings, 1)
     one_line(caught.value, *words)
+
+
+@pytest.mark.parametrize("height", [29.9, 30.1, 4e18])
+def test_a_file_brings_no_sea_that_no_scene_may_have(tmp_path, height):
+    """What stands for a missing value, or a wrong unit, is not taken for waves."""
+    usual = wave_facts(FileWaves(spectrum="file", file=str(SPECTRA / "ww3.nc")), np.inf).height
+    with xr.open_dataset(SPECTRA / "ww3.nc", engine="scipy", decode_times=False) as opened:
+        spectra = opened.load()
+    spectra["efth"] = spectra["efth"] * np.float32((height / usual) ** 2)
+    spectra.to_netcdf(tmp_path / "large.nc", engine="scipy")
+    waves = FileWaves(spectrum="file", file=str(tmp_path / "large.nc"), kind="ww3")
+    if height < 30.0:
+        np.testing.assert_allclose(wave_facts(waves, np.inf).height, height, rtol=1e-3)
+        return
+    with pytest.raises(ValueError, match="significant wave height is") as caught:
+        spectral_system(waves, np.inf)
+    one_line(caught.value, "must be at most 30", "check")
 
 
 ENDED = FileWaves(spectrum="file", file=str(SPECTRA / "swan.spc"), tail_exponent=0.0)

@@ -459,20 +459,21 @@ def test_files_that_changed_are_another_sweep(tmp_path: Path) -> None:
     motion.write_text("\n".join(["time_s,roll_deg", *rows]).format(roll=1))
     scene = load_scene("tiny", overrides={"platform.motion": "file", "platform.file": str(motion)})
     vary, folder = {"radar.height_m": [5.0]}, tmp_path / "out"
-    Sweep.of(scene, vary, 1, folder).prepare(resume=False, overwrite=False).release()
-    Sweep.of(scene, vary, 1, folder).prepare(resume=True, overwrite=False).release()
+    with Sweep.of(scene, vary, 1, folder).prepared(resume=False, overwrite=False):
+        pass
+    with Sweep.of(scene, vary, 1, folder).prepared(resume=True, overwrite=False):
+        pass
     motion.write_text("\n".join(["time_s,roll_deg", *rows]).format(roll=2))
     with pytest.raises(InputError, match="another content of the files"):
-        Sweep.of(scene, vary, 1, folder).prepare(resume=True, overwrite=False)
+        Sweep.of(scene, vary, 1, folder).prepared(resume=True, overwrite=False).__enter__()
 
 
 def test_what_a_user_keeps_among_the_points_stays(tmp_path: Path) -> None:
     own = tmp_path / "points" / "mine.json"
     own.parent.mkdir()
     own.write_text("{}")
-    Sweep.of(load_scene("tiny"), {"radar.height_m": [5.0]}, 1, tmp_path).prepare(
-        resume=False, overwrite=False
-    ).release()
+    with Sweep.of(load_scene("tiny"), {"radar.height_m": [5.0]}, 1, tmp_path).prepared(resume=False, overwrite=False):
+        pass
     assert own.exists()
 
 

@@ -19,10 +19,10 @@ from ...io.numbers import rounded_up
 from ...radar.checks import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES
 from ...radar.grid import MOST_GROUND_CELLS, ground_cells, least_ground_side
 from ...settings import RetrievalSettings
+from ...settings.radar import FARTHEST_M
 
 _EVEN = 1e-3  # of a gate's spacing
 _PRF_ERROR = 0.25  # of the interval between pulses, by which they may come too early
-_FARTHEST_M = 1e6  # of a gate: beyond it no ground map has cells
 _MOST_POLAR_CELLS = 1e7  # of a turn; a map takes about as much memory for one as for one of the ground
 
 
@@ -145,10 +145,10 @@ def _check_gates(gates: np.ndarray) -> None:
         raise SchemaError(
             f"echoes: range[0] = {gates[0]:g}: ranges must be finite and greater than 0; leave others out"
         )
-    if gates.max() > _FARTHEST_M:
+    if gates.max() > FARTHEST_M:
         raise SchemaError(
-            f"echoes: range[{np.argmax(gates)}] = {gates.max():g}: ranges must be at most {_FARTHEST_M:g}; correct "
-            "them, or the gates' spacing"
+            f"echoes: range[{np.argmax(gates)}] = {gates.max():g}: must be at most {FARTHEST_M:g} m, as far as any mast "
+            "sees the sea; leave farther gates out, or correct their unit"
         )
     even = np.linspace(gates[0], gates[-1], gates.size)
     if gates.size > 1 and not (even[1] > even[0] and np.abs(gates - even).max() <= _EVEN * (even[1] - even[0])):

@@ -21,6 +21,7 @@ from .checks import check_attributes
 
 _BULK = ("voltage", "saturated")  # read turn by turn, all else at once
 _MAY_LACK = ("transmitter", "turn", "attitude", "flag", "saturated")  # where zeros, and nothing else, are usual
+_INDEXES = ("pulse", "range", "receiver", "antenna", "xyz")
 _MOST_PULSES = 1e9  # a day at 10 kHz
 
 
@@ -44,9 +45,13 @@ def open_echoes(path: str | Path) -> xr.Dataset:
 
 def _opened(path: str | Path) -> xr.Dataset:
     """A store whose arrays may be of unequal length: so many pulses as all have."""
-    arrays = dict(zarr.open_group(path, mode="r", zarr_format=3).arrays())
+    group = zarr.open_group(path, mode="r", zarr_format=3)
+    arrays = dict(group.arrays())
     lengths = {name: array.shape[0] for name, array in arrays.items() if _names(array)[:1] == ("pulse",)}
     least = min(lengths.values(), default=0)
+    if Path(path).is_dir():  # what xarray reads at once
+        counted = group.attrs.get(PULSES, least)
+        check_chunks(Path(path), {"pulse": min(int(str(counted)), least)}, _MAY_LACK, [*_INDEXES, "turn"])
     parts = []
     for length in sorted(set(lengths.values()) or {0}):
         others = [name for name in lengths if lengths[name] != length]
@@ -75,10 +80,9 @@ def _whole_turns(dataset: xr.Dataset, path: Path) -> xr.Dataset:
         raise SchemaError(
             f"echoes: hold {dataset.sizes['pulse']:.3g} pulses: must be at most {_MOST_PULSES:.3g}; split the record"
         )
-    counted = dataset.attrs.pop(PULSES, None)  # while it grows: what is not yet written looks like turn 0
-    if counted is None:
-        counted = np.count_nonzero(dataset["turn"].values < float(dataset.attrs["complete_turns"]))
-    whole = min(int(counted), dataset.sizes["pulse"])
+    counted = dataset.attrs.pop(PULSES, dataset.sizes["pulse"])  # while it grows: beyond, all looks like turn 0
+    numbers = dataset["turn"].values[: int(counted)]
+    whole = int(np.count_nonzero(numbers < float(dataset.attrs["complete_turns"])))
     if path.is_dir():
         check_chunks(path, {"pulse": whole}, _MAY_LACK)
     dataset = dataset.isel(pulse=slice(0, whole))

@@ -170,7 +170,7 @@ def resolve(
     height, precision = np.where(sure, folded, height), np.where(sure, _FIRM / step**2, precision)
     layout = np.array([spacing, _RADIUS, _MOST_LOOKS, _STRAY, 1.0 / _SLOPE**2])
     beside = np.ascontiguousarray(across[part[1]])
-    cycles, odds = unwrap(folded, step, noise, height, precision, wanted, beside, layout)
+    cycles, odds = unwrap(folded, step, noise, height, precision, np.ascontiguousarray(wanted), beside, layout)
     resolved.cycles[:] = -whole
     resolved.cycles[part] += np.where(wanted, np.sign(gain) * (first + cycles), 0.0).astype(np.int64)
     resolved.ambiguous[part] = wanted & ~sure & (odds < np.log(_LEAST_ODDS))

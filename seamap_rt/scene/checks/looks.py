@@ -5,12 +5,9 @@ from __future__ import annotations
 from ...conventions import SPEED_OF_LIGHT
 from ...io.numbers import rounded_down, rounded_up
 from ...radar.array import antenna_array
-from ...radar.checks import pulses_of_a_look, pulses_of_a_turn
+from ...radar.checks import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, pulses_of_a_look, pulses_of_a_turn
 from ...radar.scan import sector_width
 from ...settings import RadarSettings, RetrievalSettings
-
-BYTES_PER_VOLTAGE = 32.0  # the voltage itself, its noise and the sums it is made from
-MOST_ECHO_BYTES = 8e9
 
 
 def check_pulses(radar: RadarSettings, retrieval: RetrievalSettings) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...conventions import SPEED_OF_LIGHT
 from ...io.numbers import rounded_down, rounded_up
-from ...radar.grid import check_ground_cells
+from ...radar.grid import MOST_GROUND_CELLS, ground_cells, least_ground_side
 from ...radar.waveform import RangeResponse, gate_spacing_m
 from ...settings import RadarSettings, RandomWaves, RetrievalSettings, SeaSettings
 
@@ -73,4 +73,10 @@ def check_window(radar: RadarSettings, retrieval: RetrievalSettings) -> None:
 
 def check_ground_map(radar: RadarSettings, retrieval: RetrievalSettings) -> None:
     """The ground map fits memory."""
-    check_ground_cells(radar.range_m[1], retrieval.ground_m)
+    far, side = radar.range_m[1], retrieval.ground_m
+    cells = ground_cells(far, side)
+    if cells > MOST_GROUND_CELLS:
+        raise ValueError(
+            f"retrieval.ground_m = {side:.10g}: must be at least {rounded_up(least_ground_side(far))} (the ground map "
+            f"would have {cells:.3g} cells, and may have {MOST_GROUND_CELLS:.3g}); raise retrieval.ground_m"
+        )
