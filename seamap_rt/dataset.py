@@ -325,8 +325,7 @@ def check(product: str, dataset: xr.Dataset, needed: Collection[str] | None = No
 
 
 def group_of(tree: xr.DataTree, product: str, needed: Collection[str] | None = None) -> xr.Dataset:
-    """The group of a tree of maps or truth that `product`, as in maps/polar, names; it keeps the schema as `check` says.
-    Raises SchemaError for another."""
+    """The group of maps or truth that `product` names, as in maps/polar; SchemaError unless `check` passes."""
     whole, name = product.split("/")
     if name not in tree.children:
         raise SchemaError(f"{whole}: the group '{name}' is missing; give the tree of a whole {whole}.nc")

@@ -15,9 +15,6 @@ from .digital import DigitalReceiver
 from .scan import scanned_share, turn_duration
 from .waveform import blind_range_m, unambiguous_range_m
 
-BYTES_PER_VOLTAGE = 32.0  # of a turn: the voltage itself, its noise and the sums it is made from
-MOST_ECHO_BYTES = 8e9
-
 
 def check_radar(radar: RadarSettings) -> None:
     """Raise ValueError, in one line, for a radar that cannot work as it is set."""

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+BYTES_PER_VOLTAGE = 32.0  # of a turn: the voltage itself, its noise and the sums it is made from
+MOST_ECHO_BYTES = 8e9
 MOST_GROUND_CELLS = 1e7  # of a map, which takes some 100 bytes a cell
 
 

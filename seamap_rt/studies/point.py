@@ -135,7 +135,7 @@ def _is_whole(outcome: Any) -> bool:
         return outcome.get("status") in ("refused", "failed")
     columns = list(by_range.values())
     return (
-        _BY_RANGE <= set(by_range)
+        set(by_range) >= _BY_RANGE
         and all(isinstance(column, list) and len(column) == len(by_range["range_m"]) for column in columns)
         and _are_numbers([*metrics.values(), facts.get("significant_height_m"), *(each for c in columns for each in c)])
         and None not in (facts.get("significant_height_m"), *by_range["range_m"])

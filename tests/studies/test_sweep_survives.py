@@ -108,9 +108,12 @@ def test_without_its_keys_nobody_talks_to_a_local_cluster(client: Client) -> Non
             raise AssertionError("it answers")
         stranger = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
         stranger.check_hostname, stranger.verify_mode = False, ssl.CERT_NONE
-        with socket.create_connection(where, 10.0) as plain, stranger.wrap_socket(plain) as wrapped:
-            with pytest.raises(ssl.SSLError, match="CERTIFICATE_REQUIRED"):
-                wrapped.recv(1)
+        with (
+            socket.create_connection(where, 10.0) as plain,
+            stranger.wrap_socket(plain) as wrapped,
+            pytest.raises(ssl.SSLError, match="CERTIFICATE_REQUIRED"),
+        ):
+            wrapped.recv(1)
     security = cast(Any, client.security)
     assert Path(security.tls_client_key).stat().st_mode & 0o077 == 0
     assert Path(security.tls_client_key).parent.stat().st_mode & 0o077 == 0

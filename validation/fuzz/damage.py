@@ -105,7 +105,8 @@ def toml_of(tree: dict[str, Any], prefix: str = "") -> str:
 
 
 def _is_section(value: Any) -> bool:
-    return isinstance(value, dict) or (isinstance(value, list) and bool(value) and all(isinstance(e, dict) for e in value))
+    sections = value if isinstance(value, list) else [value]
+    return bool(sections) and all(isinstance(each, dict) for each in sections)
 
 
 def _inline(value: Any) -> str:

@@ -109,7 +109,8 @@ def _hdf5(file: h5py.File, dice: random.Random) -> None:
         case 4:
             holder = dice.choice((file, node, *(file[each] for each in list(file)[:3])))
             keys = list(holder.attrs) or ["units"]
-            value = dice.choice((b"\xff\x1b[31m", "x" * 4000, 1e308, -1, np.nan, [1, 2, 3], np.zeros(0), "days since x"))
+            values = b"\xff\x1b[31m", "x" * 4000, 1e308, -1, np.nan, [1, 2, 3], np.zeros(0), "days since x"
+            value = dice.choice(values)
             holder.attrs[dice.choice(keys)] = value
         case 5:
             shape, kind = node.shape, node.dtype
@@ -139,7 +140,8 @@ def _store(store: Path, dice: random.Random) -> None:
             case 2:
                 path = dice.choice(chunks)
                 if path.exists():
-                    values = np.frombuffer(bytearray(path.read_bytes()), dtype="f8" if path.stat().st_size % 8 == 0 else "u1")
+                    kind = "f8" if path.stat().st_size % 8 == 0 else "u1"
+                    values = np.frombuffer(bytearray(path.read_bytes()), dtype=kind)
                     path.write_bytes(_array(values, dice).tobytes())
             case 3:
                 path = dice.choice(metadata)

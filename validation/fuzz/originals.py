@@ -89,11 +89,17 @@ def _patterns(folder: Path) -> list[Path]:
     angles = np.arange(-90.0, 90.1, 3.0)
     cuts = {"azimuth": -12.0 * (angles / 12.0) ** 2, "elevation": -12.0 * (angles / 24.0) ** 2}
     csv, msi = folder / "pattern.csv", folder / "pattern.msi"
-    rows = [f"{name},{angle:g},{max(-60.0, level):g}" for name, cut in cuts.items() for angle, level in zip(angles, cut)]
+    rows = [
+        f"{name},{angle:g},{max(-60.0, level):g}"
+        for name, cut in cuts.items()
+        for angle, level in zip(angles, cut, strict=True)
+    ]
     csv.write_text("\n".join(["cut,angle_deg,gain_db", *rows]))
     text = "NAME fuzz\nFREQUENCY 10 GHz\nGAIN 30 dBi\n"
     for key, cut in (("HORIZONTAL", cuts["azimuth"]), ("VERTICAL", cuts["elevation"])):
-        text += f"{key} {angles.size}\n" + "".join(f"{a:g} {min(60.0, -v):g}\n" for a, v in zip(angles, cut))
+        text += f"{key} {angles.size}\n" + "".join(
+            f"{a:g} {min(60.0, -v):g}\n" for a, v in zip(angles, cut, strict=True)
+        )
     msi.write_text(text)
     return [csv, msi]
 

@@ -16,8 +16,7 @@ import xarray as xr
 from ...dataset import ECHO_ATTRIBUTES, FURTHER_ECHO_ATTRIBUTES
 from ...errors import SchemaError
 from ...io.numbers import rounded_up
-from ...radar.checks import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES
-from ...radar.grid import MOST_GROUND_CELLS, ground_cells, least_ground_side
+from ...radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS, ground_cells, least_ground_side
 from ...settings import RetrievalSettings
 from ...settings.radar import FARTHEST_M
 
@@ -147,8 +146,8 @@ def _check_gates(gates: np.ndarray) -> None:
         )
     if gates.max() > FARTHEST_M:
         raise SchemaError(
-            f"echoes: range[{np.argmax(gates)}] = {gates.max():g}: must be at most {FARTHEST_M:g} m, as far as any mast "
-            "sees the sea; leave farther gates out, or correct their unit"
+            f"echoes: range[{np.argmax(gates)}] = {gates.max():g}: must be at most {FARTHEST_M:g} m, as far as any "
+            "mast sees the sea; leave farther gates out, or correct their unit"
         )
     even = np.linspace(gates[0], gates[-1], gates.size)
     if gates.size > 1 and not (even[1] > even[0] and np.abs(gates - even).max() <= _EVEN * (even[1] - even[0])):

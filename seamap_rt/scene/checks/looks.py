@@ -5,7 +5,8 @@ from __future__ import annotations
 from ...conventions import SPEED_OF_LIGHT
 from ...io.numbers import rounded_down, rounded_up
 from ...radar.array import antenna_array
-from ...radar.checks import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, pulses_of_a_look, pulses_of_a_turn
+from ...radar.checks import pulses_of_a_look, pulses_of_a_turn
+from ...radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES
 from ...radar.scan import sector_width
 from ...settings import RadarSettings, RetrievalSettings
 
