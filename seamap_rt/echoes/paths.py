@@ -65,7 +65,7 @@ def facet_paths(
     shape = np.broadcast_shapes(*(index.shape for index in chosen))
     # Kernels are compiled for each layout of memory that they meet.
     column, facet = (np.require(np.broadcast_to(index, shape).ravel(), None, "W") for index in chosen)
-    flat, rcs = (column, facet), np.ascontiguousarray(rcs)
+    flat = column, facet
     ranges, difference, coming = np.empty((3, grid.antenna_positions.shape[1], flat[0].size))
     sine = np.empty(flat[0].size)
     ahead, aside = (facets.distance * function(facets.angle) for function in (np.cos, np.sin))

@@ -61,7 +61,7 @@ class SeaSurface:
         if self.scattering.nrcs == "constant":
             area = facets.horizontal_area.astype(np.float32)
             rcs = np.where(_reached(facets), np.float32(from_db(self.scattering.nrcs_db)) * area, np.float32(0.0))
-            return Returns(rcs, self._motion(facets, None))
+            return Returns(np.ascontiguousarray(rcs), self._motion(facets, None))
         if self.scattering.nrcs != "two_scale":
             return Returns(self._scaled(facets, self._mean_power(facets)), self._motion(facets, None))
         terms = self.terms(facets, strain)

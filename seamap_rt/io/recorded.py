@@ -294,7 +294,7 @@ def _dataset(node: Any, name: str, may_lack: bool) -> NDArray:
     if isinstance(node, h5py.Group):
         pieces = [node[piece] for piece in _pieces(list(node), name)]
         return np.stack(
-            [_values(piece, f"{name}{piece.name.removeprefix(node.name)}", may_lack) for piece in pieces], -1
+            [_values(piece, f"{name}{str(piece.name).removeprefix(str(node.name))}", may_lack) for piece in pieces], -1
         )
     return pairs_of(_values(node, name, may_lack), name)
 

@@ -143,8 +143,8 @@ def surface_mesh(
     `sea_on_grid` gives them.
     """
     # Kernels are compiled for each layout of memory that they meet.
-    elevation = np.require(elevation, np.float64, "CW")
-    velocity = np.require(velocity, np.float32, "CW")
+    elevation = np.require(elevation, np.float64, ["C", "W"])
+    velocity = np.require(velocity, np.float32, ["C", "W"])
     east, north = (axis[:, None].astype(np.float32) for axis in unit_from_azimuth(grid.azimuth))
     look = (velocity[..., 0] * east + velocity[..., 1] * north).astype(np.float32, copy=False)
     up = np.ascontiguousarray(velocity[..., 2])

@@ -115,7 +115,7 @@ def test_each_write_leaves_a_file_with_its_whole_turns(snapshots: Snapshots, mon
             continue
         with h5py.File(copy / "maps.nc") as opened:
             for group in ("polar", "ground"):
-                turns, heights = opened[f"{group}/turn"][()], opened[f"{group}/height"][()]  # type: ignore[index]
+                turns, heights = (np.asarray(opened[f"{group}/{name}"]) for name in ("turn", "height"))
                 assert len(turns) in (whole, whole + 1)
                 np.testing.assert_array_equal(turns, np.arange(len(turns)))
                 np.testing.assert_array_equal(heights, turns[:, None, None] * np.ones((1, 5, 7)))

@@ -101,7 +101,7 @@ def test_workers_have_cores_of_their_own() -> None:
 
 def test_without_its_keys_nobody_talks_to_a_local_cluster(client: Client) -> None:
     """Neither plainly nor by TLS without a certificate: whoever talks to a worker can have it run code."""
-    ports = [cast(Any, client.scheduler).address, *client.nthreads()]  # pyright: ignore[reportCallIssue]
+    ports = [cast(Any, client.scheduler).address, *cast(Any, client).nthreads()]
     for address in ports:
         where = (urlsplit(address).hostname, urlsplit(address).port or 0)
         with pytest.raises(InputError, match="no scheduler answers"), existing_client(address.replace("tls", "tcp")):

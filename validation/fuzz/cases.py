@@ -120,6 +120,7 @@ def _command(kind: str, path: Path) -> list[str]:
 
 
 def _at_the_command_line(arguments: list[str]) -> tuple[str, str]:
+    code = None
     with _captured() as said:
         try:
             command_line(arguments)
@@ -164,22 +165,29 @@ class _Said:
     text, errors = "", ""
 
 
+def _flush() -> None:
+    sys.stdout.flush()
+    sys.stderr.flush()
+
+
 @contextmanager
 def _captured() -> Iterator[_Said]:
     """What is written to both streams, by C libraries too."""
     said = _Said()
     kept = [os.dup(number) for number in (1, 2)]
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
-        sys.stdout.flush(), sys.stderr.flush()
-        os.dup2(out.fileno(), 1), os.dup2(errors.fileno(), 2)
+        _flush()
+        os.dup2(out.fileno(), 1)
+        os.dup2(errors.fileno(), 2)
         try:
             yield said
         finally:
-            sys.stdout.flush(), sys.stderr.flush()
+            _flush()
             for number, handle in zip((1, 2), kept, strict=True):
                 os.dup2(handle, number)
                 os.close(handle)
-            out.seek(0), errors.seek(0)
+            out.seek(0)
+            errors.seek(0)
             said.errors = errors.read().decode("utf-8", "replace")
             said.text = out.read().decode("utf-8", "replace") + said.errors
 

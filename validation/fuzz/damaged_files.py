@@ -77,7 +77,7 @@ def _array(values: np.ndarray, dice: random.Random) -> np.ndarray:
                 changed[numbers.random(values.shape) < share] = dice.choice(_VALUES)
                 return changed.astype(values.dtype)
             case 2 if values.dtype.kind in "fciu":
-                return np.nan_to_num(values.real).astype(dice.choice(_TYPES))
+                return np.nan_to_num(np.real(values)).astype(dice.choice(_TYPES))
             case 3:
                 return values[..., None]
             case 4 if values.ndim and len(values) > 1:

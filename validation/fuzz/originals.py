@@ -121,7 +121,7 @@ def _meshes(folder: Path) -> list[Path]:
         extra = {"encoding": "ascii"} if text == "ply" else {}
         content = box.export(file_type=text, **extra)
         paths.append(folder / name)
-        paths[-1].write_bytes(content if isinstance(content, bytes) else content.encode())
+        paths[-1].write_bytes(content if isinstance(content, bytes) else str(content).encode())
     return paths
 
 

@@ -125,7 +125,10 @@ def read_sweep(path: Path) -> None:
         _address(str(path))
     elif path.name == "trade.json":
         path = path.rename(path.with_name("trade.json"))
-        Sweep.of(load_scene("flat"), {"radar.height_m": [5.0]}, 1, path.parent).prepare(resume=True, overwrite=False)
+        with Sweep.of(load_scene("flat"), {"radar.height_m": [5.0]}, 1, path.parent).prepared(
+            resume=True, overwrite=False
+        ):
+            pass
     else:
         outcome = kept(path)
         if outcome is None:

@@ -57,7 +57,10 @@ def _opened(path: str | Path) -> xr.Dataset:
         others = [name for name in lengths if lengths[name] != length]
         part = xr.open_zarr(path, consolidated=False, zarr_format=3, drop_variables=others)
         parts.append(part.isel(pulse=slice(0, least)) if "pulse" in part.dims else part)
-    return parts[0] if len(parts) == 1 else xr.merge(parts, combine_attrs="override", compat="override", join="exact")
+    whole, *others = parts
+    for part in others:
+        whole = whole.assign({name: part[name] for name in part.variables if name not in whole.variables})
+    return whole
 
 
 def _names(array: zarr.Array) -> tuple[str | None, ...]:
