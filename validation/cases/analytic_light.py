@@ -43,7 +43,9 @@ def sinusoid_shadows(full: bool) -> Outcome:
         try:
             each, whole = zip(*(_compared(name, length, look) for length in WAVES_M for look in LOOKS_DEG), strict=True)
         except sr.NoBackend as error:
-            checks.append(recorded(f"{name}: not traced on this machine", str(error).splitlines()[0]))
+            checks.append(
+                Check(f"{name}: traced", f"not on this machine: {str(error).splitlines()[0]}", "traced", False)
+            )
             continue
         worst = max(float(np.max(np.abs(computed - exact))) for _, computed, exact in each)
         checks.append(at_most(f"{name}: visible share of one wavelength, worst of all", worst, 0.01))

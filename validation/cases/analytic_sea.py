@@ -44,12 +44,14 @@ def dispersion(full: bool) -> Outcome:
     checks, pictures = [], {}
     for name, settings in seas.items():
         sea = realize(settings, 2)
-        near, forward, picture = _shares_on_the_curve(sea, settings.depth_m)
+        along = np.radians(settings.current_toward_deg)
+        current = settings.current_m_s * np.sin(along), settings.current_m_s * np.cos(along)  # east, north
+        near, forward, picture = _shares_on_the_curve(sea, settings.depth_m, current)
         checks.append(at_most(f"{name}: energy off the curve", 100.0 * (1.0 - near), 1.0, "%"))
         checks.append(
             at_most(f"{name}: of what is on it, energy that runs against the sea", 100.0 * (1.0 - forward), 3.0, "%")
         )
-        pictures[name] = (picture, settings, sea)
+        pictures[name] = (picture, settings)
     caption = (
         "Energy of the records by wave number and frequency, waves within 15° of the sea's direction, 30 dB deep; "
         "lines: the dispersion relation. 60 s resolve 0.1 rad/s."
@@ -57,8 +59,9 @@ def dispersion(full: bool) -> Outcome:
     return Outcome(tuple(checks), _draw_dispersion(pictures), caption)
 
 
-def _shares_on_the_curve(sea: Sea, depth: float) -> tuple[float, float, Array]:
-    """Shares of the energy near the curve, and of that forward; and the energy (ω > 0, k along x > 0) summed over y."""
+def _shares_on_the_curve(sea: Sea, depth: float, current: tuple[float, float]) -> tuple[float, float, Array]:
+    """Shares of the energy near the curve, moved by a current [m/s] east and north, and of that forward; and the energy
+    (ω > 0, k along x > 0) summed over y."""
     t = DURATION_S * np.arange(TIMES) / TIMES
     positions = EXTENT_M * np.arange(SIDE) / SIDE
     record = sea.elevation(positions[None, :, None], positions[:, None, None], t) * np.hanning(TIMES)
@@ -66,12 +69,11 @@ def _shares_on_the_curve(sea: Sea, depth: float) -> tuple[float, float, Array]:
     k = 2.0 * np.pi * np.fft.fftfreq(SIDE, EXTENT_M / SIDE)
     omega = -2.0 * np.pi * np.fft.fftfreq(TIMES, DURATION_S / TIMES)
     north, east = k[:, None], k[None, :]
-    carried = sea.current[0] * east + sea.current[1] * north
+    carried = current[0] * east + current[1] * north
     own = omega_of(np.hypot(north, east), depth)
     width = 2.5 * 2.0 * np.pi / DURATION_S  # the window's main lobe is two bins to either side
     ahead = np.abs(omega - (own + carried)[..., None]) < width
     near = ahead | (np.abs(omega - (carried - own)[..., None]) < width)
-    toward = np.radians(250.0 - 180.0)
     toward = np.radians(250.0 - 180.0)
     ahead_of = (np.sin(toward) * east + np.cos(toward) * north) / np.maximum(np.hypot(north, east), 1e-9)
     forward = power[ahead & (ahead_of > 0.0)[..., None]].sum() / power[near & (ahead_of > 0.0)[..., None]].sum()
@@ -95,14 +97,14 @@ def _annuli(power: Array, k: Array, ahead_of: Array, omega: NDArray[Any]) -> Arr
 def _draw_dispersion(pictures: dict) -> Figure:
     figure = style.new_figure(2.6)
     step, rate = 2.0 * np.pi / EXTENT_M, 2.0 * np.pi / DURATION_S
-    for column, (name, (power, settings, sea)) in enumerate(pictures.items()):
+    for column, (name, (power, settings)) in enumerate(pictures.items()):
         axes = style.place(figure, 0.55 + 2.3 * column, 0.35, 1.95, 1.8)
         level = 10.0 * np.log10(power.T / power.max() + 1e-12)
         where = (-0.5 * step, (power.shape[0] - 0.5) * step, 0.5 * rate, (power.shape[1] + 0.5) * rate)
         options = {"vmin": -30.0, "vmax": 0.0, "cmap": style.colours(style.COUNT_COLOURS), "aspect": "auto"}
         axes.imshow(np.ma.masked_less(level, -30.0), extent=where, origin="lower", **options)
         k = np.linspace(step, 0.6, 200)
-        axes.plot(k, omega_of(k, settings.depth_m) + np.hypot(*sea.current) * k, color=style.VERMILION, lw=0.9)
+        axes.plot(k, omega_of(k, settings.depth_m) + settings.current_m_s * k, color=style.VERMILION, lw=0.9)
         axes.set_xlim(0.0, 0.6)
         axes.set_ylim(0.0, 4.0)
         style.graph(axes, "k [rad/m]", "ω [rad/s]" if column == 0 else "", name)

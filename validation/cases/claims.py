@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from seamap_rt.conventions import SPEED_OF_LIGHT
+import seamap_rt as sr
+from seamap_rt import analytic
+from seamap_rt.conventions import SPEED_OF_LIGHT, db
 from seamap_rt.radar import link
 from seamap_rt.radar.antenna import antenna
-from seamap_rt.radar.scan import turn_duration
+from seamap_rt.radar.scan import pulses, turn_duration
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.report import style
-from seamap_rt.settings import AntennaSettings, RadarSettings
+from seamap_rt.settings import AntennaSettings, RadarSettings, RetrievalSettings
 from seamap_rt.validate import Case, Check, Outcome
 from seamap_rt.validate.checks import at_least, at_most, between, recorded, relative, within
 from validation.claims.data_rate import CLAIM, claim_data_rate
@@ -36,13 +38,16 @@ from validation.claims.radar import footprint as footprint_claim
 from validation.claims.radar import range_resolution as resolution_claim
 from validation.claims.radar import rate as rate_claim
 from validation.claims.radar import weakest_sea as weakest_claim
-from validation.claims.sampling import ESTIMATORS, GRID_M, MASTS_M, draw_transfer, sampling, transfers
+from validation.claims.sampling import ESTIMATORS, MASTS_M, draw_transfer, sampling, transfers
 from validation.claims.shadowing import CLAIM_M, JUDGED, cutoffs_of, half_ranges
 from validation.claims.shadowing import draw as draw_half_ranges
 from validation.claims.shadowing import judged as shadow_claim
 from validation.claims.weakest_sea import claim_minimum_nrcs
+from validation.reference_forms import directivity, half_power_width, pulse_response
 
 SMITH_SHARE = (0.8, 1.0)
+ADC_HZ = 200e6
+EVENLY_LIT_DBI = 31.45  # 4π · 1 m · 0.1 m/(3 cm)²
 RUN_M = (31.0, 47.0, 62.0, 78.0)  # by energy of waves of PERIODS_S in 10 s: g T/4π times that, to a metre
 
 
@@ -50,9 +55,30 @@ def seeds_of(full: bool) -> int:
     return 5 if full else 1
 
 
+# As found: another verdict is a change of the radar, or of its judge, that someone must see.
+VERDICTS = {
+    "1": "reproduced",
+    "2a": "only if",
+    "2b": "reproduced",
+    "3": "only if",
+    "4": "only if",
+    "5": "only if",
+    "6": "reproduced",
+    "7": "only if",
+    "8": "open",
+    "9": "only if",
+}
+
+
+def verdict_check(number: str, verdict: str) -> Check:
+    """The claim's verdict is the one that is known."""
+    return Check(f"verdict of claim {number}", verdict, VERDICTS[number], verdict == VERDICTS[number])
+
+
 def judged(claim: Claim, checks: list[Check], figure: Figure | None = None, caption: str = "") -> Outcome:
     """The claim's verdict, the checks of its assumptions, and its recorded figures."""
-    shown = (*checks, *(recorded(what, value) for what, value in claim.figures))
+    known = verdict_check(claim.number, claim.verdict)
+    shown = (known, *checks, *(recorded(what, value) for what, value in claim.figures))
     return Outcome(shown, figure, caption, claim.verdict, claim.assumption)
 
 
@@ -61,9 +87,11 @@ def judged(claim: Claim, checks: list[Check], figure: Figure | None = None, capt
 
 def resolution(full: bool) -> Outcome:
     response = RangeResponse.of(STUDY)
+    (whole,) = pulse_response(STUDY, np.zeros(1))
     checks = [
-        relative("length of the pulse, cτ/2", 0.5 * SPEED_OF_LIGHT * STUDY.pulse_width_s, 3.0, 0.01, "m"),
         at_most("−3 dB width through the receiver's filter", response.resolution_m, 3.0 * (1.0 + TOLERANCE), "m"),
+        relative("the same, by the filter's transform", response.resolution_m, half_power_width(STUDY), 0.002, "m"),
+        relative("echo of a point at its peak, by the same", float(response(0.0)), float(whole), 0.001),
     ]
     return judged(
         resolution_claim(), checks, draw_resolution(response), "A point's echo, and two 3 m apart whose powers add."
@@ -92,10 +120,15 @@ def beam(full: bool) -> Outcome:
             relative(f"tapered for 1.8° × {beamwidth:g}°: in azimuth", made.azimuth_beamwidth_deg, 1.8, TOLERANCE, "°")
         )
         checks.append(relative("in elevation", made.elevation_beamwidth_deg, beamwidth, TOLERANCE, "°"))
+        checks.append(relative("gain over 4π/∬|V|²dΩ", made.gain / directivity(made), 1.0, 1e-3))
+        checks.append(
+            at_most("gain, against that of the aperture evenly lit", float(db(made.gain)), EVENLY_LIT_DBI, "dBi")
+        )
     for range_m, width in ((100.0, 3.0), (200.0, 6.0)):
         across = float(link.footprint_m(STUDY, [range_m])[0])
         checks.append(relative(f"across the beam at {range_m:g} m", across, width, TOLERANCE, "m"))
     both = beam_claim(), footprint_claim()
+    checks.append(verdict_check("2b", both[1].verdict))
     rests = f"{both[0].assumption}; on the water {both[1].printed}: {both[1].verdict}"
     claim = both[0]._replace(assumption=rests, figures=[*both[0].figures, *both[1].figures])
     return judged(claim, checks)
@@ -104,7 +137,10 @@ def beam(full: bool) -> Outcome:
 def weakest(full: bool) -> Outcome:
     rows = claim_minimum_nrcs(STUDY, claim_db=WEAKEST_DB, range_m=AT_M)
     single = {row.assumption: row.minimum_db for row in rows if row.integration == "one pulse"}
+    # σ0 goes with the echo, which goes with the gain's square.
+    own = -51.2 + 2.0 * (EVENLY_LIT_DBI - float(db(directivity(antenna(STUDY)))))
     checks = [
+        within("one pulse, gain of the pattern", single["textbook, gain of the pattern"], own, 0.1, "dB"),
         within("one pulse, all of the aperture", single["textbook, 100 % of the aperture"], -51.2, 0.1, "dB"),
         within("one pulse, 60 % of the aperture", single["textbook, 60 % of the aperture"], -46.8, 0.1, "dB"),
     ]
@@ -115,7 +151,10 @@ def weakest(full: bool) -> Outcome:
 
 def rate(full: bool) -> Outcome:
     real = next(row for row in claim_data_rate() if (row.receivers, row.bits) == (2, 12) and "real" in row.sampling)
-    expected = 2.0 * STUDY.prf_hz * 2.0 * 400.0 / SPEED_OF_LIGHT * 200e6 * 12.0 / 8.0  # of both receivers
+    # Pulses are counted as the scan fires them, samples as the converter's clock ticks until the echo of 400 m comes.
+    each_second = pulses(STUDY, 0).number.size / turn_duration(STUDY)
+    ticks = np.arange(0.0, 2.0 * 400.0 / SPEED_OF_LIGHT, 1.0 / ADC_HZ).size
+    expected = 2.0 * each_second * ticks * 12.0 / 8.0  # of both receivers
     claim = rate_claim()
     fits = [figure for figure in claim.figures if "fits" in figure[1]]
     checks = [
@@ -139,6 +178,7 @@ def shadowed(full: bool) -> Outcome:
     share = np.array([data["look_r50"].values / data["look_r50_smith"].values for data in whole])
     lines = [recorded(*_parted(words)) for words in figures]
     checks = (
+        verdict_check("4", verdict),
         *lines[: len(JUDGED)],
         at_most("largest step of the half range, all looks, to shorter waves", float(np.max(finer)), 0.0, "m"),
         between("half range over Smith's, all looks, least", share.min(), *SMITH_SHARE),
@@ -165,16 +205,12 @@ def _parted(words: str) -> tuple[str, str]:
 
 
 def turns(full: bool) -> Outcome:
-    each = [
-        within(
-            f"a turn at {rpm:g} rpm",
-            turn_duration(STUDY.model_copy(update={"rotation_rpm": rpm})),
-            60.0 / rpm,
-            1e-9,
-            "s",
-        )
-        for rpm in ROTATIONS_RPM
-    ]
+    each = []
+    for rpm in ROTATIONS_RPM:
+        radar = STUDY.model_copy(update={"rotation_rpm": rpm})
+        first, second = (pulses(radar, turn) for turn in (0, 1))
+        # From the first pulse of a turn to the first of the next; a pulse is 0.1 ms.
+        each.append(within(f"a turn at {rpm:g} rpm", float(second.time[0] - first.time[0]), 60.0 / rpm, 1.01e-4, "s"))
     return judged(map_rate(5 if full else 1), each)
 
 
@@ -206,11 +242,18 @@ def forecast(full: bool) -> Outcome:
     return judged(predictability(seeds), checks, draw_predictability(seeds), caption)
 
 
+def _spacing_of_maps() -> float:
+    """m between cells of the ground map that the defaults make."""
+    echoes = analytic.echoes(analytic.FlatSea(), RadarSettings(sector_deg=(0.0, 9.0), range_m=(30.0, 60.0)))
+    maps = sr.retrieve(echoes, RetrievalSettings(estimator="single_cell"))
+    return float(np.diff(maps["ground"]["x"].values).max())
+
+
 def wavelengths(full: bool) -> Outcome:
     seeds = 6 if full else 2
     high = transfers(MASTS_M[1], seeds)
     checks = [
-        within("shortest wave that the grid samples", 2.0 * GRID_M, 6.0, 1e-9, "m"),
+        within("shortest wave that the map's grid samples", 2.0 * _spacing_of_maps(), 6.0, 1e-9, "m"),
         *(
             at_least(
                 f"coherence of waves of 34–60 m, mast {MASTS_M[1]:g} m, {estimator}, {line}",
