@@ -100,7 +100,10 @@ def test_a_sector_knows_its_look_against_the_waves() -> None:
 
 def test_a_flat_sea_costs_nothing_and_asks_for_little() -> None:
     flat = scene("flat").detail
-    assert (flat.height_error_m, flat.power_error_db, flat.visible_error) == (0.0, 0.0, 0.0)
+    assert flat.visible_error == 0.0
+    # What sums over facets leave, and no more: it is measured in tests/mesh/test_sampling.py.
+    assert 0.0 < flat.height_error_m < 1e-4
+    assert 0.0 < flat.power_error_db < 1e-3
     assert flat.columns_per_beam == 3
     assert_allclose(flat.facet_m, 1.0, atol=0.02)  # a third of the range cell of 3 m
     short = scene("flat", radar__pulse_width_s=1e-8, radar__bandwidth_hz=1e8, radar__range_sampling_m=0.75).detail

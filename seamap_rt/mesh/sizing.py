@@ -8,6 +8,8 @@ rungs facet_m apart, `e_across` of columns that the beam makes wider with range.
     power = √((5.5 dB q)² + (g M)²),   q = e/(σ cell) the share of a cell by which a crest's shadow moves
     height = √(e² + (0.06/dB σ cell g M)²),   visible share = √((3.8 e_r)² + (1.6 e_c)²)/(σ cell)
 
+To these come the errors of the sum over facets itself, which even a level sea has (`sampling`).
+
 σ is the rms slope, `cell` the radar's range cell. Neighbouring columns err independently; σ facet_m is there because
 a facet is lit or dark as a whole. M is the mean-square slope along the look that facets average away: the mean echo is
 convex in the slope, in HH all the more, and fades with it.
@@ -45,11 +47,13 @@ from ..settings import (
     SinusoidWaves,
     TracingSettings,
 )
+from .sampling import SamplingErrors, sampling_errors
 
 MOST_TRIANGLES = 2e7
 POWER_ERROR_DB = 0.3  # 7 %: less than a clutter model is known to; heights that are asked for finer tighten it anyway
 _LEAST_FACET, _COLUMNS = 0.02, (3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64)  # as far as the settings go
-_RUNGS_A_CELL = 3  # a flat sea's gates are then right to 0.1 mm; at two, to 3 mm
+_RUNGS_A_CELL = 3
+_LEVEL = SamplingErrors(0.03, 0.002, 0.003)  # dB, m and of the coherence: what the sum over facets may cost a level sea
 _RUNGS_A_WAVE = 8.0  # of a regular one
 _LADDER = 1.08  # between the facet sizes that are tried
 _SPACINGS = np.geomspace(_LEAST_FACET, 200.0, 64)  # m, at which the chords' error is tabulated
@@ -109,7 +113,8 @@ class MeshDetail:
 
 def radar_detail(radar: RadarSettings, tracing: TracingSettings) -> MeshDetail:
     """The spacings as given; where they are not, six rungs a range cell and four columns a beam, whatever the sea."""
-    return MeshDetail(tracing.facet_m or float(f"{range_cell(radar) / 6.0:.2g}"), tracing.columns_per_beam or 4)
+    facet = tracing.facet_m or float(f"{range_cell(radar) / 6.0:.2g}")
+    return MeshDetail(facet, tracing.columns_per_beam or 4)
 
 
 def mesh_detail(
@@ -119,7 +124,8 @@ def mesh_detail(
 
     The targets are tracing.height_error_m, 0.3 dB and tracing.visible_error. Spacings that the settings give are taken.
     A mesh that follows is never coarser than the grid of the sea's waves (what neither the mesh nor the scattering has
-    would be lost), an eighth of a regular wave, a third of the radar's range cell, or three columns a beam (with fewer
+    would be lost), an eighth of a regular wave, a third of the radar's range cell (finer under steep looks, and for
+    long pulses with steep edges: `level_facet`), or three columns a beam (with fewer
     the sum over columns aliases the two-way pattern). Where no mesh that fits memory meets the targets, the
     best is taken, and `limited_by` says so.
     """
@@ -175,6 +181,38 @@ def range_cell(radar: RadarSettings) -> float:
     """The radar's resolution in range [m]: c/2 over the lesser of the receiver's and the waveform's bandwidth."""
     swept = radar.chirp_bandwidth_hz if radar.waveform == "chirp" else 1.0 / radar.pulse_width_s
     return SPEED_OF_LIGHT / (2.0 * min(radar.bandwidth_hz, swept))
+
+
+def level_facet(radar: RadarSettings) -> float:
+    """The largest facet size [m], up to a third of the range cell, that costs a level sea no more than _LEVEL."""
+    return _level(cast(Hashable, radar), pattern_stamps(radar))[0]
+
+
+@lru_cache(maxsize=64)
+def _level(settings: Hashable, _: Hashable) -> tuple[float, SamplingErrors]:
+    """`level_facet`, and its errors at `_ranges`."""
+    radar = cast(RadarSettings, settings)
+    ranges = np.append(_ranges(radar), radar.range_m[0])
+    facet, errors = _LEAST_FACET, SamplingErrors(*np.zeros((3, ranges.size, 1)))
+    for facet in _facet_sizes(max(_two_digits(range_cell(radar) / _RUNGS_A_CELL), _LEAST_FACET)):
+        errors = sampling_errors(radar, ranges, np.array([facet]))
+        if all(np.max(each) <= most for each, most in zip(errors, _LEVEL, strict=True)):
+            break
+    return float(facet), SamplingErrors(*(each[:-1] for each in errors))
+
+
+def _level_errors(radar: RadarSettings, facet: NDArray[np.float64]) -> SamplingErrors:
+    """Those of facet sizes, (range, facet size). They fall with the square of the size at least."""
+    known, errors = _level(cast(Hashable, radar), pattern_stamps(radar))
+    if facet[0] > known:
+        known, errors = float(facet[0]), sampling_errors(radar, _ranges(radar), facet[:1])
+    return SamplingErrors(*(each * np.square(facet / known) for each in errors))
+
+
+def _ranges(radar: RadarSettings) -> NDArray[np.float64]:
+    """Slant ranges [m] at which errors are predicted."""
+    near, far = radar.range_m
+    return near + (far - near) * (np.arange(_RANGES) + 0.5) / _RANGES
 
 
 def triangles(radar: RadarSettings, facet_m: ArrayLike, columns_per_beam: ArrayLike) -> NDArray[np.float64]:
@@ -279,9 +317,8 @@ class _Errors:
     def __init__(
         self, waves: _Waves, radar: RadarSettings, facet: NDArray[np.float64], columns: NDArray[np.int_], fade: float
     ) -> None:
-        near, far = radar.range_m
         self.facet, self.columns = facet, columns
-        self.range = near + (far - near) * (np.arange(_RANGES) + 0.5) / _RANGES
+        self.range = _ranges(radar)
         looks = _looks(radar)
         width = self.range[:, None] * np.radians(antenna_array(radar).narrowest_beam_deg) / columns
         cell = range_cell(radar)
@@ -300,6 +337,9 @@ class _Errors:
         self._weight = (seen / seen.sum(axis=1, keepdims=True))[:, :, None, None]
         if steep <= 1e-9:  # a flat sea is its own mesh
             self.height, self.power, self.visible = (0.0 * each for each in (self.height, self.power, self.visible))
+        level = _level_errors(radar, facet)
+        self.height = np.hypot(self.height, level.height_m[None, :, :, None])
+        self.power = np.hypot(self.power, level.power_db[None, :, :, None])
 
     def window(self, errors: NDArray[np.float64]) -> NDArray[np.float64]:
         """rms (facet size, columns) over the ranges of the worst look, by how much is seen there."""
@@ -335,7 +375,7 @@ def _looks(radar: RadarSettings) -> NDArray[np.float64]:
 
 def _coarsest(sea: SeaSettings, spacing: float, radar: RadarSettings) -> tuple[float, str]:
     """The largest facet size that is ever chosen, and why."""
-    limits = [(range_cell(radar) / _RUNGS_A_CELL, "the radar's range cell")]
+    limits = [(level_facet(radar), "the radar's range cell")]
     if any(isinstance(waves, RandomWaves) for waves in sea.waves):
         limits.append((spacing, "the grid of the sea's waves, sea.resolution_m"))
     regular = [waves for waves in sea.waves if isinstance(waves, SinusoidWaves) and waves.height_m > 0.0]
