@@ -107,13 +107,15 @@ class Simulator:
         with clock("calibrate"):
             surface = self.surface
         mesh = mesh or self.mesh(turn, clock)
+        with clock("mesh"):
+            levelled = mesh.levelled
         with clock("trace"):
-            facets = self.scenery.hide(self._trace(mesh))
+            lit = self.scenery.hide(self._trace(levelled))
         with clock("echoes"), clock("scattering"):
-            returns = surface(facets, mesh.strain)
+            returns = surface(lit, mesh.strain)
         with clock("sea"):
             submerged = submerged_lines(mesh, self.sea)
-        return facets, returns, submerged
+        return lit.on(mesh.facets), returns, submerged
 
     @cached_property
     def surface(self) -> SeaSurface:
@@ -123,7 +125,7 @@ class Simulator:
         grid, columns = circle_grid(self.scene.radar, self.scene.meshing)
         light = tracer("horizon", self.scene.radar, self.scene.scattering, diffraction=self.scene.tracing.diffraction)
         mesh = self._mesh(grid, Stopwatch())
-        return self._scattering.calibrated(light(mesh), mesh.strain, columns)
+        return self._scattering.calibrated(light(mesh.levelled), mesh.strain, columns)
 
     def turn(self, number: int) -> Turn:
         """Simulate one turn: every pulse, both receivers, and the truth in the cells of the maps."""

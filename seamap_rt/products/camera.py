@@ -76,7 +76,7 @@ class Camera:
         grid = replace(self._grid, time=np.full_like(self._grid.time, t))
         elevation, velocity, *shift = sea_on_grid(self.sea, grid, self._scatterer.memory_rate)
         mesh = surface_mesh(grid, elevation, velocity, *shift)
-        facets = self._trace(mesh)
+        facets = self._trace(mesh.levelled)
         submerged = submerged_lines(mesh, self.sea)
         seen = facets.without((submerged[1:] | submerged[:-1])[:, None])
         arriving = 1.0 if seen.field is None else two_way_power(seen)

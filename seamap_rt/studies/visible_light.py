@@ -60,7 +60,7 @@ def lights(scenes: Sequence[Scene], meshing: TracingSettings, sea: Sea, tracer_n
             surface = replace(surface, grid=grid)
         else:
             surface = surface_mesh(grid, *sea_on_grid(sea, grid))
-        facets = tracer(tracer_name, scene.radar, scene.scattering)(surface)
+        facets = tracer(tracer_name, scene.radar, scene.scattering)(surface.levelled).on(surface.facets)
         yield Light(_without_drowned(facets, surface, sea), float(grid.pose.positions[..., 2].mean(axis=0).min()))
 
 

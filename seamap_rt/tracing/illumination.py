@@ -28,6 +28,10 @@ class Illumination(Facets):
         """Facets with geometric light (antenna, column, facet)."""
         return cls(**{each.name: getattr(facets, each.name) for each in fields(Facets)}, lit=lit, rays=rays)
 
+    def on(self, facets: Facets) -> Illumination:
+        """The same light on facets of the same mesh with other heights and slopes."""
+        return replace(self, **{each.name: getattr(facets, each.name) for each in fields(Facets)})
+
     @property
     def lit_both(self) -> NDArray[np.bool_]:
         """(column, facet): lit for both antennas, and for all if there are more."""

@@ -30,10 +30,11 @@ def scene(**keys: Any) -> Scene:
 @cache
 def simulated(diffraction: str) -> tuple[Illumination, NDArray[np.float32]]:
     """The traced facets of a whole turn of choppy_sea, and their strain."""
-    simulator = Simulator(scene(tracing__diffraction=diffraction))
-    mesh = simulator.mesh(0)
+    made = scene(tracing__diffraction=diffraction)
+    mesh = Simulator(made).mesh(0)
     assert mesh.strain is not None
-    return simulator.light(0, mesh=mesh)[0], mesh.strain
+    light = tracer("horizon", made.radar, made.scattering, diffraction=made.tracing.diffraction)
+    return light(mesh.levelled), mesh.strain
 
 
 def lit(diffraction: str = "none") -> Illumination:

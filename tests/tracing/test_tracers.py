@@ -307,7 +307,7 @@ def test_tilt_moves_the_antennas_along_the_look(name: str, tilt: float) -> None:
     def wall(r: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.where(np.abs(r - 20.0) < 0.3, 2.0, 0.0)
 
-    made = narrow(radar__tilt_deg=tilt, radar__baseline_m=4.0)
+    made = narrow(radar__tilt_deg=tilt, radar__baseline_m=4.0, tracing__facet_m=0.99)
     facets, lit = lit_rings(name, wall, made)
     for antenna, side in ((0, -1.0), (1, 1.0)):
         along = side * 2.0 * np.sin(np.radians(tilt))
