@@ -54,7 +54,8 @@ def test_the_radar_s_claims(cases: dict[str, Case], name: str, verdict: str) -> 
 def test_a_wider_footprint_turns_its_claim_red(cases: dict[str, Case], monkeypatch: pytest.MonkeyPatch) -> None:
     footprint = link.footprint_m
     monkeypatch.setattr(link, "footprint_m", lambda *given: 1.1 * footprint(*given))
-    assert red(cases, "claim_2_beam") == ["across the beam at 100 m", "across the beam at 200 m"]
+    across = ["across the beam at 100 m", "across the beam at 200 m"]
+    assert red(cases, "claim_2_beam") == [*across, "verdict of claim 2b"]
 
 
 def test_energy_runs_at_the_group_speed(cases: dict[str, Case]) -> None:
