@@ -105,7 +105,7 @@ class SurfaceMesh:
 
         Between points of the water h apart, where it has the curvature z″, the mean of the chord lies z″h²/12 below
         that of the water. So crests would be too low to hide what they hide, and troughs too high to be hidden: a radar
-        would see 4 to 8 % more of a wind sea beyond 100 m than it does. The vertices are raised by as much, z″h² being
+        would see up to 8 % more of a wind sea than it does. The vertices are raised by as much, z″h² being
         the second difference along the look. Across it chords cut crests too, but facets take their slopes from either
         line in turn, which makes up for most of that: what is left is a thirty-sixth of the second difference, found on
         three seas and held to on others (`validation/light/share.py`). The share that is seen is then right to 2 %.

@@ -102,7 +102,8 @@ def _interpolated(given: Interferogram, law: Law, height: Map) -> Map:
         cells, law.incoherent, given.noise_power, samples.speckle, samples.noise, given.noise_square
     )
     tilted = given.tilted_share(law.incoherent, expected)
-    parts = np.stack((speckle * tilted, speckle * (1.0 - tilted), noise))
+    with np.errstate(invalid="ignore"):  # where there is no echo at all
+        parts = np.stack((speckle * tilted, speckle * (1.0 - tilted), noise))
     along = correlation_by_range(model.radar.response, model.radar.spacing * np.arange(9))
     errors = ErrorCovariance(each.gain * np.sqrt(parts), along, correlation_beside(given.dwelt))
     ground = model.ground(each.points)
