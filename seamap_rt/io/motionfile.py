@@ -28,6 +28,12 @@ from ..errors import InputError
 OTHER_NAMES = {"yaw_deg": "heading_deg", "z_m": "heave_m"}
 COLUMNS = ("time_s", "roll_deg", "pitch_deg", "heading_deg", "heave_m", "x_m", "y_m")
 STEEPEST_DEG = 60.0  # of roll and pitch: beyond it a boat is capsizing, or the unit is another
+_MOST = {  # of a reading, and its unit
+    **dict.fromkeys(("roll_deg", "pitch_deg"), (STEEPEST_DEG, "degrees")),
+    "heading_deg": (1e5, "degrees"),
+    "heave_m": (100.0, "metres"),
+    **dict.fromkeys(("x_m", "y_m"), (1e8, "metres")),
+}
 SLOWEST_STEP_S = 10.0  # between readings: a boat swings once in a few seconds; or the times are not in seconds
 LONGEST_GAP = 5.0, 0.5  # of the median step, s; a gap is refused where it is longer than both
 _BEYOND_S = 0.5  # a turn's beam reaches a little beyond it, before time 0 too: over that time the boat keeps its rates
@@ -69,18 +75,18 @@ def read_motion(path: str | os.PathLike[str], heading_deg: float = 0.0) -> Motio
 
     Places count from the record's at time 0 (its first, if time 0 is not in it), heights from mean level. Raises
     InputError for a file that cannot be read, without times, with times that do not increase or leave a gap, with less
-    than two readings, with what is no number, and with a roll or pitch beyond ±60°.
+    than two readings, with what is no number, with a roll or pitch beyond ±60°, and with places where no boat is.
     """
     path = Path(path)
     lines, table = _read(path)
     time = table.get("time_s", np.zeros(0))
     _check_times(path, lines, time)
-    for name in ("roll_deg", "pitch_deg"):
-        steep = np.flatnonzero(np.abs(table.get(name, time * 0.0)) > STEEPEST_DEG)
-        if steep.size:
-            value = table[name][steep[0]]
+    for name, (most, unit) in _MOST.items():
+        beyond = np.flatnonzero(np.abs(table.get(name, time * 0.0)) > most)
+        if beyond.size:
+            value = table[name][beyond[0]]
             raise _refusal(
-                path, lines[steep[0]], f"{name} = {value:g}", f"lie within ±{STEEPEST_DEG:g}", "correct it; degrees"
+                path, lines[beyond[0]], f"{name} = {value:g}", f"lie within ±{most:g}", f"correct it; {unit}"
             )
     zero = np.zeros_like(time)
     position = np.stack([table.get(name, zero) for name in ("x_m", "y_m", "heave_m")], axis=-1)

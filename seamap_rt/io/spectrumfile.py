@@ -74,6 +74,7 @@ def read_directional_spectrum(
         # The libraries' own messages are not shown: readers that wavespectra cannot offer for want of another
         # package, what they will have to change one day, and files that it leaves open where they are damaged.
         warnings.filterwarnings("ignore", message="Cannot import function")
+        warnings.filterwarnings("ignore", message=".*phony_dims", category=UserWarning)  # of HDF5 that is no NetCDF
         warnings.simplefilter("ignore", DeprecationWarning)
         warnings.simplefilter("ignore", ResourceWarning)
         # Of a line that it cannot read, wavespectra warns and takes it as missing: that is damage.
@@ -116,9 +117,16 @@ def _kind_of(path: Path) -> str | None:
     return "ndbc" if re.match(r"#?(YY|YYYY)\s+MM\s+DD\s+hh\b", first) else None
 
 
+@contextmanager
+def _without_warnings() -> Iterator[None]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
 def _netcdf_kind(path: Path) -> str | None:
     try:
-        with xr.open_dataset(path, decode_times=False) as file:
+        with _without_warnings(), xr.open_dataset(path, decode_times=False) as file:
             names = {str(name) for name in (*file.variables, *file.dims)}
     except Exception:  # a NetCDF file cut short, or of another make: each library below has its own errors
         return None

@@ -129,6 +129,8 @@ def test_beyond_the_record_it_is_refused(tmp_path: Path) -> None:
         ("time_s,roll_deg\n0,1\n0.2,2\n0.1,3\n", 4, "time_s = 0.1: must be later than 0.2"),
         ("time_s,roll_deg\n0,1\n# two of one time\n0.2,2\n0.2,3\n", 5, "time_s = 0.2: must be later than 0.2"),
         ("time_s,roll_deg\n0,1\n0.1,nan\n", 3, "roll_deg = 'nan': must be a finite number"),
+        ("time_s,heave_m\n0,1\n0.1,-1e308\n", 3, "heave_m = -1e+308: must lie within ±100"),
+        ("time_s,x_m\n0,1e9\n0.1,0\n", 2, "x_m = 1e+09: must lie within ±1e+08"),
         ("time_s,roll_deg\n0,1\n0.1,inf\n", 3, "roll_deg = 'inf': must be a finite number"),
         ("time_s,roll_deg\n0,1\n0.1,\n", 3, "roll_deg = '': must be a finite number"),
         ("time_s,roll_deg\n0,1\nsoon,2\n", 3, "time_s = 'soon': must be a finite number"),

@@ -17,7 +17,7 @@ from .originals import make
 from .readers import READERS
 
 _GRACE = 20  # seconds beyond a case's own limit: then a loop within a library holds it
-_BATCH = 50
+_BATCH = 200
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def _results(
     cases: list[Case], originals: dict[str, list[Path]], folder: Path, kept: Path, workers: int
 ) -> Iterator[Result]:
     """Results as they come. A worker that dies or hangs is replaced, and its case has failed."""
-    context = multiprocessing.get_context("fork")
+    context = multiprocessing.get_context("spawn")  # Zarr has threads, of which a fork would have but the locks
     batches = [cases[n : n + _BATCH] for n in range(0, len(cases), _BATCH)][::-1]
     alive: dict[Connection, _Worker] = {}
     try:
