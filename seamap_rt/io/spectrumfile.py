@@ -23,6 +23,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from .quiet import quietly, without_complaints
 
 KINDS = ("ndbc", "swan", "ww3", "wavespectra")
 """ndbc: a buoy of the US National Data Buoy Center, five text files or NetCDF; swan: SWAN's text; ww3: WAVEWATCH III's
@@ -70,7 +71,7 @@ def read_directional_spectrum(
         stated = f" but {result}" if result else ""
         raise InputError(f"{path}: {what}{stated}; {_KINDS_IN_WORDS}")
     damage = ""
-    with warnings.catch_warnings():
+    with without_complaints(), warnings.catch_warnings():
         # The libraries' own messages are not shown: readers that wavespectra cannot offer for want of another
         # package, what they will have to change one day, and files that it leaves open where they are damaged.
         warnings.filterwarnings("ignore", message="Cannot import function")
@@ -117,19 +118,13 @@ def _kind_of(path: Path) -> str | None:
     return "ndbc" if re.match(r"#?(YY|YYYY)\s+MM\s+DD\s+hh\b", first) else None
 
 
-@contextmanager
-def _without_warnings() -> Iterator[None]:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield
-
-
 def _netcdf_kind(path: Path) -> str | None:
-    try:
-        with _without_warnings(), xr.open_dataset(path, decode_times=False) as file:
-            names = {str(name) for name in (*file.variables, *file.dims)}
-    except Exception:  # a NetCDF file cut short, or of another make: each library below has its own errors
-        return None
+    with quietly():
+        try:
+            with xr.open_dataset(path, decode_times=False) as file:
+                names = {str(name) for name in (*file.variables, *file.dims)}
+        except Exception:  # a NetCDF file cut short, or of another make: each library below has its own errors
+            return None
     marks = {
         "wavespectra": ({"efth", "freq"},),
         "ww3": ({"efth", "frequency"}, {"ef", "frequency", "station"}),

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import GRAVITY, SURFACE_TENSION, WATER_DENSITY
 
+_DEEP_FOR_ALL_M = 1e8  # farther down no wave reaches, and products with it could overflow
 _NEWTON_STEPS = 12  # 7 suffice from 0.05 m to deep water and from swell to millimetre ripples; more cost nothing
 
 
@@ -125,4 +126,4 @@ def _checked(value: ArrayLike, name: str, depth: ArrayLike) -> tuple[NDArray[np.
         raise ValueError(f"{name}: must not be negative or nan")
     if np.any(~(depth > 0.0)):
         raise ValueError("depth: must be positive, in metres; inf is deep water")
-    return value, depth
+    return value, np.where(depth > _DEEP_FOR_ALL_M, np.inf, depth)

@@ -115,7 +115,7 @@ def check_grid(extent_m: float, resolution_m: float, energy_fraction: float | No
     if side > MOST_POINTS_A_SIDE:
         raise ValueError(
             f"{cause}extent_m/resolution_m = {side:.0f}: must be at most {MOST_POINTS_A_SIDE} (a grid of {side:.0f}² "
-            f"points would take {side**2 * 100 / 1e9:.3g} GB); {coarser} {key} or lower extent_m"
+            f"points would take {side * side * 100 / 1e9:.3g} GB); {coarser} {key} or lower extent_m"
         )
     if side < 8:
         raise ValueError(f"{cause}extent_m/resolution_m = {side:.1f}: must be at least 8; {finer} {key}")

@@ -136,7 +136,8 @@ def _is_whole(outcome: Any) -> bool:
     columns = list(by_range.values())
     return (
         set(by_range) >= _BY_RANGE
-        and all(isinstance(column, list) and len(column) == len(by_range["range_m"]) for column in columns)
+        and all(isinstance(column, list) for column in columns)
+        and len({len(column) for column in columns}) == 1
         and _are_numbers([*metrics.values(), facts.get("significant_height_m"), *(each for c in columns for each in c)])
         and None not in (facts.get("significant_height_m"), *by_range["range_m"])
     )

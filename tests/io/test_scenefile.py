@@ -354,6 +354,7 @@ def test_an_override_that_leads_nowhere_is_one_line(key: str, words: list[str]) 
             "breaks",
         ),
         ({"sea": {"resolution_m": 0.1}}, "sea: extent_m/resolution_m = 10240", "at most 4096"),
+        ({"sea": {"resolution_m": 1e-300}}, "sea: extent_m/resolution_m = 10", "at most 4096"),
         # unions
         (
             {"sea": {"waves": [{"peak_period_s": 5.5}]}},

@@ -56,6 +56,8 @@ def test_limits_keep_their_digits():
     # tanh(kh) is 1 to the last digit: no overflow, deep and finite depth agree in every bit.
     np.testing.assert_array_equal(angular_frequency([10.0, 1e6], 1e4), angular_frequency([10.0, 1e6], np.inf))
     np.testing.assert_array_equal(wavenumber([0.0], [[0.05], [np.inf]]), np.zeros((2, 1)))
+    for function in (angular_frequency, wavenumber, group_speed):
+        assert function(1.0, 1e308) == function(1.0, np.inf)
 
 
 @pytest.mark.parametrize(("k", "depth"), [(-1.0, 1.0), (1.0, 0.0), (np.nan, 1.0), (1.0, np.nan)])

@@ -62,8 +62,10 @@ def damaged_tree(tree: dict[str, Any], dice: random.Random) -> dict[str, Any]:
     result = copy.deepcopy(tree)
     for _ in range(dice.choice((1, 1, 1, 2, 3))):
         holders = list(_holders(result))
-        holder, key = dice.choice(holders) if holders else (result, "x")
-        value = holder[key] if holders else None
+        if not holders:  # all of it is lost already
+            break
+        holder, key = dice.choice(holders)
+        value = holder[key]
         match dice.randrange(10):
             case 0:
                 del holder[key]

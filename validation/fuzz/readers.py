@@ -14,6 +14,7 @@ from typing import Any
 import xarray as xr
 
 import seamap_rt as sr
+from seamap_rt.compute.machine import forget_peak_memory
 from seamap_rt.dataset import SCHEMA
 from seamap_rt.errors import InputError, SchemaError
 from seamap_rt.interferometry import open_recording
@@ -124,6 +125,7 @@ def read_maps(path: Path) -> None:
             gc.collect()  # of files that could not be opened
     if damage:
         raise NotOurs(damage)
+    forget_peak_memory()  # what xarray took to read them
     if path.name.startswith("maps"):
         sr.sea_state(tree)
         sr.compare(tree, other)

@@ -353,15 +353,17 @@ def _positions(position: Sensed | None, time: Array, look: Array, attitude: Arra
 
 
 def _shaped(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
-    if np.asarray(values).dtype.kind in "mM":
+    given = np.asarray(values)
+    if given.dtype.kind in "mM":
         raise InputError(f"{name}: holds dates: must be plain numbers, times in seconds; convert it")
+    if given.dtype.kind == "c":
+        raise InputError(f"{name}: holds complex numbers: must be real ones; correct it")
+    if given.shape != shape:
+        raise InputError(f"{name}: has the shape {given.shape}: must be {shape}; give one for each")
     try:
-        array = np.asarray(values, dtype=np.float64)
+        return given.astype(np.float64)
     except (TypeError, ValueError):
         raise InputError(f"{name}: holds what is no number: must be an array of numbers {shape}; correct it") from None
-    if array.shape != shape:
-        raise InputError(f"{name}: has the shape {array.shape}: must be {shape}; give one for each")
-    return array
 
 
 def _increasing(values: Array, name: str) -> Array:
