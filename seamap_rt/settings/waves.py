@@ -13,7 +13,7 @@ from .section import Direction, Phase, Section, compass
 Spreading = Literal["cos2s", "mitsuyasu", "hasselmann", "donelan_banner", "elfouhaily", "long_crested"]
 HIGHEST_SEA_M = 30.0  # significant wave height
 PERIODS_S = (0.3, 40.0)  # of a peak: wind waves and swell
-WindSpeed = Annotated[float, Gt(0.0), Le(60.0)]
+WindSpeed = Annotated[float, Ge(0.01), Le(60.0)]
 Fetch = Annotated[float, Ge(1.0), Le(5e6)]
 
 _FROM = compass("Direction from which the waves come")

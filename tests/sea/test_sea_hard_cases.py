@@ -334,7 +334,7 @@ BY_FILE = 'sea.waves=[{spectrum="file", file="%s"}]'
         (("sea.extent_m=100",), ("sea.extent_m = 100", "at least 360")),
         ((BY_FILE % "none.spc",), ("none.spc", "no such file")),
         ((BY_FILE % __file__,), (Path(__file__).name, "kinds are")),
-        (('sea.waves=[{spectrum="elfouhaily", wind_speed_m_s=0}]',), ("wind_speed_m_s = 0", "greater than 0")),
+        (('sea.waves=[{spectrum="elfouhaily", wind_speed_m_s=0}]',), ("wind_speed_m_s = 0", "at least 0.01")),
         (('sea.waves=[{spectrum="elfouhaily", wind_speed_m_s=8, fetch_m=10}]',), ("fetch_m = 10", "raise fetch_m")),
         (('sea.waves=[{spectrum="jonswap", wind_speed_m_s=8}]',), ("fetch_m",)),
         ((WAVES + "spreading=fan",), ("spreading", "cos2s")),

@@ -6,7 +6,6 @@ far as all turns are whole.
 
 from __future__ import annotations
 
-import logging
 import warnings
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import numpy as np
 import xarray as xr
 import zarr
 
+from ...compute.asyncio_log import silence_the_overheard
 from ...dataset import check
 from ...errors import InputError, SchemaError
 from ...io.echo_store import PULSES
@@ -41,7 +41,7 @@ def open_echoes(path: str | Path) -> xr.Dataset:
         raise
     except Exception as error:  # a damaged store raises exceptions of many types
         what = f"{type(error).__name__}: {error}"
-        logging.getLogger("asyncio").addFilter(_not_of_zarr)
+        silence_the_overheard()
     raise InputError(f"ECHOES = '{path}': is not an echo store, or damaged ({what}); give a whole echoes.zarr")
 
 
@@ -75,15 +75,8 @@ def read_turn(echoes: xr.Dataset) -> xr.Dataset:
         return echoes.load()
     except Exception as error:
         what = f"{type(error).__name__}: {error}"
-        logging.getLogger("asyncio").addFilter(_not_of_zarr)
+        silence_the_overheard()
     raise SchemaError(f"echoes: cannot be read ({what}); give whole files")
-
-
-def _not_of_zarr(record: logging.LogRecord) -> bool:
-    """Zarr reads parts of a store beside each other and raises what goes wrong with one of them: of the others asyncio
-    would tell later, on its own."""
-    text = record.getMessage()
-    return not ("never retrieved" in text and "zarr" in text)
 
 
 def _whole_turns(dataset: xr.Dataset, path: Path) -> xr.Dataset:

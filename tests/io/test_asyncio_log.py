@@ -1,0 +1,31 @@
+"""What asyncio says of tasks whose exception another one has raised: not of these libraries' tasks, of all others."""
+
+from __future__ import annotations
+
+import logging
+
+import pytest
+
+from seamap_rt.compute.asyncio_log import silence_the_overheard
+
+
+class Told(Exception):
+    __module__ = "distributed.comm.core"
+
+
+@pytest.mark.parametrize(
+    ("text", "error", "heard"),
+    [
+        ("Task exception was never retrieved\nfuture: <Task coro=<f() at /lib/zarr/core/group.py:3503>>", None, False),
+        ("Future exception was never retrieved", Told(), False),
+        ("Future exception was never retrieved", ValueError(), True),
+        ("Executing a slow task of zarr", None, True),
+    ],
+)
+def test_only_what_is_told_already_is_left_out(
+    caplog: pytest.LogCaptureFixture, text: str, error: Exception | None, heard: bool
+) -> None:
+    silence_the_overheard()
+    silence_the_overheard()
+    logging.getLogger("asyncio").error(text, exc_info=error)
+    assert bool(caplog.records) == heard
