@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -41,18 +42,23 @@ def level(keys: dict[str, Any], facet: float | None = None) -> Scene:
 
 
 def gates(scene: Scene) -> tuple[np.ndarray, ...]:
-    """Range, power, coherence and covariance of a look in the expectation over speckle."""
+    """Range, power and coherence of a look in the expectation over speckle."""
     simulator = Simulator(scene)
     facets, returns, _ = simulator.light(0)
     found = expected_look_gates(facets, returns.rcs, simulator.radar, 1.8)
     covariance, power = found.covariance[0], found.power[0, 0][0]
-    return found.range, power, np.abs(covariance) / power, covariance
+    return found.range, power, np.abs(covariance) / power
 
 
-def measured(keys: dict[str, Any], facet: float | None) -> np.ndarray:
+@cache
+def fine(name: str) -> tuple[np.ndarray, ...]:
+    return gates(level(CASES[name], FINE_M))
+
+
+def measured(name: str, facet: float | None) -> np.ndarray:
     """Errors (power [dB], coherence; gate) against a fine mesh."""
-    _, power, coherence, _ = gates(level(keys, facet))
-    _, expected, known, _ = gates(level(keys, FINE_M))
+    _, power, coherence = gates(level(CASES[name], facet))
+    _, expected, known = fine(name)
     return np.stack((10.0 * np.log10(power / expected), coherence - known))
 
 
@@ -61,12 +67,10 @@ def test_errors_are_as_predicted(name: str) -> None:
     """Within a factor of 1.6, rms over some eighty gates, of rungs so coarse that there is something to measure: where
     the rungs happen to lie is one of eight places that the prediction averages over. A chirp's sidelobes, which are no
     part of it, come and go by 0.03 dB with any mesh."""
-    keys = CASES[name]
-    scene = level(keys)
+    scene = level(CASES[name])
     facet = min(20.0, float(f"{range_cell(scene.radar) / 2.0:.2g}"))
-    ranges = gates(level(keys, facet))[0]
-    predicted = sampling_errors(scene.radar, ranges[::4], np.array([facet]))
-    found = np.sqrt(np.mean(measured(keys, facet) ** 2, axis=1))
+    predicted = sampling_errors(scene.radar, fine(name)[0][::4], np.array([facet]))
+    found = np.sqrt(np.mean(measured(name, facet) ** 2, axis=1))
     for error, expected, least in zip(found, (predicted.power_db, predicted.coherence), (0.03, 0.004), strict=True):
         root = np.sqrt(np.mean(expected**2))
         assert error < 1.6 * root + least
@@ -76,7 +80,7 @@ def test_errors_are_as_predicted(name: str) -> None:
 @pytest.mark.parametrize("name", CASES)
 def test_the_mesh_that_is_chosen_costs_a_level_sea_little(name: str) -> None:
     """0.03 dB rms, and 0.003 of coherence; thrice that at any gate, and for a chirp as much by its sidelobes."""
-    decibels, coherence = np.abs(measured(CASES[name], None))
+    decibels, coherence = np.abs(measured(name, None))
     assert decibels.max() < 0.1
     assert coherence.max() < 0.012
     assert np.sqrt(np.mean(decibels**2)) < 0.03
