@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import os
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..settings import ObjectSettings
+from .quiet import quietly, without_log
 
 ENDINGS = (".stl", ".glb", ".gltf", ".obj", ".ply")
 MOST_TRIANGLES = 2_000_000
@@ -80,8 +80,7 @@ def _read(path: str, what: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]
     except (OSError, ValueError) as error:
         raise InputError(f"{what}: cannot be read ({error}); give a readable file") from None
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of materials and numbers: what matters is checked after
+        with quietly(), without_log("trimesh"):  # of materials and numbers: what matters is checked after
             mesh = _loaded(path).to_mesh()
         return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
     except Exception as error:  # the parsers raise exceptions of many types

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 import warnings
 from collections.abc import Callable, Iterator
@@ -24,6 +25,18 @@ def _pass_over(hook: Callable[[sys.UnraisableHookArgs], object]) -> Callable[[sy
             hook(lost)
 
     return heard
+
+
+@contextmanager
+def without_log(library: str) -> Iterator[None]:
+    """Nothing of what a library logs."""
+    logger = logging.getLogger(library)
+    level = logger.level
+    logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
 
 
 @contextmanager

@@ -37,6 +37,7 @@ ARRAYS = (*NEEDED, "ranges", "attitude", "attitude_time", "position", "position_
 HDF5_ENDINGS = (".h5", ".hdf5", ".nc")
 RECORDING_ENDINGS = (".npz", *HDF5_ENDINGS)
 MAY_LACK = ("transmitter", "turn", "attitude", "quality")  # where zeros, and nothing else, are usual
+_MOST_UNWRITTEN = 1e8  # bytes of an array of which nothing is in the file
 _MOST_BYTES = 64e9  # of an array: more than an hour
 _PIECES = (("real", "imag"), ("r", "i"), ("re", "im"), ("i", "q"))  # names of a pair's two numbers
 
@@ -317,6 +318,8 @@ def _values(node: Any, name: str, may_lack: bool) -> NDArray:
             f"{name}: holds {stored} of {promised} chunks, and the others would be read as zeros; copy the file whole, "
             "or cut it to what was recorded"
         )
+    if not stored and node.nbytes > _MOST_UNWRITTEN:
+        raise InputError(f"{name}: has the shape {node.shape} and was never written; leave it out, or write it")
     return node[()]
 
 
