@@ -83,6 +83,8 @@ def _read(path: str, what: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]
         with quietly(), without_log("trimesh"):  # of materials and numbers: what matters is checked after
             mesh = _loaded(path).to_mesh()
         return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
+    except MemoryError:
+        raise InputError(f"{what}: is damaged: it promises more than it holds; export it anew") from None
     except Exception as error:  # the parsers raise exceptions of many types
         damage = f"{type(error).__name__}: {error}"[:120]
     raise InputError(f"{what}: is damaged, or not what its ending says ({damage}); export the mesh anew")

@@ -277,7 +277,7 @@ def _hdf5(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Map
     with h5py.File(path) as file:
         _refuse_slips(path, list(file), names)
         arrays = {
-            name: _dataset(file[inside], inside, name in MAY_LACK)
+            name: _dataset(_of_three(file[inside], name, inside), inside, name in MAY_LACK)
             for name, inside in _inside(names).items()
             if inside in file
         }
@@ -289,6 +289,13 @@ def _hdf5(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Map
 
 def _inside(names: Mapping[str, str]) -> dict[str, str]:
     return {name: names.get(name, name) for name in ARRAYS}
+
+
+def _of_three(node: Any, name: str, inside: str) -> Any:
+    """The same, if its shape is right: a wrong one may be too large to be read first."""
+    if name in ("attitude", "position") and isinstance(node, h5py.Dataset) and node.shape[1:] != (3,):
+        raise InputError(f"{inside}: has the shape {node.shape}: must be (·, 3); give three numbers for each")
+    return node
 
 
 def _dataset(node: Any, name: str, may_lack: bool) -> NDArray:
