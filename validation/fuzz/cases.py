@@ -67,10 +67,10 @@ def judge(case: Case, originals: list[Path], folder: Path) -> Result:
     """Do a case and hold it against the laws. What it read stays in the folder."""
     dice = case.dice
     original = dice.choice(originals)
-    forget_peak_memory()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         path = _damaged_scene(original, folder, dice) if case.kind == "scene" else damaged(original, folder, dice)
+    forget_peak_memory()  # what the damage took
     with _captured() as said, _deadline():
         what, wrong = _answer(case, path, dice)
     if not wrong and said.text:
