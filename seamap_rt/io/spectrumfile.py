@@ -78,7 +78,7 @@ def read_directional_spectrum(
         warnings.filterwarnings("ignore", message=".*phony_dims", category=UserWarning)  # of HDF5 that is no NetCDF
         warnings.simplefilter("ignore", DeprecationWarning)
         warnings.simplefilter("ignore", ResourceWarning)
-        warnings.simplefilter("ignore", xr.SerializationWarning)
+        warnings.simplefilter("ignore", RuntimeWarning)  # of scales and fill values: what matters is checked after
         # Of a line that it cannot read, wavespectra warns and takes it as missing: that is damage.
         warnings.filterwarnings("error", category=UserWarning, module=r"wavespectra\.core")
         try:

@@ -25,6 +25,7 @@ from .damaged_files import damaged
 from .readers import READERS, REFUSALS, NotOurs, consequences, whole_run
 
 MOST_RESIDENT = 1e9  # bytes
+_USUAL_RESIDENT = 4e8  # bytes of a process that has imported everything
 MOST_SECONDS = 20
 _MOST_ALLOCATED = 4 << 30  # bytes: what asks for more gets a MemoryError, and leaves the machine alone
 _LONGEST_LINE = 1000
@@ -70,13 +71,14 @@ def judge(case: Case, originals: list[Path], folder: Path) -> Result:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         path = _damaged_scene(original, folder, dice) if case.kind == "scene" else damaged(original, folder, dice)
-    forget_peak_memory()  # what the damage took
+    forget_peak_memory()  # what the damage took; what earlier cases left is not this one's either
+    held = max(0.0, peak_memory() - _USUAL_RESIDENT)
     with _captured() as said, _deadline():
         what, wrong = _answer(case, path, dice)
     if not wrong and said.text:
         wrong = f"printed: {said.text[:300]!r}"
-    if not wrong and peak_memory() > MOST_RESIDENT:
-        wrong = f"held {peak_memory() / 1e9:.2f} GB"
+    if not wrong and peak_memory() - held > MOST_RESIDENT:
+        wrong = f"held {(peak_memory() - held) / 1e9:.2f} GB"
     return Result(case, "failed" if wrong else what, wrong)
 
 
