@@ -33,6 +33,7 @@ from seamap_rt.studies.usable import Criterion
 
 from .originals import HEADER, SMALL
 
+_LARGEST_MAPS = 2e8  # bytes; nobody's turn is so large
 COARSE = RetrievalSettings(estimator="single_cell", cell_azimuth_deg=3.6, ground_m=10.0)
 _POINTS, _TRIANGLES, _VOLTAGES = 128, 3e4, 2e6  # of scenes that are simulated: a second each at most
 
@@ -123,6 +124,8 @@ def read_maps(path: Path) -> None:
             damage = f"{type(error).__name__}: {error}"
         if damage:
             gc.collect()  # of files that could not be opened
+    if not damage and sum(node.nbytes for node in tree.subtree) > _LARGEST_MAPS:
+        damage = "they would fill the memory that is allowed here by themselves"
     if damage:
         raise NotOurs(damage)
     forget_peak_memory()  # what xarray took to read them
