@@ -72,7 +72,7 @@ def test_half_the_water_s_speed_lies_along_the_look() -> None:
 
 
 def test_half_of_the_slopes_square_lies_along_the_look() -> None:
-    # A wave of amplitude a slopes by a k cos φ along a look at φ from its way: (a k)²/2 · cos² φ, in the mean over φ half.
+    # Amplitude a, look at φ from the way of the wave: slope a k cos φ, whose mean square is (a k)²/2 · cos² φ.
     _, resolved = small(**ONE_WAVE)
     looks = np.arange(16) * (2.0 * np.pi / 16)
     expected = np.mean(0.5 * (0.5 * 2.0 * np.pi / 40.0 * np.cos(looks)) ** 2)
