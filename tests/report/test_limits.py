@@ -7,9 +7,14 @@ import subprocess
 import sys
 from typing import Any
 
+import numpy as np
 import pytest
 
+from seamap_rt.radar import link
+from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.report.limits import account_lines, costed, left_out, modelled
+from seamap_rt.scattering.bragg import radar_wavenumber
+from seamap_rt.scattering.short_waves import ShortWaves
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.sea import Resolved, realize
 
@@ -201,6 +206,33 @@ def test_without_waves_nothing_is_lost_by_leaving_the_sea_out() -> None:
 
 def test_short_waves_hide_more_of_the_window() -> None:
     assert row(left_out(*small()), "shadows of waves that are not resolved")["value"] > 0.0
+
+
+def test_unresolved_waves_hide_by_half_of_their_tilts_along_the_look() -> None:
+    scene, resolved = small()
+    short = ShortWaves.of(scene.scattering, resolved.wavenumber_limit)
+    along_wind, across_wind = short.tilt_variances(short.divide(radar_wavenumber(scene.radar.frequency_hz)))
+    looks = np.arange(16) * (2.0 * np.pi / 16)
+    tilts = float(np.mean(along_wind * np.cos(looks) ** 2 + across_wind * np.sin(looks) ** 2))
+    slopes = resolved.look_slope_variance
+    more = link.shadowed_share(scene.radar, slopes + tilts) - link.shadowed_share(scene.radar, slopes)
+    found = row(left_out(scene, resolved), "shadows of waves that are not resolved")["value"]
+    assert found == pytest.approx(100.0 * more, rel=1e-9)  # the same sums in another order
+
+
+def test_a_phase_read_with_the_other_mode_s_paths_is_off_by_the_height_or_half_of_it() -> None:
+    # z ∝ φ/p: phases of p = 1 read with 2 give half the height, those of p = 2 read with 1 twice the height.
+    for keys, share in (({}, 0.5), ({"radar__interferogram": "alternating_pulse", "radar__transmit": "switched"}, 1.0)):
+        scene, resolved = small(**keys)
+        assert row(modelled(scene, resolved), "mode")["value"] == pytest.approx(share * resolved.elevation_std)
+
+
+def test_all_heights_within_a_gate_are_those_of_a_plane() -> None:
+    # Even places over a length L have the variance L²/12; half of the slopes' square lies along the look.
+    scene, resolved = small()
+    cell = RangeResponse.of(scene.radar).resolution_m
+    expected = math.sqrt(resolved.look_slope_variance * cell**2 / 12.0)
+    assert row(modelled(scene, resolved), "waveform")["value"] == pytest.approx(expected, rel=1e-9)
 
 
 def test_the_pace_of_a_turn_decides_what_a_still_sea_costs() -> None:

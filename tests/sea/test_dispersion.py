@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from seamap_rt.conventions import GRAVITY, SURFACE_TENSION, WATER_DENSITY
-from seamap_rt.physics.dispersion import angular_frequency, group_speed, wavenumber
+from seamap_rt.physics.dispersion import Water, angular_frequency, group_speed, wavenumber
 
 
 @pytest.mark.parametrize(
@@ -58,6 +58,15 @@ def test_limits_keep_their_digits():
     np.testing.assert_array_equal(wavenumber([0.0], [[0.05], [np.inf]]), np.zeros((2, 1)))
     for function in (angular_frequency, wavenumber, group_speed):
         assert function(1.0, 1e308) == function(1.0, np.inf)
+
+
+def test_a_current_shifts_frequencies_by_its_part_along_the_waves():
+    # k·U: all of it for waves that run with the current, its opposite against it, nothing across, for any current.
+    for toward in (0.0, 0.7, 2.4, -1.9):
+        water = Water(current=(1.5 * np.sin(toward), 1.5 * np.cos(toward)))
+        ways = toward + np.array([0.0, np.pi, 0.5 * np.pi, np.pi / 3.0])
+        shift = water.doppler_shift(0.2 * np.sin(ways), 0.2 * np.cos(ways))
+        np.testing.assert_allclose(shift, [0.3, -0.3, 0.0, 0.15], atol=1e-15)
 
 
 @pytest.mark.parametrize(("k", "depth"), [(-1.0, 1.0), (1.0, 0.0), (np.nan, 1.0), (1.0, np.nan)])

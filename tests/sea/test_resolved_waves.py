@@ -71,6 +71,14 @@ def test_half_the_water_s_speed_lies_along_the_look() -> None:
     assert waves.orbital_speed() == pytest.approx(0.5 * omega / 2.0, rel=1e-5)
 
 
+def test_half_of_the_slopes_square_lies_along_the_look() -> None:
+    # Amplitude a, look at φ from the way of the wave: slope a k cos φ, whose mean square is (a k)²/2 · cos² φ.
+    _, resolved = small(**ONE_WAVE)
+    looks = np.arange(16) * (2.0 * np.pi / 16)
+    expected = np.mean(0.5 * (0.5 * 2.0 * np.pi / 40.0 * np.cos(looks)) ** 2)
+    assert resolved.look_slope_variance == pytest.approx(expected, rel=1e-12)  # both are closed forms
+
+
 def test_slopes_are_lost_below_the_spacing_only() -> None:
     scene, resolved = small()
     waves = ResolvedWaves.of(scene.sea, resolved.wavenumber_limit)

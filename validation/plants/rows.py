@@ -1,0 +1,7 @@
+"""All rows, in the order of the data's way."""
+
+from __future__ import annotations
+
+from . import rows_maps, rows_radar, rows_sea
+
+PLANTS = (*rows_sea.PLANTS, *rows_radar.PLANTS, *rows_maps.PLANTS)
