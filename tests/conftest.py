@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+_START_PROCESSES = {"cli", "studies", "stability", "gauges", "validate"}
 _MOST = 8  # each holds up to 2 GB, and collects all tests anew: more gain little
 
 
@@ -29,6 +30,11 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """The report holds words and tables alone: drawing takes most of a small run's time, and not each test looks."""
     monkeypatch.setattr("seamap_rt.report.page.pictures", lambda *_: ())
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests that start processes come last: in a fresh clone each process that came first would compile all kernels."""
+    items.sort(key=lambda item: any(folder in _START_PROCESSES for folder in item.path.parts))
 
 
 def pytest_collection_finish() -> None:

@@ -25,6 +25,7 @@ from distributed import Client, Future
 
 from seamap_rt.errors import InputError
 from seamap_rt.scene import Scene, load_scene
+from seamap_rt.studies import cluster
 from seamap_rt.studies.cluster import existing_client, local_client, shares
 from seamap_rt.studies.point import Outcome, Task, compute, kept
 from seamap_rt.studies.trade import trade, write_trade
@@ -99,8 +100,9 @@ def test_workers_have_cores_of_their_own() -> None:
     assert all(len(cores) == 1 for cores in shares(3 * len(mine)).values())
 
 
-def test_without_its_keys_nobody_talks_to_a_local_cluster(client: Client) -> None:
+def test_without_its_keys_nobody_talks_to_a_local_cluster(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither plainly nor by TLS without a certificate: whoever talks to a worker can have it run code."""
+    monkeypatch.setattr(cluster, "_CONNECT_S", 1.0)  # on one machine: it answers in milliseconds, or not at all
     ports = [cast(Any, client.scheduler).address, *cast(Any, client).nthreads()]
     for address in ports:
         where = (urlsplit(address).hostname, urlsplit(address).port or 0)
