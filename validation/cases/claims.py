@@ -246,7 +246,7 @@ def _spacing_of_maps() -> float:
     """m between cells of the ground map that the defaults make."""
     echoes = analytic.echoes(analytic.FlatSea(), RadarSettings(sector_deg=(0.0, 9.0), range_m=(30.0, 60.0)))
     maps = sr.retrieve(echoes, RetrievalSettings(estimator="single_cell"))
-    return float(np.diff(maps["ground"]["x"].values).max())
+    return float(np.diff(maps["ground"].to_dataset()["x"].values).max())
 
 
 def wavelengths(full: bool) -> Outcome:

@@ -113,7 +113,7 @@ def read_store(path: Path) -> None:
 
 def read_maps(path: Path) -> None:
     """Maps and truth are opened by the user's own xarray; what the program is given then, it checks."""
-    original, damage = path.with_name("original.nc"), ""
+    original, damage, tree = path.with_name("original.nc"), "", xr.DataTree()
     with xr.open_datatree(original, engine="h5netcdf") as other:
         other.load()
     with _silent():

@@ -84,13 +84,13 @@ def shares(name: str, seeds: int = 1, sector: tuple[float, float] = (0.0, 360.0)
     keys = {**SEAS[name], "radar.sector_deg": list(sector), "tracing.tracer": "horizon"}
     detail = sr.load_scene("choppy_sea", keys).detail
     fine = {"tracing.facet_m": detail.facet_m / FINER, "tracing.columns_per_beam": FINER * detail.columns_per_beam}
-    both = [
+    default, finer = [
         np.mean(
             [seen(sr.load_scene("choppy_sea", {**keys, **mesh, "seed": seed})) for seed in range(1, seeds + 1)], axis=0
         )
         for mesh in ({}, fine)
     ]
-    return Shares(*both, detail.facet_m, detail.columns_per_beam)
+    return Shares(default, finer, detail.facet_m, detail.columns_per_beam)
 
 
 def main() -> None:
