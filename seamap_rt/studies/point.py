@@ -135,7 +135,8 @@ def _is_whole(outcome: Any) -> bool:
         return outcome.get("status") in ("refused", "failed")
     columns = list(by_range.values())
     return (
-        set(by_range) >= _BY_RANGE
+        {"metrics", "by_range", "facts"} <= set(outcome)
+        and set(by_range) >= _BY_RANGE
         and all(isinstance(column, list) for column in columns)
         and len({len(column) for column in columns}) == 1
         and _are_numbers([*metrics.values(), facts.get("significant_height_m"), *(each for c in columns for each in c)])

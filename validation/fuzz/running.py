@@ -14,10 +14,11 @@ from pathlib import Path
 
 from .cases import MOST_SECONDS, Case, Result, judge, limit_memory
 from .originals import make
-from .readers import READERS
+from .readers import READERS, THEIRS
 
 _GRACE = 20  # seconds beyond a case's own limit: then a loop within a library holds it
 _BATCH = 200
+_CASE = "case"  # folder of the case at hand
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,10 @@ def _results(
                     continue
                 del alive[connection]
                 if rest := worker.end():
-                    yield Result(rest[0], "failed", "the process crashed, or did not end")
+                    if (worker.place / _CASE / THEIRS).exists():  # HDF5 may loop for ever over a damaged file
+                        yield Result(rest[0], "not ours")
+                    else:
+                        yield Result(rest[0], "failed", "the process crashed, or did not end")
                     batches.append(rest[1:])
     finally:
         for worker in alive.values():
@@ -95,8 +99,8 @@ class _Worker:
     def __init__(self, context, cases: list[Case], originals: dict[str, list[Path]], folder: Path, kept: Path) -> None:
         self.heard, told = context.Pipe(duplex=False)
         self.rest, self.last = cases, time.monotonic()
-        place = Path(tempfile.mkdtemp(dir=folder))
-        self.process = context.Process(target=_work, args=(told, cases, originals, place, kept), daemon=True)
+        self.place = Path(tempfile.mkdtemp(dir=folder))
+        self.process = context.Process(target=_work, args=(told, cases, originals, self.place, kept), daemon=True)
         self.process.start()
         told.close()
 
@@ -119,11 +123,11 @@ class _Worker:
 def _work(told: Connection, cases: list[Case], originals: dict[str, list[Path]], place: Path, kept: Path) -> None:
     limit_memory()
     for case in cases:
-        result = judge(case, originals[case.kind], place / "case")
+        result = judge(case, originals[case.kind], place / _CASE)
         if result.wrong:
             kept.mkdir(parents=True, exist_ok=True)
             shutil.copytree(
-                place / "case", kept / f"{case.kind.replace(' ', '-')}-{case.number}", dirs_exist_ok=True, symlinks=True
+                place / _CASE, kept / f"{case.kind.replace(' ', '-')}-{case.number}", dirs_exist_ok=True, symlinks=True
             )
         told.send(result)
     told.close()

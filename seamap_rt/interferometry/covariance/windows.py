@@ -151,5 +151,6 @@ def pulse_correlation(
 
 def _finite_power(voltage: NDArray[np.complex64]) -> NDArray[np.float64]:
     """Power of each voltage, 0 where that is not finite."""
-    power = np.square(voltage.real, dtype=np.float64) + np.square(voltage.imag, dtype=np.float64)
+    with np.errstate(invalid="ignore"):  # of a file's own NaN
+        power = np.square(voltage.real, dtype=np.float64) + np.square(voltage.imag, dtype=np.float64)
     return np.where(np.isfinite(power), power, 0.0)

@@ -80,6 +80,13 @@ class LookPoses:
     time: NDArray[np.float64]  # s
     at_rest: bool  # upright above the origin all along: each look's cells lie on a straight line from the origin
 
+    @property
+    def centre(self) -> tuple[float, float]:
+        """m east and north: the mean place of the receivers over the turn; 0 where none is known."""
+        known = [each[np.isfinite(each)] for each in self.middle]
+        east, north = (float(each.mean()) if each.size else 0.0 for each in known)
+        return east, north
+
     @classmethod
     def of(
         cls,

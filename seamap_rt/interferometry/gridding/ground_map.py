@@ -32,11 +32,10 @@ class Ground:
         """Where cells lie; sweeps: centres of the looks [deg], (look,)."""
         if poses.at_rest:
             return cls()
-        east, north = (float(np.nanmean(middle)) for middle in poses.middle)
         if sweeps.size < 2:  # a single look has no neighbours to lie askew of
-            return cls(centre=(east, north))
+            return cls(centre=poses.centre)
         x, y = poses.world(heights.points)
-        return cls(x, y, (east, north))
+        return cls(x, y, poses.centre)
 
 
 def ground_map(
