@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.signal import welch
 
 Array = NDArray[np.float64]
 
@@ -83,6 +82,8 @@ def spectra(gauge: xr.Dataset) -> GaugeSpectra | NoSpectrum:
 
 def _welch(values: Array, step_s: float, segment_s: float) -> tuple[Array, Array]:
     """Frequencies [Hz] and the spectrum [m² s] there, by segments that overlap by half."""
+    from scipy.signal import welch  # takes half a second to import: only where there are gauges
+
     length = min(values.size, round(segment_s / step_s))
     frequency, density = welch(values - values.mean(), 1.0 / step_s, "hann", length, length // 2, detrend=_NO_TREND)
     inner = slice(1, (length + 1) // 2)

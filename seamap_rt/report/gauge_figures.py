@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from ..gauges import GaugeSpectra, NoSpectrum, aliasing, judge_one, spectra
 from . import reduce, style
@@ -122,7 +122,7 @@ def _draw_spectra(axes: Axes, result: GaugeSpectra | NoSpectrum) -> None:
     top = 3.0 * float(np.nanmax(everything)) if np.nanmax(everything) > 0.0 else 1.0
     axes.set_ylim(top * 10.0**-_DECADES, top)
     axes.set_xlim(0.0, float(result.wire_frequency[inside][-1]))
-    low, high = (result.freedom / float(chi2.ppf(0.5 + 0.5 * side * _BAND, result.freedom)) for side in (1.0, -1.0))
+    low, high = (result.freedom / float(chdtri(result.freedom, 0.5 - 0.5 * side * _BAND)) for side in (1.0, -1.0))
     right, middle = 0.93 * axes.get_xlim()[1], top * 10.0 ** (-0.45 * _DECADES)
     axes.errorbar(
         right, middle, [[middle * (1.0 - low)], [middle * (high - 1.0)]], color=style.GREY, capsize=2.5, linewidth=0.8

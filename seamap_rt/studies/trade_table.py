@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from .. import __version__
 from .point import Outcome
@@ -131,7 +131,7 @@ def over_seeds(values: xr.DataArray) -> xr.Dataset:
     count = values.notnull().sum("seed")
     mean = values.mean("seed")
     spread = values.where(count > 1).std("seed", ddof=1) if values.sizes["seed"] > 1 else xr.full_like(mean, np.nan)
-    half = spread / np.sqrt(count) * xr.apply_ufunc(student.ppf, 0.975, (count - 1).where(count > 1))
+    half = spread / np.sqrt(count) * xr.apply_ufunc(stdtrit, (count - 1).where(count > 1), 0.975)
     return xr.Dataset({"mean": mean, "low": mean - half, "high": mean + half, "seeds": count})
 
 

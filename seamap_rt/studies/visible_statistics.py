@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 CONFIDENCE = 0.95
 HALF = 0.5
@@ -34,7 +34,7 @@ def jackknife(statistic: Callable[[Array], Array], draws: Array) -> tuple[Array,
     total = draws.sum(axis=0)
     without = np.stack([statistic((total - draw) / (number - 1)) for draw in draws])
     spread = np.std((number - 1) * without, axis=0, ddof=1) / np.sqrt(number)
-    reach = student.ppf(0.5 + 0.5 * CONFIDENCE, number - 1) * spread
+    reach = stdtrit(number - 1, 0.5 + 0.5 * CONFIDENCE) * spread
     return whole, whole - reach, whole + reach
 
 
