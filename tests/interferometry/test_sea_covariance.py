@@ -36,19 +36,18 @@ def lags(sea: SeaCovariance) -> tuple[Array, Array, Array]:
 @pytest.mark.parametrize("noise", [0.0, 0.25])
 def test_the_covariance_is_the_seas(noise: float) -> None:
     # Six turns; of each the products of 40 waves with each other, which vanish over an area of 300 m, leave 1 % or so.
-    # Lags fade out by cos²; places are known to squares of 1.5 m.
+    # Places are known to squares of 1.5 m; the fade of long lags leaves nothing on short ones.
     found = [SeaCovariance.of(*noisy_map(seed, noise)) for seed in range(6)]
     east, north, distance = lags(found[0])
     asked = Waves.drawn(0, RMS).covariance(east, north, 1.5)
-    asked *= np.where(distance < 48.0, np.cos(0.5 * np.pi * distance / 48.0) ** 2, 0.0)
     mean = np.mean([each.table for each in found], axis=0)
     inside = (distance >= 3.0) & (distance <= 20.0)
     off = (mean - asked) / RMS**2
     assert np.sqrt(np.mean(off[inside] ** 2)) < 0.02
     assert np.abs(off[inside]).max() < 0.05
     # The variance is that of the sea alone, without the errors', which would add half of it; negative powers that are
-    # let be none add a seventh.
-    assert -0.03 < float(off[distance == 0.0][0]) < 0.2
+    # let be none add some.
+    assert -0.03 < float(off[distance == 0.0][0]) < 0.1
     assert found[0].variance == pytest.approx(found[0].table.max())
 
 

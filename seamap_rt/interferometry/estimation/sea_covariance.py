@@ -21,7 +21,10 @@ Map = NDArray[np.float64]
 _SIDE = 1.5  # m, of the squares that heights are sorted into
 _REACH = 84.0  # m, longest lag: a Gaussian fade of a quarter of that keeps a swell's power apart from waves of 30 m
 _TABLE = 60.0  # m, longest lag of the table: neighbours that a cell is estimated from lie well within it
+_MARGIN = 5  # waves that long ones are blurred by
+_SHARPENINGS = 12  # iterations: what is left of the fade then is less than what a turn knows of its sea
 _FINE = 0.5  # m, spacing of the table, between whose entries it is linear
+_FINEST = 0.3  # m, shortest waves whose slopes count
 _ERRORS_M = 3.0  # up to this lag errors of neighbours are correlated: the pulse and the beam overlap
 # Waves shorter than seven of the footprint's standard deviations, or than a few of the errors' lags, 10 m, are taken to
 # follow Phillips's law.
@@ -36,10 +39,14 @@ _LEAST = 1e-6  # of its own variance, or 0.1 mm squared: never 0
 
 @dataclass(frozen=True)
 class SeaCovariance:
-    """table[i, j]: covariance [m²] at lags spacing · (i − n, j − n) east, north, of 2n + 1 entries a side."""
+    """table[i, j]: covariance [m²] at lags spacing · (i − n, j − n) east, north, of 2n + 1 entries a side.
+
+    slope_variance: of the surface's slope in one direction, the mean of all directions, with waves down to decimetres.
+    """
 
     table: Map
     spacing: float
+    slope_variance: float = 0.0
 
     @property
     def variance(self) -> float:
@@ -78,12 +85,12 @@ class SeaCovariance:
         fade = np.exp(-8.0 * (distance / _REACH) ** 2) * (distance < _REACH)
         across = footprint[1] ** 2 * float(weight @ away[known] ** 2 / weight.sum())
         blur = 0.5 * (footprint[0] ** 2 + across) + _SIDE**2 / 12.0
-        table = _completed(np.where(distance < _ERRORS_M, 0.0, raw * fade), blur, fade)
+        table, steepness = _completed(np.where(distance < _ERRORS_M, 0.0, raw * fade), blur, fade)
         middle = table.shape[0] // 2
         # Of a map a few waves wide the lags say little, but its heights how high the sea is.
         table *= max(1.0, least / max(float(table[middle, middle]), 1e-12))
         table[middle, middle] += _LEAST * table[middle, middle] + 1e-8
-        return cls(table, _FINE)
+        return cls(table, _FINE, steepness)
 
 
 def _correlated(z: Map, error: Map, weight: Map, x: Map, y: Map, reach: float) -> tuple[Map, float]:
@@ -124,8 +131,8 @@ class _Tail:
     surely: float  # the mean, less its standard error
 
 
-def _completed(covariance: Map, blur: float, fade: Map) -> Map:
-    """The covariance at lags of _FINE up to _TABLE.
+def _completed(covariance: Map, blur: float, fade: Map) -> tuple[Map, float]:
+    """The covariance at lags of _FINE up to _TABLE, and the variance of slopes.
 
     covariance: at lags of _SIDE, 0 up to _ERRORS_M, of heights that are means over areas of variance blur [m²] a side;
     fade: what it was multiplied by.
@@ -145,9 +152,16 @@ def _completed(covariance: Map, blur: float, fade: Map) -> Map:
     first = (count * times - count) // 2
     inner, long = whole[first : first + count, first : first + count], np.fft.fftshift(k < limit)
     inner[long] = _possible(np.fft.fftshift(tail.power / np.maximum(damped, 1e-3))[long])
+    about = slice(*(np.flatnonzero(long.any(axis=0))[[0, -1]] + np.array([-_MARGIN, _MARGIN + 1])).clip(0, count))
+    inner[about, about][long[about, about]] = _sharpened(inner[about, about], count)[long[about, about]]
     table = np.fft.fftshift(np.fft.ifft2(np.fft.ifftshift(whole)).real) * times**2
     middle, reach = whole.shape[0] // 2, min(round(_TABLE / _FINE), whole.shape[0] // 2)
-    return np.ascontiguousarray(table[middle - reach : middle + reach + 1, middle - reach : middle + reach + 1])
+    near = np.ascontiguousarray(table[middle - reach : middle + reach + 1, middle - reach : middle + reach + 1])
+    # The table's waves, and those of the law that are shorter: ∫ k⁻⁴ ½ k² d²k.
+    carried = np.fft.fftshift(np.where(fine < np.pi / _FINE, 0.5 * fine**2, 0.0))
+    slopes = float(np.sum(whole * carried))
+    slopes += np.pi * (count * _SIDE / (2.0 * np.pi)) ** 2 * max(0.0, tail.level[0]) * np.log(2.0 * _FINE / _FINEST)
+    return near, float(slopes) / count**2
 
 
 def _tail(
@@ -187,6 +201,19 @@ def _power_of_short_lags(count: int) -> Map:
     near = [(i, j) for i, j in near if np.hypot(i, j) * _SIDE < _ERRORS_M]
     angle = 2.0 * np.pi * np.fft.fftfreq(count)
     return np.stack([(2.0 if i or j else 1.0) * np.cos(angle[:, None] * i + angle * j) for i, j in near])
+
+
+def _sharpened(power: Map, count: int) -> Map:
+    """Power (wave, wave), of `count` waves a side in all, before the fade of lags blurred it: high waves grow steeper.
+
+    Richardson 1972, Lucy 1974: of no negative power, and of the same sum.
+    """
+    blur = count * _SIDE * 4.0 / (2.0 * np.pi * _REACH)  # of exp(−8 d²/_REACH²), in waves
+    found = power
+    for _ in range(_SHARPENINGS):
+        ratio = power / np.maximum(gaussian_filter(found, blur), np.finfo(np.float64).tiny)
+        found = found * gaussian_filter(ratio, blur)
+    return found
 
 
 def _waves(count: int, spacing: float) -> tuple[Map, tuple[Map, Map]]:
