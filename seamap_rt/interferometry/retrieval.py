@@ -107,7 +107,7 @@ def retrieve_turn(
         np.where(heard, f, np.nan) for f in (heights.height, heights.ground_range, estimate.std)
     )
     slopes = _slopes(given, estimate, height, spread)
-    seen = _shadow(given, slopes, spread, heard)
+    seen = _shadow(given, slopes, spread, heard, estimate.slope_rms)
     spread = np.sqrt(spread**2 + seen.hidden_std**2 + estimate.edge**2)
     if settings.crest_bias == "remove":
         height = height - seen.crest_bias
@@ -180,8 +180,13 @@ def _slopes(given: Interferogram, estimate: Estimate, height: Map, spread: Map) 
     return local_planes(sure, np.nan_to_num(weight), ground, model.outward(*ground), reach)
 
 
-def _shadow(given: Interferogram, slopes: Slopes, spread: Map, heard: NDArray[np.bool_]) -> Shadow:
-    """What of each cell is in sight, by the echo of each dwell and gate and the slopes."""
+def _shadow(
+    given: Interferogram, slopes: Slopes, spread: Map, heard: NDArray[np.bool_], slope_rms: float | None
+) -> Shadow:
+    """What of each cell is in sight, by the echo of each dwell and gate and the slopes.
+
+    slope_rms: of the sea, where the estimator knows it; else as the planes have it.
+    """
     radar, settings = given.model.radar, given.settings
     power = given.echo_power()
     height = given.model.poses.fan.height
@@ -191,7 +196,7 @@ def _shadow(given: Interferogram, slopes: Slopes, spread: Map, heard: NDArray[np
         power,
         lit_power(power, radar.ranges),
         slopes.outward,
-        rms_slope(slopes.outward, spread),
+        rms_slope(slopes.outward, spread) if slope_rms is None else slope_rms,
         grazing,
         (settings.cell_range_m, np.radians(settings.cell_azimuth_deg) * radar.ranges),
         heard,

@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from synthetic_seas import MAST, WAVELENGTH, Heard, Waves, heard
 
+from seamap_rt.interferometry.estimation.error_covariance import ErrorCovariance
 from seamap_rt.interferometry.estimation.estimators import (
     ESTIMATORS,
     Estimate,
@@ -86,6 +87,35 @@ def test_a_sea_that_lies_high_or_askew(estimator: str, offset: float, slope: flo
     assert np.abs(off).max() < (2e-5 if estimator == "adaptive" else 0.02)
 
 
+def white(variance: Array) -> ErrorCovariance:
+    """Errors of that variance, each for itself."""
+    nothing = np.zeros(variance.shape)
+    return ErrorCovariance(np.stack((nothing, nothing, np.sqrt(variance))), np.ones((3, 1)), 0.0)
+
+
+def test_the_doubt_of_a_mean_plane_is_how_far_it_strays() -> None:
+    rng = np.random.default_rng(3)
+    x, y = rng.uniform(-200.0, 200.0, (2, 30, 40))
+    variance = rng.uniform(0.01, 2.0, x.shape)
+    stray = [
+        mean_plane(0.1 * rng.normal(size=x.shape) + np.sqrt(variance) * rng.normal(size=x.shape), white(variance), x, y)
+        for _ in range(300)
+    ]
+    # 300 planes give the variance to 8 %; waves of 0.1 m, drawn for each cell alone, add a hundredth.
+    got = np.var([each for each, _ in stray], axis=0)
+    np.testing.assert_allclose(got.mean(), np.mean([doubt for _, doubt in stray]), rtol=0.25)
+
+
+def test_a_mean_plane_does_not_follow_the_wave_about_the_boat() -> None:
+    # A swell longer than the circle whose near half is known best: a plane of its own cells would lie along it.
+    away, bearing = np.meshgrid(np.arange(15.0, 200.0, 3.0), np.radians(np.arange(0.0, 360.0, 2.0)))
+    x, y = away * np.sin(bearing), away * np.cos(bearing)
+    swell = 0.2 * np.sin(2.0 * np.pi * x / 225.0)
+    plane, _ = mean_plane(swell, white((0.01 * (away / 50.0) ** 4) ** 2 + 1e-4), x, y)
+    # What of a plane there is in the wave over the circle, 27 % of its variance (numerically), and no more than half.
+    assert np.var(swell - plane) > 0.5 * np.var(swell)
+
+
 def test_a_mean_plane() -> None:
     rng = np.random.default_rng(2)
     x, y = rng.uniform(-200.0, 200.0, (2, 30, 40))
@@ -94,19 +124,20 @@ def test_a_mean_plane() -> None:
     height[3:5] = np.nan
     variance[7, 8] = np.nan
     x[9, 9] = np.nan
-    found = mean_plane(height, variance, x, y)
+    found, _doubt = mean_plane(height, white(variance), x, y)
     known = np.isfinite(x)
     np.testing.assert_allclose(found[known], plane[known], rtol=0, atol=1e-9)  # where heights are unknown as well
     assert np.isfinite(found).all()
     # Weighted: heights that are off by metres, and say so, hardly move it.
     bad = np.where(rng.random(x.shape) < 0.3, 1e6, 0.01)
-    moved = mean_plane(plane + np.where(bad > 1.0, 5.0, 0.0), bad, x, y)
+    moved, _ = mean_plane(plane + np.where(bad > 1.0, 5.0, 0.0), white(bad), x, y)
     np.testing.assert_allclose(moved[known], plane[known], rtol=0, atol=1e-3)
     # Two cells span none, cells on a line no slope across it.
     two = np.full(x.shape, np.nan)
     two[0, :2] = 1.0
-    np.testing.assert_array_equal(mean_plane(two, variance, x, y), 0.0)
-    line = mean_plane(np.full(x.shape, 2.0), np.ones(x.shape), np.broadcast_to(np.arange(40.0), x.shape), 0.0 * y)
+    np.testing.assert_array_equal(mean_plane(two, white(variance), x, y)[0], 0.0)
+    along = np.broadcast_to(np.arange(40.0), x.shape)
+    line, _ = mean_plane(np.full(x.shape, 2.0), white(np.ones(x.shape)), along, 0.0 * y)
     np.testing.assert_allclose(line, 2.0, rtol=0, atol=1e-9)
 
 

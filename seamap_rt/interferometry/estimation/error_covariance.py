@@ -8,7 +8,7 @@ turns through within the pulse (tilt). The covariance of y'y* over gates follows
 - rough: R²,
 - tilt: QR − X², where Q = ∫ s p(s) (s − d) p(s − d) ds and X = ∫ s p(s) p(s − d) ds. A bright spot between two gates
   moves both to it, but from opposite sides, so that means over gates err less than a gate's own error says. For a
-  Gaussian pulse this is −½ (R²)''.
+  Gaussian pulse this is −½ (R²)''. Once what the powers tell of bright spots is taken off, BrightSpots.covariance.
 
 Gaussian moments: Goodman, Speckle Phenomena in Optics (2007), ch. 2.
 """
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from ...radar.waveform import RangeResponse
 from ..phase.uncertainty import Dwelt
+from .bright_spots import BrightSpots, GateMoments
 
 Map = NDArray[np.float64]
 
@@ -46,21 +47,24 @@ class ErrorCovariance:
         """(look, gate) m²."""
         return np.sum(self.parts**2, axis=0)
 
+    @property
+    def of_means(self) -> Map:
+        """(look, gate) m²: variance of a mean over many alike, times their number."""
+        along = np.maximum(1.0 + 2.0 * self.along[:, 1:].sum(axis=1), 0.0)
+        along[:2] *= 1.0 + 2.0 * self.beside
+        with np.errstate(invalid="ignore"):  # nothing of infinity
+            return np.nan_to_num(np.tensordot(along, self.parts**2, 1), nan=np.inf, posinf=np.inf)
 
-def correlation_by_range(response: RangeResponse, lags: NDArray[np.floating]) -> Map:
-    """Correlations (tilt, rough, noise; lag) of errors at those distances [m]; lags[0] = 0."""
-    reach = response.support_m
-    s = np.linspace(-reach, reach, 401)
-    here, turned = response(s), s * response(s)
-    others = [(response(s - lag), (s - lag) * response(s - lag)) for lag in lags]
-    echo, tilt, cross = np.array([(here @ each, turned @ moved, turned @ each) for each, moved in others]).T
-    found = np.stack(
-        (
-            (tilt * echo - cross**2) / (tilt[0] * echo[0]),
-            (echo / echo[0]) ** 2,
-            response.noise_correlation(lags) * echo / echo[0],
-        )
-    )
+
+def correlation_by_range(response: RangeResponse, lags: NDArray[np.floating], spots: BrightSpots | None = None) -> Map:
+    """Correlations (tilt, rough, noise; lag) of errors at those distances [m]; lags[0] = 0.
+
+    spots: whose estimate has been taken off the phases.
+    """
+    moments, lags = GateMoments.of(response), np.asarray(lags, dtype=np.float64)
+    echo = moments.echo(lags)
+    tilt = moments.both_moved(lags) * echo - moments.moved(lags) ** 2 if spots is None else spots.covariance(lags)
+    found = np.stack((tilt / tilt[0], echo**2, response.noise_correlation(lags) * echo))
     return found[:, : 1 + int(np.flatnonzero(np.any(np.abs(found) > _NOTHING, axis=0))[-1])]
 
 

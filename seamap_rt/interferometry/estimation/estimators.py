@@ -14,6 +14,7 @@ from ..input.description import RadarDescription
 from ..phase.interferogram import Interferogram, PhaseSlopes
 from ..phase.speckle import wrapped_variance
 from ..phase.uncertainty import ONE_CELL, Weights
+from .bright_spots import BrightSpots, Offsets
 from .error_covariance import ErrorCovariance, correlation_beside, correlation_by_range
 from .optimal import Measured, optimal_heights
 from .quality import gate_median
@@ -26,6 +27,7 @@ Map = NDArray[np.float64]
 _UNSEEN = 0.02  # of the errors' variance: a smaller sea's is not distinguishable from none
 _FEWEST_LOOKS = 3
 _EDGE_LEFT = 0.5  # of a correction of first order
+_TOGETHER = 100.0  # cells on the same part of a wave: 30 m a side, of those of a few metres
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,7 @@ class Estimate:
     incoherent: Map  # W, that the receivers do not share
     std: Map  # m, of the height, from speckle and noise
     edge: Map  # m, of Interferogram.edge, what is left in the height
+    slope_rms: float | None = None  # of the sea in any one direction, where its covariance is known
 
 
 def single_cell(given: Interferogram) -> Estimate:
@@ -77,15 +80,16 @@ def adaptive(given: Interferogram) -> Estimate:
         return start
     model, heights, settings = given.model, start.heights, given.settings
     phase = heights.phase + wrap_phase(np.angle(given.dwell.cross) - heights.phase)
-    each = model.heights_of(given.dwell, phase - model.flat)
-    errors = _errors(given, each.gain, start)
+    spots, offsets = bright_spots(given, heights.phase, echoing)
+    each = model.heights_of(given.dwell, phase - offsets.phase - model.flat)
+    errors = _errors(given, each.gain, start, spots, offsets)
     variance = errors.variance
     ground = model.ground(heights.points)
     distributed = each.height - given.edge
-    level = mean_plane(np.where(sure, distributed, np.nan), variance, *ground)
+    level, level_variance = mean_plane(np.where(sure, distributed, np.nan), errors, *ground)
     waves = distributed - level
     # Near and far are the radar's: a boat may be far from the origin.
-    east, north = (each - _centre(middle) for each, middle in zip(ground, model.poses.middle, strict=True))
+    east, north = (each - centre for each, centre in zip(ground, model.poses.centre, strict=True))
     footprint = model.radar.footprint(given.width)
     sea = SeaCovariance.of(np.where(sure, waves, np.nan), np.where(sure, variance, np.nan), east, north, footprint)
     height, error = optimal_heights(
@@ -104,41 +108,51 @@ def adaptive(given: Interferogram) -> Estimate:
     )
     # Where the sea is smaller than the heights' errors, only that upper bound of it is known.
     usual = variance[sure & np.isfinite(variance)]
-    error = error + _UNSEEN * max(0.0, (float(np.median(usual)) if usual.size else 0.0) - sea.variance)
+    error = error + level_variance + _UNSEEN * max(0.0, (float(np.median(usual)) if usual.size else 0.0) - sea.variance)
     made = model.heights_at(heights.cells, level + height)
-    return replace(start, heights=made, std=np.sqrt(error), edge=_EDGE_LEFT * given.edge)
+    slope_rms = float(np.sqrt(sea.slope_variance))
+    return replace(start, heights=made, std=np.sqrt(error), edge=_EDGE_LEFT * given.edge, slope_rms=slope_rms)
 
 
-def _errors(given: Interferogram, gain: Map, start: Estimate) -> ErrorCovariance:
-    """Of the heights of dwells and gates, gain (look, gate) [m/rad], from the phases of a map that is less noisy."""
+def bright_spots(given: Interferogram, phase: Map, echoing: NDArray[np.bool_]) -> tuple[BrightSpots, Offsets]:
+    """phase [rad] (look, gate): along the surface, of a map that is less noisy than single dwells."""
+    radar, samples = given.model.radar, given.dwelt.samples(ONE_CELL, given.model.radar)
+    spots = BrightSpots.of(radar.response, radar.spacing)
+    around, looks = given.power_around, samples.noise / samples.speckle
+    return spots, spots.offsets(given.echo_power(), around, echoing, given.noise_power, looks, given.turn(phase))
+
+
+def _errors(given: Interferogram, gain: Map, start: Estimate, spots: BrightSpots, offsets: Offsets) -> ErrorCovariance:
+    """Of the heights of dwells and gates, gain (look, gate) [m/rad], less what bright spots tell of them."""
     radar = given.model.radar
     speckle, noise = given.variances(given.dwell, ONE_CELL, start.incoherent)
     tilted = given.tilted_share(start.incoherent, start.heights.phase)
     with np.errstate(invalid="ignore"):  # nothing of no error
-        parts = np.nan_to_num(np.stack((speckle * tilted, speckle * (1.0 - tilted), noise)), posinf=np.inf)
-    along = correlation_by_range(radar.response, radar.spacing * np.arange(min(radar.ranges.size, 9)))
-    return ErrorCovariance(gain * np.sqrt(parts), along, correlation_beside(given.dwelt))
+        parts = np.stack((speckle * tilted * offsets.left, speckle * (1.0 - tilted), noise))
+    along = correlation_by_range(radar.response, radar.spacing * np.arange(min(radar.ranges.size, 9)), spots)
+    return ErrorCovariance(gain * np.sqrt(np.nan_to_num(parts, posinf=np.inf)), along, correlation_beside(given.dwelt))
 
 
-def _centre(position: Map) -> float:
-    known = position[np.isfinite(position)]
-    return float(known.mean()) if known.size else 0.0
+def mean_plane(height: Map, errors: ErrorCovariance, x: Map, y: Map) -> tuple[Map, Map]:
+    """The plane through a turn's heights, and what the heights' errors leave of doubt about it [m²].
 
-
-def mean_plane(height: Map, variance: Map, x: Map, y: Map) -> Map:
-    """The plane through a turn's heights: mean sea level as the boat's sensors have it, which may lie high or askew.
-
-    Weighted by the inverse of the sea's own variance and that of the errors; 0 where there are too few for a plane.
+    Mean sea level as the boat's sensors have it may lie high or askew. Weighted by the inverse of the sea's own
+    variance, which a height's neighbours share, and that of the errors, which they do not: weighted by single cells'
+    errors, the near ones would have the plane lie along the wave about the boat. 0 where there are too few for a plane.
     """
+    variance = errors.variance
     known = np.isfinite(height) & np.isfinite(variance) & np.isfinite(x) & np.isfinite(y)
     if np.count_nonzero(known) < 3:
-        return np.zeros(height.shape)
+        return np.zeros(height.shape), np.zeros(height.shape)
     sea = float(np.median(height[known] ** 2)) + 1e-9
-    root = 1.0 / np.sqrt(sea + variance[known])
+    root = 1.0 / np.sqrt(sea + variance[known] / _TOGETHER)
     terms = np.stack((np.ones(root.size), x[known], y[known]), axis=1)
     scale = np.maximum(np.abs(terms).max(axis=0), 1e-9)
-    plane = np.linalg.lstsq(terms / scale * root[:, None], height[known] * root, rcond=1e-9)[0] / scale
-    return plane[0] + np.nan_to_num(x) * plane[1] + np.nan_to_num(y) * plane[2]
+    inverse = np.linalg.pinv(terms / scale * root[:, None], rcond=1e-9)
+    plane = inverse @ (height[known] * root) / scale
+    doubt = (inverse * (errors.of_means[known] * root**2)) @ inverse.T / np.outer(scale, scale)
+    places = np.stack((np.ones(x.shape), np.nan_to_num(x), np.nan_to_num(y)))
+    return np.tensordot(plane, places, 1), np.einsum("i...,ij,j...->...", places, doubt, places)
 
 
 ESTIMATORS = {"adaptive": adaptive, "single_cell": single_cell, "sliding_plane": sliding_plane}

@@ -102,14 +102,26 @@ class Interferogram:
     def tilted_share(self, incoherent: Map, phase: Map) -> Map:
         """Share (look, gate) of the incoherent power that is due to the phase's turn within a pulse.
 
-        phase [rad] (look, gate): along the surface; where it is not known, that of mean sea level counts.
+        phase [rad] (look, gate): along the surface.
         """
-        radar = self.model.radar
-        turn = np.gradient(phase, axis=1) if phase.shape[1] > 1 else np.zeros(phase.shape)
-        turn = np.where(np.isfinite(turn), turn, np.nan_to_num(self.model.flat_per_gate))
-        lost = 0.5 * (turn / radar.spacing * radar.response.spread_m) ** 2 * np.maximum(self.echo_power(_AROUND), 0.0)
+        turn = self.turn(phase) * self.model.radar.response.spread_m
+        lost = 0.5 * turn**2 * np.maximum(self.power_around, 0.0)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(incoherent > 0.0, np.clip(lost / incoherent, 0.0, 1.0), 0.0)
+
+    def turn(self, phase: Map) -> Map:
+        """By how much [rad/m] a phase (look, gate) along the surface turns along the range.
+
+        Where it is not known, as that of mean sea level does.
+        """
+        each = np.gradient(phase, axis=1) if phase.shape[1] > 1 else np.zeros(phase.shape)
+        each = np.where(np.isfinite(each), each, np.nan_to_num(self.model.flat_per_gate))
+        return each / self.model.radar.spacing
+
+    @cached_property
+    def power_around(self) -> Map:
+        """Power [W] (look, gate) of the echo, without noise: the mean of a cell and its neighbours."""
+        return self.echo_power(_AROUND)
 
     def resolved(
         self, cells: Covariance, variance: Map, echoing: NDArray[np.bool_]

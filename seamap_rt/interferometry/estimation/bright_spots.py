@@ -1,0 +1,199 @@
+"""Where in a gate its echo comes from, as the powers of the gates beside it tell, and what that does to its phase.
+
+Along a surface that turns the phase by τ rad/m, an echo whose bright spots lie δ beyond the middle of its gate has a
+phase that is off by τ δ. Most of the error of steep looks is this one, whether speckle made the spots or the waves did.
+With y the gate's voltage and y' that of the same scatterers, each times its distance from the gate's middle,
+δ = Re(y'y*)/|y|². For a Gaussian pulse that is σ² d ln|y|²/dR exactly (Tweedie's formula; Efron 2011), so that the
+powers tell it: a gate whose farther neighbour is the stronger hears its own far side. For any pulse the best linear
+estimate from the differences D of powers, given the gate's own power u in terms of the mean, follows from Gaussian
+moments (Goodman, Speckle Phenomena in Optics, 2007, ch. 2):
+
+    δ u = c u (u G + H + noise)⁻¹ D,   D_n = P(R + n d) − P(R − n d),
+
+c what y' and the neighbours share through y, G what two differences do, H what the neighbours' own scatterers add.
+Of a faded gate (u → 0) they tell nothing, and nothing is taken off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...radar.waveform import RangeResponse
+
+Map = NDArray[np.float64]
+
+_STEP = 0.8  # of the pulse's standard deviation: nearer neighbours tell no more of a Gaussian pulse, farther ones less
+_FAINTEST = 0.02  # of the mean power, or of the noise: what is less counts as that
+_POINTS = 401
+
+
+@dataclass(frozen=True)
+class GateMoments:
+    """What the voltages of two gates have in common, of scatterers in no order, over the power of one of them.
+
+    lying [m]: of scatterers from the first gate's middle; heard: the pulse's response to them. Lags [m] of any shape.
+    """
+
+    response: RangeResponse
+    lying: Map
+    heard: Map
+
+    @classmethod
+    def of(cls, response: RangeResponse) -> GateMoments:
+        """Sums over the pulse's main lobe."""
+        lying = np.linspace(-response.support_m, response.support_m, _POINTS)
+        return cls(response, lying, response(lying))
+
+    def echo(self, lag: Map) -> Map:
+        """A = ⟨y₀ y*⟩, 1 at lag 0."""
+        return self._sum(self.response(self._from(lag)), self.heard)
+
+    def moved(self, lag: Map) -> Map:
+        """X = ⟨y'₀ y*⟩ [m], odd."""
+        return self._sum(self.response(self._from(lag)), self.lying * self.heard)
+
+    def both_moved(self, lag: Map) -> Map:
+        """Q = ⟨y'₀ y'*⟩ [m²]."""
+        away = self._from(lag)
+        return self._sum(away * self.response(away), self.lying * self.heard)
+
+    def _from(self, lag: Map) -> Map:
+        return self.lying - np.asarray(lag)[..., None]
+
+    def _sum(self, other: Map, own: Map) -> Map:
+        return np.asarray(other @ own / (self.heard @ self.heard))
+
+
+@dataclass(frozen=True)
+class Offsets:
+    """What bright spots do to phases; (look, gate).
+
+    phase [rad]: by how much each is off, as far as the powers tell; left: share of such errors' variance that they do
+    not tell.
+    """
+
+    phase: Map
+    left: Map
+
+
+@dataclass(frozen=True)
+class BrightSpots:
+    """Gaussian moments of the powers of a gate and of two pairs of neighbours, in terms of the mean power."""
+
+    neighbours: NDArray[np.intp]  # (pair,) gates to either side
+    spacing: float  # m, of gates
+    moments: GateMoments
+    shared: Map  # (pair,) c [m]
+    through: Map  # (pair, pair) G
+    own: Map  # (pair, pair) H
+    beat: Map  # (pair, pair) of the noise with the mean echo, per noise over signal
+    beat_more: Map  # (pair, pair) and what it has more by as much as u exceeds 1
+    hiss: Map  # (pair, pair) of the noise with itself, per its square
+
+    @classmethod
+    def of(cls, response: RangeResponse, spacing: float) -> BrightSpots:
+        """Of gates that lie `spacing` [m] apart."""
+        neighbours = max(1, round(_STEP * response.spread_m / spacing)) * np.array([1, 2])
+        moments, lag = GateMoments.of(response), spacing * neighbours
+        apart, over = lag[:, None] - lag, lag[:, None] + lag
+        echo, noise = moments.echo, response.noise_correlation
+        through = echo(lag)[:, None] * echo(lag)
+        return cls(
+            neighbours,
+            spacing,
+            moments,
+            2.0 * echo(lag) * moments.moved(lag),
+            4.0 * through * (echo(apart) - echo(over)),
+            2.0 * ((echo(apart) - through) ** 2 - (echo(over) - through) ** 2),
+            4.0 * (echo(apart) * noise(apart) - echo(over) * noise(over)),
+            4.0 * through * (noise(apart) - noise(over)),
+            2.0 * (noise(apart) ** 2 - noise(over) ** 2),
+        )
+
+    def weights(self, power: Map, beat: Map, hiss: Map) -> tuple[Map, Map]:
+        """Of D in δ u [m], (pair, …), and the share (…) of δ's variance that is left.
+
+        power (…): u; beat, hiss (…): how much noise the powers have, for a sample of speckle and in terms of the mean
+        echo: noise over signal and its square, over the samples of noise that they are means of.
+        """
+        more = beat * (power - 1.0)
+        first, both, second = (
+            power * self.through[pair]
+            + self.own[pair]
+            + beat * self.beat[pair]
+            + more * self.beat_more[pair]
+            + hiss * self.hiss[pair]
+            for pair in ((0, 0), (0, 1), (1, 1))
+        )
+        # Of gates much closer than the pulse is long both pairs tell nearly the same.
+        determinant = np.maximum(first * second - both**2, 1e-9 * first * second)
+        near, far = self.shared
+        made = power * np.stack((near * second - far * both, far * first - near * both)) / determinant
+        whole = 0.5 * float(self.moments.both_moved(np.zeros(())))
+        return made, np.clip(1.0 - np.tensordot(self.shared, made, 1) / whole, 0.0, 1.0)
+
+    def covariance(self, lags: Map) -> Map:
+        """⟨n n'⟩ of what is left, n = δ u less its estimate [m²], in gates at those distances [m]: of gates of the mean
+        power, without noise."""
+        moments, nothing = self.moments, np.zeros(())
+        weights = self.weights(np.ones(()), nothing, nothing)[0]
+        away, lag = self.spacing * self.neighbours, lags[:, None, None]
+        here, there = away[:, None], away
+
+        def told(at: Map) -> Map:
+            return moments.moved(at) * moments.echo(at)
+
+        def powers(at: Map) -> Map:
+            return moments.echo(at) ** 2
+
+        whole = 0.5 * (moments.both_moved(lags) * moments.echo(lags) - moments.moved(lags) ** 2)
+        cross = (told(lags[:, None] + away) - told(lags[:, None] - away)) @ weights
+        differences = powers(lag + there - here) + powers(lag - there + here)
+        differences -= powers(lag - there - here) + powers(lag + there + here)
+        return whole - 2.0 * cross + differences @ weights @ weights
+
+    def offsets(
+        self, power: Map, mean: Map, heard: NDArray[np.bool_], noise_power: float, looks: float, turn: Map
+    ) -> Offsets:
+        """Of echoes of that power, and mean power about them [W], on a surface that turns the phase by `turn` [rad/m].
+
+        All (look, gate); beside cells that are not heard nothing is told. noise_power [W]: of a receiver, of which two
+        are averaged; looks: independent samples of noise for each of speckle. The growth along the range that all looks
+        share is left to `gate_edge`.
+        """
+        power = np.where(heard, np.nan_to_num(power), 0.0)
+        mean = np.maximum(np.maximum(np.nan_to_num(mean), _FAINTEST * noise_power), _FAINTEST * power)
+        mean = np.where(heard & (mean > 0.0), mean, 1.0)
+        own, noise = np.maximum(power / mean, _FAINTEST), noise_power / mean
+        weights, left = self.weights(own, 0.5 * noise / looks, 0.5 * noise**2 / looks)
+        level = _level(power, heard)
+        even = power / level
+        phase, told = np.zeros(power.shape), np.zeros(power.shape)
+        gates, reach = power.shape[1], int(self.neighbours[-1])
+        inner = slice(reach, gates - reach)
+        if gates <= 2 * reach:
+            return Offsets(phase, 1.0 - told)
+
+        def beside(field: Map, away: int) -> Map:
+            return field[:, reach + away : gates - reach + away]
+
+        away = [int(each) for each in self.neighbours]
+        known = np.logical_and.reduce([beside(heard, n) for n in (0, *away, *(-n for n in away))])
+        told[:, inner] = np.where(known, 1.0 - left[:, inner], 0.0)
+        for weight, n in zip(weights, away, strict=True):
+            difference = (beside(even, n) - beside(even, -n)) * (level / mean)[:, inner] / own[:, inner]
+            # Between scatterers so far apart the phase may turn by radians: its sine counts.
+            apart = 0.5 * n * self.spacing
+            phase[:, inner] += np.where(
+                known, weight[:, inner] * difference * np.sin(turn[:, inner] * apart) / apart, 0.0
+            )
+        return Offsets(phase, 1.0 - told)
+
+
+def _level(power: Map, heard: NDArray[np.bool_]) -> Map:
+    """Mean power (1, gate) of the looks that are heard; 1 where none is."""
+    mean = power.sum(axis=0, where=heard) / np.maximum(heard.sum(axis=0), 1)
+    return np.where(mean > 0.0, mean, 1.0)[None]

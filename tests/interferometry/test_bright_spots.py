@@ -1,0 +1,163 @@
+"""What a gate's neighbours tell of where its echo comes from, against drawn scatterers and Tweedie's formula."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from seamap_rt.interferometry.estimation.bright_spots import BrightSpots
+from seamap_rt.radar.waveform import RangeResponse
+from seamap_rt.scene import load_scene
+
+Array = NDArray[np.float64]
+RESPONSE = RangeResponse.of(load_scene("choppy_sea").radar)
+SPACING = 1.5
+STEP = 0.1  # m, of scatterers
+REACH = np.arange(-60, 61) * STEP
+
+
+class Gaussian:
+    """A response exp(−s²/4σ²), whose power has the standard deviation σ."""
+
+    spread_m = 0.9
+    support_m = 8.0
+
+    def __call__(self, s: Array) -> Array:
+        return np.exp(-np.square(s) / (4.0 * self.spread_m**2))
+
+    def noise_correlation(self, lag: Array) -> Array:
+        return np.exp(-np.square(lag))
+
+
+def gates(scatterers: NDArray[np.complex128], moved: bool = False) -> NDArray[np.complex128]:
+    """Voltages of gates, of a mean power of 1 if the scatterers' is; moved: of each times its distance."""
+    pulse = RESPONSE(REACH) * (REACH if moved else 1.0) / np.sqrt(np.sum(RESPONSE(REACH) ** 2))
+    return np.convolve(scatterers, pulse[::-1], "valid")[:: round(SPACING / STEP)]
+
+
+def drawn(seed: int, count: int) -> NDArray[np.complex128]:
+    rng = np.random.default_rng(seed)
+    return (rng.normal(size=count) + 1j * rng.normal(size=count)) * np.sqrt(0.5)
+
+
+def differences(power: Array, spots: BrightSpots) -> Array:
+    """D (pair, gate) of the gates that have all neighbours."""
+    near, far = spots.neighbours
+    ends = power.size - far
+    return np.stack(
+        (power[far + near : ends + near] - power[far - near : ends - near], power[2 * far :] - power[: -2 * far])
+    )
+
+
+def test_of_a_gaussian_pulse_the_power_tells_all() -> None:
+    # Tweedie: δ = σ² d ln P/dR, whatever scatters. An even growth g gives D = 2 sinh(g n d): c M⁻¹ D = σ² g.
+    spots = BrightSpots.of(cast(RangeResponse, Gaussian()), 0.1)
+    weights, left = spots.weights(np.ones(()), np.zeros(()), np.zeros(()))
+    growth = 0.05
+    told = weights @ (2.0 * np.sinh(growth * spots.spacing * spots.neighbours))
+    # Neighbours 0.8 and 1.6 σ away stand in for a derivative: to their third order.
+    assert told == pytest.approx(Gaussian.spread_m**2 * growth, rel=0.05)
+    assert left < 0.05
+
+
+def test_drawn_speckle_errs_as_said() -> None:
+    """By the power of the gate itself: of a strong one the neighbours tell most, of a faded one next to nothing."""
+    spots = BrightSpots.of(RESPONSE, SPACING)
+    scatterers = drawn(1, 1_500_000)
+    voltage, moved = gates(scatterers), gates(scatterers, moved=True)
+    power, far = np.abs(voltage) ** 2, spots.neighbours[1]
+    own, asked = power[far:-far], (moved * voltage.conj()).real[far:-far]
+    weights, left = spots.weights(own, np.zeros(own.shape), np.zeros(own.shape))
+    off = asked - np.sum(weights * differences(power, spots), axis=0)
+    whole = 0.5 * float(spots.moments.both_moved(np.zeros(()))) * own
+    # 1e5 gates, half of them independent, in four classes: a mean square is known to 1.3 %, three times that.
+    for low, high in ((0.0, 0.2), (0.2, 0.7), (0.7, 1.5), (1.5, 20.0)):
+        those = (own > low) & (own < high)
+        assert np.mean(off[those] ** 2) == pytest.approx(np.mean((left * whole)[those]), rel=0.04)
+    assert left[own > 1.5].max() < 0.25
+    assert left[own < 0.01].min() > 0.8
+    # Of the same weights for all gates, as the covariance of what is left has them.
+    mean = spots.weights(np.ones(()), np.zeros(()), np.zeros(()))[0]
+    rest = asked - mean @ differences(power, spots)
+    got = [np.mean(rest[: rest.size - n] * rest[n:]) for n in range(5)]
+    said = spots.covariance(SPACING * np.arange(5.0))
+    np.testing.assert_allclose(got, said, rtol=0, atol=0.04 * said[0])
+
+
+def test_noise_makes_the_neighbours_tell_less() -> None:
+    spots = BrightSpots.of(RESPONSE, SPACING)
+    scatterers, noisy, signal = drawn(2, 1_500_000), drawn(3, 1_500_000), 4.0
+    voltage, moved = gates(scatterers), gates(scatterers, moved=True)
+    # The noise's own correlation is that of a Gaussian filter, √(π) B τ: white gates pass it here.
+    kernel = np.exp(-2.0 * np.pi * (2.0 * REACH / 299_792_458.0 * 50e6) ** 2)
+    hiss = np.convolve(noisy, kernel / np.sqrt(np.sum(kernel**2)), "valid")[:: round(SPACING / STEP)]
+    heard = np.abs(voltage + hiss / np.sqrt(signal)) ** 2 - 1.0 / signal
+    far, power = spots.neighbours[1], np.abs(voltage) ** 2
+    own, asked = power[far:-far], (moved * voltage.conj()).real[far:-far]
+    each = np.full(own.shape, 1.0 / signal)
+    weights, left = spots.weights(own, each, each**2)
+    off = asked - np.sum(weights * differences(heard, spots), axis=0)
+    whole = 0.5 * float(spots.moments.both_moved(np.zeros(()))) * own
+    without = spots.weights(own, 0.0 * each, 0.0 * each)[1]
+    for low, high in ((0.2, 0.7), (0.7, 1.5), (1.5, 20.0)):
+        those = (own > low) & (own < high)
+        assert np.mean(off[those] ** 2) == pytest.approx(np.mean((left * whole)[those]), rel=0.04)
+        assert (left > without)[those].all()
+
+
+@pytest.mark.parametrize("turn", [0.3, -0.3, 0.6])
+def test_phases_of_an_uneven_slope_are_set_right(turn: float) -> None:
+    """Bright spots that stay, speckle that changes from dwell to dwell, on a surface that turns the phase evenly."""
+    rng = np.random.default_rng(4)
+    looks, count = 40, 1500
+    lying = STEP * np.arange(count)
+    bright = np.convolve(rng.gamma(0.3, 1.0 / 0.3, count + 9), np.full(10, 0.1), "valid")
+    cross, power = [], []
+    for look in range(looks):
+        lower = drawn(100 + look, count) * np.sqrt(bright)
+        one, other = gates(lower), gates(lower * np.exp(1j * turn * lying))
+        cross.append(other * one.conj())
+        power.append(np.abs(one) ** 2)
+    middle = lying[60 : 60 + len(cross[0]) * round(SPACING / STEP) : round(SPACING / STEP)]
+    phase = np.angle(np.array(cross) * np.exp(-1j * turn * middle))
+    shape = phase.shape
+    spots = BrightSpots.of(RESPONSE, SPACING)
+    heard = np.ones(shape, dtype=bool)
+    # What all looks share counts as growth along the range: here a look has spots of its own.
+    shuffled = np.stack([np.roll(each, 7 * n) for n, each in enumerate(power)])
+    offsets = spots.offsets(shuffled, np.ones(shape), heard, 0.0, 1.0, np.full(shape, turn))
+    phase = np.stack([np.roll(each, 7 * n) for n, each in enumerate(phase)])
+    inner = np.zeros(shape, dtype=bool)
+    inner[:, 2:-2] = True
+    strong = inner & (shuffled > 0.5)
+    off = phase, phase - offsets.phase, phase + offsets.phase
+    before, after, wrong = (float(np.sqrt(np.mean(each[strong] ** 2))) for each in off)
+    assert after**2 < 0.56 * before**2  # nearly half of the variance, of single pulses that may have faded
+    assert wrong > 1.3 * before
+
+
+def test_beside_what_is_not_heard_nothing_is_told() -> None:
+    spots = BrightSpots.of(RESPONSE, SPACING)
+    rng = np.random.default_rng(5)
+    power, heard, turn = rng.exponential(size=(30, 40)), np.ones((30, 40), dtype=bool), np.full((30, 40), 0.5)
+    heard[7, 20] = False
+    power[7, 20] = np.nan
+    offsets = spots.offsets(power, np.ones((30, 40)), heard, 0.01, 3.0, turn)
+    assert (offsets.phase[7, 18:23] == 0.0).all()
+    assert (offsets.left[7, 18:23] == 1.0).all()
+    assert (offsets.phase[:, :2] == 0.0).all()
+    assert (offsets.left[:, -2:] == 1.0).all()
+    assert np.isfinite(offsets.phase).all()
+    assert (offsets.phase[8, 2:-2] != 0.0).all()
+    # The same echo in all looks is growth along the range, of which the gates' edge is made.
+    even = spots.offsets(np.tile(power[:1], (30, 1)), np.ones((30, 40)), np.ones_like(heard), 0.01, 3.0, turn)
+    np.testing.assert_allclose(even.phase, 0.0, atol=1e-12)
+    few = spots.offsets(power[:, :4], np.ones((30, 4)), heard[:, :4], 0.01, 3.0, turn[:, :4])
+    assert (few.phase == 0.0).all()
+    assert (few.left == 1.0).all()
+    silent = spots.offsets(0.0 * power, 0.0 * power, np.zeros_like(heard), 0.0, 3.0, turn)
+    assert (silent.phase == 0.0).all()
+    assert (silent.left == 1.0).all()
