@@ -56,6 +56,16 @@ def test_default_estimator_without_noise(polarization: str, rmse: float) -> None
 
 
 @pytest.mark.parametrize("noise", [False, True])
+def test_near_by_the_gates_beside_tell_where_bright_spots_lie(noise: bool) -> None:
+    # 25–50 m, robust: 0.028 m over five seeds (± 0.001); 0.040 m where bright spots are left in.
+    got, true = maps(noise)["polar"].to_dataset(), turn(noise).truth["polar"].to_dataset()
+    near = (got["range"] > 25.0) & (got["range"] <= 50.0) & (true["visible_fraction"] > 0.5)
+    error = (got["height"] - true["height"]).where(near).values
+    error = error[np.isfinite(error)]
+    assert 1.4826 * np.median(np.abs(error - np.median(error))) < 0.033
+
+
+@pytest.mark.parametrize("noise", [False, True])
 def test_a_window_that_follows_the_waves_beats_single_cells(noise: bool) -> None:
     # 5 × 1.5 weights instead of 2 × 1 average more speckle; along the wrong slope they would flatten the waves instead.
     single = overall(noise, "VV", "single_cell")["height_rmse_m"]

@@ -86,6 +86,15 @@ def test_pulses_of_the_next_look() -> None:
     assert correlation_beside(Dwelt(20, correlation)) == pytest.approx(expected, rel=1e-12)
 
 
+def test_means_of_many_err_by_what_neighbours_share() -> None:
+    # 400 gates of three looks: of noise that neighbouring gates share by half, and speckle that looks share by a fifth.
+    parts = np.broadcast_to(np.array([0.3, 0.2, 0.5])[:, None, None], (3, 3, 400))
+    along = np.array([[1.0, -0.5, 0.0], [1.0, 0.2, 0.0], [1.0, 0.5, 0.1]])
+    errors = ErrorCovariance(parts, along, 0.2)
+    # Tilt vanishes from means; roughness 0.04 (1 + 0.4)(1 + 0.4), noise 0.25 (1 + 1.2).
+    np.testing.assert_allclose(errors.of_means, 0.04 * 1.4 * 1.4 + 0.25 * 2.2)
+
+
 def test_parts_add_up() -> None:
     parts = np.array([[[3.0]], [[4.0]], [[np.inf]]])
     assert ErrorCovariance(parts, np.ones((3, 1)), 0.0).variance[0, 0] == np.inf

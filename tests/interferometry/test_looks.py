@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
 from rolling_echoes import Boat, ideal_sea
+from synthetic_seas import heard
 
 from seamap_rt import analytic
 from seamap_rt.interferometry import retrieve
@@ -108,3 +111,9 @@ def test_the_coarse_map_tells_the_cycles_of_the_fine_one() -> None:
     np.testing.assert_allclose(height[np.isfinite(height)], 0.6, rtol=0, atol=0.03)
     alternating = radar.model_copy(update={"interferogram": "alternating_pulse"})
     assert taken(analytic.echoes(SEA, alternating)).others() == ()
+
+
+def test_the_middle_of_a_turn_of_unknown_places_is_the_origin() -> None:
+    poses = heard(lambda x, y: 0.0 * x, 1, coherence=None, looks=4, gates=9).given.model.poses
+    east, north = np.array([[1.0], [np.nan], [3.0]]), np.full((3, 1), np.nan)
+    assert replace(poses, middle=(east, north)).centre == (2.0, 0.0)

@@ -187,6 +187,16 @@ def made_up(heights: int = 3, baselines: int = 2, seeds: int = 3, extra: int = 1
     return trade_table(varied, list(range(1, seeds + 1)), ends, Criterion(), {"title": "made up"})
 
 
+@pytest.mark.parametrize("part", ["metrics", "by_range", "facts", "status", "reason"])
+def test_a_point_that_lacks_a_part_is_computed_anew(part: str, tmp_path: Path) -> None:
+    file, whole = tmp_path / "point.json", outcome(0.01, [12.5, 37.5])
+    file.write_text(json.dumps(whole), encoding="utf-8")
+    assert point.kept(file) == whole
+    del whole[part]
+    file.write_text(json.dumps(whole), encoding="utf-8")
+    assert point.kept(file) is None
+
+
 def test_the_table_holds_each_point_in_its_place() -> None:
     varied: dict[str, list[Any]] = {"radar.height_m": [3, 5], "tracing.tracer": ["horizon", "facets"]}
     ends: dict[tuple[int, ...], dict[str, Any]] = {
