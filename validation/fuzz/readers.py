@@ -129,7 +129,7 @@ def read_maps(path: Path) -> None:
     if not damage and sum(node.nbytes for node in tree.subtree) > _LARGEST_MAPS:
         damage = "they would fill the memory that is allowed here by themselves"
     if damage:
-        del tree
+        tree = xr.DataTree()
         gc.collect()
     forget_peak_memory()  # what xarray took to read them
     path.with_name(THEIRS).unlink()

@@ -138,7 +138,7 @@ PLANTS = (
         _MAPS + "estimation/estimators.py",
         "phase - offsets.phase - model.flat",
         "phase + offsets.phase - model.flat",
-        "tests/test_accuracy.py::test_near_by_the_gates_beside_tell_where_bright_spots_lie[False]",
+        "tests/test_accuracy.py::test_near_by_the_gates_beside_tell_where_bright_spots_lie",
     ),
     Plant(
         "what neighbours' own scatterers add",

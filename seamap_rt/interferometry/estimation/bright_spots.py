@@ -133,7 +133,8 @@ class BrightSpots:
         near, far = self.shared
         made = power * np.stack((near * second - far * both, far * first - near * both)) / determinant
         whole = 0.5 * float(self.moments.both_moved(np.zeros(())))
-        return made, np.clip(1.0 - np.tensordot(self.shared, made, 1) / whole, 0.0, 1.0)
+        told = near * made[0] + far * made[1]
+        return made, np.clip(1.0 - told / whole, 0.0, 1.0)
 
     def covariance(self, lags: Map) -> Map:
         """⟨n n'⟩ of what is left, n = δ u less its estimate [m²], in gates at those distances [m]: of gates of the mean
@@ -177,7 +178,7 @@ class BrightSpots:
         if gates <= 2 * reach:
             return Offsets(phase, 1.0 - told)
 
-        def beside(field: Map, away: int) -> Map:
+        def beside(field: NDArray, away: int) -> NDArray:
             return field[:, reach + away : gates - reach + away]
 
         away = [int(each) for each in self.neighbours]

@@ -152,7 +152,8 @@ def mean_plane(height: Map, errors: ErrorCovariance, x: Map, y: Map) -> tuple[Ma
     plane = inverse @ (height[known] * root) / scale
     doubt = (inverse * (errors.of_means[known] * root**2)) @ inverse.T / np.outer(scale, scale)
     places = np.stack((np.ones(x.shape), np.nan_to_num(x), np.nan_to_num(y)))
-    return np.tensordot(plane, places, 1), np.einsum("i...,ij,j...->...", places, doubt, places)
+    level = np.einsum("i,i...->...", plane, places)
+    return level, np.einsum("i...,ij,j...->...", places, doubt, places)
 
 
 ESTIMATORS = {"adaptive": adaptive, "single_cell": single_cell, "sliding_plane": sliding_plane}
