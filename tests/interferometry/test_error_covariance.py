@@ -6,6 +6,7 @@ from typing import cast
 
 import numpy as np
 import pytest
+from gaussian_pulse import GaussianPulse
 from numpy.typing import NDArray
 
 from seamap_rt.interferometry.estimation.error_covariance import (
@@ -22,22 +23,9 @@ RESPONSE = RangeResponse.of(load_scene("choppy_sea").radar)
 LAGS = 1.5 * np.arange(4)
 
 
-class Gaussian:
-    """A response exp(−s²/4σ²), whose power has the standard deviation σ; its noise is white beyond a metre."""
-
-    spread_m = 0.9
-    support_m = 6.0
-
-    def __call__(self, s: Array) -> Array:
-        return np.exp(-np.square(s) / (4.0 * self.spread_m**2))
-
-    def noise_correlation(self, lag: Array) -> Array:
-        return np.exp(-np.square(lag))
-
-
 def test_of_a_gaussian_pulse_they_are_closed_forms() -> None:
     # R = exp(−d²/8σ²); tilt −½ (R²)'' over its value at 0, which is (1 − d²/2σ²) R².
-    response = Gaussian()
+    response = GaussianPulse()
     lags = np.linspace(0.0, 3.5, 8)
     tilt, rough, noise = correlation_by_range(cast(RangeResponse, response), lags)
     echo = np.exp(-(lags[: tilt.size] ** 2) / (8.0 * response.spread_m**2))

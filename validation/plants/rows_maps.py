@@ -170,14 +170,14 @@ PLANTS = (
     ),
     Plant(
         "weights of the mean plane",
-        _MAPS + "estimation/estimators.py",
+        _MAPS + "estimation/mean_plane.py",
         "variance[known] / _TOGETHER",
         "variance[known]",
         "tests/interferometry/test_estimators.py::test_a_mean_plane_does_not_follow_the_wave_about_the_boat",
     ),
     Plant(
         "doubt of the mean plane",
-        _MAPS + "estimation/estimators.py",
+        _MAPS + "estimation/mean_plane.py",
         "errors.of_means[known] * root**2",
         "errors.of_means[known] * root",
         "tests/interferometry/test_estimators.py::test_the_doubt_of_a_mean_plane_is_how_far_it_strays",

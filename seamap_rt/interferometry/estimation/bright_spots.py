@@ -1,17 +1,19 @@
 """Where in a gate its echo comes from, as the powers of the gates beside it tell, and what that does to its phase.
 
-Along a surface that turns the phase by τ rad/m, an echo whose bright spots lie δ beyond the middle of its gate has a
-phase that is off by τ δ. Most of the error of steep looks is this one, whether speckle made the spots or the waves did.
+Along a surface the phase turns by τ rad/m. An echo that comes mostly from a place δ beyond the middle of its gate
+therefore has a phase that is off by τ δ. At steep looks this is most of the error, whether speckle or the waves made
+that place bright.
 With y the gate's voltage and y' that of the same scatterers, each times its distance from the gate's middle,
 δ = Re(y'y*)/|y|². For a Gaussian pulse that is σ² d ln|y|²/dR exactly (Tweedie's formula; Efron 2011), so that the
 powers tell it: a gate whose farther neighbour is the stronger hears its own far side. For any pulse the best linear
-estimate from the differences D of powers, given the gate's own power u in terms of the mean, follows from Gaussian
-moments (Goodman, Speckle Phenomena in Optics, 2007, ch. 2):
+estimate from differences D of the neighbours' powers, given the gate's own power u in terms of the mean, follows from
+Gaussian moments (Goodman, Speckle Phenomena in Optics, 2007, ch. 2):
 
     δ u = c u (u G + H + noise)⁻¹ D,   D_n = P(R + n d) − P(R − n d),
 
-c what y' and the neighbours share through y, G what two differences do, H what the neighbours' own scatterers add.
-Of a faded gate (u → 0) they tell nothing, and nothing is taken off.
+c is what y' and the differences have in common through y, G what the differences have in common through y, and H what
+they have in common through scatterers that the gate itself does not hear. Of a faded gate (u → 0) the differences tell
+nothing, and nothing is taken off.
 """
 
 from __future__ import annotations
@@ -22,49 +24,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...radar.waveform import RangeResponse
+from .gate_moments import GateMoments
 
 Map = NDArray[np.float64]
 
 _STEP = 0.8  # of the pulse's standard deviation: nearer neighbours tell no more of a Gaussian pulse, farther ones less
 _FAINTEST = 0.02  # of the mean power, or of the noise: what is less counts as that
-_POINTS = 401
-
-
-@dataclass(frozen=True)
-class GateMoments:
-    """What the voltages of two gates have in common, of scatterers in no order, over the power of one of them.
-
-    lying [m]: of scatterers from the first gate's middle; heard: the pulse's response to them. Lags [m] of any shape.
-    """
-
-    response: RangeResponse
-    lying: Map
-    heard: Map
-
-    @classmethod
-    def of(cls, response: RangeResponse) -> GateMoments:
-        """Sums over the pulse's main lobe."""
-        lying = np.linspace(-response.support_m, response.support_m, _POINTS)
-        return cls(response, lying, response(lying))
-
-    def echo(self, lag: Map) -> Map:
-        """A = ⟨y₀ y*⟩, 1 at lag 0."""
-        return self._sum(self.response(self._from(lag)), self.heard)
-
-    def moved(self, lag: Map) -> Map:
-        """X = ⟨y'₀ y*⟩ [m], odd."""
-        return self._sum(self.response(self._from(lag)), self.lying * self.heard)
-
-    def both_moved(self, lag: Map) -> Map:
-        """Q = ⟨y'₀ y'*⟩ [m²]."""
-        away = self._from(lag)
-        return self._sum(away * self.response(away), self.lying * self.heard)
-
-    def _from(self, lag: Map) -> Map:
-        return self.lying - np.asarray(lag)[..., None]
-
-    def _sum(self, other: Map, own: Map) -> Map:
-        return np.asarray(other @ own / (self.heard @ self.heard))
 
 
 @dataclass(frozen=True)
@@ -157,19 +122,19 @@ class BrightSpots:
         return whole - 2.0 * cross + differences @ weights @ weights
 
     def offsets(
-        self, power: Map, mean: Map, heard: NDArray[np.bool_], noise_power: float, looks: float, turn: Map
+        self, power: Map, mean: Map, heard: NDArray[np.bool_], noise_power: float, ratio: float, turn: Map
     ) -> Offsets:
         """Of echoes of that power, and mean power about them [W], on a surface that turns the phase by `turn` [rad/m].
 
         All (look, gate); beside cells that are not heard nothing is told. noise_power [W]: of a receiver, of which two
-        are averaged; looks: independent samples of noise for each of speckle. The growth along the range that all looks
-        share is left to `gate_edge`.
+        are averaged; ratio: independent samples of noise over those of speckle. The growth of power along the range
+        that all looks share is left to `gate_edge`.
         """
         power = np.where(heard, np.nan_to_num(power), 0.0)
         mean = np.maximum(np.maximum(np.nan_to_num(mean), _FAINTEST * noise_power), _FAINTEST * power)
         mean = np.where(heard & (mean > 0.0), mean, 1.0)
         own, noise = np.maximum(power / mean, _FAINTEST), noise_power / mean
-        weights, left = self.weights(own, 0.5 * noise / looks, 0.5 * noise**2 / looks)
+        weights, left = self.weights(own, 0.5 * noise / ratio, 0.5 * noise**2 / ratio)
         level = _level(power, heard)
         even = power / level
         phase, told = np.zeros(power.shape), np.zeros(power.shape)

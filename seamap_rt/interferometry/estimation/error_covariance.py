@@ -8,7 +8,7 @@ turns through within the pulse (tilt). The covariance of y'y* over gates follows
 - rough: R²,
 - tilt: QR − X², where Q = ∫ s p(s) (s − d) p(s − d) ds and X = ∫ s p(s) p(s − d) ds. A bright spot between two gates
   moves both to it, but from opposite sides, so that means over gates err less than a gate's own error says. For a
-  Gaussian pulse this is −½ (R²)''. Once what the powers tell of bright spots is taken off, BrightSpots.covariance.
+  Gaussian pulse this is −½ (R²)''. Where bright spots are taken off, what is left has BrightSpots.covariance.
 
 Gaussian moments: Goodman, Speckle Phenomena in Optics (2007), ch. 2.
 """
@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 from ...radar.waveform import RangeResponse
 from ..phase.uncertainty import Dwelt
-from .bright_spots import BrightSpots, GateMoments
+from .bright_spots import BrightSpots
+from .gate_moments import GateMoments
 
 Map = NDArray[np.float64]
 

@@ -16,6 +16,7 @@ from ..phase.speckle import wrapped_variance
 from ..phase.uncertainty import ONE_CELL, Weights
 from .bright_spots import BrightSpots, Offsets
 from .error_covariance import ErrorCovariance, correlation_beside, correlation_by_range
+from .mean_plane import mean_plane
 from .optimal import Measured, optimal_heights
 from .quality import gate_median
 from .sea_covariance import SeaCovariance
@@ -27,7 +28,6 @@ Map = NDArray[np.float64]
 _UNSEEN = 0.02  # of the errors' variance: a smaller sea's is not distinguishable from none
 _FEWEST_LOOKS = 3
 _EDGE_LEFT = 0.5  # of a correction of first order
-_TOGETHER = 100.0  # cells on the same part of a wave: 30 m a side, of those of a few metres
 
 
 @dataclass(frozen=True)
@@ -79,15 +79,11 @@ def adaptive(given: Interferogram) -> Estimate:
     if given.dwell.cross.shape[0] < _FEWEST_LOOKS or not sure.any():
         return start
     model, heights, settings = given.model, start.heights, given.settings
-    phase = heights.phase + wrap_phase(np.angle(given.dwell.cross) - heights.phase)
-    spots, offsets = bright_spots(given, heights.phase, echoing)
-    each = model.heights_of(given.dwell, phase - offsets.phase - model.flat)
-    errors = _errors(given, each.gain, start, spots, offsets)
+    dwells, errors = _of_dwells(given, start)
     variance = errors.variance
     ground = model.ground(heights.points)
-    distributed = each.height - given.edge
-    level, level_variance = mean_plane(np.where(sure, distributed, np.nan), errors, *ground)
-    waves = distributed - level
+    level, level_variance = mean_plane(np.where(sure, dwells, np.nan), errors, *ground)
+    waves = dwells - level
     # Near and far are the radar's: a boat may be far from the origin.
     east, north = (each - centre for each, centre in zip(ground, model.poses.centre, strict=True))
     footprint = model.radar.footprint(given.width)
@@ -114,12 +110,25 @@ def adaptive(given: Interferogram) -> Estimate:
     return replace(start, heights=made, std=np.sqrt(error), edge=_EDGE_LEFT * given.edge, slope_rms=slope_rms)
 
 
+def _of_dwells(given: Interferogram, start: Estimate) -> tuple[Map, ErrorCovariance]:
+    """Heights [m] of single dwells and gates of a distributed sea, bright spots taken off, and their errors.
+
+    Phases lie on the cycles of a map that is less noisy, and turn within a pulse as its phases do.
+    """
+    model, expected = given.model, start.heights.phase
+    phase = expected + wrap_phase(np.angle(given.dwell.cross) - expected)
+    spots, offsets = bright_spots(given, expected, start.echoing)
+    each = model.heights_of(given.dwell, phase - offsets.phase - model.flat)
+    return each.height - given.edge, _errors(given, each.gain, start, spots, offsets)
+
+
 def bright_spots(given: Interferogram, phase: Map, echoing: NDArray[np.bool_]) -> tuple[BrightSpots, Offsets]:
-    """phase [rad] (look, gate): along the surface, of a map that is less noisy than single dwells."""
+    """Of a pulse, and what they do to the phases of single dwells on a surface of that phase [rad]; (look, gate)."""
     radar, samples = given.model.radar, given.dwelt.samples(ONE_CELL, given.model.radar)
     spots = BrightSpots.of(radar.response, radar.spacing)
-    around, looks = given.power_around, samples.noise / samples.speckle
-    return spots, spots.offsets(given.echo_power(), around, echoing, given.noise_power, looks, given.turn(phase))
+    ratio = samples.noise / samples.speckle
+    power, around = given.echo_power(), given.power_around
+    return spots, spots.offsets(power, around, echoing, given.noise_power, ratio, given.turn(phase))
 
 
 def _errors(given: Interferogram, gain: Map, start: Estimate, spots: BrightSpots, offsets: Offsets) -> ErrorCovariance:
@@ -131,29 +140,6 @@ def _errors(given: Interferogram, gain: Map, start: Estimate, spots: BrightSpots
         parts = np.stack((speckle * tilted * offsets.left, speckle * (1.0 - tilted), noise))
     along = correlation_by_range(radar.response, radar.spacing * np.arange(min(radar.ranges.size, 9)), spots)
     return ErrorCovariance(gain * np.sqrt(np.nan_to_num(parts, posinf=np.inf)), along, correlation_beside(given.dwelt))
-
-
-def mean_plane(height: Map, errors: ErrorCovariance, x: Map, y: Map) -> tuple[Map, Map]:
-    """The plane through a turn's heights, and what the heights' errors leave of doubt about it [m²].
-
-    Mean sea level as the boat's sensors have it may lie high or askew. Weighted by the inverse of the sea's own
-    variance, which a height's neighbours share, and that of the errors, which they do not: weighted by single cells'
-    errors, the near ones would have the plane lie along the wave about the boat. 0 where there are too few for a plane.
-    """
-    variance = errors.variance
-    known = np.isfinite(height) & np.isfinite(variance) & np.isfinite(x) & np.isfinite(y)
-    if np.count_nonzero(known) < 3:
-        return np.zeros(height.shape), np.zeros(height.shape)
-    sea = float(np.median(height[known] ** 2)) + 1e-9
-    root = 1.0 / np.sqrt(sea + variance[known] / _TOGETHER)
-    terms = np.stack((np.ones(root.size), x[known], y[known]), axis=1)
-    scale = np.maximum(np.abs(terms).max(axis=0), 1e-9)
-    inverse = np.linalg.pinv(terms / scale * root[:, None], rcond=1e-9)
-    plane = inverse @ (height[known] * root) / scale
-    doubt = (inverse * (errors.of_means[known] * root**2)) @ inverse.T / np.outer(scale, scale)
-    places = np.stack((np.ones(x.shape), np.nan_to_num(x), np.nan_to_num(y)))
-    level = np.einsum("i,i...->...", plane, places)
-    return level, np.einsum("i...,ij,j...->...", places, doubt, places)
 
 
 ESTIMATORS = {"adaptive": adaptive, "single_cell": single_cell, "sliding_plane": sliding_plane}

@@ -204,9 +204,10 @@ def _power_of_short_lags(count: int) -> Map:
 
 
 def _sharpened(power: Map, count: int) -> Map:
-    """Power (wave, wave), of `count` waves a side in all, before the fade of lags blurred it: high waves grow steeper.
+    """The power spectrum (wave, wave) as it was before the fade of long lags blurred it.
 
-    Richardson 1972, Lucy 1974: of no negative power, and of the same sum.
+    Blurred, a peak of long waves has power at shorter ones, and the sea is too steep. By the iteration of Richardson
+    (1972) and Lucy (1974), which makes no power negative. count: waves a side of the whole spectrum.
     """
     blur = count * _SIDE * 4.0 / (2.0 * np.pi * _REACH)  # of exp(−8 d²/_REACH²), in waves
     found = power
