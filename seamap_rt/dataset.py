@@ -48,6 +48,7 @@ _GROUND = ("turn", "y", "x")
 _MOMENT = ("time", "y", "x")
 _SAMPLE = ("gauge", "sample")
 _READING = ("gauge", "turn")
+_FORECAST = ("issue", "lead", "place")
 _SEA_HEIGHT = "sea_surface_height_above_mean_sea_level"
 
 _POLAR_COORDS = {
@@ -105,6 +106,10 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         ),
         "doppler_width": Variable(_POLAR, "float32", "m s-1", "spread of the velocities in the cell", None, False),
         "visible_share": Variable(_POLAR, "float32", "1", "share of the cell in sight, from the echoes", None, False),
+        "dwell_height": Variable(_POLAR, "float32", "m", "height by the echo of one dwell and gate alone", None, False),
+        "dwell_height_std": Variable(_POLAR, "float32", "m", "standard error of the dwell's own height", None, False),
+        "antenna_x": Variable(_POLAR[:2], "float64", "m", "east of the antennas as the look was taken", None, False),
+        "antenna_y": Variable(_POLAR[:2], "float64", "m", "north of the antennas as the look was taken", None, False),
         "crest_bias": Variable(
             _POLAR, "float32", "m", "how far what is in sight stands above the cell's mean, estimated", None, False
         ),
@@ -160,6 +165,25 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "seen_cell_height": Variable(
             _READING, "float64", "m", "true mean height of the map's cells at the gauge at seen_time", None, False
         ),
+    },
+    "prediction": {  # the coordinates east and north of `place` hold where it is
+        "issue": Variable(("issue",), "int32", "1", "number of the forecast"),
+        "lead": Variable(("lead",), "float64", "s", "time after the last that was seen"),
+        "place": Variable(("place",), "int32", "1", "number of the place"),
+        "east": Variable(("place",), "float64", "m", "east of the origin"),
+        "north": Variable(("place",), "float64", "m", "north of the origin"),
+        "issued": Variable(("issue",), "float64", "s", "time of the last that was seen"),
+        "turns": Variable(("issue",), "int32", "1", "turns that the forecast rests on"),
+        "significant_wave_height": Variable(("issue",), "float64", "m", "of the sea that the maps show"),
+        "elevation": Variable(_FORECAST, "float32", "m", "expected height of the sea surface", _SEA_HEIGHT),
+        "elevation_std": Variable(_FORECAST, "float32", "m", "standard error of the elevation"),
+        "slope_x": Variable(_FORECAST, "float32", "1", "expected slope towards east"),
+        "slope_x_std": Variable(_FORECAST, "float32", "1", "standard error of the slope towards east"),
+        "slope_y": Variable(_FORECAST, "float32", "1", "expected slope towards north"),
+        "slope_y_std": Variable(_FORECAST, "float32", "1", "standard error of the slope towards north"),
+        "velocity_z": Variable(_FORECAST, "float32", "m s-1", "expected velocity of the water at the surface, up"),
+        "velocity_z_std": Variable(_FORECAST, "float32", "m s-1", "standard error of that velocity"),
+        "predictable": Variable(_FORECAST, "float32", "1", "share of the sea's variance that is known"),
     },
     "sea": {
         # CF counts time from a date: a nominal one, the scene's time 0.

@@ -115,7 +115,7 @@ def test_values_are_cast_and_kept() -> None:
 
 @pytest.mark.parametrize("product", SCHEMA)
 def test_unknown_names_are_refused(product: str) -> None:
-    refusal(lambda: made(product, elevation=np.zeros(3)), product, "'elevation'", "not in the schema")
+    refusal(lambda: made(product, unheard_of=np.zeros(3)), product, "'unheard_of'", "not in the schema")
 
 
 @pytest.mark.parametrize("product", SCHEMA)

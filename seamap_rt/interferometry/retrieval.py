@@ -127,6 +127,7 @@ def retrieve_turn(
         given.dwelt.samples(estimate.window, radar).noise,
     )
     moving = _velocities(looks, given, lags, heights)
+    east, north = (_look_means(each, looks.sweeps.size) for each in model.poses.middle)
     fields = {
         "height": height,
         "height_std": spread,
@@ -141,10 +142,21 @@ def retrieve_turn(
         "doppler_width": np.where(heard, moving.width, np.nan),
         "visible_share": seen.visible_share,
         "crest_bias": seen.crest_bias,
+        **_of_dwells(estimate, heard),
+        "antenna_x": east,
+        "antenna_y": north,
         "time": _look_times(model.poses.time, (turn + looks.sweeps / 360.0) * radar.period),
         "quality": flags,
     }
     return _polar(fields, looks, model.paths, turn), Ground.of(model.poses, heights, looks.sweeps)
+
+
+def _of_dwells(estimate: Estimate, heard: NDArray[np.bool_]) -> dict[str, Map]:
+    """Heights of single dwells and gates, where the estimator finds them: their errors hardly depend on each other."""
+    if estimate.dwells is None:
+        return {}
+    names = "dwell_height", "dwell_height_std"
+    return {name: np.where(heard, field, np.nan) for name, field in zip(names, estimate.dwells, strict=True)}
 
 
 def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int) -> xr.Dataset:
@@ -230,6 +242,14 @@ def _snr_db(echo_power: NDArray[np.float64], noise_power: float) -> NDArray[np.f
         return np.full(echo_power.shape, np.nan)
     with np.errstate(invalid="ignore"):
         return db(np.where(echo_power > 0.0, echo_power, np.nan) / noise_power)
+
+
+def _look_means(field: Map, looks: int) -> Map:
+    """(look,) means over the gates of a field (look or 1, gate or 1); NaN where a look has none."""
+    known = np.isfinite(field)
+    with np.errstate(invalid="ignore"):
+        mean = np.where(known, field, 0.0).sum(axis=1) / known.sum(axis=1)
+    return np.broadcast_to(mean, looks)
 
 
 def _look_times(time: NDArray[np.float64], nominal: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ Periods follow from wavelengths by the linear dispersion of the depth that trave
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -102,21 +103,51 @@ def water_of(attributes: Mapping[Hashable, Any]) -> Water:
     return Water(float(depth), (east, north))
 
 
+@dataclass(frozen=True)
+class TurnSpectrum:
+    """What one turn's polar map shows of the waves."""
+
+    spectrum: WaveSpectrum  # what the map's cells keep of it is taken back
+    direction: Travel
+    polar_map: PolarMap
+    bins: RangeBins
+    kept: Field  # (bin,) share of the waves' variance that cells at that distance hold
+
+    @classmethod
+    def of(cls, polar: xr.Dataset, water: Water) -> TurnSpectrum | None:
+        """Of the polar map of one turn; None where too little is in sight."""
+        polar_map = PolarMap.of(polar)
+        bins = RangeBins.of(polar_map)
+        if bins is None or not bins.used.any():
+            return None
+        inside = polar_map.known & bins.within(bins.glimpsed, polar_map.distance)
+        direction = _travel(polar, polar_map, inside)
+        spectrum = wave_spectrum(Transforms.of(polar_map.cells(inside)), direction, water)
+        resolution = Resolution.of(polar.attrs, np.degrees(polar_map.width))
+        overall = bins.weight(bins.glimpsed) @ resolution.transfer(spectrum.ring_wavenumber, bins.middle)
+        spectrum = spectrum.corrected(overall, _LEAST_TRANSFER)
+        return cls(spectrum, direction, polar_map, bins, _kept(spectrum, overall, resolution, bins.middle))
+
+    @property
+    def height(self) -> float:
+        """m, four standard deviations of the sea."""
+        return _height(self.polar_map, self.bins, self.kept)["significant_wave_height"]
+
+    @property
+    def way_known(self) -> bool:
+        """Whether the water's velocity says which way the waves run."""
+        return bool(np.isfinite(self.direction.wave_from_deg))
+
+
 def _one_turn(polar: xr.Dataset, water: Water) -> dict[str, float]:
     """The numbers of one turn; those that cannot be had are left out."""
-    polar_map = PolarMap.of(polar)
     heights = polar["height"].values
     values = {"cells": 0.0, "raw_height": 4.0 * float(np.nanstd(heights)) if np.isfinite(heights).any() else np.nan}
-    bins = RangeBins.of(polar_map)
-    if bins is None or not bins.used.any():
+    turn = TurnSpectrum.of(polar, water)
+    if turn is None:
         return values
-    inside = polar_map.known & bins.within(bins.glimpsed, polar_map.distance)
-    direction = _travel(polar, polar_map, inside)
-    spectrum = wave_spectrum(Transforms.of(polar_map.cells(inside)), direction, water)
-    resolution = Resolution.of(polar.attrs, np.degrees(polar_map.width))
-    overall = bins.weight(bins.glimpsed) @ resolution.transfer(spectrum.ring_wavenumber, bins.middle)
-    spectrum = spectrum.corrected(overall, _LEAST_TRANSFER)
-    values |= _height(polar_map, bins, _kept(spectrum, overall, resolution, bins.middle))
+    polar_map, bins, spectrum, direction = turn.polar_map, turn.bins, turn.spectrum, turn.direction
+    values |= _height(polar_map, bins, turn.kept)
     part = bins.area[bins.used].sum() / bins.area[bins.glimpsed].sum()
     chance = 0.5 / np.sqrt(max(1.0, spectrum.independent * part))
     values["significant_wave_height_sampling"] = chance * values["significant_wave_height"]

@@ -44,6 +44,9 @@ class Estimate:
     std: Map  # m, of the height, from speckle and noise
     edge: Map  # m, of Interferogram.edge, what is left in the height
     slope_rms: float | None = None  # of the sea in any one direction, where its covariance is known
+    dwells: tuple[Map, Map] | None = (
+        None  # m, heights of single dwells and gates and their errors, where they are found
+    )
 
 
 def single_cell(given: Interferogram) -> Estimate:
@@ -107,7 +110,14 @@ def adaptive(given: Interferogram) -> Estimate:
     error = error + level_variance + _UNSEEN * max(0.0, (float(np.median(usual)) if usual.size else 0.0) - sea.variance)
     made = model.heights_at(heights.cells, level + height)
     slope_rms = float(np.sqrt(sea.slope_variance))
-    return replace(start, heights=made, std=np.sqrt(error), edge=_EDGE_LEFT * given.edge, slope_rms=slope_rms)
+    return replace(
+        start,
+        heights=made,
+        std=np.sqrt(error),
+        edge=_EDGE_LEFT * given.edge,
+        slope_rms=slope_rms,
+        dwells=(dwells, np.sqrt(variance)),
+    )
 
 
 def _of_dwells(given: Interferogram, start: Estimate) -> tuple[Map, ErrorCovariance]:

@@ -1,0 +1,128 @@
+"""The command `predict`: forecasts from maps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import xarray as xr
+from cyclopts import Parameter
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from .shell import Settings, app, console, overrides_of
+
+_PRODUCT = "prediction.nc"
+_LONGEST_S, _MOST_LEADS = 60.0, 10_000
+_FARTHEST_M = 10_000.0
+
+
+@app.command
+def predict(
+    maps: Path,
+    *,
+    lead: str = "0:30:1",
+    at: Annotated[list[str] | None, Parameter(negative=())] = None,
+    out: Path | None = None,
+    overwrite: bool = False,
+    set_: Settings | None = None,
+) -> int:
+    """Forecast the sea from maps (prediction.nc): one forecast for each turn, from what was seen up to then.
+
+    Parameters
+    ----------
+    maps
+        A maps.nc, as run and retrieve write it.
+    lead
+        START:STOP:STEP, seconds after the last that was seen.
+    at
+        EAST,NORTH, a place in metres; as often as wanted, default the origin.
+    out
+        Folder for prediction.nc; default beside the maps.
+    overwrite
+        Replace an earlier prediction.nc.
+    set_
+        prediction.KEY=VALUE, as often as wanted.
+    """
+    from ..io.appendable import AppendableNetCDF
+    from ..io.results_folder import clear_folder, growing, refuse_unfinished, results_folder
+    from ..io.scenefile import apply_overrides, validate
+    from ..prediction import forecasts
+    from ..settings import PredictionSettings
+
+    overrides = overrides_of(set_)
+    for key in overrides:
+        if not key.startswith("prediction."):
+            raise InputError(f"--set {key}: predict takes only prediction.KEY, as in --set prediction.turns=10")
+    tree = apply_overrides({}, {key.removeprefix("prediction."): value for key, value in overrides.items()})
+    leads, places = _leads(lead), [_place(each) for each in at or ["0,0"]]
+    try:
+        settings = validate(PredictionSettings, {"lead_s": float(max(leads.max(), 0.0))} | tree)
+    except InputError as error:
+        raise InputError(f"prediction.{error}") from None
+    if not maps.is_file():
+        raise InputError(f"MAPS = '{maps}': no such file; give the path of a maps.nc")
+    refuse_unfinished(maps.parent, "MAPS")
+    folder = out or maps.parent
+    with results_folder(folder, overwrite, (_PRODUCT,)):
+        seen = _opened(maps)
+        clear_folder(folder, (_PRODUCT,))
+        issued, last = 0, xr.Dataset()
+        with growing(folder, (_PRODUCT,)), AppendableNetCDF(folder / _PRODUCT, ("issue",)) as file:
+            for made in forecasts(seen, places, leads, settings):
+                file.append(made)
+                issued += 1
+                last = made
+        if not issued:
+            raise InputError(f"MAPS = '{maps}': no turn shows a sea; nothing can be forecast from it")
+    for line in _headlines(last, issued, seen["polar"].sizes["turn"]):
+        console.print(line)
+    console.print(str(folder / _PRODUCT))
+    return 0
+
+
+def _opened(maps: Path) -> xr.DataTree:
+    try:
+        with xr.open_datatree(maps, engine="h5netcdf") as tree:
+            return tree.load()
+    except OSError as error:
+        raise InputError(f"MAPS = '{maps}': cannot be read as NetCDF ({error}); give a maps.nc") from None
+
+
+def _leads(text: str) -> NDArray[np.float64]:
+    """Seconds from START:STOP:STEP, both ends included."""
+    try:
+        start, stop, step = (float(part) for part in text.split(":"))
+    except ValueError:
+        raise InputError(f"--lead {text}: must be START:STOP:STEP in seconds, as in --lead 0:30:1") from None
+    if not (0.0 <= start <= stop <= _LONGEST_S and step > 0.0):
+        raise InputError(f"--lead {text}: must run from 0 s or later up to {_LONGEST_S:g} s by a step above 0")
+    if (stop - start) / step > _MOST_LEADS:
+        raise InputError(f"--lead {text}: asks for more than {_MOST_LEADS:,} leads; take a longer step")
+    return start + step * np.arange(int((stop - start) / step + 1e-9) + 1, dtype=np.float64)
+
+
+def _place(text: str) -> tuple[float, float]:
+    try:
+        east, north = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"--at {text}: must be EAST,NORTH in metres, as in --at -100,0") from None
+    if not (abs(east) <= _FARTHEST_M and abs(north) <= _FARTHEST_M):
+        raise InputError(f"--at {text}: must be within {_FARTHEST_M:g} m of the origin")
+    return east, north
+
+
+def _headlines(last: xr.Dataset, issued: int, turns: int) -> list[str]:
+    """What the last forecast says of the first place."""
+    here = last.isel(issue=0, place=0)
+    sea = float(here["significant_wave_height"]) / 4.0
+    lines = [f"{issued} forecasts from {turns} turns" + ("" if issued == turns else ": other turns show no sea")]
+    for lead in (10.0, 30.0):
+        at = here.sel(lead=lead, method="nearest")
+        mean, std = float(at["elevation"]), float(at["elevation_std"])
+        if abs(float(at["lead"]) - lead) < 1.0:
+            lines.append(
+                f"{lead:g} s after the last look: {mean:+.2f} ± {std:.2f} m ({std / sea:.2f} of the sea's own)"
+            )
+    return lines

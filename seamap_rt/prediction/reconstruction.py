@@ -1,0 +1,83 @@
+"""A wave field from maps of several turns, from observations of any kind, or from both."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from ..compute.machine import pool
+from ..dataset import group_of
+from ..errors import InputError
+from ..settings import PredictionSettings
+from .field import WaveField
+from .forecast import forecast
+from .observations import Observations
+from .predictor import Fit, Predictor
+from .spectrum import Spectrum
+
+_NEEDED = ("turn", "azimuth", "range", "height", "height_std", "ground_range", "quality", "time")
+_REAL = 1.0  # sharpness of a real sea
+
+
+def reconstruct(
+    maps: xr.DataTree | None = None,
+    settings: PredictionSettings | None = None,
+    *,
+    observations: Observations | None = None,
+    spectrum: Spectrum | None = None,
+) -> WaveField:
+    """The sea as the last turns of some maps, or other observations, or both show it.
+
+    maps: as from `retrieve`. observations: of buoys, gauges or other instruments. spectrum: the expected one, needed
+    where there are no maps.
+    Raises InputError where neither shows a sea, SchemaError for maps that do not keep the schema.
+    """
+    settings = settings or PredictionSettings()
+    if maps is None:
+        if observations is None or spectrum is None:
+            raise InputError("reconstruct: give maps, or observations and the spectrum that is expected")
+        return _of_observations(observations, spectrum, settings)
+    polar = group_of(maps, "maps/polar", _NEEDED)
+    predictor = Predictor(settings.turns, settings.lead_s, settings.sharpness)
+    field = None
+    for turn in range(max(0, polar.sizes["turn"] - settings.turns), polar.sizes["turn"]):
+        field = predictor.turn(polar.isel(turn=turn))
+    if field is None:
+        raise InputError("maps: no turn of the last ones shows a sea; retrieve more turns, or another range")
+    return field if observations is None else predictor.also(observations)
+
+
+def forecasts(
+    maps: xr.DataTree,
+    at: Sequence[tuple[float, float]] = ((0.0, 0.0),),
+    lead_s: ArrayLike | None = None,
+    settings: PredictionSettings | None = None,
+) -> Iterator[xr.Dataset]:
+    """A forecast for each turn of some maps, from what was seen up to then (schema `prediction`, one issue each).
+
+    Turns after which no sea is known give none. Raises as `reconstruct` and `forecast` do.
+    """
+    settings = settings or PredictionSettings()
+    polar = group_of(maps, "maps/polar", _NEEDED)
+    predictor = Predictor(settings.turns, settings.lead_s, settings.sharpness)
+    for turn in range(polar.sizes["turn"]):
+        field = predictor.turn(polar.isel(turn=turn))
+        if field is not None:
+            yield forecast(field, at, lead_s).assign_coords(issue=np.array([int(polar["turn"][turn])], np.int32))
+
+
+def _of_observations(seen: Observations, spectrum: Spectrum, settings: PredictionSettings) -> WaveField:
+    if not len(seen):
+        raise InputError("observations: there are none; give one at least")
+    centre = float(seen.x.mean()), float(seen.y.mean())
+    sharpness = _REAL if settings.sharpness is None else settings.sharpness
+    fit = Fit.anew(spectrum, [seen], float(np.ptp(seen.time)) + settings.lead_s, centre)
+    fit.add([seen], [0])
+    with pool() as workers:
+        fit.settle(workers)
+        fit.relabel(sharpness)
+        fit.settle(workers)
+    return fit.field(float(seen.time.max()), sharpness)

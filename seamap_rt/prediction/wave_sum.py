@@ -1,0 +1,149 @@
+"""Sums of free waves at many places and times, and the adjoint: observations back to amplitudes.
+
+The value of a kind at (x, t) is Re Σ f a e^j(k·x − ωt). A batch of observations spans a second or two, in which its
+time is followed by Chebyshev's polynomials T_m of τ ∈ [−1, 1]: e^(−jωt) = e^(−jωt₀) Σ (2 − δ_m0) (−j)^m J_m(ωΔ) T_m(τ)
+(Jacobi and Anger). Each term is a transform from a lattice to places off it (Barnett, Magland & af Klinteberg 2019);
+each is real, so that two of them go in one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import finufft
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import jv
+
+from ..physics.dispersion import Water
+from .lattice import Field, Lattice
+from .observations import Observations
+
+Amplitudes = Sequence[NDArray[np.complex64]]
+
+_EXACT = 1e-3  # of the transforms, relative: below what any observation tells
+_LEFT = 1e-2  # of the sea's standard deviation, by the first term in time that is left out
+_MOST_TERMS = 40
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One lattice's waves at some of the batch's places."""
+
+    lattice: int
+    members: NDArray[np.intp]
+    terms: NDArray[np.complex64]  # (term, n, n): what amplitudes are multiplied by
+    times: NDArray[np.float32]  # (term, member): T_m(τ)
+    to_places: Any
+    from_places: Any
+
+    def values(self, amplitudes: NDArray[np.complex64]) -> NDArray[np.float32]:
+        each = self.terms * amplitudes
+        each = 0.5 * (each + np.conj(each[:, ::-1, ::-1]))  # of real fields
+        pairs = np.ascontiguousarray(each[0::2] + 1j * each[1::2])
+        fields = self.to_places.execute(pairs).reshape(pairs.shape[0], -1)
+        return np.sum(fields.real * self.times[0::2] + fields.imag * self.times[1::2], axis=0)
+
+    def amplitudes(self, values: NDArray[np.float32]) -> NDArray[np.complex64]:
+        pairs = np.ascontiguousarray(((self.times[0::2] + 1j * self.times[1::2]) * values).astype(np.complex64))
+        sums = self.from_places.execute(pairs).reshape(-1, *self.terms.shape[1:])
+        mirrored = np.conj(sums[:, ::-1, ::-1])
+        even, odd = 0.5 * (sums + mirrored), -0.5j * (sums - mirrored)
+        return np.sum(np.conj(self.terms[0::2]) * even + np.conj(self.terms[1::2]) * odd, axis=0)
+
+
+class WaveSum:
+    """Values (n,) of observations by amplitudes of the lattices' waves, and the adjoint of that.
+
+    weight (n,): of each observation, by which the blur of a part of them is averaged. centre: m, that near means near
+    to. place: m east and north (n,), where the water is at home, if not where it is seen.
+    """
+
+    def __init__(
+        self,
+        seen: Observations,
+        lattices: Sequence[Lattice],
+        water: Water,
+        weight: Field,
+        centre: tuple[float, float],
+        place: tuple[Field, Field] | None = None,
+    ) -> None:
+        self.size = len(seen)
+        first, last = (float(seen.time.min()), float(seen.time.max())) if self.size else (0.0, 0.0)
+        self._time, self._half = 0.5 * (first + last), max(0.5 * (last - first), 1e-3)
+        self._sides = [lattice.k.shape for lattice in lattices]
+        self._parts: list[_Part] = []
+        x, y = place or (seen.x, seen.y)
+        near = min(lattice.radius for lattice in lattices)
+        close = np.hypot(seen.x - centre[0], seen.y - centre[1]) < near
+        for kind in np.unique(seen.kind):
+            for ring in (True, False):
+                members = np.flatnonzero((seen.kind == kind) & (close == ring))
+                if not members.size:
+                    continue
+                blur = np.sqrt(np.average(seen.blur[members] ** 2, weights=weight[members]))
+                for number, lattice in enumerate(lattices):
+                    if ring or not np.isfinite(near) or lattice.radius > near:
+                        terms = self._terms(lattice, lattice.factor(str(kind), water), float(blur))
+                        self._parts.append(self._part(number, lattice, members, terms, seen.time, x, y))
+
+    def _terms(self, lattice: Lattice, factor: NDArray[np.complex128], blur: float) -> NDArray[np.complex64]:
+        swing = lattice.omega * self._half
+        carrier = factor * np.exp(-1j * lattice.omega * self._time - 0.5 * (blur * lattice.k) ** 2)
+        power = lattice.scale**2
+        terms = [jv(0, swing)]
+        following = 2.0 * jv(1, swing)
+        while len(terms) % 2 or np.sum(power * following**2) > _LEFT**2 * power.sum():
+            terms.append((-1j) ** len(terms) * following)
+            if len(terms) >= _MOST_TERMS:
+                raise ValueError(f"observations over {2.0 * self._half:g} s in one batch: split them in time")
+            following = 2.0 * jv(len(terms), swing)
+        return (np.array(terms) * carrier).astype(np.complex64)
+
+    def _part(
+        self,
+        number: int,
+        lattice: Lattice,
+        members: NDArray[np.intp],
+        terms: NDArray[np.complex64],
+        time: Field,
+        x: Field,
+        y: Field,
+    ) -> _Part:
+        tau = np.clip((time[members] - self._time) / self._half, -1.0, 1.0)
+        times = np.cos(np.arange(len(terms))[:, None] * np.arccos(tau)).astype(np.float32)
+        angles = [
+            ((each[members] * lattice.spacing + np.pi) % (2.0 * np.pi) - np.pi).astype(np.float32) for each in (x, y)
+        ]
+        plans = []
+        for kind, sign in ((2, 1), (1, -1)):
+            # One thread a plan: transforms as small as these lose by more, and batches run side by side.
+            plan = finufft.Plan(
+                kind,
+                lattice.k.shape,
+                n_trans=len(terms) // 2,
+                eps=_EXACT,
+                isign=sign,
+                dtype="complex64",
+                nthreads=1,
+                upsampfac=1.25,
+            )
+            plan.setpts(*angles)
+            plans.append(plan)
+        return _Part(number, members, terms, times, *plans)
+
+    def values(self, amplitudes: Amplitudes) -> NDArray[np.float32]:
+        """Of each observation (n,), by amplitudes [m] of each lattice (n, n)."""
+        total = np.zeros(self.size, np.float32)
+        for part in self._parts:
+            total[part.members] += part.values(amplitudes[part.lattice])
+        return total
+
+    def amplitudes(self, values: NDArray[np.float32]) -> list[NDArray[np.complex64]]:
+        """The adjoint: of values (n,) to amplitudes of each lattice."""
+        total = [np.zeros(side, np.complex64) for side in self._sides]
+        for part in self._parts:
+            total[part.lattice] += part.amplitudes(values[part.members])
+        return total

@@ -1,0 +1,256 @@
+"""Forecasts, quiet windows and the command line, on a sea that is known wave by wave."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from seamap_rt.cli import main as command
+from seamap_rt.errors import InputError
+from seamap_rt.physics.dispersion import Water
+from seamap_rt.prediction import Follower, Observations, Spectrum, WaveField, forecast, quiet_windows, reconstruct
+from seamap_rt.settings import PredictionSettings
+
+WATER = Water()
+PEAK = 2.0 * np.pi / 5.5  # rad/s
+
+
+def narrow_spectrum() -> Spectrum:
+    """Hs 1.4 m at 5.5 s from the west."""
+    omega = np.linspace(0.3, 4.0, 400)
+    shape = np.exp(-(((omega - PEAK) / 0.15) ** 2) / 2.0)
+    variance = (1.4 / 4.0) ** 2 * shape / np.trapezoid(shape, omega)
+    return Spectrum.of_frequency(omega, variance, 270.0, 30.0)
+
+
+def main(arguments: list[str]) -> int:
+    """The exit code of a command."""
+    with pytest.raises(SystemExit) as ended:
+        command(arguments)
+    return int(ended.value.code or 0)
+
+
+class KnownSea:
+    """A few free waves of Airy on deep water, from the west or so."""
+
+    def __init__(self, seed: int = 5) -> None:
+        stream = np.random.default_rng(seed)
+        omega = PEAK + 0.1 * stream.standard_normal(12)
+        toward = np.radians(90.0 + 15.0 * stream.standard_normal(12))
+        k = WATER.wavenumber(omega)
+        self.kx, self.ky, self.omega = k * np.sin(toward), k * np.cos(toward), omega
+        self.amplitude = 0.35 / np.sqrt(6.0) * np.exp(2j * np.pi * stream.random(12))
+
+    def elevation(self, x: np.ndarray, y: np.ndarray, time: np.ndarray) -> np.ndarray:
+        turns = np.multiply.outer(x, self.kx) + np.multiply.outer(y, self.ky) - np.multiply.outer(time, self.omega)
+        return (np.exp(1j * turns) @ self.amplitude).real
+
+
+def seen(sea: KnownSea, count: int = 12_000, std: float = 0.02, start: float = 0.0) -> Observations:
+    """Elevations at random places within 120 m over ten seconds."""
+    stream = np.random.default_rng(1)
+    away, azimuth = 120.0 * np.sqrt(stream.random(count)), 2.0 * np.pi * stream.random(count)
+    x, y, time = away * np.sin(azimuth), away * np.cos(azimuth), start + 10.0 * stream.random(count)
+    value = sea.elevation(x, y, time - start) + std * stream.standard_normal(count)
+    return Observations(x, y, time, value, np.array([std]), np.array(["elevation"]))
+
+
+@pytest.fixture(scope="module")
+def field() -> WaveField:
+    settings = PredictionSettings(sharpness=0.0, lead_s=30.0)
+    return reconstruct(settings=settings, observations=seen(KnownSea()), spectrum=narrow_spectrum())
+
+
+def test_waves_that_were_seen_run_on(field: WaveField) -> None:
+    # Within reach of the slowest groups (4 m/s) ten seconds ahead, waves are known to a few hundredths of the sea.
+    lead = np.arange(0.0, 11.0)
+    truth = KnownSea().elevation(np.zeros(11), np.zeros(11), field.issued + lead)
+    mean, _ = field.elevation(0.0, 0.0, field.issued + lead)
+    assert np.sqrt(np.mean((mean - truth) ** 2)) < 0.1 * 0.35
+
+
+def test_slopes_and_velocity_are_derivatives_of_elevation(field: WaveField) -> None:
+    x, y, time, step = 11.0, -7.0, field.issued + 3.0, 0.05
+    slopes, _ = field.slopes(x, y, time)
+    velocity, _ = field.velocity(x, y, time)
+    east, north, later = (
+        (field.elevation(*up)[0] - field.elevation(*down)[0]) / (2.0 * step)
+        for up, down in (
+            ((x + step, y, time), (x - step, y, time)),
+            ((x, y + step, time), (x, y - step, time)),
+            ((x, y, time + step), (x, y, time - step)),
+        )
+    )
+    # Central differences of waves longer than 10 m over 10 cm: 2e-4 of the derivative.
+    np.testing.assert_allclose([slopes[0], slopes[1], velocity[2]], [east, north, later], atol=2e-3)
+
+
+def test_a_map_and_a_series_of_the_same_place_agree(field: WaveField) -> None:
+    x = np.linspace(-50.0, 50.0, 80)
+    by_transform, _ = field.elevation(x, 3.0, field.issued + 2.0)
+    one_by_one = [float(field.elevation(each, 3.0, field.issued + 2.0)[0]) for each in x[::16]]
+    # Waves of less than a thousandth of the variance are left out of plain sums.
+    np.testing.assert_allclose(by_transform[::16], one_by_one, atol=0.05 * 0.35)
+
+
+def test_what_is_far_ahead_is_not_known(field: WaveField) -> None:
+    _, std = field.elevation(0.0, 0.0, field.issued + np.array([5.0, 300.0]))
+    assert std[0] < 0.3 * field.sea_std
+    assert std[1] == pytest.approx(field.sea_std, rel=0.02)
+    assert field.predictable(0.0, 0.0, field.issued + 300.0) < 0.04
+
+
+def test_hours_make_no_difference() -> None:
+    settings, spectrum = PredictionSettings(sharpness=0.0), narrow_spectrum()
+    few = [
+        reconstruct(settings=settings, observations=seen(KnownSea(), 3000, 0.05, start), spectrum=spectrum)
+        for start in (0.0, 36_000.0)
+    ]
+    at = [each.elevation(5.0, 5.0, each.issued + np.arange(8.0))[0] for each in few]
+    # The fit stops at 7e-3 of its right side, from other phases.
+    np.testing.assert_allclose(at[0], at[1], atol=0.05 * 0.35)
+
+
+def test_a_raft_goes_with_the_water(field: WaveField) -> None:
+    time = field.issued + np.arange(0.0, 8.0)
+    nowhere = np.zeros(8)
+    motions = field.motions(Follower(), nowhere, nowhere, time, heading_deg=90.0)
+    mean, std = field.elevation(nowhere, nowhere, time)
+    np.testing.assert_allclose(motions["heave"][0], mean, atol=1e-6)
+    np.testing.assert_allclose(motions["heave"][1], std, rtol=1e-6)
+    slopes, _ = field.slopes(nowhere, nowhere, time)
+    np.testing.assert_allclose(np.tan(motions["pitch"][0]), slopes[:, 0], atol=0.02)  # bow east: up where it rises
+
+
+def test_draws_have_the_stated_error_and_hang_together(field: WaveField) -> None:
+    time = field.issued + np.arange(20.0, 60.0, 0.25)
+    mean, std = field.elevation(0.0, 0.0, time)
+    draws = field.draws("elevation", 0.0, 0.0, time, 400)
+    spread = np.sqrt(np.mean((draws - mean) ** 2))
+    assert spread == pytest.approx(np.sqrt(np.mean(std**2)), rel=0.06)  # 400 draws of some ten periods each
+    error = (draws - mean)[:, -80:]
+    near = np.mean(error[:, 1:] * error[:, :-1]) / np.mean(error**2)
+    half = round(0.5 * 5.5 / 0.25)
+    opposite = np.mean(error[:, half:] * error[:, :-half]) / np.mean(error**2)
+    assert near > 0.9  # a quarter of a second of waves of 5.5 s: cos 16° = 0.96
+    assert opposite < -0.6  # half a period on
+
+
+def test_quiet_windows_follow_limit_and_duration(field: WaveField) -> None:
+    def chance(limit: float, duration: float = 5.0) -> np.ndarray:
+        return quiet_windows(field, {"elevation": limit}, duration)["probability"].values
+
+    assert np.all(chance(10.0) == 1.0)
+    assert np.all(chance(1e-3) == 0.0)
+    assert np.all(chance(0.3) >= chance(0.2))
+    assert np.all(chance(0.4, 2.0) >= chance(0.4, 6.0))
+
+
+def test_a_window_is_called_where_the_sea_is_known_to_be_quiet(field: WaveField) -> None:
+    lead = np.arange(0.0, 9.0)
+    truth = KnownSea().elevation(np.zeros(49), np.zeros(49), field.issued + 0.25 * np.arange(49))
+    limit = 1.15 * np.abs(truth[:9]).max()  # two seconds from now on hold it
+    found = quiet_windows(field, {"elevation": float(limit)}, 2.0, lead_s=lead)
+    assert bool(found["called"][0])
+    held = np.array([np.abs(truth[4 * n : 4 * n + 9]).max() < limit for n in range(9)])
+    sure = np.abs(found["probability"].values - 0.5) > 0.45
+    np.testing.assert_array_equal(found["probability"].values[sure] > 0.5, held[sure])
+
+
+def test_a_forecast_keeps_the_schema_and_says_what_is_known(field: WaveField) -> None:
+    made = forecast(field, [(0.0, 0.0), (30.0, -20.0)], [0.0, 10.0, 200.0])
+    assert made["elevation"].shape == (1, 3, 2)
+    mean, std = field.elevation(30.0, -20.0, field.issued + 10.0)
+    assert float(made["elevation"][0, 1, 1]) == pytest.approx(float(mean), abs=1e-5)
+    assert float(made["elevation_std"][0, 1, 1]) == pytest.approx(float(std), rel=1e-5)
+    assert np.all(made["predictable"][0, 2] < 0.05)
+
+
+def test_sinking_water_is_put_back() -> None:
+    # Where nothing is known, nothing is added either; the mean level over many places is zero to a hundredth of σ.
+    settings = PredictionSettings(sharpness=1.0)
+    sharp = reconstruct(settings=settings, observations=seen(KnownSea(), 4000), spectrum=narrow_spectrum())
+    stream = np.random.default_rng(2)
+    x, y = 90.0 * (stream.random((2, 4000)) - 0.5)
+    mean, _ = sharp.elevation(x, y, np.repeat(sharp.issued + np.arange(-4.0, 4.0), 500))
+    plain, _ = replace(sharp, sharpness=0.0).elevation(x, y, np.repeat(sharp.issued + np.arange(-4.0, 4.0), 500))
+    lower = sharp.spectrum.variance * WATER.wavenumber(PEAK)  # k σ² of a narrow sea, which is what sharp crests lack
+    assert np.mean(mean - plain) == pytest.approx(0.0, abs=0.6 * float(lower))  # a dozen waves on a square
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"limit": {"height": 1.0}}, "'height' is not known"),
+        ({"limit": {}}, "'none' is not known"),
+        ({"limit": {"elevation": 0.0}}, "elevation = 0: must be finite and above 0"),
+        ({"limit": {"elevation": 1.0}, "duration_s": -1.0}, "duration_s = -1"),
+        ({"limit": {"elevation": 1.0}, "confidence": 1.0}, "confidence = 1: must lie between 0 and 1"),
+    ],
+)
+def test_windows_that_cannot_be_asked_for(field: WaveField, asked: dict, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        quiet_windows(field, **asked)
+
+
+def test_forecasts_that_cannot_be_asked_for(field: WaveField) -> None:
+    with pytest.raises(InputError, match="pairs of metres"):
+        forecast(field, [(0.0, np.nan)])
+    with pytest.raises(InputError, match="finite seconds"):
+        forecast(field, lead_s=[np.inf])
+    with pytest.raises(InputError, match="give maps, or observations and the spectrum"):
+        reconstruct(observations=seen(KnownSea(), 10))
+
+
+@pytest.fixture(scope="module")
+def maps_file(tmp_path_factory: pytest.TempPathFactory):
+    """Maps of two turns of the tiny scene."""
+    folder = tmp_path_factory.mktemp("predict")
+    settings = ["--set", "turns=2", "--set", "tracing.tracer=horizon"]
+    assert main(["run", "tiny", "--out", str(folder), *settings]) == 0
+    return folder / "maps.nc"
+
+
+def test_predict_writes_a_forecast_for_each_turn(maps_file, tmp_path, capsys) -> None:
+    asked = ["--lead", "0:20:5", "--at=0,0", "--at=-20,5", "--out", str(tmp_path)]
+    assert main(["predict", str(maps_file), *asked]) == 0
+    assert "2 forecasts from 2 turns" in capsys.readouterr().out
+    with xr.open_dataset(tmp_path / "prediction.nc") as made:
+        assert dict(made.sizes) == {"issue": 2, "lead": 5, "place": 2}
+        assert np.isfinite(made["elevation"]).all()
+        assert np.all(made["elevation_std"] > 0.0)
+        np.testing.assert_allclose(made["east"], [0.0, -20.0])
+        assert np.all(np.diff(made["issued"]) > 0.0)
+    assert main(["predict", str(maps_file), *asked]) == 2  # never overwritten unasked
+    assert "--overwrite" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (["--lead", "0:90:1"], "--lead 0:90:1: must run from 0 s"),
+        (["--lead", "5"], "must be START:STOP:STEP"),
+        (["--lead", "0:30:0.0001"], "take a longer step"),
+        (["--at", "here"], "must be EAST,NORTH"),
+        (["--at", "nan,0"], "must be within 10000 m"),
+        (["--set", "radar.height_m=3"], "takes only prediction.KEY"),
+        (["--set", "prediction.turns=0"], "prediction.turns = 0"),
+    ],
+)
+def test_predict_refuses_in_one_line(maps_file, capsys, asked: list[str], said: str) -> None:
+    assert main(["predict", str(maps_file), *asked]) == 2
+    told = capsys.readouterr().err
+    assert said in told
+    assert told.count("\n") == 1
+
+
+def test_predict_refuses_what_is_no_map(tmp_path, capsys) -> None:
+    wrong = tmp_path / "maps.nc"
+    assert main(["predict", str(wrong)]) == 2
+    assert "no such file" in capsys.readouterr().err
+    wrong.write_text("no file of this kind")
+    assert main(["predict", str(wrong)]) == 2
+    assert "cannot be read as NetCDF" in capsys.readouterr().err

@@ -1,0 +1,160 @@
+"""Forecasts against the sea that the maps were made of, on seas and seeds that nothing was tuned on.
+
+    python -m validation.prediction.forecasts [--seeds 6] [--turns 30] [--only choppy]
+
+Maps of single turns by the horizon tracer, with the 1 W radar's noise, go to a Predictor one by one; from the tenth
+turn on each third turn's forecast is compared with the scene's own sea at the boat, 100 m up-wave of it, and at random
+places 30–150 m and 150–200 m away at the moment of the forecast, where the turn's truth says that cells are hidden.
+Correlation and rms over the sea's standard deviation σ are of all seeds together; `worst` is the least correlation of a
+seed; `ratio` is 1.4826 MAD of error over stated error, `within` the share of errors within 1.96 stated ones; `warm`
+and `cold` are the wall seconds of a turn's update, the median and the first with all turns at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+import seamap_rt as sr
+from seamap_rt.conventions import unit_from_azimuth
+from seamap_rt.prediction import Predictor, WaveField
+from seamap_rt.scene import Scene
+from seamap_rt.simulation import Simulator
+from validation.retrieval.seas import system
+
+Field = NDArray[np.float64]
+
+FIRST, EACH = 9, 3  # turns before the first forecast, and from one to the next
+LEADS = {"now": (0, 0), "1–4 s": (1, 4), "5–10 s": (5, 10), "11–20 s": (11, 20), "21–30 s": (21, 30)}
+SEAS: dict[str, dict[str, Any]] = {
+    "choppy_sea": {},
+    "choppy_sea, sharp crests": {"sea.model": "choppy"},
+    "Hs 2.5 m, Tp 8 s": {"sea.waves": [system(2.5, 8.0)]},
+    "Hs 2.5 m, Tp 8 s, sharp crests": {"sea.waves": [system(2.5, 8.0)], "sea.model": "choppy"},
+    "swell 1.5 m 10 s across wind sea 1 m 5 s": {"sea.waves": [system(1.5, 10.0, 180.0, 30.0), system(1.0, 5.0)]},
+}
+
+
+@dataclass
+class Compared:
+    """Forecast, stated error and truth of one kind of place, over σ; lists of arrays (lead,) or (place,)."""
+
+    mean: list[Field] = field(default_factory=list)
+    std: list[Field] = field(default_factory=list)
+    truth: list[Field] = field(default_factory=list)
+
+    def add(self, wave_field: WaveField, sea: Any, sigma: float, x: Field, y: Field, moment: Field) -> None:
+        mean, std = wave_field.elevation(x, y, moment)
+        self.mean.append(mean / sigma)
+        self.std.append(std / sigma)
+        self.truth.append(sea.elevation(x, y, moment) / sigma)
+
+    def figures(self, part: slice = slice(None)) -> dict[str, float]:
+        """Of some leads, or of all places."""
+        mean, std, truth = (np.concatenate([row[part] for row in rows]) for rows in (self.mean, self.std, self.truth))
+        away = (truth - mean) / std
+        return {
+            "corr": float(np.corrcoef(mean, truth)[0, 1]),
+            "rms": float(np.sqrt(np.mean((mean - truth) ** 2))),
+            "stated": float(np.sqrt(np.mean(std**2))),
+            "ratio": 1.4826 * float(np.median(np.abs(away))),
+            "within": float(np.mean(np.abs(away) < 1.96)),
+        }
+
+
+def scene_of(name: str, seed: int, turns: int, **more: Any) -> Scene:
+    """One of SEAS, by the horizon tracer."""
+    return sr.load_scene("choppy_sea", SEAS[name] | {"seed": seed, "turns": turns, "tracing.tracer": "horizon"} | more)
+
+
+def run(scene: Scene, turns: int = 10) -> tuple[dict[str, Compared], list[float], float]:
+    """What one seed gives: the comparisons, seconds of each warm update, and the sharpness found."""
+    simulator = Simulator(scene)
+    predictor, stream = Predictor(turns), np.random.default_rng(scene.seed)
+    upwave = np.array([-100.0, 0.0])
+    sigma = np.sqrt(sum(each["significant_wave_height_m"] ** 2 for each in _systems(scene))) / 4.0
+    places = {"boat": (0.0, 0.0), "100 m up-wave": tuple(upwave)}
+    compared = {name: Compared() for name in (*places, "hidden 30–150 m", "hidden 150–200 m")}
+    seconds: list[float] = []
+    lead = np.arange(0.0, LEADS["21–30 s"][1] + 1.0)
+    wave_field = None
+    for number in range(scene.turns):
+        turn = simulator.turn(number)
+        polar = sr.retrieve(turn.echoes, scene.resolved_retrieval)["polar"].to_dataset().isel(turn=0)
+        begin = time.perf_counter()
+        wave_field = predictor.turn(polar)
+        seconds.append(time.perf_counter() - begin)
+        if wave_field is None or number < FIRST or (number - FIRST) % EACH:
+            continue
+        for name, (x, y) in places.items():
+            at = np.full(lead.size, x), np.full(lead.size, y)
+            compared[name].add(wave_field, simulator.sea, sigma, *at, wave_field.issued + lead)
+        truth = turn.truth["polar"].to_dataset().isel(turn=0)
+        for name, ends in (("hidden 30–150 m", (30.0, 150.0)), ("hidden 150–200 m", (150.0, 200.0))):
+            compared[name].add(wave_field, simulator.sea, sigma, *_hidden(truth, ends, wave_field.issued, stream))
+    return compared, seconds[FIRST + 1 :], wave_field.sharpness if wave_field else np.nan
+
+
+def _hidden(
+    truth: xr.Dataset, ends: tuple[float, float], moment: float, stream: np.random.Generator
+) -> tuple[Field, Field, Field]:
+    """Sixty cells that the turn did not see."""
+    ranges = truth["range"].values
+    dark = (truth["visible_fraction"].values < 0.05) & (ranges > ends[0]) & (ranges < ends[1])
+    look, gate = np.nonzero(dark)
+    chosen = stream.choice(look.size, min(60, look.size), replace=False)
+    east, north = unit_from_azimuth(truth["azimuth"].values[look[chosen]])
+    out = ranges[gate[chosen]]
+    return out * east, out * north, np.full(out.size, moment)
+
+
+def _systems(scene: Scene) -> list[dict[str, Any]]:
+    return [waves.model_dump() for waves in scene.sea.waves]
+
+
+def joined(parts: list[Compared]) -> Compared:
+    """Of several seeds."""
+    return Compared(*([row for part in parts for row in getattr(part, name)] for name in ("mean", "std", "truth")))
+
+
+def _line(name: str, figures: dict[str, float], worst: float | None = None) -> str:
+    least = f"{worst:7.3f}" if worst is not None else " " * 7
+    return f"  {name:28}{figures['corr']:7.3f}{least}{figures['rms']:7.3f}{figures['stated']:7.3f}" + (
+        f"{figures['ratio']:7.2f}{figures['within']:8.1%}"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=6)
+    parser.add_argument("--first", type=int, default=301)
+    parser.add_argument("--turns", type=int, default=30)
+    parser.add_argument("--only", default="")
+    given = parser.parse_args()
+    for name in SEAS:
+        if given.only not in name:
+            continue
+        rows = [run(scene_of(name, given.first + n, given.turns)) for n in range(given.seeds)]
+        warm = float(np.median(np.concatenate([seconds for _, seconds, _ in rows])))
+        sharp = ", ".join(f"{each:.2f}" for *_, each in rows)
+        print(f"{name}: warm update {warm:.2f} s; sharpness {sharp}", flush=True)
+        print(f"  {'':28}   corr  worst    rms stated  ratio  within")
+        for place in rows[0][0]:
+            parts = [compared[place] for compared, *_ in rows]
+            if place.startswith("hidden"):
+                print(_line(place, joined(parts).figures()), flush=True)
+                continue
+            for lead, (first, last) in LEADS.items():
+                part = slice(first, last + 1)
+                worst = min(each.figures(part)["corr"] for each in parts)
+                print(_line(f"{place}, {lead}", joined(parts).figures(part), worst), flush=True)
+
+
+if __name__ == "__main__":
+    main()
