@@ -16,11 +16,12 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from . import analytic, echoes, scattering, sea, studies
+    from . import analytic, echoes, prediction, scattering, sea, studies
     from .errors import InputError, NoBackend
     from .gauges import gauge_series
     from .interferometry import echoes_from_recording, open_recording, retrieve
     from .metrics import compare
+    from .prediction import forecast, quiet_windows, reconstruct
     from .scene import Scene, load_scene
     from .session import Simulation, iterate, run, simulate
     from .simulation import expected
@@ -34,16 +35,19 @@ _HOMES = {
     "compare": "metrics",
     "echoes_from_recording": "interferometry",
     "expected": "simulation",
+    "forecast": "prediction",
     "gauge_series": "gauges",
     "iterate": "session",
     "load_scene": "scene",
     "open_recording": "interferometry",
+    "quiet_windows": "prediction",
+    "reconstruct": "prediction",
     "retrieve": "interferometry",
     "run": "session",
     "sea_state": "interferometry",
     "simulate": "session",
 }
-_PACKAGES = ("analytic", "echoes", "scattering", "sea", "studies")
+_PACKAGES = ("analytic", "echoes", "prediction", "scattering", "sea", "studies")
 
 __all__ = [
     "InputError",
@@ -55,10 +59,14 @@ __all__ = [
     "echoes",
     "echoes_from_recording",
     "expected",
+    "forecast",
     "gauge_series",
     "iterate",
     "load_scene",
     "open_recording",
+    "prediction",
+    "quiet_windows",
+    "reconstruct",
     "retrieve",
     "run",
     "scattering",

@@ -1,8 +1,10 @@
 """The free waves that fit what was seen best: a linear least-squares fit with the sea's spectrum as its prior.
 
-Of amplitudes a with prior variances S and observations y = H a + e the expected sea is a = √S u, where u minimises
-|u|² + Σ w (y − H √S u)² (Wiener; Bretherton, Davis & Fandry 1976): solved by conjugate gradients, preconditioned by the
-diagonal. Weights hold the observations' errors and the waves that the lattices do not carry there.
+Of amplitudes a, both parts of which have prior variances S, and observations y = H a + e the expected sea is a = √S u,
+where u minimises |u|² + Σ w (y − H √S u)² (Wiener; Bretherton, Davis & Fandry 1976): solved by conjugate gradients,
+preconditioned by the diagonal. Weights hold the observations' errors and the waves that the lattices do not carry
+there. Near the antennas the sea is told a hundred times better than far out, and the fit would spend its steps there:
+what one batch alone would tell better than anybody asks counts for less.
 """
 
 from __future__ import annotations
@@ -22,6 +24,8 @@ Unknowns = list[NDArray[np.complex64]]
 
 _CLOSE = 7e-3  # of the right side: a tighter fit changes a forecast by less than a hundredth of the sea
 _MOST_STEPS = 200
+_PLENTY = 1e-4  # open share of the strongest waves, by one batch, from which on more that is told counts half
+_SQUARES = 8.0  # a wavelength of the strongest waves: over which it is told how much is told
 
 
 @dataclass(frozen=True)
@@ -30,14 +34,16 @@ class Batch:
 
     seen: Observations
     sum: WaveSum
-    weight: Field  # 1 over the variance of what the waves do not explain
+    weight: Field  # at most 1 over the variance
+    variance: Field  # of what the waves do not explain
     load: Field  # (lattice,): the weights' sum over the places where its waves are carried
 
 
 def weights(
     seen: Observations, lattices: Sequence[Lattice], left: float, centre: tuple[float, float]
-) -> tuple[Field, Field]:
-    """Each observation's weight (n,), and their sum for each lattice.
+) -> tuple[Field, Field, Field]:
+    """Each observation's weight (n,), the variance (n,) of what the waves do not explain of it, and the sum of weights
+    for each lattice.
 
     left: m², of waves that no lattice carries. Slopes and velocities count their own errors alone.
     """
@@ -46,8 +52,21 @@ def weights(
     variance = seen.std**2 + np.where(elevation, left, 0.0)
     for lattice in lattices:
         variance = variance + np.where(elevation & (distance >= lattice.radius), lattice.variance, 0.0)
-    weight = 1.0 / variance
-    return weight, np.array([weight[distance < lattice.radius].sum() for lattice in lattices])
+    weight = 1.0 / (variance + _crowding(seen, 1.0 / variance, lattices[0]))
+    return weight, variance, np.array([weight[distance < lattice.radius].sum() for lattice in lattices])
+
+
+def _crowding(seen: Observations, weight: Field, lattice: Lattice) -> Field:
+    """What is added to variances (n,) where many observations tell the same waves."""
+    if not len(seen) or not lattice.scale.any():
+        return np.zeros(len(seen))
+    strongest = np.unravel_index(np.argmax(lattice.scale), lattice.scale.shape)
+    density = float(lattice.scale[strongest] / lattice.spacing) ** 2
+    side = 2.0 * np.pi / float(lattice.k[strongest]) / _SQUARES
+    i, j = (np.floor((each - each.min()) / side).astype(int) for each in (seen.x, seen.y))
+    square = i * (int(j.max()) + 1) + j
+    told = np.bincount(square, weight)[square] / side**2
+    return 2.0 * np.pi**2 * density * _PLENTY * told / weight
 
 
 def solve(
@@ -61,7 +80,7 @@ def solve(
     roots = [lattice.scale.astype(np.float32) for lattice in lattices]
     loads = np.sum([batch.load for batch in batches], axis=0)
     inverse = [
-        (1.0 / (1.0 + 0.25 * load * lattice.scale**2)).astype(np.float32)
+        (1.0 / (1.0 + 0.5 * load * lattice.scale**2)).astype(np.float32)
         for load, lattice in zip(loads, lattices, strict=True)
     ]
 

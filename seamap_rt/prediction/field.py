@@ -10,8 +10,9 @@ import finufft
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .ensemble import Miss
 from .knowledge import Knowledge
-from .lattice import Field, Lattice
+from .lattice import Field, Lattice, fastest
 from .spectrum import Spectrum
 from .vessel import Vessel
 
@@ -19,15 +20,21 @@ _MANY = 64  # places at one moment, from which on a transform is faster than a s
 _BLOCK = 2e6  # products at once
 _HELD = 0.99995  # of the sea's variance, in the waves that sums are made of
 _WIDTH = 0.07  # of a group's frequency, to either side
+_SAMPLED = 0.99  # of the variance, of samples
+_AROUND = 0.35  # of the waves' length: samples are taken from so far around a place
+_SIDES = np.array([(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
 _PASSES = 2  # from a place to the water that is there: the second changes it by a hundredth of the first
+
+Points = tuple[Field, Field, Field]  # x, y [m], time [s]
 
 
 @dataclass(frozen=True)
 class WaveField:
     """Free waves that fit what was seen, and how well.
 
-    issued: s, the last moment of what was seen. sharpness: how far water is where its own waves move it, 0 (waves of
-    Airy, each at its place) to 1 (first-order Lagrangian: sharp crests). turns: how many the fit rests on.
+    issued, begun: s, the last and first moments of what was seen; reach: m, how far out it was seen. sharpness: how far
+    water is where its own waves move it, 0 (waves of Airy, each at its place) to 1 (first-order Lagrangian: sharp
+    crests). turns: how many the fit rests on. misses: samples of what it leaves open.
     """
 
     lattices: tuple[Lattice, ...]
@@ -37,6 +44,9 @@ class WaveField:
     issued: float
     sharpness: float
     turns: int
+    begun: float
+    reach: float
+    misses: tuple[Miss, ...]
     astray: float = 0.0  # share of what is known that is wrong nevertheless, as what came after forecasts shows it
 
     @property
@@ -69,24 +79,68 @@ class WaveField:
         x, y, time = np.broadcast_arrays(*(np.asarray(each, dtype=np.float64) for each in (x, y, time)))
         points = x.ravel(), y.ravel(), time.ravel()
         mean = self._means(self._of([kind]), *points, self.home(*points))[0]
-        still_open = self._open(*points)
-        if kind == "elevation":
-            mean = mean + (1.0 - still_open) @ self._sinking
         power = self.knowledge.groups.variance * self._squared(kind)
-        std = np.sqrt(still_open @ power)
-        return mean.reshape(x.shape), std.reshape(x.shape)
+        still_open = self._open(points, power, self._sample_factor(kind))
+        if kind == "elevation":
+            mean = mean + (1.0 - still_open / power.sum()) * self._sinking
+        std = np.sqrt(self._erring(still_open, power))
+        return np.where(self._met(*points), mean, 0.0).reshape(x.shape), std.reshape(x.shape)
 
-    def _open(self, x: Field, y: Field, time: Field) -> Field:
-        """Share (point, group) of each group's variance that is not known."""
-        stated = self.knowledge.open_share(x, y, time)
-        return stated + self.astray * (1.0 - stated)
+    def _met(self, x: Field, y: Field, time: Field) -> NDArray[np.bool_]:
+        """Where (point,) no wave comes that the periodic lattice brings in a second time."""
+        away = np.hypot(x - self.knowledge.centre[0], y - self.knowledge.centre[1])
+        lapse = np.maximum(time - self.begun, self.issued - time)
+        return away + fastest(self.spectrum) * lapse <= 2.0 * np.pi / self.lattices[0].spacing - self.reach
+
+    def _open(self, points: Points, power: Field, factor: NDArray[np.complex128]) -> Field:
+        """Variance (point,) that the fit leaves open: of long waves as samples show it, of short ones by what was seen.
+
+        power: variance of each group of waves; factor: what is meant, of the samples' amplitudes."""
+        samples = self.samples(factor, *points)
+        short = self._short
+        by_seen = self.knowledge.open_share(*points, short) @ power[short]
+        still_open = np.minimum(0.5 * np.mean(np.abs(samples) ** 2, axis=0) + by_seen, power.sum())
+        return np.where(self._met(*points), still_open, power.sum())
+
+    def _erring(self, still_open: Field, power: Field) -> Field:
+        """Variance (point,) of errors: what is open, and what is wrong of the rest."""
+        return still_open + self.astray * (power.sum() - still_open)
 
     @property
-    def _sinking(self) -> Field:
-        """m (group,), see `Lattice.sinking`: what puts the mean level back."""
+    def _short(self) -> NDArray[np.bool_]:
+        """Groups (group,) that the samples do not hold."""
+        return self.knowledge.groups.k > self.misses[0].lattice.band[1]
+
+    def _sample_factor(self, kind: str) -> NDArray[np.complex128]:
+        return self.misses[0].lattice.factor(kind, self.spectrum.water)
+
+    def samples(self, factor: NDArray[np.complex128], x: Field, y: Field, time: Field) -> NDArray[np.complex64]:
+        """Waves (sample, point) that a fit missed, of the last turns and of places around, whose real parts are errors
+        alike, and whose phases are free."""
+        lattice = self.misses[0].lattice
+        power = lattice.scale.ravel() ** 2
+        order = np.argsort(power)[::-1]
+        kept = order[: int(np.searchsorted(np.cumsum(power[order]), _SAMPLED * power.sum())) + 1]
+        kx, ky, omega = (each.ravel()[kept] for each in (lattice.kx, lattice.ky, lattice.omega))
+        waves = np.stack([(factor * miss.amplitudes).ravel()[kept] for miss in self.misses])
+        away = _AROUND * 2.0 * np.pi / float(np.sqrt(np.average(lattice.k**2, weights=lattice.scale**2)))
+        steps = [np.exp(1j * (kx * east + ky * north)) for east, north in away * _SIDES]
+        waves = np.concatenate([waves * step for step in steps]).astype(np.complex64)
+        made = np.empty((waves.shape[0], x.size), np.complex64)
+        east, north = x - self.knowledge.centre[0], y - self.knowledge.centre[1]
+        block = max(1, int(_BLOCK / kept.size))
+        for first in range(0, x.size, block):
+            part = slice(first, first + block)
+            turns = kx[:, None] * east[part] + ky[:, None] * north[part] - omega[:, None] * (time[part] - self.issued)
+            made[:, part] = waves @ np.exp(1j * turns).astype(np.complex64)
+        return made
+
+    @property
+    def _sinking(self) -> float:
+        """m, see `Lattice.sinking`: what puts the mean level back."""
         groups = self.knowledge.groups
         depth = np.minimum(groups.k * self.spectrum.water.depth, 300.0)
-        return self.sharpness * groups.variance * groups.k / np.tanh(depth)
+        return self.sharpness * float(np.sum(groups.variance * groups.k / np.tanh(depth)))
 
     def motions(
         self, vessel: Vessel, x: Field, y: Field, time: Field, heading_deg: float, speed_m_s: float = 0.0
@@ -102,11 +156,15 @@ class WaveField:
         means = self._means([[getattr(each, name) for name in names] for each in responses], x, y, time, (x, y))
         kx, ky = groups.k * np.sin(groups.toward), groups.k * np.cos(groups.toward)
         of_groups = vessel.response(kx, ky, groups.omega, *way)
-        still_open = self._open(x, y, time)
-        return {
-            name: (mean, np.sqrt(still_open @ (groups.variance * np.abs(getattr(of_groups, name)) ** 2)))
-            for name, mean in zip(names, means, strict=True)
-        }
+        sampled = self.misses[0].lattice
+        of_samples = vessel.response(sampled.kx, sampled.ky, sampled.omega, *way)
+        made = {}
+        met = self._met(x, y, time)
+        for name, mean in zip(names, means, strict=True):
+            power = groups.variance * np.abs(getattr(of_groups, name)) ** 2
+            still_open = self._open((x, y, time), power, getattr(of_samples, name))
+            made[name] = np.where(met, mean, 0.0), np.sqrt(self._erring(still_open, power))
+        return made
 
     def draws(self, kind: str, x: float, y: float, time: Field, count: int, seed: int = 0) -> Field:
         """What may come (draw, moment) at one place [m] at times (moment,) [s], of one kind: the expected, and what is
@@ -114,12 +172,19 @@ class WaveField:
         groups, stream = self.knowledge.groups, np.random.default_rng(seed)
         points = np.full(time.size, x), np.full(time.size, y), time
         mean, _ = self.values(kind, *points)
-        size = np.sqrt(self._open(*points) * groups.variance * self._squared(kind))
+        samples = self.samples(self._sample_factor(kind), *points)
+        parts = stream.standard_normal((2, count, samples.shape[0])) / np.sqrt(2.0 * samples.shape[0])
+        met = self._met(*points)
+        missed = np.where(met, np.real((parts[0] + 1j * parts[1]) @ samples), 0.0)
+        share = np.zeros((time.size, groups.k.size))
+        share[:, self._short] = self.knowledge.open_share(*points, self._short)
+        share[~met] = 1.0
+        size = np.sqrt((share + self.astray * (1.0 - share)) * groups.variance * self._squared(kind))
         # A group holds waves of some width of frequencies: each draw takes one of them.
         near = 1.0 + _WIDTH * stream.uniform(-1.0, 1.0, (count, 1, groups.k.size))
         turns = groups.omega * near * (time - time[0])[:, None]
         cosine, sine = stream.standard_normal((2, count, 1, groups.k.size))
-        return mean + np.sum(size * (cosine * np.cos(turns) + sine * np.sin(turns)), axis=-1)
+        return mean + missed + np.sum(size * (cosine * np.cos(turns) + sine * np.sin(turns)), axis=-1)
 
     def home(self, x: Field, y: Field, time: Field) -> tuple[Field, Field]:
         """Where the water (point,) is at home that is at a place now, m."""

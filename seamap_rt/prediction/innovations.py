@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from .field import WaveField
 from .lattice import Field
@@ -29,7 +29,7 @@ def pairs_of_looks(seen: Observations, centre: tuple[float, float], radius: floa
     moments = np.unique(seen.time[near])
     if near.size < 2 or moments.size < 2 * _APART:
         return np.zeros((0, 2), np.intp)
-    tree = cKDTree(np.stack((seen.x[near], seen.y[near]), axis=1))
+    tree = KDTree(np.stack((seen.x[near], seen.y[near]), axis=1))
     pairs = near[tree.query_pairs(_FARTHEST_M, output_type="ndarray")]
     look = np.rint(seen.time / np.median(np.diff(moments)))
     apart = np.abs(look[pairs[:, 0]] - look[pairs[:, 1]])
@@ -39,8 +39,8 @@ def pairs_of_looks(seen: Observations, centre: tuple[float, float], radius: floa
 def compared(
     seen: Observations, difference: Field, field: WaveField, pairs: NDArray[np.intp], stream: np.random.Generator
 ) -> Field:
-    """Mean product of differences (n,) [m] over the pairs, what the field that forecast them states for it, and what the
-    waves that it knows have of it [m²]."""
+    """Mean product of differences (n,) [m] over the pairs, what the field that forecast them states for it, and what
+    the waves that it knows have of it [m²]."""
     found = float(np.mean(difference[pairs[:, 0]] * difference[pairs[:, 1]]))
     one, other = stream.choice(pairs, min(_PAIRS, len(pairs)), replace=False).T
     groups = field.knowledge.groups
@@ -48,7 +48,9 @@ def compared(
     lag = np.multiply.outer(seen.x[one] - seen.x[other], kx) + np.multiply.outer(seen.y[one] - seen.y[other], ky)
     lag -= np.multiply.outer(seen.time[one] - seen.time[other], groups.omega)
     blurred = np.exp(-np.multiply.outer(seen.blur[one] ** 2, groups.k**2))
-    open_share = field.knowledge.open_share(seen.x[one], seen.y[one], seen.time[one])
-    waves = groups.variance * blurred * np.cos(lag)
-    stated, known = (float(np.mean(np.sum(share * waves, axis=1))) for share in (open_share, 1.0 - open_share))
-    return np.array([found, stated, known])
+    waves = float(np.mean(np.sum(groups.variance * blurred * np.cos(lag), axis=1)))
+    lattice = field.misses[0].lattice
+    blur = np.exp(-0.5 * (np.mean(seen.blur[one]) * lattice.k) ** 2).astype(np.complex128)
+    missed = [field.samples(blur, seen.x[each], seen.y[each], seen.time[each]) for each in (one, other)]
+    stated = 0.5 * float(np.mean(np.real(missed[0] * np.conj(missed[1]))))
+    return np.array([found, stated, waves - stated])

@@ -4,14 +4,15 @@ A group of waves of wavevector k moves with its group velocity, and what was see
 it. Of a sea of density F(k) [m⁴] that was seen with the information Q (Σ w per square metre, of all turns) along a
 group's way, the share 1/(1 + 2π² F Q) of its variance stays open: the diagonal of the fit's own covariance, for waves
 that observations meet many times a wavelength. A wave and the one that runs against it look the same at a moment, and
-part only as time goes: what is known of their sum and not of each stays open too. Waves that no lattice carries, and groups that came from where nothing
-was seen, stay open altogether, so that the error grows to the sea's own standard deviation.
+part only as time goes: what is known of their sum alone stays open too. Waves that no lattice carries, and groups that
+came from where nothing was seen, stay open altogether. Long waves, which shadows leave gaps of their own length in, are
+left to samples of the fit (`ensemble`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +43,10 @@ class Groups:
     variance: Field  # m²
     density: Field  # m⁴
     against: Field  # m⁴, of the waves that run the other way
+
+    def __getitem__(self, chosen: NDArray[np.bool_]) -> Groups:
+        """Those of a mask."""
+        return Groups(*(getattr(self, each.name)[chosen] for each in fields(self)))
 
     @classmethod
     def of(cls, spectrum: Spectrum) -> Groups:
@@ -129,9 +134,9 @@ class Knowledge:
             )
         return cls(Groups.of(spectrum), tuple(lattices), tuple(glimpses), corner, side, centre)
 
-    def open_share(self, x: Field, y: Field, time: Field) -> Field:
-        """Share (point, group) of each group's variance that is not known at points (point,)."""
-        groups = self.groups
+    def open_share(self, x: Field, y: Field, time: Field, chosen: NDArray[np.bool_]) -> Field:
+        """Share (point, group) of each chosen group's variance that is not known at points (point,)."""
+        groups = self.groups[chosen]
         ends = [float(lattice.k[lattice.scale > 0.0].max(initial=0.0)) for lattice in self.lattices]
         short = groups.k > ends[0]
         carried = groups.k <= ends[-1]
@@ -139,18 +144,22 @@ class Knowledge:
         near = np.hypot(x - self.centre[0], y - self.centre[1]) < radius
         carried = carried & (near[:, None] | ~short)
         share = np.zeros((x.size, groups.k.size))
+        if not groups.k.size:
+            return share
         for east, north in _AROUND:
             offset = _EXTENT * 2.0 * np.pi / groups.k
-            known, both = self._information(x[:, None] + east * offset, y[:, None] + north * offset, time, short)
+            at = x[:, None] + east * offset, y[:, None] + north * offset
+            known, both = self._information(groups, *at, time, short)
             mine, other = (2.0 * np.pi**2 * each * known for each in (groups.density, groups.against))
             alike = (both / np.maximum(known, 1e-100)) ** 2
             share += (1.0 + other) / ((1.0 + mine) * (1.0 + other) - mine * other * alike)
         return np.where(carried, share / len(_AROUND), 1.0)
 
-    def _information(self, x: Field, y: Field, time: Field, short: NDArray[np.bool_]) -> tuple[Field, Field]:
+    def _information(
+        self, groups: Groups, x: Field, y: Field, time: Field, short: NDArray[np.bool_]
+    ) -> tuple[Field, Field]:
         """What was seen along the ways of groups that pass places (point, group) at times (point,), 1/m⁴, and how much
         of it the waves that run against them share."""
-        groups = self.groups
         radius = min(lattice.radius for lattice in self.lattices)
         total, both = np.zeros(x.shape), np.zeros(x.shape, np.complex128)
         for glimpse in self.glimpses:

@@ -30,7 +30,7 @@ class Lattice:
     k: Field
     frequency: Field  # rad/s, intrinsic
     omega: Field  # rad/s, over ground
-    scale: Field  # m, standard deviation of the complex amplitude; 0 of waves that are not carried
+    scale: Field  # m, standard deviation of each part of the complex amplitude; 0 of waves that are not carried
     band: tuple[float, float]  # rad/m, of the waves that it carries
     radius: float
 
@@ -49,19 +49,19 @@ class Lattice:
         """The same waves with the variances of another spectrum."""
         carried = (self.k > max(self.band[0], 0.5 * self.spacing)) & (self.k <= self.band[1])
         density = np.where(carried, spectrum.density(self.kx, self.ky), 0.0)
-        # η = Re Σ a e^j(k·x − ωt): a wave's variance is |a|²/2.
-        return replace(self, scale=np.sqrt(2.0 * density) * self.spacing)
+        # η = Re Σ a e^j(k·x − ωt): a wave's variance is |a|²/2, that of either part of a.
+        return replace(self, scale=np.sqrt(density) * self.spacing)
 
     @property
     def variance(self) -> float:
         """m², of the sea that it carries."""
-        return 0.5 * float(np.sum(self.scale**2))
+        return float(np.sum(self.scale**2))
 
     def sinking(self, water: Water) -> float:
         """m, how far the mean level would sink if water that is at home on a level moved with these waves: ⟨D·∇η⟩ of
         first-order Lagrangian waves."""
         k = np.where(self.k > 0.0, self.k, 1.0)
-        return 0.5 * float(np.sum(self.scale**2 * self.k / np.tanh(np.minimum(k * water.depth, 300.0))))
+        return float(np.sum(self.scale**2 * self.k / np.tanh(np.minimum(k * water.depth, 300.0))))
 
     def factor(self, kind: str, water: Water) -> NDArray[np.complex128]:
         """What a kind of observation, or a displacement of the water, is of a wave's amplitude."""
@@ -78,6 +78,13 @@ class Lattice:
         return np.asarray(1j * orbit if name == "displacement" else self.frequency * orbit, np.complex128)
 
 
+def fastest(spectrum: Spectrum) -> float:
+    """m/s over ground, of the longest groups of waves."""
+    water = spectrum.water
+    speed = water.group_speed(water.wavenumber(2.0 * np.pi / (_FAST * spectrum.peak_period)))
+    return float(speed) + float(np.hypot(*water.current))
+
+
 def lattices(spectrum: Spectrum, reach: float, seconds: float) -> list[Lattice]:
     """Long waves over all the water that is seen, and short ones near by.
 
@@ -85,10 +92,8 @@ def lattices(spectrum: Spectrum, reach: float, seconds: float) -> list[Lattice]:
     is so wide that nothing that is seen on one side comes in at the other within that time.
     """
     water = spectrum.water
-    fastest = float(water.group_speed(water.wavenumber(2.0 * np.pi / (_FAST * spectrum.peak_period))))
-    fastest += float(np.hypot(*water.current))
     end = min(spectrum.wavenumber_above(_LEAST_LEFT), 2.0 * np.pi / _SHORTEST_M)
-    spacing = 2.0 * np.pi / (2.0 * reach + fastest * seconds)
+    spacing = 2.0 * np.pi / (2.0 * reach + fastest(spectrum) * seconds)
     edge = min(end, spacing * (_LONG_SIDE // 2))
     side = 2 * int(np.ceil(edge / spacing)) + 1
     long = Lattice.of(spectrum, side, spacing, (0.0, edge), np.inf)

@@ -12,14 +12,17 @@ from ..compute.machine import pool
 from ..dataset import group_of
 from ..errors import InputError
 from ..settings import PredictionSettings
+from .ensemble import Ensemble
 from .field import WaveField
+from .fit import Fit
 from .forecast import forecast
 from .observations import Observations
-from .predictor import Fit, Predictor
+from .predictor import Predictor
 from .spectrum import Spectrum
 
 _NEEDED = ("turn", "azimuth", "range", "height", "height_std", "ground_range", "quality", "time")
 _REAL = 1.0  # sharpness of a real sea
+_SAMPLES = 12  # of what is open: of one fit all are drawn at once
 
 
 def reconstruct(
@@ -80,4 +83,6 @@ def _of_observations(seen: Observations, spectrum: Spectrum, settings: Predictio
         fit.settle(workers)
         fit.relabel(sharpness)
         fit.settle(workers)
-    return fit.field(float(seen.time.max()), sharpness)
+        ensemble, issued = Ensemble(fit, chains=_SAMPLES), float(seen.time.max())
+        ensemble.advance(fit, issued, workers)
+    return fit.field(issued, sharpness, ensemble.misses)

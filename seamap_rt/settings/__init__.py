@@ -10,6 +10,7 @@ from .gauges import GaugeSettings
 from .limits import Meaning
 from .objects import ObjectSettings
 from .platform import PlatformSettings, SensorSettings
+from .prediction import PredictionSettings
 from .radar import RadarSettings
 from .receiver import ReceiverSettings
 from .retrieval import RetrievalSettings
@@ -52,6 +53,7 @@ __all__ = [
     "PiersonMoskowitzWaves",
     "PlacedAntenna",
     "PlatformSettings",
+    "PredictionSettings",
     "RadarSettings",
     "RandomWaves",
     "ReceiverSettings",

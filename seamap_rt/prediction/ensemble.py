@@ -1,0 +1,121 @@
+"""What a fit leaves open, by samples: seas drawn as the prior expects them are seen where and as well as the real one
+was, are fitted as it was, and are missed by what the fit leaves open (perturbed observations: Houtekamer & Mitchell
+1998).
+
+A sample is of the long waves, which hold nearly all of the sea, and of one observation in a few that counts for all of
+them: its errors are those of the whole fit to a tenth, for a fifth of its cost. Each turn adds one sample to those of
+the turns before it: what is open depends on mast, sea and noise, which hardly change in some turns, and is told in the
+antennas' frame.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .assimilation import Batch, Unknowns, solve
+from .lattice import Field, Lattice
+from .observations import Observations
+from .wave_sum import WaveSum
+
+if TYPE_CHECKING:
+    from .fit import Fit
+
+_KEPT = 12  # samples: a standard error is known to a tenth from them and their neighbourhood
+_LONG = 3.5  # times the peak's wavenumber: longer waves hold all but a twentieth of a wind sea
+_THINNEST, _ENOUGH = 3, 5000  # one observation in three at most, of so many or more a batch
+
+
+@dataclass(frozen=True)
+class Miss:
+    """Amplitudes [m] (n, n) of one drawn sea less what was fitted to it, by place from the antennas and time from the
+    forecast's issue; turns: that it rests on."""
+
+    lattice: Lattice
+    amplitudes: NDArray[np.complex64]
+    turns: int
+
+
+@dataclass
+class _Thinned:
+    """Some of a batch's observations for all of them, and the errors (chain, n) of unit variance that seas are seen
+    with."""
+
+    whole: Observations
+    chosen: NDArray[np.intp]
+    batch: Batch
+    errors: Field
+
+
+class Ensemble:
+    """Samples for one fit's lattices. chains: seas that are drawn, of which one is fitted anew each turn."""
+
+    def __init__(self, fit: Fit, chains: int = 3, seed: int = 0) -> None:
+        self._stream = np.random.default_rng(seed)
+        spectrum, whole = fit.spectrum, fit.lattices[0]
+        peak = float(spectrum.water.wavenumber(2.0 * np.pi / spectrum.peak_period))
+        edge = min(_LONG * peak, whole.band[1])
+        side = min(2 * int(np.ceil(edge / whole.spacing)) + 1, whole.k.shape[0])
+        self._lattice = Lattice.of(spectrum, side, whole.spacing, (0.0, edge), np.inf)
+        self._seen: dict[int, list[_Thinned]] = {}
+        parts = self._stream.standard_normal((2, chains, *self._lattice.k.shape))
+        self._drawn = (parts[0] + 1j * parts[1]).astype(np.complex64)
+        self._found: list[Unknowns | None] = [None] * chains  # what was last found of each drawn sea
+        self._next = 0
+        self._misses: deque[Miss] = deque(maxlen=_KEPT)
+
+    @property
+    def misses(self) -> tuple[Miss, ...]:
+        """The samples, the last one last."""
+        return tuple(self._misses)
+
+    def advance(self, fit: Fit, issued: float, workers: Executor) -> None:
+        """Takes up what the fit took up, and adds a sample; all chains' at first."""
+        self._lattice = self._lattice.rescaled(fit.spectrum)
+        self._seen = {number: self._taken_up(number, fit) for number in fit.batches}
+        turns = len(fit.batches)
+        self._misses = deque([each for each in self._misses if 2 * each.turns >= turns], maxlen=_KEPT)
+        for _ in range(1 if self._misses else len(self._found)):
+            self._misses.append(self._sample(fit, issued, workers))
+
+    def _taken_up(self, number: int, fit: Fit) -> list[_Thinned]:
+        """One turn's batches, thinned if they are new, with the weights of now."""
+        whole, known = fit.batches[number], self._seen.get(number, [])
+        same = len(known) == len(whole) and all(a.whole is b.seen for a, b in zip(known, whole, strict=True))
+        parts = known if same else [self._thinned(batch, fit) for batch in whole]
+        for part, batch in zip(parts, whole, strict=True):
+            thin = len(part.whole) / max(part.chosen.size, 1)
+            weight, variance = thin * batch.weight[part.chosen], batch.variance[part.chosen] / thin
+            part.batch = replace(part.batch, weight=weight, variance=variance, load=np.array([weight.sum()]))
+        return parts
+
+    def _thinned(self, batch: Batch, fit: Fit) -> _Thinned:
+        size = len(batch.seen)
+        thin = int(np.clip(size // _ENOUGH, 1, _THINNEST))
+        chosen = np.sort(self._stream.permutation(size)[: size // thin])
+        seen, weight = batch.seen[chosen], batch.weight[chosen]
+        made = WaveSum(seen, [self._lattice], fit.spectrum.water, weight, fit.centre)
+        errors = self._stream.standard_normal((len(self._found), chosen.size))
+        return _Thinned(batch.seen, chosen, Batch(seen, made, weight, batch.variance[chosen], batch.load), errors)
+
+    def _sample(self, fit: Fit, issued: float, workers: Executor) -> Miss:
+        """The next chain's."""
+        number, lattice = self._next, self._lattice
+        self._next = (number + 1) % len(self._found)
+        root, seen = lattice.scale.astype(np.float32), [part for parts in self._seen.values() for part in parts]
+        drawn = self._drawn[number]
+        values = [
+            each.batch.sum.values([root * drawn])
+            + (each.errors[number] * np.sqrt(each.batch.variance)).astype(np.float32)
+            for each in seen
+        ]
+        found, _ = solve([each.batch for each in seen], [lattice], workers, self._found[number], values)
+        self._found[number] = found
+        phase = lattice.kx * fit.centre[0] + lattice.ky * fit.centre[1] - lattice.omega * issued
+        missed = root * (drawn - found[0]) * np.exp(1j * phase)
+        return Miss(lattice, missed.astype(np.complex64), len(fit.batches))

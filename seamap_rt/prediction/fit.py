@@ -1,0 +1,179 @@
+"""The waves that fit what was seen of some turns, and what it takes to fit them again when one more has come."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .assimilation import Batch, Unknowns, solve, weights
+from .ensemble import Miss
+from .field import WaveField
+from .knowledge import Knowledge
+from .lattice import Field, Lattice, lattices
+from .observations import Observations
+from .spectrum import Spectrum
+from .wave_sum import WaveSum
+
+_TOLD = 0.999  # of what the observations tell lies within the reach
+_NEW_SEA = 1.3  # ratio of peak periods from which on the lattices are made anew
+_SPAN_S = 2.5  # of a batch: in longer ones too many terms follow the time
+_LEFT = 0.02  # of the sea's variance, that no lattice carries, for a first choice of the reach
+
+
+class Fit:
+    """The lattices, the batches of observations on them, and the waves found."""
+
+    def __init__(self, spectrum: Spectrum, made: list[Lattice], reach: float, centre: tuple[float, float]) -> None:
+        self.spectrum, self.lattices, self.reach, self.centre = spectrum, made, reach, centre
+        self.batches: dict[int, list[Batch]] = {}
+        self.unknowns: Unknowns | None = None
+        self.steps = 0
+        self.sharpness = 0.0
+
+    @classmethod
+    def anew(cls, spectrum: Spectrum, seen: Sequence[Observations], seconds: float, centre: tuple[float, float]) -> Fit:
+        """For observations like these. seconds: from the first of them to the last forecast."""
+        distance = np.concatenate([np.hypot(each.x - centre[0], each.y - centre[1]) for each in seen])
+        told = np.concatenate([1.0 / (each.std**2 + _LEFT * spectrum.variance) for each in seen])
+        order = np.argsort(distance)
+        share = np.cumsum(told[order]) / told.sum()
+        reach = float(distance[order][np.searchsorted(share, _TOLD)]) if distance.size else 100.0
+        return cls(spectrum, lattices(spectrum, reach, seconds), reach, centre)
+
+    def shares(self, field: WaveField) -> bool:
+        """Whether a field's amplitudes are those of these lattices' waves."""
+        sides = [(each.k.shape, each.spacing) for each in self.lattices]
+        return sides == [(each.k.shape, each.spacing) for each in field.lattices]
+
+    def suits(self, spectrum: Spectrum) -> bool:
+        """Whether the lattices are right for a spectrum too."""
+        return 1.0 / _NEW_SEA < spectrum.peak_period / self.spectrum.peak_period < _NEW_SEA
+
+    def renew(self, spectrum: Spectrum, centre: tuple[float, float]) -> None:
+        """A new spectrum and centre; the waves found stay."""
+        made = [lattice.rescaled(spectrum) for lattice in self.lattices]
+        if self.unknowns is not None:
+            self.unknowns = [
+                np.where(new.scale > 0.0, mine * (old.scale / np.maximum(new.scale, 1e-12)), 0.0).astype(np.complex64)
+                for mine, old, new in zip(self.unknowns, self.lattices, made, strict=True)
+            ]
+        self.spectrum, self.lattices, self.centre = spectrum, made, centre
+
+    @property
+    def left(self) -> float:
+        """m², of waves that no lattice carries."""
+        return max(self.spectrum.variance - sum(lattice.variance for lattice in self.lattices), 0.0)
+
+    def keep(self, numbers: set[int]) -> None:
+        """Drops the batches of all other turns."""
+        self.batches = {number: parts for number, parts in self.batches.items() if number in numbers}
+
+    def add(self, seen: Sequence[Observations], numbers: Sequence[int]) -> None:
+        """Takes up observations, each of one turn."""
+        for each, number in zip(seen, numbers, strict=True):
+            inside = each[np.hypot(each.x - self.centre[0], each.y - self.centre[1]) <= self.reach]
+            self.batches[number] = [self._batch(part) for part in _in_time(inside)]
+
+    def _batch(self, seen: Observations, place: tuple[Field, Field] | None = None) -> Batch:
+        weight, variance, load = weights(seen, self.lattices, self.left, self.centre)
+        made = WaveSum(seen, self.lattices, self.spectrum.water, weight, self.centre, place)
+        return Batch(seen, made, weight, variance, load)
+
+    @property
+    def all(self) -> list[Batch]:
+        """The batches of all turns."""
+        return [batch for parts in self.batches.values() for batch in parts]
+
+    def settle(self, workers: Executor) -> None:
+        """Fits the waves to all that was seen."""
+        for parts in self.batches.values():
+            for n, batch in enumerate(parts):
+                parts[n] = replace(batch, **_weighed(batch, self))
+        values = [self.above_home(batch) for batch in self.all]
+        self.unknowns, self.steps = solve(self.all, self.lattices, workers, self.unknowns, values)
+
+    def above_home(self, batch: Batch) -> NDArray[np.float32]:
+        """Values less what puts the mean level back, by which water is higher than its waves say."""
+        seen = batch.seen
+        distance = np.hypot(seen.x - self.centre[0], seen.y - self.centre[1])
+        level = sum((distance < each.radius) * each.sinking(self.spectrum.water) for each in self.lattices)
+        return (seen.value - np.where(seen.kind == "elevation", self.sharpness * level, 0.0)).astype(np.float32)
+
+    @property
+    def amplitudes(self) -> Unknowns:
+        """m, of each lattice."""
+        assert self.unknowns is not None
+        return [
+            lattice.scale.astype(np.float32) * part for lattice, part in zip(self.lattices, self.unknowns, strict=True)
+        ]
+
+    def _values(self, batch: Batch, kind: str) -> Field:
+        """Of the fitted waves at the places of a batch of elevations."""
+        factors = [lattice.factor(kind, self.spectrum.water) for lattice in self.lattices]
+        waves = [(f * a).astype(np.complex64) for f, a in zip(factors, self.amplitudes, strict=True)]
+        return batch.sum.values(waves).astype(np.float64)
+
+    def shift_evidence(self, number: int | None) -> Field:
+        """Σ w r d and Σ w d² of residuals r by the shift d of water that its waves move, of one turn's elevations at
+        their own places, or of all."""
+        total = np.zeros(2)
+        for batch in self.batches[number] if number is not None else self.all:
+            if not len(batch.seen) or not np.all(batch.seen.kind == "elevation"):
+                continue
+            rest = batch.seen.value - self._values(batch, "elevation")
+            shift = -sum(
+                self._values(batch, f"displacement_{axis}") * self._values(batch, f"slope_{axis}") for axis in "xy"
+            )
+            shift = shift - np.average(shift, weights=batch.weight)  # the mean level is known, and put back
+            total += [np.sum(batch.weight * rest * shift), np.sum(batch.weight * shift**2)]
+        return total
+
+    def relabel(self, sharpness: float, number: int | None = None) -> None:
+        """Moves places to where the water there is at home, of one turn's batches or of all."""
+        self.sharpness = sharpness
+        if sharpness == 0.0:
+            return
+        for key in [number] if number is not None else list(self.batches):
+            self.batches[key] = [self._batch(each.seen, self._home(each, sharpness)) for each in self.batches[key]]
+
+    def _home(self, batch: Batch, sharpness: float) -> tuple[Field, Field]:
+        if batch.seen.kind[0] != "elevation":  # the sum holds what its own kind is of the waves
+            batch = self._batch(replace(batch.seen, kind=np.array(["elevation"])))
+        away = [sharpness * self._values(batch, f"displacement_{axis}") for axis in "xy"]
+        return batch.seen.x - away[0], batch.seen.y - away[1]
+
+    def field(self, issued: float, sharpness: float, misses: tuple[Miss, ...], astray: float = 0.0) -> WaveField:
+        """The waves as they are known now."""
+        return WaveField(
+            tuple(self.lattices),
+            tuple(self.amplitudes),
+            self.spectrum,
+            Knowledge.of(self.spectrum, self.lattices, self.all, self.centre),
+            issued,
+            sharpness,
+            len(self.batches),
+            min((float(batch.seen.time.min()) for batch in self.all), default=issued),
+            self.reach,
+            misses,
+            astray,
+        )
+
+
+def _weighed(batch: Batch, fit: Fit) -> dict[str, Field]:
+    weight, variance, load = weights(batch.seen, fit.lattices, fit.left, fit.centre)
+    return {"weight": weight, "variance": variance, "load": load}
+
+
+def _in_time(seen: Observations) -> list[Observations]:
+    """Observations in parts, each of a short time and one kind."""
+    if not len(seen):
+        return []
+    number = np.floor((seen.time - seen.time.min()) / _SPAN_S).astype(int)
+    parts = [
+        seen[(number == each) & (seen.kind == kind)] for each in np.unique(number) for kind in np.unique(seen.kind)
+    ]
+    return [part for part in parts if len(part)]
