@@ -11,7 +11,7 @@ from cyclopts import CycloptsError
 from ..compute.backend import doctor_checks, doctor_lines
 from ..errors import InputError, NoBackend, SchemaError, one_line
 from ..io.scenefile import list_shipped, read_toml
-from . import recovering, retrieving, simulating, studying  # noqa: F401  their commands join the application
+from . import predicting, recovering, retrieving, simulating, studying  # noqa: F401  their commands join the application
 from .shell import app, console
 from .stops import INTERRUPTED, Stops
 
