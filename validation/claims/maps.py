@@ -26,6 +26,7 @@ from seamap_rt.report import style
 from seamap_rt.simulation import Simulator
 from seamap_rt.studies.usable import Criterion, Window
 from validation.claims.radar import NOT, ONLY_IF, REPRODUCED, STUDY, Claim
+from validation.prediction.forecasts import Compared, joined, run, scene_of
 
 Array = NDArray[np.float64]
 HEIGHT_M, PERIOD_S = 1.4, 5.5  # H1/3 and peak period of the sea
@@ -34,6 +35,8 @@ CRITERION = Criterion()  # of a bin of ranges that is usable
 SEVERAL_M = 300.0  # the least that is several hundred metres
 FEWEST = 0.02  # of all cells, for the error of a bin to be drawn
 AHEAD_S = 10.0
+FORECAST_SEED, FORECAST_TURNS = 801, 22  # of the seas that are forecast: five forecasts each
+FORECAST_CORRELATION = 0.8  # of predictions from shadowed synthetic radar maps (Wijaya et al. 2015)
 PERIODS_S = (4.0, 6.0, 8.0, 10.0)
 INKS = (style.BLACK, style.BLUE, style.SKY, style.ORANGE, style.VERMILION)
 
@@ -180,7 +183,8 @@ def run_in(period_s: float, seconds: float = AHEAD_S) -> float:
 
 
 def predictability(seeds: int = 1) -> Claim:
-    """What bounds a forecast: energy comes at the group speed (Naaijen et al. 2014), from as far as the map reaches."""
+    """How well the sea at the boat is forecast, and what bounds it: energy comes at the group speed (Naaijen et al.
+    2014), from as far as the map reaches."""
     near, far = usable(MOUNTS[0], seeds).window()
     near = max(near, STUDY.range_m[0])
     figures = []
@@ -188,11 +192,29 @@ def predictability(seeds: int = 1) -> Claim:
         speed = run_in(period, 1.0)
         words = f"run {run_in(period):.0f} m in {AHEAD_S:g} s; from {near:.0f} to {far:.0f} m they are at the boat"
         figures.append((f"waves of {period:g} s", f"{words} after {near / speed:.0f} to {far / speed:.0f} s"))
+    known = {seconds: forecast_correlation(seconds, seeds) for seconds in (AHEAD_S, 2.0 * AHEAD_S, 3.0 * AHEAD_S)}
+    figures += [(f"forecast {seconds:g} s ahead", f"correlation {value:.3f}") for seconds, value in known.items()]
     assumption = (
-        f"no forecast is made here; the group speed alone leaves {far / run_in(PERIODS_S[-1], 1.0):.0f} s and more to "
-        f"waves of up to {PERIODS_S[-1]:g} s, were they known without gaps in the map's {near:.0f} to {far:.0f} m"
+        f"at the boat at rest, from ten turns' maps of a linear sea: forecast and sea correlate by "
+        f"{known[AHEAD_S]:.3f} {AHEAD_S:g} s ahead, against {FORECAST_CORRELATION:g} of published forecasts from "
+        f"simulated radars; group speed alone would leave {far / run_in(PERIODS_S[-1], 1.0):.0f} s to waves of "
+        f"{PERIODS_S[-1]:g} s"
     )
-    return Claim("8", "about 10 s of wave predictability", "open", assumption, figures)
+    verdict = REPRODUCED if known[AHEAD_S] > FORECAST_CORRELATION else NOT
+    return Claim("8", "about 10 s of wave predictability", verdict, assumption, figures)
+
+
+@cache
+def _forecasts(seeds: int) -> Compared:
+    """What is forecast at the boat, on seas of their own."""
+    scenes = (scene_of("choppy_sea", FORECAST_SEED + n, FORECAST_TURNS) for n in range(seeds))
+    return joined([run(scene)[0]["boat"] for scene in scenes])
+
+
+def forecast_correlation(seconds: float, seeds: int) -> float:
+    """Of forecast and sea at the boat, two seconds to either side of a lead [s] together."""
+    first = round(seconds) - 2
+    return _forecasts(seeds).figures(slice(first, first + 5))["corr"]
 
 
 @style.styled
