@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .fit import Fit
 
 _KEPT = 12  # samples: a standard error is known to a tenth from them and their neighbourhood
+_OTHER = 4  # samples that rest on a fourth more or fewer turns tell of another state
 _LONG = 3.5  # times the peak's wavenumber: longer waves hold all but a twentieth of a wind sea
 _THINNEST, _ENOUGH = 3, 5000  # one observation in three at most, of so many or more a batch
 
@@ -78,9 +79,9 @@ class Ensemble:
         """Takes up what the fit took up, and adds a sample; all chains' at first."""
         self._lattice = self._lattice.rescaled(fit.spectrum)
         self._seen = {number: self._taken_up(number, fit) for number in fit.batches}
-        turns = len(fit.batches)
-        self._misses = deque([each for each in self._misses if 2 * each.turns >= turns], maxlen=_KEPT)
-        for _ in range(1 if self._misses else len(self._found)):
+        alike = [each for each in self._misses if abs(each.turns - fit.turns) <= max(1, fit.turns // _OTHER)]
+        self._misses = deque(alike, maxlen=_KEPT)
+        for _ in range(max(1, len(self._found) - len(alike))):
             self._misses.append(self._sample(fit, issued, workers))
 
     def _taken_up(self, number: int, fit: Fit) -> list[_Thinned]:
@@ -118,4 +119,4 @@ class Ensemble:
         self._found[number] = found
         phase = lattice.kx * fit.centre[0] + lattice.ky * fit.centre[1] - lattice.omega * issued
         missed = root * (drawn - found[0]) * np.exp(1j * phase)
-        return Miss(lattice, missed.astype(np.complex64), len(fit.batches))
+        return Miss(lattice, missed.astype(np.complex64), fit.turns)

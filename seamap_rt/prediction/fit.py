@@ -84,6 +84,11 @@ class Fit:
         return Batch(seen, made, weight, variance, load)
 
     @property
+    def turns(self) -> int:
+        """That told something."""
+        return sum(1 for parts in self.batches.values() if parts)
+
+    @property
     def all(self) -> list[Batch]:
         """The batches of all turns."""
         return [batch for parts in self.batches.values() for batch in parts]
@@ -155,7 +160,7 @@ class Fit:
             Knowledge.of(self.spectrum, self.lattices, self.all, self.centre),
             issued,
             sharpness,
-            len(self.batches),
+            self.turns,
             min((float(batch.seen.time.min()) for batch in self.all), default=issued),
             self.reach,
             misses,

@@ -101,7 +101,7 @@ class Predictor:
 
     def _weigh_errors(self, fit: Fit, number: int) -> None:
         """Takes up what one turn says of an earlier forecast's errors; a young field's count little for older ones."""
-        turns = len(fit.batches)
+        turns = fit.turns
         ago = min(_AGO, turns // 2, len(self._before))
         self._errors = _FORGOTTEN * self._errors
         if not ago:

@@ -77,7 +77,8 @@ def _of_observations(seen: Observations, spectrum: Spectrum, settings: Predictio
         raise InputError("observations: there are none; give one at least")
     centre = float(seen.x.mean()), float(seen.y.mean())
     sharpness = _REAL if settings.sharpness is None else settings.sharpness
-    fit = Fit.anew(spectrum, [seen], float(np.ptp(seen.time)) + settings.lead_s, centre)
+    # Forecasts may be asked for as far beyond the instruments as waves run from them.
+    fit = Fit.anew(spectrum, [seen], float(np.ptp(seen.time)) + 2.0 * settings.lead_s, centre)
     fit.add([seen], [0])
     with pool() as workers:
         fit.settle(workers)

@@ -26,6 +26,7 @@ Amplitudes = Sequence[NDArray[np.complex64]]
 _EXACT = 1e-3  # of the transforms, relative: below what any observation tells
 _LEFT = 1e-2  # of the sea's standard deviation, by the first term in time that is left out
 _MOST_TERMS = 40
+_FEW = 100  # places, up to which sums are faster written out
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,24 @@ class _Part:
         return np.sum(np.conj(self.terms[0::2]) * even + np.conj(self.terms[1::2]) * odd, axis=0)
 
 
+@dataclass(frozen=True)
+class _Few:
+    """One lattice's waves at a few places: each wave's share written out."""
+
+    lattice: int
+    members: NDArray[np.intp]
+    carried: NDArray[np.bool_]
+    shares: NDArray[np.complex64]  # (member, carried wave)
+
+    def values(self, amplitudes: NDArray[np.complex64]) -> NDArray[np.float32]:
+        return (self.shares @ amplitudes[self.carried]).real
+
+    def amplitudes(self, values: NDArray[np.float32]) -> NDArray[np.complex64]:
+        total = np.zeros(self.carried.shape, np.complex64)
+        total[self.carried] = (values @ self.shares).conj()
+        return total
+
+
 class WaveSum:
     """Values (n,) of observations by amplitudes of the lattices' waves, and the adjoint of that.
 
@@ -74,7 +93,7 @@ class WaveSum:
         first, last = (float(seen.time.min()), float(seen.time.max())) if self.size else (0.0, 0.0)
         self._time, self._half = 0.5 * (first + last), max(0.5 * (last - first), 1e-3)
         self._sides = [lattice.k.shape for lattice in lattices]
-        self._parts: list[_Part] = []
+        self._parts: list[_Part | _Few] = []
         x, y = place or (seen.x, seen.y)
         near = min(lattice.radius for lattice in lattices)
         close = np.hypot(seen.x - centre[0], seen.y - centre[1]) < near
@@ -85,9 +104,24 @@ class WaveSum:
                     continue
                 blur = np.sqrt(np.average(seen.blur[members] ** 2, weights=weight[members]))
                 for number, lattice in enumerate(lattices):
-                    if ring or not np.isfinite(near) or lattice.radius > near:
+                    if not (ring or not np.isfinite(near) or lattice.radius > near):
+                        continue
+                    if members.size <= _FEW:
+                        part = seen[members], x[members], y[members]
+                        shares = self._shares(lattice, lattice.factor(str(kind), water), *part)
+                        self._parts.append(_Few(number, members, lattice.scale > 0.0, shares))
+                    else:
                         terms = self._terms(lattice, lattice.factor(str(kind), water), float(blur))
                         self._parts.append(self._part(number, lattice, members, terms, seen.time, x, y))
+
+    def _shares(
+        self, lattice: Lattice, factor: NDArray[np.complex128], seen: Observations, x: Field, y: Field
+    ) -> NDArray[np.complex64]:
+        kx, ky, k, omega, of = (
+            each[lattice.scale > 0.0] for each in (lattice.kx, lattice.ky, lattice.k, lattice.omega, factor)
+        )
+        turns = np.multiply.outer(x, kx) + np.multiply.outer(y, ky) - np.multiply.outer(seen.time, omega)
+        return (of * np.exp(1j * turns - 0.5 * np.multiply.outer(seen.blur, k) ** 2)).astype(np.complex64)
 
     def _terms(self, lattice: Lattice, factor: NDArray[np.complex128], blur: float) -> NDArray[np.complex64]:
         swing = lattice.omega * self._half

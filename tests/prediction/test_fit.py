@@ -79,8 +79,7 @@ def test_the_adjoint_is_one() -> None:
     made = WaveSum(seen, both, spectrum.water, np.ones(80), (0.0, 0.0))
     stream = np.random.default_rng(4)
     amplitudes = [
-        (stream.normal(size=each.k.shape) + 1j * stream.normal(size=each.k.shape)).astype(np.complex64)
-        for each in both
+        (stream.normal(size=each.k.shape) + 1j * stream.normal(size=each.k.shape)).astype(np.complex64) for each in both
     ]
     values = stream.normal(size=80).astype(np.float32)
     there = float(np.dot(made.values(amplitudes), values))
@@ -104,7 +103,7 @@ def test_the_fit_is_the_conditional_mean(monkeypatch: pytest.MonkeyPatch) -> Non
     inverse = np.linalg.inv(covariance(of, events, events) + np.diag(seen.std**2))
     expected = covariance(of, at, events) @ inverse @ seen.value
     there = Observations(at[:, 0], at[:, 1], at[:, 2], np.zeros(4), np.ones(1), np.array(["elevation"]))
-    got = plain(of, there, np.ones(of.k.shape, np.complex128), of.scale * found[0])
+    got = plain(of, there, np.ones(of.k.shape, np.complex128), (of.scale * found[0]).astype(np.complex128))
     np.testing.assert_allclose(got, expected, atol=0.02 * np.sqrt(of.variance))
 
 
