@@ -1,0 +1,112 @@
+"""Quiet windows that are called from maps, against the sea that came.
+
+    python -m validation.prediction.windows [--seeds 6] [--first 601] [--turns 40] [--sea choppy_sea]
+
+Windows of 5 s in which the sea at the boat stays within 0.35 of its significant wave height, that begin 5 to 15 s after
+the last look. From the tenth turn on each turn's forecast states a probability for each, and calls those of 0.9 and
+more. `right`: share of calls that came true; `called`: share of the quiet windows that were called; `stated`: the mean
+probability of what was called; `AUC`: area under the curve of hits against false alarms, as the threshold varies;
+`Brier`: mean square of probability less outcome. Baselines: climatology knows the sea state alone (one probability for
+all, AUC 0.5); persistence takes how high the water stood in the last 5 s; the group law lets the square of the envelope
+of the last 5 s fade to the sea's own by the spectrum's coherence.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+from numpy.typing import NDArray
+
+import seamap_rt as sr
+from seamap_rt.prediction import Predictor, WaveField
+from seamap_rt.simulation import Simulator
+from validation.prediction.forecasts import FIRST, SEAS, scene_of
+
+Field = NDArray[np.float64]
+
+LIMIT, LASTS_S, CONFIDENCE = 0.35, 5.0, 0.9  # of the significant wave height
+LEADS = np.arange(5.0, 16.0)
+STEP_S = 0.1
+
+
+def came_true(sea: object, issued: float, limit: float) -> NDArray[np.bool_]:
+    """Whether each window was quiet."""
+    fine = np.arange(0.0, LASTS_S + 0.5 * STEP_S, STEP_S)
+    moment = issued + LEADS[:, None] + fine
+    at = np.zeros(moment.size)
+    height = sea.elevation(at, at, moment.ravel()).reshape(moment.shape)  # type: ignore[attr-defined]
+    return np.all(np.abs(height) < limit, axis=1)
+
+
+def group_law(field: WaveField) -> tuple[float, Field]:
+    """What persistence and the group law say: how low the sea was, and how low it is expected at each lead."""
+    past = field.issued - np.arange(0.0, LASTS_S, 0.25)
+    height, _ = field.elevation(0.0, 0.0, past)
+    power, variance = float(np.mean(height**2)), field.spectrum.variance
+    omega = field.spectrum.water.frequency(field.spectrum.k)
+    ring = field.spectrum.variances.sum(axis=1)
+    middle = LEADS + 0.5 * LASTS_S
+    coherence = np.abs(np.exp(1j * np.multiply.outer(middle, omega)) @ ring / ring.sum()) ** 2
+    return -float(np.max(np.abs(height))), -(variance + coherence * (power - variance))
+
+
+def run(name: str, seed: int, turns: int) -> dict[str, Field]:
+    """One seed's windows: outcome and every method's score (issue · lead,)."""
+    scene = scene_of(name, seed, turns)
+    simulator, predictor = Simulator(scene), Predictor()
+    height = np.sqrt(sum(each.model_dump()["significant_wave_height_m"] ** 2 for each in scene.sea.waves))
+    rows: dict[str, list[Field]] = {"outcome": [], "forecast": [], "persistence": [], "group law": []}
+    for number in range(turns):
+        polar = sr.retrieve(simulator.turn(number).echoes, scene.resolved_retrieval)["polar"].to_dataset()
+        field = predictor.turn(polar.isel(turn=0))
+        if field is None or number < FIRST:
+            continue
+        limit = LIMIT * height
+        called = sr.quiet_windows(field, {"elevation": limit}, LASTS_S, CONFIDENCE, lead_s=LEADS)
+        low, expected = group_law(field)
+        rows["outcome"].append(came_true(simulator.sea, field.issued, limit).astype(np.float64))
+        rows["forecast"].append(called["probability"].values)
+        rows["persistence"].append(np.full(LEADS.size, low))
+        rows["group law"].append(expected)
+    return {key: np.concatenate(part) for key, part in rows.items()}
+
+
+def area(score: Field, outcome: Field) -> float:
+    """Under the curve of hits against false alarms: how often a quiet window scores above one that is not."""
+    quiet, other = score[outcome > 0.5], score[outcome < 0.5]
+    above = np.mean(quiet[:, None] > other) + 0.5 * np.mean(quiet[:, None] == other)
+    return float(above)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=6)
+    parser.add_argument("--first", type=int, default=601)
+    parser.add_argument("--turns", type=int, default=40)
+    parser.add_argument("--sea", default="choppy_sea", choices=list(SEAS))
+    given = parser.parse_args()
+    parts = [run(given.sea, given.first + n, given.turns) for n in range(given.seeds)]
+    every = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+    outcome, chance = every["outcome"], every["forecast"]
+    called = chance >= CONFIDENCE
+    base = float(outcome.mean())
+    print(f"{given.sea}: {outcome.size} windows, {base:.0%} quiet")
+    print(
+        f"called {called.sum()}: right {outcome[called].mean():.1%}, stated {chance[called].mean():.1%}; "
+        f"called of the quiet ones {called[outcome > 0.5].mean():.1%}"
+    )
+    print(f"Brier {np.mean((chance - outcome) ** 2):.3f}, climatology {base * (1.0 - base):.3f}")
+    for key in ("forecast", "persistence", "group law"):
+        each = [area(part[key], part["outcome"]) for part in parts]
+        print(f"AUC {key}: {area(every[key], outcome):.3f} (seeds {min(each):.3f}–{max(each):.3f})")
+    for low, high in ((0.0, 0.1), (0.1, 0.3), (0.3, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 1.01)):
+        inside = (chance >= low) & (chance < high)
+        if inside.any():
+            stated, found = float(chance[inside].mean()), float(outcome[inside].mean())
+            words = f"{inside.sum()} windows, {stated:.2f} stated, {found:.2f} quiet"
+            print(f"  {low:.1f}–{min(high, 1.0):.1f}: {words}")
+
+
+if __name__ == "__main__":
+    main()
