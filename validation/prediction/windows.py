@@ -98,7 +98,8 @@ def main() -> None:
     )
     print(f"Brier {np.mean((chance - outcome) ** 2):.3f}, climatology {base * (1.0 - base):.3f}")
     for key in ("forecast", "persistence", "group law"):
-        each = [area(part[key], part["outcome"]) for part in parts]
+        both = [part for part in parts if 0.0 < part["outcome"].mean() < 1.0]
+        each = [area(part[key], part["outcome"]) for part in both] or [np.nan]
         print(f"AUC {key}: {area(every[key], outcome):.3f} (seeds {min(each):.3f}–{max(each):.3f})")
     for low, high in ((0.0, 0.1), (0.1, 0.3), (0.3, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 1.01)):
         inside = (chance >= low) & (chance < high)
