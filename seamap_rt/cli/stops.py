@@ -1,7 +1,8 @@
 """Ctrl-C and SIGTERM: whenever they come, and however often, the program ends with one line and exit code 130.
 
 While the modules are loaded nothing has been begun yet, and the process ends at once. Later the first signal raises
-KeyboardInterrupt, so that files are closed, and all further ones are ignored: they would cut off what closes the files.
+KeyboardInterrupt, so that files are closed, and all further ones do nothing: they would cut off what closes the files.
+Doing nothing is a handler's work: Python complains of a signal that came just before it was set to be ignored.
 """
 
 from __future__ import annotations
@@ -37,20 +38,23 @@ class Stops:
 
     def end(self, process: bool) -> None:
         """The command has ended. process: and so does the process, which is not to be asked for it any more."""
+        self.asked = True
         sys.unraisablehook = self._hook
         for number, handler in self._before.items():
             signal.signal(number, signal.SIG_IGN if process else handler)
 
     def _stop(self, *_: object) -> None:
-        self.asked = True
-        for number in self._before:
-            signal.signal(number, signal.SIG_IGN)
+        if not self.asked:
+            self.asked = True
+            raise KeyboardInterrupt
+
+    def _stop_again(self, *_: object) -> None:
         raise KeyboardInterrupt
 
     def _unraisable(self, lost: sys.UnraisableHookArgs) -> None:
         """An interruption that met a callback from which nothing can be raised comes again, a little later."""
         if issubclass(lost.exc_type, KeyboardInterrupt):
-            signal.signal(signal.SIGALRM, self._stop)
+            signal.signal(signal.SIGALRM, self._stop_again)
             signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
         else:
             self._hook(lost)

@@ -168,6 +168,25 @@ def test_the_first_signal_interrupts_and_others_wait_for_the_end() -> None:
     assert {number: signal.getsignal(number) for number in before} == before
 
 
+def test_two_signals_at_one_moment_are_one_interruption(capsys: Any) -> None:
+    """Both are pending when Python looks: the handler of the first must not make the second a complaint."""
+    both = {signal.SIGINT, signal.SIGTERM}
+    stops = Stops()
+    stops.begin()
+    try:
+        stops.run()
+        signal.pthread_sigmask(signal.SIG_BLOCK, both)
+        for number in both:
+            signal.raise_signal(number)
+        with pytest.raises(KeyboardInterrupt):
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, both)
+            time.sleep(0.01)
+        time.sleep(0.01)
+    finally:
+        stops.end(process=False)
+    assert capsys.readouterr().err == ""
+
+
 def test_an_interruption_that_meets_a_destructor_comes_again() -> None:
     class Destroyed:
         def __del__(self) -> None:
