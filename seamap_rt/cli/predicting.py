@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .shell import Settings, app, console, overrides_of
+from .shell import Settings, app, console, section_of
 
 _PRODUCT = "prediction.nc"
 _LONGEST_S, _MOST_LEADS = 60.0, 10_000
@@ -47,20 +47,11 @@ def predict(
     """
     from ..io.appendable import AppendableNetCDF
     from ..io.results_folder import clear_folder, growing, refuse_unfinished, results_folder
-    from ..io.scenefile import apply_overrides, validate
     from ..prediction import forecasts
     from ..settings import PredictionSettings
 
-    overrides = overrides_of(set_)
-    for key in overrides:
-        if not key.startswith("prediction."):
-            raise InputError(f"--set {key}: predict takes only prediction.KEY, as in --set prediction.turns=10")
-    tree = apply_overrides({}, {key.removeprefix("prediction."): value for key, value in overrides.items()})
     leads, places = _leads(lead), [_place(each) for each in at or ["0,0"]]
-    try:
-        settings = validate(PredictionSettings, {"lead_s": float(max(leads.max(), 0.0))} | tree)
-    except InputError as error:
-        raise InputError(f"prediction.{error}") from None
+    settings = section_of(PredictionSettings, "prediction", "predict", set_, lead_s=float(leads.max()))
     if not maps.is_file():
         raise InputError(f"MAPS = '{maps}': no such file; give the path of a maps.nc")
     refuse_unfinished(maps.parent, "MAPS")

@@ -9,7 +9,7 @@ import xarray as xr
 
 from ..dataset import QUALITY_FLAGS
 from ..errors import InputError
-from .shell import Names, Settings, app, console, overrides_of
+from .shell import Names, Settings, app, console, overrides_of, section_of
 
 
 @app.command
@@ -42,20 +42,11 @@ def retrieve(
     from ..interferometry import retrieve as retrieve_echoes
     from ..io.appendable import AppendableNetCDF
     from ..io.results_folder import clear_folder, growing, refuse_unfinished, results_folder
-    from ..io.scenefile import apply_overrides, validate
     from ..settings import RetrievalSettings
     from ..wavefield import sea_state
     from ..wavefield.sea_state import in_words
 
-    overrides = overrides_of(set_)
-    for key in overrides:
-        if not key.startswith("retrieval."):
-            raise InputError(f"--set {key}: retrieve takes only retrieval.KEY, as in --set retrieval.cell_range_m=3")
-    tree = apply_overrides({}, {key.removeprefix("retrieval."): value for key, value in overrides.items()})
-    try:
-        settings = validate(RetrievalSettings, tree)
-    except InputError as error:
-        raise InputError(f"retrieval.{error}") from None
+    settings = section_of(RetrievalSettings, "retrieval", "retrieve", set_)
     if not echoes.exists():
         raise InputError(f"ECHOES = '{echoes}': no such file or folder; give the path of an echoes.zarr")
     folder = out or echoes.parent

@@ -34,6 +34,25 @@ def overrides_of(pairs: list[str] | None, option: str = "--set", **direct: Any) 
     return overrides | {key: value for key, value in direct.items() if value is not None}
 
 
+def section_of(model: Any, name: str, command: str, pairs: list[str] | None, **direct: Any) -> Any:
+    """Settings of the one section that a command takes, from its --set pairs and options that stand for a key."""
+    from ..io.scenefile import apply_overrides, validate
+
+    overrides = overrides_of(pairs)
+    for key in overrides:
+        if not key.startswith(f"{name}."):
+            example = next(iter(model.model_fields))
+            raise InputError(
+                f"--set {key}: {command} takes only {name}.KEY, as in --set {name}.{example}="
+                f"{model.model_fields[example].default}"
+            )
+    tree = apply_overrides({}, {key.removeprefix(f"{name}."): value for key, value in overrides.items()})
+    try:
+        return validate(model, direct | tree)
+    except InputError as error:
+        raise InputError(f"{name}.{error}") from None
+
+
 def scene_of(name: str, pairs: list[str] | None, **direct: Any):
     from ..scene import load_scene
 

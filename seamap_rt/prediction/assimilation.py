@@ -1,10 +1,10 @@
 """The free waves that fit what was seen best: a linear least-squares fit with the sea's spectrum as its prior.
 
 Of amplitudes a, both parts of which have prior variances S, and observations y = H a + e the expected sea is a = √S u,
-where u minimises |u|² + Σ w (y − H √S u)² (Wiener; Bretherton, Davis & Fandry 1976): solved by conjugate gradients,
-preconditioned by the diagonal. Weights hold the observations' errors and the waves that the lattices do not carry
-there. Near the antennas the sea is told a hundred times better than far out, and the fit would spend its steps there:
-what one batch alone would tell better than anybody asks counts for less.
+where u minimises |u|² + Σ w (y − H √S u)² (Wiener; Bretherton, Davis & Fandry 1976): solved by conjugate gradients.
+Weights hold the observations' errors and the waves that the lattices do not carry there. Near the antennas the sea is
+told a hundred times better than far out, and the fit would spend its steps there: what one batch alone would tell
+better than anybody asks counts for less.
 """
 
 from __future__ import annotations
@@ -19,10 +19,12 @@ from numpy.typing import NDArray
 from .lattice import Field, Lattice
 from .observations import Observations
 from .wave_sum import WaveSum
+from .zones import Preconditioner
 
 Unknowns = list[NDArray[np.complex64]]
 
-_CLOSE = 7e-3  # of the right side: a tighter fit changes a forecast by less than a hundredth of the sea
+_CLOSE = 4e-2  # of the right side: a fit three times tighter changes what is forecast by a hundredth of the sea
+_FEWEST_STEPS = 4  # with which what a new turn says is taken up
 _MOST_STEPS = 200
 _PLENTY = 1e-4  # open share of the strongest waves, by one batch, from which on more that is told counts half
 _SQUARES = 8.0  # a wavelength of the strongest waves: over which it is told how much is told
@@ -36,14 +38,12 @@ class Batch:
     sum: WaveSum
     weight: Field  # at most 1 over the variance
     variance: Field  # of what the waves do not explain
-    load: Field  # (lattice,): the weights' sum over the places where its waves are carried
 
 
 def weights(
     seen: Observations, lattices: Sequence[Lattice], left: float, centre: tuple[float, float]
-) -> tuple[Field, Field, Field]:
-    """Each observation's weight (n,), the variance (n,) of what the waves do not explain of it, and the sum of weights
-    for each lattice.
+) -> tuple[Field, Field]:
+    """Each observation's weight (n,), and the variance (n,) of what the waves do not explain of it.
 
     left: m², of waves that no lattice carries. Slopes and velocities count their own errors alone.
     """
@@ -52,8 +52,7 @@ def weights(
     variance = seen.std**2 + np.where(elevation, left, 0.0)
     for lattice in lattices:
         variance = variance + np.where(elevation & (distance >= lattice.radius), lattice.variance, 0.0)
-    weight = 1.0 / (variance + _crowding(seen, 1.0 / variance, lattices[0]))
-    return weight, variance, np.array([weight[distance < lattice.radius].sum() for lattice in lattices])
+    return 1.0 / (variance + _crowding(seen, 1.0 / variance, lattices[0])), variance
 
 
 def _crowding(seen: Observations, weight: Field, lattice: Lattice) -> Field:
@@ -78,13 +77,9 @@ def solve(
 ) -> tuple[Unknowns, int]:
     """u of each lattice and the number of steps taken. start: from where; values: in place of the observations' own."""
     roots = [lattice.scale.astype(np.float32) for lattice in lattices]
-    loads = np.sum([batch.load for batch in batches], axis=0)
-    inverse = [
-        (1.0 / (1.0 + 0.5 * load * lattice.scale**2)).astype(np.float32)
-        for load, lattice in zip(loads, lattices, strict=True)
-    ]
+    nearly_back = Preconditioner(batches, lattices)
 
-    def scaled(parts: Sequence[NDArray[np.complex64]]) -> Unknowns:
+    def scaled(parts: Unknowns) -> Unknowns:
         return [root * part for root, part in zip(roots, parts, strict=True)]
 
     def gathered(each: Sequence[Unknowns]) -> Unknowns:
@@ -104,22 +99,25 @@ def solve(
 
     given = [batch.seen.value.astype(np.float32) for batch in batches] if values is None else values
     right = gathered(list(pool.map(back, zip(batches, given, strict=True))))
-    u = [np.zeros_like(part) for part in right] if start is None else [part.copy() for part in start]
-    rest = right if start is None else [mine - made for mine, made in zip(right, normal(u), strict=True)]
-    better = [factor * part for factor, part in zip(inverse, rest, strict=True)]
-    way, power = better, _dot(rest, better)
-    enough = _CLOSE**2 * _dot(right, [factor * part for factor, part in zip(inverse, right, strict=True)])
+    u = [np.zeros_like(part) for part in right] if start is None else start
+    rest = right if start is None else _plus(right, -1.0, normal(u))
+    way = better = nearly_back(rest)
+    power = _dot(rest, better)
+    enough = _CLOSE**2 * _dot(right, nearly_back(right))
     steps = 0
-    while power > enough and steps < _MOST_STEPS:
+    while (power > enough or steps < _FEWEST_STEPS) and steps < _MOST_STEPS and power > 0.0:
         turned = normal(way)
-        length = np.float32(power / _dot(way, turned))
-        u = [mine + length * part for mine, part in zip(u, way, strict=True)]
-        rest = [mine - length * part for mine, part in zip(rest, turned, strict=True)]
-        better = [factor * part for factor, part in zip(inverse, rest, strict=True)]
+        length = power / _dot(way, turned)
+        u, rest = _plus(u, length, way), _plus(rest, -length, turned)
+        better = nearly_back(rest)
         power, before = _dot(rest, better), power
-        way = [part + np.float32(power / before) * mine for part, mine in zip(better, way, strict=True)]
+        way = _plus(better, power / before, way)
         steps += 1
     return u, steps
+
+
+def _plus(one: Unknowns, factor: float, other: Unknowns) -> Unknowns:
+    return [np.asarray(a + np.float32(factor) * b, np.complex64) for a, b in zip(one, other, strict=True)]
 
 
 def _dot(one: Sequence[NDArray[np.complexfloating]], other: Sequence[NDArray[np.complexfloating]]) -> float:

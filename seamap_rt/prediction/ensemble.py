@@ -33,7 +33,7 @@ _THINNEST, _ENOUGH = 3, 5000  # one observation in three at most, of so many or 
 
 
 @dataclass(frozen=True)
-class Miss:
+class Member:
     """Amplitudes [m] (n, n) of one drawn sea less what was fitted to it, by place from the antennas and time from the
     forecast's issue; turns: that it rests on."""
 
@@ -68,21 +68,21 @@ class Ensemble:
         self._drawn = (parts[0] + 1j * parts[1]).astype(np.complex64)
         self._found: list[Unknowns | None] = [None] * chains  # what was last found of each drawn sea
         self._next = 0
-        self._misses: deque[Miss] = deque(maxlen=_KEPT)
+        self._members: deque[Member] = deque(maxlen=_KEPT)
 
     @property
-    def misses(self) -> tuple[Miss, ...]:
+    def members(self) -> tuple[Member, ...]:
         """The samples, the last one last."""
-        return tuple(self._misses)
+        return tuple(self._members)
 
     def advance(self, fit: Fit, issued: float, workers: Executor) -> None:
         """Takes up what the fit took up, and adds a sample; all chains' at first."""
         self._lattice = self._lattice.rescaled(fit.spectrum)
         self._seen = {number: self._taken_up(number, fit) for number in fit.batches}
-        alike = [each for each in self._misses if abs(each.turns - fit.turns) <= max(1, fit.turns // _OTHER)]
-        self._misses = deque(alike, maxlen=_KEPT)
+        alike = [each for each in self._members if abs(each.turns - fit.turns) <= max(1, fit.turns // _OTHER)]
+        self._members = deque(alike, maxlen=_KEPT)
         for _ in range(max(1, len(self._found) - len(alike))):
-            self._misses.append(self._sample(fit, issued, workers))
+            self._members.append(self._sample(fit, issued, workers))
 
     def _taken_up(self, number: int, fit: Fit) -> list[_Thinned]:
         """One turn's batches, thinned if they are new, with the weights of now."""
@@ -92,7 +92,7 @@ class Ensemble:
         for part, batch in zip(parts, whole, strict=True):
             thin = len(part.whole) / max(part.chosen.size, 1)
             weight, variance = thin * batch.weight[part.chosen], batch.variance[part.chosen] / thin
-            part.batch = replace(part.batch, weight=weight, variance=variance, load=np.array([weight.sum()]))
+            part.batch = replace(part.batch, weight=weight, variance=variance)
         return parts
 
     def _thinned(self, batch: Batch, fit: Fit) -> _Thinned:
@@ -102,9 +102,9 @@ class Ensemble:
         seen, weight = batch.seen[chosen], batch.weight[chosen]
         made = WaveSum(seen, [self._lattice], fit.spectrum.water, weight, fit.centre)
         errors = self._stream.standard_normal((len(self._found), chosen.size))
-        return _Thinned(batch.seen, chosen, Batch(seen, made, weight, batch.variance[chosen], batch.load), errors)
+        return _Thinned(batch.seen, chosen, Batch(seen, made, weight, batch.variance[chosen]), errors)
 
-    def _sample(self, fit: Fit, issued: float, workers: Executor) -> Miss:
+    def _sample(self, fit: Fit, issued: float, workers: Executor) -> Member:
         """The next chain's."""
         number, lattice = self._next, self._lattice
         self._next = (number + 1) % len(self._found)
@@ -119,4 +119,4 @@ class Ensemble:
         self._found[number] = found
         phase = lattice.kx * fit.centre[0] + lattice.ky * fit.centre[1] - lattice.omega * issued
         missed = root * (drawn - found[0]) * np.exp(1j * phase)
-        return Miss(lattice, missed.astype(np.complex64), fit.turns)
+        return Member(lattice, missed.astype(np.complex64), fit.turns)

@@ -10,7 +10,7 @@ import finufft
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .ensemble import Miss
+from .ensemble import Member
 from .knowledge import Knowledge
 from .lattice import Field, Lattice, fastest
 from .spectrum import Spectrum
@@ -34,7 +34,7 @@ class WaveField:
 
     issued, begun: s, the last and first moments of what was seen; reach: m, how far out it was seen. sharpness: how far
     water is where its own waves move it, 0 (waves of Airy, each at its place) to 1 (first-order Lagrangian: sharp
-    crests). turns: how many the fit rests on. misses: samples of what it leaves open.
+    crests). turns: how many the fit rests on. members: samples of what it leaves open.
     """
 
     lattices: tuple[Lattice, ...]
@@ -46,8 +46,8 @@ class WaveField:
     turns: int
     begun: float
     reach: float
-    misses: tuple[Miss, ...]
-    astray: float = 0.0  # share of what is known that is wrong nevertheless, as what came after forecasts shows it
+    members: tuple[Member, ...]
+    model_error: float = 0.0  # share of what is known that is wrong nevertheless, as what came after forecasts shows it
 
     @property
     def sea_std(self) -> float:
@@ -104,25 +104,25 @@ class WaveField:
 
     def _erring(self, still_open: Field, power: Field) -> Field:
         """Variance (point,) of errors: what is open, and what is wrong of the rest."""
-        return still_open + self.astray * (power.sum() - still_open)
+        return still_open + self.model_error * (power.sum() - still_open)
 
     @property
     def _short(self) -> NDArray[np.bool_]:
         """Groups (group,) that the samples do not hold."""
-        return self.knowledge.groups.k > self.misses[0].lattice.band[1]
+        return self.knowledge.groups.k > self.members[0].lattice.band[1]
 
     def _sample_factor(self, kind: str) -> NDArray[np.complex128]:
-        return self.misses[0].lattice.factor(kind, self.spectrum.water)
+        return self.members[0].lattice.factor(kind, self.spectrum.water)
 
     def samples(self, factor: NDArray[np.complex128], x: Field, y: Field, time: Field) -> NDArray[np.complex64]:
         """Waves (sample, point) that a fit missed, of the last turns and of places around, whose real parts are errors
         alike, and whose phases are free."""
-        lattice = self.misses[0].lattice
+        lattice = self.members[0].lattice
         power = lattice.scale.ravel() ** 2
         order = np.argsort(power)[::-1]
         kept = order[: int(np.searchsorted(np.cumsum(power[order]), _SAMPLED * power.sum())) + 1]
         kx, ky, omega = (each.ravel()[kept] for each in (lattice.kx, lattice.ky, lattice.omega))
-        waves = np.stack([(factor * miss.amplitudes).ravel()[kept] for miss in self.misses])
+        waves = np.stack([(factor * member.amplitudes).ravel()[kept] for member in self.members])
         away = _AROUND * 2.0 * np.pi / float(np.sqrt(np.average(lattice.k**2, weights=lattice.scale**2)))
         steps = [np.exp(1j * (kx * east + ky * north)) for east, north in away * _SIDES]
         waves = np.concatenate([waves * step for step in steps]).astype(np.complex64)
@@ -156,7 +156,7 @@ class WaveField:
         means = self._means([[getattr(each, name) for name in names] for each in responses], x, y, time, (x, y))
         kx, ky = groups.k * np.sin(groups.toward), groups.k * np.cos(groups.toward)
         of_groups = vessel.response(kx, ky, groups.omega, *way)
-        sampled = self.misses[0].lattice
+        sampled = self.members[0].lattice
         of_samples = vessel.response(sampled.kx, sampled.ky, sampled.omega, *way)
         made = {}
         met = self._met(x, y, time)
@@ -175,11 +175,15 @@ class WaveField:
         samples = self.samples(self._sample_factor(kind), *points)
         parts = stream.standard_normal((2, count, samples.shape[0])) / np.sqrt(2.0 * samples.shape[0])
         met = self._met(*points)
-        missed = np.where(met, np.real((parts[0] + 1j * parts[1]) @ samples), 0.0)
         share = np.zeros((time.size, groups.k.size))
         share[:, self._short] = self.knowledge.open_share(*points, self._short)
+        power = groups.variance * self._squared(kind)
+        most = np.maximum(power.sum() - share @ power, 0.0)  # few samples may say more than there are waves
+        said = 0.5 * np.mean(np.abs(samples) ** 2, axis=0)
+        size = np.where(met, np.sqrt(np.minimum(most / np.maximum(said, 1e-12), 1.0)), 0.0)
+        missed = size * np.real((parts[0] + 1j * parts[1]) @ samples)
         share[~met] = 1.0
-        size = np.sqrt((share + self.astray * (1.0 - share)) * groups.variance * self._squared(kind))
+        size = np.sqrt((share + self.model_error * (1.0 - share)) * power)
         # A group holds waves of some width of frequencies: each draw takes one of them.
         near = 1.0 + _WIDTH * stream.uniform(-1.0, 1.0, (count, 1, groups.k.size))
         turns = groups.omega * near * (time - time[0])[:, None]
@@ -230,14 +234,14 @@ class WaveField:
         for lattice, amplitudes, factors in zip(self.lattices, self.amplitudes, kinds, strict=True):
             near = np.hypot(x - self.knowledge.centre[0], y - self.knowledge.centre[1]) < lattice.radius
             for moment in np.flatnonzero(count >= _MANY):
-                members = np.flatnonzero(near & (number == moment))
+                places = np.flatnonzero(near & (number == moment))
                 waves = amplitudes * np.exp(-1j * lattice.omega * moments[moment])
                 for each, factor in zip(total, factors, strict=True):
-                    each[members] += _transformed(lattice, factor * waves, home[0][members], home[1][members])
-            members = np.flatnonzero(near & ~crowded)
-            sums = _summed(lattice, amplitudes, factors, home[0][members], home[1][members], time[members])
+                    each[places] += _transformed(lattice, factor * waves, home[0][places], home[1][places])
+            places = np.flatnonzero(near & ~crowded)
+            sums = _summed(lattice, amplitudes, factors, home[0][places], home[1][places], time[places])
             for each, part in zip(total, sums, strict=True):
-                each[members] += part
+                each[places] += part
         return total
 
 

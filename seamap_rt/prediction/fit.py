@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .assimilation import Batch, Unknowns, solve, weights
-from .ensemble import Miss
+from .ensemble import Member
 from .field import WaveField
 from .knowledge import Knowledge
 from .lattice import Field, Lattice, lattices
@@ -49,9 +49,10 @@ class Fit:
         sides = [(each.k.shape, each.spacing) for each in self.lattices]
         return sides == [(each.k.shape, each.spacing) for each in field.lattices]
 
-    def suits(self, spectrum: Spectrum) -> bool:
-        """Whether the lattices are right for a spectrum too."""
-        return 1.0 / _NEW_SEA < spectrum.peak_period / self.spectrum.peak_period < _NEW_SEA
+    def suits(self, spectrum: Spectrum, centre: tuple[float, float]) -> bool:
+        """Whether the lattices are right for a spectrum too, and what was seen is not left behind."""
+        near = any(np.any(np.hypot(b.seen.x - centre[0], b.seen.y - centre[1]) <= self.reach) for b in self.all)
+        return near and 1.0 / _NEW_SEA < spectrum.peak_period / self.spectrum.peak_period < _NEW_SEA
 
     def renew(self, spectrum: Spectrum, centre: tuple[float, float]) -> None:
         """A new spectrum and centre; the waves found stay."""
@@ -78,15 +79,15 @@ class Fit:
             inside = each[np.hypot(each.x - self.centre[0], each.y - self.centre[1]) <= self.reach]
             self.batches[number] = [self._batch(part) for part in _in_time(inside)]
 
-    def _batch(self, seen: Observations, place: tuple[Field, Field] | None = None) -> Batch:
-        weight, variance, load = weights(seen, self.lattices, self.left, self.centre)
-        made = WaveSum(seen, self.lattices, self.spectrum.water, weight, self.centre, place)
-        return Batch(seen, made, weight, variance, load)
+    def _batch(self, seen: Observations) -> Batch:
+        weight, variance = weights(seen, self.lattices, self.left, self.centre)
+        made = WaveSum(seen, self.lattices, self.spectrum.water, weight, self.centre)
+        return Batch(seen, made, weight, variance)
 
     @property
     def turns(self) -> int:
-        """That told something."""
-        return sum(1 for parts in self.batches.values() if parts)
+        """That told something; numbers below 0 are not of turns."""
+        return sum(1 for number, parts in self.batches.items() if parts and number >= 0)
 
     @property
     def all(self) -> list[Batch]:
@@ -97,7 +98,8 @@ class Fit:
         """Fits the waves to all that was seen."""
         for parts in self.batches.values():
             for n, batch in enumerate(parts):
-                parts[n] = replace(batch, **_weighed(batch, self))
+                weight, variance = weights(batch.seen, self.lattices, self.left, self.centre)
+                parts[n] = replace(batch, weight=weight, variance=variance)
         values = [self.above_home(batch) for batch in self.all]
         self.unknowns, self.steps = solve(self.all, self.lattices, workers, self.unknowns, values)
 
@@ -143,7 +145,9 @@ class Fit:
         if sharpness == 0.0:
             return
         for key in [number] if number is not None else list(self.batches):
-            self.batches[key] = [self._batch(each.seen, self._home(each, sharpness)) for each in self.batches[key]]
+            self.batches[key] = [
+                replace(each, sum=each.sum.moved(*self._home(each, sharpness))) for each in self.batches[key]
+            ]
 
     def _home(self, batch: Batch, sharpness: float) -> tuple[Field, Field]:
         if batch.seen.kind[0] != "elevation":  # the sum holds what its own kind is of the waves
@@ -151,26 +155,23 @@ class Fit:
         away = [sharpness * self._values(batch, f"displacement_{axis}") for axis in "xy"]
         return batch.seen.x - away[0], batch.seen.y - away[1]
 
-    def field(self, issued: float, sharpness: float, misses: tuple[Miss, ...], astray: float = 0.0) -> WaveField:
+    def field(
+        self, issued: float, sharpness: float, members: tuple[Member, ...], model_error: float = 0.0
+    ) -> WaveField:
         """The waves as they are known now."""
         return WaveField(
-            tuple(self.lattices),
-            tuple(self.amplitudes),
-            self.spectrum,
-            Knowledge.of(self.spectrum, self.lattices, self.all, self.centre),
-            issued,
-            sharpness,
-            self.turns,
-            min((float(batch.seen.time.min()) for batch in self.all), default=issued),
-            self.reach,
-            misses,
-            astray,
+            lattices=tuple(self.lattices),
+            amplitudes=tuple(self.amplitudes),
+            spectrum=self.spectrum,
+            knowledge=Knowledge.of(self.spectrum, self.lattices, self.all, self.centre),
+            issued=issued,
+            sharpness=sharpness,
+            turns=self.turns,
+            begun=min(float(batch.seen.time.min()) for batch in self.all),
+            reach=self.reach,
+            members=members,
+            model_error=model_error,
         )
-
-
-def _weighed(batch: Batch, fit: Fit) -> dict[str, Field]:
-    weight, variance, load = weights(batch.seen, fit.lattices, fit.left, fit.centre)
-    return {"weight": weight, "variance": variance, "load": load}
 
 
 def _in_time(seen: Observations) -> list[Observations]:

@@ -49,7 +49,7 @@ def compared(
     lag -= np.multiply.outer(seen.time[one] - seen.time[other], groups.omega)
     blurred = np.exp(-np.multiply.outer(seen.blur[one] ** 2, groups.k**2))
     waves = float(np.mean(np.sum(groups.variance * blurred * np.cos(lag), axis=1)))
-    lattice = field.misses[0].lattice
+    lattice = field.members[0].lattice
     blur = np.exp(-0.5 * (np.mean(seen.blur[one]) * lattice.k) ** 2).astype(np.complex128)
     missed = [field.samples(blur, seen.x[each], seen.y[each], seen.time[each]) for each in (one, other)]
     stated = 0.5 * float(np.mean(np.real(missed[0] * np.conj(missed[1]))))

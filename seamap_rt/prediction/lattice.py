@@ -12,7 +12,7 @@ from .spectrum import Spectrum
 
 Field = NDArray[np.float64]
 
-_LONG_SIDE, _SHORT_SIDE = 161, 101  # modes a side: as fine as a turn's time lets
+_LONG_SIDE, _SHORT_SIDE = 153, 101  # modes a side: as fine as a turn's time lets; both near what FFTs like
 _NEAR = 0.3  # of the reach: short waves are slow, and matter where they are soon met
 _LEAST_LEFT = 0.004  # of the sea's variance: waves shorter than hold that are left out
 _SHORTEST_M = 4.0  # of waves that radars of some metres' resolution tell apart

@@ -22,7 +22,8 @@ _SHARP, _SURE = 1.0, 0.5  # of a real sea, and how far seas may be from it
 _AGO = 5  # turns since the forecast that a turn is compared with: about as far ahead as forecasts are for
 _NEARBY_M = 80.0  # within which looks are compared: farther out they lie too far apart
 _FEWEST = 200  # pairs of looks, for their covariance to be told from its chance
-_ASTRAY, _TRUSTED = 0.015, 0.2  # of what is known, wrong on seas of waves of Airy; and for how many turns that counts
+_MODEL_ERROR = 0.015  # share of what is known that is wrong on seas of waves of Airy,
+_TRUSTED = 0.2  # and for how many turns that counts
 _OTHERS = -1  # in place of a turn's number, of observations by other instruments
 _FORGOTTEN = 0.9  # of the evidence, from turn to turn
 
@@ -49,7 +50,7 @@ class Predictor:
         self._ensemble: Ensemble | None = None
         self._sharpness, self._issued = sharpness, 0.0
         self._before: deque[WaveField] = deque(maxlen=_AGO)
-        self._errors = _TRUSTED * np.array([_ASTRAY, 0.0, 1.0])
+        self._errors = _TRUSTED * np.array([_MODEL_ERROR, 0.0, 1.0])
         self._stream = np.random.default_rng(0)
         self._evidence = _SURE**-2 * np.array([_SHARP, 1.0])
 
@@ -66,9 +67,12 @@ class Predictor:
             return None
         seen = of_turn(polar, np.sqrt(spectrum.variance))
         self._turns.append(_Turn(number, seen, shown))
+        if not any(len(turn.seen) for turn in self._turns):
+            self._fit = None
+            return None
         centre = _centre(polar)
         with pool() as workers:
-            if self._fit is None or self._ensemble is None or not self._fit.suits(spectrum):
+            if self._fit is None or self._ensemble is None or not self._fit.suits(spectrum, centre):
                 seconds = self._lead + self._most * float(np.ptp(polar["time"].values))
                 self._fit = Fit.anew(spectrum, [t.seen for t in self._turns], seconds, centre)
                 self._fit.add([t.seen for t in self._turns], [t.number for t in self._turns])
@@ -91,10 +95,10 @@ class Predictor:
         return made
 
     def _field(self, fit: Fit, ensemble: Ensemble) -> WaveField:
-        return fit.field(self._issued, self.sharpness, ensemble.misses, self.astray)
+        return fit.field(self._issued, self.sharpness, ensemble.members, self.model_error)
 
     @property
-    def astray(self) -> float:
+    def model_error(self) -> float:
         """Share of what the fit knows that is wrong nevertheless, by what came after earlier forecasts."""
         found, stated, known = self._errors
         return float(np.clip((found - stated) / known, 0.0, 1.0))

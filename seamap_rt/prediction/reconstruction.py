@@ -86,4 +86,4 @@ def _of_observations(seen: Observations, spectrum: Spectrum, settings: Predictio
         fit.settle(workers)
         ensemble, issued = Ensemble(fit, chains=_SAMPLES), float(seen.time.max())
         ensemble.advance(fit, issued, workers)
-    return fit.field(issued, sharpness, ensemble.misses)
+    return fit.field(issued, sharpness, ensemble.members)

@@ -9,6 +9,7 @@ each is real, so that two of them go in one.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +27,7 @@ Amplitudes = Sequence[NDArray[np.complex64]]
 _EXACT = 1e-3  # of the transforms, relative: below what any observation tells
 _LEFT = 1e-2  # of the sea's standard deviation, by the first term in time that is left out
 _MOST_TERMS = 40
+_TABLE = 4096  # steps to the greatest argument of Bessel's functions: between them lines are right to 1e-5 and better
 _FEW = 100  # places, up to which sums are faster written out
 
 
@@ -77,7 +79,7 @@ class WaveSum:
     """Values (n,) of observations by amplitudes of the lattices' waves, and the adjoint of that.
 
     weight (n,): of each observation, by which the blur of a part of them is averaged. centre: m, that near means near
-    to. place: m east and north (n,), where the water is at home, if not where it is seen.
+    to.
     """
 
     def __init__(
@@ -87,14 +89,12 @@ class WaveSum:
         water: Water,
         weight: Field,
         centre: tuple[float, float],
-        place: tuple[Field, Field] | None = None,
     ) -> None:
         self.size = len(seen)
+        self._seen, self._lattices, self._water = seen, lattices, water
         first, last = (float(seen.time.min()), float(seen.time.max())) if self.size else (0.0, 0.0)
         self._time, self._half = 0.5 * (first + last), max(0.5 * (last - first), 1e-3)
-        self._sides = [lattice.k.shape for lattice in lattices]
         self._parts: list[_Part | _Few] = []
-        x, y = place or (seen.x, seen.y)
         near = min(lattice.radius for lattice in lattices)
         close = np.hypot(seen.x - centre[0], seen.y - centre[1]) < near
         for kind in np.unique(seen.kind):
@@ -107,12 +107,27 @@ class WaveSum:
                     if not (ring or not np.isfinite(near) or lattice.radius > near):
                         continue
                     if members.size <= _FEW:
-                        part = seen[members], x[members], y[members]
-                        shares = self._shares(lattice, lattice.factor(str(kind), water), *part)
-                        self._parts.append(_Few(number, members, lattice.scale > 0.0, shares))
+                        self._parts.append(self._few(number, members, seen.x, seen.y))
                     else:
                         terms = self._terms(lattice, lattice.factor(str(kind), water), float(blur))
-                        self._parts.append(self._part(number, lattice, members, terms, seen.time, x, y))
+                        self._parts.append(self._part(number, members, terms, seen.x, seen.y))
+
+    def moved(self, x: Field, y: Field) -> WaveSum:
+        """The same observations of waves that are at other places, m: where the water is at home."""
+        made = copy(self)
+        made._parts = [
+            self._few(part.lattice, part.members, x, y)
+            if isinstance(part, _Few)
+            else self._part(part.lattice, part.members, part.terms, x, y)
+            for part in self._parts
+        ]
+        return made
+
+    def _few(self, number: int, members: NDArray[np.intp], x: Field, y: Field) -> _Few:
+        lattice, seen = self._lattices[number], self._seen[members]
+        factor = lattice.factor(str(seen.kind[0]), self._water)
+        shares = self._shares(lattice, factor, seen, x[members], y[members])
+        return _Few(number, members, lattice.scale > 0.0, shares)
 
     def _shares(
         self, lattice: Lattice, factor: NDArray[np.complex128], seen: Observations, x: Field, y: Field
@@ -127,26 +142,25 @@ class WaveSum:
         swing = lattice.omega * self._half
         carrier = factor * np.exp(-1j * lattice.omega * self._time - 0.5 * (blur * lattice.k) ** 2)
         power = lattice.scale**2
-        terms = [jv(0, swing)]
-        following = 2.0 * jv(1, swing)
+        terms: list[NDArray[Any]] = [_bessel(0, swing)]
+        following = 2.0 * _bessel(1, swing)
         while len(terms) % 2 or np.sum(power * following**2) > _LEFT**2 * power.sum():
             terms.append((-1j) ** len(terms) * following)
             if len(terms) >= _MOST_TERMS:
                 raise ValueError(f"observations over {2.0 * self._half:g} s in one batch: split them in time")
-            following = 2.0 * jv(len(terms), swing)
+            following = 2.0 * _bessel(len(terms), swing)
         return (np.array(terms) * carrier).astype(np.complex64)
 
     def _part(
         self,
         number: int,
-        lattice: Lattice,
         members: NDArray[np.intp],
         terms: NDArray[np.complex64],
-        time: Field,
         x: Field,
         y: Field,
     ) -> _Part:
-        tau = np.clip((time[members] - self._time) / self._half, -1.0, 1.0)
+        lattice = self._lattices[number]
+        tau = np.clip((self._seen.time[members] - self._time) / self._half, -1.0, 1.0)
         times = np.cos(np.arange(len(terms))[:, None] * np.arccos(tau)).astype(np.float32)
         angles = [
             ((each[members] * lattice.spacing + np.pi) % (2.0 * np.pi) - np.pi).astype(np.float32) for each in (x, y)
@@ -168,6 +182,10 @@ class WaveSum:
             plans.append(plan)
         return _Part(number, members, terms, times, *plans)
 
+    def places(self, lattice: int) -> NDArray[np.intp]:
+        """Of the observations that a lattice's waves are summed at."""
+        return np.concatenate([np.empty(0, np.intp)] + [p.members for p in self._parts if p.lattice == lattice])
+
     def values(self, amplitudes: Amplitudes) -> NDArray[np.float32]:
         """Of each observation (n,), by amplitudes [m] of each lattice (n, n)."""
         total = np.zeros(self.size, np.float32)
@@ -177,7 +195,13 @@ class WaveSum:
 
     def amplitudes(self, values: NDArray[np.float32]) -> list[NDArray[np.complex64]]:
         """The adjoint: of values (n,) to amplitudes of each lattice."""
-        total = [np.zeros(side, np.complex64) for side in self._sides]
+        total = [np.zeros(lattice.k.shape, np.complex64) for lattice in self._lattices]
         for part in self._parts:
             total[part.lattice] += part.amplitudes(values[part.members])
         return total
+
+
+def _bessel(order: int, argument: Field) -> Field:
+    """J of many arguments, by a table."""
+    table = np.linspace(float(argument.min()), float(argument.max()), _TABLE)
+    return np.interp(argument.ravel(), table, jv(order, table)).reshape(argument.shape)

@@ -175,16 +175,20 @@ def test_two_signals_at_one_moment_are_one_interruption(capsys: Any) -> None:
     stops.begin()
     try:
         stops.run()
-        signal.pthread_sigmask(signal.SIG_BLOCK, both)
-        for number in both:
-            signal.raise_signal(number)
         with pytest.raises(KeyboardInterrupt):
-            signal.pthread_sigmask(signal.SIG_UNBLOCK, both)
-            time.sleep(0.01)
+            _both_at_once(both)
         time.sleep(0.01)
     finally:
         stops.end(process=False)
     assert capsys.readouterr().err == ""
+
+
+def _both_at_once(both: set[signal.Signals]) -> None:
+    signal.pthread_sigmask(signal.SIG_BLOCK, both)
+    for number in both:
+        signal.raise_signal(number)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, both)
+    time.sleep(0.01)
 
 
 def test_an_interruption_that_meets_a_destructor_comes_again() -> None:

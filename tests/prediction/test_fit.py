@@ -16,6 +16,7 @@ from seamap_rt.prediction.field import WaveField
 from seamap_rt.prediction.lattice import Lattice
 from seamap_rt.prediction.observations import KINDS
 from seamap_rt.prediction.wave_sum import WaveSum
+from seamap_rt.prediction.zones import Preconditioner
 from seamap_rt.settings import PredictionSettings
 
 Field = NDArray[np.float64]
@@ -59,10 +60,12 @@ def covariance(of: Lattice, one: Field, other: Field) -> Field:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("blur", [0.0, 2.0])
-def test_sums_are_those_of_the_waves(kind: str, blur: float) -> None:
+@pytest.mark.parametrize("count", [50, 150])
+def test_sums_are_those_of_the_waves(kind: str, blur: float, count: int) -> None:
+    # A few places are summed plainly, many are transformed to.
     spectrum = wind_sea(depth=20.0)
-    of, seen = lattice(spectrum), replace(places(50, kind=kind), blur=np.array([blur]))
-    made = WaveSum(seen, [of], spectrum.water, np.ones(50), (0.0, 0.0))
+    of, seen = lattice(spectrum), replace(places(count, kind=kind), blur=np.array([blur]))
+    made = WaveSum(seen, [of], spectrum.water, np.ones(count), (0.0, 0.0))
     stream = np.random.default_rng(3)
     amplitudes = of.scale * (stream.normal(size=of.k.shape) + 1j * stream.normal(size=of.k.shape))
     expected = plain(of, seen, of.factor(kind, spectrum.water), amplitudes)
@@ -71,21 +74,67 @@ def test_sums_are_those_of_the_waves(kind: str, blur: float) -> None:
     assert np.sqrt(np.mean((got - expected) ** 2)) < 0.012 * np.std(expected)
 
 
-def test_the_adjoint_is_one() -> None:
+@pytest.mark.parametrize("count", [80, 400])
+def test_the_adjoint_is_one(count: int) -> None:
     # ⟨H a, y⟩ = Re ⟨a, Hᴴ y⟩ to the transforms' own error.
     spectrum = wind_sea()
     both = [lattice(spectrum), lattice(spectrum, 31, 25.0)]
-    seen = places(80)
-    made = WaveSum(seen, both, spectrum.water, np.ones(80), (0.0, 0.0))
+    seen = places(count)
+    made = WaveSum(seen, both, spectrum.water, np.ones(count), (0.0, 0.0))
     stream = np.random.default_rng(4)
     amplitudes = [
         (stream.normal(size=each.k.shape) + 1j * stream.normal(size=each.k.shape)).astype(np.complex64) for each in both
     ]
-    values = stream.normal(size=80).astype(np.float32)
+    values = stream.normal(size=count).astype(np.float32)
     there = float(np.dot(made.values(amplitudes), values))
     back = sum(np.vdot(a, b).real for a, b in zip(amplitudes, made.amplitudes(values), strict=True))
     size = float(np.linalg.norm(made.values(amplitudes)) * np.linalg.norm(values))
     assert abs(there - back) < 5e-3 * size
+
+
+@pytest.mark.parametrize("count", [80, 400])
+def test_sums_at_moved_places_are_those_there(count: int) -> None:
+    spectrum = wind_sea()
+    of, seen = lattice(spectrum), places(count)
+    x, y = seen.x + 3.0, seen.y - 2.0
+    moved = WaveSum(seen, [of], spectrum.water, np.ones(count), (0.0, 0.0)).moved(x, y)
+    there = WaveSum(replace(seen, x=x, y=y), [of], spectrum.water, np.ones(count), (0.0, 0.0))
+    amplitudes = [of.scale.astype(np.complex64)]
+    np.testing.assert_allclose(moved.values(amplitudes), there.values(amplitudes), atol=2e-3 * np.sqrt(of.variance))
+
+
+def random_unknowns(of: Lattice, seed: int) -> list[NDArray[np.complex64]]:
+    stream = np.random.default_rng(seed)
+    return [(stream.normal(size=of.k.shape) + 1j * stream.normal(size=of.k.shape)).astype(np.complex64)]
+
+
+def one_batch(of: Lattice, seen: Observations, spectrum: Spectrum) -> Batch:
+    weight, variance = weights(seen, [of], 0.0, (0.0, 0.0))
+    return Batch(seen, WaveSum(seen, [of], spectrum.water, weight, (0.0, 0.0)), weight, variance)
+
+
+def test_what_is_told_alike_everywhere_is_turned_back_by_each_wave(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Places as dense everywhere, at one moment: waves do not meet, and 1 + Σ w S / 2 is each one's own.
+    monkeypatch.setattr(assimilation, "_PLENTY", 0.0)
+    spectrum = wind_sea()
+    of = lattice(spectrum)
+    step = 2.0 * np.pi / of.spacing / of.k.shape[0] * np.arange(of.k.shape[0])
+    x, y = (each.ravel() for each in np.meshgrid(step, step, indexing="ij"))
+    seen = Observations(x, y, np.full(x.size, 50.0), np.zeros(x.size), np.array([0.1]), np.array(["elevation"]))
+    unknowns = random_unknowns(of, 5)
+    (got,) = Preconditioner([one_batch(of, seen, spectrum)], [of])(unknowns)
+    expected = unknowns[0] / (1.0 + 0.5 * seen.x.size / 0.1**2 * of.scale**2)
+    np.testing.assert_allclose(got, expected, atol=1e-5 * np.abs(expected).max())
+
+
+def test_the_preconditioner_is_its_own_adjoint_and_positive() -> None:
+    spectrum = wind_sea()
+    of = lattice(spectrum)
+    nearly_back = Preconditioner([one_batch(of, places(150, wide=60.0), spectrum)], [of])
+    one, other = random_unknowns(of, 6), random_unknowns(of, 7)
+    there, back = np.vdot(nearly_back(one)[0], other[0]), np.vdot(one[0], nearly_back(other)[0])
+    assert abs(there - back) < 1e-4 * abs(np.vdot(one[0], nearly_back(one)[0]))
+    assert np.vdot(one[0], nearly_back(one)[0]).real > 0.0
 
 
 def test_the_fit_is_the_conditional_mean(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -94,8 +143,7 @@ def test_the_fit_is_the_conditional_mean(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(assimilation, "_PLENTY", 0.0)
     spectrum = wind_sea()
     of, seen = lattice(spectrum), places(60)
-    weight, variance, load = weights(seen, [of], 0.0, (0.0, 0.0))
-    batch = Batch(seen, WaveSum(seen, [of], spectrum.water, weight, (0.0, 0.0)), weight, variance, load)
+    batch = one_batch(of, seen, spectrum)
     with ThreadPoolExecutor(1) as workers:
         found, _ = solve([batch], [of], workers)
     at = np.array([[5.0, 3.0, 54.0], [0.0, 0.0, 50.0], [30.0, -20.0, 51.0], [80.0, 0.0, 60.0]])

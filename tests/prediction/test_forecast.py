@@ -110,7 +110,7 @@ def test_hours_make_no_difference() -> None:
         for start in (0.0, 36_000.0)
     ]
     at = [each.elevation(5.0, 5.0, each.issued + np.arange(8.0))[0] for each in few]
-    # The fit stops at 7e-3 of its right side, from other phases.
+    # The fit stops at 4e-2 of its right side, from other phases.
     np.testing.assert_allclose(at[0], at[1], atol=0.05 * 0.35)
 
 

@@ -30,12 +30,12 @@ LEADS = np.arange(5.0, 16.0)
 STEP_S = 0.1
 
 
-def came_true(sea: object, issued: float, limit: float) -> NDArray[np.bool_]:
+def came_true(simulator: Simulator, issued: float, limit: float) -> NDArray[np.bool_]:
     """Whether each window was quiet."""
     fine = np.arange(0.0, LASTS_S + 0.5 * STEP_S, STEP_S)
     moment = issued + LEADS[:, None] + fine
     at = np.zeros(moment.size)
-    height = sea.elevation(at, at, moment.ravel()).reshape(moment.shape)  # type: ignore[attr-defined]
+    height = simulator.sea.elevation(at, at, moment.ravel()).reshape(moment.shape)
     return np.all(np.abs(height) < limit, axis=1)
 
 
@@ -65,7 +65,7 @@ def run(name: str, seed: int, turns: int) -> dict[str, Field]:
         limit = LIMIT * height
         called = sr.quiet_windows(field, {"elevation": limit}, LASTS_S, CONFIDENCE, lead_s=LEADS)
         low, expected = group_law(field)
-        rows["outcome"].append(came_true(simulator.sea, field.issued, limit).astype(np.float64))
+        rows["outcome"].append(came_true(simulator, field.issued, limit).astype(np.float64))
         rows["forecast"].append(called["probability"].values)
         rows["persistence"].append(np.full(LEADS.size, low))
         rows["group law"].append(expected)

@@ -44,9 +44,7 @@ class Estimate:
     std: Map  # m, of the height, from speckle and noise
     edge: Map  # m, of Interferogram.edge, what is left in the height
     slope_rms: float | None = None  # of the sea in any one direction, where its covariance is known
-    dwells: tuple[Map, Map] | None = (
-        None  # m, heights of single dwells and gates and their errors, where they are found
-    )
+    dwells: tuple[Map, Map] | None = None  # m, heights of single dwells and gates, and their errors, where found
 
 
 def single_cell(given: Interferogram) -> Estimate:

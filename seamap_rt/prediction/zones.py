@@ -1,0 +1,106 @@
+"""A fit's operator turned back nearly: what conjugate gradients are preconditioned by.
+
+Near the antennas the sea is told a hundred times better than far out, and for every wave both lie in one sum: no
+diagonal serves. But a packet of waves has a place too. In zones in which the sea is told about equally well, w, the
+operator is about 1 + S w for waves of prior variance S; packets are taken apart into zones by windows whose squares sum
+to 1, each zone is turned back by itself, and the zones are put together again (a windowed symbol's inverse). What was
+told at another time of packets is told where they are in the middle of the time, by the mean velocity of groups.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from .lattice import Field, Lattice
+
+if TYPE_CHECKING:
+    from .assimilation import Batch
+
+_RATIO = 20.0  # of what is told, from zone to zone
+_FAINT = 0.3  # of the strongest wave's prior: less told than this is nothing told
+_SMOOTH = 2.0  # over the strongest waves' wavenumber: packets are no narrower
+
+
+@dataclass(frozen=True)
+class _Zones:
+    """One lattice's: windows (zone, n, n) over places, inverses (zone, n, n) and phases (n, n) of waves."""
+
+    windows: NDArray[np.float32]
+    inverses: NDArray[np.float32]
+    phase: NDArray[np.complex64]
+
+    def turned_back(self, unknowns: NDArray[np.complex64]) -> NDArray[np.complex64]:
+        packets = _inverse(fft.ifftshift(unknowns) * self.phase)
+        waves = self.inverses * _forward(self.windows * packets)
+        packets = np.sum(self.windows * _inverse(waves), axis=0)
+        return fft.fftshift(_forward(packets) * np.conj(self.phase))
+
+
+def _forward(packets: NDArray[np.complex64]) -> NDArray[np.complex64]:
+    return np.asarray(fft.fft2(packets, overwrite_x=True))
+
+
+def _inverse(waves: NDArray[np.complex64]) -> NDArray[np.complex64]:
+    return np.asarray(fft.ifft2(waves, overwrite_x=True))
+
+
+class Preconditioner:
+    """For batches and the lattices that they are fitted by. Positive definite and its own adjoint."""
+
+    def __init__(self, batches: Sequence[Batch], lattices: Sequence[Lattice]) -> None:
+        time = np.concatenate([batch.seen.time for batch in batches])
+        self._middle = float(time.mean()) if time.size else 0.0
+        self._zones = [self._of(number, lattice, batches) for number, lattice in enumerate(lattices)]
+
+    def __call__(self, unknowns: Sequence[NDArray[np.complex64]]) -> list[NDArray[np.complex64]]:
+        return [each.turned_back(part) for each, part in zip(self._zones, unknowns, strict=True)]
+
+    def _of(self, number: int, lattice: Lattice, batches: Sequence[Batch]) -> _Zones:
+        prior = lattice.scale**2
+        strongest = np.unravel_index(np.argmax(prior), prior.shape)
+        most, k = float(prior[strongest]), max(float(lattice.k[strongest]), lattice.spacing)
+        told = _smooth(self._told(number, lattice, batches), _SMOOTH / k, lattice.spacing)
+        least = max(_FAINT / most if most > 0.0 else np.inf, 1e-6 * float(told.max()))
+        span = np.log(max(float(told.max()) / least, 1.0))
+        steps = max(int(np.ceil(span / np.log(_RATIO))), 1)
+        height = np.log(np.maximum(told / least, 1.0)) * steps / max(span, 1e-9)
+        zone = np.arange(steps + 1.0)[:, None, None]
+        windows = np.sqrt(np.clip(1.0 - np.abs(height - zone), 0.0, 1.0))
+        levels = np.where(np.isfinite(least), least, 0.0) * np.exp(zone * span / steps)
+        inverses = fft.ifftshift(1.0 / (1.0 + levels * prior), axes=(1, 2))
+        phase = fft.ifftshift(np.exp(-1j * lattice.omega * self._middle))
+        return _Zones(windows.astype(np.float32), inverses.astype(np.float32), phase.astype(np.complex64))
+
+    def _told(self, number: int, lattice: Lattice, batches: Sequence[Batch]) -> Field:
+        """Weights over places (n, n) of packets in the middle of the time, as if they were as dense everywhere."""
+        side = lattice.k.shape[0]
+        power = lattice.scale**2
+        speed = [
+            float(np.sum(power * np.gradient(lattice.omega, lattice.spacing, axis=axis)) / max(power.sum(), 1e-30))
+            for axis in (0, 1)
+        ]
+        told = np.zeros(side * side)
+        for batch in batches:
+            seen, places = batch.seen, batch.sum.places(number)
+            past = seen.time[places] - self._middle
+            at = [
+                np.round((each[places] - v * past) * (lattice.spacing / (2.0 * np.pi)) * side).astype(int) % side
+                for each, v in zip((seen.x, seen.y), speed, strict=True)
+            ]
+            told += np.bincount(at[0] * side + at[1], batch.weight[places], side * side)
+        return 0.5 * side**2 * told.reshape(side, side)
+
+
+def _smooth(told: Field, width: float, spacing: float) -> Field:
+    """Over a Gaussian of so many metres."""
+    side = told.shape[0]
+    k = fft.fftfreq(side, 1.0 / side) * spacing
+    softly = np.exp(-0.5 * width**2 * k**2)
+    smooth = np.asarray(fft.ifft2(np.asarray(fft.fft2(told)) * softly[:, None] * softly))
+    return np.maximum(np.real(smooth), 0.0)
