@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .gauges import gauge_series
     from .interferometry import echoes_from_recording, open_recording, retrieve
     from .metrics import compare
-    from .prediction import forecast, quiet_windows, reconstruct
+    from .prediction import forecast, highest_wave, quiet_windows, reconstruct
     from .scene import Scene, load_scene
     from .session import Simulation, iterate, run, simulate
     from .simulation import expected
@@ -37,6 +37,7 @@ _HOMES = {
     "expected": "simulation",
     "forecast": "prediction",
     "gauge_series": "gauges",
+    "highest_wave": "prediction",
     "iterate": "session",
     "load_scene": "scene",
     "open_recording": "interferometry",
@@ -61,6 +62,7 @@ __all__ = [
     "expected",
     "forecast",
     "gauge_series",
+    "highest_wave",
     "iterate",
     "load_scene",
     "open_recording",

@@ -49,6 +49,7 @@ _MOMENT = ("time", "y", "x")
 _SAMPLE = ("gauge", "sample")
 _READING = ("gauge", "turn")
 _FORECAST = ("issue", "lead", "place")
+_DRAWN = ("issue", "draw", "lead", "place")
 _SEA_HEIGHT = "sea_surface_height_above_mean_sea_level"
 
 _POLAR_COORDS = {
@@ -166,15 +167,16 @@ SCHEMA: dict[str, dict[str, Variable]] = {
             _READING, "float64", "m", "true mean height of the map's cells at the gauge at seen_time", None, False
         ),
     },
-    "prediction": {  # the coordinates east and north of `place` hold where it is
+    "prediction": {
         "issue": Variable(("issue",), "int32", "1", "number of the forecast"),
         "lead": Variable(("lead",), "float64", "s", "time after the last that was seen"),
         "place": Variable(("place",), "int32", "1", "number of the place"),
-        "east": Variable(("place",), "float64", "m", "east of the origin"),
-        "north": Variable(("place",), "float64", "m", "north of the origin"),
+        "east": Variable(("issue", "place"), "float64", "m", "place east of the origin at the time of issue"),
+        "north": Variable(("issue", "place"), "float64", "m", "place north of the origin at the time of issue"),
         "issued": Variable(("issue",), "float64", "s", "time of the last that was seen"),
         "turns": Variable(("issue",), "int32", "1", "turns that the forecast rests on"),
         "significant_wave_height": Variable(("issue",), "float64", "m", "of the sea that the maps show"),
+        "peak_period": Variable(("issue",), "float64", "s", "of the sea that the maps show"),
         "elevation": Variable(_FORECAST, "float32", "m", "expected height of the sea surface", _SEA_HEIGHT),
         "elevation_std": Variable(_FORECAST, "float32", "m", "standard error of the elevation"),
         "slope_x": Variable(_FORECAST, "float32", "1", "expected slope towards east"),
@@ -183,6 +185,22 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "slope_y_std": Variable(_FORECAST, "float32", "1", "standard error of the slope towards north"),
         "velocity_z": Variable(_FORECAST, "float32", "m s-1", "expected velocity of the water at the surface, up"),
         "velocity_z_std": Variable(_FORECAST, "float32", "m s-1", "standard error of that velocity"),
+        "heave": Variable(_FORECAST, "float32", "m", "expected heave of the vessel, up", None, False),
+        "heave_std": Variable(_FORECAST, "float32", "m", "standard error of the heave", None, False),
+        "roll": Variable(
+            _FORECAST, "float32", "degree", "expected roll, starboard down", "platform_roll_starboard_down", False
+        ),
+        "roll_std": Variable(_FORECAST, "float32", "degree", "standard error of the roll", None, False),
+        "pitch": Variable(_FORECAST, "float32", "degree", "expected pitch, bow up", "platform_pitch_fore_up", False),
+        "pitch_std": Variable(_FORECAST, "float32", "degree", "standard error of the pitch", None, False),
+        "elevation_draw": Variable(_DRAWN, "float32", "m", "heights that may come", None, False),
+        "slope_x_draw": Variable(_DRAWN, "float32", "1", "slopes towards east that may come", None, False),
+        "slope_y_draw": Variable(_DRAWN, "float32", "1", "slopes towards north that may come", None, False),
+        "velocity_z_draw": Variable(_DRAWN, "float32", "m s-1", "velocities up that may come", None, False),
+        "heave_draw": Variable(_DRAWN, "float32", "m", "heaves that may come", None, False),
+        "roll_draw": Variable(_DRAWN, "float32", "degree", "rolls that may come", None, False),
+        "pitch_draw": Variable(_DRAWN, "float32", "degree", "pitches that may come", None, False),
+        "quiet": Variable(_FORECAST, "float32", "1", "probability of a quiet window from then on", None, False),
         "predictable": Variable(_FORECAST, "float32", "1", "share of the sea's variance that is known"),
     },
     "sea": {
@@ -321,6 +339,12 @@ def build(
     )
     check(product, dataset)
     return dataset
+
+
+def attributed(product: str, name: str, value: Any) -> xr.DataArray:
+    """One variable of `product` from a plain array: its type cast, dimensions and CF attributes from the schema."""
+    variable = SCHEMA[product][name]
+    return xr.DataArray(np.asarray(value).astype(variable.dtype), dims=variable.dims, attrs=variable.attributes())
 
 
 def check(product: str, dataset: xr.Dataset, needed: Collection[str] | None = None) -> None:

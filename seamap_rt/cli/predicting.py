@@ -37,7 +37,7 @@ def predict(
     lead
         START:STOP:STEP, seconds after the last that was seen.
     at
-        EAST,NORTH, a place in metres; as often as wanted, default the origin.
+        EAST,NORTH, a place in metres; as often as wanted, default where the antennas are.
     out
         Folder for prediction.nc; default beside the maps.
     overwrite
@@ -50,7 +50,7 @@ def predict(
     from ..prediction import forecasts
     from ..settings import PredictionSettings
 
-    leads, places = _leads(lead), [_place(each) for each in at or ["0,0"]]
+    leads, places = _leads(lead), [_place(each) for each in at] if at else None
     settings = section_of(PredictionSettings, "prediction", "predict", set_, lead_s=float(leads.max()))
     if not maps.is_file():
         raise InputError(f"MAPS = '{maps}': no such file; give the path of a maps.nc")

@@ -7,6 +7,7 @@ from typing import Any
 
 from rich.text import Text
 
+from ..report.headline import forecast_line
 from ..report.limits import account_lines
 from .shell import Settings, app, console, progress, scene_of
 
@@ -50,6 +51,7 @@ def run(
     turns: int | None = None,
     seed: int | None = None,
     tracer: str | None = None,
+    predict: bool = False,
     overwrite: bool = False,
     set_: Settings | None = None,
 ) -> int:
@@ -67,6 +69,8 @@ def run(
         Of all random numbers.
     tracer
         facets, horizon or paths.
+    predict
+        Forecast the sea beside the run, from its maps: prediction.nc.
     overwrite
         Replace another run's results in that folder.
     set_
@@ -77,12 +81,14 @@ def run(
 
     say, stop = progress()
     try:
-        result = run_scene(loaded, out, overwrite=overwrite, progress=say)
+        result = run_scene(loaded, out, predict=predict, overwrite=overwrite, progress=say)
     finally:
         stop()
     _print_account(result.metrics)
     console.print(_headline(result.metrics))
     console.print(f"sea state from the maps: {result.metrics['sea_state_in_words']}")
+    if predict:
+        console.print(forecast_line(result.metrics))
     _warn(result.metrics)
     console.print(f"{result.folder / 'report.html'} (with maps.nc, truth.nc, echoes.zarr, metrics.json, scene.toml)")
     return 0

@@ -5,12 +5,13 @@ the sea's own directional spectrum as what is expected of them. Reads maps and o
 """
 
 from .field import WaveField
-from .forecast import forecast, quiet_windows
+from .forecast import forecast
 from .observations import Observations
 from .predictor import Predictor
-from .reconstruction import forecasts, reconstruct
+from .reconstruction import forecasts, issue, reconstruct, vessel_of
 from .spectrum import Spectrum
 from .vessel import Box, Disc, Follower, read_capytaine
+from .windows import highest_wave, quiet_windows
 
 __all__ = [
     "Box",
@@ -22,7 +23,10 @@ __all__ = [
     "WaveField",
     "forecast",
     "forecasts",
+    "highest_wave",
+    "issue",
     "quiet_windows",
     "read_capytaine",
     "reconstruct",
+    "vessel_of",
 ]

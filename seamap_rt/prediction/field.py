@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .ensemble import Member
 from .knowledge import Knowledge
 from .lattice import Field, Lattice, fastest
+from .quantity import AT_REST, Course, Quantity, power, quantities
 from .spectrum import Spectrum
 from .vessel import Vessel
 
@@ -54,9 +55,19 @@ class WaveField:
         """m, standard deviation of the sea's elevation."""
         return float(np.sqrt(self.spectrum.variance))
 
+    @property
+    def centre(self) -> tuple[float, float]:
+        """m east and north, where the antennas were at the end of the last turn."""
+        return self.knowledge.centre
+
     def elevation(self, x: ArrayLike, y: ArrayLike, time: ArrayLike) -> tuple[Field, Field]:
         """Expected elevation [m] and its standard error [m] at places [m] and times [s], of their broadcast shape."""
         return self.values("elevation", x, y, time)
+
+    def elevation_alone(self, x: Field, y: Field, time: Field) -> Field:
+        """Expected elevation [m] without its error, which takes longer, at many places [m] and times [s], (point,)."""
+        mean = self._expected(self.quantities(["elevation"]), (x, y, time))[0]
+        return np.where(self._met(x, y, time), mean, 0.0)
 
     def slopes(self, x: ArrayLike, y: ArrayLike, time: ArrayLike) -> tuple[Field, Field]:
         """Expected slopes (…, 2) towards east and north, and their standard errors."""
@@ -75,16 +86,63 @@ class WaveField:
         return np.clip(1.0 - std**2 / self.spectrum.variance, 0.0, 1.0)
 
     def values(self, kind: str, x: ArrayLike, y: ArrayLike, time: ArrayLike) -> tuple[Field, Field]:
-        """Mean and standard error of one kind (of KINDS) at places [m] and times [s], of their broadcast shape."""
+        """Mean and standard error of one kind (of WATER) at places [m] and times [s], of their broadcast shape."""
         x, y, time = np.broadcast_arrays(*(np.asarray(each, dtype=np.float64) for each in (x, y, time)))
-        points = x.ravel(), y.ravel(), time.ravel()
-        mean = self._means(self._of([kind]), *points, self.home(*points))[0]
-        power = self.knowledge.groups.variance * self._squared(kind)
-        still_open = self._open(points, power, self._sample_factor(kind))
-        if kind == "elevation":
-            mean = mean + (1.0 - still_open / power.sum()) * self._sinking
-        std = np.sqrt(self._erring(still_open, power))
-        return np.where(self._met(*points), mean, 0.0).reshape(x.shape), std.reshape(x.shape)
+        ((mean, std),) = self.told(self.quantities([kind]), x.ravel(), y.ravel(), time.ravel())
+        return mean.reshape(x.shape), std.reshape(x.shape)
+
+    def quantities(
+        self, names: Sequence[str], vessel: Vessel | None = None, course: Course = AT_REST
+    ) -> list[Quantity]:
+        """Of the water or of a vessel on a course. Raises ValueError for names that are not known."""
+        groups, water = self.knowledge.groups, self.spectrum.water
+        return quantities(names, self.lattices, self.members[0].lattice, groups, water, vessel, course)
+
+    def told(self, wanted: Sequence[Quantity], x: Field, y: Field, time: Field) -> list[tuple[Field, Field]]:
+        """Mean and standard error (point,) of each quantity at places [m] and times [s], (point,) each."""
+        points = x, y, time
+        means, met = self._expected(wanted, points), self._met(*points)
+        missed = self.samples([each.samples for each in wanted], *points)
+        share, made = self._short_share(points), []
+        for quantity, mean, samples in zip(wanted, means, missed, strict=True):
+            of_groups = power(quantity, self.knowledge.groups)
+            # Few samples may say more than there are waves.
+            said = np.minimum(0.5 * np.mean(np.abs(samples) ** 2, axis=0) + share @ of_groups, of_groups.sum())
+            still_open = np.where(met, said, of_groups.sum())
+            if quantity.name == "elevation":
+                mean = mean + (1.0 - still_open / of_groups.sum()) * self._sinking
+            std = np.sqrt(still_open + self.model_error * (of_groups.sum() - still_open))
+            made.append((np.where(met, mean, 0.0), std))
+        return made
+
+    def draws(
+        self, wanted: Sequence[Quantity], x: Field, y: Field, time: Field, count: int, seed: int = 0
+    ) -> NDArray[np.float64]:
+        """What may come (quantity, draw, moment) along a way of places [m] at times [s], (moment,) each: the expected,
+        and what is open drawn from its own spectrum, so that neighbouring moments, and quantities, hang together."""
+        groups, stream = self.knowledge.groups, np.random.default_rng(seed)
+        points = x, y, time
+        met, share = self._met(*points), self._short_share(points)
+        missed = self.samples([each.samples for each in wanted], *points)
+        parts = stream.standard_normal((2, count, missed.shape[1])) / np.sqrt(2.0 * missed.shape[1])
+        # A group holds waves of some width of frequencies: each draw takes one of them.
+        near = 1.0 + _WIDTH * stream.uniform(-1.0, 1.0, (count, 1, groups.k.size))
+        turns = np.multiply.outer(time - time[0], groups.omega) * near
+        turns -= np.multiply.outer(x - x[0], groups.k * np.sin(groups.toward))
+        turns -= np.multiply.outer(y - y[0], groups.k * np.cos(groups.toward))
+        cosine, sine = stream.standard_normal((2, count, 1, groups.k.size))
+        whole = np.where(met[:, None], share, 1.0)
+        size = np.sqrt((whole + self.model_error * (1.0 - whole)) * groups.variance)
+        waves = size * (cosine + 1j * sine) * np.exp(-1j * turns)
+        made = []
+        for quantity, (mean, _), samples in zip(wanted, self.told(wanted, *points), missed, strict=True):
+            of_groups = power(quantity, groups)
+            most = np.maximum(of_groups.sum() - share @ of_groups, 0.0)
+            said = 0.5 * np.mean(np.abs(samples) ** 2, axis=0)
+            kept = np.where(met, np.sqrt(np.minimum(most / np.maximum(said, 1e-12), 1.0)), 0.0)
+            of_samples = kept * np.real((parts[0] + 1j * parts[1]) @ samples)
+            made.append(mean + of_samples + np.real(waves @ quantity.groups))
+        return np.stack(made)
 
     def _met(self, x: Field, y: Field, time: Field) -> NDArray[np.bool_]:
         """Where (point,) no wave comes that the periodic lattice brings in a second time."""
@@ -92,40 +150,32 @@ class WaveField:
         lapse = np.maximum(time - self.begun, self.issued - time)
         return away + fastest(self.spectrum) * lapse <= 2.0 * np.pi / self.lattices[0].spacing - self.reach
 
-    def _open(self, points: Points, power: Field, factor: NDArray[np.complex128]) -> Field:
-        """Variance (point,) that the fit leaves open: of long waves as samples show it, of short ones by what was seen.
-
-        power: variance of each group of waves; factor: what is meant, of the samples' amplitudes."""
-        samples = self.samples(factor, *points)
-        short = self._short
-        by_seen = self.knowledge.open_share(*points, short) @ power[short]
-        still_open = np.minimum(0.5 * np.mean(np.abs(samples) ** 2, axis=0) + by_seen, power.sum())
-        return np.where(self._met(*points), still_open, power.sum())
-
-    def _erring(self, still_open: Field, power: Field) -> Field:
-        """Variance (point,) of errors: what is open, and what is wrong of the rest."""
-        return still_open + self.model_error * (power.sum() - still_open)
-
     @property
     def _short(self) -> NDArray[np.bool_]:
         """Groups (group,) that the samples do not hold."""
         return self.knowledge.groups.k > self.members[0].lattice.band[1]
 
-    def _sample_factor(self, kind: str) -> NDArray[np.complex128]:
-        return self.members[0].lattice.factor(kind, self.spectrum.water)
+    def _short_share(self, points: Points) -> Field:
+        """What is open (point, group) of groups that the samples do not hold, as a share; 0 of others."""
+        share = np.zeros((points[0].size, self.knowledge.groups.k.size))
+        share[:, self._short] = self.knowledge.open_share(*points, self._short)
+        return share
 
-    def samples(self, factor: NDArray[np.complex128], x: Field, y: Field, time: Field) -> NDArray[np.complex64]:
-        """Waves (sample, point) that a fit missed, of the last turns and of places around, whose real parts are errors
-        alike, and whose phases are free."""
+    def samples(
+        self, factors: Sequence[NDArray[np.complex128]], x: Field, y: Field, time: Field
+    ) -> NDArray[np.complex64]:
+        """Waves (factor, sample, point) that a fit missed, of the last turns and of places around, whose real parts are
+        errors alike, and whose phases are free; factors: what is meant, of the samples' amplitudes."""
         lattice = self.members[0].lattice
-        power = lattice.scale.ravel() ** 2
-        order = np.argsort(power)[::-1]
-        kept = order[: int(np.searchsorted(np.cumsum(power[order]), _SAMPLED * power.sum())) + 1]
+        held = lattice.scale.ravel() ** 2
+        order = np.argsort(held)[::-1]
+        kept = order[: int(np.searchsorted(np.cumsum(held[order]), _SAMPLED * held.sum())) + 1]
         kx, ky, omega = (each.ravel()[kept] for each in (lattice.kx, lattice.ky, lattice.omega))
-        waves = np.stack([(factor * member.amplitudes).ravel()[kept] for member in self.members])
+        missed = np.stack([member.amplitudes.ravel()[kept] for member in self.members])
         away = _AROUND * 2.0 * np.pi / float(np.sqrt(np.average(lattice.k**2, weights=lattice.scale**2)))
         steps = [np.exp(1j * (kx * east + ky * north)) for east, north in away * _SIDES]
-        waves = np.concatenate([waves * step for step in steps]).astype(np.complex64)
+        missed = np.concatenate([missed * step for step in steps]).astype(np.complex64)
+        waves = np.concatenate([missed * each.ravel()[kept].astype(np.complex64) for each in factors])
         made = np.empty((waves.shape[0], x.size), np.complex64)
         east, north = x - self.knowledge.centre[0], y - self.knowledge.centre[1]
         block = max(1, int(_BLOCK / kept.size))
@@ -133,7 +183,7 @@ class WaveField:
             part = slice(first, first + block)
             turns = kx[:, None] * east[part] + ky[:, None] * north[part] - omega[:, None] * (time[part] - self.issued)
             made[:, part] = waves @ np.exp(1j * turns).astype(np.complex64)
-        return made
+        return made.reshape(len(factors), -1, x.size)
 
     @property
     def _sinking(self) -> float:
@@ -142,53 +192,17 @@ class WaveField:
         depth = np.minimum(groups.k * self.spectrum.water.depth, 300.0)
         return self.sharpness * float(np.sum(groups.variance * groups.k / np.tanh(depth)))
 
-    def motions(
-        self, vessel: Vessel, x: Field, y: Field, time: Field, heading_deg: float, speed_m_s: float = 0.0
-    ) -> dict[str, tuple[Field, Field]]:
-        """Expected heave [m], roll and pitch [rad] of a vessel along its way (point,), and their standard errors.
-
-        x, y [m] and time [s]: of its way, which the heading [deg] and speed over ground [m/s] must agree with.
-        """
-        depth, groups = self.spectrum.water.depth, self.knowledge.groups
-        way = (heading_deg, speed_m_s, depth)
-        responses = [vessel.response(each.kx, each.ky, each.omega, *way) for each in self.lattices]
-        names = ("heave", "roll", "pitch")
-        means = self._means([[getattr(each, name) for name in names] for each in responses], x, y, time, (x, y))
-        kx, ky = groups.k * np.sin(groups.toward), groups.k * np.cos(groups.toward)
-        of_groups = vessel.response(kx, ky, groups.omega, *way)
-        sampled = self.members[0].lattice
-        of_samples = vessel.response(sampled.kx, sampled.ky, sampled.omega, *way)
-        made = {}
-        met = self._met(x, y, time)
-        for name, mean in zip(names, means, strict=True):
-            power = groups.variance * np.abs(getattr(of_groups, name)) ** 2
-            still_open = self._open((x, y, time), power, getattr(of_samples, name))
-            made[name] = np.where(met, mean, 0.0), np.sqrt(self._erring(still_open, power))
-        return made
-
-    def draws(self, kind: str, x: float, y: float, time: Field, count: int, seed: int = 0) -> Field:
-        """What may come (draw, moment) at one place [m] at times (moment,) [s], of one kind: the expected, and what is
-        open drawn from its own spectrum, so that neighbouring moments hang together as waves do."""
-        groups, stream = self.knowledge.groups, np.random.default_rng(seed)
-        points = np.full(time.size, x), np.full(time.size, y), time
-        mean, _ = self.values(kind, *points)
-        samples = self.samples(self._sample_factor(kind), *points)
-        parts = stream.standard_normal((2, count, samples.shape[0])) / np.sqrt(2.0 * samples.shape[0])
-        met = self._met(*points)
-        share = np.zeros((time.size, groups.k.size))
-        share[:, self._short] = self.knowledge.open_share(*points, self._short)
-        power = groups.variance * self._squared(kind)
-        most = np.maximum(power.sum() - share @ power, 0.0)  # few samples may say more than there are waves
-        said = 0.5 * np.mean(np.abs(samples) ** 2, axis=0)
-        size = np.where(met, np.sqrt(np.minimum(most / np.maximum(said, 1e-12), 1.0)), 0.0)
-        missed = size * np.real((parts[0] + 1j * parts[1]) @ samples)
-        share[~met] = 1.0
-        size = np.sqrt((share + self.model_error * (1.0 - share)) * power)
-        # A group holds waves of some width of frequencies: each draw takes one of them.
-        near = 1.0 + _WIDTH * stream.uniform(-1.0, 1.0, (count, 1, groups.k.size))
-        turns = groups.omega * near * (time - time[0])[:, None]
-        cosine, sine = stream.standard_normal((2, count, 1, groups.k.size))
-        return mean + missed + np.sum(size * (cosine * np.cos(turns) + sine * np.sin(turns)), axis=-1)
+    def _expected(self, wanted: Sequence[Quantity], points: Points) -> list[Field]:
+        """Each quantity's sum of waves (point,), the water's where it is at home."""
+        made: dict[str, Field] = {}
+        for of_water in (True, False):
+            alike = [each for each in wanted if each.of_water == of_water]
+            if alike:
+                shares = [[each.lattices[n] for each in alike] for n in range(len(self.lattices))]
+                home = self.home(*points) if of_water else points[:2]
+                sums = self._means(shares, *points, home)
+                made |= {each.name: total for each, total in zip(alike, sums, strict=True)}
+        return [made[each.name] for each in wanted]
 
     def home(self, x: Field, y: Field, time: Field) -> tuple[Field, Field]:
         """Where the water (point,) is at home that is at a place now, m."""
@@ -199,18 +213,6 @@ class WaveField:
             away = self._means(self._of(["displacement_x", "displacement_y"]), x, y, time, home)
             home = x - self.sharpness * away[0], y - self.sharpness * away[1]
         return home
-
-    def _squared(self, kind: str) -> Field:
-        """|f|² (group,) of what a kind is of a wave's elevation."""
-        groups = self.knowledge.groups
-        name, _, axis = kind.partition("_")
-        along = {"": 1.0, "z": 1.0, "x": np.sin(groups.toward), "y": np.cos(groups.toward)}[axis]
-        if name == "elevation":
-            return np.ones(groups.k.size)
-        if name == "slope":
-            return (groups.k * along) ** 2
-        orbit = 1.0 if axis == "z" else 1.0 / np.tanh(np.minimum(groups.k * self.spectrum.water.depth, 300.0))
-        return (groups.frequency * along * orbit) ** 2
 
     def _of(self, kinds: Sequence[str]) -> list[list[NDArray[np.complex128]]]:
         """What kinds are of each wave's amplitude, for each lattice."""

@@ -1,89 +1,81 @@
-"""Forecasts at places: elevation, slopes and vertical velocity with their errors, and the quiet windows in them."""
+"""Forecasts along the way of places: the water and a vessel there, with errors and draws of what may come."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from ..conventions import unit_from_azimuth
 from ..dataset import build
 from ..errors import InputError
 from .field import WaveField
+from .quantity import MOTIONS, Course
+from .vessel import Vessel
 
-_QUANTITIES = ("elevation", "slope_x", "slope_y", "velocity_z")
-_DRAWS = 200  # a probability of 0.9 is known to 0.02
-_STEPS_A_SECOND = 4  # in a window: waves that matter to a boat last seconds
+_WATER = ("elevation", "slope_x", "slope_y", "velocity_z")
+_STEP_S = 0.5  # waves that matter to a boat last seconds: between such leads splines follow them
+_LONGEST_S = 30.0
+_DRAWS = 100  # a probability of 0.9 is known to 0.03
 
 
 def forecast(
-    field: WaveField, at: Sequence[tuple[float, float]] = ((0.0, 0.0),), lead_s: ArrayLike | None = None
+    field: WaveField,
+    at: Sequence[tuple[float, float]] | None = None,
+    lead_s: ArrayLike | None = None,
+    *,
+    vessel: Vessel | None = None,
+    heading_deg: float = 0.0,
+    speed_m_s: float = 0.0,
+    draws: int = _DRAWS,
+    seed: int = 0,
 ) -> xr.Dataset:
     """Expected sea at places (east, north) [m] at some leads [s] after the last that was seen (schema `prediction`).
 
-    lead_s: 0 to 30 s by seconds if left out. Raises InputError for places or leads that are not finite.
+    at: where the antennas were then, if left out. lead_s: 0 to 30 s by half seconds if left out. vessel: whose heave,
+    roll and pitch are wanted too. heading_deg, speed_m_s: of the places, and the vessel, from lead 0 on, clockwise from
+    north and over ground; at rest if left out.
+    draws: of what may come, which `quiet_windows` and `highest_wave` read; 0: none.
+    Raises InputError for places, leads or a course that are not finite, and for a number of draws below 0.
     """
-    lead = np.arange(0.0, 31.0) if lead_s is None else np.atleast_1d(np.asarray(lead_s, dtype=np.float64))
-    place = np.asarray(at, dtype=np.float64)
+    lead = np.arange(0.0, _LONGEST_S + _STEP_S, _STEP_S) if lead_s is None else np.atleast_1d(np.asarray(lead_s, float))
+    place = np.asarray([field.centre] if at is None else at, dtype=np.float64)
     if place.ndim != 2 or place.shape[1] != 2 or not np.isfinite(place).all():
         raise InputError(f"at = {at}: must be pairs of metres east and north; give at least one")
     if lead.ndim != 1 or not lead.size or not np.isfinite(lead).all():
         raise InputError("lead_s: must be finite seconds, one at least")
-    time = field.issued + lead[:, None]
-    values: dict[str, np.ndarray] = {}
-    for kind in _QUANTITIES:
-        mean, std = field.values(kind, place[:, 0], place[:, 1], time)
-        values |= {kind: mean[None], f"{kind}_std": std[None]}
-    values["predictable"] = np.clip(1.0 - values["elevation_std"] ** 2 / field.spectrum.variance, 0.0, 1.0)
+    for name, value in (("heading_deg", heading_deg), ("speed_m_s", speed_m_s)):
+        if not np.isfinite(value):
+            raise InputError(f"{name} = {value:g}: must be finite")
+    if draws < 0:
+        raise InputError(f"draws = {draws}: must be at least 0")
+    names = (*_WATER, *(MOTIONS if vessel is not None else ()))
+    wanted = field.quantities(names, vessel, Course(heading_deg, speed_m_s))
+    values: dict[str, list[np.ndarray]] = {}
+    for x, y in place:
+        toward = unit_from_azimuth(heading_deg)
+        way = x + toward[0] * speed_m_s * lead, y + toward[1] * speed_m_s * lead, field.issued + lead
+        for name, (mean, std) in zip(names, field.told(wanted, *way), strict=True):
+            values.setdefault(name, []).append(mean)
+            values.setdefault(f"{name}_std", []).append(std)
+        if draws:
+            for name, drawn in zip(names, field.draws(wanted, *way, draws, seed), strict=True):
+                values.setdefault(f"{name}_draw", []).append(drawn)
+    stacked = {name: _in_degrees(name, np.stack(each, axis=-1)[None]) for name, each in values.items()}
+    stacked["predictable"] = np.clip(1.0 - stacked["elevation_std"] ** 2 / field.spectrum.variance, 0.0, 1.0)
+    height, period = 4.0 * field.sea_std, field.spectrum.peak_period
     return build(
         "prediction",
-        values | {"issued": [field.issued], "significant_wave_height": [4.0 * field.sea_std], "turns": [field.turns]},
-        {"issue": [0], "lead": lead, "place": np.arange(place.shape[0]), "east": place[:, 0], "north": place[:, 1]},
+        stacked
+        | {"issued": [field.issued], "turns": [field.turns]}
+        | {"significant_wave_height": [height], "peak_period": [period]},
+        {"issue": [0], "lead": lead, "place": np.arange(place.shape[0])}
+        | {"east": place[None, :, 0], "north": place[None, :, 1]},
+        {"heading_deg": float(heading_deg), "speed_m_s": float(speed_m_s)},
     )
 
 
-def quiet_windows(
-    field: WaveField,
-    limit: Mapping[str, float],
-    duration_s: float = 5.0,
-    confidence: float = 0.9,
-    *,
-    at: tuple[float, float] = (0.0, 0.0),
-    lead_s: ArrayLike | None = None,
-    seed: int = 0,
-) -> xr.Dataset:
-    """How likely all limits hold for a time from each lead on, and where that is called a quiet window.
-
-    limit: of quantities (elevation [m], slope_x, slope_y, velocity_z [m/s]) by magnitude. lead_s: when windows begin
-    [s], 0 to 25 s by seconds if left out. Probabilities are shares of draws from the field's own doubt, whose moments
-    hang together; each limit's draws are its own, so that several limits are taken as independent of one another given
-    the forecast. Returns probability (lead,) and called (lead,), which is probability ≥ confidence.
-    Raises InputError for an unknown quantity, a limit or duration that is not positive, a confidence not in (0, 1).
-    """
-    unknown = sorted(set(limit) - set(_QUANTITIES))
-    if unknown or not limit:
-        raise InputError(f"limit: '{(unknown or ['none'])[0]}' is not known; it must be of {', '.join(_QUANTITIES)}")
-    for name, value in (*limit.items(), ("duration_s", duration_s)):
-        if not (np.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} = {value:g}: must be finite and above 0")
-    if not 0.0 < confidence < 1.0:
-        raise InputError(f"confidence = {confidence:g}: must lie between 0 and 1")
-    lead = np.arange(0.0, 26.0) if lead_s is None else np.atleast_1d(np.asarray(lead_s, dtype=np.float64))
-    step = 1.0 / _STEPS_A_SECOND
-    fine = np.arange(lead.min(), lead.max() + duration_s + 0.5 * step, step)
-    probability = np.ones(lead.size)
-    for name, value in limit.items():
-        inside = np.abs(field.draws(name, *at, field.issued + fine, _DRAWS, seed)) < value
-        for n, begin in enumerate(lead):
-            held = (fine >= begin - 0.5 * step) & (fine <= begin + duration_s + 0.5 * step)
-            probability[n] *= float(np.mean(inside[:, held].all(axis=1)))
-    return xr.Dataset(
-        {
-            "probability": ("lead", probability, {"units": "1", "long_name": "that all limits hold for the duration"}),
-            "called": ("lead", probability >= confidence, {"long_name": "called a quiet window"}),
-        },
-        {"lead": ("lead", lead, {"units": "s", "long_name": "begin of the window after the last that was seen"})},
-        {"issued": field.issued, "duration_s": duration_s, "confidence": confidence}
-        | {f"limit_{name}": float(value) for name, value in limit.items()},
-    )
+def _in_degrees(name: str, values: np.ndarray) -> np.ndarray:
+    return np.degrees(values) if name.startswith(("roll", "pitch")) else values

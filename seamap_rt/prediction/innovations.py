@@ -51,6 +51,6 @@ def compared(
     waves = float(np.mean(np.sum(groups.variance * blurred * np.cos(lag), axis=1)))
     lattice = field.members[0].lattice
     blur = np.exp(-0.5 * (np.mean(seen.blur[one]) * lattice.k) ** 2).astype(np.complex128)
-    missed = [field.samples(blur, seen.x[each], seen.y[each], seen.time[each]) for each in (one, other)]
+    missed = [field.samples([blur], seen.x[each], seen.y[each], seen.time[each])[0] for each in (one, other)]
     stated = 0.5 * float(np.mean(np.real(missed[0] * np.conj(missed[1]))))
     return np.array([found, stated, waves - stated])

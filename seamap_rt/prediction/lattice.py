@@ -65,17 +65,23 @@ class Lattice:
 
     def factor(self, kind: str, water: Water) -> NDArray[np.complex128]:
         """What a kind of observation, or a displacement of the water, is of a wave's amplitude."""
-        k = np.where(self.k > 0.0, self.k, 1.0)
-        name, _, axis = kind.partition("_")
-        if name == "elevation":
-            return np.ones(self.k.shape, np.complex128)
-        along = self.ky if axis == "y" else self.kx
-        if name == "slope":
-            return np.asarray(1j * along, np.complex128)
-        if kind == "velocity_z":
-            return np.asarray(-1j * self.frequency, np.complex128)
-        orbit = along / k / np.tanh(np.minimum(k * water.depth, 300.0))
-        return np.asarray(1j * orbit if name == "displacement" else self.frequency * orbit, np.complex128)
+        return factor(kind, self.kx, self.ky, self.k, self.frequency, water)
+
+
+def factor(kind: str, kx: Field, ky: Field, k: Field, frequency: Field, water: Water) -> NDArray[np.complex128]:
+    """What a kind of observation, or a displacement of the water, is of the amplitude of waves of some wavevectors
+    [rad/m] and intrinsic frequencies [rad/s]; all of one shape."""
+    moving = np.where(k > 0.0, k, 1.0)
+    name, _, axis = kind.partition("_")
+    if name == "elevation":
+        return np.ones(k.shape, np.complex128)
+    along = ky if axis == "y" else kx
+    if name == "slope":
+        return np.asarray(1j * along, np.complex128)
+    if kind == "velocity_z":
+        return np.asarray(-1j * frequency, np.complex128)
+    orbit = along / moving / np.tanh(np.minimum(moving * water.depth, 300.0))
+    return np.asarray(1j * orbit if name == "displacement" else frequency * orbit, np.complex128)
 
 
 def fastest(spectrum: Spectrum) -> float:

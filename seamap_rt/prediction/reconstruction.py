@@ -9,9 +9,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from ..compute.machine import pool
-from ..dataset import group_of
+from ..dataset import attributed, group_of
 from ..errors import InputError
-from ..settings import PredictionSettings
+from ..settings import PredictionSettings, VesselSettings
 from .ensemble import Ensemble
 from .field import WaveField
 from .fit import Fit
@@ -19,9 +19,12 @@ from .forecast import forecast
 from .observations import Observations
 from .predictor import Predictor
 from .spectrum import Spectrum
+from .vessel import Box, Disc, Follower, Vessel, read_capytaine
+from .windows import quiet_windows
 
 _NEEDED = ("turn", "azimuth", "range", "height", "height_std", "ground_range", "quality", "time")
 _REAL = 1.0  # sharpness of a real sea
+_FINE_S = 0.5  # between leads that windows are found by
 _SAMPLES = 12  # of what is open: of one fit all are drawn at once
 
 
@@ -55,21 +58,64 @@ def reconstruct(
 
 def forecasts(
     maps: xr.DataTree,
-    at: Sequence[tuple[float, float]] = ((0.0, 0.0),),
+    at: Sequence[tuple[float, float]] | None = None,
     lead_s: ArrayLike | None = None,
     settings: PredictionSettings | None = None,
 ) -> Iterator[xr.Dataset]:
     """A forecast for each turn of some maps, from what was seen up to then (schema `prediction`, one issue each).
 
-    Turns after which no sea is known give none. Raises as `reconstruct` and `forecast` do.
+    at: places, m east and north; the antennas' if left out. Turns after which no sea is known give none. Raises as
+    `reconstruct`, `forecast` and `read_capytaine` do.
     """
     settings = settings or PredictionSettings()
     polar = group_of(maps, "maps/polar", _NEEDED)
-    predictor = Predictor(settings.turns, settings.lead_s, settings.sharpness)
+    predictor, vessel = Predictor(settings.turns, settings.lead_s, settings.sharpness), vessel_of(settings.vessel)
     for turn in range(polar.sizes["turn"]):
         field = predictor.turn(polar.isel(turn=turn))
         if field is not None:
-            yield forecast(field, at, lead_s).assign_coords(issue=np.array([int(polar["turn"][turn])], np.int32))
+            yield issue(field, int(polar["turn"][turn]), settings, vessel, at, lead_s)
+
+
+def issue(
+    field: WaveField,
+    number: int,
+    settings: PredictionSettings,
+    vessel: Vessel | None = None,
+    at: Sequence[tuple[float, float]] | None = None,
+    lead_s: ArrayLike | None = None,
+) -> xr.Dataset:
+    """A numbered forecast by settings: of the sea, of a vessel, and of quiet windows if the settings have limits."""
+    lead = np.arange(0.0, settings.lead_s + _FINE_S, _FINE_S) if lead_s is None else np.asarray(lead_s, np.float64)
+    heading, speed = settings.heading_deg or 0.0, settings.speed_m_s or 0.0
+    made = forecast(field, at, lead, vessel=vessel, heading_deg=heading, speed_m_s=speed, draws=0)
+    limits = settings.quiet.limits
+    if limits:
+        last = max(settings.lead_s, settings.quiet.duration_s)
+        fine = np.arange(0.0, last + _FINE_S, _FINE_S)
+        drawn = forecast(field, at, fine, vessel=vessel, heading_deg=heading, speed_m_s=speed)
+        windows = quiet_windows(drawn, limits, settings.quiet.duration_s, settings.quiet.confidence)
+        chance = windows["probability"].interp(lead=lead).values  # NaN where the window ends beyond the last lead
+        made["quiet"] = attributed("prediction", "quiet", chance)
+        made.attrs |= windows.attrs
+    return made.assign_coords(issue=np.array([number], np.int32))
+
+
+def vessel_of(settings: VesselSettings) -> Vessel | None:
+    """The vessel of some settings, if there is one. Raises InputError for sizes and files that are of none."""
+    try:
+        match settings.shape:
+            case "raft":
+                return Follower()
+            case "disc":
+                return Disc(settings.beam_m or 0.0, settings.draught_m or 0.0)
+            case "box":
+                sizes = settings.length_m or 0.0, settings.beam_m or 0.0, settings.draught_m or 0.0
+                return Box(*sizes, roll_period_s=settings.roll_period_s)
+            case "file":
+                return read_capytaine(settings.file or "")
+    except ValueError as error:
+        raise InputError(f"prediction.vessel: {error}") from None
+    return None
 
 
 def _of_observations(seen: Observations, spectrum: Spectrum, settings: PredictionSettings) -> WaveField:

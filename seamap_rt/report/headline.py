@@ -60,3 +60,17 @@ def headline(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> li
         ("Visible at 100 m", percent(reduce.visible_at(truth, scene.radar.height_m, 100.0))),
         ("Visible at 160 m", percent(reduce.visible_at(truth, scene.radar.height_m, 160.0))),
     ]
+
+
+def forecast_line(metrics: Mapping[str, Any]) -> str:
+    """What forecasts at the first place were worth, in a line."""
+    rows = [row for row in metrics.get("prediction") or () if row["place"] == 0 and row["lead_s"][0] > 0.0]
+    if not rows:
+        return "forecasts: none; no turn shows a sea"
+    ahead = "; ".join(
+        f"{row['lead_s'][0]:g}–{row['lead_s'][1]:g} s correlation {digits(row['correlation'], 3)}, error "
+        f"{digits(row['error_share'], 2)} σ (stated {digits(row['stated_share'], 2)}, persistence "
+        f"{digits(row['persistence_share'], 2)})"
+        for row in rows
+    )
+    return f"{rows[0]['forecasts']} forecasts at the boat: {ahead}"

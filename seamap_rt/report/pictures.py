@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..forecast_errors import Verified
 from ..scene import Scene
-from . import curves, evolution, gauge_figures, maps, reduce
+from . import curves, evolution, forecast_figures, gauge_figures, maps, reduce
 from .headline import headline
 from .page_elements import Picture, digits
 from .sea_words import ground_warning
@@ -24,12 +25,14 @@ def pictures(
     metrics: Mapping[str, Any],
     echoes: xr.Dataset,
     gauges: xr.Dataset | None = None,
+    verified: Verified | None = None,
 ) -> list[Picture]:
     """The figures of the page, in order, with what is to be said of each. Nothing is drawn yet."""
     run = _Run(scene, retrieved, truth, metrics, echoes)
     return [
         _height_maps(run),
         *evolution.film(scene, retrieved, truth),
+        *forecast_figures.forecast_pictures(scene, retrieved, verified),
         *gauge_figures.gauge_pictures(gauges),
         _slope_maps(run),
         _error_against_range(run),

@@ -34,6 +34,7 @@ def _anchored(tree: dict[str, Any], folder: Path) -> dict[str, Any]:
     holders += [("file", _table(tree.get("platform"))), ("file", _table(radar.get("antenna")))]
     holders += [("file", each) for each in _tables(radar.get("antennas"))]
     holders += [("mesh", each) for each in _tables(tree.get("objects"))]
+    holders += [("file", _table(_table(tree.get("prediction")).get("vessel")))]
     for key, holder in holders:
         if isinstance(holder.get(key), str) and holder[key] and "\0" not in holder[key]:  # that is refused later
             holder[key] = str((folder / holder[key]).resolve())

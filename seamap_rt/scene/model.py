@@ -19,6 +19,7 @@ from ..settings import (
     Meaning,
     ObjectSettings,
     PlatformSettings,
+    PredictionSettings,
     RadarSettings,
     RetrievalSettings,
     ScatteringSettings,
@@ -79,6 +80,7 @@ class Scene(Section):
     ] = ()
     tracing: Annotated[TracingSettings, Meaning("Light and shadow, and the mesh.")] = TracingSettings()
     retrieval: Annotated[RetrievalSettings, Meaning("How echoes become maps.")] = RetrievalSettings()
+    prediction: Annotated[PredictionSettings, Meaning("How maps become forecasts.")] = PredictionSettings()
 
     @property
     def detail(self) -> MeshDetail:
@@ -97,6 +99,13 @@ class Scene(Section):
         names = ("depth_m", "current_m_s", "current_toward_deg")
         known = {name: getattr(self.sea, name) for name in names if getattr(self.retrieval, name) is None}
         return self.retrieval.model_copy(update=known)
+
+    @property
+    def resolved_prediction(self) -> PredictionSettings:
+        """The prediction with the boat's own course where it names none."""
+        names = ("heading_deg", "speed_m_s")
+        known = {name: getattr(self.platform, name) for name in names if getattr(self.prediction, name) is None}
+        return self.prediction.model_copy(update=known)
 
     @property
     def meshing(self) -> TracingSettings:

@@ -13,6 +13,7 @@ from typing import Any
 import xarray as xr
 
 from ..compute.machine import peak_memory
+from ..forecast_errors import judge_forecasts
 from ..gauges import judge
 from ..interferometry import open_echoes
 from ..io.appendable import AppendableNetCDF
@@ -28,6 +29,7 @@ from ..simulation import Simulator
 from ..wavefield import sea_state
 from ..wavefield.sea_state import in_words
 from .driver import Progress, Sink, TurnFigures, deliver, iterate
+from .forecasting import ForecastSink
 from .sinks import FileSink, gauge_sink
 
 PRODUCTS = (
@@ -36,6 +38,7 @@ PRODUCTS = (
     "maps.nc",
     "truth.nc",
     "gauges.nc",
+    "prediction.nc",
     "metrics.json",
     "report.html",
     "evolution.gif",
@@ -52,11 +55,17 @@ class RunResult:
 
 
 def run(
-    scene: Scene, out: str | Path | None = None, *, overwrite: bool = False, progress: Progress | None = None
+    scene: Scene,
+    out: str | Path | None = None,
+    *,
+    predict: bool = False,
+    overwrite: bool = False,
+    progress: Progress | None = None,
 ) -> RunResult:
     """Simulate, retrieve, compare and draw all turns of a scene into a folder (default `runs/<scene>-<seed>`).
 
     Results stream turn by turn, so memory holds one turn. Interrupted, complete turns stay readable.
+    predict: forecast beside the run, from its maps, as the scene's section `prediction` says.
     progress: called with a line on what begins.
     Raises InputError for bad input, NoBackend if rays cannot be traced, OSError where the disk is full.
     """
@@ -68,17 +77,20 @@ def run(
         simulator = Simulator(scene)
         clear_folder(folder, PRODUCTS)
         truth_file = AppendableNetCDF(folder / "truth.nc")
-        with _stating_what_is_left(truth_file, scene.turns), growing(folder, _growing_files(scene)):
+        ahead = ForecastSink(AppendableNetCDF(folder / "prediction.nc", ("issue",)), simulator) if predict else None
+        with _stating_what_is_left(truth_file, scene.turns), growing(folder, _growing_files(scene, predict)):
             write_whole(folder / "scene.toml", scene.to_toml())
-            figures = deliver(
-                iterate(scene, simulator=simulator, progress=progress), _file_sinks(folder, simulator, truth_file)
-            )
+            sinks = _file_sinks(folder, simulator, truth_file, ahead)
+            figures = deliver(iterate(scene, simulator=simulator, progress=progress), sinks)
         say("comparing and drawing")
         gauges = _read_gauges(folder) if scene.gauges else None
         with _read(folder / "maps.nc") as maps, _read(folder / "truth.nc") as truth:
             metrics = _metrics(simulator, maps, truth, gauges, figures)
+            verified = ahead.verified() if ahead else None
+            metrics["prediction"] = judge_forecasts(verified) if verified else []
             metrics["run_s"] = time.perf_counter() - start
-            write_report(folder, scene, maps, truth, metrics, open_echoes(folder / "echoes.zarr"), gauges)
+            echoes = open_echoes(folder / "echoes.zarr")
+            write_report(folder, scene, maps, truth, metrics, echoes, gauges, verified)
         metrics["run_s"] = time.perf_counter() - start
         metrics["peak_memory_bytes"] = peak_memory()
         write_whole(folder / "metrics.json", to_json(metrics))
@@ -94,11 +106,14 @@ def _read(path: Path) -> Iterator[xr.DataTree]:
         yield tree
 
 
-def _growing_files(scene: Scene) -> tuple[str, ...]:
-    return ("truth.nc", "maps.nc", *(("gauges.nc",) if scene.gauges else ()), "echoes.zarr")
+def _growing_files(scene: Scene, predict: bool) -> tuple[str, ...]:
+    also = (("gauges.nc",) if scene.gauges else ()) + (("prediction.nc",) if predict else ())
+    return ("truth.nc", "maps.nc", *also, "echoes.zarr")
 
 
-def _file_sinks(folder: Path, simulator: Simulator, truth_file: AppendableNetCDF) -> list[Sink]:
+def _file_sinks(
+    folder: Path, simulator: Simulator, truth_file: AppendableNetCDF, ahead: ForecastSink | None
+) -> list[Sink]:
     """The files of a run that grow with its turns. The echoes come last: it costs most to take them back."""
     sinks: list[Sink] = [
         FileSink(truth_file, lambda turn: turn.truth),
@@ -106,6 +121,8 @@ def _file_sinks(folder: Path, simulator: Simulator, truth_file: AppendableNetCDF
     ]
     if simulator.scene.gauges:
         sinks.append(gauge_sink(AppendableNetCDF(folder / "gauges.nc", ("turn", "sample")), simulator))
+    if ahead is not None:
+        sinks.append(ahead)
     return [*sinks, FileSink(EchoStore(folder / "echoes.zarr"), lambda turn: turn.echoes)]
 
 

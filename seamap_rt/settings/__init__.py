@@ -10,7 +10,7 @@ from .gauges import GaugeSettings
 from .limits import Meaning
 from .objects import ObjectSettings
 from .platform import PlatformSettings, SensorSettings
-from .prediction import PredictionSettings
+from .prediction import PredictionSettings, QuietSettings, VesselSettings
 from .radar import RadarSettings
 from .receiver import ReceiverSettings
 from .retrieval import RetrievalSettings
@@ -54,6 +54,7 @@ __all__ = [
     "PlacedAntenna",
     "PlatformSettings",
     "PredictionSettings",
+    "QuietSettings",
     "RadarSettings",
     "RandomWaves",
     "ReceiverSettings",
@@ -67,6 +68,7 @@ __all__ = [
     "SpreadWaves",
     "TmaWaves",
     "TracingSettings",
+    "VesselSettings",
     "WaveSystem",
     "as_tuple",
     "check_grid",

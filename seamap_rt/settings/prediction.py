@@ -1,17 +1,102 @@
-"""Section [prediction]: how a wave field is fitted to the maps, and how far ahead it is asked."""
+"""[prediction]: how a wave field is fitted to the maps, how far ahead it is asked, and what a crew asks of it."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal, Self
 
-from annotated_types import Ge, Le
+from annotated_types import Ge, Gt, Le, Lt
+from pydantic import model_validator
 
 from .limits import Meaning
-from .section import Section
+from .section import Direction, Section, compass
+
+
+def _size(text: str, shapes: str) -> Meaning:
+    return Meaning(f"{text}; of {shapes}.", unit="m", reason="sizes of boats", left_out="none: the shape needs no such")
+
+
+Size = Annotated[float, Gt(0.0), Le(300.0)]
+
+
+class VesselSettings(Section):
+    """The vessel whose heave, roll and pitch are forecast.
+
+    `raft` follows the surface; `disc` is a buoy; `box` a box-shaped boat; `file` a NetCDF file of Capytaine.
+    """
+
+    shape: Annotated[
+        Literal["none", "raft", "disc", "box", "file"], Meaning("Which vessel: none forecasts the water alone.")
+    ] = "none"
+    length_m: Annotated[Size | None, _size("Length", "`box`")] = None
+    beam_m: Annotated[Size | None, _size("Beam", "`box`; diameter of `disc`")] = None
+    draught_m: Annotated[Size | None, _size("Draught", "`box` and `disc`")] = None
+    roll_period_s: Annotated[
+        float | None,
+        Gt(0.0),
+        Le(60.0),
+        Meaning(
+            "Natural period of roll, of `box`.", unit="s", reason="periods of boats", left_out="by the box's stability"
+        ),
+    ] = None
+    file: Annotated[
+        str | None,
+        Meaning(
+            "Path of a NetCDF file of Capytaine, of `file`; a relative one counts from the scene file's folder.",
+            left_out="none: only the shape file needs one",
+        ),
+    ] = None
+
+    @model_validator(mode="after")
+    def _sizes_are_those_of_the_shape(self) -> Self:
+        needed = {"disc": ("beam_m", "draught_m"), "box": ("length_m", "beam_m", "draught_m"), "file": ("file",)}
+        also = {"box": ("roll_period_s",)}
+        mine = needed.get(self.shape, ())
+        for name in ("length_m", "beam_m", "draught_m", "roll_period_s", "file"):
+            given = getattr(self, name) is not None
+            if name in mine and not given:
+                raise ValueError(f'{name} is missing; shape = "{self.shape}" needs it')
+            if given and name not in (*mine, *also.get(self.shape, ())):
+                raise ValueError(f'{name} is given, but shape = "{self.shape}" has none; leave it out')
+        return self
+
+
+def _limit(text: str, unit: str) -> Meaning:
+    return Meaning(f"{text} stays below, in magnitude.", unit=unit, reason="a limit", left_out="it is not limited")
+
+
+class QuietSettings(Section):
+    """What a quiet window is: limits that all hold for a time. None is looked for where no limit is given."""
+
+    elevation_m: Annotated[float | None, Gt(0.0), Le(30.0), _limit("What the water's height", "m")] = None
+    velocity_z_m_s: Annotated[float | None, Gt(0.0), Le(30.0), _limit("What the water's speed upwards", "m/s")] = None
+    heave_m: Annotated[float | None, Gt(0.0), Le(30.0), _limit("What the vessel's heave", "m")] = None
+    roll_deg: Annotated[float | None, Gt(0.0), Le(90.0), _limit("What the vessel's roll", "°")] = None
+    pitch_deg: Annotated[float | None, Gt(0.0), Le(90.0), _limit("What the vessel's pitch", "°")] = None
+    duration_s: Annotated[
+        float, Gt(0.0), Le(30.0), Meaning("How long a window lasts.", unit="s", reason="what is predictable")
+    ] = 5.0
+    confidence: Annotated[
+        float,
+        Gt(0.0),
+        Lt(1.0),
+        Meaning("Probability from which on a window is called.", unit="1", reason="a probability"),
+    ] = 0.9
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """By the names of what is forecast."""
+        given = {
+            "elevation": self.elevation_m,
+            "velocity_z": self.velocity_z_m_s,
+            "heave": self.heave_m,
+            "roll": self.roll_deg,
+            "pitch": self.pitch_deg,
+        }
+        return {name: limit for name, limit in given.items() if limit is not None}
 
 
 class PredictionSettings(Section):
-    """From maps to a forecast."""
+    """From maps to a forecast: of the sea, of a vessel in it, and of quiet windows."""
 
     turns: Annotated[
         int,
@@ -36,3 +121,31 @@ class PredictionSettings(Section):
             left_out="as the maps show it",
         ),
     ] = None
+    heading_deg: Annotated[
+        Direction | None,
+        compass("Heading of the vessel while it runs on", left_out="the heading of the boat; north for maps alone"),
+    ] = None
+    speed_m_s: Annotated[
+        float | None,
+        Ge(0.0),
+        Le(30.0),
+        Meaning(
+            "Speed over ground along that heading.",
+            unit="m/s",
+            reason="of boats",
+            left_out="the speed of the boat; 0 for maps alone",
+        ),
+    ] = None
+    vessel: Annotated[VesselSettings, Meaning("What floats there.")] = VesselSettings()
+    quiet: Annotated[QuietSettings, Meaning("What counts as quiet.")] = QuietSettings()
+
+    @model_validator(mode="after")
+    def _motions_are_of_a_vessel(self) -> Self:
+        motions = sorted(set(self.quiet.limits) & {"heave", "roll", "pitch"})
+        if motions and self.vessel.shape == "none":
+            raise ValueError(f"quiet limits {motions[0]}, but there is no vessel; give vessel.shape")
+        if self.quiet.limits and self.quiet.duration_s > self.lead_s:
+            raise ValueError(
+                f"quiet.duration_s = {self.quiet.duration_s:g}: is longer than lead_s = {self.lead_s:g}; shorten it"
+            )
+        return self

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +13,17 @@ import xarray as xr
 from seamap_rt.cli import main as command
 from seamap_rt.errors import InputError
 from seamap_rt.physics.dispersion import Water
-from seamap_rt.prediction import Follower, Observations, Spectrum, WaveField, forecast, quiet_windows, reconstruct
+from seamap_rt.prediction import (
+    Follower,
+    Observations,
+    Spectrum,
+    WaveField,
+    forecast,
+    highest_wave,
+    quiet_windows,
+    reconstruct,
+)
+from seamap_rt.prediction.quantity import Course
 from seamap_rt.settings import PredictionSettings
 
 WATER = Water()
@@ -114,21 +126,27 @@ def test_hours_make_no_difference() -> None:
     np.testing.assert_allclose(at[0], at[1], atol=0.05 * 0.35)
 
 
+def on_the_spot(
+    field: WaveField, names: list[str], lead: np.ndarray, **vessel: Any
+) -> tuple[list[Any], tuple[Any, ...]]:
+    """Quantities, and the way of a place that stays where it is."""
+    nowhere = np.zeros(lead.size)
+    return field.quantities(names, **vessel), (nowhere, nowhere, field.issued + lead)
+
+
 def test_a_raft_goes_with_the_water(field: WaveField) -> None:
-    time = field.issued + np.arange(0.0, 8.0)
-    nowhere = np.zeros(8)
-    motions = field.motions(Follower(), nowhere, nowhere, time, heading_deg=90.0)
-    mean, std = field.elevation(nowhere, nowhere, time)
-    np.testing.assert_allclose(motions["heave"][0], mean, atol=1e-6)
-    np.testing.assert_allclose(motions["heave"][1], std, rtol=1e-6)
-    slopes, _ = field.slopes(nowhere, nowhere, time)
-    np.testing.assert_allclose(np.tan(motions["pitch"][0]), slopes[:, 0], atol=0.02)  # bow east: up where it rises
+    names = ["elevation", "slope_x", "heave", "pitch"]
+    wanted, way = on_the_spot(field, names, np.arange(0.0, 8.0), vessel=Follower(), course=Course(90.0, 0.0))
+    elevation, slope, heave, pitch = field.told(wanted, *way)
+    np.testing.assert_allclose(heave[0], elevation[0], atol=1e-6)
+    np.testing.assert_allclose(heave[1], elevation[1], rtol=1e-6)
+    np.testing.assert_allclose(np.tan(pitch[0]), slope[0], atol=0.02)  # bow east: up where it rises
+    np.testing.assert_allclose(pitch[1], slope[1], rtol=1e-6)
 
 
 def test_draws_have_the_stated_error_and_hang_together(field: WaveField) -> None:
-    time = field.issued + np.arange(20.0, 60.0, 0.25)
-    mean, std = field.elevation(0.0, 0.0, time)
-    draws = field.draws("elevation", 0.0, 0.0, time, 400)
+    wanted, way = on_the_spot(field, ["elevation"], np.arange(20.0, 60.0, 0.25))
+    ((mean, std),), (draws,) = field.told(wanted, *way), field.draws(wanted, *way, 400)
     spread = np.sqrt(np.mean((draws - mean) ** 2))
     assert spread == pytest.approx(np.sqrt(np.mean(std**2)), rel=0.06)  # 400 draws of some ten periods each
     error = (draws - mean)[:, -80:]
@@ -139,25 +157,59 @@ def test_draws_have_the_stated_error_and_hang_together(field: WaveField) -> None
     assert opposite < -0.6  # half a period on
 
 
-def test_quiet_windows_follow_limit_and_duration(field: WaveField) -> None:
-    def chance(limit: float, duration: float = 5.0) -> np.ndarray:
-        return quiet_windows(field, {"elevation": limit}, duration)["probability"].values
+def test_draws_of_a_raft_are_those_of_its_water(field: WaveField) -> None:
+    wanted, way = on_the_spot(field, ["elevation", "heave"], np.arange(0.0, 50.0, 5.0), vessel=Follower())
+    elevation, heave = field.draws(wanted, *way, 30)
+    np.testing.assert_allclose(heave, elevation, atol=1e-5)
 
-    assert np.all(chance(10.0) == 1.0)
-    assert np.all(chance(1e-3) == 0.0)
-    assert np.all(chance(0.3) >= chance(0.2))
-    assert np.all(chance(0.4, 2.0) >= chance(0.4, 6.0))
+
+FINE = np.arange(0.0, 30.01, 0.25)
+
+
+def test_quiet_windows_follow_limit_and_duration(field: WaveField) -> None:
+    made = forecast(field, lead_s=FINE, draws=200)
+
+    def chance(limit: dict[str, float], duration: float = 5.0) -> np.ndarray:
+        return quiet_windows(made, limit, duration)["probability"].values
+
+    assert np.all(chance({"elevation": 10.0}) == 1.0)
+    assert np.all(chance({"elevation": 1e-3}) == 0.0)
+    assert np.all(chance({"elevation": 0.3}) >= chance({"elevation": 0.2}))
+    assert np.all(chance({"elevation": 0.4}, 6.0) <= chance({"elevation": 0.4}, 2.0)[:, :97])
+    both = chance({"elevation": 0.3, "velocity_z": 0.3})
+    assert np.all(both <= np.minimum(chance({"elevation": 0.3}), chance({"velocity_z": 0.3})))
 
 
 def test_a_window_is_called_where_the_sea_is_known_to_be_quiet(field: WaveField) -> None:
-    lead = np.arange(0.0, 9.0)
     truth = KnownSea().elevation(np.zeros(49), np.zeros(49), field.issued + 0.25 * np.arange(49))
     limit = 1.15 * np.abs(truth[:9]).max()  # two seconds from now on hold it
-    found = quiet_windows(field, {"elevation": float(limit)}, 2.0, lead_s=lead)
-    assert bool(found["called"][0])
+    found = quiet_windows(forecast(field, lead_s=FINE), {"elevation": float(limit)}, 2.0)
+    assert bool(found["called"][0, 0, 0])
+    chance = found["probability"].values[0, :36:4, 0]
     held = np.array([np.abs(truth[4 * n : 4 * n + 9]).max() < limit for n in range(9)])
-    sure = np.abs(found["probability"].values - 0.5) > 0.45
-    np.testing.assert_array_equal(found["probability"].values[sure] > 0.5, held[sure])
+    sure = np.abs(chance - 0.5) > 0.45
+    np.testing.assert_array_equal(chance[sure] > 0.5, held[sure])
+
+
+def test_the_highest_wave_is_told_with_its_time(field: WaveField) -> None:
+    # Over ten seconds, in which this sea is known to a tenth of σ: to a period's crest, and to half a second.
+    lead = np.arange(0.0, 10.01, 0.1)
+    truth = KnownSea().elevation(np.zeros(lead.size), np.zeros(lead.size), field.issued + lead)
+    found = highest_wave(forecast(field), within_s=10.0)
+    assert float(found["crest"][0, 0]) == pytest.approx(truth.max(), abs=0.15 * 0.35)
+    assert float(found["lead"][0, 0]) == pytest.approx(lead[truth.argmax()], abs=0.5)
+    assert float(found["chance"][0, 0]) > 0.5
+    assert float(found["crest_low"][0, 0]) < float(found["crest"][0, 0]) < float(found["crest_high"][0, 0])
+
+
+def test_a_boat_under_way_meets_the_waves_where_it_then_is(field: WaveField) -> None:
+    made = forecast(field, [(10.0, 0.0)], [0.0, 4.0], heading_deg=270.0, speed_m_s=5.0, vessel=Follower(), draws=0)
+    mean, _ = field.elevation(-10.0, 0.0, field.issued + 4.0)
+    assert float(made["elevation"][0, 1, 0]) == pytest.approx(float(mean), abs=1e-5)
+    assert float(made["heave"][0, 1, 0]) == pytest.approx(float(mean), abs=1e-5)
+    _, slopes = field.slopes(-10.0, 0.0, field.issued + 4.0)
+    # Roll, not pitch, is of the slope across: on a western course the bow is up where the sea falls towards east.
+    assert float(made["pitch_std"][0, 1, 0]) == pytest.approx(np.degrees(slopes[0]), rel=1e-3)
 
 
 def test_a_forecast_keeps_the_schema_and_says_what_is_known(field: WaveField) -> None:
@@ -185,7 +237,9 @@ def test_sinking_water_is_put_back() -> None:
     ("asked", "said"),
     [
         ({"limit": {"height": 1.0}}, "'height' is not known"),
-        ({"limit": {}}, "'none' is not known"),
+        ({"limit": {}}, "limit: is empty"),
+        ({"limit": {"heave": 1.0}}, "heave: the forecast holds no draws of it; give the vessel"),
+        ({"limit": {"elevation": 1.0}, "duration_s": 40.0}, "duration_s = 40: is longer than the forecast"),
         ({"limit": {"elevation": 0.0}}, "elevation = 0: must be finite and above 0"),
         ({"limit": {"elevation": 1.0}, "duration_s": -1.0}, "duration_s = -1"),
         ({"limit": {"elevation": 1.0}, "confidence": 1.0}, "confidence = 1: must lie between 0 and 1"),
@@ -193,7 +247,16 @@ def test_sinking_water_is_put_back() -> None:
 )
 def test_windows_that_cannot_be_asked_for(field: WaveField, asked: dict, said: str) -> None:
     with pytest.raises(InputError, match=said):
-        quiet_windows(field, **asked)
+        quiet_windows(forecast(field, draws=2), **asked)
+
+
+def test_windows_need_draws_close_in_time(field: WaveField) -> None:
+    with pytest.raises(InputError, match="steps of 1 s are too long"):
+        quiet_windows(forecast(field, lead_s=np.arange(10.0), draws=2), {"elevation": 1.0})
+    with pytest.raises(InputError, match="forecast with draws above 0"):
+        highest_wave(forecast(field, draws=0))
+    with pytest.raises(InputError, match="within_s = -1: no lead"):
+        highest_wave(forecast(field, draws=2), within_s=-1.0)
 
 
 def test_forecasts_that_cannot_be_asked_for(field: WaveField) -> None:
@@ -201,17 +264,43 @@ def test_forecasts_that_cannot_be_asked_for(field: WaveField) -> None:
         forecast(field, [(0.0, np.nan)])
     with pytest.raises(InputError, match="finite seconds"):
         forecast(field, lead_s=[np.inf])
+    with pytest.raises(InputError, match="speed_m_s = nan: must be finite"):
+        forecast(field, speed_m_s=np.nan)
+    with pytest.raises(InputError, match="draws = -1: must be at least 0"):
+        forecast(field, draws=-1)
     with pytest.raises(InputError, match="give maps, or observations and the spectrum"):
         reconstruct(observations=seen(KnownSea(), 10))
 
 
 @pytest.fixture(scope="module")
 def maps_file(tmp_path_factory: pytest.TempPathFactory):
-    """Maps of two turns of the tiny scene."""
+    """Maps of two turns of the tiny scene, and the forecasts made beside the run."""
     folder = tmp_path_factory.mktemp("predict")
-    settings = ["--set", "turns=2", "--set", "tracing.tracer=horizon"]
-    assert main(["run", "tiny", "--out", str(folder), *settings]) == 0
+    settings = ["turns=2", "tracing.tracer=horizon", "prediction.vessel.shape=raft", "prediction.quiet.elevation_m=0.4"]
+    given = [word for each in settings for word in ("--set", each)]
+    assert main(["run", "tiny", "--predict", "--out", str(folder), *given]) == 0
     return folder / "maps.nc"
+
+
+def test_forecasts_beside_a_run_are_those_of_its_maps(maps_file, tmp_path) -> None:
+    asked = ["--lead", "0:30:0.5", "--set", "prediction.vessel.shape=raft", "--set", "prediction.quiet.elevation_m=0.4"]
+    assert main(["predict", str(maps_file), *asked, "--out", str(tmp_path)]) == 0
+    with (
+        xr.open_dataset(tmp_path / "prediction.nc") as after,
+        xr.open_dataset(maps_file.parent / "prediction.nc") as made,
+    ):
+        xr.testing.assert_allclose(after, made, atol=2e-3)  # maps on file hold heights as float32
+        assert np.all((made["quiet"] >= 0.0) & (made["quiet"] <= 1.0) | (made["lead"] > 25.0))
+        np.testing.assert_allclose(made["heave"], made["elevation"], atol=0.05)  # sharp crests ride on their own waves
+
+
+def test_a_run_judges_its_forecasts(maps_file) -> None:
+    rows = json.loads((maps_file.parent / "metrics.json").read_text())["prediction"]
+    assert [row["lead_s"] for row in rows] == [[0.0, 0.0], [1.0, 4.0], [5.0, 10.0], [11.0, 20.0], [21.0, 30.0]]
+    assert rows[0]["forecasts"] == 2
+    assert all(row["stated_share"] > 0.0 and 0.0 <= row["within"] <= 1.0 for row in rows)
+    page = (maps_file.parent / "report.html").read_text()
+    assert all(title in page for title in ("The wave field through the shadows", "Forecasts run ahead of the sea"))
 
 
 def test_predict_writes_a_forecast_for_each_turn(maps_file, tmp_path, capsys) -> None:
@@ -222,7 +311,7 @@ def test_predict_writes_a_forecast_for_each_turn(maps_file, tmp_path, capsys) ->
         assert dict(made.sizes) == {"issue": 2, "lead": 5, "place": 2}
         assert np.isfinite(made["elevation"]).all()
         assert np.all(made["elevation_std"] > 0.0)
-        np.testing.assert_allclose(made["east"], [0.0, -20.0])
+        np.testing.assert_allclose(made["east"], [[0.0, -20.0]] * 2)
         assert np.all(np.diff(made["issued"]) > 0.0)
     assert main(["predict", str(maps_file), *asked]) == 2  # never overwritten unasked
     assert "--overwrite" in capsys.readouterr().err

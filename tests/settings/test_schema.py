@@ -128,8 +128,7 @@ def test_every_key_of_every_section_has_type_unit_description_and_default() -> N
 def test_the_sections_are_all_there() -> None:
     names = {name for name in settings.__all__ if isinstance(getattr(settings, name), type)}
     bases = {"Section", "Meaning", "RandomWaves", "SpreadWaves", "SpectralWaves", "GrowingWaves"}
-    of_maps = {"PredictionSettings"}  # of the command predict, which reads maps and no scene
-    assert set(sections(SCHEMA)) == names - bases - of_maps | {"Scene"}
+    assert set(sections(SCHEMA)) == names - bases | {"Scene"}
 
 
 class Planted(Section):

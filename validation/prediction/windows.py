@@ -63,10 +63,11 @@ def run(name: str, seed: int, turns: int) -> dict[str, Field]:
         if field is None or number < FIRST:
             continue
         limit = LIMIT * height
-        called = sr.quiet_windows(field, {"elevation": limit}, LASTS_S, CONFIDENCE, lead_s=LEADS)
+        drawn = sr.forecast(field, lead_s=np.arange(0.0, LEADS[-1] + LASTS_S + 0.25, 0.25), draws=200)
+        called = sr.quiet_windows(drawn, {"elevation": limit}, LASTS_S, CONFIDENCE).sel(lead=LEADS)
         low, expected = group_law(field)
         rows["outcome"].append(came_true(simulator, field.issued, limit).astype(np.float64))
-        rows["forecast"].append(called["probability"].values)
+        rows["forecast"].append(called["probability"].values.ravel())
         rows["persistence"].append(np.full(LEADS.size, low))
         rows["group law"].append(expected)
     return {key: np.concatenate(part) for key, part in rows.items()}
