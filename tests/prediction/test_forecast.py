@@ -128,7 +128,7 @@ def test_hours_make_no_difference() -> None:
 
 def on_the_spot(
     field: WaveField, names: list[str], lead: np.ndarray, **vessel: Any
-) -> tuple[list[Any], tuple[Any, ...]]:
+) -> tuple[list[Any], tuple[Any, Any, Any]]:
     """Quantities, and the way of a place that stays where it is."""
     nowhere = np.zeros(lead.size)
     return field.quantities(names, **vessel), (nowhere, nowhere, field.issued + lead)
