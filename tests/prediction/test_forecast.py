@@ -180,6 +180,25 @@ def test_quiet_windows_follow_limit_and_duration(field: WaveField) -> None:
     assert np.all(both <= np.minimum(chance({"elevation": 0.3}), chance({"velocity_z": 0.3})))
 
 
+def test_windows_count_the_draws_in_which_all_limits_hold_throughout() -> None:
+    # Ten draws of constant height 0, 0.1 … 0.9 m, of which the second has a wave of 1 m 5 s from now, and of constant
+    # velocity −0.9 … 0 m/s.
+    lead, steps = np.arange(0.0, 10.5, 0.5), np.arange(10.0)[None, :, None, None] / 10.0
+    height, velocity = steps + np.zeros((1, 10, lead.size, 1)), steps - 0.9 + np.zeros((1, 10, lead.size, 1))
+    height[0, 1, lead == 5.0, 0] = 1.0
+    dims = ("issue", "draw", "lead", "place")
+    drawn = xr.Dataset({"elevation_draw": (dims, height), "velocity_z_draw": (dims, velocity)}, {"lead": lead})
+    found = quiet_windows(drawn, {"elevation": 0.45}, 2.0, confidence=0.5)
+    chance = found["probability"].values[0, :, 0]
+    met = (found["lead"].values >= 3.0) & (found["lead"].values <= 5.0)
+    assert chance[met].tolist() == [0.4] * int(met.sum())
+    assert chance[found["lead"].values <= 2.0].tolist() == [0.5] * 5
+    assert found["called"].values[0, :5, 0].all()
+    assert not found["called"].values[0, met, 0].any()
+    both = quiet_windows(drawn, {"elevation": 0.45, "velocity_z": 0.65}, 2.0)["probability"].values[0, :5, 0]
+    assert both.tolist() == [0.2] * 5  # those of 0.3 and 0.4 m alone
+
+
 def test_a_window_is_called_where_the_sea_is_known_to_be_quiet(field: WaveField) -> None:
     truth = KnownSea().elevation(np.zeros(49), np.zeros(49), field.issued + 0.25 * np.arange(49))
     limit = 1.15 * np.abs(truth[:9]).max()  # two seconds from now on hold it

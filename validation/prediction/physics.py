@@ -44,12 +44,10 @@ def steep_waves() -> Iterator[None]:
 CASES: dict[str, tuple[dict[str, Any], Callable[[], Any]]] = {
     "as the inversion has it": ({}, nullcontext),
     "dispersion by amplitude, untold": ({}, steep_waves),
-    "current 0.3 m/s with the waves, untold": (
-        {"sea.current_m_s": 0.3, "sea.current_toward_deg": 90.0} | UNTOLD,
-        nullcontext,
-    ),
-    "current 0.3 m/s across, untold": ({"sea.current_m_s": 0.3, "sea.current_toward_deg": 0.0} | UNTOLD, nullcontext),
-    "current 0.3 m/s with the waves, told": ({"sea.current_m_s": 0.3, "sea.current_toward_deg": 90.0}, nullcontext),
+    "current 0.1 m/s with the waves, untold": (WITH | {"sea.current_m_s": 0.1} | UNTOLD, nullcontext),
+    "current 0.3 m/s with the waves, untold": (WITH | UNTOLD, nullcontext),
+    "current 0.3 m/s across, untold": (WITH | {"sea.current_toward_deg": 0.0} | UNTOLD, nullcontext),
+    "current 0.3 m/s with the waves, told": (WITH, nullcontext),
     "heading 3° wrong": ({"platform.sensors.heading_bias_deg": 3.0}, nullcontext),
 }
 
