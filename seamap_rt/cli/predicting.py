@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain
 from pathlib import Path
 from typing import Annotated
 
@@ -58,15 +59,16 @@ def predict(
     folder = out or maps.parent
     with results_folder(folder, overwrite, (_PRODUCT,)):
         seen = _opened(maps)
-        clear_folder(folder, (_PRODUCT,))
-        issued, last = 0, xr.Dataset()
-        with growing(folder, (_PRODUCT,)), AppendableNetCDF(folder / _PRODUCT, ("issue",)) as file:
-            for made in forecasts(seen, places, leads, settings):
-                file.append(made)
-                issued += 1
-                last = made
-        if not issued:
+        made = forecasts(seen, places, leads, settings)
+        first = next(made, None)  # what is refused is refused before earlier results go
+        if first is None:
             raise InputError(f"MAPS = '{maps}': no turn shows a sea; nothing can be forecast from it")
+        clear_folder(folder, (_PRODUCT,))
+        issued, last = 0, first
+        with growing(folder, (_PRODUCT,)), AppendableNetCDF(folder / _PRODUCT, ("issue",)) as file:
+            for last in chain([first], made):
+                file.append(last)
+                issued += 1
     for line in _headlines(last, issued, seen["polar"].sizes["turn"]):
         console.print(line)
     console.print(str(folder / _PRODUCT))

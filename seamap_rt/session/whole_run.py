@@ -75,9 +75,9 @@ def run(
     with results_folder(folder, overwrite, PRODUCTS):
         say("preparing the sea and the tracer")
         simulator = Simulator(scene)
+        ahead = ForecastSink(AppendableNetCDF(folder / "prediction.nc", ("issue",)), simulator) if predict else None
         clear_folder(folder, PRODUCTS)
         truth_file = AppendableNetCDF(folder / "truth.nc")
-        ahead = ForecastSink(AppendableNetCDF(folder / "prediction.nc", ("issue",)), simulator) if predict else None
         with _stating_what_is_left(truth_file, scene.turns), growing(folder, _growing_files(scene, predict)):
             write_whole(folder / "scene.toml", scene.to_toml())
             sinks = _file_sinks(folder, simulator, truth_file, ahead)

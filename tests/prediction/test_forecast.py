@@ -346,19 +346,32 @@ def test_predict_writes_a_forecast_for_each_turn(maps_file, tmp_path, capsys) ->
         (["--at", "nan,0"], "must be within 10000 m"),
         (["--set", "radar.height_m=3"], "takes only prediction.KEY"),
         (["--set", "prediction.turns=0"], "prediction.turns = 0"),
+        (["--set", "prediction.quiet.heave_m=1"], "there is no vessel; give vessel.shape"),
+        (["--set", "prediction.vessel.shape=box"], 'length_m is missing; shape = "box" needs it'),
+        (["--set", "prediction.vessel.beam_m=2"], 'beam_m is given, but shape = "none" has none'),
+        (["--set", "prediction.vessel.shape=file", "--set", "prediction.vessel.file=no.nc"], "no.nc: no such file"),
+        (["--lead", "0:2:1", "--set", "prediction.quiet.elevation_m=1"], "is longer than lead_s = 2; shorten it"),
     ],
 )
 def test_predict_refuses_in_one_line(maps_file, capsys, asked: list[str], said: str) -> None:
-    assert main(["predict", str(maps_file), *asked]) == 2
+    earlier = (maps_file.parent / "prediction.nc").read_bytes()
+    assert main(["predict", str(maps_file), "--overwrite", *asked]) == 2
     told = capsys.readouterr().err
     assert said in told
     assert told.count("\n") == 1
+    assert (maps_file.parent / "prediction.nc").read_bytes() == earlier
 
 
 def test_predict_refuses_what_is_no_map(tmp_path, capsys) -> None:
     wrong = tmp_path / "maps.nc"
     assert main(["predict", str(wrong)]) == 2
     assert "no such file" in capsys.readouterr().err
+    xr.Dataset({"height": ("x", [1.0])}).to_netcdf(wrong, engine="h5netcdf")
+    assert main(["predict", str(wrong)]) == 2
+    assert "the group 'polar' is missing" in capsys.readouterr().err
+    wrong.write_bytes(wrong.read_bytes()[:-100])
+    assert main(["predict", str(wrong)]) == 2
+    assert "cannot be read as NetCDF" in capsys.readouterr().err
     wrong.write_text("no file of this kind")
     assert main(["predict", str(wrong)]) == 2
     assert "cannot be read as NetCDF" in capsys.readouterr().err

@@ -17,6 +17,7 @@ import jinja2
 
 from seamap_rt.report import style
 from validation import FIGURES
+from validation.hard_cases.ahead import forecasts
 from validation.hard_cases.case import Effort, Finding
 from validation.hard_cases.extreme import choppy_wall, crest, level, storm, ten_million
 from validation.hard_cases.far import baselines, far_from_origin, far_phases, half_a_day
@@ -37,6 +38,7 @@ CASES: tuple[Callable[[Effort], list[Finding]], ...] = (
     half_a_day,
     storm,
     one_facet,
+    forecasts,
     ten_million,
 )
 
