@@ -4,13 +4,14 @@ Free waves that obey the dispersion relation are fitted to what the last turns' 
 the sea's own directional spectrum as what is expected of them. Reads maps and observations alone, never the truth.
 """
 
+from .capytaine import read_capytaine
 from .field import WaveField
 from .forecast import forecast
 from .observations import Observations
 from .predictor import Predictor
 from .reconstruction import forecasts, issue, reconstruct, vessel_of
 from .spectrum import Spectrum
-from .vessel import Box, Disc, Follower, read_capytaine
+from .vessel import Box, Disc, Follower
 from .windows import highest_wave, quiet_windows
 
 __all__ = [

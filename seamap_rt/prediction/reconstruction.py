@@ -12,6 +12,7 @@ from ..compute.machine import pool
 from ..dataset import attributed, group_of
 from ..errors import InputError
 from ..settings import PredictionSettings, VesselSettings
+from .capytaine import read_capytaine
 from .ensemble import Ensemble
 from .field import WaveField
 from .fit import Fit
@@ -19,7 +20,7 @@ from .forecast import forecast
 from .observations import Observations
 from .predictor import Predictor
 from .spectrum import Spectrum
-from .vessel import Box, Disc, Follower, Vessel, read_capytaine
+from .vessel import Box, Disc, Follower, Vessel
 from .windows import quiet_windows
 
 _NEEDED = ("turn", "azimuth", "range", "height", "height_std", "ground_range", "quality", "time")

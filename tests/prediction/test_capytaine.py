@@ -1,0 +1,222 @@
+"""What a file of Capytaine is read as: limits, its own equations, interpolation, refusals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from met_waves import each, moved
+from numpy.typing import NDArray
+
+from seamap_rt.conventions import GRAVITY
+from seamap_rt.errors import InputError
+from seamap_rt.physics.dispersion import wavenumber
+from seamap_rt.prediction.capytaine import read_capytaine
+from seamap_rt.prediction.vessel import Follower, Vessel
+
+FREQUENCIES = np.array([0.4, 0.7, 1.1, 1.6, 2.3])
+DIRECTIONS = np.radians(np.arange(0.0, 360.0, 30.0))
+DOFS = ("Surge", "Heave", "Roll", "Pitch")
+ROLL, PITCH = DOFS.index("Roll"), DOFS.index("Pitch")
+
+
+def file(force: NDArray[np.generic], mass: NDArray, stiffness: NDArray, added: NDArray, damping: NDArray) -> xr.Dataset:
+    """As Capytaine's separate_complex_values leaves it; arrays over (omega, direction, dof) and (omega, dof, dof)."""
+    pair = ("influenced_dof", "radiating_dof")
+    split = np.array([force.real, force.imag])
+    dims = ("complex", "omega", "wave_direction", "influenced_dof")
+    return xr.Dataset(
+        {
+            "added_mass": (("omega", *pair), added),
+            "radiation_damping": (("omega", *pair), damping),
+            "diffraction_force": (dims, 0.25 * split),
+            "Froude_Krylov_force": (dims, 0.75 * split),
+            "inertia_matrix": (pair, mass),
+            "hydrostatic_stiffness": (pair, stiffness),
+        },
+        coords={
+            "omega": FREQUENCIES,
+            "wave_direction": DIRECTIONS,
+            "influenced_dof": list(DOFS),
+            "radiating_dof": list(DOFS),
+            "complex": ["re", "im"],
+            "water_depth": np.inf,
+            "forward_speed": 0.0,
+            "g": GRAVITY,
+            "wavenumber": ("omega", FREQUENCIES**2 / GRAVITY),
+        },
+    )
+
+
+def saved(dataset: xr.Dataset, folder: Path) -> Vessel:
+    path = folder / "boat.nc"
+    dataset.to_netcdf(path, engine="h5netcdf")
+    return read_capytaine(path)
+
+
+def boat_file() -> xr.Dataset:
+    """A boat whose degrees of freedom act on each other, with coefficients that change with frequency."""
+    random = np.random.default_rng(7)
+    size, count = len(DOFS), FREQUENCIES.size
+    shape = (count, size, size)
+    mass = np.diag([900.0, 900.0, 800.0, 3000.0])
+    stiffness = np.diag([0.0, 4e4, 9e3, 5e4])
+    stiffness[1, 3] = stiffness[3, 1] = -2e3
+    coupling = random.normal(size=shape) * 60.0
+    added = np.diag([100.0, 1500.0, 300.0, 4000.0]) * (1.0 + 0.3 * np.cos(FREQUENCIES))[:, None, None]
+    damping = np.diag([50.0, 2500.0, 400.0, 5000.0]) * FREQUENCIES[:, None, None]
+    added, damping = added + coupling, damping + 0.2 * coupling  # not symmetric, so that rows are no columns
+    force = random.normal(size=(count, DIRECTIONS.size, size, 2)) @ np.array([1.0, 1j]) * 2e4
+    return file(force, mass, stiffness, added, damping)
+
+
+def raft_file() -> xr.Dataset:
+    """A raft without mass in Capytaine's axes, x to the bow, y to port: its force is stiffness times the surface."""
+    k = (FREQUENCIES**2 / GRAVITY)[:, None]
+    stiffness = np.diag([0.0, 4e4, 9e3, 5e4])
+    force = np.zeros((FREQUENCIES.size, DIRECTIONS.size, len(DOFS)), dtype=np.complex128)
+    force[..., 1] = stiffness[1, 1]
+    force[..., 2] = stiffness[2, 2] * 1j * k * np.sin(DIRECTIONS)  # a turn about x: the port side up
+    force[..., 3] = -stiffness[3, 3] * 1j * k * np.cos(DIRECTIONS)  # a turn about y, to port: the bow down
+    nothing = np.zeros((FREQUENCIES.size, len(DOFS), len(DOFS)))
+    return file(force, np.diag([1e3, 0.0, 0.0, 0.0]), stiffness, nothing, nothing)
+
+
+def direct(data: xr.Dataset, row: int, column: int) -> NDArray[np.complex128]:
+    """Heave, roll and pitch of the file's own frequency and direction, in the axes of this project."""
+    omega = FREQUENCIES[row]
+    force = data["diffraction_force"] + data["Froude_Krylov_force"]
+    force = force.isel(omega=row, wave_direction=column).to_numpy()
+    mass = data["inertia_matrix"].to_numpy() + data["added_mass"].to_numpy()[row]
+    matrix = data["hydrostatic_stiffness"].to_numpy() - omega**2 * mass
+    motions = np.linalg.solve(matrix - 1j * omega * data["radiation_damping"].to_numpy()[row], force[0] + 1j * force[1])
+    return motions[1:] * np.array([1.0, 1.0, -1.0])
+
+
+@pytest.mark.parametrize("heading", [0.0, 200.0])
+def test_a_raft_from_a_file_follows_the_surface(tmp_path: Path, heading: float) -> None:
+    # Straight at the file's directions and frequencies, so that nothing lies between.
+    raft = saved(raft_file(), tmp_path)
+    for column in range(DIRECTIONS.size):
+        azimuth = heading - np.degrees(DIRECTIONS[column])  # anticlockwise from the bow
+        k = FREQUENCIES**2 / GRAVITY
+        got, want = (each(moved(vessel, azimuth, heading, k=k)) for vessel in (raft, Follower()))
+        np.testing.assert_allclose(got, want, atol=1e-6)
+
+
+def test_long_waves_go_on_below_the_file_and_short_ones_end_with_it(tmp_path: Path) -> None:
+    raft = saved(raft_file(), tmp_path)
+    for depth in (np.inf, 20.0):
+        below = wavenumber(FREQUENCIES[0], depth, surface_tension=0.0) * np.array([0.0, 1e-6, 0.3, 0.99])
+        got = each(moved(raft, 60.0, 0.0, k=below, depth=depth))
+        scale = np.maximum(below, 1e-12) * FREQUENCIES[0] ** 2 / GRAVITY
+        scale /= wavenumber(FREQUENCIES[0], depth, surface_tension=0.0)
+        slope = 1j * scale * np.array([-np.sin(np.radians(60.0)), np.cos(np.radians(60.0))])[:, None]
+        np.testing.assert_allclose(got[0], 1.0, rtol=1e-6)
+        np.testing.assert_allclose(got[1:], slope, atol=1e-6)
+    above = np.array([1.0001, 3.0]) * FREQUENCIES[-1] ** 2 / GRAVITY
+    assert np.all(each(moved(raft, 60.0, k=above)) == 0.0)
+
+
+def test_a_file_of_one_degree_alone_gives_the_oscillators_response(tmp_path: Path) -> None:
+    m, a, b, c, f = 1200.0, 700.0, 900.0, 3000.0, 2500.0 - 400.0j
+    size, count = len(DOFS), FREQUENCIES.size
+    diagonal = np.broadcast_to(np.eye(size), (count, size, size))
+    force = np.full((count, DIRECTIONS.size, size), f)
+    data = file(force, m * np.eye(size), c * np.eye(size), a * diagonal, b * diagonal)
+    got = moved(saved(data, tmp_path), 0.0, k=FREQUENCIES**2 / GRAVITY)
+    want = f / (c - FREQUENCIES**2 * (m + a) - 1j * FREQUENCIES * b)
+    np.testing.assert_allclose(each(got), want * np.array([[1.0], [1.0], [-1.0]]), rtol=1e-6)
+
+
+@pytest.mark.parametrize("shuffled", [False, True])
+def test_coupled_motions_of_a_file_solve_its_equations(tmp_path: Path, shuffled: bool) -> None:
+    data = boat_file()
+    vessel = saved(
+        data.isel(
+            omega=[3, 1, 0, 4, 2],
+            wave_direction=np.roll(np.arange(12), 5),
+            influenced_dof=[2, 0, 3, 1],
+            radiating_dof=[1, 3, 2, 0],
+        ).transpose("wave_direction", "radiating_dof", "omega", "influenced_dof", "complex")
+        if shuffled
+        else data,
+        tmp_path,
+    )
+    heading = 25.0
+    for row, column in ((0, 0), (2, 5), (4, 11), (1, 7)):
+        azimuth = heading - np.degrees(DIRECTIONS[column])
+        k = FREQUENCIES[row : row + 1] ** 2 / GRAVITY
+        got = each(moved(vessel, azimuth, heading, k=k))[:, 0]
+        np.testing.assert_allclose(got, direct(data, row, column), rtol=1e-6)
+
+
+def test_between_the_files_frequencies_and_directions_all_is_linear(tmp_path: Path) -> None:
+    data = boat_file()
+    vessel = saved(data, tmp_path)
+    part, turn = 0.3, 0.8
+    omega = (1.0 - part) * FREQUENCIES[1] + part * FREQUENCIES[2]
+    between = data.isel(omega=[1, 2]).interp(omega=[omega])
+    last = between.isel(wave_direction=11) * (1.0 - turn) + between.isel(wave_direction=0) * turn  # over the bow
+    force = (last["diffraction_force"] + last["Froude_Krylov_force"]).isel(omega=0).to_numpy()
+    mass = between["inertia_matrix"].to_numpy() + between["added_mass"].to_numpy()[0]
+    damping = between["radiation_damping"].to_numpy()[0]
+    matrix = between["hydrostatic_stiffness"].to_numpy() - omega**2 * mass - 1j * omega * damping
+    want = np.linalg.solve(matrix, force[0] + 1j * force[1])[1:] * np.array([1.0, 1.0, -1.0])
+    got = each(moved(vessel, -(330.0 + 30.0 * turn), k=np.array([omega**2 / GRAVITY])))[:, 0]
+    np.testing.assert_allclose(got, want, rtol=1e-6)
+
+
+def test_a_boat_of_a_file_under_way_has_the_waves_force_at_the_frequency_it_meets(tmp_path: Path) -> None:
+    data = boat_file()
+    vessel = saved(data, tmp_path)
+    k = FREQUENCIES[1] ** 2 / GRAVITY
+    for met, row in ((FREQUENCIES[2], 2), (-FREQUENCIES[0], 0)):  # the second overtakes the waves
+        speed = (FREQUENCIES[1] - met) / k  # straight along
+        force = (data["diffraction_force"] + data["Froude_Krylov_force"]).isel(omega=1, wave_direction=0).to_numpy()
+        mass = data["inertia_matrix"].to_numpy() + data["added_mass"].to_numpy()[row]
+        matrix = data["hydrostatic_stiffness"].to_numpy() - met**2 * mass
+        matrix = matrix - 1j * met * data["radiation_damping"].to_numpy()[row]
+        want = np.linalg.solve(matrix, force[0] + 1j * force[1])[1:] * np.array([1.0, 1.0, -1.0])
+        got = each(moved(vessel, 0.0, 0.0, speed, np.array([k])))[:, 0]
+        np.testing.assert_allclose(got, want, rtol=1e-6)
+    still = moved(vessel, 0.0, 0.0, FREQUENCIES[1] / k, np.array([k]))  # the wave keeps up with the boat
+    assert np.isfinite(each(still)).all()
+
+
+def test_a_file_is_refused_in_one_line_that_says_what_it_lacks(tmp_path: Path) -> None:
+    good = boat_file()
+    without_roll = good.sel(influenced_dof=["Surge", "Heave", "Pitch"], radiating_dof=["Surge", "Heave", "Pitch"])
+    half = good.sel(wave_direction=slice(0.0, np.pi + 0.01))
+    blank = good.copy(deep=True)
+    blank["inertia_matrix"][0, 0] = np.nan
+    at_zero = good.assign_coords(omega=[0.0, *FREQUENCIES[1:]])
+    cases = {
+        r"lacks Roll among its degrees of freedom \(Surge, Heave, Pitch\); compute": without_roll,
+        r"lacks Heave, Roll, Pitch among its degrees of freedom \(none\)": good.drop_vars("radiating_dof")[["omega"]],
+        r"has no inertia_matrix; save the whole dataset": good.drop_vars("inertia_matrix"),
+        r"has no diffraction_force; save": good.drop_vars("diffraction_force"),
+        r"added_mass has dims period, .*: must be omega,": good.rename(omega="period"),
+        r"added_mass has dims water_depth, .*: must be": good.assign(
+            added_mass=good["added_mass"].expand_dims("water_depth")
+        ),
+        r"Froude_Krylov_force has dims .*: must be complex,": good.assign(
+            Froude_Krylov_force=good["Froude_Krylov_force"].sel(complex="re", drop=True)
+        ),
+        r"inertia_matrix holds what is no number; leave": blank,
+        r"omega holds 0 rad/s or one twice; compute": at_zero,
+        r"wave_direction leaves out 180°: must be at most 45° apart, all round; compute": half,
+        r"complex is not re, im; save": good.assign_coords(complex=["im", "re"]),
+        r"forward_speed is not 0; compute": good.assign_coords(forward_speed=2.0),
+    }
+    for words, dataset in cases.items():
+        with pytest.raises(InputError, match=rf"boat\.nc: {words}") as refusal:
+            saved(dataset, tmp_path)
+        assert str(refusal.value).isprintable()
+    with pytest.raises(InputError, match=r"none\.nc: no such file; give the path"):
+        read_capytaine(tmp_path / "none.nc")
+    (tmp_path / "text.nc").write_text("not a dataset")
+    with pytest.raises(InputError, match=r"text\.nc: cannot be read as NetCDF-4 \(.*\); save the dataset in that form"):
+        read_capytaine(str(tmp_path / "text.nc"))
