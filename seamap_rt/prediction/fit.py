@@ -46,6 +46,8 @@ class Fit:
 
     def shares(self, field: WaveField) -> bool:
         """Whether a field's amplitudes are those of these lattices' waves."""
+        if field.spectrum.water != self.spectrum.water:
+            return False
         sides = [(each.k.shape, each.spacing) for each in self.lattices]
         return sides == [(each.k.shape, each.spacing) for each in field.lattices]
 
@@ -138,6 +140,25 @@ class Fit:
             shift = shift - np.average(shift, weights=batch.weight)  # the mean level is known, and put back
             total += [np.sum(batch.weight * rest * shift), np.sum(batch.weight * shift**2)]
         return total
+
+    def drift_evidence(self, number: int) -> tuple[Field, Field]:
+        """Σ w d dᵀ (2, 2) and Σ w r d (2,) of residuals r of one turn's elevations by d, what they change by for each
+        m/s of a current towards east and north that the waves do not have, which were fitted to other turns."""
+        others = [batch for key, parts in self.batches.items() if key != number for batch in parts]
+        matrix, vector = np.zeros((2, 2)), np.zeros(2)
+        if not others:
+            return matrix, vector
+        told = sum(float(batch.weight.sum()) for batch in others)
+        middle = sum(float(np.sum(batch.weight * batch.seen.time)) for batch in others) / told
+        for batch in self.batches[number]:
+            if not len(batch.seen) or not np.all(batch.seen.kind == "elevation"):
+                continue
+            rest = batch.seen.value - self._values(batch, "elevation")
+            slopes = np.stack([self._values(batch, f"slope_{axis}") for axis in "xy"])
+            change = -(batch.seen.time - middle) * slopes
+            matrix += (batch.weight * change) @ change.T
+            vector += change @ (batch.weight * rest)
+        return matrix, vector
 
     def relabel(self, sharpness: float, number: int | None = None) -> None:
         """Moves places to where the water there is at home, of one turn's batches or of all."""

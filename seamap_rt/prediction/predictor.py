@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 
 from ..compute.machine import pool
 from ..wavefield.sea_state import TurnSpectrum, water_of
+from .drift import Drift
 from .ensemble import Ensemble
 from .field import WaveField
 from .fit import Fit
@@ -49,6 +50,7 @@ class Predictor:
         self._fit: Fit | None = None
         self._ensemble: Ensemble | None = None
         self._sharpness, self._issued = sharpness, 0.0
+        self._drift = Drift()
         self._before: deque[WaveField] = deque(maxlen=_AGO)
         self._errors = _TRUSTED * np.array([_MODEL_ERROR, 0.0, 1.0])
         self._stream = np.random.default_rng(0)
@@ -56,7 +58,7 @@ class Predictor:
 
     def turn(self, polar: xr.Dataset) -> WaveField | None:
         """The field after one more turn's polar map; None while no turn of the last ones shows a sea."""
-        water = water_of(polar.attrs)
+        water = self._drift.water(water_of(polar.attrs))
         number = int(polar["turn"])
         shown = TurnSpectrum.of(polar, water)
         self._turns = [turn for turn in self._turns if number - self._most < turn.number < number]
@@ -72,6 +74,12 @@ class Predictor:
             return None
         centre = _centre(polar)
         with pool() as workers:
+            if self._fit is not None and self._fit.suits(spectrum, centre):
+                self._fit.keep({t.number for t in self._turns})
+                self._fit.add([seen], [number])
+                if self._drift.learn(self._fit, number):
+                    spectrum = replace(spectrum, water=self._drift.water(water_of(polar.attrs)))
+                    self._fit = None
             if self._fit is None or self._ensemble is None or not self._fit.suits(spectrum, centre):
                 seconds = self._lead + self._most * float(np.ptp(polar["time"].values))
                 self._fit = Fit.anew(spectrum, [t.seen for t in self._turns], seconds, centre)
@@ -82,8 +90,6 @@ class Predictor:
                 self._ensemble = Ensemble(self._fit)
             else:
                 self._fit.renew(spectrum, centre)
-                self._fit.keep({t.number for t in self._turns})
-                self._fit.add([seen], [number])
                 self._learn(self._fit, number)
                 self._fit.relabel(self.sharpness, number)
                 self._weigh_errors(self._fit, number)
