@@ -16,7 +16,7 @@ from .fit import Fit
 _FORGOTTEN = 0.9  # of the evidence, from turn to turn
 _TELLING = 0.03  # m/s: of less a forecast half a minute ahead hardly knows
 _RIDGE = 0.02  # of the evidence along the waves: the current across them is told by few of them
-_FEWEST = 4  # turns that a fit rests on, before which it knows too little of waves between the places it saw
+_FEWEST = 6  # turns that a fit rests on, before which it knows too little of waves between the places it saw
 _FASTEST = 3.0  # m/s, that currents are looked for
 
 

@@ -7,9 +7,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-import seamap_rt as sr
 from seamap_rt.physics.dispersion import Water
-from seamap_rt.prediction import Observations, Predictor, Spectrum
+from seamap_rt.prediction import Observations, Spectrum
 from seamap_rt.prediction.drift import Drift
 from seamap_rt.prediction.fit import Fit
 
@@ -65,15 +64,3 @@ def test_few_turns_tell_nothing() -> None:
         fit.settle(workers)
     fit.add(seen[3:], [3])
     assert not Drift().learn(fit, 3)
-
-
-def test_a_current_that_is_untold_is_found_from_maps() -> None:
-    keys = {"turns": 6, "tracing.tracer": "horizon", "sea.current_m_s": 0.5, "sea.current_toward_deg": 90.0}
-    scene = sr.load_scene("tiny", keys | {"retrieval.current_m_s": 0.0, "retrieval.current_toward_deg": 0.0})
-    polar = sr.retrieve(sr.simulate(scene).echoes, scene.resolved_retrieval)["polar"].to_dataset()
-    predictor, field = Predictor(), None
-    for number in range(6):
-        field = predictor.turn(polar.isel(turn=number))
-    assert field is not None
-    # A sector that looks up-wave for six seconds: to 0.2 m/s.
-    np.testing.assert_allclose(field.spectrum.water.current, (0.5, 0.0), atol=0.2)

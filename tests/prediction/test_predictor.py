@@ -10,13 +10,13 @@ import seamap_rt as sr
 from seamap_rt.prediction import Observations, Predictor, WaveField
 from seamap_rt.prediction.innovations import pairs_of_looks
 
-TURNS = 6
+TURNS = 8
 SHOWN = ("height", "height_std", "dwell_height", "dwell_height_std", "radial_velocity")
 
 
 @pytest.fixture(scope="module")
 def polar() -> xr.Dataset:
-    """Maps of six turns of the tiny scene."""
+    """Maps of eight turns of the tiny scene."""
     scene = sr.load_scene("tiny", {"turns": TURNS, "tracing.tracer": "horizon"})
     return sr.retrieve(sr.simulate(scene).echoes, scene.resolved_retrieval)["polar"].to_dataset()
 
@@ -65,6 +65,15 @@ def test_turns_that_are_too_old_are_dropped(polar: xr.Dataset) -> None:
     # Long after, in the dark, nothing is told rather than what was long ago.
     later = dark(late.assign_coords(turn=80).assign(time=late["time"] + 40.0))
     assert predictor.turn(later) is None
+
+
+def test_a_current_that_was_told_wrong_is_put_right(polar: xr.Dataset) -> None:
+    # The water is at rest. A sector that looks up-wave for seven seconds tells that to 0.2 m/s, and the dark forgets
+    # nothing of it.
+    told = polar.assign_attrs(current_m_s=(0.6, 0.0))
+    turns = [told.isel(turn=number) for number in range(TURNS)]
+    current = after(Predictor(), [*turns[:-1], dark(turns[-1])]).spectrum.water.current
+    np.testing.assert_allclose(current, (0.0, 0.0), atol=0.2)
 
 
 def test_another_instrument_tells_more(polar: xr.Dataset) -> None:

@@ -151,6 +151,20 @@ PLANTS = (
         _TURNS + "test_a_dark_turn_moves_the_time_on_and_knows_less",
     ),
     Plant(
+        "a current the other way",
+        _HOME + "fit.py",
+        "change = -(batch.seen.time - middle) * slopes",
+        "change = (batch.seen.time - middle) * slopes",
+        "tests/prediction/test_drift.py::test_residuals_tell_the_current[current1]",
+    ),
+    Plant(
+        "a current that is found and not used",
+        _HOME + "predictor.py",
+        "water = self._drift.water(water_of(polar.attrs))",
+        "water = water_of(polar.attrs)",
+        _TURNS + "test_a_current_that_was_told_wrong_is_put_right",
+    ),
+    Plant(
         "the sea that came where the boat was",
         "seamap_rt/forecast_errors.py",
         'run = forecast.attrs["speed_m_s"] * lead',
