@@ -33,10 +33,10 @@ DESIGNS: dict[str, dict[float, dict[str, Any]]] = {
     "Turns in the fit": {float(each): {} for each in MEMORIES},
     "Mast (m)": {each: {"radar.height_m": each} for each in (3.0, 5.0, 8.0, 12.0)},
     "Baseline (m)": {each: {"radar.baseline_m": each} for each in (0.1, 0.2, 0.4)},
-    "Hs over peak wavelength": {
+    "Hs over wavelength": {
         round(height / PEAK_M, 4): {"sea.waves": [system(height, 5.5)]} for height in (0.5, 1.4, 2.0)
     },
-    "Speed of the boat (m/s)": {each: {"platform.speed_m_s": each} for each in (0.0, 3.0, 8.0)},
+    "Boat speed (m/s)": {each: {"platform.speed_m_s": each} for each in (0.0, 3.0, 8.0)},
 }
 
 
@@ -90,7 +90,7 @@ def studied(seeds: list[int]) -> dict[str, dict[float, dict[str, dict[str, float
     """Figures by design, value and span of leads; what is the scene's own is simulated once."""
     made: dict[str, dict[float, dict[str, dict[str, float]]]] = {}
     own = [errors(scene_of(seed), MEMORIES) for seed in seeds]
-    default = {"Mast (m)": 5.0, "Baseline (m)": 0.2, "Speed of the boat (m/s)": 0.0}
+    default = {"Mast (m)": 5.0, "Baseline (m)": 0.2, "Boat speed (m/s)": 0.0}
     for name, values in DESIGNS.items():
         made[name] = {}
         for value, changed in values.items():
