@@ -36,21 +36,21 @@ PLANTS = (
         _HOME + "wave_sum.py",
         "carrier = factor * np.exp(-1j * lattice.omega * self._time",
         "carrier = factor * np.exp(1j * lattice.omega * self._time",
-        _FIT + "test_sums_are_those_of_the_waves[150-0.0-elevation]",
+        _FIT + "test_sums_are_those_of_the_waves",
     ),
     Plant(
         "adjoint without the terms' conjugate",
         _HOME + "wave_sum.py",
         "np.sum(np.conj(self.terms[0::2]) * even + np.conj(self.terms[1::2]) * odd, axis=0)",
         "np.sum(self.terms[0::2] * even + self.terms[1::2] * odd, axis=0)",
-        _FIT + "test_the_adjoint_is_one[400]",
+        _FIT + "test_the_adjoint_is_one",
     ),
     Plant(
         "few places moved the other way",
         _HOME + "wave_sum.py",
         "self._shares(lattice, factor, seen, x[members], y[members])",
         "self._shares(lattice, factor, seen, seen.x, seen.y)",
-        _FIT + "test_sums_at_moved_places_are_those_there[80]",
+        _FIT + "test_sums_at_moved_places_are_those_there",
     ),
     Plant(
         "zones told twice as well",
@@ -155,7 +155,7 @@ PLANTS = (
         _HOME + "fit.py",
         "change = -(batch.seen.time - middle) * slopes",
         "change = (batch.seen.time - middle) * slopes",
-        "tests/prediction/test_drift.py::test_residuals_tell_the_current[current1]",
+        "tests/prediction/test_drift.py::test_residuals_tell_the_current",
     ),
     Plant(
         "a current that is found and not used",
