@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _KEPT = 12  # samples: a standard error is known to a tenth from them and their neighbourhood
 _OTHER = 4  # samples that rest on a fourth more or fewer turns tell of another state
-_LONG = 3.5  # times the peak's wavenumber: longer waves hold all but a twentieth of a wind sea
+_SHORT = 0.06  # of the sea's variance, in waves that are too short for samples
 _THINNEST, _ENOUGH = 3, 5000  # one observation in three at most, of so many or more a batch
 
 
@@ -59,8 +59,7 @@ class Ensemble:
     def __init__(self, fit: Fit, chains: int = 3, seed: int = 0) -> None:
         self._stream = np.random.default_rng(seed)
         spectrum, whole = fit.spectrum, fit.lattices[0]
-        peak = float(spectrum.water.wavenumber(2.0 * np.pi / spectrum.peak_period))
-        edge = min(_LONG * peak, whole.band[1])
+        edge = min(spectrum.wavenumber_above(_SHORT), whole.band[1])
         side = min(2 * int(np.ceil(edge / whole.spacing)) + 1, whole.k.shape[0])
         self._lattice = Lattice.of(spectrum, side, whole.spacing, (0.0, edge), np.inf)
         self._seen: dict[int, list[_Thinned]] = {}
