@@ -15,6 +15,7 @@ from .fit import Fit
 
 _FORGOTTEN = 0.9  # of the evidence, from turn to turn
 _TELLING = 0.03  # m/s: of less a forecast half a minute ahead hardly knows
+_SURE = 6.0  # standard errors of residuals that err independently; neighbouring ones, and turns, err alike
 _RIDGE = 0.02  # of the evidence along the waves: the current across them is told by few of them
 _FEWEST = 6  # turns that a fit rests on, before which it knows too little of waves between the places it saw
 _FASTEST = 3.0  # m/s, that currents are looked for
@@ -44,7 +45,8 @@ class Drift:
             return False
         found = np.linalg.solve(self._matrix + ridge * np.eye(2), self._vector)
         found = np.clip(found, -_FASTEST, _FASTEST)
-        if float(np.hypot(*(found - self.current))) < _TELLING:
+        change = found - self.current
+        if float(np.hypot(*change)) < _TELLING or float(change @ self._matrix @ change) < _SURE**2:
             return False
         self.current = found
         return True
