@@ -77,7 +77,7 @@ def solve(
 ) -> tuple[Unknowns, int]:
     """u of each lattice and the number of steps taken. start: from where; values: in place of the observations' own."""
     roots = [lattice.scale.astype(np.float32) for lattice in lattices]
-    nearly_back = Preconditioner(batches, lattices)
+    nearly_back = Preconditioner(batches, lattices, pool)
 
     def scaled(parts: Unknowns) -> Unknowns:
         return [root * part for root, part in zip(roots, parts, strict=True)]

@@ -11,7 +11,7 @@ antennas' frame.
 from __future__ import annotations
 
 from collections import deque
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _KEPT = 12  # samples: a standard error is known to a tenth from them and their neighbourhood
 _OTHER = 4  # samples that rest on a fourth more or fewer turns tell of another state
-_SHORT = 0.06  # of the sea's variance, in waves that are too short for samples
+_LONG, _SHORT = 3.5, 0.06  # times the peak's wavenumber, or all but this share of the sea: what samples are of
 _THINNEST, _ENOUGH = 3, 5000  # one observation in three at most, of so many or more a batch
 
 
@@ -59,7 +59,8 @@ class Ensemble:
     def __init__(self, fit: Fit, chains: int = 3, seed: int = 0) -> None:
         self._stream = np.random.default_rng(seed)
         spectrum, whole = fit.spectrum, fit.lattices[0]
-        edge = min(spectrum.wavenumber_above(_SHORT), whole.band[1])
+        peak = float(spectrum.water.wavenumber(2.0 * np.pi / spectrum.peak_period))
+        edge = min(max(_LONG * peak, spectrum.wavenumber_above(_SHORT)), whole.band[1])
         side = min(2 * int(np.ceil(edge / whole.spacing)) + 1, whole.k.shape[0])
         self._lattice = Lattice.of(spectrum, side, whole.spacing, (0.0, edge), np.inf)
         self._seen: dict[int, list[_Thinned]] = {}
@@ -74,8 +75,16 @@ class Ensemble:
         """The samples, the last one last."""
         return tuple(self._members)
 
+    def settle(self, fit: Fit, issued: float, workers: Executor) -> None:
+        """Settles the fit and advances beside it: while one gathers what the workers made, they work for the other."""
+        fit.weigh()
+        with ThreadPoolExecutor(1) as beside:
+            advanced = beside.submit(self.advance, fit, issued, workers)
+            fit.settle(workers)
+            advanced.result()
+
     def advance(self, fit: Fit, issued: float, workers: Executor) -> None:
-        """Takes up what the fit took up, and adds a sample; all chains' at first."""
+        """Takes up what the fit took up and weighed, and adds a sample; all chains' at first."""
         self._lattice = self._lattice.rescaled(fit.spectrum)
         self._seen = {number: self._taken_up(number, fit) for number in fit.batches}
         alike = [each for each in self._members if abs(each.turns - fit.turns) <= max(1, fit.turns // _OTHER)]

@@ -96,12 +96,15 @@ class Fit:
         """The batches of all turns."""
         return [batch for parts in self.batches.values() for batch in parts]
 
-    def settle(self, workers: Executor) -> None:
-        """Fits the waves to all that was seen."""
+    def weigh(self) -> None:
+        """Weighs all that was seen by the spectrum of now."""
         for parts in self.batches.values():
             for n, batch in enumerate(parts):
                 weight, variance = weights(batch.seen, self.lattices, self.left, self.centre)
                 parts[n] = replace(batch, weight=weight, variance=variance)
+
+    def settle(self, workers: Executor) -> None:
+        """Fits the waves to all that was seen and weighed."""
         values = [self.above_home(batch) for batch in self.all]
         self.unknowns, self.steps = solve(self.all, self.lattices, workers, self.unknowns, values)
 

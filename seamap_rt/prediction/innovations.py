@@ -19,7 +19,7 @@ from .observations import Observations
 _APART = 2  # looks: beams of neighbouring ones overlap
 _ABREAST = 0.75  # m, of distance from the antennas: the same gate, or nearly
 _FARTHEST_M = 5.0  # that two looks of a pair are apart
-_PAIRS = 80  # for which the stated covariance is worked out
+_PAIRS = 40  # for which the stated covariance is worked out
 
 
 def pairs_of_looks(seen: Observations, centre: tuple[float, float], radius: float) -> NDArray[np.intp]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -73,6 +74,7 @@ class Predictor:
             self._fit = None
             return None
         centre = _centre(polar)
+        weighed: Future[None] | None = None
         with pool() as workers:
             if self._fit is not None and self._fit.suits(spectrum, centre):
                 self._fit.keep({t.number for t in self._turns})
@@ -92,10 +94,11 @@ class Predictor:
                 self._fit.renew(spectrum, centre)
                 self._learn(self._fit, number)
                 self._fit.relabel(self.sharpness, number)
-                self._weigh_errors(self._fit, number)
-            self._fit.settle(workers)
+                weighed = workers.submit(self._weigh_errors, self._fit, number)
             self._issued = float(polar["time"].max())
-            self._ensemble.advance(self._fit, self._issued, workers)
+            self._ensemble.settle(self._fit, self._issued, workers)
+            if weighed:
+                weighed.result()
         made = self._field(self._fit, self._ensemble)
         self._before.append(made)
         return made
@@ -141,10 +144,10 @@ class Predictor:
             raise ValueError("no turn has shown a sea yet")
         self._fit.add([seen], [_OTHERS])
         with pool() as workers:
+            self._fit.weigh()
             self._fit.settle(workers)
             self._fit.relabel(self.sharpness, _OTHERS)
-            self._fit.settle(workers)
-            self._ensemble.advance(self._fit, self._issued, workers)
+            self._ensemble.settle(self._fit, self._issued, workers)
         return self._field(self._fit, self._ensemble)
 
     @property

@@ -130,7 +130,6 @@ def _of_observations(seen: Observations, spectrum: Spectrum, settings: Predictio
     with pool() as workers:
         fit.settle(workers)
         fit.relabel(sharpness)
-        fit.settle(workers)
         ensemble, issued = Ensemble(fit, chains=_SAMPLES), float(seen.time.max())
-        ensemble.advance(fit, issued, workers)
+        ensemble.settle(fit, issued, workers)
     return fit.field(issued, sharpness, ensemble.members)

@@ -92,7 +92,8 @@ def spectrum_of_turns(turns: Sequence[TurnSpectrum], water: Water) -> Spectrum |
     """The mean of what maps of several turns show; None where none shows a sea.
 
     Rings hold what the turns' mean does, beyond twice the wavenumber of the last peak (a wind sea's, whatever swell
-    runs below it) at least a tail that falls with the fourth power of the wavenumber (Phillips 1958). Where the way of the waves is not known, half of them run each way.
+    runs below it) at least a tail that falls with the fourth power of the wavenumber (Phillips 1958). Where the way of
+    the waves is not known, half of them run each way.
     """
     known = [each for each in turns if each.height > 0.0 and each.spectrum.ring_power.any()]
     if not known:

@@ -3,7 +3,7 @@
 The value of a kind at (x, t) is Re Σ f a e^j(k·x − ωt). A batch of observations spans a second or two, in which its
 time is followed by Chebyshev's polynomials T_m of τ ∈ [−1, 1]: e^(−jωt) = e^(−jωt₀) Σ (2 − δ_m0) (−j)^m J_m(ωΔ) T_m(τ)
 (Jacobi and Anger). Each term is a transform from a lattice to places off it (Barnett, Magland & af Klinteberg 2019);
-each is real, so that two of them go in one.
+each is real, so that two of them go in one (`terms`).
 """
 
 from __future__ import annotations
@@ -21,10 +21,11 @@ from scipy.special import jv
 from ..physics.dispersion import Water
 from .lattice import Field, Lattice
 from .observations import Observations
+from .terms import Terms
 
 Amplitudes = Sequence[NDArray[np.complex64]]
 
-_EXACT = 1e-3  # of the transforms, relative: below what any observation tells
+_EXACT = 3e-3  # of the transforms, relative: below what any observation tells
 _LEFT = 1e-2  # of the sea's standard deviation, by the first term in time that is left out
 _MOST_TERMS = 40
 _TABLE = 4096  # steps to the greatest argument of Bessel's functions: between them lines are right to 1e-5 and better
@@ -37,24 +38,18 @@ class _Part:
 
     lattice: int
     members: NDArray[np.intp]
-    terms: NDArray[np.complex64]  # (term, n, n): what amplitudes are multiplied by
-    times: NDArray[np.float32]  # (term, member): T_m(τ)
+    terms: Terms
+    times: NDArray[np.complex64]  # (pair, member): T_m(τ) of the even term, and of the odd one as imaginary part
     to_places: Any
     from_places: Any
 
     def values(self, amplitudes: NDArray[np.complex64]) -> NDArray[np.float32]:
-        each = self.terms * amplitudes
-        each = 0.5 * (each + np.conj(each[:, ::-1, ::-1]))  # of real fields
-        pairs = np.ascontiguousarray(each[0::2] + 1j * each[1::2])
-        fields = self.to_places.execute(pairs).reshape(pairs.shape[0], -1)
-        return np.sum(fields.real * self.times[0::2] + fields.imag * self.times[1::2], axis=0)
+        fields = self.to_places.execute(self.terms.pairs(amplitudes)).reshape(self.times.shape)
+        return np.sum(fields.real * self.times.real + fields.imag * self.times.imag, axis=0)
 
     def amplitudes(self, values: NDArray[np.float32]) -> NDArray[np.complex64]:
-        pairs = np.ascontiguousarray(((self.times[0::2] + 1j * self.times[1::2]) * values).astype(np.complex64))
-        sums = self.from_places.execute(pairs).reshape(-1, *self.terms.shape[1:])
-        mirrored = np.conj(sums[:, ::-1, ::-1])
-        even, odd = 0.5 * (sums + mirrored), -0.5j * (sums - mirrored)
-        return np.sum(np.conj(self.terms[0::2]) * even + np.conj(self.terms[1::2]) * odd, axis=0)
+        sums = self.from_places.execute(self.times * values.astype(np.float32))
+        return self.terms.amplitudes(sums.reshape(self.terms.mine.shape))
 
 
 @dataclass(frozen=True)
@@ -138,30 +133,31 @@ class WaveSum:
         turns = np.multiply.outer(x, kx) + np.multiply.outer(y, ky) - np.multiply.outer(seen.time, omega)
         return (of * np.exp(1j * turns - 0.5 * np.multiply.outer(seen.blur, k) ** 2)).astype(np.complex64)
 
-    def _terms(self, lattice: Lattice, factor: NDArray[np.complex128], blur: float) -> NDArray[np.complex64]:
+    def _terms(self, lattice: Lattice, factor: NDArray[np.complex128], blur: float) -> Terms:
         swing = lattice.omega * self._half
         carrier = factor * np.exp(-1j * lattice.omega * self._time - 0.5 * (blur * lattice.k) ** 2)
         power = lattice.scale**2
-        terms: list[NDArray[Any]] = [_bessel(0, swing)]
+        shares = [_bessel(0, swing)]
         following = 2.0 * _bessel(1, swing)
-        while len(terms) % 2 or np.sum(power * following**2) > _LEFT**2 * power.sum():
-            terms.append((-1j) ** len(terms) * following)
-            if len(terms) >= _MOST_TERMS:
+        while len(shares) % 2 or np.sum(power * following**2) > _LEFT**2 * power.sum():
+            shares.append(following)
+            if len(shares) >= _MOST_TERMS:
                 raise ValueError(f"observations over {2.0 * self._half:g} s in one batch: split them in time")
-            following = 2.0 * _bessel(len(terms), swing)
-        return (np.array(terms) * carrier).astype(np.complex64)
+            following = 2.0 * _bessel(len(shares), swing)
+        return Terms.of(carrier, shares)
 
     def _part(
         self,
         number: int,
         members: NDArray[np.intp],
-        terms: NDArray[np.complex64],
+        terms: Terms,
         x: Field,
         y: Field,
     ) -> _Part:
         lattice = self._lattices[number]
         tau = np.clip((self._seen.time[members] - self._time) / self._half, -1.0, 1.0)
-        times = np.cos(np.arange(len(terms))[:, None] * np.arccos(tau)).astype(np.float32)
+        chebyshev = np.cos(np.arange(2 * terms.count)[:, None] * np.arccos(tau))
+        times = (chebyshev[0::2] + 1j * chebyshev[1::2]).astype(np.complex64)
         angles = [
             ((each[members] * lattice.spacing + np.pi) % (2.0 * np.pi) - np.pi).astype(np.float32) for each in (x, y)
         ]
@@ -171,7 +167,7 @@ class WaveSum:
             plan = finufft.Plan(
                 kind,
                 lattice.k.shape,
-                n_trans=len(terms) // 2,
+                n_trans=terms.count,
                 eps=_EXACT,
                 isign=sign,
                 dtype="complex64",

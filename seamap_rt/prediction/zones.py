@@ -10,6 +10,7 @@ told at another time of packets is told where they are in the middle of the time
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -53,13 +54,14 @@ def _inverse(waves: NDArray[np.complex64]) -> NDArray[np.complex64]:
 class Preconditioner:
     """For batches and the lattices that they are fitted by. Positive definite and its own adjoint."""
 
-    def __init__(self, batches: Sequence[Batch], lattices: Sequence[Lattice]) -> None:
+    def __init__(self, batches: Sequence[Batch], lattices: Sequence[Lattice], workers: Executor) -> None:
+        self._workers = workers
         time = np.concatenate([batch.seen.time for batch in batches])
         self._middle = float(time.mean()) if time.size else 0.0
-        self._zones = [self._of(number, lattice, batches) for number, lattice in enumerate(lattices)]
+        self._zones = list(workers.map(lambda each: self._of(*each, batches), enumerate(lattices)))
 
     def __call__(self, unknowns: Sequence[NDArray[np.complex64]]) -> list[NDArray[np.complex64]]:
-        return [each.turned_back(part) for each, part in zip(self._zones, unknowns, strict=True)]
+        return list(self._workers.map(_Zones.turned_back, self._zones, unknowns))
 
     def _of(self, number: int, lattice: Lattice, batches: Sequence[Batch]) -> _Zones:
         prior = lattice.scale**2

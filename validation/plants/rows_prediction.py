@@ -39,10 +39,10 @@ PLANTS = (
         _FIT + "test_sums_are_those_of_the_waves",
     ),
     Plant(
-        "adjoint without the terms' conjugate",
-        _HOME + "wave_sum.py",
-        "np.sum(np.conj(self.terms[0::2]) * even + np.conj(self.terms[1::2]) * odd, axis=0)",
-        "np.sum(self.terms[0::2] * even + self.terms[1::2] * odd, axis=0)",
+        "adjoint without the carrier's conjugate",
+        _HOME + "terms.py",
+        "made[i, j] = np.conj(carrier[i, j]) * total",
+        "made[i, j] = carrier[i, j] * total",
         _FIT + "test_the_adjoint_is_one",
     ),
     Plant(
