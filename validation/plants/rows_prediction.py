@@ -39,6 +39,20 @@ PLANTS = (
         _FIT + "test_sums_are_those_of_the_waves",
     ),
     Plant(
+        "a wind sea below a swell runs as the swell does",
+        _HOME + "spectrum.py",
+        "edge = _TAIL_FROM * k[_last_peak(ring * k**2 * np.sqrt(k))]",
+        "edge = _TAIL_FROM * k[int(np.argmax(ring * k**2 * np.sqrt(k)))]",
+        "tests/wavefield/test_expected_spectrum.py::test_a_wind_sea_across_a_swell_keeps_its_own_way_and_size",
+    ),
+    Plant(
+        "a tail that falls too slowly",
+        _HOME + "spectrum.py",
+        "ring = np.where(tail & ~seen, level * k**-4.0, ring)",
+        "ring = np.where(tail & ~seen, level * k**-3.5, ring)",
+        "tests/wavefield/test_expected_spectrum.py::test_waves_too_short_to_be_seen_run_with_the_wind_sea",
+    ),
+    Plant(
         "adjoint without the carrier's conjugate",
         _HOME + "terms.py",
         "made[i, j] = np.conj(carrier[i, j]) * total",
