@@ -1,13 +1,14 @@
 """Forecasts against the sea that the maps were made of, on seas and seeds that nothing was tuned on.
 
-    python -m validation.prediction.forecasts [--seeds 6] [--turns 30] [--only choppy]
+    python -m validation.prediction.forecasts [--seeds 6] [--turns 30] [--only choppy] [--own-spectrum]
 
 Maps of single turns by the horizon tracer, with the 1 W radar's noise, go to a Predictor one by one; from the tenth
 turn on each third turn's forecast is compared with the scene's own sea at the boat, 100 m up-wave of it, and at random
 places 30–150 m and 150–200 m away at the moment of the forecast, where the turn's truth says that cells are hidden.
 Correlation and rms over the sea's standard deviation σ are of all seeds together; `worst` is the least correlation of a
 seed; `ratio` is 1.4826 MAD of error over stated error, `within` the share of errors within 1.96 stated ones; `warm`
-and `cold` are the wall seconds of a turn's update, the median and the first with all turns at once.
+and `cold` are the wall seconds of a turn's update, the median and the first with all turns at once. With --own-spectrum
+the fit is told the scene's own spectrum: what is left then is what those maps cannot tell.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import argparse
 import time
 from dataclasses import dataclass, field
 from typing import Any
+from unittest import mock
 
 import numpy as np
 import xarray as xr
@@ -23,8 +25,10 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.conventions import unit_from_azimuth
-from seamap_rt.prediction import Predictor, WaveField
+from seamap_rt.physics.dispersion import Water
+from seamap_rt.prediction import Predictor, Spectrum, WaveField
 from seamap_rt.scene import Scene
+from seamap_rt.sea.systems import directional_density, spectral_system
 from seamap_rt.simulation import Simulator
 from validation.retrieval.seas import system
 
@@ -101,6 +105,22 @@ def run(scene: Scene, turns: int = 10) -> tuple[dict[str, Compared], list[float]
     return compared, seconds[FIRST + 1 :], wave_field.sharpness if wave_field else np.nan
 
 
+def run_told(scene: Scene) -> tuple[dict[str, Compared], list[float], float]:
+    """`run` with the scene's own spectrum in place of that of its maps."""
+    with mock.patch("seamap_rt.prediction.predictor.spectrum_of_turns", lambda _, water: own_spectrum(scene, water)):
+        return run(scene)
+
+
+def own_spectrum(scene: Scene, water: Water) -> Spectrum:
+    """The spectrum that a scene's sea is drawn from."""
+    k, toward = Spectrum.even(water)
+    hertz, comes_from = water.frequency(k) / (2.0 * np.pi), np.degrees(toward) + 180.0
+    systems = [spectral_system(waves, water.depth) for waves in scene.sea.waves]
+    density = sum(directional_density(each, hertz, comes_from, water.depth) for each in systems)
+    per_wavevector = np.degrees(1.0) * water.group_speed(k) / (2.0 * np.pi * k)  # of 1/(Hz · degree)
+    return Spectrum(k, toward, density * per_wavevector[:, None], water)
+
+
 def _hidden(
     truth: xr.Dataset, ends: tuple[float, float], moment: float, stream: np.random.Generator
 ) -> tuple[Field, Field, Field]:
@@ -136,11 +156,13 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=301)
     parser.add_argument("--turns", type=int, default=30)
     parser.add_argument("--only", default="")
+    parser.add_argument("--own-spectrum", action="store_true")
     given = parser.parse_args()
     for name in SEAS:
         if given.only not in name:
             continue
-        rows = [run(scene_of(name, given.first + n, given.turns)) for n in range(given.seeds)]
+        scenes = [scene_of(name, given.first + n, given.turns) for n in range(given.seeds)]
+        rows = [run_told(scene) if given.own_spectrum else run(scene) for scene in scenes]
         warm = float(np.median(np.concatenate([seconds for _, seconds, _ in rows])))
         sharp = ", ".join(f"{each:.2f}" for *_, each in rows)
         print(f"{name}: warm update {warm:.2f} s; sharpness {sharp}", flush=True)
