@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -64,3 +66,11 @@ def test_few_turns_tell_nothing() -> None:
         fit.settle(workers)
     fit.add(seen[3:], [3])
     assert not Drift().learn(fit, 3)
+
+
+@pytest.mark.parametrize(("error", "believed"), [(0.03, False), (0.01, True)])
+def test_a_current_within_some_of_its_errors_is_not_believed(error: float, believed: bool) -> None:
+    # 0.1 m/s told to 0.03 m/s by residuals as if they erred independently: they do not. Told to 0.01 m/s it is there.
+    matrix = np.eye(2) / error**2
+    fit = SimpleNamespace(turns=10, drift_evidence=lambda _: (matrix, matrix @ np.array([0.1, 0.0])))
+    assert Drift().learn(cast("Fit", fit), 9) == believed

@@ -39,6 +39,13 @@ PLANTS = (
         _FIT + "test_sums_are_those_of_the_waves",
     ),
     Plant(
+        "currents believed at one standard error",
+        _HOME + "drift.py",
+        "float(change @ self._matrix @ change) < _SURE**2",
+        "float(change @ self._matrix @ change) < 1.0",
+        "tests/prediction/test_drift.py::test_a_current_within_some_of_its_errors_is_not_believed",
+    ),
+    Plant(
         "a wind sea below a swell runs as the swell does",
         _HOME + "spectrum.py",
         "edge = _TAIL_FROM * k[_last_peak(ring * k**2 * np.sqrt(k))]",
