@@ -4,7 +4,7 @@
 
 Four SWIFT buoys off Portugal on 12 September 2022, 5 Hz, some 100–250 m apart, in a swell of 12 s from the west
 (mbari-org/TheNextWave, example data, CC0 1.0; Thomson et al. 2024; Fisher et al. 2021), in validation/reference: metres
-east, north and up, times by GPS. Each 7 s, which no period of the swell divides, three buoys' heights and velocities of
+east, north and up, times by GPS. Each 11 s, which no period of the swell divides, three buoys' heights and velocities of
 the last 100 s, without mean and trend, forecast the height at the fourth, which enters nowhere; the expected spectrum
 is that of the same three buoys' last 100 s (Kuik, van Vledder & Holthuijsen 1988). The truth is the fourth buoy's
 height without what is slower than 25 s. Skill is 1 − mean square error over variance; `ratio` is 1.4826 MAD of error
@@ -26,7 +26,7 @@ from seamap_rt.settings import PredictionSettings
 Field = NDArray[np.float64]
 
 FILE = Path(__file__).parents[1] / "reference" / "swift_buoys.nc"
-WINDOW_S, EACH_S = 100.0, 7.0
+WINDOW_S, EACH_S = 100.0, 11.0
 LEADS = np.arange(0.0, 21.0, 5.0)
 MEAN_OF = 10  # samples, of the buoys' 5 Hz
 HEIGHT_STD, VELOCITY_STD = 0.15, 0.15  # m, m/s: of a buoy that follows waves, and the waves that are not fitted
