@@ -193,7 +193,10 @@ def predictability(seeds: int = 1) -> Claim:
         words = f"run {run_in(period):.0f} m in {AHEAD_S:g} s; from {near:.0f} to {far:.0f} m they are at the boat"
         figures.append((f"waves of {period:g} s", f"{words} after {near / speed:.0f} to {far / speed:.0f} s"))
     known = {seconds: forecast_correlation(seconds, seeds) for seconds in (AHEAD_S, 2.0 * AHEAD_S, 3.0 * AHEAD_S)}
-    figures += [(f"forecast {seconds:g} s ahead", f"correlation {value:.3f}") for seconds, value in known.items()]
+    for seconds, value in known.items():
+        low, high = forecast_band(seconds, seeds)
+        words = f"correlation {value:.3f} [{low:.3f}, {high:.3f}], {seeds} seed{'s' if seeds > 1 else ''} of choppy_sea"
+        figures.append((f"forecast {seconds:g} s ahead", words))
     assumption = (
         f"at the boat at rest, from ten turns' maps of a linear sea: forecast and sea correlate by "
         f"{known[AHEAD_S]:.3f} {AHEAD_S:g} s ahead, against {FORECAST_CORRELATION:g} of published forecasts from "
@@ -213,8 +216,22 @@ def _forecasts(seeds: int) -> Compared:
 
 def forecast_correlation(seconds: float, seeds: int) -> float:
     """Of forecast and sea at the boat, two seconds to either side of a lead [s] together."""
-    first = round(seconds) - 2
-    return _forecasts(seeds).figures(slice(first, first + 5))["corr"]
+    return _forecasts(seeds).figures(_about(seconds))["corr"]
+
+
+def forecast_band(seconds: float, seeds: int, draws: int = 1000) -> tuple[float, float]:
+    """95 % of that, as forecasts are drawn again; those of one sea hang together, so that it is the least."""
+    compared, stream = _forecasts(seeds), np.random.default_rng(0)
+    mean, truth = (np.stack([row[_about(seconds)] for row in rows]) for rows in (compared.mean, compared.truth))
+    chosen = stream.integers(len(mean), size=(draws, len(mean)))
+    drawn = [np.corrcoef(mean[each].ravel(), truth[each].ravel())[0, 1] for each in chosen]
+    low, high = np.percentile(drawn, (2.5, 97.5))
+    return float(low), float(high)
+
+
+def _about(seconds: float) -> slice:
+    """Two seconds to either side."""
+    return slice(round(seconds) - 2, round(seconds) + 3)
 
 
 @style.styled
