@@ -7,8 +7,8 @@ Four SWIFT buoys off Portugal on 12 September 2022, 5 Hz, some 100–250 m apart
 east, north and up, times by GPS. Each 11 s, so that all phases of the swell come up, three buoys' heights and
 velocities of the last 100 s, without mean and trend, forecast the height at the fourth, which enters nowhere; the
 expected spectrum is that of the same three buoys' last 100 s (Kuik, van Vledder & Holthuijsen 1988). The truth is the
-fourth buoy's height without what is slower than 25 s. Skill is 1 − mean square error over variance; `ratio` is 1.4826 MAD of error
-over stated error, `within` the share of errors within 1.96 stated ones.
+fourth buoy's height without what is slower than 25 s. Skill is 1 − mean square error over variance; `ratio` is 1.4826
+MAD of error over stated error, `within` the share of errors within 1.96 stated ones.
 """
 
 from __future__ import annotations
