@@ -125,9 +125,9 @@ def reliability(chance: Field, outcome: Field) -> list[tuple[float, float, int]]
 @style.styled
 def draw(every: dict[str, Field]) -> Figure:
     """Hits against false alarms as the threshold varies, and what stated probabilities came to."""
-    figure = style.new_figure(2.9)
+    figure = style.new_figure(2.75)
     outcome = every["outcome"] > 0.5
-    curves, stated = (style.place(figure, left, 0.5, 2.1, 2.1) for left in (0.6, 3.6))
+    curves, stated = (style.place(figure, left, 0.15, 2.7, 2.1) for left in (0.6, 4.2))
     colours = {"forecast": style.BLUE, "group law": style.ORANGE, "persistence": style.GREY}
     for name, colour in colours.items():
         order = np.argsort(-every[name], kind="stable")
