@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from itertools import repeat
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -58,7 +59,7 @@ class Preconditioner:
         self._workers = workers
         time = np.concatenate([batch.seen.time for batch in batches])
         self._middle = float(time.mean()) if time.size else 0.0
-        self._zones = list(workers.map(lambda each: self._of(*each, batches), enumerate(lattices)))
+        self._zones = list(workers.map(self._of, range(len(lattices)), lattices, repeat(batches)))
 
     def __call__(self, unknowns: Sequence[NDArray[np.complex64]]) -> list[NDArray[np.complex64]]:
         return list(self._workers.map(_Zones.turned_back, self._zones, unknowns))

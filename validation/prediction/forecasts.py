@@ -16,7 +16,7 @@ from __future__ import annotations
 import argparse
 import time
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 from unittest import mock
 
 import numpy as np
@@ -29,6 +29,7 @@ from seamap_rt.physics.dispersion import Water
 from seamap_rt.prediction import Predictor, Spectrum, WaveField
 from seamap_rt.scene import Scene
 from seamap_rt.sea.systems import directional_density, spectral_system
+from seamap_rt.settings import RandomWaves
 from seamap_rt.simulation import Simulator
 from validation.retrieval.seas import system
 
@@ -115,7 +116,7 @@ def own_spectrum(scene: Scene, water: Water) -> Spectrum:
     """The spectrum that a scene's sea is drawn from."""
     k, toward = Spectrum.even(water)
     hertz, comes_from = water.frequency(k) / (2.0 * np.pi), np.degrees(toward) + 180.0
-    systems = [spectral_system(waves, water.depth) for waves in scene.sea.waves]
+    systems = [spectral_system(cast("RandomWaves", waves), water.depth) for waves in scene.sea.waves]
     density = sum(directional_density(each, hertz, comes_from, water.depth) for each in systems)
     per_wavevector = np.degrees(1.0) * water.group_speed(k) / (2.0 * np.pi * k)  # of 1/(Hz · degree)
     return Spectrum(k, toward, density * per_wavevector[:, None], water)
