@@ -32,12 +32,14 @@ _SQUARES = 8.0  # a wavelength of the strongest waves: over which it is told how
 
 @dataclass(frozen=True)
 class Batch:
-    """Observations of a short time, with how waves are summed at them."""
+    """Observations of a short time, with how waves are summed at them. rounding: what is added to values of areas that
+    are longer than wide to be those of round ones."""
 
     seen: Observations
     sum: WaveSum
     weight: Field  # at most 1 over the variance
     variance: Field  # of what the waves do not explain
+    rounding: NDArray[np.float32] | float = 0.0
 
 
 def weights(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
@@ -21,6 +21,11 @@ from .wave_sum import WaveSum
 _TOLD = 0.999  # of what the observations tell lies within the reach
 _NEW_SEA = 1.3  # ratio of peak periods from which on the lattices are made anew
 _SPAN_S = 2.5  # of a batch: in longer ones too many terms follow the time
+_BENDS: tuple[Callable[[Lattice], Field], ...] = (
+    lambda waves: waves.kx**2,
+    lambda waves: 2.0 * waves.kx * waves.ky,
+    lambda waves: waves.ky**2,
+)
 _LEFT = 0.02  # of the sea's variance, that no lattice carries, for a first choice of the reach
 
 
@@ -109,11 +114,12 @@ class Fit:
         self.unknowns, self.steps = solve(self.all, self.lattices, workers, self.unknowns, values)
 
     def above_home(self, batch: Batch) -> NDArray[np.float32]:
-        """Values less what puts the mean level back, by which water is higher than its waves say."""
+        """Values of areas alike, less what puts the mean level back, by which water is higher than its waves say."""
         seen = batch.seen
         distance = np.hypot(seen.x - self.centre[0], seen.y - self.centre[1])
         level = sum((distance < each.radius) * each.sinking(self.spectrum.water) for each in self.lattices)
-        return (seen.value - np.where(seen.kind == "elevation", self.sharpness * level, 0.0)).astype(np.float32)
+        sinking = np.where(seen.kind == "elevation", self.sharpness * level, 0.0)
+        return (seen.value + batch.rounding - sinking).astype(np.float32)
 
     @property
     def amplitudes(self) -> Unknowns:
@@ -164,14 +170,28 @@ class Fit:
         return matrix, vector
 
     def relabel(self, sharpness: float, number: int | None = None) -> None:
-        """Moves places to where the water there is at home, of one turn's batches or of all."""
+        """Moves places to where the water there is at home, and rounds areas, of one turn's batches or of all."""
         self.sharpness = sharpness
-        if sharpness == 0.0:
-            return
         for key in [number] if number is not None else list(self.batches):
-            self.batches[key] = [
-                replace(each, sum=each.sum.moved(*self._home(each, sharpness))) for each in self.batches[key]
+            self.batches[key] = [self._rounded(each) for each in self.batches[key]]
+            if sharpness != 0.0:
+                self.batches[key] = [
+                    replace(each, sum=each.sum.moved(*self._home(each, sharpness))) for each in self.batches[key]
+                ]
+
+    def _rounded(self, batch: Batch) -> Batch:
+        """With values as they would be of areas alike, as the sums take them: a pulse and a beam make long ones of
+        every direction. For waves longer than the areas, exp(−½ k·(B − B̄)·k) is 1 − ½ k·(B − B̄)·k."""
+        more = batch.seen.blur - batch.sum.blur
+        if not np.any(more):
+            return batch
+        values = np.zeros(len(batch.seen))
+        for number, part in enumerate(_BENDS):
+            bent = [
+                (part(each) * a).astype(np.complex64) for each, a in zip(self.lattices, self.amplitudes, strict=True)
             ]
+            values += 0.5 * more[:, number] * batch.sum.values(bent)
+        return replace(batch, rounding=values.astype(np.float32))
 
     def _home(self, batch: Batch, sharpness: float) -> tuple[Field, Field]:
         if batch.seen.kind[0] != "elevation":  # the sum holds what its own kind is of the waves

@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 
 from .field import WaveField
 from .lattice import Field
-from .observations import Observations
+from .observations import Observations, damped
 
 _APART = 2  # looks: beams of neighbouring ones overlap
 _ABREAST = 0.75  # m, of distance from the antennas: the same gate, or nearly
@@ -47,10 +47,10 @@ def compared(
     kx, ky = groups.k * np.sin(groups.toward), groups.k * np.cos(groups.toward)
     lag = np.multiply.outer(seen.x[one] - seen.x[other], kx) + np.multiply.outer(seen.y[one] - seen.y[other], ky)
     lag -= np.multiply.outer(seen.time[one] - seen.time[other], groups.omega)
-    blurred = np.exp(-np.multiply.outer(seen.blur[one] ** 2, groups.k**2))
+    blurred = damped(seen.blur[one][:, None], kx, ky) ** 2
     waves = float(np.mean(np.sum(groups.variance * blurred * np.cos(lag), axis=1)))
     lattice = field.members[0].lattice
-    blur = np.exp(-0.5 * (np.mean(seen.blur[one]) * lattice.k) ** 2).astype(np.complex128)
+    blur = damped(seen.blur[one].mean(axis=0), lattice.kx, lattice.ky).astype(np.complex128)
     missed = [field.samples([blur], seen.x[each], seen.y[each], seen.time[each])[0] for each in (one, other)]
     stated = 0.5 * float(np.mean(np.real(missed[0] * np.conj(missed[1]))))
     return np.array([found, stated, waves - stated])

@@ -20,6 +20,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 
 from .assimilation import Batch
 from .lattice import Field, Lattice
+from .observations import damped
 from .spectrum import Spectrum
 
 _RINGS, _WAYS = 4, 2  # of the spectrum's rings and directions that make a group
@@ -85,7 +86,7 @@ def _blocks(table: Field) -> Field:
 @dataclass(frozen=True)
 class Glimpse:
     """Where one batch of observations saw the sea, on squares (east, north) of a grid: information 1/m⁴, and the mean
-    square [m²] of the blur of what was seen."""
+    variances (3, east, north) [m²] of the blur of what was seen."""
 
     time: float  # s
     information: NDArray[np.float32]
@@ -120,16 +121,22 @@ class Knowledge:
             places = zip((batch.seen.x, batch.seen.y), corner, strict=True)
             i, j = (np.rint((each - first) / side).astype(int) for each, first in places)
             square = i * shape[1] + j
-            weight = np.bincount(square, batch.weight, shape[0] * shape[1])
-            blurred = np.bincount(square, batch.weight * batch.seen.blur**2, shape[0] * shape[1])
-            spread = [
-                gaussian_filter(each.reshape(shape), _GROUP * _SQUARES, mode="constant") for each in (weight, blurred)
-            ]
+            weighed = batch.weight * np.vstack((np.ones(len(batch.seen)), batch.seen.blur.T))
+            spread = np.stack(
+                [
+                    gaussian_filter(
+                        np.bincount(square, each, shape[0] * shape[1]).reshape(shape),
+                        _GROUP * _SQUARES,
+                        mode="constant",
+                    )
+                    for each in weighed
+                ]
+            )
             glimpses.append(
                 Glimpse(
                     float(batch.seen.time.mean()),
                     (spread[0] / side**2).astype(np.float32),
-                    (spread[1] / np.maximum(spread[0], 1e-12)).astype(np.float32),
+                    (spread[1:] / np.maximum(spread[0], 1e-12)).astype(np.float32),
                 )
             )
         return cls(Groups.of(spectrum), tuple(lattices), tuple(glimpses), corner, side, centre)
@@ -161,16 +168,17 @@ class Knowledge:
         """What was seen along the ways of groups that pass places (point, group) at times (point,), 1/m⁴, and how much
         of it the waves that run against them share."""
         radius = min(lattice.radius for lattice in self.lattices)
+        kx, ky = groups.k * np.sin(groups.toward), groups.k * np.cos(groups.toward)
         total, both = np.zeros(x.shape), np.zeros(x.shape, np.complex128)
         for glimpse in self.glimpses:
             lapse = (time - glimpse.time)[:, None]
             at = x - groups.east * lapse, y - groups.north * lapse
             place = [(each - corner) / self.side for each, corner in zip(at, self.corner, strict=True)]
             seen = map_coordinates(glimpse.information, place, order=1, cval=0.0)
-            blur = map_coordinates(glimpse.blur, place, order=1, cval=0.0)
+            blur = np.stack([map_coordinates(each, place, order=1, cval=0.0) for each in glimpse.blur], axis=-1)
             if np.isfinite(radius):
                 seen = np.where(short & (np.hypot(at[0] - self.centre[0], at[1] - self.centre[1]) > radius), 0.0, seen)
-            seen = seen * np.exp(-(groups.k**2) * blur)
+            seen = seen * damped(blur, kx, ky) ** 2
             total += seen
             both += seen * np.exp(2j * groups.frequency * (glimpse.time - self.glimpses[0].time))
         return total, np.abs(both)

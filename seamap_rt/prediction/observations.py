@@ -20,8 +20,8 @@ _BARRED = ~QUALITY_FLAGS["partly_shadowed"]  # cells left out by their flags; ha
 _STEEPEST = 4.0  # antenna heights: nearer by, points above one another share a gate, and errors are larger than said
 _PULSE_SIGMA = 1.0 / np.sqrt(8.0 * np.log(2.0))  # of a pulse by its −3 dB width
 _BEAM_SIGMA = 1.0 / np.sqrt(16.0 * np.log(2.0))  # of a two-way Gaussian beam by its one-way −3 dB width
-# A wave's dim back is filled with the echo of the bright face beside it: of regular waves of 10 to 25 m heights hold as
-# much as if the pulse's variance were twice as large (python -m validation.prediction.blur).
+# A wave's dim back is filled with the echo of the bright face before it: along the look, heights hold as much of regular
+# waves of 10 to 25 m as if the pulse's variance were twice as large (python -m validation.prediction.blur).
 _FILLED = 2.0
 _WIDEST_ERROR = 2.0  # standard deviations of the sea: a value in more doubt tells nothing
 
@@ -31,9 +31,9 @@ class Observations:
     """Values of the sea's surface; all arrays (n,).
 
     x, y: where, m east and north; time: s; value and its standard error std: m, 1 (slopes) or m/s; kind: of KINDS, or
-    one for all. Velocities are those of the water at the surface. blur: standard deviation [m] of the area that a
-    value is the mean over. Raises InputError for arrays of unlike lengths, values that are not finite, errors that are
-    not positive and kinds that are not known.
+    one for all. Velocities are those of the water at the surface. blur_along, blur_across: standard deviations [m]
+    along and across the look [deg clockwise from north] of the area that a value is the mean over. Raises InputError
+    for arrays of unlike lengths, values that are not finite, errors that are not positive and kinds that are not known.
     """
 
     x: Array
@@ -42,7 +42,9 @@ class Observations:
     value: Array
     std: Array
     kind: NDArray[np.str_]
-    blur: Array = field(default_factory=lambda: np.zeros(1))
+    blur_along: Array = field(default_factory=lambda: np.zeros(1))
+    blur_across: Array = field(default_factory=lambda: np.zeros(1))
+    look: Array = field(default_factory=lambda: np.zeros(1))
 
     def __post_init__(self) -> None:
         size = np.size(self.value)
@@ -51,7 +53,7 @@ class Observations:
             if array.size not in (1, size) or array.ndim > 1:
                 raise InputError(f"observations: {name} has shape {array.shape}; it must be ({size},), as value is")
             object.__setattr__(self, name, np.broadcast_to(array.reshape(-1), size))
-        for name in ("x", "y", "time", "value", "std", "blur"):
+        for name in ("x", "y", "time", "value", "std", "blur_along", "blur_across", "look"):
             if not np.isfinite(getattr(self, name)).all():
                 raise InputError(f"observations: {name} holds values that are not finite; leave those out")
         if size and not self.std.min() > 0.0:
@@ -66,6 +68,20 @@ class Observations:
     def __getitem__(self, chosen: ArrayLike) -> Observations:
         """Those of a mask, an index array or a slice."""
         return Observations(*(getattr(self, each.name)[chosen] for each in fields(self)))
+
+    @property
+    def blur(self) -> Array:
+        """Variances [m²] of the areas, (n, 3): east, east with north, north."""
+        east, north = unit_from_azimuth(self.look)
+        along, across = self.blur_along**2, self.blur_across**2
+        return np.stack(
+            (
+                along * east**2 + across * north**2,
+                (along - across) * east * north,
+                along * north**2 + across * east**2,
+            ),
+            axis=-1,
+        )
 
     def __add__(self, other: Observations) -> Observations:
         """Both together."""
@@ -98,12 +114,19 @@ def of_turn(polar: xr.Dataset, sea_std: float = np.inf) -> Observations:
         value[look, gate],
         std[look, gate],
         np.array(["elevation"]),
-        _blur(polar, out, single),
+        *_blur(polar, out, single),
+        polar["azimuth"].values[look].astype(np.float64),
     )
 
 
-def _blur(polar: xr.Dataset, distance: Array, single: bool) -> Array:
-    """Standard deviation [m] a side of the areas that heights are the mean over, of a pulse, a beam and the dwell."""
+def damped(blur: Array, kx: Array, ky: Array) -> Array:
+    """What is left of waves of kx, ky [rad/m] in means over areas of variances (..., 3) [m²], of their broadcast."""
+    return np.exp(-0.5 * (blur[..., 0] * kx**2 + 2.0 * blur[..., 1] * kx * ky + blur[..., 2] * ky**2))
+
+
+def _blur(polar: xr.Dataset, distance: Array, single: bool) -> tuple[Array, Array]:
+    """Standard deviations [m] along and across the look of the areas that heights are the mean over, of a pulse, a beam
+    and the dwell."""
     azimuth = polar["azimuth"].values
     turned = abs((azimuth[1] - azimuth[0] + 180.0) % 360.0 - 180.0) if azimuth.size > 1 else 0.0
     along = _PULSE_SIGMA * float(polar.attrs.get("pulse_m", 2.3))
@@ -112,4 +135,4 @@ def _blur(polar: xr.Dataset, distance: Array, single: bool) -> Array:
     )
     if not single:
         along = np.hypot(along, float(polar.attrs.get("cell_range_m", 3.0)) / np.sqrt(12.0))
-    return np.sqrt(0.5 * (_FILLED * along**2 + (beam * distance) ** 2))
+    return np.full(distance.shape, np.sqrt(_FILLED) * along), beam * distance

@@ -20,7 +20,7 @@ from scipy.special import jv
 
 from ..physics.dispersion import Water
 from .lattice import Field, Lattice
-from .observations import Observations
+from .observations import Observations, damped
 from .terms import Terms
 
 Amplitudes = Sequence[NDArray[np.complex64]]
@@ -73,8 +73,8 @@ class _Few:
 class WaveSum:
     """Values (n,) of observations by amplitudes of the lattices' waves, and the adjoint of that.
 
-    weight (n,): of each observation, by which the blur of a part of them is averaged. centre: m, that near means near
-    to.
+    weight (n,): of each observation. blur (n, 3): m², of the areas that values are the mean over, as they count in the
+    sums: near the centre [m], and far from it, the mean of those there, and each its own where places are few.
     """
 
     def __init__(
@@ -89,6 +89,7 @@ class WaveSum:
         self._seen, self._lattices, self._water = seen, lattices, water
         first, last = (float(seen.time.min()), float(seen.time.max())) if self.size else (0.0, 0.0)
         self._time, self._half = 0.5 * (first + last), max(0.5 * (last - first), 1e-3)
+        self.blur = seen.blur
         self._parts: list[_Part | _Few] = []
         near = min(lattice.radius for lattice in lattices)
         close = np.hypot(seen.x - centre[0], seen.y - centre[1]) < near
@@ -97,14 +98,16 @@ class WaveSum:
                 members = np.flatnonzero((seen.kind == kind) & (close == ring))
                 if not members.size:
                     continue
-                blur = np.sqrt(np.average(seen.blur[members] ** 2, weights=weight[members]))
+                blur = np.average(self.blur[members], axis=0, weights=weight[members])
+                if members.size > _FEW:
+                    self.blur[members] = blur
                 for number, lattice in enumerate(lattices):
                     if not (ring or not np.isfinite(near) or lattice.radius > near):
                         continue
                     if members.size <= _FEW:
                         self._parts.append(self._few(number, members, seen.x, seen.y))
                     else:
-                        terms = self._terms(lattice, lattice.factor(str(kind), water), float(blur))
+                        terms = self._terms(lattice, lattice.factor(str(kind), water), blur)
                         self._parts.append(self._part(number, members, terms, seen.x, seen.y))
 
     def moved(self, x: Field, y: Field) -> WaveSum:
@@ -127,15 +130,13 @@ class WaveSum:
     def _shares(
         self, lattice: Lattice, factor: NDArray[np.complex128], seen: Observations, x: Field, y: Field
     ) -> NDArray[np.complex64]:
-        kx, ky, k, omega, of = (
-            each[lattice.scale > 0.0] for each in (lattice.kx, lattice.ky, lattice.k, lattice.omega, factor)
-        )
+        kx, ky, omega, of = (each[lattice.scale > 0.0] for each in (lattice.kx, lattice.ky, lattice.omega, factor))
         turns = np.multiply.outer(x, kx) + np.multiply.outer(y, ky) - np.multiply.outer(seen.time, omega)
-        return (of * np.exp(1j * turns - 0.5 * np.multiply.outer(seen.blur, k) ** 2)).astype(np.complex64)
+        return (of * np.exp(1j * turns) * damped(seen.blur[:, None], kx, ky)).astype(np.complex64)
 
-    def _terms(self, lattice: Lattice, factor: NDArray[np.complex128], blur: float) -> Terms:
+    def _terms(self, lattice: Lattice, factor: NDArray[np.complex128], blur: Field) -> Terms:
         swing = lattice.omega * self._half
-        carrier = factor * np.exp(-1j * lattice.omega * self._time - 0.5 * (blur * lattice.k) ** 2)
+        carrier = factor * np.exp(-1j * lattice.omega * self._time) * damped(blur, lattice.kx, lattice.ky)
         power = lattice.scale**2
         shares = [_bessel(0, swing)]
         following = 2.0 * _bessel(1, swing)

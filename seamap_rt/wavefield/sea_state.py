@@ -111,6 +111,7 @@ class TurnSpectrum:
     direction: Travel
     polar_map: PolarMap
     bins: RangeBins
+    transfer: Field  # (ring,) share of waves' variance that the map's cells hold
     kept: Field  # (bin,) share of the waves' variance that cells at that distance hold
 
     @classmethod
@@ -126,7 +127,7 @@ class TurnSpectrum:
         resolution = Resolution.of(polar.attrs, np.degrees(polar_map.width))
         overall = bins.weight(bins.glimpsed) @ resolution.transfer(spectrum.ring_wavenumber, bins.middle)
         spectrum = spectrum.corrected(overall, _LEAST_TRANSFER)
-        return cls(spectrum, direction, polar_map, bins, _kept(spectrum, overall, resolution, bins.middle))
+        return cls(spectrum, direction, polar_map, bins, overall, _kept(spectrum, overall, resolution, bins.middle))
 
     @property
     def height(self) -> float:

@@ -11,12 +11,15 @@ from seamap_rt.physics.dispersion import DEEP_WATER
 from seamap_rt.prediction.spectrum import Spectrum, spectrum_of_turns
 from seamap_rt.wavefield.sea_state import TurnSpectrum
 
+CELLS = {"cell_range_m": 3.0, "cell_azimuth_deg": 1.8, "pulse_m": 2.3, "azimuth_beamwidth_deg": 1.8}
 
-def expected(sea: Waves, noise: float = 0.08) -> Spectrum:
-    """Of a map with noise."""
+
+def expected(sea: Waves, noise: float = 0.08, cells: dict[str, float] | None = None) -> Spectrum:
+    """Of a map with noise. cells: what it says that its values are the mean over."""
     rng, height, velocity = np.random.default_rng(7), sea.heights(), sea.velocity()
     height, velocity = (each + std * rng.normal(size=each.shape) for each, std in ((height, noise), (velocity, 0.5)))
-    shown = TurnSpectrum.of(maps(height, velocity, noise, "single_cell")["polar"].to_dataset().isel(turn=0), DEEP_WATER)
+    polar = maps(height, velocity, noise, "single_cell")["polar"].to_dataset().isel(turn=0)
+    shown = TurnSpectrum.of(polar.assign_attrs(cells or {}), DEEP_WATER)
     assert shown is not None
     made = spectrum_of_turns([shown], DEEP_WATER)
     assert made is not None
@@ -52,3 +55,15 @@ def test_waves_too_short_to_be_seen_run_with_the_wind_sea(seed: int) -> None:
     short = made.k > 0.9
     level = made.variances.sum(axis=1)[short] * made.k[short] ** 2
     np.testing.assert_allclose(level, level[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_noise_in_cells_too_wide_to_tell_is_no_waves(seed: int) -> None:
+    # Cells hold some 60 % of waves of 12 m and less of shorter ones, and what puts that back raises the noise as well.
+    # The sea ends at 20 m: shorter waves are those of the tail, however much noise there is.
+    sea = random_sea(seed, 1.4, 8.0, 250.0)
+    little, much = (expected(sea, noise, CELLS) for noise in (0.1, 0.3))
+    short = (little.k > 2.0 * np.pi / 11.0) & (little.k < 2.0 * np.pi / 5.0)
+    held = [float(each.variances[short].sum()) for each in (little, much)]
+    assert held[1] == pytest.approx(held[0], rel=0.1)
+    assert held[0] < 0.02 * little.variance

@@ -48,9 +48,30 @@ PLANTS = (
     Plant(
         "a wind sea below a swell runs as the swell does",
         _HOME + "spectrum.py",
-        "edge = _TAIL_FROM * k[_last_peak(ring * k**2 * np.sqrt(k))]",
-        "edge = _TAIL_FROM * k[int(np.argmax(ring * k**2 * np.sqrt(k)))]",
+        "edge = min(_TAIL_FROM * k[_last_peak(ring * k**2 * np.sqrt(k))]",
+        "edge = min(_TAIL_FROM * k[int(np.argmax(ring * k**2 * np.sqrt(k)))]",
         "tests/wavefield/test_expected_spectrum.py::test_a_wind_sea_across_a_swell_keeps_its_own_way_and_size",
+    ),
+    Plant(
+        "noise of wide cells taken as waves",
+        _HOME + "spectrum.py",
+        "turn.spectrum.ring_wavenumber[turn.transfer > _TOLD]",
+        "turn.spectrum.ring_wavenumber[turn.transfer > 0.25 * _TOLD]",
+        "tests/wavefield/test_expected_spectrum.py::test_noise_in_cells_too_wide_to_tell_is_no_waves",
+    ),
+    Plant(
+        "long areas taken as round ones",
+        _HOME + "fit.py",
+        "values += 0.5 * more[:, number] * batch.sum.values(bent)",
+        "values -= 0.5 * more[:, number] * batch.sum.values(bent)",
+        _FIT + "test_values_of_long_areas_become_those_of_round_ones",
+    ),
+    Plant(
+        "areas that lie across the look",
+        _HOME + "observations.py",
+        "along * east**2 + across * north**2,",
+        "along * north**2 + across * east**2,",
+        _FIT + "test_sums_are_those_of_the_waves",
     ),
     Plant(
         "a tail that falls too slowly",

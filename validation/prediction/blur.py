@@ -4,8 +4,8 @@
 
 Regular waves of steepness 1/40, by the horizon tracer without noise: the slope of retrieved on true heights of dwells,
 over ranges, in looks within 15° of the waves' way (along) or of their crests (across). `blur` is the standard deviation
-[m] of the Gaussian mean that would hold as much, `expected` that of pulse (filled, see prediction.observations), beam
-and dwell.
+[m] of the Gaussian mean that would hold as much, `expected` that of the pulse along the look (filled, see
+prediction.observations), and of beam and dwell across it.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ def observed(length: float, seed: int) -> tuple[np.ndarray, ...]:
         now = seen.time == moment
         truth[now] = simulator.sea.elevation(seen.x[now], seen.y[now], seen.time[now])
     off = np.degrees(np.arctan2(np.abs(seen.y), np.abs(seen.x)))
-    return np.hypot(seen.x, seen.y), off, seen.value, truth, seen.blur, seen.std
+    blur = np.sqrt(seen.blur[:, 0])  # of waves that run along x
+    return np.hypot(seen.x, seen.y), off, seen.value, truth, blur, seen.std
 
 
 def main() -> None:
