@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.text import Text
 
-from ..report.headline import forecast_line
+from ..report.headline import forecast_line, window_line
 from ..report.limits import account_lines
 from .shell import Settings, app, console, progress, scene_of
 
@@ -89,6 +89,8 @@ def run(
     console.print(f"sea state from the maps: {result.metrics['sea_state_in_words']}")
     if predict:
         console.print(forecast_line(result.metrics))
+        if told := window_line(result.metrics):
+            console.print(told)
     _warn(result.metrics)
     console.print(f"{result.folder / 'report.html'} (with maps.nc, truth.nc, echoes.zarr, metrics.json, scene.toml)")
     return 0

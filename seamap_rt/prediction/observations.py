@@ -20,8 +20,8 @@ _BARRED = ~QUALITY_FLAGS["partly_shadowed"]  # cells left out by their flags; ha
 _STEEPEST = 4.0  # antenna heights: nearer by, points above one another share a gate, and errors are larger than said
 _PULSE_SIGMA = 1.0 / np.sqrt(8.0 * np.log(2.0))  # of a pulse by its −3 dB width
 _BEAM_SIGMA = 1.0 / np.sqrt(16.0 * np.log(2.0))  # of a two-way Gaussian beam by its one-way −3 dB width
-# A wave's dim back is filled with the echo of the bright face before it: along the look, heights hold as much of regular
-# waves of 10 to 25 m as if the pulse's variance were twice as large (python -m validation.prediction.blur).
+# A wave's dim back is filled with the echo of the bright face before it: along the look, heights hold as much of
+# regular waves of 10 to 25 m as if the pulse's variance were twice as large (python -m validation.prediction.blur).
 _FILLED = 2.0
 _WIDEST_ERROR = 2.0  # standard deviations of the sea: a value in more doubt tells nothing
 

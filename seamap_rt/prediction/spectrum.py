@@ -94,7 +94,8 @@ def spectrum_of_turns(turns: Sequence[TurnSpectrum], water: Water) -> Spectrum |
 
     Rings hold what the turns' mean does, beyond twice the wavenumber of the last peak (a wind sea's, whatever swell
     runs below it) at least a tail that falls with the fourth power of the wavenumber (Phillips 1958), and that tail
-    alone where the maps' cells are too wide to tell. Where the way of the waves is not known, half of them run each way.
+    alone where the maps' cells are too wide to tell. Where the way of the waves is not known, half of them run each
+    way.
     """
     known = [each for each in turns if each.height > 0.0 and each.spectrum.ring_power.any()]
     if not known:

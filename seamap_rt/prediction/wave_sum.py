@@ -130,9 +130,11 @@ class WaveSum:
     def _shares(
         self, lattice: Lattice, factor: NDArray[np.complex128], seen: Observations, x: Field, y: Field
     ) -> NDArray[np.complex64]:
-        kx, ky, omega, of = (each[lattice.scale > 0.0] for each in (lattice.kx, lattice.ky, lattice.omega, factor))
+        kx, ky, omega = (each[lattice.scale > 0.0] for each in (lattice.kx, lattice.ky, lattice.omega))
         turns = np.multiply.outer(x, kx) + np.multiply.outer(y, ky) - np.multiply.outer(seen.time, omega)
-        return (of * np.exp(1j * turns) * damped(seen.blur[:, None], kx, ky)).astype(np.complex64)
+        return (factor[lattice.scale > 0.0] * np.exp(1j * turns) * damped(seen.blur[:, None], kx, ky)).astype(
+            np.complex64
+        )
 
     def _terms(self, lattice: Lattice, factor: NDArray[np.complex128], blur: Field) -> Terms:
         swing = lattice.omega * self._half

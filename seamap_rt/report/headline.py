@@ -74,3 +74,16 @@ def forecast_line(metrics: Mapping[str, Any]) -> str:
         for row in rows
     )
     return f"{rows[0]['forecasts']} forecasts at the boat: {ahead}"
+
+
+def window_line(metrics: Mapping[str, Any]) -> str:
+    """What quiet windows were worth, in a line; empty where none were judged."""
+    told = metrics.get("quiet_windows")
+    if not told:
+        return ""
+    right = f", {percent(told['right'])} of them right" if told["called"] else ""
+    return (
+        f"quiet windows: {told['called']} of {told['windows']} called at {told['confidence']:.0%}{right}, "
+        f"{percent(told['found'])} of the quiet ones; area under hits against false alarms {digits(told['area'], 3)} "
+        f"(persistence {digits(told['persistence_area'], 3)})"
+    )

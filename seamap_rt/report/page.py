@@ -18,7 +18,8 @@ import xarray as xr
 from ..forecast_errors import Verified
 from ..io.results_folder import write_whole
 from ..scene import Scene
-from . import curves, evolution, forecast_figures, gauge_figures, reduce, style
+from ..window_errors import Windows
+from . import curves, evolution, forecast_figures, gauge_figures, reduce, style, window_figures
 from .headline import headline, summary
 from .page_elements import NOTHING, Table, count, digits, metres, percent
 from .pictures import pictures
@@ -57,16 +58,18 @@ def write_report(
     echoes: xr.Dataset,
     gauges: xr.Dataset | None = None,
     verified: Verified | None = None,
+    windows: Windows | None = None,
 ) -> Path:
     """Draw the figures into `directory` and write report.html there, which needs no other file; its path.
 
     Maps and the echo's picture show the last turn; figures against range show all turns, an animation one after the
-    other. gauges: what the scene's wave gauges read. verified: what was forecast, beside the sea that came.
+    other. gauges: what the scene's wave gauges read. verified: what was forecast, beside the sea that came;
+    windows: the quiet ones among it.
     """
     directory = Path(directory)
     directory.mkdir(parents=True, exist_ok=True)
     shown = []
-    for picture in pictures(scene, maps, truth, metrics, echoes, gauges, verified):
+    for picture in pictures(scene, maps, truth, metrics, echoes, gauges, verified, windows):
         drawn = picture.draw()
         kind, data = ("gif", drawn) if isinstance(drawn, bytes) else ("png", style.png(drawn))
         write_whole(directory / f"{picture.name}.{kind}", data)
@@ -95,7 +98,7 @@ def write_report(
 def tables(scene: Scene, retrieved: xr.DataTree, truth: xr.DataTree, metrics: Mapping[str, Any]) -> list[Table]:
     """The tables of the page."""
     made = [*evolution.turn_table(retrieved, truth), *forecast_figures.forecast_table(metrics.get("prediction") or [])]
-    made += gauge_figures.gauge_table(metrics)
+    made += [*window_figures.window_table(metrics.get("quiet_windows")), *gauge_figures.gauge_table(metrics)]
     made += [_range_table(scene, metrics), _sea_table(metrics), *_calibration_table(metrics)]
     return [*made, *_mesh_table(metrics), _time_table(metrics), _run_table(scene, metrics)]
 

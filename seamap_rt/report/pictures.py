@@ -12,7 +12,8 @@ import xarray as xr
 
 from ..forecast_errors import Verified
 from ..scene import Scene
-from . import curves, evolution, forecast_figures, gauge_figures, maps, reduce
+from ..window_errors import Windows
+from . import curves, evolution, forecast_figures, gauge_figures, maps, reduce, window_figures
 from .headline import headline
 from .page_elements import Picture, digits
 from .sea_words import ground_warning
@@ -26,6 +27,7 @@ def pictures(
     echoes: xr.Dataset,
     gauges: xr.Dataset | None = None,
     verified: Verified | None = None,
+    windows: Windows | None = None,
 ) -> list[Picture]:
     """The figures of the page, in order, with what is to be said of each. Nothing is drawn yet."""
     run = _Run(scene, retrieved, truth, metrics, echoes)
@@ -33,6 +35,7 @@ def pictures(
         _height_maps(run),
         *evolution.film(scene, retrieved, truth),
         *forecast_figures.forecast_pictures(scene, retrieved, verified),
+        *window_figures.window_pictures(windows, scene.prediction.quiet.confidence),
         *gauge_figures.gauge_pictures(gauges),
         _slope_maps(run),
         _error_against_range(run),

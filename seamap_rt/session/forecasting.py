@@ -12,6 +12,7 @@ from ..forecast_errors import Verified, came
 from ..io.appendable import AppendableNetCDF
 from ..prediction import Predictor, WaveField, issue, vessel_of
 from ..simulation import Simulator
+from ..window_errors import Windows, windows_that_came
 from .driver import FinishedTurn
 
 _EACH = 4  # cells from one that the stated error is told at to the next: it changes over wavelengths
@@ -56,10 +57,15 @@ class ForecastSink:
         """The forecasts beside the sea that came; None where no turn showed a sea."""
         if self._last is None or not self._issued:
             return None
-        sea = self._simulator.sea
-        truth = np.concatenate([came(sea, made) for _, made in self._issued])
-        forecasts = xr.concat([made for _, made in self._issued], "issue", data_vars="minimal", coords="minimal")
-        return Verified(forecasts, truth, self._field(*self._last))
+        truth = np.concatenate([came(self._simulator.sea, made) for _, made in self._issued])
+        return Verified(self._forecasts(), truth, self._field(*self._last))
+
+    def windows(self) -> Windows | None:
+        """Quiet windows beside the sea that came; None where none were forecast, or not of the water's height alone."""
+        return windows_that_came(self._simulator.sea, self._forecasts()) if self._issued else None
+
+    def _forecasts(self) -> xr.Dataset:
+        return xr.concat([made for _, made in self._issued], "issue", data_vars="minimal", coords="minimal")
 
     def _field(self, field: WaveField, ground: xr.Dataset) -> xr.Dataset:
         x, y = ground["x"].values.astype(np.float64), ground["y"].values.astype(np.float64)

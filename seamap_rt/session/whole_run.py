@@ -28,6 +28,7 @@ from ..scene import Scene
 from ..simulation import Simulator
 from ..wavefield import sea_state
 from ..wavefield.sea_state import in_words
+from ..window_errors import judge_windows
 from .driver import Progress, Sink, TurnFigures, deliver, iterate
 from .forecasting import ForecastSink
 from .sinks import FileSink, gauge_sink
@@ -87,10 +88,12 @@ def run(
         with _read(folder / "maps.nc") as maps, _read(folder / "truth.nc") as truth:
             metrics = _metrics(simulator, maps, truth, gauges, figures)
             verified = ahead.verified() if ahead else None
+            windows = ahead.windows() if ahead else None
             metrics["prediction"] = judge_forecasts(verified) if verified else []
+            metrics["quiet_windows"] = judge_windows(windows, scene.prediction.quiet.confidence) if windows else None
             metrics["run_s"] = time.perf_counter() - start
             echoes = open_echoes(folder / "echoes.zarr")
-            write_report(folder, scene, maps, truth, metrics, echoes, gauges, verified)
+            write_report(folder, scene, maps, truth, metrics, echoes, gauges, verified, windows)
         metrics["run_s"] = time.perf_counter() - start
         metrics["peak_memory_bytes"] = peak_memory()
         write_whole(folder / "metrics.json", to_json(metrics))

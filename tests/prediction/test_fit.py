@@ -114,7 +114,7 @@ def test_sums_at_moved_places_are_those_there(count: int) -> None:
 
 def test_few_areas_are_each_their_own() -> None:
     spectrum = wind_sea()
-    of, seen = lattice(spectrum), blurred(places(60), 3.0, 0.5, look=np.arange(60) * 6.0)
+    of, seen = lattice(spectrum), blurred(places(60), 3.0, 0.5, look=np.linspace(0.0, 354.0, 60))
     made = WaveSum(seen, [of], spectrum.water, np.ones(60), (0.0, 0.0))
     amplitudes = (of.scale * random_unknowns(of, 3)[0]).astype(np.complex64)
     expected = plain(of, seen, np.ones(of.k.shape, np.complex128), amplitudes.astype(np.complex128))
@@ -122,11 +122,12 @@ def test_few_areas_are_each_their_own() -> None:
 
 
 def test_values_of_long_areas_become_those_of_round_ones() -> None:
-    # Exact means over areas of 1.3 m by 0.5 m, each along its own look, of known waves of 16 m and longer: ½ k·(B − B̄)·k
-    # is up to 0.06 there, and half of it is the next order's share of the first: most waves are longer, so a tenth.
+    # Exact means over areas of 1.3 m by 0.5 m, each along its own look, of known waves of 16 m and longer:
+    # ½ k·(B − B̄)·k is up to 0.06 there, and half of it is the next order's share of the first: most waves are longer,
+    # so a tenth.
     spectrum = wind_sea()
     fit = Fit(spectrum, [lattice(spectrum, 41)], 100.0, (0.0, 0.0))
-    of, seen = fit.lattices[0], blurred(places(300), 1.3, 0.5, look=np.arange(300) * 7.0)
+    of, seen = fit.lattices[0], blurred(places(300), 1.3, 0.5, look=np.linspace(0.0, 2093.0, 300))
     fit.unknowns = random_unknowns(of, 3)
     exact = plain(of, seen, np.ones(of.k.shape, np.complex128), fit.amplitudes[0].astype(np.complex128))
     fit.add([replace(seen, value=exact)], [0])

@@ -322,6 +322,17 @@ def test_a_run_judges_its_forecasts(maps_file) -> None:
     assert all(title in page for title in ("The wave field through the shadows", "Forecasts run ahead of the sea"))
 
 
+def test_a_run_judges_its_quiet_windows(maps_file) -> None:
+    told = json.loads((maps_file.parent / "metrics.json").read_text())["quiet_windows"]
+    with xr.open_dataset(maps_file.parent / "prediction.nc") as made:
+        chance = made["quiet"].values[np.isfinite(made["quiet"].values)]
+    assert told["windows"] == chance.size
+    assert told["called"] == np.sum(chance >= told["confidence"])
+    page = (maps_file.parent / "report.html").read_text()
+    assert ("Quiet windows against the sea that came" in page) == (told["area"] is not None)
+    assert "Called at 90%" in page
+
+
 def test_predict_writes_a_forecast_for_each_turn(maps_file, tmp_path, capsys) -> None:
     asked = ["--lead", "0:20:5", "--at=0,0", "--at=-20,5", "--out", str(tmp_path)]
     assert main(["predict", str(maps_file), *asked]) == 0

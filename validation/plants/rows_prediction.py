@@ -214,6 +214,20 @@ PLANTS = (
         "tests/test_forecast_errors.py::test_the_sea_that_came_is_taken_along_the_way",
     ),
     Plant(
+        "windows that are judged at their begin alone",
+        "seamap_rt/window_errors.py",
+        "(fine <= begin + lasts + 0.5 * _FINE_S)",
+        "(fine <= begin + 0.5 * _FINE_S)",
+        "tests/test_window_errors.py::test_a_window_is_quiet_where_the_sea_stays_low_all_through",
+    ),
+    Plant(
+        "false alarms counted among the quiet ones",
+        "seamap_rt/window_errors.py",
+        "for each in (quiet, ~quiet))",
+        "for each in (quiet, quiet))",
+        "tests/test_window_errors.py::test_areas_are_chances_that_quiet_ones_score_higher",
+    ),
+    Plant(
         "errors over the forecast's own spread",
         "seamap_rt/forecast_errors.py",
         "sigma = float(np.std(truth[:, :, place]))",

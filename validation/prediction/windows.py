@@ -19,17 +19,17 @@ beside the stated chance of that.
 from __future__ import annotations
 
 import argparse
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.prediction import Predictor, WaveField
 from seamap_rt.report import style
+from seamap_rt.report.window_figures import quiet_windows
 from seamap_rt.simulation import Simulator
+from seamap_rt.window_errors import Windows, area, judge_windows, reliability
 from validation.prediction.forecasts import FIRST, SEAS, scene_of
 
 Field = NDArray[np.float64]
@@ -38,7 +38,6 @@ LIMIT, LASTS_S, CONFIDENCE = 0.35, 5.0, 0.9  # of the significant wave height
 LEADS = np.arange(5.0, 16.0)
 STEP_S = 0.1
 HIGHEST_S = 15.0
-CLASSES = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.01)
 
 
 def came_true(simulator: Simulator, issued: float, limit: float) -> NDArray[np.bool_]:
@@ -69,12 +68,12 @@ def group_law(field: WaveField) -> tuple[float, Field]:
     return -float(np.max(np.abs(height))), -(variance + coherence * (power - variance))
 
 
-def run(name: str, seed: int, turns: int) -> dict[str, Field]:
-    """One seed's windows: outcome and every method's score (issue · lead,)."""
+def run(name: str, seed: int, turns: int) -> tuple[Windows, Field]:
+    """One seed's windows (issue · lead,) with every method's score, and rows of its highest crests."""
     scene = scene_of(name, seed, turns)
     simulator, predictor = Simulator(scene), Predictor()
     height = np.sqrt(sum(each.model_dump()["significant_wave_height_m"] ** 2 for each in scene.sea.waves))
-    rows: dict[str, list[Field]] = {"outcome": [], "forecast": [], "persistence": [], "group law": [], "crest": []}
+    rows: dict[str, list[Field]] = {"quiet": [], "forecast": [], "persistence": [], "group law": [], "crest": []}
     for number in range(turns):
         polar = sr.retrieve(simulator.turn(number).echoes, scene.resolved_retrieval)["polar"].to_dataset()
         field = predictor.turn(polar.isel(turn=0))
@@ -84,21 +83,16 @@ def run(name: str, seed: int, turns: int) -> dict[str, Field]:
         drawn = sr.forecast(field, lead_s=np.arange(0.0, LEADS[-1] + LASTS_S + 0.25, 0.25), draws=200)
         called = sr.quiet_windows(drawn, {"elevation": limit}, LASTS_S, CONFIDENCE).sel(lead=LEADS)
         low, expected = group_law(field)
-        rows["outcome"].append(came_true(simulator, field.issued, limit).astype(np.float64))
+        rows["quiet"].append(came_true(simulator, field.issued, limit).astype(np.float64))
         rows["forecast"].append(called["probability"].values.ravel())
         rows["persistence"].append(np.full(LEADS.size, low))
         rows["group law"].append(expected)
         highest = sr.highest_wave(drawn, HIGHEST_S).squeeze()
         told = [float(highest[name]) for name in ("crest", "crest_low", "crest_high", "lead", "chance")]
         rows["crest"].append(np.array([[*told, *crest_that_came(simulator, field.issued), height / 4.0]]))
-    return {key: np.concatenate(part) for key, part in rows.items()}
-
-
-def area(score: Field, outcome: Field) -> float:
-    """Under the curve of hits against false alarms: how often a quiet window scores above one that is not."""
-    quiet, other = score[outcome > 0.5], score[outcome < 0.5]
-    above = np.mean(quiet[:, None] > other) + 0.5 * np.mean(quiet[:, None] == other)
-    return float(above)
+    every = {key: np.concatenate(part) for key, part in rows.items()}
+    others = {key: every[key] for key in ("persistence", "group law")}
+    return Windows(every["forecast"], every["quiet"] > 0.5, others), every["crest"]
 
 
 def print_crests(rows: Field) -> None:
@@ -112,45 +106,6 @@ def print_crests(rows: Field) -> None:
     )
 
 
-def reliability(chance: Field, outcome: Field) -> list[tuple[float, float, int]]:
-    """Stated probability, share that came true, and number of the windows of each class of probability."""
-    found = []
-    for low, high in pairwise(CLASSES):
-        inside = (chance >= low) & (chance < high)
-        if inside.any():
-            found.append((float(chance[inside].mean()), float(outcome[inside].mean()), int(inside.sum())))
-    return found
-
-
-@style.styled
-def draw(every: dict[str, Field]) -> Figure:
-    """Hits against false alarms as the threshold varies, and what stated probabilities came to."""
-    figure = style.new_figure(2.75)
-    outcome = every["outcome"] > 0.5
-    curves, stated = (style.place(figure, left, 0.15, 2.7, 2.1) for left in (0.6, 4.2))
-    colours = {"forecast": style.BLUE, "group law": style.ORANGE, "persistence": style.GREY}
-    for name, colour in colours.items():
-        order = np.argsort(-every[name], kind="stable")
-        hits, alarms = (np.cumsum(each[order]) / each.sum() for each in (outcome, ~outcome))
-        label = f"{name}, area {area(every[name], every['outcome']):.3f}"
-        curves.plot(np.append(0.0, alarms), np.append(0.0, hits), color=colour, label=label)
-    called = every["forecast"] >= CONFIDENCE
-    point = float(called[~outcome].mean()), float(called[outcome].mean())
-    curves.plot(*point, "o", color=style.BLUE, label=f"calls at {CONFIDENCE:.0%}")
-    curves.legend(loc="lower right", fontsize="small")
-    style.graph(curves, "Share of other windows called", "Share of quiet windows called", "")
-    stated.plot([0.0, 1.0], [0.0, 1.0], "--", color=style.GREY)
-    found = reliability(every["forecast"], every["outcome"])
-    stated.plot([each[0] for each in found], [each[1] for each in found], "o-", color=style.BLUE)
-    for told, true, count in found:
-        stated.annotate(str(count), (told, true), textcoords="offset points", xytext=(5, -9), fontsize="small")
-    style.graph(stated, "Stated probability", "Share that were quiet", "")
-    for axes in (curves, stated):
-        axes.set_xlim(-0.02, 1.02)
-        axes.set_ylim(-0.02, 1.02)
-    return figure
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=6)
@@ -160,25 +115,25 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
     parts = [run(given.sea, given.first + n, given.turns) for n in range(given.seeds)]
-    every = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
-    outcome, chance = every["outcome"], every["forecast"]
-    called = chance >= CONFIDENCE
-    base = float(outcome.mean())
-    print(f"{given.sea}: {outcome.size} windows, {base:.0%} quiet")
+    runs = [part[0] for part in parts]
+    chance, quiet = (np.concatenate([getattr(each, name) for each in runs]) for name in ("chance", "quiet"))
+    told = {name: np.concatenate([each.others[name] for each in runs]) for name in runs[0].others}
+    found = judge_windows(Windows(chance, quiet, told), CONFIDENCE)
+    print(f"{given.sea}: {found['windows']} windows, {found['quiet_share']:.0%} quiet")
     print(
-        f"called {called.sum()}: right {outcome[called].mean():.1%}, stated {chance[called].mean():.1%}; "
-        f"called of the quiet ones {called[outcome > 0.5].mean():.1%}"
+        f"called {found['called']}: right {found['right']:.1%}, stated {chance[chance >= CONFIDENCE].mean():.1%}; "
+        f"called of the quiet ones {found['found']:.1%}"
     )
-    print(f"Brier {np.mean((chance - outcome) ** 2):.3f}, climatology {base * (1.0 - base):.3f}")
-    for key in ("forecast", "persistence", "group law"):
-        both = [part for part in parts if 0.0 < part["outcome"].mean() < 1.0]
-        each = [area(part[key], part["outcome"]) for part in both] or [np.nan]
-        print(f"AUC {key}: {area(every[key], outcome):.3f} (seeds {min(each):.3f}–{max(each):.3f})")
-    for stated, found, count in reliability(chance, outcome):
-        print(f"  {count} windows, {stated:.2f} stated, {found:.2f} quiet")
-    print_crests(every["crest"])
+    print(f"Brier {found['brier']:.3f}, climatology {found['climatology_brier']:.3f}")
+    for name, score in ({"forecast": chance} | told).items():
+        areas = [area(each.others.get(name, each.chance), each.quiet) for each in runs]
+        print(f"AUC {name}: {area(score, quiet):.3f} (seeds {np.nanmin(areas):.3f}–{np.nanmax(areas):.3f})")
+    for each in reliability(runs):
+        band = f"[{each.low:.2f}, {each.high:.2f}]"
+        print(f"  {each.count} windows, {each.stated:.2f} stated, {each.found:.2f} quiet {band}")
+    print_crests(np.concatenate([part[1] for part in parts]))
     if given.out:
-        given.out.write_bytes(style.png(draw(every)))
+        given.out.write_bytes(style.png(quiet_windows(runs, CONFIDENCE)))
 
 
 if __name__ == "__main__":
