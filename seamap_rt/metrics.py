@@ -35,8 +35,7 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
     height = retrieved["height"].values.astype(np.float64)
     true_height = true["height"].values.astype(np.float64)
     error = height - true_height
-    unambiguous = (retrieved["quality"].values & QUALITY_FLAGS["ambiguous"]) == 0
-    counted = visible & np.isfinite(error) & unambiguous
+    counted = counted_cells(retrieved, true)
     # Without diffraction a point is either lit or not: the visible fraction is the illumination.
     illumination = true.get("illumination", true["visible_fraction"]).values
     error_to_visible = height - true["height_visible"].values
@@ -73,6 +72,13 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
     }
     by_range = {key: [row[key] for row in rows] for key in rows[0]}
     return {**by_range, "overall": overall}
+
+
+def counted_cells(retrieved: xr.Dataset, true: xr.Dataset) -> NDArray[np.bool_]:
+    """Cells that are more than half visible and have a height, not flagged as ambiguous, of polar maps and truth."""
+    unambiguous = (retrieved["quality"].values & QUALITY_FLAGS["ambiguous"]) == 0
+    visible = true["visible_fraction"].values > HALF_VISIBLE
+    return visible & np.isfinite(retrieved["height"].values - true["height"].values) & unambiguous
 
 
 def _range_bins(ranges: NDArray[np.float64]) -> Iterator[tuple[float, NDArray[np.bool_]]]:

@@ -30,6 +30,7 @@ from ..metrics import BIN_M, compare
 from ..scene import Scene
 from ..session import iterate
 from ..simulation import Simulator, Stopwatch
+from .measured import Rings
 
 MANIFEST, POINTS = "trade.json", "points"
 
@@ -44,7 +45,16 @@ class SchedulerLost(RuntimeError):
 # Dr.Jit is not safe for several simulations in the threads of one process: a worker with more waits.
 _ONE_AT_A_TIME = threading.Lock()
 _LONGEST_REASON = 400
-_BY_RANGE = {"range_m", "height_rmse_m", "height_bias_m", "slope_rmse", "visible_fraction", "answered", "known_share"}
+_BY_RANGE = {
+    "range_m",
+    "height_rmse_m",
+    "height_bias_m",
+    "slope_rmse",
+    "visible_fraction",
+    "answered",
+    "known_share",
+    "quality",
+}
 
 
 @dataclass(frozen=True)
@@ -154,6 +164,7 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
     with clock("sea"):
         simulator = Simulator(scene)
     maps, truths, facets, folded = [], [], 0.0, 0.0
+    sigma, rings = float(simulator.sea.resolved.elevation_std), None
     for turn in iterate(scene, simulator=simulator):
         assert turn.maps is not None
         for stage, seconds in turn.timing.items():
@@ -161,6 +172,8 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
                 clock.seconds[stage] = clock.seconds.get(stage, 0.0) + seconds
         maps.append(turn.maps["polar"].to_dataset())
         truths.append(turn.truth["polar"].to_dataset())
+        seen = Rings.of(maps[-1], truths[-1], sigma)
+        rings = seen if rings is None else rings + seen
         facets, folded = turn.counts["facets"], max(folded, turn.counts["folded_share"])
     with clock("compare"):
         metrics = compare(_all_turns(maps), _all_turns(truths))
@@ -173,13 +186,35 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
         for n, every, all_of_it in zip(metrics["cells"], cells, whole, strict=True)
     ]
     facts = {
-        "significant_height_m": 4.0 * float(simulator.sea.resolved.elevation_std),
+        "significant_height_m": 4.0 * sigma,
         "range_m": [near, far],
         "facets": facets,
         "folded_share": folded,
     }
-    by_range = {**metrics, "known_share": known}
+    assert rings is not None
+    by_range = {**metrics, "known_share": known, "quality": _by_bin(rings)}
+    overall |= _radii(rings)
     return {"metrics": overall, "by_range": by_range, "facts": facts}
+
+
+def _radii(rings: Rings) -> dict[str, float | None]:
+    """Fully measured radius, reach and gross errors; none of a sea without waves."""
+    reach, to_the_end = rings.reach
+    values = {
+        "fully_measured_radius_m": rings.fully_measured_radius,
+        "reach_m": reach,
+        "reach_to_the_end": float(to_the_end),
+        "gross_share": rings.gross_share,
+    }
+    known = np.isfinite(values["fully_measured_radius_m"])
+    return {name: value if known and np.isfinite(value) else None for name, value in values.items()}
+
+
+def _by_bin(rings: Rings) -> list[float | None]:
+    """Mean score of the cells of each of the metrics' bins that hold any."""
+    number = np.unique(np.floor(rings.range_m / BIN_M), return_inverse=True)[1]
+    score, cells = (np.bincount(number, each) for each in (rings.score, rings.cells))
+    return [float(each) if np.isfinite(each) else None for each in score / cells]
 
 
 def _all_turns(turns: list[xr.Dataset]) -> xr.DataTree:

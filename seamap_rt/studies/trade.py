@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,15 +22,22 @@ import xarray as xr
 from ..compute.scratch import scratch_folder
 from ..errors import InputError
 from ..scene import Scene
+from .measured import LEVEL
+from .paired import Choice, choose, means
 from .point import Outcome, SchedulerLost, Task, compute, keep, kept
 from .sweep import PRODUCTS, Sweep
-from .trade_table import over_seeds
+from .trade_figures import layout
 from .usable import Criterion
 
 if TYPE_CHECKING:
     from distributed import Client
 
 Progress = Callable[[str], None]
+FULLY_MEASURED = (
+    "fully measured radius: of a disc of perfect heights that holds as much as all cells' scores; reach: where their "
+    f"mean falls below {LEVEL:g}"
+)
+
 Answers = Callable[[list[Task]], Iterator[tuple[Task, Outcome]]]
 
 
@@ -219,16 +227,51 @@ def headline(table: xr.Dataset) -> Iterator[str]:
         reasons = sorted(set(table["reason"].values[status == name]))
         if reasons:
             yield f"{name}, {'all' if len(reasons) == 1 else 'one'} of them: {reasons[0]}"
-    reach = over_seeds(table["usable_range_m"])["mean"]
-    if reach.notnull().any():
-        best = reach.isel(reach.argmax(...))
-        where = [f"{key} = {_label(best[key].item())}" for key in reach.dims if reach.sizes[key] > 1]
-        yield f"longest usable range {best.item():.0f} m" + (", at " + ", ".join(where) if where else "")
-        yield f"usable: {table.attrs['usable']}"
+    radius = table["fully_measured_radius_m"]
+    if radius.notnull().any():
+        yield from recommendations(table)
+        yield FULLY_MEASURED
     seconds, most = table["cost_s"].values, table["peak_memory_bytes"].values
     if np.isfinite(seconds).any():
         memory = f", at most {np.nanmax(most) / 1e9:.2g} GB" if np.isfinite(most).any() else ""
         yield f"{np.nanmean(seconds):.1f} s a point{memory}"
+
+
+def recommendations(table: xr.Dataset) -> Iterator[str]:
+    """What to choose of the antenna's height, or of the key with the most numbers, for each choice of the others, by
+    the fully measured radius; the best of all where no key's values are numbers."""
+    radius = table["fully_measured_radius_m"]
+    key = "radar.height_m" if radius.sizes.get("radar.height_m", 1) > 1 else layout(table).along
+    others = [str(dim) for dim in radius.dims if dim not in (key, "seed")]
+    if table[key].dtype.kind != "f":
+        mean = means(radius)["mean"]
+        best = mean.isel(mean.argmax(...))
+        where = ", ".join(f"{name} = {_label(best[name].item())}" for name in mean.dims if mean.sizes[name] > 1)
+        yield f"greatest fully measured radius {best.item():.0f} m" + (f", at {where}" if where else "")
+        return
+    for at in product(*(range(radius.sizes[name]) for name in others)):
+        here = table.isel(dict(zip(others, at, strict=True)))
+        choice = choose(here["fully_measured_radius_m"], key)
+        if choice is None:
+            continue
+        words = [f"{name} = {_label(here[name].item())}" for name in others if radius.sizes[name] > 1]
+        yield (", ".join(words) + ": " if words else "") + f"{choice}; {_there(table, here, choice)}"
+
+
+def _there(table: xr.Dataset, here: xr.Dataset, choice: Choice) -> str:
+    """How much is measured at what is chosen; the band is pooled over the whole table."""
+    at = here[choice.key].values.tolist().index(choice.value)
+    band = means(table["fully_measured_radius_m"])
+    same = {name: here[name] for name in band.dims if name != choice.key}
+    radius = band.sel(same).isel({choice.key: at})
+    half = 0.5 * float(radius["high"] - radius["low"])
+    one = here.isel({choice.key: at})
+    wide = f" ± {half:.0f}" if np.isfinite(half) else ""
+    more = "at least " if float(one["reach_to_the_end"].max()) > 0.0 else ""
+    return (
+        f"fully measured radius {float(radius['mean']):.0f}{wide} m, reach {more}{float(one['reach_m'].mean()):.0f} m, "
+        f"{float(one['gross_share'].mean()):.1%} of the heights wrong by more than half the wave height"
+    )
 
 
 def _label(value: Any) -> str:

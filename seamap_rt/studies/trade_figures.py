@@ -1,4 +1,4 @@
-"""Pictures of a sweep: curves with bands over the seeds, maps of two keys, and what a longer usable range costs."""
+"""Pictures of a sweep: curves with bands over the seeds, maps of two keys, and what a larger radius costs."""
 
 from __future__ import annotations
 
@@ -14,14 +14,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..report import style
-from .trade_table import over_seeds
+from .measured import LEVEL
+from .paired import means
 
 QUANTITIES = {
-    "usable_range_m": "Usable range (m)",
+    "fully_measured_radius_m": "Fully measured radius (m)",
+    "reach_m": "Reach (m)",
     "height_rmse_m": "Height error, rms (m)",
-    "visible_fraction": "Visible share",
 }
 _FAMILY = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY)
+_FIRST = "fully_measured_radius_m"
 _MOST_CURVES, _MOST_COLUMNS = 12, 3
 _CIRCUMSTANCES = ("sea.", "scattering.", "platform.")  # keys that nobody chooses, unlike those of the radar
 _LEFT, _TOP, _GAP, _FOOT = 0.62, 0.3, 0.62, 0.4  # inches
@@ -48,16 +50,16 @@ def layout(table: xr.Dataset) -> Layout:
 
 @style.styled
 def draw_trade(table: xr.Dataset) -> Figure:
-    """Usable range, height error and visible share over the varied keys.
+    """Fully measured radius, reach and height error over the varied keys.
 
     Curves are means over the seeds, with their 95 % confidence band where there are three seeds and more, and each seed
-    a dot. Two keys with many values make maps. Where there are more than three panels, only the usable range is drawn.
+    a dot. Two keys with many values make maps. Where there are more than three panels, only the radius is drawn.
     """
     chosen = layout(table)
     alone = [key for key in table["status"].dims if key not in (*chosen, *chosen.panels, "seed")]
     single = table.isel(dict.fromkeys(alone, 0))
     settings = list(itertools.product(*(range(table.sizes[key]) for key in chosen.panels)))
-    names = list(QUANTITIES) if len(settings) <= _MOST_COLUMNS else ["usable_range_m"]
+    names = list(QUANTITIES) if len(settings) <= _MOST_COLUMNS else [_FIRST]
     as_map = chosen.family is not None and not chosen.panels and table.sizes[chosen.family] > len(_FAMILY)
     cells = [(name, at) for name in names for at in settings]
     columns = len(names) if len(settings) == 1 else min(_MOST_COLUMNS, len(settings))
@@ -91,15 +93,15 @@ def _curves(axes: Axes, panel: xr.Dataset, name: str, chosen: Layout) -> None:
     for number, member, label in _members(panel, chosen):
         colour = _colour(number, panel.sizes[chosen.family] if chosen.family else 1)
         values = member[name].transpose(chosen.along, "seed")
-        band = over_seeds(values)
+        band = means(values)
         axes.plot(
             np.repeat(x, values.sizes["seed"]), values.values.ravel(), ".", color=colour, markersize=2.5, alpha=0.5
         )
         axes.plot(x, band["mean"], color=colour, marker="o", markersize=3.0, label=label)
         if int(band["seeds"].max()) >= 3:
             axes.fill_between(x, band["low"], band["high"], color=colour, alpha=0.15, linewidth=0.0)
-        if name == "usable_range_m":
-            open_end = member["usable_to_the_end"].max("seed") > 0.0
+        if name == "reach_m":
+            open_end = member["reach_to_the_end"].max("seed") > 0.0
             axes.plot(x[open_end], band["mean"].values[open_end], "^", color=colour, markersize=6.0, fillstyle="none")
     top = np.nanmax(panel[name].values, initial=0.0)
     axes.set_ylim(0.0, 1.1 * top if top > 0.0 else 1.0)
@@ -131,7 +133,7 @@ def _members(panel: xr.Dataset, chosen: Layout) -> Iterator[tuple[int, xr.Datase
 
 def _map(figure: Figure, axes: Axes, panel: xr.Dataset, name: str, chosen: Layout) -> None:
     assert chosen.family is not None
-    mean = over_seeds(panel[name])["mean"].transpose(chosen.family, chosen.along)
+    mean = means(panel[name])["mean"].transpose(chosen.family, chosen.along)
     x, y = _positions(axes, panel, chosen.along), _positions(axes, panel, chosen.family, vertical=True)
     colours = axes.pcolormesh(
         x, y, style.masked(mean.values), cmap=style.colours(style.SPREAD_COLOURS), shading="nearest"
@@ -169,14 +171,15 @@ def _words(table: xr.Dataset, key: str, number: int) -> str:
 
 
 def _foot(figure: Figure, table: xr.Dataset) -> None:
-    """What was counted as usable, and what the curves leave out."""
+    """What the quantities are, and what the curves leave out."""
     seeds, absent = table.sizes["seed"], int((table["status"] != "done").sum())
     band = "; dots: each seed; band: 95 % confidence of the mean" if seeds >= 3 else "; dots: each seed"
     lost = f" {absent} of {table['status'].size} points have no result." if absent else ""
-    open_end = " ▵: up to the end of the range window." if (table["usable_to_the_end"] > 0.0).any() else ""
+    open_end = " ▵: up to the end of the range window." if (table["reach_to_the_end"] > 0.0).any() else ""
     text = (
-        f"Usable range: end of {table.attrs['usable']}. Mean of {seeds} seed{'s' * (seeds > 1)}{band}. "
-        "Error and share: 50–200 m."
+        "Fully measured radius: of a disc that holds as much as is measured, by the score of all cells, from 1 "
+        "(perfect) to 0 (no height, or one no better than the mean level). Reach: where the mean score falls below "
+        f"{LEVEL:g}. Error: 50–200 m. Mean of {seeds} seed{'s' * (seeds > 1)}{band}."
     )
     figure.text(
         0.01, 0.02, textwrap.fill(text + open_end + lost, 135), fontsize=style.FONT - 1.0, color=style.GREY, va="bottom"
@@ -188,7 +191,8 @@ def _foot(figure: Figure, table: xr.Dataset) -> None:
 
 @style.styled
 def draw_pareto(table: xr.Dataset, cost: str | None = None) -> Figure:
-    """Usable range against a cost that is better low: the antenna's height if it varies, else seconds of computing.
+    """Fully measured radius against a cost that is better low: the antenna's height if it varies, else seconds of
+    computing.
 
     Each set of circumstances (keys of sea, scattering and platform) has its own front: the choices that no other one
     beats in both.
@@ -199,11 +203,11 @@ def draw_pareto(table: xr.Dataset, cost: str | None = None) -> Figure:
     style.graph(
         axes,
         "Seconds a point" if price == "cost_s" else price,
-        QUANTITIES["usable_range_m"],
-        "What a longer usable range costs",
+        QUANTITIES[_FIRST],
+        "What a larger radius costs",
     )
-    reach = over_seeds(table["usable_range_m"])["mean"]
-    costs = over_seeds(table["cost_s"])["mean"] if price == "cost_s" else table[price].broadcast_like(reach)
+    reach = means(table[_FIRST])["mean"]
+    costs = means(table["cost_s"])["mean"] if price == "cost_s" else table[price].broadcast_like(reach)
     given = [str(dim) for dim in reach.dims if str(dim).startswith(_CIRCUMSTANCES) and dim != price]
     choices = [str(dim) for dim in reach.dims if dim not in given and dim != price]
     settings = list(itertools.product(*(range(table.sizes[key]) for key in given)))

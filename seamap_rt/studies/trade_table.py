@@ -1,4 +1,4 @@
-"""The table of a sweep: what came of each point, as a labelled dataset and as rows, and means over the seeds."""
+"""The table of a sweep: what came of each point, as a labelled dataset and as rows."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.special import stdtrit
 
 from .. import __version__
+from .measured import LEVEL
 from .point import Outcome
 from .usable import Criterion
 from .vary import Vary, worded
@@ -35,6 +35,7 @@ _BY_RANGE = {
     "slope_rmse_by_range": ("slope_rmse", "1", "rms error of the slope along the look"),
     "visible_fraction_by_range": ("visible_fraction", "1", "share of the sea's horizontal area that both antennas see"),
     "answered_by_range": ("answered", "1", "share of the cells more than half visible that got a sure height"),
+    "quality_by_range": ("quality", "1", "mean score of all cells: 1 is a perfect height, 0 none or one no better"),
     "known_share_by_range": (
         "known_share",
         "1",
@@ -43,12 +44,18 @@ _BY_RANGE = {
 }
 _DERIVED = {
     "significant_height_m": ("m", "significant wave height of the resolved sea, expected"),
+    "fully_measured_radius_m": ("m", "radius of a disc that holds as much as is measured, by the score of all cells"),
+    "reach_m": ("m", f"range at which the mean score of all cells falls below {LEVEL:g}"),
+    "reach_to_the_end": ("1", "1 where it does not within the range window: the reach may be longer"),
+    "gross_share": ("1", "share of the heights that count which are wrong by more than half the significant height"),
     "usable_range_m": ("m", "where the usable run of bins ends; 0: no bin is usable"),
     "usable_from_m": ("m", "where the usable run of bins begins"),
     "usable_to_the_end": ("1", "1 where the usable run ends with the last whole bin: it may reach farther"),
     "cost_s": ("s", "wall time of the point"),
     "peak_memory_bytes": ("byte", "most memory that its worker held"),
 }
+
+_MEASURED = ("fully_measured_radius_m", "reach_m", "reach_to_the_end", "gross_share")
 
 
 def trade_table(
@@ -79,6 +86,8 @@ def trade_table(
         here = [index[centre] for centre in outcome["by_range"]["range_m"]]
         for name, (key, *_) in _BY_RANGE.items():
             bins[name][at][here] = [_number(value) for value in outcome["by_range"][key]]
+        for name in _MEASURED:
+            columns[name][at] = _number(outcome["metrics"].get(name))
         for name, value in _usable(outcome, criterion).items():
             columns[name][at] = value
     words = {name: (units, said) for name, (_, units, said) in (_OVERALL | _BY_RANGE).items()} | _DERIVED
@@ -120,19 +129,6 @@ def _labels(values: Sequence[Any]) -> np.ndarray:
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         return np.array(values, dtype=np.float64)
     return np.array([worded(value) for value in values], dtype=object)
-
-
-# ------------------------------------------------------------------------------------------------ over the seeds
-
-
-def over_seeds(values: xr.DataArray) -> xr.Dataset:
-    """`mean` over the seeds, `low` and `high` of its 95 % confidence band (Student's t with one degree of freedom less
-    than the `seeds` that have a value), which is NaN for a single seed."""
-    count = values.notnull().sum("seed")
-    mean = values.mean("seed")
-    spread = values.where(count > 1).std("seed", ddof=1) if values.sizes["seed"] > 1 else xr.full_like(mean, np.nan)
-    half = spread / np.sqrt(count) * xr.apply_ufunc(stdtrit, (count - 1).where(count > 1), 0.975)
-    return xr.Dataset({"mean": mean, "low": mean - half, "high": mean + half, "seeds": count})
 
 
 # -------------------------------------------------------------------------------------------------- on file

@@ -21,11 +21,12 @@ from seamap_rt.scene import Scene, load_scene
 from seamap_rt.session import simulate
 from seamap_rt.simulation import Simulator, Stopwatch
 from seamap_rt.studies import point, sweep
+from seamap_rt.studies.paired import means
 from seamap_rt.studies.point import MANIFEST, judged
 from seamap_rt.studies.sweep import Sweep
 from seamap_rt.studies.trade import headline, write_trade
 from seamap_rt.studies.trade_figures import draw_pareto, draw_trade, layout, pareto_front
-from seamap_rt.studies.trade_table import COST, over_seeds, rows, trade_table
+from seamap_rt.studies.trade_table import COST, rows, trade_table
 from seamap_rt.studies.usable import Criterion
 from seamap_rt.studies.vary import grid, parse_varies, parse_vary
 
@@ -161,12 +162,14 @@ def test_usable_range_follows_its_criterion() -> None:
 
 def outcome(rmse: float, range_m: list[float], seconds: float = 1.0) -> dict[str, Any]:
     bins = {
-        name: [rmse] * len(range_m) for name in ("height_rmse_m", "height_bias_m", "slope_rmse", "visible_fraction")
+        name: [rmse] * len(range_m)
+        for name in ("height_rmse_m", "height_bias_m", "slope_rmse", "visible_fraction", "quality")
     }
+    radii = {"fully_measured_radius_m": 1.0 / rmse, "reach_m": 2.0 / rmse, "reach_to_the_end": 0.0, "gross_share": 0.0}
     return {
         "status": "done",
         "reason": "",
-        "metrics": {"height_rmse_m": rmse, "height_correlation": None},
+        "metrics": {"height_rmse_m": rmse, "height_correlation": None, **radii},
         "by_range": {"range_m": range_m, "answered": [1.0] * len(range_m), "known_share": [1.0] * len(range_m), **bins},
         "facts": {"significant_height_m": 1.0},
         "cost": {"seconds": {"total": seconds}, "peak_memory_bytes": None},
@@ -227,12 +230,12 @@ def test_the_table_holds_each_point_in_its_place() -> None:
 def test_the_band_over_seeds_covers_as_often_as_it_says() -> None:
     draws = np.random.default_rng(7).normal(3.0, 2.0, (20_000, 4))
     draws[::2, 3] = np.nan  # a failed point: a degree of freedom less
-    band = over_seeds(xr.DataArray(draws, dims=("key", "seed")))
+    band = means(xr.DataArray(draws, dims=("key", "seed")))
     covered = ((band["low"] < 3.0) & (band["high"] > 3.0)).values
     # Three standard errors of a share of 95 % over 10 000 draws.
     assert_allclose([covered[::2].mean(), covered[1::2].mean()], 0.95, atol=3.0 * np.sqrt(0.95 * 0.05 / 10_000))
     assert_array_equal(np.unique(band["seeds"]), [3, 4])
-    alone = over_seeds(xr.DataArray([[1.0], [2.0]], dims=("key", "seed")))
+    alone = means(xr.DataArray([[1.0], [2.0]], dims=("key", "seed")))
     assert_array_equal(alone["mean"], [1.0, 2.0])
     assert np.isnan(alone["low"]).all()
 
@@ -246,7 +249,7 @@ def test_a_point_is_the_chain_itself() -> None:
     simulation = simulate(scene)
     expected = compare(retrieve(simulation.echoes, scene.retrieval), simulation.truth)
     found = judged(scene, Stopwatch())
-    assert found["metrics"] == expected["overall"]
+    assert found["metrics"] == found["metrics"] | expected["overall"]
     for name in ("range_m", "height_rmse_m", "answered", "visible_fraction", "cells"):
         assert found["by_range"][name] == expected[name]
     # Cells of a whole bin: 25 m of gates 1.5 m apart hold 16 or 17, in each of the looks of both turns.
@@ -438,7 +441,7 @@ def test_the_front_is_what_no_other_choice_beats() -> None:
         ({"heights": 5, "baselines": 2}, 3),  # two curves
         ({"heights": 9, "baselines": 8}, 6),  # three maps, each with its colour bar
         ({"heights": 5, "baselines": 3, "extra": 2}, 6),  # two panels for each of three quantities
-        ({"heights": 7, "baselines": 6, "extra": 5}, 5),  # the usable range alone
+        ({"heights": 7, "baselines": 6, "extra": 5}, 5),  # the radius alone
     ],
 )
 def test_figures_of_one_two_and_three_keys(shape: dict[str, int], panels: int) -> None:
@@ -446,11 +449,11 @@ def test_figures_of_one_two_and_three_keys(shape: dict[str, int], panels: int) -
     figure = draw_trade(table)
     assert len(figure.axes) == panels
     assert layout(table).along == "radar.height_m"
-    means = over_seeds(table["height_rmse_m"])["mean"]
+    mean = means(table["height_rmse_m"])["mean"]
     if panels == 3:
-        drawn = [line for line in figure.axes[1].lines if line.get_linestyle() == "-"]
+        drawn = [line for line in figure.axes[2].lines if line.get_linestyle() == "-"]
         found = np.stack([np.asarray(line.get_ydata()) for line in drawn])
-        assert_allclose(found, means.squeeze(drop=True).values.reshape(shape["heights"], -1).T)
+        assert_allclose(found, mean.squeeze(drop=True).values.reshape(shape["heights"], -1).T)
     assert len(draw_pareto(table).axes) == 1
     assert len(draw_pareto(table, "cost_s").axes) == 1
 

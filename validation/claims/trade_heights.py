@@ -19,9 +19,9 @@ import xarray as xr
 
 import seamap_rt as sr
 from seamap_rt.report import style
+from seamap_rt.studies.paired import means
 from seamap_rt.studies.trade import headline, write_trade
 from seamap_rt.studies.trade_figures import draw_pareto, draw_trade
-from seamap_rt.studies.trade_table import over_seeds
 from validation import FIGURES
 
 WAVE_HEIGHT = "sea.waves.0.significant_wave_height_m"
@@ -68,7 +68,7 @@ def main() -> None:
         tables.append(made.table)
     print(f"all {sum(table['status'].size for table in tables)} points: {time.perf_counter() - start:.0f} s")
     table = xr.concat(tables, WAVE_HEIGHT, join="outer", combine_attrs="override")
-    print(over_seeds(table["usable_range_m"])["mean"].to_series().unstack("radar.height_m").to_string())
+    print(means(table["fully_measured_radius_m"])["mean"].to_series().unstack("radar.height_m").to_string())
     print("\n".join(headline(table)))
     (FIGURES / "trade_heights.png").write_bytes(style.png(draw_trade(table)))
     (FIGURES / "trade_pareto.png").write_bytes(style.png(draw_pareto(table)))

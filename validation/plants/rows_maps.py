@@ -324,6 +324,27 @@ PLANTS = (
         "tests/report/test_limits.py::test_all_heights_within_a_gate_are_those_of_a_plane",
     ),
     Plant(
+        "seeds that masts share taken as new ones",
+        "seamap_rt/studies/paired.py",
+        "effective = known / (1.0 + (beside - 1.0).clip(0.0) * alike**2)",
+        "effective = known",
+        "tests/studies/test_paired.py::test_bands_cover_the_mean_as_often_as_they_say",
+    ),
+    Plant(
+        "a choice among masts that forgets their seas",
+        "seamap_rt/studies/paired.py",
+        "rest = data - mean[:, None] - data.mean(axis=0) + data.mean()",
+        "rest = data - mean[:, None]",
+        "tests/studies/test_paired.py::test_what_a_seed_does_to_all_masts_is_no_doubt_about_the_choice",
+    ),
+    Plant(
+        "scores of seen cells alone",
+        "seamap_rt/studies/measured.py",
+        "return self.score / self.cells",
+        "return self.score / self.sure",
+        "tests/studies/test_measured.py::test_cells_without_a_sure_height_score_nothing",
+    ),
+    Plant(
         "trade's usable range",
         "seamap_rt/studies/usable.py",
         "range_m[best[0]] - 0.5 * BIN_M",

@@ -1,0 +1,100 @@
+"""How much of the sea a radar measures, and how far: a score of each cell, and two radii that it comes to.
+
+A cell that is more than half visible and has a height without ambiguity scores 1 − min(e², σ²)/σ² by its error e, of a
+sea whose standard deviation is σ; any other scores 0, as does a height that is no better than the mean level. q(R), the
+mean score of all cells of a ring, falls without a threshold, so that it hardly scatters from sea to sea. Beside it
+stands the share of heights that are wrong by more than 2σ, which the score does not tell from those wrong by σ.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.optimize import isotonic_regression
+
+from ..metrics import counted_cells
+
+Array = NDArray[np.float64]
+
+LEVEL = 0.28  # of q: where the reach ends
+GROSS = 2.0  # σ, that is half the significant wave height
+_BESIDE, _FEWEST = 0.2, 5  # of the reach, and rings: through which a line is drawn
+
+
+@dataclass(frozen=True)
+class Rings:
+    """range_m (ring,), of even steps; score (ring,), the sum over the cells of a ring; cells (ring,), all of them; and
+    of those with a height that counts: sure (ring,), how many, and gross (ring,), how many of these are wrong by more
+    than GROSS. Rings of several turns add."""
+
+    range_m: Array
+    score: Array
+    cells: Array
+    sure: Array
+    gross: Array
+
+    @classmethod
+    def of(cls, polar: xr.Dataset, truth: xr.Dataset, sigma: float) -> Rings:
+        """polar, truth: of the same cells (turn, azimuth, range). sigma: m, of the sea: without waves there is no
+        score, and sums of it are NaN."""
+        error = polar["height"].values.astype(np.float64) - truth["height"].values
+        counts = counted_cells(polar, truth)
+        share = np.where(counts, (error / sigma) ** 2 if sigma > 0.0 else np.nan, 1.0)
+        around = tuple(range(share.ndim - 1))
+        return cls(
+            polar["range"].values.astype(np.float64),
+            np.sum(1.0 - np.minimum(share, 1.0), axis=around) if sigma > 0.0 else np.full(share.shape[-1], np.nan),
+            np.full(share.shape[-1], share.size / share.shape[-1]),
+            counts.sum(axis=around).astype(np.float64),
+            np.sum(share > GROSS**2, axis=around).astype(np.float64),
+        )
+
+    def __add__(self, other: Rings) -> Rings:
+        sums = (getattr(self, name) + getattr(other, name) for name in ("score", "cells", "sure", "gross"))
+        return Rings(self.range_m, *sums)
+
+    @property
+    def quality(self) -> Array:
+        """q (ring,)."""
+        return self.score / self.cells
+
+    @property
+    def gross_share(self) -> float:
+        """Of all heights that count; NaN where there are none."""
+        return float(self.gross.sum() / self.sure.sum()) if self.sure.any() else np.nan
+
+    @property
+    def fully_measured_radius(self) -> float:
+        """m: of a disc that holds as much, if every cell of it scores 1: √(2 ∫ q R dR). By slant ranges, between which
+        lie rings of the same area as between their ground ranges."""
+        step = float(self.range_m[1] - self.range_m[0]) if self.range_m.size > 1 else 0.0
+        return float(np.sqrt(2.0 * np.sum(self.quality * self.range_m) * step))
+
+    @property
+    def reach(self) -> tuple[float, bool]:
+        """m: where q passes LEVEL, 0 if it lies below from the first ring on; and whether it does not pass within the
+        rings, and the reach is their end.
+
+        The nearest q that only falls says about where. A line through the rings around says it by what all of them
+        hold: over seas it scatters by a fifth as much.
+        """
+        if not np.isfinite(self.quality).all():
+            return np.nan, False
+        falling = isotonic_regression(self.quality, weights=self.cells * self.range_m, increasing=False).x
+        above = int(np.count_nonzero(falling >= LEVEL))
+        if not above:
+            return 0.0, False
+        if above == falling.size:
+            return float(self.range_m[-1]), True
+        about = float(self.range_m[above - 1])
+        beside = np.abs(self.range_m - about) <= _BESIDE * about
+        if np.count_nonzero(beside) < _FEWEST:
+            return about, False
+        at, q = self.range_m[beside] - about, self.quality[beside]
+        slope, level = np.polyfit(at, q, 1)
+        if not slope < 0.0:
+            return about, False
+        return float(about + np.clip((LEVEL - level) / slope, at[0], at[-1])), False
