@@ -57,9 +57,10 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
                 "cells": int(cells.sum()),
             }
         )
-    headline = (ranges >= HEADLINE_M[0]) & (ranges <= HEADLINE_M[1])
+    headline = headline_gates(ranges)
     cells = counted[..., headline]
     overall = {
+        "range_m": headline_band(ranges),
         **_errors(error[..., headline][cells]),
         "height_bias_visible_m": _mean(error_to_visible[..., headline][cells]),
         "height_correlation": _correlation(height[..., headline][cells], true_height[..., headline][cells]),
@@ -72,6 +73,18 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
     }
     by_range = {key: [row[key] for row in rows] for key in rows[0]}
     return {**by_range, "overall": overall}
+
+
+def headline_gates(ranges: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which gates (range,) lie at 50 to 200 m."""
+    return (ranges >= HEADLINE_M[0]) & (ranges <= HEADLINE_M[1])
+
+
+def headline_band(ranges: NDArray[np.float64]) -> tuple[float, float] | None:
+    """m: what of 50 to 200 m the maps hold; None if nothing of it."""
+    if not headline_gates(ranges).any():
+        return None
+    return max(HEADLINE_M[0], float(ranges[0])), min(HEADLINE_M[1], float(ranges[-1]))
 
 
 def counted_cells(retrieved: xr.Dataset, true: xr.Dataset) -> NDArray[np.bool_]:

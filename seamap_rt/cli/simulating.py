@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.text import Text
 
-from ..report.headline import forecast_line, window_line
+from ..report.headline import forecast_line, verdict, wave_height, window_line
 from ..report.limits import account_lines
 from .shell import Settings, app, console, progress, scene_of
 
@@ -19,11 +19,13 @@ def _headline(metrics: dict[str, Any]) -> str:
         value = overall.get(key)
         return "—" if value is None else f"{value:.{digits}f}"
 
+    band = overall.get("range_m")
+    at = f"{band[0]:.0f}–{band[1]:.0f} m" if band else "50–200 m"
     return (
-        f"50–200 m, cells more than half visible: height error {number('height_rmse_m', 3)} m rms "
+        f"{at}, cells more than half visible: height error {number('height_rmse_m', 3)} m rms "
         f"({number('height_robust_m', 3)} robust, bias {number('height_bias_m', 3)}), "
         f"correlation {number('height_correlation')}; visible share {number('visible_fraction')}; "
-        f"4σ of their heights true {number('hs_true_m')} m, of the map's {number('hs_retrieved_m')} m"
+        f"Hs true {number('hs_true_m')} m, from the maps {wave_height(metrics)}"
     )
 
 
@@ -35,12 +37,10 @@ def _print_account(metrics: dict[str, Any]) -> None:
 
 
 def _warn(metrics: dict[str, Any]) -> None:
-    """Of folded waves, and of ground maps that the boat has left."""
-    from ..report import fold_warning, ground_warning
+    from ..report import warnings
 
-    for warning in (fold_warning(metrics), ground_warning(metrics)):
-        if warning:
-            console.print(f"flag: {warning}")
+    for warning in warnings(metrics):
+        console.print(f"flag: {warning}")
 
 
 @app.command
@@ -84,7 +84,8 @@ def run(
         result = run_scene(loaded, out, predict=predict, overwrite=overwrite, progress=say)
     finally:
         stop()
-    _print_account(result.metrics)
+    if words := verdict(result.metrics):
+        console.print(words)
     console.print(_headline(result.metrics))
     console.print(f"sea state from the maps: {result.metrics['sea_state_in_words']}")
     if predict:
@@ -92,6 +93,7 @@ def run(
         if told := window_line(result.metrics):
             console.print(told)
     _warn(result.metrics)
+    _print_account(result.metrics)
     console.print(f"{result.folder / 'report.html'} (with maps.nc, truth.nc, echoes.zarr, metrics.json, scene.toml)")
     return 0
 

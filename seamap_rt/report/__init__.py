@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .curves import error_against_range, height_scatter, timing, visible_share
     from .maps import echo_power, height_maps, slope_maps
     from .page import write_report
-    from .sea_words import fold_warning, ground_warning
+    from .sea_words import fold_warning, ground_warning, warnings
 
 _HOMES = {
     "echo_power": "maps",
@@ -24,6 +24,7 @@ _HOMES = {
     "slope_maps": "maps",
     "timing": "curves",
     "visible_share": "curves",
+    "warnings": "sea_words",
     "write_report": "page",
 }
 
@@ -37,6 +38,7 @@ __all__ = [
     "slope_maps",
     "timing",
     "visible_share",
+    "warnings",
     "write_report",
 ]
 

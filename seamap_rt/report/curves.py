@@ -21,6 +21,7 @@ from .reduce import Array
 STAGES = ("calibrate", "sea", "mesh", "trace", "echoes", "truth", "retrieve", "write")
 REAL_TIME_STAGES = ("sea", "mesh", "trace", "echoes")
 SECTOR_BINS = 60
+_FEWEST_CELLS = 30  # of a bin whose errors are drawn
 
 
 @style.styled
@@ -31,7 +32,10 @@ def error_against_range(maps: xr.DataTree, truth: xr.DataTree, metrics: Mapping[
         reduce.series(metrics.get(name), centres.size)
         for name in ("height_rmse_m", "height_robust_m", "height_bias_m", "slope_rmse")
     )
-    stated = stated_error(maps, truth, centres)
+    few = reduce.series(metrics.get("cells"), centres.size) < _FEWEST_CELLS
+    rmse, robust, bias, slope, stated = (
+        np.where(few, np.nan, each) for each in (rmse, robust, bias, slope, stated_error(maps, truth, centres))
+    )
     figure = style.new_figure(4.75)
     left, wide = 0.62, style.WIDTH - 0.62 - 0.12
     first = style.place(figure, left, 0.28, wide, 1.75)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from ..radar.array import antenna_array
@@ -12,10 +13,51 @@ from ..scene import Scene
 from . import maps, reduce
 from .page_elements import digits, metres, percent
 
+_GROSS = 0.005  # of the heights: fewer wrong ones are not worth a word
+
+
+def run_line(scene: Scene) -> str:
+    """What ran, by the keys that matter most, as they were in the end."""
+    turns = f"{scene.turns} turn{'s' * (scene.turns > 1)}"
+    array = antenna_array(scene.radar)
+    radar = (
+        f"{scene.radar.height_m:g} m mast, antennas {array.baseline_m:g} m apart, {scene.radar.transmit_power_w:g} W"
+    )
+    return f"Scene {scene.name}, seed {scene.seed}, {turns}; {radar}"
+
+
+def verdict(metrics: Mapping[str, Any]) -> str:
+    """What the radar does of this sea, in a sentence; empty where the metrics do not say."""
+    told, overall = (metrics.get(name) or {} for name in ("measured", "overall"))
+    if not isinstance(told, Mapping) or not isinstance(overall, Mapping) or told.get("fully_measured_radius_m") is None:
+        return ""
+    reach, radius = told["reach_m"], told["fully_measured_radius_m"]
+    if not reach:
+        return "This radar hardly measures this sea: its heights are no better than the mean level at any range."
+    error = overall.get("height_rmse_m")
+    heights = f", their height to {_centimetres(error)}" if error is not None else ""
+    missed = told.get("missed_share")
+    band = overall.get("range_m")
+    at = f" at {band[0]:.0f} to {band[1]:.0f} m" if band else ""
+    blank = f"; it misses {percent(missed)} of the cells{at}" if missed is not None else ""
+    gross = told.get("gross_share") or 0.0
+    wrong = (
+        f", and {percent(gross)} of its heights are wrong by more than half the wave height" if gross > _GROSS else ""
+    )
+    more = "more than " if told.get("reach_to_the_end") else ""
+    return (
+        f"Sees the waves out to {more}{reach:.0f} m{heights}: as much as a perfect map of {radius:.0f} m radius"
+        f"{blank}{wrong}."
+    )
+
+
+def _centimetres(metres: float) -> str:
+    return f"± {100.0 * metres:.0f} cm" if metres >= 0.01 else f"± {1000.0 * metres:.0f} mm"
+
 
 def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str:
     """The run in one paragraph."""
-    figures = dict(headline(scene, truth, metrics))
+    figures = dict(headline(metrics))
     waves = "; ".join(maps.describe_waves(each, scene.sea.depth_m) for each in scene.sea.waves) or "no waves"
     radar, array = scene.radar, antenna_array(scene.radar)
     boat = {
@@ -26,39 +68,62 @@ def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str
     return (
         f"A simulated radar {radar.height_m:g} m above the sea{boat.get(scene.platform.motion, '')}, "
         f"with {_few(len(array.elements))} antennas {array.baseline_m:g} m apart, "
-        f"mapped this sea: {waves}. Between {reduce.JUDGED_M[0]:g} and {reduce.JUDGED_M[1]:g} m, in cells more than "
-        f"half visible, the retrieved height is off by {figures['Height error, rms']} rms "
+        f"mapped this sea: {waves}. At {reduce.judged_band(truth)}, in cells more than half visible, the retrieved "
+        f"height is off by {figures['Height error, rms']} rms "
         f"({figures['Height error, robust']} robust, bias {figures['Height bias']}), and its "
-        f"correlation with the true height is {figures['Correlation']}. Four "
-        f"standard deviations of the true heights there are {figures['Hs, true']}, of the map's, which are means "
-        f"of what may be, {figures['Hs, retrieved']}{_retrieved_state(metrics)}. "
-        f"Both antennas see {figures['Visible at 100 m']} of the sea at 100 m and "
-        f"{figures['Visible at 160 m']} at 160 m; what lies in shadow stays blank in the maps, or is flagged."
+        f"correlation with the true height is {figures['Correlation']}. The true wave height there is "
+        f"{figures['Wave height Hs, true']} (four standard deviations){_retrieved_state(metrics)}. Both antennas see "
+        f"more than half of the sea to {figures['Half visible to']}; what lies in shadow stays blank in the maps, or "
+        "is flagged."
     )
 
 
 def _retrieved_state(metrics: Mapping[str, Any]) -> str:
     words = metrics.get("sea_state_in_words")
-    return f"; with its noise, gaps and cells allowed for it says {words}" if words else ""
+    return f"; the maps, with their noise, gaps and cells allowed for, say {words}" if words else ""
+
+
+def wave_height(metrics: Mapping[str, Any]) -> str:
+    """Of the maps, with the error that they state for the sea (of the maps' noise and of the waves that happened to be
+    there), in the mean of the turns."""
+    state = metrics.get("sea_state")
+    if not isinstance(state, Mapping):
+        return metres(None)
+    height, noise, chance = (
+        reduce.series(state.get(f"significant_wave_height{name}")) for name in ("", "_std", "_sampling")
+    )
+    mean = reduce.number(reduce.mean(height))
+    # Turns a second apart meet the same waves: what they share by chance does not average out.
+    error = reduce.number(np.hypot(reduce.mean(noise), reduce.mean(chance)))
+    if not np.isfinite(mean):
+        return metres(None)
+    return f"{mean:.2f} ± {error:.2f} m" if np.isfinite(error) else f"{mean:.2f} m"
+
+
+def _whole_metres(value: Any) -> str:
+    return f"{digits(value, 0)} m" if value is not None else digits(None, 0)
 
 
 def _few(number: int) -> str:
     return {2: "two", 3: "three", 4: "four"}.get(number, str(number))
 
 
-def headline(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> list[tuple[str, str]]:
+def headline(metrics: Mapping[str, Any]) -> list[tuple[str, str]]:
     """The figures at the top of the page: label and value."""
     overall = metrics.get("overall")
     overall = overall if isinstance(overall, Mapping) else {}
+    told = metrics.get("measured")
+    told = told if isinstance(told, Mapping) else {}
     return [
+        ("Fully measured radius", _whole_metres(told.get("fully_measured_radius_m"))),
+        ("Reach", _whole_metres(told.get("reach_m"))),
         ("Height error, rms", metres(overall.get("height_rmse_m"))),
         ("Height error, robust", metres(overall.get("height_robust_m"))),
         ("Height bias", metres(overall.get("height_bias_m"), signed=True)),
         ("Correlation", digits(overall.get("height_correlation"), 3)),
-        ("Hs, true", metres(overall.get("hs_true_m"), 2)),
-        ("Hs, retrieved", metres(overall.get("hs_retrieved_m"), 2)),
-        ("Visible at 100 m", percent(reduce.visible_at(truth, scene.radar.height_m, 100.0))),
-        ("Visible at 160 m", percent(reduce.visible_at(truth, scene.radar.height_m, 160.0))),
+        ("Wave height Hs, true", metres(overall.get("hs_true_m"), 2)),
+        ("Wave height Hs, from the maps", wave_height(metrics)),
+        ("Half visible to", reduce.half_visible(metrics)[1]),
     ]
 
 

@@ -20,10 +20,10 @@ from ..io.results_folder import write_whole
 from ..scene import Scene
 from ..window_errors import Windows
 from . import curves, evolution, forecast_figures, gauge_figures, reduce, style, window_figures
-from .headline import headline, summary
+from .headline import headline, run_line, summary, verdict
 from .page_elements import NOTHING, Table, count, digits, metres, percent
 from .pictures import pictures
-from .sea_words import fold_warning, sea_rows
+from .sea_words import fold_warning, sea_rows, warnings
 
 REPORT = "report.html"
 _PACKAGES = ("seamap_rt", "numpy", "scipy", "xarray", "matplotlib", "sionna-rt", "mitsuba", "drjit")
@@ -76,9 +76,12 @@ def write_report(
         shown.append({"picture": picture, "kind": kind, "data": base64.b64encode(data).decode("ascii")})
     page = _template().render(
         scene=scene,
+        run=run_line(scene),
         title=scene.title or scene.name,
+        verdict=verdict(metrics),
+        warnings=warnings(metrics),
         summary=summary(scene, truth, metrics),
-        headline=headline(scene, truth, metrics),
+        headline=headline(metrics),
         shown=shown,
         tables=tables(scene, maps, truth, metrics),
         accounts=(
@@ -158,12 +161,18 @@ def _range_table(scene: Scene, metrics: Mapping[str, Any]) -> Table:
                 ("Bias (m)", "height_bias_m", lambda value: digits(value, 3, signed=True)),
                 ("Slope error, rms", "slope_rmse", lambda value: digits(value, 3)),
                 ("Visible share", "visible_fraction", percent),
+                ("Cells", "cells", lambda value: digits(value, 0)),
                 *((("Power with diffraction", "illumination", percent),) if diffracted else ()),
             )
         ),
     ]
     rows = [[write(values[index]) for _, values, write in columns] for index in range(centres.size)]
-    return Table("Against range", [title for title, _, _ in columns], rows, "Cells more than half visible.")
+    return Table(
+        "Against range",
+        [title for title, _, _ in columns],
+        rows,
+        "Cells more than half visible; bins of few are not drawn.",
+    )
 
 
 def _time_table(metrics: Mapping[str, Any]) -> Table:

@@ -58,7 +58,7 @@ class _Run:
 
     @cached_property
     def figures(self) -> dict[str, str]:
-        return dict(headline(self.scene, self.truth, self.metrics))
+        return dict(headline(self.metrics))
 
     @cached_property
     def turns(self) -> np.ndarray[Any, Any]:
@@ -84,7 +84,7 @@ class _Run:
 
     @property
     def judged(self) -> str:
-        return f"{reduce.JUDGED_M[0]:g}–{reduce.JUDGED_M[1]:g} m"
+        return reduce.judged_band(self.truth)
 
     @property
     def blank(self) -> str:
@@ -112,7 +112,7 @@ def _height_maps(run: _Run) -> Picture:
         "height_maps",
         "True and retrieved height",
         "Four maps, north up: true height, retrieved height, their difference (rms "
-        f"{run.figures['Height error, rms']} at 50 to 200 m) and the standard error stated by the retrieval.",
+        f"{run.figures['Height error, rms']} at {run.judged}) and the standard error stated by the retrieval.",
         f"Height above mean sea level on ground cells of {settings.ground_m:g} m. (a) The sea as it was {moment}, "
         "lit or not. (b) What the retrieval made of the echoes, "
         f"{averaged}, on the same scale. (c) Their "
@@ -160,7 +160,7 @@ def _height_scatter(run: _Run) -> Picture:
         "Retrieved against true height",
         f"Two-dimensional histogram of retrieved against true height, correlation {run.figures['Correlation']}, and "
         "histogram of the error over its stated standard error.",
-        f"Polar cells ({run.cells}) between {reduce.JUDGED_M[0]:g} and {reduce.JUDGED_M[1]:g} m that "
+        f"Polar cells ({run.cells}) at {run.judged} that "
         f"are more than half visible{run.over_turns}. (a) Counted in squares; the dashed line is a perfect retrieval. "
         "(b) The height error over the standard error that the retrieval states for the cell: one that knows its own "
         "error follows the normal distribution, with 68 % within ±1 and 95 % within ±2.",
@@ -169,7 +169,6 @@ def _height_scatter(run: _Run) -> Picture:
 
 
 def _visible_share(run: _Run) -> Picture:
-    words = run.figures
     slope, from_cells = reduce.slope_rms_along_look(run.truth, run.metrics)
     source = (
         f"taken from the mean slopes of the {run.scene.retrieval.cell_range_m:g} m cells, so that shorter waves are "
@@ -181,7 +180,7 @@ def _visible_share(run: _Run) -> Picture:
         "visible_share",
         "Visible share against range",
         f"Visible share of the sea against ground range with the curves of Smith and Wagner: "
-        f"{words['Visible at 100 m']} at 100 m, {words['Visible at 160 m']} at 160 m.",
+        f"half of the sea is visible to {run.figures['Half visible to']}.",
         f"Share of the horizontal area of the polar cells that is lit for both antennas{run.over_turns}: all looks, "
         "and sectors of ±22.5° about the direction from which the highest waves come (up-wave), the opposite one "
         "(down-wave) and both at right angles (across). Smith (1967) and Wagner (1967) for a Gaussian sea with an "

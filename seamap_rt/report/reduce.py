@@ -10,13 +10,13 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import db, wrap_degrees
+from ..metrics import headline_band, headline_gates
 from ..scene import Scene
 from ..sea import WaveFacts, wave_facts
 
 Array = NDArray[np.float64]
 
 HALF_VISIBLE = 0.5  # accuracy is judged on cells of which more than this share is lit
-JUDGED_M = (50.0, 200.0)  # and, for the overall figures, at these ranges
 SECTOR_HALF_WIDTH_DEG = 22.5
 MAD_TO_STD = 1.4826  # of a normal distribution
 
@@ -134,18 +134,31 @@ def judged(maps: xr.DataTree, truth: xr.DataTree) -> NDArray[np.bool_]:
 
 def at_judged_ranges(tree: xr.DataTree) -> NDArray[np.bool_]:
     """Gates between 50 and 200 m."""
-    gates = coordinate(tree, "polar", "range")
-    return (gates >= JUDGED_M[0]) & (gates <= JUDGED_M[1])
+    return headline_gates(coordinate(tree, "polar", "range"))
 
 
-def visible_at(truth: xr.DataTree, height_m: float, distance_m: float, half_width_m: float = 5.0) -> float:
-    """Visible share of the sea around a ground range, over all looks and turns; NaN outside the range window."""
-    ground = ground_range(coordinate(truth, "polar", "range"), height_m)
-    spacing = float(np.diff(ground).max()) if ground.size > 1 else 0.0
-    if not ground.min() - spacing <= distance_m <= ground.max() + spacing:
-        return float("nan")
-    inside = np.abs(ground - distance_m) <= max(half_width_m, spacing)
-    return float(mean(polar(truth, "visible_fraction")[:, :, inside]))
+def judged_band(tree: xr.DataTree) -> str:
+    """What of 50 to 200 m the maps hold, in words."""
+    band = headline_band(coordinate(tree, "polar", "range"))
+    return f"{band[0]:.0f}–{band[1]:.0f} m" if band else "50–200 m, where the maps hold nothing"
+
+
+def half_visible(metrics: Mapping[str, Any]) -> tuple[float, str]:
+    """m: the range beyond which less than half of the sea is visible, over all looks, between bins' middles; and how
+    the scene has it in words. NaN where all bins see more than half, 0 where the first sees less."""
+    middle = series(metrics.get("range_m"))
+    share = series(metrics.get("visible_fraction"), middle.size)
+    middle, share = middle[np.isfinite(share)], share[np.isfinite(share)]
+    below = np.flatnonzero(share < HALF_VISIBLE)
+    if not share.size:
+        return float("nan"), "—"
+    if not below.size:
+        return float("nan"), f"beyond {middle[-1]:.0f} m"
+    first = int(below[0])
+    if not first:
+        return 0.0, f"nearer than {middle[0]:.0f} m"
+    at = np.interp(HALF_VISIBLE, share[[first, first - 1]], middle[[first, first - 1]])
+    return float(at), f"{at:.0f} m"
 
 
 def slope_rms_along_look(truth: xr.DataTree, metrics: Mapping[str, Any]) -> tuple[float, bool]:

@@ -49,6 +49,11 @@ def sea_rows(metrics: Mapping[str, Any]) -> list[Row]:
     return rows
 
 
+def warnings(metrics: Mapping[str, Any]) -> list[str]:
+    """What a reader must know before any figure, a line each."""
+    return [each for each in (fold_warning(metrics), ground_warning(metrics), objects_warning(metrics)) if each]
+
+
 def fold_warning(metrics: Mapping[str, Any]) -> str | None:
     """One line if choppy waves folded over anywhere, else None."""
     water = reduce.number(_group(_group(metrics, "sea"), "choppy").get("folded_share"))
@@ -70,6 +75,18 @@ def ground_warning(metrics: Mapping[str, Any]) -> str | None:
     return (
         f"the boat runs off the ground maps, which lie around its start: of the last turn they hold {covered:.0%}; the "
         "polar maps hold all of it"
+    )
+
+
+def objects_warning(metrics: Mapping[str, Any]) -> str | None:
+    """One line if objects echo more than the sea around them, else None."""
+    rows = [row for row in metrics.get("modelled") or () if row.get("what") == "objects"]
+    over = reduce.number(rows[0].get("value")) if rows and str(rows[0].get("unit", "")).startswith("dB") else np.nan
+    if not over > 0.0:
+        return None
+    return (
+        f"objects echo up to {over:.0f} dB over the sea in their cells: there, and in their sidelobes, heights are "
+        "theirs and not the sea's"
     )
 
 

@@ -20,6 +20,7 @@ from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
 from ..io.plain_json import to_json
 from ..io.results_folder import clear_folder, growing, results_folder, write_whole
+from ..measured import Rings
 from ..metrics import compare
 from ..radar.scan import sector_width, turn_duration
 from ..report import write_report
@@ -169,6 +170,7 @@ def _metrics(
         "scene": scene.name,
         "seed": scene.seed,
         **compare(maps, truth),
+        "measured": _measured(simulator, maps, truth),
         **_sea_state(maps),
         "gauges": judge(gauges) if gauges is not None else [],
         "timing_s": timing,
@@ -177,6 +179,12 @@ def _metrics(
         "peak_memory_bytes": peak_memory(),
         **run_facts(scene, simulator.sea, simulator.surface, timing),
     }
+
+
+def _measured(simulator: Simulator, maps: xr.DataTree, truth: xr.DataTree) -> dict[str, float | None]:
+    """How much is measured, how far, how much of it wrongly, and how much is missed."""
+    sigma = float(simulator.sea.resolved.elevation_std)
+    return Rings.of(maps["polar"].to_dataset(), truth["polar"].to_dataset(), sigma).figures
 
 
 def _counts(counts: Sequence[dict[str, float]]) -> dict[str, float]:

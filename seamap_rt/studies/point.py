@@ -26,11 +26,11 @@ from ..compute.machine import forget_peak_memory, peak_memory
 from ..errors import InputError
 from ..io.results_folder import write_whole
 from ..io.scenefile import validate
+from ..measured import Rings
 from ..metrics import BIN_M, compare
 from ..scene import Scene
 from ..session import iterate
 from ..simulation import Simulator, Stopwatch
-from .measured import Rings
 
 MANIFEST, POINTS = "trade.json", "points"
 
@@ -193,21 +193,8 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
     }
     assert rings is not None
     by_range = {**metrics, "known_share": known, "quality": _by_bin(rings)}
-    overall |= _radii(rings)
+    overall |= rings.figures
     return {"metrics": overall, "by_range": by_range, "facts": facts}
-
-
-def _radii(rings: Rings) -> dict[str, float | None]:
-    """Fully measured radius, reach and gross errors; none of a sea without waves."""
-    reach, to_the_end = rings.reach
-    values = {
-        "fully_measured_radius_m": rings.fully_measured_radius,
-        "reach_m": reach,
-        "reach_to_the_end": float(to_the_end),
-        "gross_share": rings.gross_share,
-    }
-    known = np.isfinite(values["fully_measured_radius_m"])
-    return {name: value if known and np.isfinite(value) else None for name, value in values.items()}
 
 
 def _by_bin(rings: Rings) -> list[float | None]:

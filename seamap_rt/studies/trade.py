@@ -21,8 +21,8 @@ import xarray as xr
 
 from ..compute.scratch import scratch_folder
 from ..errors import InputError
+from ..measured import LEVEL
 from ..scene import Scene
-from .measured import LEVEL
 from .paired import Choice, choose, means
 from .point import Outcome, SchedulerLost, Task, compute, keep, kept
 from .sweep import PRODUCTS, Sweep

@@ -13,8 +13,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..measured import LEVEL
 from ..report import style
-from .measured import LEVEL
 from .paired import means
 
 QUANTITIES = {

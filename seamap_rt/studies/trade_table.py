@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from .. import __version__
-from .measured import LEVEL
+from ..measured import LEVEL
 from .point import Outcome
 from .usable import Criterion
 from .vary import Vary, worded
@@ -48,6 +48,7 @@ _DERIVED = {
     "reach_m": ("m", f"range at which the mean score of all cells falls below {LEVEL:g}"),
     "reach_to_the_end": ("1", "1 where it does not within the range window: the reach may be longer"),
     "gross_share": ("1", "share of the heights that count which are wrong by more than half the significant height"),
+    "missed_share": ("1", "share of all cells at 50–200 m without a height that counts"),
     "usable_range_m": ("m", "where the usable run of bins ends; 0: no bin is usable"),
     "usable_from_m": ("m", "where the usable run of bins begins"),
     "usable_to_the_end": ("1", "1 where the usable run ends with the last whole bin: it may reach farther"),
@@ -55,7 +56,7 @@ _DERIVED = {
     "peak_memory_bytes": ("byte", "most memory that its worker held"),
 }
 
-_MEASURED = ("fully_measured_radius_m", "reach_m", "reach_to_the_end", "gross_share")
+_MEASURED = ("fully_measured_radius_m", "reach_m", "reach_to_the_end", "gross_share", "missed_share")
 
 
 def trade_table(

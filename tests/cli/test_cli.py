@@ -82,15 +82,16 @@ def test_run_writes_every_file_of_the_contract(two_turns: Made) -> None:
     assert not list(two_turns.folder.glob(".*"))  # nothing half made is left
     assert two_turns.answer.err == ""
     told = two_turns.answer.out.splitlines()
-    assert "50–200 m" in told[-3]
-    assert told[-2].startswith("sea state from the maps: ")
+    assert told[0].startswith("Sees the waves out to ")  # results come first, then how they were made
+    assert told[1].startswith("50–60 m, cells more than half visible: ")
+    assert told[2].startswith("sea state from the maps: ")
     assert str(two_turns.folder / "report.html") in told[-1]
 
 
 def test_run_tells_what_was_modelled_and_what_was_left_out(two_turns: Made) -> None:
     told = two_turns.answer.out.splitlines()
     assert len(told) <= 25
-    metrics, account = strict_json(two_turns.folder / "metrics.json"), told[:-3]
+    metrics, account = strict_json(two_turns.folder / "metrics.json"), told[3:-1]
     for key, kind in (("modelled", "modelled: "), ("left_out", "left out: ")):
         lines = [line for line in account if line.startswith(kind)]
         for row in metrics[key]:

@@ -170,6 +170,19 @@ class Run:
                 "height_correlation": 0.9511,
                 "hs_true_m": 1.414,
                 "hs_retrieved_m": 1.466,
+                "range_m": (50.0, 200.0),
+            },
+            "measured": {
+                "fully_measured_radius_m": 101.4,
+                "reach_m": 142.6,
+                "reach_to_the_end": 0.0,
+                "gross_share": 0.001,
+                "missed_share": 0.31,
+            },
+            "sea_state": {
+                "significant_wave_height": [1.50, 1.54],
+                "significant_wave_height_std": [0.06, 0.06],
+                "significant_wave_height_sampling": [0.08, 0.08],
             },
             "timing_s": {
                 "first": {

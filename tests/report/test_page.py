@@ -16,7 +16,7 @@ from matplotlib.patches import Rectangle
 from numpy.testing import assert_allclose
 
 from seamap_rt.io import results_folder
-from seamap_rt.report import height_maps, height_scatter, reduce, timing, write_report
+from seamap_rt.report import height_maps, height_scatter, timing, write_report
 from seamap_rt.scene import load_scene
 
 run, coarse_pictures = made_run.run, made_run.coarse_pictures  # fixtures
@@ -33,7 +33,8 @@ class _Resources(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.tags.append(tag)
-        self.loaded += [value or "" for name, value in attrs if name in ("src", "href", "srcset", "data", "action")]
+        named = [value or "" for name, value in attrs if name in ("src", "href", "srcset", "data", "action")]
+        self.loaded += [address for address in named if not address.startswith("#")]  # a place on the page itself
         if tag == "img":
             self.images.append(dict(attrs))
 
@@ -67,12 +68,11 @@ def test_page_is_whole_and_needs_no_other_file(run: Run, tmp_path: Path) -> None
 def test_page_says_the_headline_figures_and_the_scene(run: Run, tmp_path: Path) -> None:
     text = write_report(tmp_path, run.scene, run.maps, run.truth, run.metrics, run.echoes).read_text(encoding="utf-8")
     plain = html.unescape(re.sub(r"base64,[^\"]*", "", text))
-    for words in ("0.123 m", "0.099 m", "−0.012 m", "0.951", "1.41 m", "1.47 m", "1 234 567", "1.90 GB"):
+    for words in ("0.123 m", "0.099 m", "−0.012 m", "0.951", "1.41 m", "1.52 ± 0.10 m", "1 234 567", "1.90 GB"):
         assert words in plain, words
-    for distance in (100.0, 160.0):
-        share = reduce.visible_at(run.truth, run.scene.radar.height_m, distance)
-        assert 0.2 < share <= 1.0
-        assert f"{100.0 * share:.0f} % " in plain
+    assert "Sees the waves out to 143 m, their height to ± 12 cm" in plain
+    assert plain.index("Sees the waves out to") < plain.index("<nav>") < plain.index("How it was made</h2>")
+    assert "5 m mast, antennas 0.2 m apart, 1 W" in plain
     assert run.scene.to_toml() in plain
     assert "Breaking <waves>" in plain
     assert "Breaking &lt;waves&gt;" in text

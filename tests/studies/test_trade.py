@@ -165,7 +165,13 @@ def outcome(rmse: float, range_m: list[float], seconds: float = 1.0) -> dict[str
         name: [rmse] * len(range_m)
         for name in ("height_rmse_m", "height_bias_m", "slope_rmse", "visible_fraction", "quality")
     }
-    radii = {"fully_measured_radius_m": 1.0 / rmse, "reach_m": 2.0 / rmse, "reach_to_the_end": 0.0, "gross_share": 0.0}
+    radii = {
+        "fully_measured_radius_m": 1.0 / rmse,
+        "reach_m": 2.0 / rmse,
+        "reach_to_the_end": 0.0,
+        "gross_share": 0.0,
+        "missed_share": 0.5,
+    }
     return {
         "status": "done",
         "reason": "",

@@ -339,10 +339,10 @@ PLANTS = (
     ),
     Plant(
         "scores of seen cells alone",
-        "seamap_rt/studies/measured.py",
+        "seamap_rt/measured.py",
         "return self.score / self.cells",
         "return self.score / self.sure",
-        "tests/studies/test_measured.py::test_cells_without_a_sure_height_score_nothing",
+        "tests/test_measured.py::test_cells_without_a_sure_height_score_nothing",
     ),
     Plant(
         "trade's usable range",

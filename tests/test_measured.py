@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 
 from seamap_rt.dataset import QUALITY_FLAGS
-from seamap_rt.studies.measured import LEVEL, Rings
+from seamap_rt.measured import LEVEL, Rings
 
 Array = NDArray[np.float64]
 RANGES = np.arange(20.25, 300.0, 1.5)

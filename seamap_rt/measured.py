@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 
-from ..metrics import counted_cells
+from .metrics import counted_cells, headline_gates
 
 Array = NDArray[np.float64]
 
@@ -67,6 +67,12 @@ class Rings:
         return float(self.gross.sum() / self.sure.sum()) if self.sure.any() else np.nan
 
     @property
+    def missed_share(self) -> float:
+        """Of all cells at 50 to 200 m: without a height that counts; NaN where there are none."""
+        inside = headline_gates(self.range_m)
+        return float(1.0 - self.sure[inside].sum() / self.cells[inside].sum()) if inside.any() else np.nan
+
+    @property
     def fully_measured_radius(self) -> float:
         """m: of a disc that holds as much, if every cell of it scores 1: √(2 ∫ q R dR). By slant ranges, between which
         lie rings of the same area as between their ground ranges."""
@@ -98,3 +104,17 @@ class Rings:
         if not slope < 0.0:
             return about, False
         return float(about + np.clip((LEVEL - level) / slope, at[0], at[-1])), False
+
+    @property
+    def figures(self) -> dict[str, float | None]:
+        """What metrics hold of it; None of a sea without waves, and where a share is of nothing."""
+        reach, to_the_end = self.reach
+        values = {
+            "fully_measured_radius_m": self.fully_measured_radius,
+            "reach_m": reach,
+            "reach_to_the_end": float(to_the_end),
+            "gross_share": self.gross_share,
+            "missed_share": self.missed_share,
+        }
+        waves = np.isfinite(values["fully_measured_radius_m"])
+        return {name: value if waves and np.isfinite(value) else None for name, value in values.items()}

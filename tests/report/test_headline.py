@@ -1,0 +1,87 @@
+"""What a run says first: a sentence that a reader can act on, true at its edges too."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from made_run import small
+
+from seamap_rt.report import warnings
+from seamap_rt.report.headline import run_line, verdict, wave_height
+from seamap_rt.report.reduce import half_visible
+
+MEASURED = {
+    "fully_measured_radius_m": 141.3,
+    "reach_m": 167.2,
+    "reach_to_the_end": 0.0,
+    "gross_share": 0.0,
+    "missed_share": 0.284,
+}
+OVERALL = {"height_rmse_m": 0.0926, "range_m": [50.0, 200.0]}
+
+
+def said(overall: dict[str, Any] | None = None, **changes: Any) -> str:
+    return verdict({"measured": {**MEASURED, **changes}, "overall": {**OVERALL, **(overall or {})}})
+
+
+def test_verdict_says_how_far_how_well_and_what_is_missed() -> None:
+    assert said() == (
+        "Sees the waves out to 167 m, their height to ± 9 cm: as much as a perfect map of 141 m radius; it misses 28 % "
+        "of the cells at 50 to 200 m."
+    )
+
+
+def test_verdict_says_where_the_radar_ends_and_not_the_sea() -> None:
+    assert "out to more than 167 m" in said(reach_to_the_end=1.0)
+    assert "at 50 to 150 m" in said({"range_m": [50.0, 150.0]})
+    assert "of the cells." in said({"range_m": None})
+
+
+def test_verdict_owns_up_to_gross_errors() -> None:
+    assert "wrong by more than half the wave height" not in said(gross_share=0.004)
+    assert "6 % of its heights are wrong by more than half the wave height" in said(gross_share=0.06)
+
+
+def test_verdict_of_a_radar_that_sees_nothing_and_of_a_sea_without_waves() -> None:
+    assert said(reach_m=0.0, fully_measured_radius_m=0.0).startswith("This radar hardly measures this sea")
+    assert said(fully_measured_radius_m=None) == ""
+    assert verdict({}) == ""
+    assert "± 4 mm" in said({"height_rmse_m": 0.004})
+
+
+def test_run_line_is_of_the_scene_as_run() -> None:
+    words = run_line(small(radar__height_m=12.0, radar__baseline_m=0.4, turns=3))
+    assert "12 m mast" in words
+    assert "0.4 m apart" in words
+    assert "3 turns" in words
+
+
+def test_wave_height_has_its_error() -> None:
+    """Turns that meet the same waves do not average their chance out: 0.06 and 0.08 m make 0.10 m."""
+    state = {f"significant_wave_height{name}": [value, value] for name, value in
+             (("", 1.5), ("_std", 0.06), ("_sampling", 0.08))}  # fmt: skip
+    assert wave_height({"sea_state": state}) == "1.50 ± 0.10 m"
+    assert wave_height({"sea_state": {"significant_wave_height": [None]}}) == "—"
+    assert wave_height({}) == "—"
+
+
+def test_half_visible_range_lies_between_the_bins_that_it_divides() -> None:
+    middle = [25.0, 75.0, 125.0, 175.0]
+    at, words = half_visible({"range_m": middle, "visible_fraction": [1.0, 0.7, 0.3, 0.2]})
+    assert at == pytest.approx(100.0)
+    assert words == "100 m"
+    at, words = half_visible({"range_m": middle, "visible_fraction": [1.0, 0.9, 0.8, 0.7]})
+    assert np.isnan(at)
+    assert words == "beyond 175 m"
+    assert half_visible({"range_m": middle, "visible_fraction": [0.4, 0.3, None, 0.2]}) == (0.0, "nearer than 25 m")
+    assert half_visible({})[1] == "—"
+
+
+def test_objects_that_outshine_the_sea_are_said_first() -> None:
+    row = {"what": "objects", "value": 31.7, "unit": "dB", "error": "32 dB over the sea in its cell, at most"}
+    (line,) = warnings({"modelled": [row]})
+    assert "32 dB" in line
+    assert warnings({"modelled": [{**row, "value": -3.0}]}) == []
+    assert warnings({"modelled": [{**row, "unit": "objects"}]}) == []
