@@ -84,17 +84,13 @@ def _retrieved_state(metrics: Mapping[str, Any]) -> str:
 
 
 def wave_height(metrics: Mapping[str, Any]) -> str:
-    """Of the maps, with the error that they state for the sea (of the maps' noise and of the waves that happened to be
-    there), in the mean of the turns."""
+    """Of the sea that the maps saw, with its standard error, in the mean of the turns."""
     state = metrics.get("sea_state")
     if not isinstance(state, Mapping):
         return metres(None)
-    height, noise, chance = (
-        reduce.series(state.get(f"significant_wave_height{name}")) for name in ("", "_std", "_sampling")
-    )
-    mean = reduce.number(reduce.mean(height))
-    # Turns a second apart meet the same waves: what they share by chance does not average out.
-    error = reduce.number(np.hypot(reduce.mean(noise), reduce.mean(chance)))
+    height, errors = (reduce.series(state.get(f"significant_wave_height{name}")) for name in ("", "_std"))
+    # Turns a second apart meet the same waves: their errors do not average out.
+    mean, error = (reduce.number(reduce.mean(each)) for each in (height, errors))
     if not np.isfinite(mean):
         return metres(None)
     return f"{mean:.2f} ± {error:.2f} m" if np.isfinite(error) else f"{mean:.2f} m"

@@ -182,7 +182,6 @@ class Run:
             "sea_state": {
                 "significant_wave_height": [1.50, 1.54],
                 "significant_wave_height_std": [0.06, 0.06],
-                "significant_wave_height_sampling": [0.08, 0.08],
             },
             "timing_s": {
                 "first": {

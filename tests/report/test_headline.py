@@ -59,10 +59,9 @@ def test_run_line_is_of_the_scene_as_run() -> None:
 
 
 def test_wave_height_has_its_error() -> None:
-    """Turns that meet the same waves do not average their chance out: 0.06 and 0.08 m make 0.10 m."""
-    state = {f"significant_wave_height{name}": [value, value] for name, value in
-             (("", 1.5), ("_std", 0.06), ("_sampling", 0.08))}  # fmt: skip
-    assert wave_height({"sea_state": state}) == "1.50 ± 0.10 m"
+    """Turns meet the same waves: two of 0.06 m do not make 0.04 m."""
+    state = {"significant_wave_height": [1.48, 1.52], "significant_wave_height_std": [0.06, 0.06]}
+    assert wave_height({"sea_state": state}) == "1.50 ± 0.06 m"
     assert wave_height({"sea_state": {"significant_wave_height": [None]}}) == "—"
     assert wave_height({}) == "—"
 
