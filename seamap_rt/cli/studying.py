@@ -76,6 +76,8 @@ def trade(
     *,
     vary: Varied,
     seeds: int = 1,
+    until: float | None = None,
+    budget: str | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
     out: Path | None = None,
@@ -92,7 +94,11 @@ def trade(
     vary
         KEY=START:STOP:STEP or KEY=VALUE,VALUE,…, any key of the scene file, as often as wanted.
     seeds
-        Seas and noises to draw for each point of the grid.
+        Seas and noises to draw for each point of the grid; with until or budget, to begin with.
+    until
+        Add seeds until each choice has this confidence, as 0.95.
+    budget
+        Add seeds as long as they end in this time, as 10min.
     workers
         Processes of the local cluster; default as many as fit the cores and the memory.
     scheduler
@@ -108,10 +114,11 @@ def trade(
         KEY=VALUE, any key of the scene file, for all points.
     """
     loaded = scene_of(scene, set_)
+    from ..studies.enough import seconds
     from ..studies.trade import write_trade
     from ..studies.vary import parse_varies
 
-    varied = parse_varies(vary)
+    varied, budget_s = parse_varies(vary), seconds(budget) if budget is not None else None
     say, stop = progress()
     try:
         made = write_trade(
@@ -119,6 +126,8 @@ def trade(
             out,
             varied,
             seeds=seeds,
+            until=until,
+            budget_s=budget_s,
             workers=workers,
             scheduler=scheduler,
             resume=resume,

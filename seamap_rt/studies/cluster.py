@@ -18,8 +18,8 @@ import os
 import signal
 import socket
 import uuid
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -218,11 +218,24 @@ def _address(scheduler: str) -> str:
     return scheduler
 
 
-def on_local_cluster(workers: int | None, tasks: list[Task]) -> Iterator[tuple[Task, Outcome]]:
-    """What comes of the tasks on a cluster of local processes, which lasts as long as they do."""
+@contextmanager
+def on_local_cluster(workers: int | None) -> Iterator[Callable[[list[Task]], Iterator[tuple[Task, Outcome]]]]:
+    """What computes tasks on local processes: they start with the first tasks, and stay for those that follow."""
     most = len(cores()) if workers is None else workers
-    with local_client(min(most, len(tasks))) as client:
-        yield from answers_from(client, tasks)
+    clients: list[Client] = []
+    with ExitStack() as stack:
+
+        def answers(tasks: list[Task]) -> Iterator[tuple[Task, Outcome]]:
+            if not clients:
+                clients.append(stack.enter_context(local_client(min(most, len(tasks)))))
+            try:
+                yield from answers_from(clients[0], tasks)
+            except BaseException:  # left in the middle: what workers do from here on would belong to nobody
+                clients.clear()
+                stack.close()
+                raise
+
+        yield answers
 
 
 def answers_from(client: Client, tasks: Iterable[Task]) -> Iterator[tuple[Task, Outcome]]:

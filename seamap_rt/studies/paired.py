@@ -74,12 +74,6 @@ class Choice:
     confidence: float
     at_edge: bool
 
-    def __str__(self) -> str:
-        sure = "" if np.isnan(self.confidence) else f" (confidence {self.confidence:.0%})"
-        sure = sure.replace("100%", "above 99%")
-        edge = ", at the edge of the grid" if self.at_edge else ""
-        return f"lowest {self.key} within {WITHIN:.0%} of the best: {self.value:g}{sure}{edge}"
-
 
 def choose(values: xr.DataArray, key: str, seed: int = 0) -> Choice | None:
     """What to take of a key whose values are numbers; None where no design has a value.
@@ -108,6 +102,23 @@ def choose(values: xr.DataArray, key: str, seed: int = 0) -> Choice | None:
     best = int(np.argmax(mean))
     at_edge = designs > 1 and (best == designs - 1 or chosen == 0)
     return Choice(key, float(at[chosen]), float(at[best]), confidence, at_edge)
+
+
+def significant_difference(values: xr.DataArray) -> float:
+    """By how much two designs' means must differ to differ with 95 % confidence, over the same seas.
+
+    values: over keys and `seed`. From what is left of the scatter when means of designs and of seeds are taken away, of
+    the seeds that all designs have. NaN where fewer than two seeds or designs tell it.
+    """
+    table = values.transpose("seed", ...).values.reshape(values.sizes["seed"], -1)
+    table = table[:, np.isfinite(table).any(axis=0)]
+    table = table[np.isfinite(table).all(axis=1)]
+    seeds, designs = table.shape
+    if seeds < 2 or designs < 2:
+        return np.nan
+    rest = table - table.mean(axis=0) - table.mean(axis=1, keepdims=True) + table.mean()
+    freedom = (designs - 1) * (seeds - 1)
+    return float(stdtrit(freedom, 0.975) * np.sqrt(2.0 * np.sum(rest**2) / freedom / seeds))
 
 
 def _least(means: Array) -> NDArray[np.intp]:

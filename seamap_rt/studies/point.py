@@ -193,7 +193,7 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
     }
     assert rings is not None
     by_range = {**metrics, "known_share": known, "quality": _by_bin(rings)}
-    overall |= rings.figures
+    overall = {name: value for name, value in overall.items() if name != "range_m"} | rings.figures
     return {"metrics": overall, "by_range": by_range, "facts": facts}
 
 

@@ -2,7 +2,7 @@
 
 trade.json    what is swept: scene, keys and values, seeds, version of the package
 points/*.json what came of each point
-trade.csv, trade.nc, trade.png
+trade.csv, trade.nc, trade.png, trade.html
 """
 
 from __future__ import annotations
@@ -28,12 +28,13 @@ from ..report import style
 from ..scene import Scene
 from .point import MANIFEST, POINTS, Outcome, Task, ended, keep, kept
 from .trade_figures import draw_trade
+from .trade_page import trade_page
 from .trade_table import rows, trade_table
 from .usable import Criterion
 from .vary import Point, Vary, grid, scenes_of, seeds_of
 
 _POINT_FILES = "[0-9][0-9][0-9][0-9][0-9]_*.json"  # what a user keeps there has other names
-PRODUCTS = (MANIFEST, "trade.csv", "trade.nc", "trade.png")
+PRODUCTS = ("trade.html", MANIFEST, "trade.csv", "trade.nc", "trade.png")
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,12 @@ class Sweep:
         plain = {key: apply_overrides({}, {"values": list(each)})["values"] for key, each in vary.items()}
         values = json.loads(json.dumps(plain, default=str))  # dates, too, are what was written
         return cls(scene, values, seeds_of(scene, seeds), folder)
+
+    def with_seeds(self, seeds: int) -> Sweep:
+        """The same with so many seeds; the manifest, where there is one, says so."""
+        result = Sweep(self.scene, self.vary, seeds_of(self.scene, seeds), self.folder)
+        write_whole(self.folder / MANIFEST, json.dumps(result.manifest, indent=1))
+        return result
 
     @cached_property
     def points(self) -> list[Point]:
@@ -120,7 +127,6 @@ class Sweep:
             "version": f"version of seamap_rt ({stored.get('version')}, this is {__version__})",
             "scene": "scene",
             "vary": "grid of --vary",
-            "seeds": "set of seeds",
             "files": "content of the files that the scene names",
         }
         for key, what in words.items():
@@ -165,7 +171,9 @@ class Sweep:
             write_whole(self.folder / "trade.csv", rows(table))
             # By way of memory: HDF5 itself may crash on a full disk.
             write_whole(self.folder / "trade.nc", bytes(table.to_netcdf(engine="h5netcdf")))
-        write_whole(self.folder / "trade.png", style.png(draw_trade(table)))
+        figure = style.png(draw_trade(table))
+        write_whole(self.folder / "trade.png", figure)
+        write_whole(self.folder / "trade.html", trade_page(table, figure))
 
 
 def _named_files(tree: Any) -> Iterator[str]:

@@ -12,32 +12,24 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from functools import partial
-from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import xarray as xr
 
 from ..compute.scratch import scratch_folder
 from ..errors import InputError
-from ..measured import LEVEL
 from ..scene import Scene
-from .paired import Choice, choose, means
+from .choices import headline, least_confidence
+from .enough import Goal
 from .point import Outcome, SchedulerLost, Task, compute, keep, kept
 from .sweep import PRODUCTS, Sweep
-from .trade_figures import layout
 from .usable import Criterion
 
 if TYPE_CHECKING:
     from distributed import Client
 
 Progress = Callable[[str], None]
-FULLY_MEASURED = (
-    "fully measured radius: of a disc of perfect heights that holds as much as all cells' scores; reach: where their "
-    f"mean falls below {LEVEL:g}"
-)
-
 Answers = Callable[[list[Task]], Iterator[tuple[Task, Outcome]]]
 
 
@@ -62,6 +54,8 @@ def trade(
     resume: bool = False,
     overwrite: bool = False,
     criterion: Criterion | None = None,
+    until: float | None = None,
+    budget_s: float | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """How accurate maps are, and how far they reach, over keys of the scene: a table over these keys and `seed`.
@@ -71,12 +65,14 @@ def trade(
     keys are the same, so that differences between points are more certain than the band over seeds suggests.
     client: of a running dask cluster; else `workers` processes are spawned here (default one per core), or with
     workers=0 all is computed in this process. Results have the same bits whichever it is.
+    until, budget_s: seeds are added until every choice (see `recommendations`) has this confidence, 0.5 to 1, or so
+    many seconds are over; at most 64 seeds.
     out: a folder that keeps the points' files, the table and a figure, see `write_trade`; else nothing is kept.
     """
-    choice = criterion or Criterion()
+    choice, goal = criterion or Criterion(), Goal(until, budget_s)
     with scratch_folder() as scratch, _answers(client, None, workers) as answers:
         sweep = Sweep.of(scene, vary, seeds, Path(out or scratch).resolve())
-        return _swept(sweep, answers, choice, resume, overwrite, progress, keep_table=out is not None)
+        return _swept(sweep, answers, choice, goal, resume, overwrite, progress, keep_table=out is not None)
 
 
 def write_trade(
@@ -90,9 +86,12 @@ def write_trade(
     resume: bool = False,
     overwrite: bool = False,
     criterion: Criterion | None = None,
+    until: float | None = None,
+    budget_s: float | None = None,
     progress: Progress | None = None,
 ) -> TradeProducts:
-    """Sweep a scene into a folder (default `runs/<scene>-trade`): points/*.json, trade.csv, trade.nc and trade.png.
+    """Sweep a scene into a folder (default `runs/<scene>-trade`): points/*.json, trade.csv, trade.nc, trade.png
+    and trade.html, the page that says what to choose.
 
     scheduler: tls://host:port (with certificates in dask's configuration) or tcp://host:port (on a network that is
     trusted) of a dask scheduler, or its file; its workers need this package, and should have one
@@ -100,19 +99,21 @@ def write_trade(
     process; where it is not, this process writes what they send back. Without it, `workers` processes are spawned here
     (default one per core; 0: none, all in this process).
     resume: compute only what is missing, and what failed by an error or a killed worker; what a limit of the scene
-    refused stays so. It has to be the same scene, keys, seeds and version of the package.
+    refused stays so. It has to be the same scene, keys and version of the package; the seeds may be more or fewer.
+    until, budget_s: as for `trade`.
     Raises InputError for bad input; KeyboardInterrupt, with what is done and how to go on, when interrupted.
     """
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-trade"
     sweep = Sweep.of(scene, vary, seeds, folder.resolve())
-    notes = _network_notes(scheduler)
+    notes, goal = _network_notes(scheduler), Goal(until, budget_s)
     say = progress or (lambda _: None)
     for note in notes:
         say(note)
     with _answers(None, scheduler, workers) as answers:
-        table = _swept(sweep, answers, criterion or Criterion(), resume, overwrite, progress, keep_table=True)
+        table = _swept(sweep, answers, criterion or Criterion(), goal, resume, overwrite, progress, keep_table=True)
     files = tuple(name for name in PRODUCTS if (folder / name).exists())
-    return TradeProducts(folder, files, table, (*notes, *headline(table)))
+    ended = goal.told(table.sizes["seed"], least_confidence(table))
+    return TradeProducts(folder, files, table, (*notes, *((ended,) if ended else ()), *headline(table)))
 
 
 # ------------------------------------------------------------------------------------------------------- the sweep
@@ -147,7 +148,8 @@ def _answers(client: Client | None, scheduler: str | None, workers: int | None) 
             yield partial(answers_from, result)
     else:
         refuse_while_spawned()
-        yield partial(on_local_cluster, workers)
+        with on_local_cluster(workers) as result:
+            yield result
 
 
 def _here(tasks: Iterable[Task]) -> Iterator[tuple[Task, Outcome]]:
@@ -160,6 +162,7 @@ def _swept(
     sweep: Sweep,
     answers: Answers,
     criterion: Criterion,
+    goal: Goal,
     resume: bool,
     overwrite: bool,
     progress: Progress | None,
@@ -169,14 +172,30 @@ def _swept(
     say = progress or (lambda _: None)
     say(f"checking {len(sweep.points)} points")
     _ = sweep.scenes  # refused before anything is written
+    if goal.until is not None and not any(_are_numbers(values) for values in sweep.vary.values()):
+        raise InputError("--until: no varied key's values are numbers, so there is nothing to be sure of; leave it out")
     with sweep.prepared(resume, overwrite):
-        return _computed(sweep, answers, criterion, say, keep_table)
+        return _computed(sweep, answers, criterion, goal, say, keep_table)
 
 
-def _computed(sweep: Sweep, answers: Answers, criterion: Criterion, say: Progress, keep_table: bool) -> xr.Dataset:
+def _are_numbers(values: Sequence[Any]) -> bool:
+    return len(values) > 1 and all(isinstance(each, int | float) and not isinstance(each, bool) for each in values)
+
+
+def _computed(
+    sweep: Sweep, answers: Answers, criterion: Criterion, goal: Goal, say: Progress, keep_table: bool
+) -> xr.Dataset:
+    start, computed = time.perf_counter(), 0.0
     try:
-        _compute(sweep, answers, say)
-        table = sweep.table(criterion)
+        while True:
+            computed += _compute(sweep, answers, say) * len(sweep.seeds) / len(sweep.points)
+            table = sweep.table(criterion)
+            have, sure = len(sweep.seeds), least_confidence(table)
+            seeds = goal.seeds(have, computed, sure, time.perf_counter() - start)
+            if seeds == have:
+                break
+            say(f"{have} seeds: least sure of the choices {sure:.0%}; {seeds - have} more")
+            sweep = sweep.with_seeds(seeds)
         if keep_table:
             say("drawing")
             sweep.write(table)
@@ -193,10 +212,11 @@ def _computed(sweep: Sweep, answers: Answers, criterion: Criterion, say: Progres
     return table
 
 
-def _compute(sweep: Sweep, answers: Answers, say: Progress) -> None:
+def _compute(sweep: Sweep, answers: Answers, say: Progress) -> int:
+    """How many points were missing, and are no more."""
     tasks, start, every = sweep.missing(), time.perf_counter(), len(sweep.points)
     if not tasks:
-        return
+        return 0
     say(f"{len(tasks)} of {every} points to compute: starting")
     failed = 0
     with closing(answers(tasks)) as results:  # type: ignore[type-var]
@@ -207,6 +227,7 @@ def _compute(sweep: Sweep, answers: Answers, say: Progress) -> None:
             left = (time.perf_counter() - start) / number * (len(tasks) - number)
             words = f"{every - len(tasks) + number} of {every} points, about {_minutes(left)} left"
             say(words + (f"; {failed} came to nothing, last: {outcome['reason']}" if outcome["reason"] else ""))
+    return len(tasks)
 
 
 def _minutes(seconds: float) -> str:
@@ -216,63 +237,3 @@ def _minutes(seconds: float) -> str:
 def _settled(sweep: Sweep) -> str:
     done = sum(outcome["status"] in ("done", "refused") for outcome in sweep.outcomes().values())
     return f"{done} of {len(sweep.points)} points are done and stay"
-
-
-def headline(table: xr.Dataset) -> Iterator[str]:
-    """What a sweep comes to: how its points ended, where the usable range is longest, and what it cost."""
-    status = table["status"].values
-    counts = {name: int(np.count_nonzero(status == name)) for name in ("done", "refused", "failed", "missing")}
-    yield f"{status.size} points: " + ", ".join(f"{count} {name}" for name, count in counts.items() if count)
-    for name in ("refused", "failed"):
-        reasons = sorted(set(table["reason"].values[status == name]))
-        if reasons:
-            yield f"{name}, {'all' if len(reasons) == 1 else 'one'} of them: {reasons[0]}"
-    radius = table["fully_measured_radius_m"]
-    if radius.notnull().any():
-        yield from recommendations(table)
-        yield FULLY_MEASURED
-    seconds, most = table["cost_s"].values, table["peak_memory_bytes"].values
-    if np.isfinite(seconds).any():
-        memory = f", at most {np.nanmax(most) / 1e9:.2g} GB" if np.isfinite(most).any() else ""
-        yield f"{np.nanmean(seconds):.1f} s a point{memory}"
-
-
-def recommendations(table: xr.Dataset) -> Iterator[str]:
-    """What to choose of the antenna's height, or of the key with the most numbers, for each choice of the others, by
-    the fully measured radius; the best of all where no key's values are numbers."""
-    radius = table["fully_measured_radius_m"]
-    key = "radar.height_m" if radius.sizes.get("radar.height_m", 1) > 1 else layout(table).along
-    others = [str(dim) for dim in radius.dims if dim not in (key, "seed")]
-    if table[key].dtype.kind != "f":
-        mean = means(radius)["mean"]
-        best = mean.isel(mean.argmax(...))
-        where = ", ".join(f"{name} = {_label(best[name].item())}" for name in mean.dims if mean.sizes[name] > 1)
-        yield f"greatest fully measured radius {best.item():.0f} m" + (f", at {where}" if where else "")
-        return
-    for at in product(*(range(radius.sizes[name]) for name in others)):
-        here = table.isel(dict(zip(others, at, strict=True)))
-        choice = choose(here["fully_measured_radius_m"], key)
-        if choice is None:
-            continue
-        words = [f"{name} = {_label(here[name].item())}" for name in others if radius.sizes[name] > 1]
-        yield (", ".join(words) + ": " if words else "") + f"{choice}; {_there(table, here, choice)}"
-
-
-def _there(table: xr.Dataset, here: xr.Dataset, choice: Choice) -> str:
-    """How much is measured at what is chosen; the band is pooled over the whole table."""
-    at = here[choice.key].values.tolist().index(choice.value)
-    band = means(table["fully_measured_radius_m"])
-    same = {name: here[name] for name in band.dims if name != choice.key}
-    radius = band.sel(same).isel({choice.key: at})
-    half = 0.5 * float(radius["high"] - radius["low"])
-    one = here.isel({choice.key: at})
-    wide = f" ± {half:.0f}" if np.isfinite(half) else ""
-    more = "at least " if float(one["reach_to_the_end"].max()) > 0.0 else ""
-    return (
-        f"fully measured radius {float(radius['mean']):.0f}{wide} m, reach {more}{float(one['reach_m'].mean()):.0f} m, "
-        f"{float(one['gross_share'].mean()):.1%} of the heights wrong by more than half the wave height"
-    )
-
-
-def _label(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)

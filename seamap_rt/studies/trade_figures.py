@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 
 from ..measured import LEVEL
 from ..report import style
-from .paired import means
+from .key_words import words_of
+from .paired import means, significant_difference
 
 QUANTITIES = {
     "fully_measured_radius_m": "Fully measured radius (m)",
@@ -24,7 +25,7 @@ QUANTITIES = {
 }
 _FAMILY = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY)
 _FIRST = "fully_measured_radius_m"
-_MOST_CURVES, _MOST_COLUMNS = 12, 3
+_MOST_CURVES, _MOST_COLUMNS, _MOST_PANELS = 12, 3, 6
 _CIRCUMSTANCES = ("sea.", "scattering.", "platform.")  # keys that nobody chooses, unlike those of the radar
 _LEFT, _TOP, _GAP, _FOOT = 0.62, 0.3, 0.62, 0.4  # inches
 _LEGEND, _LEGEND_COLUMNS = 0.17, 6
@@ -76,14 +77,17 @@ def draw_trade(table: xr.Dataset) -> Figure:
         panel = single.isel(dict(zip(chosen.panels, at, strict=True)))
         words = ", ".join(_words(table, key, i) for key, i in zip(chosen.panels, at, strict=True))
         style.graph(
-            axes, chosen.along, QUANTITIES[name], f"({chr(97 + number)}) {words}" if words else f"({chr(97 + number)})"
+            axes,
+            words_of(chosen.along).label,
+            QUANTITIES[name],
+            f"({chr(97 + number)}) {words}" if words else f"({chr(97 + number)})",
         )
         if as_map:
             _map(figure, axes, panel, name, chosen)
         else:
             _curves(axes, panel, name, chosen)
     if members:
-        _legend(figure, figure.axes[0], str(chosen.family))
+        _legend(figure, figure.axes[0], words_of(str(chosen.family)).label)
     _foot(figure, table)
     return figure
 
@@ -139,7 +143,7 @@ def _map(figure: Figure, axes: Axes, panel: xr.Dataset, name: str, chosen: Layou
         x, y, style.masked(mean.values), cmap=style.colours(style.SPREAD_COLOURS), shading="nearest"
     )
     axes.set_facecolor(style.BLANK)
-    axes.set_ylabel(chosen.family)
+    axes.set_ylabel(words_of(chosen.family).label)
     axes.set_title(f"{axes.get_title(loc='left')} {QUANTITIES[name]}")
     axes.grid(False)
     figure.colorbar(colours, ax=axes, pad=0.03)
@@ -158,7 +162,12 @@ def _positions(axes: Axes, table: xr.Dataset, key: str, vertical: bool = False) 
 def _colour(number: int, count: int) -> Any:
     if count <= len(_FAMILY):
         return _FAMILY[number]
-    return matplotlib.colormaps[style.SPREAD_COLOURS](number / (count - 1))
+    return _ramp(number, count)
+
+
+def _ramp(number: int, count: int) -> Any:
+    """From dark to light, of values in their order; the lightest yellow is too faint for a line."""
+    return matplotlib.colormaps[style.SPREAD_COLOURS](0.9 * number / max(count - 1, 1))
 
 
 def _value(table: xr.Dataset, key: str, number: int) -> str:
@@ -167,7 +176,8 @@ def _value(table: xr.Dataset, key: str, number: int) -> str:
 
 
 def _words(table: xr.Dataset, key: str, number: int) -> str:
-    return f"{key} = {_value(table, key, number)}"
+    words = words_of(key)
+    return f"{words.name} {words.value(table[key].values[number])}"
 
 
 def _foot(figure: Figure, table: xr.Dataset) -> None:
@@ -186,6 +196,66 @@ def _foot(figure: Figure, table: xr.Dataset) -> None:
     )
 
 
+# ------------------------------------------------------------------------------- what stands behind the radii
+
+
+@style.styled
+def draw_quality(table: xr.Dataset) -> Figure:
+    """Mean score against range for each value along, a panel for each choice of the other keys (the first six)."""
+    chosen = layout(table)
+    others = [str(dim) for dim in table["status"].dims if dim not in (chosen.along, "seed")]
+    settings = list(itertools.product(*(range(table.sizes[key]) for key in others)))[:_MOST_PANELS]
+    columns = min(_MOST_COLUMNS, len(settings))
+    lines, wide = -(-len(settings) // columns), (style.WIDTH - _LEFT - 0.12 - (columns - 1) * _GAP) / columns
+    top = _TOP + 0.2 + _LEGEND * -(-table.sizes[chosen.along] // _LEGEND_COLUMNS)
+    figure = style.new_figure(top + lines * (1.7 + _GAP))
+    scores = table["quality_by_range"].mean("seed")
+    for number, at in enumerate(settings):
+        line, column = divmod(number, columns)
+        axes = style.place(figure, _LEFT + column * (wide + _GAP), top + line * (1.7 + _GAP), wide, 1.7)
+        words = ", ".join(_words(table, key, i) for key, i in zip(others, at, strict=True) if table.sizes[key] > 1)
+        style.graph(axes, "Slant range (m)", "Mean score of all cells", f"({chr(97 + number)}) {words}")
+        here = scores.isel(dict(zip(others, at, strict=True)))
+        for value in range(table.sizes[chosen.along]):
+            axes.plot(
+                table["range"],
+                here.isel({chosen.along: value}),
+                color=_ramp(value, table.sizes[chosen.along]),
+                label=_value(table, chosen.along, value),
+            )
+        axes.axhline(LEVEL, color=style.GREY, linestyle=":", linewidth=0.8)
+        axes.set_ylim(0.0, 1.0)
+    _legend(figure, figure.axes[0], words_of(chosen.along).label)
+    return figure
+
+
+@style.styled
+def draw_shares(table: xr.Dataset) -> Figure:
+    """Share of the heights that are wrong by more than half the wave height, and of the cells without a height."""
+    chosen = layout(table)
+    others = [str(dim) for dim in table["status"].dims if dim not in (chosen.along, "seed")]
+    settings = list(itertools.product(*(range(table.sizes[key]) for key in others)))
+    varied = [key for key in others if table.sizes[key] > 1]
+    figure = style.new_figure(_TOP + 0.2 + _LEGEND * -(-len(settings) // 3) + 2.0 + _GAP)
+    wide = (style.WIDTH - _LEFT - 0.12 - _GAP) / 2
+    names = {"gross_share": "Wrong by more than half Hs (%)", "missed_share": "Cells at 50–200 m without a height (%)"}
+    for column, (name, label) in enumerate(names.items()):
+        top = _TOP + 0.2 + _LEGEND * -(-len(settings) // 3)
+        axes = style.place(figure, _LEFT + column * (wide + _GAP), top, wide, 2.0)
+        style.graph(axes, words_of(chosen.along).label, label, f"({chr(97 + column)})")
+        x = _positions(axes, table, chosen.along)
+        for number, at in enumerate(settings):
+            here = table[name].isel(dict(zip(others, at, strict=True))).mean("seed")
+            words = ", ".join(_words(table, key, i) for key, i in zip(others, at, strict=True) if key in varied)
+            axes.plot(x, 100.0 * here, marker="o", markersize=3.0, color=_colour(number, len(settings)), label=words)
+        axes.set_ylim(bottom=0.0)
+    if varied:
+        figure.legend(
+            *figure.axes[0].get_legend_handles_labels(), loc="upper left", bbox_to_anchor=(0.02, 1.0), ncols=3
+        )
+    return figure
+
+
 # ------------------------------------------------------------------------------------------------- what it costs
 
 
@@ -195,14 +265,14 @@ def draw_pareto(table: xr.Dataset, cost: str | None = None) -> Figure:
     computing.
 
     Each set of circumstances (keys of sea, scattering and platform) has its own front: the choices that no other one
-    beats in both.
+    beats in both, and of which each gains over the cheaper one before it what the seeds tell from chance.
     """
     price = cost or ("radar.height_m" if "radar.height_m" in table.dims else "cost_s")
     figure = style.new_figure(4.0)
     axes = style.place(figure, _LEFT, 0.75, style.WIDTH - _LEFT - 0.12, 2.4)
     style.graph(
         axes,
-        "Seconds a point" if price == "cost_s" else price,
+        "Seconds a point" if price == "cost_s" else words_of(price).label,
         QUANTITIES[_FIRST],
         "What a larger radius costs",
     )
@@ -217,20 +287,27 @@ def draw_pareto(table: xr.Dataset, cost: str | None = None) -> Figure:
         known = np.isfinite(x) & np.isfinite(y)
         colour = _colour(number, len(settings))
         axes.plot(x[known], y[known], "o", color=colour, markersize=3.0, alpha=0.4)
-        best = pareto_front(x[known], y[known])
+        least = significant_difference(table[_FIRST].isel(here))
+        best = pareto_front(x[known], y[known], least if np.isfinite(least) else 0.0)
         label = ", ".join(_value(table, key, i) for key, i in here.items())
         axes.step(x[known][best], y[known][best], where="post", color=colour, marker="o", markersize=4.0, label=label)
     if given:
-        _legend(figure, axes, ", ".join(given))
+        _legend(figure, axes, ", ".join(words_of(key).label for key in given))
     axes.set_ylim(bottom=0.0)
     if choices:
-        axes.set_title(f"{axes.get_title(loc='left')} (each dot a choice of {', '.join(choices)})")
+        axes.set_title(
+            f"{axes.get_title(loc='left')} (each dot a choice of {', '.join(words_of(key).name for key in choices)})"
+        )
     _foot(figure, table)
     return figure
 
 
-def pareto_front(cost: np.ndarray, gain: np.ndarray) -> np.ndarray:
-    """Numbers of the points that no other beats in both, by rising cost (point,)."""
+def pareto_front(cost: np.ndarray, gain: np.ndarray, least: float = 0.0) -> np.ndarray:
+    """Numbers of the points that no other beats in both, by rising cost (point,): each gains more than `least` over
+    the one before it, and of those of one cost the one that gains most is taken."""
     order = np.lexsort((-gain, cost))
-    best = np.maximum.accumulate(np.concatenate(([-np.inf], gain[order])))[:-1]
-    return order[gain[order] > best]
+    front: list[int] = []
+    for number in order:
+        if not front or gain[number] > gain[front[-1]] + least:
+            front.append(int(number))
+    return np.array(front, dtype=np.intp)

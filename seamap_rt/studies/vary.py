@@ -76,7 +76,7 @@ def _steps(text: str, pieces: list[str]) -> list[Any]:
 class Point:
     """One scene of the grid."""
 
-    number: int
+    number: int  # of its values: one for all its seeds, so that more seeds leave the names of files as they are
     index: tuple[int, ...]  # of each varied key's value, and of the seed
     keys: dict[str, Any]
     seed: int
@@ -84,8 +84,8 @@ class Point:
     @property
     def name(self) -> str:
         """Of its file: the same in every run of the same grid."""
-        words = "_".join(f"{key}={_short(value)}" for key, value in {**self.keys, "seed": self.seed}.items())
-        return f"{self.number:05d}_{re.sub(r'[^A-Za-z0-9._=+-]+', '-', words)[:120]}"
+        words = "_".join(f"{key}={_short(value)}" for key, value in self.keys.items())
+        return f"{self.number:05d}_{re.sub(r'[^A-Za-z0-9._=+-]+', '-', words)[:100]}_seed={self.seed}"
 
 
 def _short(value: Any) -> str:
@@ -113,7 +113,7 @@ def grid(scene: Scene, vary: Mapping[str, Sequence[Any]], seeds: list[int]) -> l
     indices = itertools.product(*(range(len(values)) for values in vary.values()), range(len(seeds)))
     return [
         Point(
-            number,
+            number // len(seeds),
             index,
             {key: values[i] for (key, values), i in zip(vary.items(), index[:-1], strict=True)},
             seeds[index[-1]],

@@ -179,7 +179,7 @@ def test_a_killed_worker_is_a_row_and_resume_mends_it(
     assert results(tmp_path) == results(folder)
     after = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "points").glob("*.json")}
     assert [name for name in after if after[name] != before[name]] == [
-        "00004_radar.height_m=5_radar.baseline_m=0.2_seed=1.json"
+        "00002_radar.height_m=5_radar.baseline_m=0.2_seed=1.json"
     ]
 
 

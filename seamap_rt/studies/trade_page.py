@@ -1,0 +1,125 @@
+"""The page of a trade: what to choose and how sure that is, then the figures and the table behind it."""
+
+from __future__ import annotations
+
+import base64
+import importlib.resources
+from itertools import product
+from typing import Any
+
+import jinja2
+import numpy as np
+import xarray as xr
+
+from ..report import style
+from .choices import FULLY_MEASURED, headline, recommendations
+from .key_words import words_of
+from .paired import means, significant_difference
+from .trade_figures import draw_pareto, draw_quality, draw_shares
+
+_ASKED_M = 10.0  # half width of a band that tells masts a few metres apart
+
+
+def trade_page(table: xr.Dataset, figure: bytes) -> str:
+    """One HTML file that needs no other. figure: of `draw_trade`, as PNG."""
+    done = bool((table["status"] == "done").any())
+    drawn = [("Fully measured radius, reach and error", figure, _RADII)]
+    if done:
+        drawn += [
+            ("How much is measured at which range", style.png(draw_quality(table)), _QUALITY),
+            ("What is wrong and what is missed", style.png(draw_shares(table)), _SHARES),
+            ("What a larger radius costs", style.png(draw_pareto(table)), _PARETO),
+        ]
+    keys = [str(dim) for dim in table["status"].dims if dim != "seed"]
+    said = list(recommendations(table)) if done else []
+    return _template().render(
+        title=f"Trade of {', '.join(words_of(key).name for key in keys if table.sizes[key] > 1) or 'one design'}",
+        said=[line[0].upper() + line[1:] for line in said],
+        ended=[line for line in headline(table) if line not in (*said, FULLY_MEASURED)],
+        fully_measured=FULLY_MEASURED,
+        seeds=_seeds(table),
+        figures=[
+            {"title": title, "data": base64.b64encode(data).decode("ascii"), "words": words}
+            for title, data, words in drawn
+        ],
+        heads=[*(words_of(key).label for key in keys), *(label for label, _ in _COLUMNS.values())],
+        rows=_rows(table, keys),
+        keys=[(words_of(key), key) for key in keys],
+        scene=table.attrs.get("scene", ""),
+    )
+
+
+_RADII = (
+    "A disc of perfect heights of this radius holds as much as all that is measured; the reach is where the mean score "
+    "of all cells falls below 0.28. Dots: each seed; bands: 95 % of the mean, from three seeds on."
+)
+_QUALITY = (
+    "1: a perfect height; 0: none, or one no better than the mean level. Mean over seeds, looks and turns. Dotted: "
+    "where the reach ends."
+)
+_SHARES = "The score does not tell a height that is wrong by a little too much from one that is wrong by far; these do."
+_PARETO = (
+    "A step leads from design to design that no cheaper one matches: each gains over the one before it more than the "
+    "seeds leave to chance (95 %, over the same seas). Faint dots: all other designs."
+)
+# Column of the table: label, and how a number is written.
+_COLUMNS: dict[str, tuple[str, str]] = {
+    "fully_measured_radius_m": ("Fully measured radius (m)", ".0f"),
+    "reach_m": ("Reach (m)", ".0f"),
+    "gross_share": ("Wrong by more than half Hs (%)", ".1f"),
+    "missed_share": ("Cells without a height, 50–200 m (%)", ".0f"),
+    "height_rmse_m": ("Height error, rms (m)", ".3f"),
+    "visible_fraction": ("Visible, 50–200 m (%)", ".0f"),
+    "usable_range_m": ("Usable range (m)", ".0f"),
+    "cost_s": ("Computed in (s)", ".1f"),
+}
+_IN_PER_CENT = ("gross_share", "missed_share", "visible_fraction")
+
+
+def _rows(table: xr.Dataset, keys: list[str]) -> list[list[dict[str, Any]]]:
+    """A row for each design: text and, to sort by, the number."""
+    found = {name: table[name].mean("seed") * (100.0 if name in _IN_PER_CENT else 1.0) for name in _COLUMNS}
+    bands = {name: means(table[name]) for name in ("fully_measured_radius_m", "reach_m")}
+    result = []
+    for at in product(*(range(table.sizes[key]) for key in keys)):
+        here = dict(zip(keys, at, strict=True))
+        cells = [_cell(table[key].values[number]) for key, number in here.items()]
+        for name, (_, written) in _COLUMNS.items():
+            value = float(found[name].isel(here))
+            text = f"{value:{written}}" if np.isfinite(value) else "—"
+            if name in bands and np.isfinite(value):
+                half = 0.5 * float(bands[name]["high"].isel(here) - bands[name]["low"].isel(here))
+                text += f" ± {half:.0f}" if np.isfinite(half) else ""
+            cells.append({"text": text, "by": value if np.isfinite(value) else ""})
+        result.append(cells)
+    return result
+
+
+def _cell(value: Any) -> dict[str, Any]:
+    return {"text": f"{value:g}", "by": float(value)} if isinstance(value, float) else {"text": str(value), "by": ""}
+
+
+def _seeds(table: xr.Dataset) -> str:
+    """How many there are, what they tell apart, and how many would tell more."""
+    have, radius = table.sizes["seed"], table["fully_measured_radius_m"]
+    if have < 2:
+        return "One seed: no bands, and no word on how sure the choice is. Give --seeds 3, or --until 0.95."
+    band = means(radius)
+    half = 0.5 * float((band["high"] - band["low"]).max())
+    if not np.isfinite(half):
+        return f"{have} seeds; no design has two of them."
+    words = f"{have} seeds over the same seas for all designs: bands of ± {half:.0f} m at most"
+    apart = significant_difference(radius)
+    if np.isfinite(apart):
+        words += f"; two designs differ for sure where their means do by {apart:.0f} m"
+    if half > _ASKED_M:
+        words += f". Bands of ± {_ASKED_M:.0f} m ask for about {int(np.ceil(have * (half / _ASKED_M) ** 2))} seeds"
+    return words + "."
+
+
+def _template() -> jinja2.Template:
+    source = importlib.resources.files("seamap_rt.studies").joinpath("trade.html.j2").read_text(encoding="utf-8")
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    return environment.from_string(source)
