@@ -58,7 +58,8 @@ def shadowing(
         stop()
     for line in lines:
         console.print(line)
-    console.print(f"{folder / 'shadowing.png'} (with shadowing.nc, shadowing.csv, shadowing_seen.png, scene.toml)")
+    others = "shadowing.nc, shadowing.csv, shadowing.png, shadowing_seen.png, scene.toml"
+    console.print(f"{folder / 'shadowing.html'} (with {others})")
     return 0
 
 

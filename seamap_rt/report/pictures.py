@@ -186,7 +186,7 @@ def _visible_share(run: _Run) -> Picture:
         "(down-wave) and both at right angles (across). Smith (1967) and Wagner (1967) for a Gaussian sea with an "
         f"rms slope along the look of {digits(slope, 3)}, {source}, at the grazing angle atan(antenna height / "
         "ground range). Both ignore that height and slope are correlated along the ray, and overestimate "
-        "visibility against exact ray tracing: Smith by some 3–16 %, Wagner by 20–45 %.",
+        "visibility against exact ray tracing (in the seas of the validation, Smith by 3–16 %, Wagner by 20–45 %).",
         lambda: curves.visible_share(run.scene, run.truth, run.metrics),
     )
 

@@ -27,12 +27,13 @@ from ..scene import Scene
 from ..sea import Sea
 from ..settings import TracingSettings
 from .shadowing_figures import draw_seen, draw_shadowing
+from .shadowing_page import shadowing_page
 from .visible_dataset import OUTSIDE, MastView, Window, shadowing_dataset
 from .visible_light import Light, common_meshing, lights, realised, with_keys
 from .visible_tally import Looks, tally
 
 LEAST_RUNGS_A_BIN = 4
-PRODUCTS = ("scene.toml", "shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png")
+PRODUCTS = ("scene.toml", "shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png", "shadowing.html")
 
 
 def shadowing(
@@ -147,8 +148,8 @@ def write_shadowing(
 ) -> list[str]:
     """`shadowing`, by the scene's own tracer, into a folder (default `runs/<scene>-shadowing`); returns the headlines.
 
-    scene.toml, shadowing.nc, shadowing.csv with a row per height, look and range bin, and two figures, each whole or
-    not at all.
+    scene.toml, shadowing.nc, shadowing.csv with a row per height, look and range bin, two figures and shadowing.html,
+    the page that holds them, each whole or not at all.
     Raises InputError for bad input, and where the folder holds another study and `overwrite` is not given.
     """
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-shadowing"
@@ -157,18 +158,21 @@ def write_shadowing(
             data = shadowing(scene, heights_m, seeds, tracer=scene.tracing.tracer, bin_m=bin_m, progress=progress)
             if progress:
                 progress("writing and drawing")
+            shares, seen = style.png(draw_shadowing(data)), style.png(draw_seen(data))
+            lines = headlines(data)
             made = {
                 "scene.toml": scene.to_toml().encode("utf-8"),
                 "shadowing.nc": bytes(data.to_netcdf(engine="h5netcdf")),  # HDF5 itself may crash on a full disk
                 "shadowing.csv": table(data).encode("utf-8"),
-                "shadowing.png": style.png(draw_shadowing(data)),
-                "shadowing_seen.png": style.png(draw_seen(data)),
+                "shadowing.png": shares,
+                "shadowing_seen.png": seen,
+                "shadowing.html": shadowing_page(data, lines, shares, seen, seeds, scene.to_toml()).encode("utf-8"),
             }
         except KeyboardInterrupt:
             raise KeyboardInterrupt("nothing of this study is kept; what the folder held before stays") from None
         with uninterrupted():
             _write_all(folder, made)
-    return headlines(data)
+    return lines
 
 
 def headlines(data: xr.Dataset) -> list[str]:

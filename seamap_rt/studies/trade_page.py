@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import base64
-import importlib.resources
 from itertools import product
-from typing import Any
 
-import jinja2
 import numpy as np
 import xarray as xr
 
@@ -15,9 +11,8 @@ from ..report import style
 from .choices import FULLY_MEASURED, headline, recommendations
 from .key_words import words_of
 from .paired import means, significant_difference
+from .study_page import ASKED_M, Cell, cell, seeds_for, study_page
 from .trade_figures import draw_pareto, draw_quality, draw_shares
-
-_ASKED_M = 10.0  # half width of a band that tells masts a few metres apart
 
 
 def trade_page(table: xr.Dataset, figure: bytes) -> str:
@@ -32,19 +27,21 @@ def trade_page(table: xr.Dataset, figure: bytes) -> str:
         ]
     keys = [str(dim) for dim in table["status"].dims if dim != "seed"]
     said = list(recommendations(table)) if done else []
-    return _template().render(
+    words = [(key, words_of(key)) for key in keys]
+    return study_page(
         title=f"Trade of {', '.join(words_of(key).name for key in keys if table.sizes[key] > 1) or 'one design'}",
         said=[line[0].upper() + line[1:] for line in said],
-        ended=[line for line in headline(table) if line not in (*said, FULLY_MEASURED)],
-        fully_measured=FULLY_MEASURED,
-        seeds=_seeds(table),
-        figures=[
-            {"title": title, "data": base64.b64encode(data).decode("ascii"), "words": words}
-            for title, data, words in drawn
-        ],
-        heads=[*(words_of(key).label for key in keys), *(label for label, _ in _COLUMNS.values())],
+        notes=[_seeds(table), *(line for line in headline(table) if line not in (*said, FULLY_MEASURED))],
+        figures=drawn,
+        table_title="All designs",
+        table_note="Means over the seeds, ± half of the 95 % band.",
+        files=["trade.csv", "trade.nc"],
+        heads=[*(each.label for _, each in words), *(label for label, _ in _COLUMNS.values())],
         rows=_rows(table, keys),
-        keys=[(words_of(key), key) for key in keys],
+        small_print=[
+            (f"{FULLY_MEASURED[0].upper()}{FULLY_MEASURED[1:]}.", ""),
+            *((f"{each.label}: {each.meaning}", key) for key, each in words),
+        ],
         scene=table.attrs.get("scene", ""),
     )
 
@@ -76,27 +73,23 @@ _COLUMNS: dict[str, tuple[str, str]] = {
 _IN_PER_CENT = ("gross_share", "missed_share", "visible_fraction")
 
 
-def _rows(table: xr.Dataset, keys: list[str]) -> list[list[dict[str, Any]]]:
+def _rows(table: xr.Dataset, keys: list[str]) -> list[list[Cell]]:
     """A row for each design: text and, to sort by, the number."""
     found = {name: table[name].mean("seed") * (100.0 if name in _IN_PER_CENT else 1.0) for name in _COLUMNS}
     bands = {name: means(table[name]) for name in ("fully_measured_radius_m", "reach_m")}
     result = []
     for at in product(*(range(table.sizes[key]) for key in keys)):
         here = dict(zip(keys, at, strict=True))
-        cells = [_cell(table[key].values[number]) for key, number in here.items()]
+        cells = [cell(table[key].values[number]) for key, number in here.items()]
         for name, (_, written) in _COLUMNS.items():
             value = float(found[name].isel(here))
             text = f"{value:{written}}" if np.isfinite(value) else "—"
             if name in bands and np.isfinite(value):
                 half = 0.5 * float(bands[name]["high"].isel(here) - bands[name]["low"].isel(here))
                 text += f" ± {half:.0f}" if np.isfinite(half) else ""
-            cells.append({"text": text, "by": value if np.isfinite(value) else ""})
+            cells.append(Cell(text, value if np.isfinite(value) else None))
         result.append(cells)
     return result
-
-
-def _cell(value: Any) -> dict[str, Any]:
-    return {"text": f"{value:g}", "by": float(value)} if isinstance(value, float) else {"text": str(value), "by": ""}
 
 
 def _seeds(table: xr.Dataset) -> str:
@@ -112,14 +105,6 @@ def _seeds(table: xr.Dataset) -> str:
     apart = significant_difference(radius)
     if np.isfinite(apart):
         words += f"; two designs differ for sure where their means do by {apart:.0f} m"
-    if half > _ASKED_M:
-        words += f". Bands of ± {_ASKED_M:.0f} m ask for about {int(np.ceil(have * (half / _ASKED_M) ** 2))} seeds"
+    if half > ASKED_M:
+        words += f". {seeds_for(have, half)}"
     return words + "."
-
-
-def _template() -> jinja2.Template:
-    source = importlib.resources.files("seamap_rt.studies").joinpath("trade.html.j2").read_text(encoding="utf-8")
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    return environment.from_string(source)

@@ -200,7 +200,17 @@ def test_a_study_is_written_whole_and_not_overwritten(tmp_path: Path) -> None:
     said = write_shadowing(scene, tmp_path / "study", [3.0, 5.0], 2)
     assert [line.split(":")[0] for line in said] == ["mast 3 m", "mast 5 m"]
     names = {path.name for path in (tmp_path / "study").iterdir()}
-    assert names == {"scene.toml", "shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png"}
+    assert names == {
+        "scene.toml",
+        "shadowing.nc",
+        "shadowing.csv",
+        "shadowing.png",
+        "shadowing_seen.png",
+        "shadowing.html",
+    }
+    page = (tmp_path / "study" / "shadowing.html").read_text(encoding="utf-8")
+    assert page.index("Mast 3 m: half of the sea") < page.index("<figure")
+    assert "2 seeds" in page
     with xr.open_dataset(tmp_path / "study" / "shadowing.nc") as data:
         rows = data.sizes["height"] * data.sizes["range"] * (data.sizes["azimuth"] + data.sizes["look"])
         assert all("long_name" in data[name].attrs for name in ("visible_fraction", "look_r50_low", "range"))

@@ -11,6 +11,7 @@ import xarray as xr
 
 from seamap_rt.studies.key_words import words_of
 from seamap_rt.studies.paired import significant_difference
+from seamap_rt.studies.study_page import seeds_for
 from seamap_rt.studies.trade_figures import draw_quality, draw_shares, pareto_front
 from seamap_rt.studies.trade_page import trade_page
 from seamap_rt.studies.trade_table import trade_table
@@ -67,19 +68,17 @@ def test_one_seed_says_that_nothing_is_sure() -> None:
 
 
 def test_seeds_that_a_band_asks_for_grow_by_the_square() -> None:
-    """A band of ± 40 m from three seeds takes sixteen times as many for ± 10 m."""
-    text = page(made_up(3, scatter=15.0))
-    half = float(re.search(r"bands of ± (\d+) m at most", text)[1])  # type: ignore[index]
-    asked = int(re.search(r"ask for about (\d+) seeds", text)[1])  # type: ignore[index]
-    assert half > 10.0
-    assert asked == pytest.approx(3.0 * (half / 10.0) ** 2, rel=0.1)
+    """Of a scatter of 50 m a seed, (1.96 · 5)² = 96 seeds have a mean known to ± 10 m; t asks for a few more."""
+    half = 50.0 / np.sqrt(3.0) * 4.303  # t of two degrees of freedom
+    assert 97 <= int(re.findall(r"about (\d+) seeds", seeds_for(3, half))[0]) <= 100
+    assert "seeds" in page(made_up(3, scatter=15.0)).split("Bands of ± 10 m ask for about")[1][:20]
     assert "ask for about" not in page(made_up(3, scatter=0.1))
 
 
 def test_a_page_without_results_says_so() -> None:
     empty = trade_table({"radar.height_m": HEIGHTS}, [1], {}, Criterion(), {})
     text = page(empty)
-    assert "No point has a result yet" in text
+    assert "Nothing has a result yet" in text
     assert text.count("<figure") == 1
 
 
