@@ -11,8 +11,8 @@ from .study_page import ASKED_M, Cell, seeds_for, study_page
 
 _SHARES = (
     "Share of the sea's horizontal area that both antennas see, along the waves, at 45° and across them, with the "
-    "curves of Smith and Wagner for the slopes that the mesh carries. Below: the range beyond which half is shadowed, by "
-    "look."
+    "curves of Smith and Wagner for the slopes that the mesh carries. Below: the range beyond which half is shadowed, "
+    "by look."
 )
 _SEEN = "Mean height of what is seen (crests, at grazing angles), and lengths of shadows and of visible stretches."
 
