@@ -170,6 +170,8 @@ def _height(polar_map: PolarMap, bins: RangeBins, keep: Field) -> dict[str, floa
         np.sqrt(2.0 / count) * (noise + 0.1 * max(signal, 0.0)) / transfer,
         _TRANSFER_KNOWN * (1.0 - transfer) * variance,
         _UNSEEN * (1.0 - seen) * variance,
+        # What such heights leave open is the variance that the retrieval expected: it is no finding where it is all.
+        noise * noise / max(signal, noise) / transfer if polar_map.conditional and noise > 0.0 else 0.0,
     )
     return {
         "significant_wave_height": 4.0 * np.sqrt(variance),

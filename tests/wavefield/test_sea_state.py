@@ -88,6 +88,16 @@ def test_a_calm_without_noise_is_zero() -> None:
     assert np.isnan(found["mean_direction"])
 
 
+def test_heights_that_were_only_expected_are_no_finding() -> None:
+    """Conditional means that show nothing leave all open: the height is what was expected, and the error reaches calm.
+
+    Of a variance that is all prior, and as uncertain as it is large, 4 √ has half of itself as its error."""
+    noise = 0.02
+    found = state(np.zeros((AZIMUTH.size, GROUND.size)), noise=noise, estimator="adaptive")
+    assert found["significant_wave_height"] == pytest.approx(4.0 * noise, rel=1e-6)
+    assert found["significant_wave_height_std"] == pytest.approx(2.0 * noise, rel=0.15)
+
+
 @pytest.mark.parametrize("seen", [0, 300])
 def test_too_little_to_see_is_no_number(seen: int) -> None:
     height = np.full((AZIMUTH.size, GROUND.size), np.nan)
