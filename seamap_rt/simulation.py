@@ -26,7 +26,7 @@ from .mesh.surface import sea_on_grid, submerged_lines
 from .radar.array import antenna_array
 from .radar.scan import Pulses, pulses
 from .resolved_scene import resolve
-from .scene import Scene
+from .scene import Scene, SceneLike, as_scene
 from .tracing import Illumination, tracer
 from .tracing.circle import circle_grid
 from .truth import ground_truth, polar_truth
@@ -188,10 +188,11 @@ class Simulator:
             )
 
 
-def expected(scene: Scene, turn: int = 0) -> xr.Dataset:
+def expected(scene: SceneLike, turn: int = 0) -> xr.Dataset:
     """Noise-free, speckle-averaged `power(transmitter, receiver, azimuth, range)` and `covariance(azimuth, range)` [W]
     of one turn, each look averaged over its dwell: what tracers and facet sizes are compared on. It is the sea's echo:
     objects shadow it, but what they echo themselves is not in it."""
+    scene = as_scene(scene)
     simulator = Simulator(scene)
     facets, returns, _ = simulator.light(turn)
     gates = expected_look_gates(facets, returns.rcs, simulator.radar, scene.retrieval.cell_azimuth_deg)

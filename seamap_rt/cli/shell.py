@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
-from cyclopts import App, Parameter
+from cyclopts import App, Parameter, Token
 from rich.console import Console
 
 from .. import __version__
@@ -18,6 +18,16 @@ app = App(
     suppress_keyboard_interrupt=False,  # `main` says what an interrupted run leaves
 )
 Names = Annotated[list[str], Parameter(name="--name", negative=(), consume_multiple=False)]
+
+
+def _whole(_: Any, tokens: Sequence[Token]) -> int:
+    try:
+        return int(tokens[0].value)
+    except ValueError:
+        raise ValueError(f"{tokens[0].value} must be a whole number; round it") from None
+
+
+Whole = Annotated[int, Parameter(converter=_whole)]  # cyclopts itself would take 1.5 as 1
 Settings = Annotated[list[str], Parameter(name="--set", negative=(), consume_multiple=False)]
 errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 console = Console(soft_wrap=True, highlight=False, markup=False)  # a path may hold [brackets]

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from ..report.headline import forecast_line, verdict, wave_height, window_line
 from ..report.limits import account_lines
-from .shell import Settings, app, console, progress, scene_of
+from .shell import Settings, Whole, app, console, progress, scene_of
 
 
 def _headline(metrics: dict[str, Any]) -> str:
@@ -48,8 +48,8 @@ def run(
     scene: str,
     *,
     out: Path | None = None,
-    turns: int | None = None,
-    seed: int | None = None,
+    turns: Whole | None = None,
+    seed: Whole | None = None,
     tracer: str | None = None,
     predict: bool = False,
     overwrite: bool = False,
@@ -99,7 +99,16 @@ def run(
 
 
 @app.command
-def simulate(scene: str, *, out: Path, overwrite: bool = False, set_: Settings | None = None) -> int:
+def simulate(
+    scene: str,
+    *,
+    out: Path,
+    turns: Whole | None = None,
+    seed: Whole | None = None,
+    tracer: str | None = None,
+    overwrite: bool = False,
+    set_: Settings | None = None,
+) -> int:
     """Simulate a scene's echoes and the truth beside them: echoes.zarr and truth.nc.
 
     Parameters
@@ -108,12 +117,18 @@ def simulate(scene: str, *, out: Path, overwrite: bool = False, set_: Settings |
         Path of a scene file, or the name of a shipped scene.
     out
         Folder for the results.
+    turns
+        Turns of the antenna.
+    seed
+        Of all random numbers.
+    tracer
+        facets, horizon or paths.
     overwrite
         Replace earlier results in that folder.
     set_
         KEY=VALUE, any key of the scene file, as often as wanted.
     """
-    loaded = scene_of(scene, set_)
+    loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
     from ..session import simulate as simulate_scene
 
     say, stop = progress()
@@ -134,7 +149,7 @@ def sea(
     times: str = "0:5:0.5",
     side: float | None = None,
     spacing: float | None = None,
-    seed: int | None = None,
+    seed: Whole | None = None,
     overwrite: bool = False,
     set_: Settings | None = None,
 ) -> int:

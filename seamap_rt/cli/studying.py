@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..errors import InputError
-from .shell import Settings, app, console, progress, scene_of
+from .shell import Settings, Whole, app, console, progress, scene_of
 
 FAILED = 1
 Varied = Annotated[list[str], Parameter(name="--vary", negative=(), consume_multiple=False)]
@@ -21,7 +21,7 @@ def shadowing(
     scene: str,
     *,
     heights: str | None = None,
-    seeds: int = 4,
+    seeds: Whole = 4,
     bin_m: Bin = 10.0,
     out: Path | None = None,
     overwrite: bool = False,
@@ -76,10 +76,10 @@ def trade(
     scene: str,
     *,
     vary: Varied,
-    seeds: int = 1,
+    seeds: Whole = 1,
     until: float | None = None,
     budget: str | None = None,
-    workers: int | None = None,
+    workers: Whole | None = None,
     scheduler: str | None = None,
     out: Path | None = None,
     resume: bool = False,

@@ -36,6 +36,8 @@ Map = NDArray[np.float64]
 def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None = None) -> xr.DataTree:
     """Maps (`/polar`, `/ground`) from echoes that keep the schema, ray traced, analytic or recorded alike.
 
+    echoes: a dataset, or the path of a store. settings: of a scene's section `retrieval`; its defaults if left out.
+
     Raises SchemaError, in one line, for echoes that do not keep the schema.
     """
     settings = settings or RetrievalSettings()

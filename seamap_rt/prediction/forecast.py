@@ -34,10 +34,11 @@ def forecast(
 ) -> xr.Dataset:
     """Expected sea at places (east, north) [m] at some leads [s] after the last that was seen (schema `prediction`).
 
+    field: as from `reconstruct`.
     at: where the antennas were then, if left out. lead_s: 0 to 30 s by half seconds if left out. vessel: whose heave,
     roll and pitch are wanted too. heading_deg, speed_m_s: of the places, and the vessel, from lead 0 on, clockwise from
     north and over ground; at rest if left out.
-    draws: of what may come, which `quiet_windows` and `highest_wave` read; 0: none.
+    draws: of what may come, which `quiet_windows` and `highest_wave` read; 0: none. seed: of these draws.
     Raises InputError for places, leads or a course that are not finite, and for a number of draws below 0.
     """
     lead = np.arange(0.0, _LONGEST_S + _STEP_S, _STEP_S) if lead_s is None else np.atleast_1d(np.asarray(lead_s, float))

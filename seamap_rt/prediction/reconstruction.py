@@ -38,7 +38,8 @@ def reconstruct(
 ) -> WaveField:
     """The sea as the last turns of some maps, or other observations, or both show it.
 
-    maps: as from `retrieve`. observations: of buoys, gauges or other instruments. spectrum: the expected one, needed
+    maps: as from `retrieve`. settings: of a scene's section `prediction`; its defaults if left out.
+    observations: of buoys, gauges or other instruments. spectrum: the expected one, needed
     where there are no maps.
     Raises InputError where neither shows a sea, SchemaError for maps that do not keep the schema.
     """

@@ -26,8 +26,8 @@ def quiet_windows(
 
     forecast: as from `forecast`, with draws, by leads half a second apart or less. limit: by magnitude, of elevation
     [m], slope_x, slope_y, velocity_z [m/s], heave [m], roll, pitch [deg]. A probability is the share of draws in which
-    all limits hold together. Returns probability and called (issue, lead, place), called: probability ≥ confidence, of
-    all leads whose window ends within the forecast.
+    all limits hold together for duration_s [s]. Returns probability and called (issue, lead, place), called:
+    probability ≥ confidence, of all leads whose window ends within the forecast.
     Raises InputError for an unknown quantity, a limit or duration that is not positive, a confidence not in (0, 1), and
     a forecast that is too coarse, too short, or without draws.
     """

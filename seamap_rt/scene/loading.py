@@ -10,9 +10,13 @@ from typing import Any
 from ..io import scenefile
 from .model import Scene
 
+SceneLike = Scene | str | os.PathLike[str]  # a scene, the path of its file, or a shipped one's name
+
 
 def load_scene(path_or_name: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None) -> Scene:
-    """The scene of a file, or a shipped one by its name, with keys overridden as {"radar.height_m": 10.0}.
+    """The scene of a file, or a shipped one by its name, with keys overridden.
+
+    path_or_name: "mine.toml" or "choppy_sea". overrides: as {"radar.height_m": 10.0}.
 
     Files that a scene names count from the scene file's folder, those of overrides from the working folder. Raises
     InputError, in one line, for whatever is wrong with the file or the scene.
@@ -25,6 +29,11 @@ def load_scene(path_or_name: str | os.PathLike[str], overrides: Mapping[str, Any
         if replaces and isinstance(tree.get("sea"), dict):
             tree["sea"].pop(other, None)
     return scenefile.validate(Scene, _anchored(scenefile.apply_overrides(tree, overrides), Path.cwd()))
+
+
+def as_scene(scene: SceneLike) -> Scene:
+    """A scene as it is, or that of a file or of a shipped scene's name. Raises InputError as `load_scene` does."""
+    return scene if isinstance(scene, Scene) else load_scene(scene)
 
 
 def _anchored(tree: dict[str, Any], folder: Path) -> dict[str, Any]:

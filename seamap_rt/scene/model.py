@@ -28,7 +28,7 @@ from ..settings import (
     TracingSettings,
     as_tuple,
 )
-from .checks import antennas, gauges, looks, meshing, platform, ranges, scattering
+from .checks import antennas, gauges, looks, meshing, platform, ranges, scattering, waves
 
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._+-]{0,99}"
 
@@ -135,6 +135,7 @@ class Scene(Section):
     def _sections_agree(self) -> Self:
         """Each check raises ValueError in one line, and may rely on those before it."""
         radar, retrieval = self.radar, self.retrieval
+        waves.check_steepness(self.sea)
         antennas.check_apertures(radar)
         check_radar(radar)
         antennas.check_receivers(radar, retrieval)

@@ -13,7 +13,7 @@ import xarray as xr
 
 from ..interferometry import retrieve_one
 from ..io.interrupts import uninterrupted
-from ..scene import Scene
+from ..scene import SceneLike, as_scene
 from ..simulation import Simulator, Stopwatch, Turn
 
 Progress = Callable[[str], None]
@@ -68,7 +68,7 @@ class Sink(Protocol):
 
 
 def iterate(
-    scene: Scene, *, simulator: Simulator | None = None, retrieved: bool = True, progress: Progress | None = None
+    scene: SceneLike, *, simulator: Simulator | None = None, retrieved: bool = True, progress: Progress | None = None
 ) -> Iterator[FinishedTurn]:
     """Simulate and retrieve a scene, and yield its turns one by one, as they are finished.
 
@@ -83,8 +83,8 @@ def iterate(
     and cannot be traced.
     """
     say = progress or (lambda _: None)
-    simulator = simulator or Simulator(scene)
-    for number in range(scene.turns):
+    simulator = simulator or Simulator(as_scene(scene))
+    for number in range(simulator.scene.turns):
         yield _finished(simulator, number, retrieved, say)
 
 

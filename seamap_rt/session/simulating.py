@@ -13,7 +13,7 @@ from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
 from ..io.results_folder import clear_folder, growing, results_folder
 from ..report.facts import run_facts
-from ..scene import Scene
+from ..scene import SceneLike, as_scene
 from ..simulation import Simulator
 from .driver import deliver, iterate
 from .sinks import FileSink, Memory
@@ -35,14 +35,15 @@ class Simulation:
     facts: dict[str, Any]
 
 
-def simulate(scene: Scene, out: str | Path | None = None, *, overwrite: bool = False) -> Simulation:
-    """Simulate all turns of a scene.
+def simulate(scene: SceneLike, out: str | Path | None = None, *, overwrite: bool = False) -> Simulation:
+    """Simulate all turns of a scene, or of that which a file or a shipped scene's name stands for.
 
     out: a folder into which `echoes.zarr` and `truth.nc` are streamed turn by turn, so that memory holds one turn; the
     datasets of the result are then read from there. Without it everything stays in memory. Earlier echoes or truth in
     that folder are replaced only with `overwrite`.
     Raises InputError for a scene that cannot be simulated, NoBackend if rays are requested and cannot be traced.
     """
+    scene = as_scene(scene)
     simulator = Simulator(scene)
     turns = iterate(scene, simulator=simulator, retrieved=False)
     if out is None:

@@ -25,7 +25,7 @@ from ..metrics import compare
 from ..radar.scan import sector_width, turn_duration
 from ..report import write_report
 from ..report.facts import run_facts
-from ..scene import Scene
+from ..scene import Scene, SceneLike, as_scene
 from ..simulation import Simulator
 from ..wavefield import sea_state
 from ..wavefield.sea_state import in_words
@@ -57,7 +57,7 @@ class RunResult:
 
 
 def run(
-    scene: Scene,
+    scene: SceneLike,
     out: str | Path | None = None,
     *,
     predict: bool = False,
@@ -66,12 +66,13 @@ def run(
 ) -> RunResult:
     """Simulate, retrieve, compare and draw all turns of a scene into a folder (default `runs/<scene>-<seed>`).
 
+    out: the folder; an earlier run in it is replaced only with `overwrite`.
     Results stream turn by turn, so memory holds one turn. Interrupted, complete turns stay readable.
     predict: forecast beside the run, from its maps, as the scene's section `prediction` says.
     progress: called with a line on what begins.
     Raises InputError for bad input, NoBackend if rays cannot be traced, OSError where the disk is full.
     """
-    say = progress or (lambda _: None)
+    scene, say = as_scene(scene), progress or (lambda _: None)
     start = time.perf_counter()
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-{scene.seed}"
     with results_folder(folder, overwrite, PRODUCTS):

@@ -23,7 +23,7 @@ from ..mesh import polar_grid
 from ..report import style
 from ..report.reduce import main_waves
 from ..resolved_scene import masts
-from ..scene import Scene
+from ..scene import Scene, SceneLike, as_scene
 from ..sea import Sea
 from ..settings import TracingSettings
 from .shadowing_figures import draw_seen, draw_shadowing
@@ -37,7 +37,7 @@ PRODUCTS = ("scene.toml", "shadowing.nc", "shadowing.csv", "shadowing.png", "sha
 
 
 def shadowing(
-    scene: Scene,
+    scene: SceneLike,
     heights_m: Sequence[float] = (3.0, 5.0, 10.0),
     seeds: int = 4,
     *,
@@ -54,6 +54,7 @@ def shadowing(
     `look`; `share(seed, …)` holds the realisations themselves.
     """
     _refuse(heights_m, seeds, bin_m)
+    scene = as_scene(scene)
     say = progress or (lambda _: None)
     scenes = [with_keys(scene, {"radar.height_m": float(height)}) for height in heights_m]
     meshing = common_meshing(scenes)
@@ -138,7 +139,7 @@ def _window_of(scene: Scene, meshing: TracingSettings, sea: Sea, bin_m: float) -
 
 
 def write_shadowing(
-    scene: Scene,
+    scene: SceneLike,
     out: str | Path | None = None,
     heights_m: Sequence[float] = (3.0, 5.0, 10.0),
     seeds: int = 4,
@@ -152,6 +153,7 @@ def write_shadowing(
     the page that holds them, each whole or not at all.
     Raises InputError for bad input, and where the folder holds another study and `overwrite` is not given.
     """
+    scene = as_scene(scene)
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-shadowing"
     with results_folder(folder, overwrite, PRODUCTS):
         try:

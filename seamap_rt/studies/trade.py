@@ -19,7 +19,7 @@ import xarray as xr
 
 from ..compute.scratch import scratch_folder
 from ..errors import InputError
-from ..scene import Scene
+from ..scene import SceneLike, as_scene
 from .choices import headline, least_confidence
 from .enough import Goal
 from .point import Outcome, SchedulerLost, Task, compute, keep, kept
@@ -44,7 +44,7 @@ class TradeProducts:
 
 
 def trade(
-    scene: Scene,
+    scene: SceneLike,
     vary: Mapping[str, Sequence[Any]],
     seeds: int = 1,
     client: Client | None = None,
@@ -69,14 +69,14 @@ def trade(
     many seconds are over; at most 64 seeds.
     out: a folder that keeps the points' files, the table and a figure, see `write_trade`; else nothing is kept.
     """
-    choice, goal = criterion or Criterion(), Goal(until, budget_s)
+    scene, choice, goal = as_scene(scene), criterion or Criterion(), Goal(until, budget_s)
     with scratch_folder() as scratch, _answers(client, None, workers) as answers:
         sweep = Sweep.of(scene, vary, seeds, Path(out or scratch).resolve())
         return _swept(sweep, answers, choice, goal, resume, overwrite, progress, keep_table=out is not None)
 
 
 def write_trade(
-    scene: Scene,
+    scene: SceneLike,
     out: str | Path | None,
     vary: Mapping[str, Sequence[Any]],
     seeds: int = 1,
@@ -103,6 +103,7 @@ def write_trade(
     until, budget_s: as for `trade`.
     Raises InputError for bad input; KeyboardInterrupt, with what is done and how to go on, when interrupted.
     """
+    scene = as_scene(scene)
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-trade"
     sweep = Sweep.of(scene, vary, seeds, folder.resolve())
     notes, goal = _network_notes(scheduler), Goal(until, budget_s)

@@ -129,6 +129,9 @@ def _refuse_key(scene: Scene, key: str, values: Sequence[Any]) -> None:
     if len(set(words)) < len(words):
         twice = next(value for value in words if words.count(value) > 1)
         raise InputError(f"--vary {key}: {twice} is named twice; name each value once")
+    if len({isinstance(value, str) for value in values}) > 1:
+        text = next(value for value in values if isinstance(value, str))
+        raise InputError(f"--vary {key}: {text} is text and other values are not; correct it, or leave it out")
     if key == "seed":
         raise InputError("--vary seed: seeds are counted from the scene's own; give --seeds N instead")
     if key.startswith("radar.antenna.") and scene.radar.antennas:

@@ -10,6 +10,8 @@ import command_line
 import pytest
 from command_line import DROWNED, PRODUCTS, assert_refused, ended, settings, start
 
+from seamap_rt.interferometry import open_echoes
+
 call, elsewhere = command_line.call, command_line.elsewhere  # fixtures
 pytestmark = pytest.mark.usefixtures("elsewhere")
 
@@ -32,11 +34,45 @@ pytestmark = pytest.mark.usefixtures("elsewhere")
         ("=5", ("--set =5", "KEY=VALUE")),
         ("tracing.tracer=photons", ("tracing.tracer", "facets", "horizon", "paths")),
         ("turns=0", ("turns = 0", "at least 1")),
+        ("turns=1.5", ("turns = 1.5", "whole number")),
+        (
+            "sea.waves.0.significant_wave_height_m=30",
+            ("significant_wave_height_m = 30", "at most 6.71", "break"),
+        ),
     ],
 )
 def test_bad_settings_are_one_line(call: Any, command: str, pair: str, words: tuple[str, ...]) -> None:
     assert_refused(call(command, "tiny", "--out", "results", "--set", pair), *words)
     assert not Path("results").exists()
+
+
+@pytest.mark.parametrize("command", ["run", "simulate"])
+@pytest.mark.parametrize("option", [("--turns", "1.5"), ("--seed", "1.7"), ("--turns", "two")])
+def test_no_half_turns(call: Any, command: str, option: tuple[str, str]) -> None:
+    assert_refused(call(command, "tiny", "--out", "results", *option), *option, "must be a whole number")
+    assert not Path("results").exists()
+
+
+@pytest.mark.parametrize(
+    ("varied", "words"),
+    [
+        ("radar.height_m=3,abc", ("--vary radar.height_m", "abc is text")),
+        ("radar.heigth_m=3,5", ("radar.heigth_m", "unknown key", "height_m")),
+        ("radar.height_m=", ("--vary radar.height_m=", "KEY=A,B,C")),
+    ],
+)
+def test_a_trade_of_nonsense_is_refused_before_anything_runs(call: Any, varied: str, words: tuple[str, ...]) -> None:
+    assert_refused(call("trade", "tiny", "--vary", varied, "--out", "results"), *words)
+    assert not Path("results").exists()
+
+
+def test_simulate_takes_turns_and_seed_as_run_does(call: Any) -> None:
+    answer = call("simulate", "tiny", *settings(), "--turns", "2", "--seed", "7", "--out", "results")
+    assert answer.code == 0, answer.err
+    echoes = open_echoes("results/echoes.zarr")
+    assert echoes.attrs["complete_turns"] == 2
+    call("simulate", "tiny", *settings(), "--set", "turns=2", "--set", "seed=7", "--out", "same")
+    assert echoes.identical(open_echoes("same/echoes.zarr"))
 
 
 def test_negative_wavelength_is_one_line(call: Any) -> None:

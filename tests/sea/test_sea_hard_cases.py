@@ -329,7 +329,7 @@ BY_FILE = 'sea.waves=[{spectrum="file", file="%s"}]'
         (("sea.energy_fraction=0.999999",), ("sea", "0.999999", "4096", "GB")),
         (("sea.energy_fraction=1",), ("sea.energy_fraction = 1", "less than 1")),
         (("sea.energy_fraction=0.9", "sea.resolution_m=1"), ("sea", "not both")),
-        (("sea.model=choppy", WAVES + "significant_wave_height_m=9"), ("choppy", "linear")),
+        (("sea.model=choppy", "sea.resolution_m=0.25", WAVES + "significant_wave_height_m=6.5"), ("choppy", "linear")),
         ((WAVES + "peak_period_s=40",), ("sea", "extent_m", "raise")),
         (("sea.extent_m=100",), ("sea.extent_m = 100", "at least 360")),
         ((BY_FILE % "none.spc",), ("none.spc", "no such file")),

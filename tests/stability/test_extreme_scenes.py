@@ -230,7 +230,7 @@ def steep_choppy() -> Scene:
     return scene(
         "tiny",
         sea__model="choppy",
-        sea__waves__0__significant_wave_height_m=3.0,
+        sea__waves__0__significant_wave_height_m=2.86,
         sea__waves__0__peak_period_s=3.6,
         sea__resolution_m=0.5,
         sea__extent_m=360.0,

@@ -38,7 +38,10 @@ _STRETCH = 16  # pulses
 def open_recording(
     path: str | os.PathLike[str], header: Header | None = None, names: Mapping[str, str] | None = None
 ) -> xr.Dataset:
-    """Echoes from a file of recorded voltages (io.recorded.read_recording). Raises InputError."""
+    """Echoes from a file of recorded voltages (io.recorded.read_recording).
+
+    path: .npz, .h5, .nc or .zarr. header: what the file does not say of the radar, as a mapping or the path of a TOML
+    file. names: of the file's arrays, by what they hold, as {"lower": "ch0"}. Raises InputError."""
     recording = read_recording(path, header, names)
     arrays: dict[str, Any] = dict(recording.arrays)
     for name in ("attitude", "position"):
