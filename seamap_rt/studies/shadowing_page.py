@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from .study_page import ASKED_M, Cell, seeds_for, study_page
+from ..report.answer_page import Cell, answer_page
+from .seeds_needed import ASKED_M, seeds_for
 
 _SHARES = (
     "Share of the sea's horizontal area that both antennas see, along the waves, at 45° and across them, with the "
@@ -19,7 +20,7 @@ _SEEN = "Mean height of what is seen (crests, at grazing angles), and lengths of
 
 def shadowing_page(data: xr.Dataset, lines: Sequence[str], shares: bytes, seen: bytes, seeds: int, scene: str) -> str:
     """lines: what the study says; shares, seen: its figures, as PNG; scene: as TOML."""
-    return study_page(
+    return answer_page(
         title="Shadowing",
         said=[line[0].upper() + line[1:] for line in lines],
         notes=[_seeds(data, seeds)],

@@ -8,10 +8,11 @@ import numpy as np
 import xarray as xr
 
 from ..report import style
+from ..report.answer_page import Cell, answer_page, cell
 from .choices import FULLY_MEASURED, headline, recommendations
 from .key_words import words_of
 from .paired import means, significant_difference
-from .study_page import ASKED_M, Cell, cell, seeds_for, study_page
+from .seeds_needed import ASKED_M, seeds_for
 from .trade_figures import draw_pareto, draw_quality, draw_shares
 
 
@@ -28,7 +29,7 @@ def trade_page(table: xr.Dataset, figure: bytes) -> str:
     keys = [str(dim) for dim in table["status"].dims if dim != "seed"]
     said = list(recommendations(table)) if done else []
     words = [(key, words_of(key)) for key in keys]
-    return study_page(
+    return answer_page(
         title=f"Trade of {', '.join(words_of(key).name for key in keys if table.sizes[key] > 1) or 'one design'}",
         said=[line[0].upper() + line[1:] for line in said],
         notes=[_seeds(table), *(line for line in headline(table) if line not in (*said, FULLY_MEASURED))],

@@ -11,7 +11,7 @@ import xarray as xr
 
 from seamap_rt.studies.key_words import words_of
 from seamap_rt.studies.paired import significant_difference
-from seamap_rt.studies.study_page import seeds_for
+from seamap_rt.studies.seeds_needed import seeds_for
 from seamap_rt.studies.trade_figures import draw_quality, draw_shares, pareto_front
 from seamap_rt.studies.trade_page import trade_page
 from seamap_rt.studies.trade_table import trade_table

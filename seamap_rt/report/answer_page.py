@@ -1,4 +1,4 @@
-"""The page of a study: an answer, notes, figures, a table to sort, and in small print what the words mean. One file."""
+"""A page that answers: one sentence or a few, notes, figures, a table to sort, and small print. One file."""
 
 from __future__ import annotations
 
@@ -8,11 +8,6 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import jinja2
-import numpy as np
-from scipy.special import stdtrit
-
-ASKED_M = 10.0  # half width of a band that tells masts a few metres apart
-_MOST = 10_000
 
 
 class Cell(NamedTuple):
@@ -26,16 +21,7 @@ def cell(value: Any) -> Cell:
     return Cell(f"{value:g}", float(value)) if isinstance(value, float) else Cell(str(value))
 
 
-def seeds_for(have: int, half_m: float) -> str:
-    """How many seeds narrow a band of `have` seeds, which is `half_m` to either side, to ASKED_M."""
-    scatter = half_m * np.sqrt(have) / stdtrit(have - 1, 0.975)
-    many = np.arange(2, _MOST)
-    enough = many[stdtrit(many - 1, 0.975) * scatter / np.sqrt(many) <= ASKED_M]
-    number = f"about {enough[0]}" if enough.size else f"more than {_MOST}"
-    return f"Bands of ± {ASKED_M:.0f} m ask for {number} seeds"
-
-
-def study_page(
+def answer_page(
     *,
     title: str,
     said: Sequence[str],
@@ -48,10 +34,12 @@ def study_page(
     rows: Sequence[Sequence[Cell]],
     small_print: Sequence[tuple[str, str]],
     scene: str,
+    folded: str = "Words, keys and the scene",
 ) -> str:
     """One HTML file that needs no other. figures: title, PNG and caption; files: beside the page, with all figures;
-    small_print: words, and the key that they stand for or nothing; scene: as TOML."""
-    source = importlib.resources.files("seamap_rt.studies").joinpath("study.html.j2").read_text(encoding="utf-8")
+    small_print: words, and the key that they stand for or nothing; scene: as TOML, or
+    another description; folded: what it is called together with the small print."""
+    source = importlib.resources.files("seamap_rt.report").joinpath("answer.html.j2").read_text(encoding="utf-8")
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
@@ -70,4 +58,5 @@ def study_page(
         rows=[[{"text": each.text, "by": "" if each.by is None else each.by} for each in row] for row in rows],
         small_print=small_print,
         scene=scene,
+        folded=folded,
     )
