@@ -9,10 +9,12 @@ import tomllib
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from seamap_rt.cli.application import app
-from seamap_rt.io.recorded import read_header
+from seamap_rt.interferometry import echoes_from_recording
+from seamap_rt.io.recording_header import read_header
 from seamap_rt.scene import load_scene
 
 ROOT = Path(__file__).parents[1]
@@ -83,6 +85,9 @@ def test_code_runs(readme: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         path.write_text(block, encoding="utf-8")
         if "first_gate_m" in given:
             assert read_header(path).transmit == given["transmit"]
+            pulses, sea = np.arange(2000), np.ones((2000, 40), dtype=complex)
+            echoes = echoes_from_recording(sea, sea, path, time=pulses / 1e3, azimuth=0.36 * pulses % 360.0)
+            assert echoes.attrs["complete_turns"] == 2  # two arrays, time and azimuth are enough, as it says
         else:
             assert [waves.spectrum for waves in load_scene(path).sea.waves] == [
                 waves["spectrum"] for waves in given["sea"]["waves"]

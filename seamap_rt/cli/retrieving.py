@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
+from cyclopts import Parameter
 
 from ..dataset import QUALITY_FLAGS
 from ..errors import InputError
@@ -19,29 +21,41 @@ def retrieve(
     header: Path | None = None,
     name: Names | None = None,
     out: Path | None = None,
+    follow: float = 0.0,
+    wind_from: float | None = None,
+    even_if_wrong: Annotated[bool, Parameter(negative=())] = False,
     overwrite: bool = False,
     set_: Settings | None = None,
 ) -> int:
     """Heights and slopes (maps.nc) from echoes that keep the schema, or a recording. Never opens a truth file.
 
+    What the echoes say of themselves (sign of the phase, offsets, gaps, gain) is inspected first: what is surely wrong
+    is refused, what is doubtful is said in the first lines and in retrieval.html.
+
     Parameters
     ----------
     echoes
-        A Zarr store, or a recording as .npz, .h5, .hdf5 or .nc.
+        A Zarr store, or a recording as .npz, .mat, .h5, .hdf5 or .nc.
     header
         Of a recording: a TOML or JSON file that describes the radar, where the recording does not.
     name
         Of a recording: ARRAY=NAME, what it calls an array, as in lower=rx/1; as often as wanted.
     out
-        Folder for maps.nc; default beside the echoes.
+        Folder for maps.nc and retrieval.html; default beside the echoes.
+    follow
+        Go on while the echoes grow, until no new turn has come for so many seconds.
+    wind_from
+        Degrees clockwise from north from which the wind blows, to compare the echo's drift with.
+    even_if_wrong
+        Retrieve what is surely wrong as well.
     overwrite
         Replace an earlier maps.nc.
     set_
         retrieval.KEY=VALUE, as often as wanted.
     """
-    from ..interferometry import retrieve as retrieve_echoes
-    from ..io.appendable import AppendableNetCDF
-    from ..io.results_folder import clear_folder, growing, refuse_unfinished, results_folder
+    from ..io.results_folder import refuse_unfinished, results_folder, write_whole
+    from ..report.retrieved_page import RETRIEVED, retrieved_page
+    from ..session.retrieving import MAPS, retrieve_into
     from ..settings import RetrievalSettings
     from ..wavefield import sea_state
     from ..wavefield.sea_state import in_words
@@ -49,20 +63,42 @@ def retrieve(
     settings = section_of(RetrievalSettings, "retrieval", "retrieve", set_)
     if not echoes.exists():
         raise InputError(f"ECHOES = '{echoes}': no such file or folder; give the path of an echoes.zarr")
+    for option, value in (("--follow", follow), ("--wind-from", wind_from or 0.0)):
+        if not np.isfinite(value) or (option == "--follow" and value < 0.0):
+            must = "seconds, at least 0" if option == "--follow" else "degrees clockwise from north"
+            raise InputError(f"{option} = {value:g}: must be {must}; correct it")
     folder = out or echoes.parent
+    products = (MAPS, RETRIEVED)
     refuse_unfinished(echoes.parent, "ECHOES")
-    with results_folder(folder, overwrite, ("maps.nc",)):
-        recorded = _opened(echoes, header, name)
-        maps = retrieve_echoes(recorded, settings)
-        clear_folder(folder, ("maps.nc",))
-        with growing(folder, ("maps.nc",)), AppendableNetCDF(folder / "maps.nc") as file:
-            for turn in range(maps["polar"].sizes["turn"]):
-                file.append(maps.isel(turn=slice(turn, turn + 1)))
-    for line in _answered(maps):
+    with results_folder(folder, overwrite, (MAPS,)):
+        found = retrieve_into(
+            folder,
+            lambda: _opened(echoes, header, name),
+            settings,
+            products,
+            wait_s=follow,
+            wind_from_deg=wind_from,
+            even_if_wrong=even_if_wrong,
+            told=_told if follow else lambda _: None,
+        )
+        with xr.open_datatree(found.maps) as opened:
+            maps = opened.load()
+        said = [*_answered(maps), f"sea state: {in_words(sea_state(maps))}"]
+        page = retrieved_page(maps, found.findings, said, found.echoes.attrs, echoes.name)
+        write_whole(folder / RETRIEVED, page)
+    grave = {"wrong": "surely wrong", "doubtful": "doubtful"}
+    for finding in found.findings:
+        if finding.verdict in grave:
+            console.print(f"{grave[finding.verdict]}: {finding.line}")
+    for line in (*said, str(found.maps), str(folder / RETRIEVED)):
         console.print(line)
-    console.print(f"sea state: {in_words(sea_state(maps))}")
-    console.print(str(folder / "maps.nc"))
     return 0
+
+
+def _told(maps: xr.DataTree) -> None:
+    """A line for a turn that has just come."""
+    polar = maps["polar"].to_dataset()
+    console.print(f"turn {int(polar['turn'].values[-1])}: {_answered(maps)[0]}")
 
 
 def _opened(echoes: Path, header: Path | None, name: list[str] | None) -> xr.Dataset:

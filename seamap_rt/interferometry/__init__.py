@@ -30,8 +30,8 @@ Heights of adaptive are expectations: where the echo is weak they stay near mean
 the sea's. Take the wave height from `sea_state`, which allows for that.
 
 Recordings: `open_recording(file, header)` or `echoes_from_recording(lower, upper, header, time=…, azimuth=…)`.
-`seamap_rt/io/recorded.py` lists the header's keys: conjugated phases, cable delays, encoder counts, a heading sensor's
-own clock, missing pulses. A wrong sign of the phase is not detected; heights of many metres show it.
+`seamap_rt/io/recording_header.py` lists the header's keys: conjugated phases, cable delays, encoder counts, a heading
+sensor's own clock. `seamap_rt.inspection` judges what was recorded: sign of the phase, offsets, gaps, gain.
 
 Evidence: validation/README.md, "Accuracy of the maps" and "Recorded data and analytic echoes".
 """

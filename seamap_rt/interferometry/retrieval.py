@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -40,20 +40,31 @@ def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None
 
     Raises SchemaError, in one line, for echoes that do not keep the schema.
     """
+    turns = list(retrieve_turns(echoes, settings))
+    if not turns:
+        raise SchemaError("the echoes hold no complete turn; simulate or record at least one")
+    return joined(turns)
+
+
+def retrieve_turns(
+    echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None = None, after: int = -1
+) -> Iterator[xr.DataTree]:
+    """Maps of one complete turn after the other, of those whose number is greater than `after`; as `retrieve`."""
     settings = settings or RetrievalSettings()
     if not isinstance(echoes, xr.Dataset):
         echoes = open_echoes(echoes)
     check("echoes", echoes)
     echoes = checked_echoes(echoes)
-    turns = []
     numbers = echoes["turn"].values
-    for turn in np.unique(numbers[(numbers >= 0) & (numbers < float(echoes.attrs["complete_turns"]))]):
+    for turn in np.unique(numbers[(numbers > max(after, -1)) & (numbers < float(echoes.attrs["complete_turns"]))]):
         members = np.flatnonzero(numbers == turn)
         one = echoes.isel(pulse=slice(int(members[0]), int(members[-1]) + 1))
         check_maps(one, settings)
-        turns.append(_one(read_turn(one), settings))
-    if not turns:
-        raise SchemaError("the echoes hold no complete turn; simulate or record at least one")
+        yield _one(read_turn(one), settings)
+
+
+def joined(turns: Sequence[xr.DataTree]) -> xr.DataTree:
+    """Maps of several turns as one tree."""
     return xr.DataTree.from_dict(
         {
             f"/{group}": xr.concat([t[group].to_dataset() for t in turns], "turn", data_vars="minimal")
@@ -261,4 +272,13 @@ def _look_times(time: NDArray[np.float64], nominal: NDArray[np.float64]) -> NDAr
     return np.where(known.any(axis=1), total / np.maximum(known.sum(axis=1), 1), nominal)
 
 
-__all__ = ["RadarDescription", "ground_map", "open_echoes", "retrieve", "retrieve_one", "retrieve_turn"]
+__all__ = [
+    "RadarDescription",
+    "ground_map",
+    "joined",
+    "open_echoes",
+    "retrieve",
+    "retrieve_one",
+    "retrieve_turn",
+    "retrieve_turns",
+]

@@ -209,10 +209,11 @@ def test_retrieve_takes_other_settings_and_another_folder(two_turns: Made, call:
         "retrieval.estimator=single_cell",
     )
     assert answer.code == 0
-    answered, state, written = answer.out.strip().splitlines()
+    *_, answered, state, written, page = answer.out.strip().splitlines()
     assert "of the cells answered, median error bar 0." in answered
     assert state.startswith("sea state: ")
-    assert written == "coarse/maps.nc"
+    assert (written, page) == ("coarse/maps.nc", "coarse/retrieval.html")
+    assert "The radar as it is described" in Path(page).read_text(encoding="utf-8")
     with xr.open_datatree("coarse/maps.nc") as maps:
         polar = maps["polar"].to_dataset()
         assert polar.sizes["azimuth"] == 4

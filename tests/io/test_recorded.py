@@ -10,6 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+import scipy.io
 import xarray as xr
 from numpy.typing import NDArray
 
@@ -96,6 +97,11 @@ def recorded_with_the_other_sign() -> xr.Dataset:
     return echoes(lower.conj(), upper.conj(), head={"conjugate": True})
 
 
+def recorded_with_a_longer_cable_to_the_lower_antenna() -> xr.Dataset:
+    lower, upper = flat_sea(1000)
+    return echoes(lower * np.exp(1j * np.radians(50.0)), upper, head={"phase_offset_deg": 50.0})
+
+
 def recorded_by_an_encoder_from_the_bow() -> xr.Dataset:
     counts = np.rint((70.0 - clock()[1]) / 0.36) % 1000
     head = {"heading_deg": 100.0, "azimuth_from": "bow", "encoder_zero_deg": -30.0, "encoder_clockwise": False}
@@ -126,6 +132,7 @@ def recorded_on_a_pedestal() -> xr.Dataset:
     [
         recorded_as_it_is,
         recorded_with_the_other_sign,
+        recorded_with_a_longer_cable_to_the_lower_antenna,
         recorded_by_an_encoder_from_the_bow,
         recorded_with_long_cables,
         recorded_with_gates_before_the_antenna,
@@ -374,6 +381,14 @@ TIME, AZIMUTH = clock()
         ({"head": {"height_m": float("nan")}}, "height_m = nan"),
         ({"head": {"sector_deg": [90.0, 0.0]}}, "sector_deg"),
         ({"head": {"azimuth_from": "stern"}}, "azimuth_from"),
+        (
+            {"head": {"frequency_hz": 9.41}},
+            "frequency_hz = 9.41: must be 1e+08 to 1e+12, in hertz; write 9.41e+09 for 9.41 GHz",
+        ),
+        ({"head": {"frequency_hz": 9410.0}}, "write 9.41e+09 for 9410 MHz"),
+        ({"head": {"pulse_width_s": 20}}, "write 2e-08 for 20 ns"),
+        ({"head": {"bandwidth_hz": 50.0}}, "write 5e+07 for 50 MHz"),
+        ({"head": {"prf_hz": 1.0}}, "write 1000 for 1 kHz"),
     ],
 )
 def test_one_line_says_what_is_wrong(given: dict[str, Any], said: str) -> None:
@@ -405,6 +420,55 @@ def test_an_npz_with_its_header_within_or_beside_it(tmp_path: Path) -> None:
     xr.testing.assert_identical(found, open_recording(tmp_path / "within.npz"))
     (tmp_path / "other.json").write_text(json.dumps(HEADER | {"conjugate": True}))
     assert np.abs(heights(open_recording(tmp_path / "beside.npz", tmp_path / "other.json"))).min() > 0.05
+
+
+def in_matlab_73(path: Path, tree: dict[str, Any]) -> None:
+    """As MATLAB writes version 7.3: dimensions from the other end, complex numbers as records, texts as their codes."""
+
+    def put(group: h5py.Group, name: str, value: Any) -> None:
+        if isinstance(value, dict):
+            node = group.create_group(name)
+            for field, part in value.items():
+                put(node, field, part)
+            kind = "struct"
+        elif isinstance(value, str):
+            node = group.create_dataset(name, data=np.array([[ord(each)] for each in value], dtype=np.uint16))
+            kind = "char"
+        else:
+            array = np.atleast_2d(np.asarray(value))
+            kind = {"b": "logical", "c": "double"}.get(array.dtype.kind, "double")
+            if array.dtype.kind == "c":
+                record = np.empty(array.shape, dtype=[("real", "f8"), ("imag", "f8")])
+                record["real"], record["imag"] = np.real(array), np.imag(array)
+                array = record
+            node = group.create_dataset(name, data=array.astype(np.uint8).T if kind == "logical" else array.T)
+        node.attrs["MATLAB_class"] = np.bytes_(kind)
+
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, value in tree.items():
+            put(file, name, value)
+
+
+@pytest.mark.parametrize("version", ["5", "7.3"])
+def test_matlab_files_of_both_kinds_hold_the_same(tmp_path: Path, version: str) -> None:
+    path, (lower, upper) = tmp_path / "night.mat", flat_sea(1000)
+    header = HEADER | {"conjugate": True, "encoder_counts": 1000.0, "polarization": "HH", "sector_deg": [0.0, 360.0]}
+    counts = np.round(clock()[1] / 0.36)
+    tree = {"rx": {"lower": lower.conj(), "upper": upper.conj()}, "time": TIME, "azimuth": counts, "header": header}
+    if version == "5":
+        scipy.io.savemat(path, tree)
+    else:
+        in_matlab_73(path, tree)
+    assert "'upper'" in refusal(lambda: open_recording(path, names={"lower": "rx/lower"}))
+    found = open_recording(path, names={"lower": "rx/lower", "upper": "rx/upper"})
+    assert found.attrs["polarization"] == "HH"
+    assert np.abs(heights(found)).max() < FLAT
+
+
+def test_a_damaged_matlab_file_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "night.mat"
+    path.write_bytes(b"MATLAB 5.0 MAT-file" + bytes(200))
+    assert "cannot be read" in refusal(lambda: open_recording(path))
 
 
 @pytest.mark.parametrize("layout", ["complex", "parts", "pairs"])

@@ -19,7 +19,7 @@ from seamap_rt.dataset import SCHEMA
 from seamap_rt.errors import InputError, SchemaError
 from seamap_rt.interferometry import open_recording
 from seamap_rt.io.meshfile import load_mesh
-from seamap_rt.io.recorded import read_header
+from seamap_rt.io.recording_header import read_header
 from seamap_rt.mesh.sizing import triangles
 from seamap_rt.resolved_scene import masts, run_sea
 from seamap_rt.scene import Scene, load_scene

@@ -21,7 +21,8 @@ from scipy.special import gammaincinv
 
 from ...dataset import QUALITY_FLAGS, build
 from ...errors import InputError
-from ...io.recorded import Header, RecordingHeader, pairs_of, read_header, read_recording
+from ...io.recorded import pairs_of, read_recording
+from ...io.recording_header import Header, RecordingHeader, read_header
 from ...radar.pose import antenna_axes, bearing, boat_axes, scan_of_bearing
 from .turns import Turns, turns_of
 
@@ -40,8 +41,8 @@ def open_recording(
 ) -> xr.Dataset:
     """Echoes from a file of recorded voltages (io.recorded.read_recording).
 
-    path: .npz, .h5, .nc or .zarr. header: what the file does not say of the radar, as a mapping or the path of a TOML
-    file. names: of the file's arrays, by what they hold, as {"lower": "ch0"}. Raises InputError."""
+    path: .npz, .mat, .h5, .hdf5 or .nc. header: what the file does not say of the radar, as a mapping or the path of a
+    TOML file. names: of the file's arrays, by what they hold, as {"lower": "ch0"}. Raises InputError."""
     recording = read_recording(path, header, names)
     arrays: dict[str, Any] = dict(recording.arrays)
     for name in ("attitude", "position"):
@@ -188,6 +189,8 @@ def _voltages(
         voltage *= np.float32(head.voltage_scale)
     if head.conjugate:
         np.conjugate(voltage, out=voltage)
+    if head.phase_offset_deg:
+        voltage[:, 1] *= np.complex64(np.exp(1j * np.radians(head.phase_offset_deg)))
     voltage[~np.isfinite(voltage)] = np.nan
     limits = [_full_scale(real, head) for real, _ in pairs]
     if limits[0] is None or limits[1] is None:

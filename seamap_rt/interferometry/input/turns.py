@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...conventions import wrap_degrees
 from ...errors import InputError
-from ...io.recorded import RecordingHeader
+from ...io.recording_header import RecordingHeader
 
 Array = NDArray[np.float64]
 

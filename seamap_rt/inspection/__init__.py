@@ -1,0 +1,55 @@
+"""What echoes and the maps made of them say of themselves: whether the radar was as its description has it.
+
+Nothing here knows the sea. What is surely wrong (the sign of the phase, receivers that have nothing in common, waves
+that run backwards) is told from what probably is, and from what this data cannot tell.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from ..dataset import check
+from ..interferometry import retrieve
+from ..settings import RetrievalSettings
+from .finding import Finding
+from .level import Level, offsets, sign
+from .motion import motion
+from .scan import scan
+from .signal import signal
+
+_ORDER = ("wrong", "doubtful", "good", "unknown")
+
+
+def inspect(
+    echoes: xr.Dataset,
+    maps: xr.DataTree | None = None,
+    settings: RetrievalSettings | None = None,
+    wind_from_deg: float | None = None,
+) -> list[Finding]:
+    """Findings on echoes and their maps, the gravest first.
+
+    echoes: that keep the schema. maps: as `retrieve` makes them of these echoes by the same settings; made here if left
+    out. wind_from_deg: deg clockwise from north, where it is known. Voltages are judged by the first turn, all else by
+    all turns. Raises SchemaError for echoes that cannot be retrieved.
+    """
+    settings = settings or RetrievalSettings()
+    check("echoes", echoes)
+    maps = retrieve(echoes, settings) if maps is None else maps
+    polar = maps["polar"].to_dataset()
+    rows = np.flatnonzero(np.asarray(echoes["turn"].values) == int(polar["turn"].values[0]))
+    first = echoes.isel(pulse=slice(int(rows[0]), int(rows[-1]) + 1)).load()
+    level = Level.of(polar.isel(turn=[0]))
+    paths = int(polar.attrs.get("paths", 1))
+    phase = sign(first, settings, level)
+    findings = [
+        phase,  # of the wrong sign there is no level that could tell more
+        *(offsets(echoes, Level.of(polar), paths) if phase.verdict != "wrong" else []),
+        *signal(first, polar.isel(turn=[0])),
+        *scan(echoes),
+        *motion(maps, wind_from_deg),
+    ]
+    return sorted(findings, key=lambda finding: _ORDER.index(finding.verdict))
+
+
+__all__ = ["Finding", "Level", "inspect"]

@@ -1,0 +1,70 @@
+"""MATLAB files: numbers, structs and texts of versions 4 to 7 (SciPy) and 7.3 (HDF5), in the shapes that MATLAB shows.
+
+HDF5 counts dimensions from the other end, so arrays of version 7.3 are transposed. Fields of structs are reached by
+paths, as `rx/lower`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import scipy.io
+from numpy.typing import NDArray
+
+
+def read_matlab(
+    path: Path, wanted: Collection[str], read: Callable[[h5py.Dataset, str], NDArray]
+) -> tuple[list[str], dict[str, Any]]:
+    """Names of all variables, and those of `wanted` that are there: arrays, texts, and structs as dicts.
+
+    read: how an array of an HDF5 dataset is read; it may refuse one. Raises what SciPy and h5py raise for damage."""
+    if h5py.is_hdf5(path):
+        with h5py.File(path) as file:
+            held = [name for name in file if not name.startswith("#")]
+            return held, {name: _hdf5_value(file[name], name, read) for name in wanted if name in file}
+    with path.open("rb") as opened:
+        tree = scipy.io.loadmat(opened, chars_as_strings=True)
+    held = [name for name in tree if not name.startswith("__")]
+    found = {name: _at({key: tree[key] for key in held}, name.split("/")) for name in wanted}
+    return held, {name: _value(node) for name, node in found.items() if node is not None}
+
+
+def _at(node: Any, way: list[str]) -> Any:
+    """What lies at a path of structs' fields; None where there is nothing."""
+    for field in way:
+        if isinstance(node, dict):
+            node = node.get(field)
+        elif isinstance(node, np.ndarray) and node.dtype.names and field in node.dtype.names and node.size == 1:
+            node = node[field].flat[0]
+        else:
+            return None
+    return node
+
+
+def _value(node: Any) -> Any:
+    if isinstance(node, np.ndarray) and node.dtype.names and node.size == 1:
+        return {name: _value(node[name].flat[0]) for name in node.dtype.names}
+    if isinstance(node, np.ndarray) and node.dtype.kind in "US":
+        return str(node.flat[0]) if node.size else ""
+    return node
+
+
+def _hdf5_value(node: Any, name: str, read: Callable[[h5py.Dataset, str], NDArray]) -> Any:
+    if isinstance(node, h5py.Group):
+        return {field: _hdf5_value(node[field], f"{name}/{field}", read) for field in node}
+    values = read(node, name)
+    kind = node.attrs.get("MATLAB_class", b"")
+    if kind in (b"char", "char"):
+        return "".join(chr(each) for each in values.T.ravel(order="C"))
+    return values.T
+
+
+def plain_value(value: Any) -> Any:
+    """A field of a struct as a text, a number or a list of numbers."""
+    if isinstance(value, np.ndarray):
+        return value.flat[0].item() if value.size == 1 else [each.item() for each in value.ravel(order="F")]
+    return value

@@ -1,0 +1,264 @@
+"""The header of a recording: what its arrays do not say of the radar, checked for slips of the unit."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from annotated_types import Ge, Gt, Le
+from pydantic import BeforeValidator, model_validator
+
+from ..errors import InputError
+from ..settings import Meaning, Section, as_tuple
+from .plain_json import plain
+from .scenefile import read_toml, validate
+
+Header = Mapping[str, Any] | str | os.PathLike[str]
+
+# Key → the values that it can have [SI], and units in which others give it. Outside, one of them is meant.
+_USUAL: dict[str, tuple[float, float, str, dict[str, float]]] = {
+    "frequency_hz": (1e8, 1e12, "hertz", {"GHz": 1e9, "MHz": 1e6}),
+    "pulse_width_s": (0.0, 1e-2, "seconds", {"ns": 1e-9, "µs": 1e-6}),
+    "bandwidth_hz": (1e4, 1e11, "hertz", {"MHz": 1e6, "GHz": 1e9}),
+    "chirp_bandwidth_hz": (1e4, 1e11, "hertz", {"MHz": 1e6, "GHz": 1e9}),
+    "prf_hz": (5.0, 1e7, "hertz", {"kHz": 1e3}),
+}
+
+
+class RecordingHeader(Section):
+    """What the arrays of a recording do not say.
+
+    Left out, `prf_hz` and `rotation_rpm` follow from the times and azimuths, `noise_power_w` from pulses without
+    transmission or the farthest gates, and `sector_deg` is the full circle from where the recording begins.
+    `conjugate`: the recorder's time factor is exp(−jωt), its phases grow with distance. `azimuth` is in degrees, or in
+    counts of an encoder with `encoder_counts` a turn; it counts from north or from the bow. `range_offset_m` is what
+    cables and trigger add to every range, `phase_offset_deg` what they add to the lower receiver's phase over the
+    upper one's (after `conjugate`). `lever_arm_m` leads from the point whose motion the sensors measure to the
+    middle of the antennas: starboard, forward, up. `partial_turns`: of a first and a last turn that are not whole.
+    """
+
+    frequency_hz: Annotated[float, Gt(0.0), Le(1e12), Meaning("Carrier frequency.", unit="Hz", reason="a carrier")]
+    pulse_width_s: Annotated[
+        float,
+        Gt(0.0),
+        Le(1e-2),
+        Meaning("Length of the transmitted pulse.", unit="s", reason="as long as the transmitter is on"),
+    ]
+    bandwidth_hz: Annotated[
+        float,
+        Gt(0.0),
+        Le(1e11),
+        Meaning("Noise bandwidth of the receiver.", unit="Hz", reason="noise bandwidth of the receiver"),
+    ]
+    height_m: Annotated[
+        float,
+        Gt(0.0),
+        Le(1e4),
+        Meaning(
+            "Mean height of the antennas over mean sea level.", unit="m", reason="of the antennas' middle over the sea"
+        ),
+    ]
+    baseline_m: Annotated[
+        float,
+        Gt(0.0),
+        Le(100.0),
+        Meaning("Distance between the phase centres.", unit="m", reason="distance between the phase centres"),
+    ]
+    azimuth_beamwidth_deg: Annotated[
+        float,
+        Gt(0.0),
+        Le(180.0),
+        Meaning("Beam width in azimuth, one-way at −3 dB.", unit="°", reason="one-way, −3 dB"),
+    ]
+    elevation_beamwidth_deg: Annotated[
+        float,
+        Gt(0.0),
+        Le(180.0),
+        Meaning("Beam width in elevation, one-way at −3 dB.", unit="°", reason="one-way, −3 dB"),
+    ]
+    first_gate_m: Annotated[
+        float | None,
+        Ge(-1e6),
+        Le(1e6),
+        Meaning(
+            "Range of the first gate.", unit="m", reason="range of the first gate, c t/2", left_out="the array `ranges`"
+        ),
+    ] = None
+    gate_m: Annotated[
+        float | None,
+        Gt(0.0),
+        Le(1e4),
+        Meaning("Spacing of the gates.", unit="m", reason="spacing of the gates", left_out="the array `ranges`"),
+    ] = None
+    range_offset_m: Annotated[
+        float,
+        Ge(-1e6),
+        Le(1e6),
+        Meaning("What cables and trigger add to every range.", unit="m", reason="what is taken off every range"),
+    ] = 0.0
+    tilt_deg: Annotated[
+        float,
+        Ge(-60.0),
+        Le(60.0),
+        Meaning("Tilt of the antennas, top towards the look.", unit="°", reason="top towards the look"),
+    ] = 0.0
+    lever_arm_m: Annotated[tuple[float, float, float], BeforeValidator(as_tuple)] | None = None
+    heading_deg: Annotated[
+        float,
+        Ge(-360.0),
+        Le(360.0),
+        Meaning(
+            "Heading of the boat, where the recording has no attitude.", unit="°", reason="if no attitude is given"
+        ),
+    ] = 0.0
+    polarization: Literal["VV", "HH"] = "VV"
+    transmit: Literal["single", "switched"] = "single"
+    interferogram: Literal["single_pulse", "alternating_pulse"] = "single_pulse"
+    waveform: Literal["pulse", "chirp"] = "pulse"
+    chirp_bandwidth_hz: Annotated[
+        float, Ge(0.0), Le(1e11), Meaning("Bandwidth that a chirp sweeps.", unit="Hz", reason="swept by a chirp")
+    ] = 0.0
+    compression_weighting: Literal["none", "hann", "hamming", "taylor"] = "none"
+    prf_hz: Annotated[
+        float | None,
+        Gt(0.0),
+        Le(1e7),
+        Meaning("Pulse repetition frequency.", unit="Hz", reason="pulses per second", left_out="by the times"),
+    ] = None
+    rotation_rpm: Annotated[
+        float | None,
+        Gt(0.0),
+        Le(1e4),
+        Meaning(
+            "Rotation of the antenna.", unit="1/min", reason="the antenna turns clockwise", left_out="by the azimuths"
+        ),
+    ] = None
+    sector_deg: Annotated[tuple[float, float], BeforeValidator(as_tuple)] | None = None
+    noise_power_w: Annotated[
+        float | None,
+        Ge(0.0),
+        Meaning(
+            "Noise power of a gate and receiver.",
+            unit="W",
+            reason="of a gate and receiver",
+            left_out="by pulses without transmission or the farthest gates",
+        ),
+    ] = None
+    conjugate: bool = False
+    phase_offset_deg: Annotated[
+        float,
+        Ge(-360.0),
+        Le(360.0),
+        Meaning(
+            "Phase of the lower receiver over the upper one's that cables and amplifiers add.",
+            unit="°",
+            reason="what is taken off the phase between the receivers",
+        ),
+    ] = 0.0
+    voltage_scale: Annotated[
+        float, Gt(0.0), Meaning("√W of one unit of the recording.", unit="√W", reason="√W of one unit of the recording")
+    ] = 1.0
+    dc_offset: Literal["keep", "remove"] = "keep"
+    full_scale: Annotated[
+        float | None,
+        Gt(0.0),
+        Meaning(
+            "Full scale of I and Q, in the recording's units.",
+            unit="1",
+            reason="of I and Q, in the recording's units",
+            left_out="no pulse is flagged as saturated",
+        ),
+    ] = None
+    encoder_counts: Annotated[
+        int | None,
+        Ge(2),
+        Meaning(
+            "Counts of the encoder in a turn.", unit="1", reason="of a turn", left_out="the azimuths are in degrees"
+        ),
+    ] = None
+    encoder_zero_deg: Annotated[
+        float,
+        Ge(-360.0),
+        Le(360.0),
+        Meaning("Azimuth at which the encoder reads 0.", unit="°", reason="where the encoder reads 0"),
+    ] = 0.0
+    encoder_clockwise: bool = True
+    azimuth_from: Literal["north", "bow"] = "north"
+    partial_turns: Literal["drop", "keep"] = "drop"
+
+    @model_validator(mode="before")
+    @classmethod
+    def _in_its_unit(cls, given: Any) -> Any:
+        for key, (least, most, unit, others) in _USUAL.items():
+            value = given.get(key) if isinstance(given, Mapping) else None
+            if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0.0:
+                continue
+            if not least <= value <= most:
+                meant = [
+                    f"{value * factor:g} for {value:g} {name}"
+                    for name, factor in others.items()
+                    if least <= value * factor <= most
+                ]
+                remedy = f"write {' or '.join(meant)}" if meant else "correct it"
+                raise ValueError(f"{key} = {value:g}: must be {least:g} to {most:g}, in {unit}; {remedy}")
+        return given
+
+    @model_validator(mode="after")
+    def _hangs_together(self) -> Self:
+        if (self.first_gate_m is None) != (self.gate_m is None):
+            raise ValueError("give first_gate_m and gate_m together, or neither and the array ranges")
+        if self.waveform == "chirp" and not self.chirp_bandwidth_hz:
+            raise ValueError("chirp_bandwidth_hz = 0: must be greater than 0 with waveform = 'chirp'; give the sweep")
+        for name in ("sector_deg", "lever_arm_m"):
+            if not all(math.isfinite(each) for each in getattr(self, name) or ()):
+                raise ValueError(f"{name} = {list(getattr(self, name))}: must be finite; correct it")
+        if self.sector_deg is not None and not 0.0 < self.sector_deg[1] - self.sector_deg[0] <= 360.0:
+            raise ValueError(
+                f"sector_deg = {list(self.sector_deg)}: must run clockwise by at most 360; give start, stop with "
+                "start < stop, as [350, 370]"
+            )
+        return self
+
+
+def read_header(header: Header | RecordingHeader) -> RecordingHeader:
+    """A header from a dict, a TOML or a JSON file. Raises InputError."""
+    if isinstance(header, RecordingHeader):
+        return header
+    if isinstance(header, Mapping):
+        return validate(RecordingHeader, {str(key): as_in_toml(value) for key, value in header.items()})
+    if not isinstance(header, str | os.PathLike):
+        raise InputError(f"header = {header!r}: must be a dict, or the path of a TOML or JSON file; give one of these")
+    tree = _json(Path(header)) if Path(header).suffix == ".json" else read_toml(header)
+    return validated(str(header), tree)
+
+
+def validated(source: str, tree: Mapping[str, Any]) -> RecordingHeader:
+    try:
+        return validate(RecordingHeader, tree)
+    except InputError as error:
+        raise InputError(f"{source}: header: {error}") from None
+
+
+def _json(path: Path) -> Mapping[str, Any]:
+    try:
+        tree = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; give the path of a header") from None
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not JSON ({error}); mend the header") from None
+    return header_object(tree, str(path))
+
+
+def header_object(tree: Any, what: str) -> dict[str, Any]:
+    if not isinstance(tree, dict):
+        raise InputError(f"{what}: is a {type(tree).__name__}: must be an object of keys and values; write it so")
+    return tree
+
+
+def as_in_toml(value: Any) -> Any:
+    """An attribute of a recording, numpy's or bytes, as TOML would give it."""
+    return value.decode() if isinstance(value, bytes) else plain(value)
