@@ -17,6 +17,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from . import analytic, echoes, prediction, scattering, sea, studies
+    from .design_outlook import outlook
     from .errors import InputError, NoBackend
     from .gauges import gauge_series
     from .interferometry import echoes_from_recording, open_recording, retrieve
@@ -41,6 +42,7 @@ _HOMES = {
     "iterate": "session",
     "load_scene": "scene",
     "open_recording": "interferometry",
+    "outlook": "design_outlook",
     "quiet_windows": "prediction",
     "reconstruct": "prediction",
     "retrieve": "interferometry",
@@ -66,6 +68,7 @@ __all__ = [
     "iterate",
     "load_scene",
     "open_recording",
+    "outlook",
     "prediction",
     "quiet_windows",
     "reconstruct",

@@ -1,0 +1,157 @@
+"""The error that a height of a cell is expected to have, and what the cell then scores.
+
+A dwell's height has the variance of the noise and of speckle, which is large where the echo has faded. Dwells and
+gates around a cell are averaged as far as they help, which is Wiener's filter of a sea of known spectrum S: with n the
+noise's density, T what the pulse and the beam leave of a wave and C the cell's mean, ∫ C² S n/(S T² + n) d²k is left.
+The retrieval averages over a few metres at most: of perfect agreement among all dwells there, 1/(1/σ² + their inverse
+variances) is left, and the larger of both is taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import erf, erfc
+
+from .design import Design
+from .strips import LOOKS, Waves, azimuths, directions
+
+Array = NDArray[np.float64]
+
+_FADES, _WEIGHTS = np.polynomial.laguerre.laggauss(8)  # powers of one sample of speckle, of mean 1
+_BANDS = 24  # of wavenumber, in the filter's integral
+_NODES, _LEVELS = 12, 10  # ranges and noise densities at which it is taken, and interpolated
+_BRIGHT_SPOTS = 0.21  # of the variance along a pulse, what is left when its bright spots are known (Gaussian pulse)
+_GATES, _ACROSS_M, _MOST_LOOKS = 4, 6.5, 3  # to either side of a cell: the neighbours that it is found from
+_ODDS, _STRAY = np.log(20.0), 0.42**2  # for a cycle to count as sure; m², by which the retrieval lets the sea stray
+_NEIGHBOURHOOD = 3.0  # m, mean distance of a cell from the neighbours that settle its cycle
+_SIZES = 5.0  # of the sea's standard deviation: within half an ambiguity they need no neighbours
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Of the sea as it lies, S(k) = S(−k), seen along half of the looks: the other half sees the same.
+
+    wavenumber (k, 1) [rad/m]; along, across (sector,): of a wave against the look; variance (look, k, sector) [m²] of
+    each part; density [m⁴] there.
+    """
+
+    wavenumber: Array
+    along: Array
+    across: Array
+    variance: Array
+    density: Array
+
+    @classmethod
+    def of(cls, waves: Waves) -> Spectrum:
+        edges = np.arange(0, waves.wavenumber.size, waves.wavenumber.size // _BANDS)
+        power = np.add.reduceat(waves.variance, edges, axis=0)
+        half = directions().size // 2
+        both = np.tile(power[:, :half] + power[:, half:], 2)
+        side = np.sqrt(waves.wavenumber[1] / waves.wavenumber[0])
+        low = waves.wavenumber[edges] / side
+        high = np.append(low[1:], waves.wavenumber[-1] * side)
+        area = 2.0 * np.pi / directions().size * 0.5 * (high**2 - low**2)
+        looks = azimuths()[: LOOKS // 2]
+        turned = np.radians(directions()[:half] - looks[0])
+        step = directions().size // LOOKS
+        variance = np.stack([both[:, step * n : step * n + half] for n in range(looks.size)])
+        density = 0.5 * variance / area[:, None]
+        return cls(np.sqrt(low * high)[:, None], np.cos(turned), np.sin(turned), variance, density)
+
+    def kept(self, along: float, across: float) -> Array:
+        """Share (k, sector) of each wave's amplitude in means over an area of these standard deviations [m]."""
+        return np.exp(
+            -0.5 * ((self.wavenumber * self.along * along) ** 2 + (self.wavenumber * self.across * across) ** 2)
+        )
+
+    def left(self, design: Design, distance: float, noise: Array) -> Array:
+        """Error variance [m²] (look, noise) of cells at that distance [m], for noise densities [m⁴]."""
+        transfer = self.kept(design.pulse, design.beam * distance) ** 2
+        sides = self.wavenumber * self.along * design.cell_m, self.wavenumber * self.across * design.cell_rad * distance
+        mean = (np.sinc(sides[0] / (2.0 * np.pi)) * np.sinc(sides[1] / (2.0 * np.pi))) ** 2 * self.variance
+        level = noise[:, None, None, None]
+        return np.sum(mean * level / (self.density * transfer + level), axis=(2, 3)).T
+
+    def within(self, design: Design, distance: float) -> tuple[float, float]:
+        """Variance [m²] of heights within a dwell's area: what varies across it, and along it."""
+        variance = self.variance.mean(axis=0)
+        along = self.kept(design.pulse, 0.0) ** 2
+        both = along * self.kept(0.0, design.beam * distance) ** 2
+        return float(np.sum(variance * (along - both))), float(np.sum(variance * (1.0 - along)))
+
+
+def information(design: Design, spectrum: Spectrum, snr: Array) -> Array:
+    """Inverse variance per ground [1/m⁴] of the heights of dwells, the mean over their fading; snr (…, gate) of one
+    pulse."""
+    ground = design.ground
+    nodes = _nodes(ground.size)
+    across, along = np.array([spectrum.within(design, float(each)) for each in ground[nodes]]).T
+    rough = np.interp(ground, ground[nodes], across)
+    # Even a flat sea's phase turns within a pulse: by its length along the range, height differs by its tangent.
+    tilted = np.interp(ground, ground[nodes], along) + (design.pulse * design.height / ground) ** 2
+    speckle = design.doubt * (rough + _BRIGHT_SPOTS * tilted) / design.speckle
+    total = np.zeros(snr.shape)
+    for fade, weight in zip(_FADES, _WEIGHTS, strict=True):
+        ratio = 1.0 / np.maximum(fade * snr, 1e-6)
+        noise = design.gain**2 * (2.0 * ratio + design.beat * ratio**2) / (2.0 * design.pulses)
+        total += weight / (noise + speckle / fade)
+    return total / (design.depth * design.width * ground)
+
+
+def error_variance(design: Design, spectrum: Spectrum, known: Array, sea: float) -> Array:
+    """Error variance [m²] (look, gate) of cells of which `known` is what is known around them, by `information`.
+
+    sea: variance of the sea, m². Looks that follow one another by LOOKS/2 see the same spectrum.
+    """
+    ground = design.ground
+    most = 100.0 * float(spectrum.density.max(initial=0.0)) + 1e-12
+    noise = np.minimum(1.0 / np.maximum(4.0 * np.pi**2 * known, 1e-30), most)
+    nodes = _nodes(ground.size)
+    levels = np.geomspace(0.99 * noise.min(), 1.01 * noise.max(), _LEVELS)
+    tables = np.stack([spectrum.left(design, float(ground[n]), levels) for n in nodes])  # (node, look, level)
+    tables = np.log(np.maximum(tables, 1e-12))
+    place = np.interp(np.arange(ground.size), nodes, np.arange(nodes.size))
+    node = np.minimum(place.astype(int), max(nodes.size - 2, 0))
+    by_range = place - node
+    at = np.interp(np.log(noise), np.log(levels), np.arange(_LEVELS))
+    level = np.minimum(at.astype(int), _LEVELS - 2)
+    by_noise = at - level
+    look = (np.arange(noise.shape[0]) % tables.shape[1])[:, None]
+    beyond = np.minimum(node + 1, nodes.size - 1)
+
+    def along_noise(n: NDArray[np.intp]) -> Array:
+        return tables[n, look, level] * (1.0 - by_noise) + tables[n, look, level + 1] * by_noise
+
+    filtered = np.exp(along_noise(node) * (1.0 - by_range) + along_noise(beyond) * by_range)
+    looks = np.clip(np.round(_ACROSS_M / (ground * design.width)), 1, _MOST_LOOKS)
+    area = 2.0 * _GATES * design.spacing * (2.0 * looks + 1.0) * ground * design.width
+    return np.maximum(filtered, 1.0 / (1.0 / max(sea, 1e-12) + known * area))
+
+
+def ambiguous_share(design: Design, sea: float, slope_variance: float) -> Array:
+    """Share (gate,) of cells whose phase may lie on another cycle, as the retrieval judges that from their neighbours.
+
+    sea: variance [m²]; slope_variance: of the surface in one direction.
+    """
+    step = design.wavelength * design.ranges / (design.coarse * design.baseline)
+    allowed = 0.5 - _ODDS * _STRAY / step**2
+    stray = _NEIGHBOURHOOD * np.sqrt(slope_variance) / step
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(allowed > 0.0, erfc(np.maximum(allowed, 0.0) / (np.sqrt(2.0) * stray)), 1.0)
+    if design.coarse == design.paths:  # else neighbours are followed by one way's phases, which turn half as fast
+        share = np.where(design.turn(design.paths) > 1.0, 1.0, share)
+    return np.where(0.5 * step < _SIZES * np.sqrt(sea), share, 0.0)
+
+
+def score(variance: Array, sea: float) -> Array:
+    """Mean of 1 − min(e², σ²)/σ² over Gaussian errors e of that variance [m²]; sea: σ² [m²]."""
+    ratio = np.sqrt(sea / np.maximum(variance, 1e-12 * sea))
+    inside = erf(ratio / np.sqrt(2.0)) * (1.0 - ratio**-2.0)
+    return np.clip(inside + np.sqrt(2.0 / np.pi) * np.exp(-0.5 * ratio**2) / ratio, 0.0, 1.0)
+
+
+def _nodes(count: int) -> NDArray[np.intp]:
+    return np.unique(np.linspace(0, count - 1, _NODES).round().astype(np.intp))

@@ -1,0 +1,169 @@
+"""What a design is likely to see, at once: strips of random sea, an exact horizon, the link budget, expected errors."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+from scipy.special import gammaincc
+
+from ..conventions import db, from_db
+from ..errors import InputError
+from ..measured import LEVEL, Rings
+from ..radar import link
+from ..radar.array import as_it_looks
+from ..scene import Scene, SceneLike, as_scene
+from ..settings.sea import DEFAULT_RESOLUTION_M
+from .design import Design
+from .echo import calibrated, echo_by_grazing, snr_of_unity
+from .error import Spectrum, ambiguous_share, error_variance, information, score
+from .sight import STARTS, Sight, sight
+from .strips import LOOKS, ROW_M, ROWS, strips, waves_of
+
+Array = NDArray[np.float64]
+
+_CENTRES = np.arange(0, ROWS, 4)  # rows in whose middle cells are taken
+_AROUND_M = 9.0  # along the look: what a cell's height is found from
+_SMOOTH_M = 25.0  # of ranges over which few cells' scatter is averaged
+_HALF = 0.5  # of a cell in sight, for it to count
+
+_VARIABLES = {
+    "visible_fraction": ("1", "share of the sea's horizontal area that both antennas see"),
+    "seen_fraction": ("1", "share of the cells that are more than half visible"),
+    "answered_fraction": ("1", "share of these that get a sure height"),
+    "height_error": ("m", "rms error of these heights"),
+    "quality": ("1", "mean score of all cells: 1 is a perfect height, 0 none or one no better"),
+    "snr_db": ("dB", "signal-to-noise ratio of one pulse, mean over the sea, shadows counted as 0"),
+}
+
+
+def outlook(scene: SceneLike) -> xr.Dataset:
+    """What a radar is likely to measure of a scene's sea, without simulating it: some tens of milliseconds.
+
+    A Dataset over `range` (slant, m) with `visible_fraction`, `seen_fraction`, `answered_fraction`, `height_error` [m],
+    `quality` and `snr_db`; attributes `fully_measured_radius_m`, `reach_m`, `reach_to_the_end` (as in a run's
+    metrics; None without waves) and `left_out`. The same random strips of sea serve every scene, so that designs
+    compare on the same waves. A model, not a simulation: README and validation say how far the two are apart.
+    Raises InputError for a radar without a baseline or a window that holds no sea.
+    """
+    scene = as_scene(scene)
+    radar, settings = as_it_looks(scene.radar), scene.resolved_retrieval
+    design = Design.of(radar, settings, scene.scattering.decorrelation_time_s)
+    if design.baseline <= 0.0:
+        raise InputError("radar.baseline_m = 0: must be greater than 0, or a phase says nothing of heights; raise it")
+    if design.ranges.size < 2:
+        raise InputError(
+            f"radar.range_m = {list(radar.range_m)}: must reach beyond radar.height_m = {radar.height_m:g}, where the "
+            "sea begins; widen it"
+        )
+    limit = np.pi / float(scene.sea.resolution_m or DEFAULT_RESOLUTION_M)
+    waves = waves_of(scene.sea, limit)
+    sea, slope = waves.elevation_variance, waves.slope_variance
+    surface = strips(waves, design.ranges[-1] + design.cell_m, 2.0 * np.pi / limit)
+    looks = np.tile(surface.azimuth, STARTS)
+    edges = (
+        _at_ground(design.ranges - 0.5 * design.cell_m, radar.height_m),
+        _at_ground(design.ranges + 0.5 * design.cell_m, radar.height_m),
+    )
+    table = echo_by_grazing(scene.scattering, radar.frequency_hz, limit, np.sqrt(slope), surface.azimuth)
+    seen = sight(surface, radar.height_m - 0.5 * design.baseline, edges, table)
+    nrcs = calibrated(scene.scattering, radar.frequency_hz, seen.echo, link.grazing_angle(radar, design.ranges), looks)
+    cell, dwell, window = (_across(width) for width in _widths(design))
+    unity = snr_of_unity(radar, design.ranges)
+    visible, snr = _rows(seen.visible, cell), _rows(nrcs, dwell) * unity
+    inside = np.flatnonzero(_in_sector(looks, radar.sector_deg))
+    counts = visible > _HALF
+    heard = _heard(design, _rows(nrcs, window) * unity, settings.min_snr_db)
+    spectrum = Spectrum.of(waves)
+    known = (information(design, spectrum, snr) * heard).mean(axis=1)
+    known = uniform_filter1d(known, max(1, round(_AROUND_M / design.spacing)), axis=1)
+    error = error_variance(design, spectrum, known, sea)[:, None] + _hidden(design, seen, cell, visible, counts)
+    sure = heard * (1.0 - ambiguous_share(design, sea, slope)) * counts
+    visible, snr, counts, sure, error = visible[inside], snr[inside], counts[inside], sure[inside], error[inside]
+    quality = np.mean(sure * score(error, sea), axis=(0, 1)) if sea > 0.0 else np.full(design.ranges.size, np.nan)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        profile = (
+            visible.mean(axis=(0, 1)),
+            counts.mean(axis=(0, 1)),
+            sure.sum(axis=(0, 1)) / counts.sum(axis=(0, 1)),
+            np.sqrt((sure * error).sum(axis=(0, 1)) / sure.sum(axis=(0, 1))),
+            quality,
+            db(np.maximum(snr.mean(axis=(0, 1)), 1e-30)),
+        )
+    return _dataset(design.ranges, profile, quality, _left_out(scene))
+
+
+def _dataset(ranges: Array, profile: tuple[Array, ...], quality: Array, left_out: str) -> xr.Dataset:
+    """profile: (gate,) each, as _VARIABLES has them."""
+    even, none = np.ones(ranges.size), np.zeros(ranges.size)
+    figures = Rings(ranges, quality, even, even, none).figures
+    names = "fully_measured_radius_m", "reach_m", "reach_to_the_end"
+    return xr.Dataset(
+        {
+            name: ("range", values, {"units": units, "long_name": words})
+            for (name, (units, words)), values in zip(_VARIABLES.items(), profile, strict=True)
+        },
+        {"range": ("range", ranges, {"units": "m", "long_name": "slant range"})},
+        {**{name: figures[name] for name in names}, "reach_level": LEVEL, "left_out": left_out},
+    )
+
+
+def _left_out(scene: Scene) -> str:
+    """What of this scene the outlook does not know."""
+    left = {
+        "objects and the boat's own structure": bool(scene.objects),
+        "the boat's motion": scene.platform.motion != "fixed",
+        "sharper crests": scene.sea.model == "choppy",
+        "diffraction": scene.tracing.diffraction != "none",
+    }
+    return ", ".join(name for name, is_there in left.items() if is_there)
+
+
+def _in_sector(looks: Array, sector_deg: tuple[float, float]) -> NDArray[np.bool_]:
+    """Of looks [deg] those within the sector, or less than half a step beside it."""
+    start, stop = sector_deg
+    beside = 180.0 / LOOKS
+    return (looks - start + beside) % 360.0 <= min(360.0, stop - start + 2.0 * beside)
+
+
+def _at_ground(slant: Array, height: float) -> Array:
+    return np.sqrt(np.maximum(slant**2 - height**2, 0.0))
+
+
+def _widths(design: Design) -> tuple[Array, Array, Array]:
+    """Standard deviations [m] (gate,) across the look of a cell, a dwell's echo and the window that decides."""
+    ground = design.ground
+    window = np.hypot(design.beam, design.window_rad / np.sqrt(12.0))
+    return design.cell_rad / np.sqrt(12.0) * ground, design.beam * ground, window * ground
+
+
+def _across(std: Array) -> Array:
+    """Weights (centre, row, gate) of means across the look, of a standard deviation [m] (gate,)."""
+    apart = np.arange(ROWS)[None] - _CENTRES[:, None]
+    offset = ROW_M * ((apart + ROWS // 2) % ROWS - ROWS // 2)[..., None]
+    weight = np.exp(-0.5 * (offset / np.maximum(std, 0.3 * ROW_M)) ** 2)
+    return weight / weight.sum(axis=1, keepdims=True)
+
+
+def _rows(field: NDArray[np.float32], weight: Array) -> Array:
+    """(look, centre, gate) means over rows."""
+    return np.einsum("lrg,crg->lcg", field, weight.astype(np.float32), optimize=True).astype(np.float64)
+
+
+def _heard(design: Design, snr: Array, least_db: float) -> Array:
+    """Chance (look, centre, gate) that a window's power, which fades by its speckle, stands over the threshold."""
+    mean = uniform_filter1d(snr, max(1, round(design.window_m / design.spacing)), axis=2)
+    levels = np.linspace(-30.0, 30.0, 241)  # dB of the mean over the threshold: between them a line is good to 1e-4
+    chance = gammaincc(design.window, design.window / from_db(levels))
+    return np.interp(db(np.maximum(mean, 1e-12)) - least_db, levels, chance)
+
+
+def _hidden(design: Design, seen: Sight, cell: Array, visible: Array, counts: NDArray[np.bool_]) -> Array:
+    """Variance [m²] (gate,) of what is seen of cells over their mean height, about its own mean."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        excess = np.where(counts, _rows(seen.lit_height, cell) / visible - _rows(seen.height, cell), 0.0)
+    number = np.maximum(counts.sum(axis=(0, 1)), 1)
+    mean = excess.sum(axis=(0, 1)) / number
+    square = (excess**2).sum(axis=(0, 1)) / number
+    return uniform_filter1d(np.maximum(square - mean**2, 0.0), max(1, round(_SMOOTH_M / design.spacing)))

@@ -1,0 +1,172 @@
+"""The outlook: strips of the scene's sea, light and echo of closed forms, errors of a filter."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import seamap_rt as sr
+from seamap_rt.analytic import sinusoid_shadowed_fraction
+from seamap_rt.design_outlook.design import Design
+from seamap_rt.design_outlook.error import Spectrum, ambiguous_share, error_variance, information, score
+from seamap_rt.design_outlook.sight import TABLE, sight
+from seamap_rt.design_outlook.strips import LOOKS, Waves, azimuths, directions, strips, waves_of
+from seamap_rt.products.link import link_budget
+from seamap_rt.scene import Scene
+
+CHOPPY = "choppy_sea"
+
+
+def scene(**keys: Any) -> Scene:
+    return sr.load_scene(CHOPPY, overrides={key.replace("__", "."): value for key, value in keys.items()})
+
+
+def design(**keys: Any) -> Design:
+    made = scene(**keys)
+    return Design.of(made.radar, made.resolved_retrieval, made.scattering.decorrelation_time_s)
+
+
+def one_wave(length: float, height: float, azimuth_deg: float) -> Waves:
+    k = np.geomspace(1e-3, 4.0, 240)
+    variance = np.zeros((k.size, directions().size))
+    variance[np.abs(k - 2.0 * np.pi / length).argmin(), np.abs(directions() - azimuth_deg).argmin()] = height**2 / 8.0
+    return Waves(k, variance)
+
+
+def test_strips_have_the_variance_and_the_slopes_of_the_sea_along_each_look() -> None:
+    settings = scene().sea
+    resolved = sr.sea.realize(settings, seed=1).resolved
+    waves = waves_of(settings, resolved.wavenumber_limit)
+    assert waves.elevation_variance == pytest.approx(resolved.variance, rel=2e-3)  # 240 wavenumbers
+    assert waves.slope_variance == pytest.approx(resolved.look_slope_variance, rel=1e-2)
+    made = strips(waves, 400.0, 1.6)
+    assert made.height.var() == pytest.approx(resolved.variance, rel=1e-2)
+    # Chords of 0.5 m lose the share (k 0.5)²/24·2 of the shortest waves' slopes: 4 % of the sea's in all.
+    slope = (np.diff(made.height, axis=2) / made.step).var(axis=(1, 2))
+    east, north = np.sin(np.radians(made.azimuth)), np.cos(np.radians(made.azimuth))
+    expected = (east * resolved.slope_std_east) ** 2 + (north * resolved.slope_std_north) ** 2
+    np.testing.assert_allclose(slope, expected, rtol=0.12)  # of one strip: some forty long waves
+    assert slope.mean() == pytest.approx(expected.mean(), rel=0.06)
+
+
+@pytest.mark.parametrize("grazing_over_slope", [0.1, 0.5, 0.9])
+def test_shadows_of_a_regular_wave_are_those_of_the_closed_form(grazing_over_slope: float) -> None:
+    look = float(azimuths()[0])
+    made = strips(one_wave(32.0, 1.0, look), 800.0, 1.6)
+    length = made.distance.size * made.step / round(made.distance.size * made.step / 32.0)
+    steepness = np.pi / length  # of 1 m height
+    middle = 800.0 - length
+    eye = grazing_over_slope * steepness * middle
+    whole = np.array([middle - length]), np.array([middle + length])
+    seen = sight(made, eye, whole, np.ones((LOOKS, TABLE)))
+    # The mast is 25 wavelengths away: grazing changes by 1/25 to either side of the two waves' middle.
+    share = seen.visible[0::LOOKS].mean()
+    assert share == pytest.approx(1.0 - sinusoid_shadowed_fraction(grazing_over_slope), abs=0.03)
+
+
+def test_the_echo_is_that_of_the_link_budget() -> None:
+    made = scene(scattering__wind_speed_m_s=7.0)
+    found = sr.outlook(made)
+    ranges = np.array([60.0, 120.0, 200.0, 300.0])
+    budget = link_budget(made, ranges).budgets[1]
+    snr = [float(found["snr_db"].sel(range=slice(r - 15.0, r + 15.0)).mean()) for r in ranges]
+    # Means of 30 m over 48 lines of sight: 0.3 dB of scatter, and the calibration is a smooth curve.
+    np.testing.assert_allclose(snr, 10.0 * np.log10(budget.snr[0]), atol=1.0)
+
+
+def test_a_score_is_the_mean_over_gaussian_errors() -> None:
+    errors = np.random.default_rng(1).standard_normal(400_000)
+    for std in (0.05, 0.5, 1.0, 3.0):
+        drawn = 1.0 - np.minimum((std * errors) ** 2, 4.0) / 4.0
+        assert float(score(np.array(std**2), 4.0)) == pytest.approx(drawn.mean(), abs=3.0 * drawn.std() / 632.0 + 1e-9)
+
+
+def test_errors_run_from_those_of_no_noise_to_the_whole_sea() -> None:
+    radar = design()
+    waves = waves_of(scene().sea, np.pi / 0.8)
+    spectrum, sea = Spectrum.of(waves), waves.elevation_variance
+    assert spectrum.variance.sum(axis=(1, 2)) == pytest.approx(sea, rel=1e-9)
+    shape = (LOOKS, radar.ranges.size)
+    everything, nothing = (error_variance(radar, spectrum, np.full(shape, each), sea) for each in (1e9, 1e-9))
+    assert everything.max() < 0.02 * sea
+    # Of nothing known the mean over a cell is left: it lacks what the cell averages out, most where it is wide.
+    assert np.all(nothing <= sea)
+    near = radar.ranges < 100.0
+    assert nothing[:, near].min() > 0.93 * sea
+    some = [error_variance(radar, spectrum, np.full(shape, each), sea).mean() for each in (0.1, 1.0, 10.0)]
+    assert some[0] > some[1] > some[2]
+
+
+def test_a_weak_dwell_is_as_good_as_the_bound_of_its_phase() -> None:
+    """Where noise is all: Cramér and Rao's bound of the pulses, over the ground that a dwell covers."""
+    radar = design(radar__transmit="single", scattering__decorrelation_time_s=0.05)
+    flat = Spectrum.of(Waves(np.geomspace(1e-3, 4.0, 240), np.zeros((240, directions().size))))
+    far = radar.ranges > 390.0  # where the phase turns least within a pulse
+    snr = np.full((1, radar.ranges.size), 1e-2)  # so weak that noise is all
+    found = information(radar, flat, snr)[0, far] * radar.depth * radar.width * radar.ground[far]
+    bound = radar.gain[far] ** 2 / (2.0 * radar.pulses) / 1e-4
+    # Of fading speckle the mean of p² counts, 2, where noise beats with itself; each p lowers it by 2 p snr.
+    np.testing.assert_allclose(found * bound, 2.0, rtol=0.08)
+
+
+def test_cycles_are_sure_far_out_and_of_short_baselines_alone() -> None:
+    short, long = design(radar__baseline_m=0.1), design(radar__baseline_m=1.8, radar__transmit="single")
+    assert ambiguous_share(short, 0.1, 0.006)[short.ranges > 60.0].max() == 0.0
+    assert ambiguous_share(long, 0.1, 0.006)[long.ranges < 30.0].min() == 1.0
+
+
+def test_more_power_and_less_noise_measure_more() -> None:
+    radii = [
+        sr.outlook(scene(radar__transmit_power_w=power)).attrs["fully_measured_radius_m"] for power in (0.1, 1, 10)
+    ]
+    assert radii[0] < radii[1] < radii[2]
+    taller = [sr.outlook(scene(radar__height_m=height))["visible_fraction"].mean() for height in (3.0, 6.0, 12.0)]
+    assert taller[0] < taller[1] < taller[2]
+
+
+def test_a_flat_sea_is_all_seen_and_has_no_radius() -> None:
+    found = sr.outlook("flat")
+    assert found["visible_fraction"].min() == pytest.approx(1.0, abs=1e-6)
+    assert found.attrs["fully_measured_radius_m"] is None
+
+
+def test_a_sector_counts_its_own_looks() -> None:
+    up, across = (
+        float(sr.outlook(scene(radar__sector_deg=sector))["visible_fraction"].mean())
+        for sector in ([250.0, 290.0], [340.0, 380.0])
+    )
+    assert up < across - 0.03  # waves from 270° hide more along their way than across it
+
+
+def test_it_says_what_it_does_not_know() -> None:
+    assert sr.outlook("harbour").attrs["left_out"] == "objects and the boat's own structure"
+    assert sr.outlook(CHOPPY).attrs["left_out"] == ""
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"radar.baseline_m": 0.0}, "radar.baseline_m = 0"),
+        ({"radar.height_m": 60.0, "radar.range_m": [15.0, 60.0]}, "radar.range_m"),
+    ],
+)
+def test_what_measures_nothing_is_refused_in_one_line(keys: dict[str, Any], said: str) -> None:
+    with pytest.raises(sr.InputError) as raised:
+        sr.outlook(sr.load_scene(CHOPPY, overrides=keys))
+    assert said in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+def test_a_run_measures_as_much_as_the_outlook_says() -> None:
+    """Of a design that nothing was looked at with: 8 %, thrice the rms over random designs (validation)."""
+    made = sr.load_scene("tiny", overrides={"tracing.tracer": "horizon", "radar.height_m": 7.0, "seed": 5})
+    turn = next(iter(sr.iterate(made)))
+    assert turn.maps is not None
+    from seamap_rt.measured import Rings
+
+    polar, truth = turn.maps["polar"].to_dataset(), turn.truth["polar"].to_dataset()
+    sigma = float(np.sqrt(waves_of(made.sea, np.pi / float(made.sea.resolution_m or 0.8)).elevation_variance))
+    radius = Rings.of(polar, truth, sigma).fully_measured_radius
+    assert sr.outlook(made).attrs["fully_measured_radius_m"] == pytest.approx(radius, rel=0.08)
