@@ -72,6 +72,35 @@ def _metres(text: str) -> list[float]:
 
 
 @app.command
+def outlook(scene: str, *, vary: Varied | None = None, set_: Settings | None = None) -> int:
+    """What a scene's radar is likely to measure, at once: a model, not a simulation.
+
+    Parameters
+    ----------
+    scene
+        Path of a scene file, or the name of a shipped scene.
+    vary
+        KEY=START:STOP:STEP or KEY=VALUE,VALUE,… for a line a design, and what a trade would choose of them.
+    set_
+        KEY=VALUE, any key of the scene file.
+    """
+    loaded = scene_of(scene, set_)
+    from ..design_outlook import outlook as outlook_of
+    from ..design_outlook.words import outlook_rows
+    from ..studies.outlooks import outlook_lines, outlook_table, outlooks
+    from ..studies.vary import parse_varies
+
+    if vary:
+        found = outlooks(loaded, parse_varies(vary))
+        lines = [*outlook_table(found), *outlook_lines(found)]
+    else:
+        lines = list(outlook_rows(outlook_of(loaded)))
+    for line in lines:
+        console.print(line)
+    return 0
+
+
+@app.command
 def trade(
     scene: str,
     *,

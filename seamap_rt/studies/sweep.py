@@ -26,6 +26,7 @@ from ..io.results_folder import clear_folder, remove_hidden, results_folder, wri
 from ..io.scenefile import apply_overrides
 from ..report import style
 from ..scene import Scene
+from .outlooks import outlook_columns
 from .point import MANIFEST, POINTS, Outcome, Task, ended, keep, kept
 from .trade_figures import draw_trade
 from .trade_page import trade_page
@@ -163,7 +164,17 @@ class Sweep:
     def table(self, criterion: Criterion) -> xr.Dataset:
         """The results so far over the varied keys and seeds."""
         about = {"title": f"{self.scene.name}: {' × '.join(self.vary)}", "scene": self.scene.to_toml()}
-        return trade_table(self.vary, self.seeds, self.outcomes(), criterion, about)
+        table = trade_table(self.vary, self.seeds, self.outcomes(), criterion, about)
+        return table.merge(outlook_columns(self.vary, self._one_seed, table["range"].values), join="left")
+
+    @cached_property
+    def _one_seed(self) -> dict[tuple[int, ...], Scene | InputError]:
+        """The scene of each design, by its place in the grid without the seeds."""
+        return {
+            point.index[:-1]: scene
+            for point, scene in zip(self.points, self.scenes, strict=True)
+            if point.index[-1] == 0
+        }
 
     def write(self, table: xr.Dataset) -> None:
         """The table and its figure, as files."""

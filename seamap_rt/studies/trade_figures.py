@@ -104,6 +104,8 @@ def _curves(axes: Axes, panel: xr.Dataset, name: str, chosen: Layout) -> None:
         axes.plot(x, band["mean"], color=colour, marker="o", markersize=3.0, label=label)
         if int(band["seeds"].max()) >= 3:
             axes.fill_between(x, band["low"], band["high"], color=colour, alpha=0.15, linewidth=0.0)
+        if f"outlook_{name}" in member:
+            axes.plot(x, member[f"outlook_{name}"], ":", color=colour, linewidth=1.0)
         if name == "reach_m":
             open_end = member["reach_to_the_end"].max("seed") > 0.0
             axes.plot(x[open_end], band["mean"].values[open_end], "^", color=colour, markersize=6.0, fillstyle="none")
@@ -186,13 +188,19 @@ def _foot(figure: Figure, table: xr.Dataset) -> None:
     band = "; dots: each seed; band: 95 % confidence of the mean" if seeds >= 3 else "; dots: each seed"
     lost = f" {absent} of {table['status'].size} points have no result." if absent else ""
     open_end = " ▵: up to the end of the range window." if (table["reach_to_the_end"] > 0.0).any() else ""
+    at_once = " Dotted: the outlook, a model without simulation." if "outlook_reach_m" in table else ""
     text = (
         "Fully measured radius: of a disc that holds as much as is measured, by the score of all cells, from 1 "
         "(perfect) to 0 (no height, or one no better than the mean level). Reach: where the mean score falls below "
         f"{LEVEL:g}. Error: 50–200 m. Mean of {seeds} seed{'s' * (seeds > 1)}{band}."
     )
     figure.text(
-        0.01, 0.02, textwrap.fill(text + open_end + lost, 135), fontsize=style.FONT - 1.0, color=style.GREY, va="bottom"
+        0.01,
+        0.02,
+        textwrap.fill(text + at_once + open_end + lost, 135),
+        fontsize=style.FONT - 1.0,
+        color=style.GREY,
+        va="bottom",
     )
 
 
@@ -223,7 +231,16 @@ def draw_quality(table: xr.Dataset) -> Figure:
                 color=_ramp(value, table.sizes[chosen.along]),
                 label=_value(table, chosen.along, value),
             )
-        axes.axhline(LEVEL, color=style.GREY, linestyle=":", linewidth=0.8)
+            if "outlook_quality_by_range" in table:
+                at_once = table["outlook_quality_by_range"].isel(dict(zip(others, at, strict=True)))
+                axes.plot(
+                    table["range"],
+                    at_once.isel({chosen.along: value}),
+                    ":",
+                    color=_ramp(value, table.sizes[chosen.along]),
+                    linewidth=0.9,
+                )
+        axes.axhline(LEVEL, color=style.GREY, linestyle="--", linewidth=0.6)
         axes.set_ylim(0.0, 1.0)
     _legend(figure, figure.axes[0], words_of(chosen.along).label)
     return figure

@@ -49,11 +49,12 @@ def trade_page(table: xr.Dataset, figure: bytes) -> str:
 
 _RADII = (
     "A disc of perfect heights of this radius holds as much as all that is measured; the reach is where the mean score "
-    "of all cells falls below 0.28. Dots: each seed; bands: 95 % of the mean, from three seeds on."
+    "of all cells falls below 0.28. Dots: each seed; bands: 95 % of the mean, from three seeds on. Dotted: the outlook,"
+    " a model that answers at once and simulates nothing."
 )
 _QUALITY = (
-    "1: a perfect height; 0: none, or one no better than the mean level. Mean over seeds, looks and turns. Dotted: "
-    "where the reach ends."
+    "1: a perfect height; 0: none, or one no better than the mean level. Mean over seeds, looks and turns. Dashed: "
+    "where the reach ends; dotted: the outlook."
 )
 _SHARES = "The score does not tell a height that is wrong by a little too much from one that is wrong by far; these do."
 _PARETO = (

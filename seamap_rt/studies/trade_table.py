@@ -14,7 +14,7 @@ from .. import __version__
 from ..measured import LEVEL
 from .point import Outcome
 from .usable import Criterion
-from .vary import Vary, worded
+from .vary import Vary, labels
 
 COST = ("cost_s", "peak_memory_bytes")  # what depends on the machine; all else has the same bits on every run
 
@@ -96,7 +96,7 @@ def trade_table(
         {"status": (dims, status), "reason": (dims, reason)}
         | {name: (dims, values) for name, values in columns.items()}
         | {name: ((*dims, "range"), values) for name, values in bins.items()},
-        coords={key: (key, _labels(values)) for key, values in vary.items()}
+        coords={key: (key, labels(values)) for key, values in vary.items()}
         | {"seed": list(seeds), "range": np.array(ranges, dtype=np.float64)},
         attrs={"seamap_rt": __version__, "usable": str(criterion), **attributes},
     )
@@ -123,13 +123,6 @@ def _usable(outcome: Outcome, criterion: Criterion) -> dict[str, float]:
 
 def _number(value: float | None) -> float:
     return np.nan if value is None else float(value)
-
-
-def _labels(values: Sequence[Any]) -> np.ndarray:
-    """Numbers as numbers, all else as text."""
-    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
-        return np.array(values, dtype=np.float64)
-    return np.array([worded(value) for value in values], dtype=object)
 
 
 # -------------------------------------------------------------------------------------------------- on file

@@ -11,6 +11,9 @@ from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..compute.scratch import scratch_folder
 from ..errors import InputError
 from ..io.scenefile import apply_overrides
@@ -143,6 +146,13 @@ def worded(value: Any) -> str:
     if isinstance(value, float) and value.is_integer():
         return str(int(value))
     return value if isinstance(value, str) else json.dumps(value, default=str)
+
+
+def labels(values: Sequence[Any]) -> NDArray:
+    """Values as coordinates: numbers as numbers, all else as text."""
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        return np.array(values, dtype=np.float64)
+    return np.array([worded(value) for value in values], dtype=object)
 
 
 def scenes_of(scene: Scene, points: Sequence[Point]) -> list[Scene | InputError]:

@@ -1,0 +1,42 @@
+"""An outlook as lines of text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+_STEPS = (25.0, 50.0, 100.0, 250.0, 500.0)  # m, of which the finest that gives at most _LINES is taken
+_LINES = 12
+
+
+def outlook_rows(found: xr.Dataset) -> Iterator[str]:
+    """The two radii first, then a table by range."""
+    radius, reach = found.attrs["fully_measured_radius_m"], found.attrs["reach_m"]
+    if radius is None:
+        yield "no waves: nothing is there to measure"
+    else:
+        end = "at least " if found.attrs["reach_to_the_end"] else ""
+        yield f"fully measured radius about {radius:.0f} m, reach {end}{reach:.0f} m (a model, not a simulation)"
+    if found.attrs["left_out"]:
+        yield f"it does not know: {found.attrs['left_out']}"
+    yield "range (m)  visible  cells seen  of these answered  height error (m)  SNR (dB)  score"
+    ranges = found["range"].values
+    step = next((each for each in _STEPS if np.ptp(ranges) / each <= _LINES), _STEPS[-1])
+    for middle in np.arange(np.ceil(ranges[0] / step) * step, ranges[-1] + 0.5 * step, step):
+        here = found.sel(range=slice(middle - 0.25 * step, middle + 0.25 * step)).mean("range")
+        shares = [_share(here[f"{name}_fraction"]) for name in ("visible", "seen", "answered")]
+        error, snr, score = (float(here[name]) for name in ("height_error", "snr_db", "quality"))
+        yield (
+            f"{middle:9.0f}  {shares[0]:>7}  {shares[1]:>10}  {shares[2]:>17}  {_number(error, '.2f'):>16}  "
+            f"{_number(snr, '.0f'):>8}  {_number(score, '.2f'):>5}"
+        )
+
+
+def _share(value: xr.DataArray) -> str:
+    return _number(100.0 * float(value), ".0f") + (" %" if np.isfinite(float(value)) else "")
+
+
+def _number(value: float, form: str) -> str:
+    return f"{value:{form}}" if np.isfinite(value) else "—"
