@@ -68,7 +68,7 @@ def designs(first: int, count: int) -> list[dict[str, Any]]:
                 WAVE_HEIGHT: height,
                 "sea.waves.0.peak_period_s": round(math.sqrt(2.0 * math.pi * height * drawn(22.0, 55.0) / 9.81), 2),
                 "sea.waves.0.spreading_exponent": drawn(4.0, 20.0),
-                "scattering.wind_speed_m_s": min(16.0, max(3.5, 8.0 * math.sqrt(height / 1.4) * drawn(0.8, 1.25))),
+                "scattering.wind_speed_m_s": min(13.0, max(3.5, 8.0 * math.sqrt(height / 1.4) * drawn(0.8, 1.25))),
                 "scattering.polarization": str(stream.choice(["VV", "HH"])),
                 "radar.height_m": drawn(3.0, 20.0),
                 "radar.baseline_m": drawn(0.15, 1.0),
