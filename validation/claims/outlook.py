@@ -48,9 +48,10 @@ class Compared(NamedTuple):
         return self.radius >= BLIND_M
 
     def off(self, name: str) -> Array:
-        """Per cent by which the outlook is off, of the designs that see anything."""
-        true, model = getattr(self, name)[self.seeing], getattr(self, f"outlook_{name}")[self.seeing]
-        return 100.0 * (model / true - 1.0)
+        """Per cent by which the outlook is off, of the designs that see anything and reach anywhere."""
+        true, model = getattr(self, name), getattr(self, f"outlook_{name}")
+        some = self.seeing & (true >= BLIND_M)
+        return 100.0 * (model[some] / true[some] - 1.0)
 
 
 def designs(first: int, count: int) -> list[dict[str, Any]]:
