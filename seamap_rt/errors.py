@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 _LONGEST_WORD = 200  # characters: a path that one reads
 _LONGEST_LINE = 1000
@@ -29,10 +30,24 @@ def _shortened(text: str, longest: int) -> str:
 
 
 class InputError(ValueError):
-    """Bad input, said in exactly one line."""
+    """Bad input. `problems` says each thing that is wrong in exactly one line, and the message has no other lines.
 
-    def __init__(self, message: str) -> None:
-        super().__init__(one_line(message))
+    One message is one problem, whatever it holds; several are told together, once each.
+    """
+
+    def __init__(self, message: str, *more: str) -> None:
+        self.problems = tuple(dict.fromkeys(one_line(each) for each in (message, *more)))
+        super().__init__("\n".join(self.problems))
+
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, ...]]:
+        """Across processes it stays as many problems as it was."""
+        return type(self), self.problems
+
+
+def refuse(problems: Iterable[str]) -> None:
+    """Raise InputError with all of the problems, if there are any."""
+    if told := tuple(problems):
+        raise InputError(*told)
 
 
 class SchemaError(ValueError):

@@ -14,6 +14,14 @@ def test_refusals_are_one_printable_line(kind: type[Exception]) -> None:
     assert line.isprintable()
 
 
+def test_several_problems_are_as_many_lines() -> None:
+    """No more lines than problems, whatever the words hold, and none twice."""
+    error = InputError("a: is\nwrong", "b: too", "a: is wrong")
+    assert error.problems == ("a: is wrong", "b: too")
+    assert str(error) == "a: is wrong\nb: too"
+    assert InputError("one").problems == ("one",)
+
+
 def test_long_words_keep_their_ends() -> None:
     path = "/" + "x" * 5000 + "/end.toml"
     line = one_line(f"'{path}': no such file")

@@ -51,14 +51,16 @@ _ADVICE = {
 
 
 def answer(arguments: list[str] | None, stops: Stops) -> int:
-    """Run a command and return its exit code; whatever is wrong is one line on stderr."""
+    """Run a command and return its exit code; each thing that is wrong is one line on stderr."""
     _print_anywhere()
     try:
         stops.run()
         code = app(arguments, exit_on_error=False, print_error=False)
     except KeyboardInterrupt as interruption:
         return _refuse(f"interrupted: {str(interruption) or _LEFT}", INTERRUPTED)
-    except (InputError, SchemaError) as error:
+    except InputError as error:
+        return _refuse(error.problems, BAD_INPUT)
+    except SchemaError as error:
         return _refuse(str(error), BAD_INPUT)
     except NoBackend as error:
         return _refuse(str(error), NO_BACKEND)
@@ -83,6 +85,7 @@ def _disk_words(error: OSError) -> str:
     return f"{what}; {advice}"
 
 
-def _refuse(line: str, code: int) -> int:
-    print(f"seamap-rt: {one_line(line)}", file=sys.stderr)
+def _refuse(said: str | tuple[str, ...], code: int) -> int:
+    for line in (said,) if isinstance(said, str) else said:
+        print(f"seamap-rt: {one_line(line)}", file=sys.stderr)
     return code

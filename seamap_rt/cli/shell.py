@@ -46,7 +46,8 @@ def overrides_of(pairs: list[str] | None, option: str = "--set", **direct: Any) 
 
 def section_of(model: Any, name: str, command: str, pairs: list[str] | None, **direct: Any) -> Any:
     """Settings of the one section that a command takes, from its --set pairs and options that stand for a key."""
-    from ..io.scenefile import apply_overrides, validate
+    from ..io.scenefile import apply_overrides
+    from ..io.validation import validate
 
     overrides = overrides_of(pairs)
     for key in overrides:
@@ -60,7 +61,7 @@ def section_of(model: Any, name: str, command: str, pairs: list[str] | None, **d
     try:
         return validate(model, direct | tree)
     except InputError as error:
-        raise InputError(f"{name}.{error}") from None
+        raise InputError(*(f"{name}.{problem}" for problem in error.problems)) from None
 
 
 def scene_of(name: str, pairs: list[str] | None, **direct: Any):

@@ -15,7 +15,8 @@ from pydantic import BeforeValidator, model_validator
 from ..errors import InputError
 from ..settings import Meaning, Section, as_tuple
 from .plain_json import plain
-from .scenefile import read_toml, validate
+from .scenefile import read_toml
+from .validation import validate
 
 Header = Mapping[str, Any] | str | os.PathLike[str]
 
@@ -240,7 +241,7 @@ def validated(source: str, tree: Mapping[str, Any]) -> RecordingHeader:
     try:
         return validate(RecordingHeader, tree)
     except InputError as error:
-        raise InputError(f"{source}: header: {error}") from None
+        raise InputError(*(f"{source}: header: {problem}" for problem in error.problems)) from None
 
 
 def _json(path: Path) -> Mapping[str, Any]:

@@ -16,12 +16,6 @@ from .scan import scanned_share, turn_duration
 from .waveform import blind_range_m, unambiguous_range_m
 
 
-def check_radar(radar: RadarSettings) -> None:
-    """Raise ValueError, in one line, for a radar that cannot work as it is set."""
-    for check in (_antennas, _mode, _pulses_do_not_overlap, _waveform, _receiver):
-        check(radar)
-
-
 def pulses_of_a_look(radar: RadarSettings, cell_azimuth_deg: float) -> float:
     """Mean number of pulses in a look cell_azimuth_deg [deg] wide."""
     share = 1.0 if radar.scan == "staring" else cell_azimuth_deg / 360.0
@@ -33,7 +27,8 @@ def pulses_of_a_turn(radar: RadarSettings) -> float:
     return radar.prf_hz * turn_duration(radar) * scanned_share(radar)
 
 
-def _antennas(radar: RadarSettings) -> None:
+def check_antennas(radar: RadarSettings) -> None:
+    """Patterns are there, beams narrow enough, no two receivers at one place."""
     for number, placed in enumerate(radar.antennas):
         if placed.pattern == "file" and placed.file is not None and not Path(placed.file).is_file():
             raise ValueError(f"radar.antennas.{number}.file = '{placed.file}': no such file; give a pattern's path")
@@ -59,7 +54,8 @@ def _antennas(radar: RadarSettings) -> None:
             )
 
 
-def _mode(radar: RadarSettings) -> None:
+def check_mode(radar: RadarSettings) -> None:
+    """Receivers that take turns are two."""
     array = antenna_array(radar)
     if not array.whole and len(array.receivers) > 2:
         raise ValueError(
@@ -68,7 +64,8 @@ def _mode(radar: RadarSettings) -> None:
         )
 
 
-def _pulses_do_not_overlap(radar: RadarSettings) -> None:
+def check_overlap(radar: RadarSettings) -> None:
+    """A pulse and its echoes have come before the next one."""
     far, unambiguous = radar.range_m[1], unambiguous_range_m(radar)
     room = 1.0 / radar.prf_hz - radar.pulse_width_s
     if room <= 0.0:
@@ -84,7 +81,8 @@ def _pulses_do_not_overlap(radar: RadarSettings) -> None:
         )
 
 
-def _waveform(radar: RadarSettings) -> None:
+def check_waveform(radar: RadarSettings) -> None:
+    """A chirp that can be compressed; a pulse that ends while the sea is still heard."""
     near, far = radar.range_m
     chirp = radar.waveform == "chirp"
     if chirp and radar.receiver.chain == "digital":
@@ -101,6 +99,7 @@ def _waveform(radar: RadarSettings) -> None:
         )
 
 
-def _receiver(radar: RadarSettings) -> None:
+def check_receiver(radar: RadarSettings) -> None:
+    """The digital receiver, where there is one, can be built."""
     if radar.receiver.chain == "digital":
         DigitalReceiver(radar)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ..io import scenefile
+from ..io.validation import validate
+from .agreement import disagreements_of_the_rest
 from .model import Scene
 
 SceneLike = Scene | str | os.PathLike[str]  # a scene, the path of its file, or a shipped one's name
@@ -19,7 +22,7 @@ def load_scene(path_or_name: str | os.PathLike[str], overrides: Mapping[str, Any
     path_or_name: "mine.toml" or "choppy_sea". overrides: as {"radar.height_m": 10.0}.
 
     Files that a scene names count from the scene file's folder, those of overrides from the working folder. Raises
-    InputError, in one line, for whatever is wrong with the file or the scene.
+    InputError with whatever is wrong with the file or the scene: its `problems`, and its message, have a line for each.
     """
     path, overrides = scenefile.find_scene(path_or_name), overrides or {}
     tree = _anchored(scenefile.read_toml(path), path.parent)
@@ -28,7 +31,8 @@ def load_scene(path_or_name: str | os.PathLike[str], overrides: Mapping[str, Any
         replaces = overrides.get(f"sea.{key}") is not None and f"sea.{other}" not in overrides
         if replaces and isinstance(tree.get("sea"), dict):
             tree["sea"].pop(other, None)
-    return scenefile.validate(Scene, _anchored(scenefile.apply_overrides(tree, overrides), Path.cwd()))
+    tree = _anchored(scenefile.apply_overrides(tree, overrides), Path.cwd())
+    return validate(Scene, tree, partial(disagreements_of_the_rest, Scene))
 
 
 def as_scene(scene: SceneLike) -> Scene:

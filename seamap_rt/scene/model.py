@@ -1,4 +1,4 @@
-"""The scene: its sections, and the order in which they are checked against each other."""
+"""The scene: its sections, which must agree with each other."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from annotated_types import Ge, Le
 from pydantic import AfterValidator, BeforeValidator, model_validator
 
 from ..conventions import SPEED_OF_LIGHT
+from ..errors import InputError
 from ..io import scenefile
 from ..mesh.sizing import MeshDetail, mesh_detail
-from ..radar.checks import check_radar
 from ..radar.scan import turn_duration
 from ..settings import (
     GaugeSettings,
@@ -28,7 +28,7 @@ from ..settings import (
     TracingSettings,
     as_tuple,
 )
-from .checks import antennas, gauges, looks, meshing, platform, ranges, scattering, waves
+from .agreement import disagreements
 
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._+-]{0,99}"
 
@@ -133,26 +133,6 @@ class Scene(Section):
 
     @model_validator(mode="after")
     def _sections_agree(self) -> Self:
-        """Each check raises ValueError in one line, and may rely on those before it."""
-        radar, retrieval = self.radar, self.retrieval
-        waves.check_steepness(self.sea)
-        antennas.check_apertures(radar)
-        check_radar(radar)
-        antennas.check_receivers(radar, retrieval)
-        platform.check_motion(self.platform, radar, self.turns)
-        platform.check_meshes(self.objects)
-        ranges.check_height(radar)
-        antennas.check_above_water(radar)
-        ranges.check_patch(radar, self.sea)
-        ranges.check_gates(radar, retrieval)
-        looks.check_pulses(radar, retrieval)
-        ranges.check_window(radar, retrieval)
-        looks.check_echo_memory(radar)
-        ranges.check_ground_map(radar, retrieval)
-        scattering.check_permittivity(self.scattering, radar)
-        scattering.check_mean_model(self.scattering, radar)
-        meshing.check_waves(self.detail, self.sea)
-        meshing.check_memory(self.detail, radar)
-        gauges.check_names_and_rates(self.gauges)
-        gauges.check_positions(self.gauges, radar, self.platform, retrieval)
+        if told := disagreements(self):
+            raise InputError(*told)
         return self

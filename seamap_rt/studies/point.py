@@ -25,7 +25,7 @@ from .. import __version__
 from ..compute.machine import forget_peak_memory, peak_memory
 from ..errors import InputError
 from ..io.results_folder import write_whole
-from ..io.scenefile import validate
+from ..io.validation import validate
 from ..measured import Rings
 from ..metrics import BIN_M, compare
 from ..scene import Scene
@@ -101,7 +101,7 @@ def _outcome(task: Task, clock: Stopwatch) -> Outcome:
     try:
         return ended(task, "done", "") | judged(validate(Scene, tomllib.loads(task.scene)), clock)
     except InputError as refusal:
-        return ended(task, "refused", str(refusal))
+        return ended(task, "refused", "; ".join(refusal.problems))
     except MemoryError as error:
         return ended(task, "failed", f"out of memory ({error}); fewer workers leave each of them more")
     except Exception as error:

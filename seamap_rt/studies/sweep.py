@@ -151,7 +151,7 @@ class Sweep:
                 continue
             task.file.unlink(missing_ok=True)
             if isinstance(scene, InputError):
-                keep(task, ended(task, "refused", str(scene)))
+                keep(task, ended(task, "refused", "; ".join(scene.problems)))
             else:
                 wanted.append(task)
         return wanted

@@ -166,6 +166,7 @@ def scenes_of(scene: Scene, points: Sequence[Point]) -> list[Scene | InputError]
                 result.append(load_scene(file, overrides={**point.keys, "seed": point.seed}))
             except InputError as refusal:
                 result.append(refusal)
-    if all(isinstance(each, InputError) for each in result):
-        raise InputError(f"no point of the sweep can be run, for the first: {result[0]}")
+    first = result[0]
+    if isinstance(first, InputError) and all(isinstance(each, InputError) for each in result):
+        raise InputError(f"no point of the sweep can be run, for the first: {first.problems[0]}", *first.problems[1:])
     return result

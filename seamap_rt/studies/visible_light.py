@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..io import scenefile
+from ..io.validation import validate
 from ..mesh import SurfaceMesh, polar_grid, surface_mesh
 from ..mesh.grid import PolarGrid
 from ..mesh.surface import sea_on_grid, submerged_lines
@@ -30,7 +31,7 @@ class Light:
 
 def with_keys(scene: Scene, keys: Mapping[str, Any]) -> Scene:
     """The scene with keys replaced, validated as if read from its file."""
-    return scenefile.validate(Scene, scenefile.apply_overrides(scene.model_dump(), keys))
+    return validate(Scene, scenefile.apply_overrides(scene.model_dump(), keys))
 
 
 def common_meshing(scenes: Sequence[Scene]) -> TracingSettings:

@@ -218,3 +218,22 @@ def test_a_refused_overwrite_loses_nothing(call: Any) -> None:
     long_waves = ("--set", "sea.waves.0.peak_period_s=40")
     assert_refused(call("run", "tiny", *settings(), *long_waves, "--out", "kept", "--overwrite"), "sea")
     assert sorted(path.name for path in Path("kept").iterdir()) == before
+
+
+# ----------------------------------------------------------------------------------------------- all in one go
+
+
+def test_all_errors_of_a_scene_are_told_a_line_each(call: Any) -> None:
+    Path("mine.toml").write_text(
+        'name = "mine"\n[sea]\nextend_m = 1024.0\n[radar]\nheight_m = -5.0\nprf_hz = "fast"\n[platform]\nspeed = 3.0\n'
+        "[[sea.waves]]\nspectrum = 'jonswap'\nsignificant_wave_height_m = 30.0\npeak_period_s = 5.0\n"
+    )
+    answer = call("run", "mine.toml", "--out", "results")
+    assert (answer.code, answer.out) == (2, "")
+    lines = answer.err.splitlines()
+    assert all(line.startswith("seamap-rt: ") for line in lines), answer.err
+    words = ("did you mean extent_m", "did you mean speed_m_s", "radar.prf_hz", "radar.height_m", "waves break")
+    assert len(lines) == len(words), answer.err
+    for line, word in zip(lines, words, strict=True):
+        assert word in line
+    assert not Path("results").exists()

@@ -49,9 +49,10 @@ def floats(value: object) -> list[str]:
 def refusal(overrides: dict[str, Any], name: str = "choppy_sea") -> str:
     with pytest.raises(InputError) as caught:
         load_scene(name, overrides)
-    line = str(caught.value)
-    assert line.isprintable(), line
-    return line
+    lines = caught.value.problems
+    assert str(caught.value).splitlines() == list(lines)
+    assert all(line.isprintable() for line in lines), lines
+    return lines[0]
 
 
 # -------------------------------------------------------------------------------------------- shipped scenes
@@ -410,3 +411,68 @@ def test_a_file_that_is_not_toml_is_one_line(tmp_path: Path) -> None:
         load_scene(file)
     with pytest.raises(InputError, match=r"did you mean the shipped choppy_sea\?"):
         load_scene("chopy_sea")
+
+
+# ----------------------------------------------------------------------------------------------- all in one go
+
+
+def problems(*, name: str = "tiny", **overrides: Any) -> list[str]:
+    """The keys that a refusal tells of, in its order."""
+    with pytest.raises(InputError) as caught:
+        load_scene(name, {key.replace("__", "."): value for key, value in overrides.items()})
+    assert str(caught.value).splitlines() == list(caught.value.problems)
+    return [re.split(r" = |: ", line)[0] for line in caught.value.problems]
+
+
+def test_all_that_sections_disagree_in_is_told() -> None:
+    told = problems(
+        sea__waves__0__significant_wave_height_m=30.0,
+        sea__extent_m=100.0,
+        radar__range_sampling_m=4.0,
+        radar__prf_hz=20.0,
+    )
+    assert told == [
+        "sea.waves.0.significant_wave_height_m",
+        "sea.extent_m",
+        "radar.range_sampling_m",
+        "retrieval.cell_azimuth_deg",
+    ]
+
+
+def test_wrong_keys_and_what_the_rest_disagrees_in_are_told_together() -> None:
+    told = problems(radar__losses_db=-1.0, platform__speed=3.0, sea__extent_m=100.0)
+    assert told == ["platform.speed", "radar.losses_db", "sea.extent_m"]
+
+
+def test_a_check_that_needs_a_wrong_key_says_nothing_of_its_default() -> None:
+    """The far end of the range is not known, so it is not said that the patch of sea is too small for it; nor is it
+    where the key is misspelt."""
+    assert problems(radar__range_m=[15.0, -400.0], sea__extent_m=100.0) == ["radar.range_m"]
+    assert problems(radar__ranges_m=[15.0, 20.0], sea__extent_m=100.0) == ["radar.ranges_m"]
+
+
+def test_what_follows_from_another_problem_is_not_told_again() -> None:
+    (told,) = problems(radar__antenna__pattern="file", radar__antenna__file="none.csv")
+    assert told == "radar.antenna.file"
+    (told,) = problems(radar__antenna__azimuth_beamwidth_deg=0.2)
+    assert told == "radar.antenna.azimuth_beamwidth_deg"
+
+
+def test_single_problems_mended_one_by_one_are_those_told_at_once() -> None:
+    """What is told together is what one meets one after the other, and nothing else: each mended, the rest stays."""
+    wrong: dict[str, Any] = {
+        "sea.waves.0.significant_wave_height_m": 30.0,
+        "sea.extent_m": 100.0,
+        "retrieval.receivers": [0, 5],
+        "radar.prf_hz": 20.0,
+        "retrieval.ground_m": -1.0,
+    }
+    at_once = problems(**{key.replace(".", "__"): value for key, value in wrong.items()})
+    alone = [problems(**{key.replace(".", "__"): value}) for key, value in wrong.items()]
+    assert sorted(at_once) == sorted(key for each in alone for key in each)
+
+
+def test_each_entry_of_a_list_is_told_of() -> None:
+    steep = {"spectrum": "jonswap", "significant_wave_height_m": 30.0, "peak_period_s": 5.5}
+    told = problems(sea__waves=[steep, {**steep, "significant_wave_height_m": 1.0}, steep])
+    assert told == [f"sea.waves.{number}.significant_wave_height_m" for number in (0, 2)]

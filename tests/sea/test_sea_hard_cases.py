@@ -12,7 +12,7 @@ import xarray as xr
 
 from seamap_rt.cli import main
 from seamap_rt.errors import InputError
-from seamap_rt.io.scenefile import validate
+from seamap_rt.io.validation import validate
 from seamap_rt.scene import load_scene
 from seamap_rt.sea import realize, spectral_system, wave_facts
 from seamap_rt.settings import (

@@ -16,7 +16,8 @@ from pydantic import TypeAdapter
 
 from seamap_rt import settings
 from seamap_rt.errors import InputError
-from seamap_rt.io.scenefile import apply_overrides, validate
+from seamap_rt.io.scenefile import apply_overrides
+from seamap_rt.io.validation import validate
 from seamap_rt.scene import Scene
 from seamap_rt.settings import Meaning, Section
 

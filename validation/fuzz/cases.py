@@ -18,6 +18,7 @@ from pathlib import Path
 
 from seamap_rt.cli import main as command_line
 from seamap_rt.compute.machine import forget_peak_memory, peak_memory
+from seamap_rt.errors import InputError
 from seamap_rt.scene import load_scene
 
 from .damage import damaged_bytes, damaged_tree, toml_of
@@ -95,6 +96,8 @@ def _answer(case: Case, path: Path, dice: random.Random) -> tuple[str, str]:
             whole_run(load_scene(path))
     except NotOurs:
         return "not ours", ""
+    except InputError as refusal:
+        return "refused", _wrong_lines(refusal)
     except REFUSALS as refusal:
         return "refused", _wrong_line(str(refusal))
     except BaseException as error:
@@ -102,6 +105,13 @@ def _answer(case: Case, path: Path, dice: random.Random) -> tuple[str, str]:
             raise
         return "failed", f"{type(error).__name__}: {error}"[:300] + _place(error)
     return "accepted", ""
+
+
+def _wrong_lines(refusal: InputError) -> str:
+    """A line a problem, each as it should be, and no other line."""
+    if str(refusal) != "\n".join(refusal.problems):
+        return f"other lines than its problems: {str(refusal)[:300]!r}"
+    return next(filter(None, map(_wrong_line, refusal.problems)), "")
 
 
 def _wrong_line(line: str) -> str:
@@ -131,9 +141,9 @@ def _at_the_command_line(arguments: list[str]) -> tuple[str, str]:
     lines = said.text.splitlines()
     if code == 0:
         return "accepted", "" if said.errors == "" else f"printed: {said.errors[:300]!r}"
-    if code != 2 or len(lines) != 1 or not lines[0].startswith("seamap-rt: "):
+    if code != 2 or not lines or not all(line.startswith("seamap-rt: ") for line in lines):
         return "failed", f"exit {code}: {said.text[-300:]!r}"
-    return "refused", _wrong_line(lines[0].removeprefix("seamap-rt: "))
+    return "refused", next(filter(None, (_wrong_line(line.removeprefix("seamap-rt: ")) for line in lines)), "")
 
 
 def _damaged_scene(original: Path, folder: Path, dice: random.Random) -> Path:

@@ -431,7 +431,7 @@ PLANTS = (
     ),
     Plant(
         "null byte",
-        "seamap_rt/io/scenefile.py",
+        "seamap_rt/io/validation.py",
         'isinstance(value, str) and "\\0" in value',
         'isinstance(value, str) and "\\0\\0" in value',
         "tests/cli/test_cli_refusals.py::test_a_null_byte_is_one_line",

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 from ...conventions import SPEED_OF_LIGHT
+from ...errors import refuse
 from ...io.numbers import rounded_up
 from ...radar.array import antenna_array
 from ...settings import AntennaSettings, RadarSettings, RetrievalSettings
@@ -14,15 +16,16 @@ HALF_POWER = 0.442947  # sinc² is ½ there: half a uniform aperture's beam, as 
 
 def check_apertures(radar: RadarSettings) -> None:
     """A slotted waveguide's beam is not narrower than its aperture allows."""
-    for key, antenna in (
-        ("radar.antenna", radar.antenna),
-        *((f"radar.antennas.{number}", placed) for number, placed in enumerate(radar.antennas)),
-    ):
-        if antenna.pattern == "slotted_waveguide":
-            _check_aperture(key, antenna, SPEED_OF_LIGHT / radar.frequency_hz)
+    placed = ((f"radar.antennas.{number}", antenna) for number, antenna in enumerate(radar.antennas))
+    refuse(
+        problem
+        for key, antenna in (("radar.antenna", radar.antenna), *placed)
+        if antenna.pattern == "slotted_waveguide"
+        for problem in _too_narrow(key, antenna, SPEED_OF_LIGHT / radar.frequency_hz)
+    )
 
 
-def _check_aperture(key: str, antenna: AntennaSettings, wavelength: float) -> None:
+def _too_narrow(key: str, antenna: AntennaSettings, wavelength: float) -> Iterator[str]:
     for beam_key, beam_deg, aperture_key, aperture in (
         ("azimuth_beamwidth_deg", antenna.azimuth_beamwidth_deg, "width_m", antenna.width_m),
         ("elevation_beamwidth_deg", antenna.elevation_beamwidth_deg, "height_m", antenna.height_m),
@@ -32,7 +35,7 @@ def _check_aperture(key: str, antenna: AntennaSettings, wavelength: float) -> No
         if aperture < needed:
             cosine = HALF_POWER * wavelength / aperture
             narrowest = 2.0 * math.degrees(math.asin(min(1.0, cosine)))
-            raise ValueError(
+            yield (
                 f"{key}.{beam_key} = {beam_deg:.10g}: must be at least {rounded_up(narrowest)} (the "
                 f"beam of a uniform aperture of {key}.{aperture_key} = {aperture:.10g}, and a "
                 f"taper only widens it); widen the beam, or raise {key}.{aperture_key} to "

@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
+from ...errors import refuse
 from ...io.numbers import rounded_down, rounded_up
 from ...settings import GaugeSettings, PlatformSettings, RadarSettings, RetrievalSettings
 
 
 def check_names_and_rates(gauges: Sequence[GaugeSettings]) -> None:
     """Names differ, rates do not."""
+    refuse(_unlike(gauges))
+
+
+def _unlike(gauges: Sequence[GaugeSettings]) -> Iterator[str]:
     names = [gauge.name for gauge in gauges]
     for number, gauge in enumerate(gauges):
         first = names.index(gauge.name)
         if first < number:
-            raise ValueError(
-                f"gauges.{number}.name = '{gauge.name}': is the name of gauges.{first}; give each gauge its own"
-            )
+            yield (f"gauges.{number}.name = '{gauge.name}': is the name of gauges.{first}; give each gauge its own")
         rate = gauges[0].sample_hz
         if gauge.sample_hz != rate:
-            raise ValueError(
+            yield (
                 f"gauges.{number}.sample_hz = {gauge.sample_hz:.10g}: must be {rate:.10g}, that of gauges.0 (all "
                 "gauges are read together); give them one rate"
             )
@@ -30,6 +33,12 @@ def check_positions(
     gauges: Sequence[GaugeSettings], radar: RadarSettings, platform: PlatformSettings, retrieval: RetrievalSettings
 ) -> None:
     """Gauges stand within the range window and, of a boat at rest, within the sector."""
+    refuse(_misplaced(gauges, radar, platform, retrieval))
+
+
+def _misplaced(
+    gauges: Sequence[GaugeSettings], radar: RadarSettings, platform: PlatformSettings, retrieval: RetrievalSettings
+) -> Iterator[str]:
     moves = platform.speed_m_s > 0.0 or platform.motion == "file"
     near, far = (math.sqrt(max(0.0, end**2 - radar.height_m**2)) for end in radar.range_m)
     if moves:
@@ -42,13 +51,13 @@ def check_positions(
         about, (east, north) = f"gauges.{number}: '{gauge.name}' stands", gauge.position
         away, azimuth = math.hypot(east, north), math.degrees(math.atan2(east, north)) % 360.0
         if not near * (1.0 - 1e-9) <= away <= far:
-            raise ValueError(
+            yield (
                 f"{about} {away:.4g} m from the antenna, and must stand {rounded_up(near)} to {rounded_down(far)} m "
                 "from it (radar.range_m over the water); move it or change radar.range_m"
             )
-        if not moves and (azimuth - start + 1e-9) % 360.0 > stop - start + 2e-9:
+        elif not moves and (azimuth - start + 1e-9) % 360.0 > stop - start + 2e-9:
             looks = "the one look of radar.sector_deg" if radar.scan == "staring" else "radar.sector_deg"
-            raise ValueError(
+            yield (
                 f"{about} at azimuth {azimuth:.4g}°, outside of {looks} ({start:.10g}° to {stop:.10g}°); move it "
                 "or change radar.sector_deg"
             )

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from ...errors import refuse
 from ...radar.array import antenna_array
 from ...radar.platform import boat_motion
 from ...radar.scan import BEAMS_BEYOND, turn_duration
@@ -28,6 +29,8 @@ def check_motion(platform: PlatformSettings, radar: RadarSettings, turns: int) -
 
 def check_meshes(objects: Sequence[ObjectSettings]) -> None:
     """The objects' mesh files are there."""
-    for number, thing in enumerate(objects):
-        if not Path(thing.mesh).is_file():
-            raise ValueError(f"objects.{number}.mesh = '{thing.mesh}': no such file; give the path of a mesh")
+    refuse(
+        f"objects.{number}.mesh = '{thing.mesh}': no such file; give the path of a mesh"
+        for number, thing in enumerate(objects)
+        if not Path(thing.mesh).is_file()
+    )

@@ -1,0 +1,283 @@
+"""From the tree of a scene file to its settings: everything that is wrong with it, in the user's words, a line each.
+
+A line names the key, its value, the limit or the nearest known key, and what to do.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
+
+from pydantic import BaseModel, Discriminator, TypeAdapter, ValidationError
+from pydantic_core import ErrorDetails
+
+from ..errors import InputError
+from .toml_text import key_text, quoted, shown, toml_value
+
+Model = TypeVar("Model", bound=BaseModel)
+Key = tuple[str | int, ...]
+Further = Callable[[Mapping[str, Any], frozenset[Key]], Iterable[str]]
+
+
+def validate(model_class: type[Model], tree: Mapping[str, Any], further: Further | None = None) -> Model:
+    """The model of a tree. Raises InputError with all that is wrong, a line each, unknown keys first.
+
+    further: asked where single keys are wrong, with the tree and these keys, for what else is wrong with the rest: the
+    model's own checks are not made then.
+    """
+    if unwritable := list(_unwritable(tree, ())):
+        raise InputError(*unwritable)
+    try:
+        return model_class.model_validate(dict(tree))
+    except ValidationError as refusal:
+        # An unknown key comes first: a misspelt key is also missing under its right name.
+        errors = sorted(refusal.errors(), key=lambda error: error["type"] != "extra_forbidden")
+    meant = frozenset(key for error in errors for key in _meant(model_class, error))
+    errors = [error for error in errors if not (error["type"] == "missing" and _key_of(model_class, error) in meant)]
+    told = [line for error in errors for line in _lines(model_class, error)]
+    wrong = meant | {_key_of(model_class, error) for error in errors}
+    if further is not None and () not in wrong:  # () is what the model's own checks say
+        told += further(tree, wrong)
+    raise InputError(*told)
+
+
+def without(model_class: type[Model], tree: Mapping[str, Any], wrong: frozenset[Key]) -> Model:
+    """The model of a tree whose wrong keys are not there: to ask for one raises AttributeError. What the keys stand in
+    is missing whole if it is a list, or cannot be without them."""
+    parts: dict[str, Any] = {}
+    for name, field in model_class.model_fields.items():
+        lost = {key[1:2] for key in wrong if key[0] == name}
+        section = _bare(field.annotation)[0]
+        if () in lost or (lost and not _is_model(section)):
+            continue
+        try:
+            if _is_model(section):
+                left = {key: value for key, value in tree.get(name, {}).items() if (key,) not in lost}
+                part = section.model_validate(left).model_copy()
+                for (key,) in lost:
+                    vars(part).pop(str(key), None)
+            elif name in tree:
+                part = TypeAdapter(field.rebuild_annotation()).validate_python(tree[name])
+            elif not field.is_required():
+                part = field.get_default(call_default_factory=True)
+            else:
+                continue
+        except ValidationError:
+            continue
+        parts[name] = part
+    result = model_class.model_construct(**parts)
+    for name in set(model_class.model_fields) - set(parts):
+        vars(result).pop(name, None)  # which was filled with its default
+    return result
+
+
+def _unwritable(value: Any, key: Key) -> Iterator[str]:
+    """What Python holds and TOML or a path does not: it could not be written to the resolved scene, or opened."""
+    if isinstance(value, Mapping):
+        for name, entry in value.items():
+            yield from _unwritable(entry, (*key, name))
+    elif isinstance(value, list | tuple):
+        for index, entry in enumerate(value):
+            yield from _unwritable(entry, (*key, index))
+    elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+        yield (
+            f"{_dotted(key)}: an integer of {value.bit_length()} bits: must fit in 64 bits, as TOML's "
+            "integers do; give a smaller one"
+        )
+    elif isinstance(value, str) and any("\ud800" <= letter <= "\udfff" for letter in value):
+        yield _about(key, value, "is not valid Unicode; write the text as UTF-8")
+    elif isinstance(value, str) and "\0" in value:
+        yield _about(key, value, "holds a null byte, which no name or path has; take it out")
+
+
+# ---------------------------------------------------------------------------------------------- where an error is
+
+
+@dataclass(frozen=True)
+class _Location:
+    """The place in a model to which an error's location leads."""
+
+    key: Key  # without the tags of unions
+    section: type[BaseModel] | None  # that holds the last key
+    kind: Any  # the type expected there
+    condition: str  # which member of a union the section is, in words
+
+
+def _bare(kind: Any) -> tuple[Any, str | None]:
+    """A type stripped of Annotated and None, and the discriminator if it is a tagged union."""
+    discriminator = None
+    while True:
+        if get_origin(kind) is Annotated:
+            kind, *notes = get_args(kind)
+            for note in notes:
+                if isinstance(note, Discriminator) and isinstance(note.discriminator, str):
+                    discriminator = note.discriminator
+        elif get_origin(kind) in (Union, UnionType) and NoneType in get_args(kind):
+            rest = tuple(member for member in get_args(kind) if member is not NoneType)
+            kind = Union[rest]  # noqa: UP007 - the members are only known here
+        else:
+            return kind, discriminator
+
+
+def _is_model(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def _locate(model: type[BaseModel], location: Sequence[str | int]) -> _Location:
+    key: list[str | int] = []
+    section: type[BaseModel] | None = None
+    kind: Any = model
+    condition = ""
+    for step in location:
+        kind, discriminator = _bare(kind)
+        if discriminator is not None and not _is_model(kind):
+            condition = f" with {discriminator} = {quoted(str(step))}"
+            members = [member for member in get_args(kind) if step in _tags(member, discriminator)]
+            kind = members[0] if members else None
+            continue
+        key.append(step)
+        if _is_model(kind):
+            section = kind
+            field = kind.model_fields.get(step)
+            kind = None if field is None else field.rebuild_annotation()
+        elif get_origin(kind) is tuple and isinstance(step, int):
+            entries = get_args(kind)
+            kind = entries[0] if entries[-1] is Ellipsis else entries[min(step, len(entries) - 1)]
+        else:
+            kind = None
+    return _Location(tuple(key), section, _bare(kind)[0], condition)
+
+
+def _tags(member: Any, discriminator: str) -> tuple[Any, ...]:
+    member, _ = _bare(member)
+    return get_args(_bare(member.model_fields[discriminator].annotation)[0]) if _is_model(member) else ()
+
+
+def _key_of(model: type[BaseModel], error: ErrorDetails) -> Key:
+    return _locate(model, error["loc"]).key
+
+
+def _meant(model: type[BaseModel], error: ErrorDetails) -> Iterator[Key]:
+    """The key for which an unknown one probably stands: what it was to be is not known."""
+    if error["type"] == "extra_forbidden":
+        location = _locate(model, error["loc"])
+        known = list(location.section.model_fields) if location.section else []
+        for near in difflib.get_close_matches(str(location.key[-1]), known, 1):
+            yield (*location.key[:-1], near)
+
+
+# -------------------------------------------------------------------------------------------------- what it says
+
+
+def _lines(model: type[BaseModel], error: ErrorDetails) -> Iterator[str]:
+    said = error.get("ctx", {}).get("error")
+    if isinstance(said, InputError):  # it may tell of several
+        yield from (_about(_key_of(model, error), error["input"], line) for line in said.problems)
+    else:
+        yield _sentence(model, error)
+
+
+def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
+    location, value, kind = _locate(model, error["loc"]), error["input"], error["type"]
+    key, context = location.key, error.get("ctx", {})
+    if kind in ("value_error", "assertion_error"):
+        return _about(key, value, str(context.get("error", error["msg"])))
+    if kind == "extra_forbidden":
+        known = list(location.section.model_fields) if location.section else []
+        return _about(key, value, f"unknown key{location.condition}; {_nearest(str(key[-1]), known, model)}")
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        tag_key = str(context["discriminator"]).strip("'")
+        union, _ = _bare(_locate(model, error["loc"]).kind)
+        choices = [tag for member in get_args(union) for tag in _tags(member, tag_key)]
+        written = value.get(tag_key) if isinstance(value, Mapping) else None
+        if written is None:
+            return f"{_dotted((*key, tag_key))}: is missing; add it, {_one_of(choices)}"
+        return _about((*key, tag_key), written, _choose(written, choices))
+    if kind == "literal_error":
+        return _about(key, value, _choose(value, list(get_args(location.kind))))
+    if kind in ("missing", "too_long", "too_short") and isinstance(value, list | tuple):
+        if isinstance(key[-1], int):  # an entry of a list of fixed length
+            location = _locate(model, error["loc"][:-1])
+            key = location.key
+        return _about(key, list(value), f"must be {_wanted(location.kind, key)}")
+    if kind == "missing":
+        return f"{_dotted(key)}: is missing; it must be {_wanted(location.kind, key)}"
+    if kind.endswith("_type"):
+        return _about(key, value, f"must be {_wanted(location.kind, key)}{_rewritten(location.kind, value)}")
+    return _about(key, value, error["msg"][:1].lower() + error["msg"][1:])
+
+
+def _about(key: Key, value: Any, words: str) -> str:
+    given = "" if isinstance(value, Mapping | BaseModel) or value is None else f" = {shown(value)}"
+    return f"{_dotted(key)}{given}: {words}" if key else words
+
+
+def _wanted(kind: Any, key: Key) -> str:
+    """A type in plain words."""
+    if get_origin(kind) is Literal:
+        return _one_of(list(get_args(kind)))
+    if get_origin(kind) is tuple:
+        entries = get_args(kind)
+        if entries[-1] is Ellipsis:
+            inner, _ = _bare(entries[0])
+            if _is_model(inner) or get_origin(inner) in (Union, UnionType):
+                return f"a list of tables: write each as [[{_dotted(key)}]]"
+            return "a list"
+        numbers = all(_bare(entry)[0] in (float, int) for entry in entries)
+        return f"a list of {len(entries)} {'numbers' if numbers else 'entries'}"
+    if _is_model(kind) or get_origin(kind) in (Union, UnionType):
+        inside_list = bool(key) and isinstance(key[-1], int)
+        return f"a table: write it as {f'[[{_dotted(key[:-1])}]]' if inside_list else f'[{_dotted(key)}]'}"
+    words = {float: "a number", int: "a whole number", bool: "true or false", str: "text in quotes"}
+    return words.get(kind, "of another type")
+
+
+def _rewritten(kind: Any, value: Any) -> str:
+    """How a value of the wrong type should be written, where that is evident."""
+    if kind is int and isinstance(value, float) and value.is_integer():
+        return f"; write {int(value)}" if abs(value) < 2**63 else ""
+    if kind is str and not isinstance(value, Mapping | list | tuple | str):
+        return f"; write {quoted(shown(value))}"
+    if isinstance(value, str) and kind in (float, int):
+        try:
+            number = kind(value)
+        except ValueError:
+            return ""
+        return f"; write {toml_value(number)} without quotes"
+    if kind is bool and value in ("true", "false", "True", "False"):
+        return f"; write {str(value).lower()} without quotes"
+    return ""
+
+
+def _one_of(choices: Sequence[Any]) -> str:
+    return ("one of " if len(choices) > 1 else "") + ", ".join(shown(choice) for choice in choices)
+
+
+def _choose(written: Any, choices: list[Any]) -> str:
+    near = difflib.get_close_matches(str(written), [str(choice) for choice in choices], 1)
+    hint = f"; did you mean {quoted(near[0])}?" if near and len(choices) > 1 else ""
+    only = " (the only choice so far)" if len(choices) == 1 else ""
+    return f"must be {_one_of(choices)}{only}{hint}"
+
+
+def _nearest(name: str, known: Sequence[str], model: type[BaseModel]) -> str:
+    """The nearest key of the section, or the same key elsewhere if that is likelier; else all its keys."""
+    slip = difflib.get_close_matches(name, known, 1, 0.8)
+    near = slip or list(_elsewhere(name, model, "")) or difflib.get_close_matches(name, known, 1)
+    return f"did you mean {' or '.join(near)}?" if near else f"the keys here are {', '.join(known)}"
+
+
+def _elsewhere(name: str, model: type[BaseModel], prefix: str) -> Iterator[str]:
+    for key, field in model.model_fields.items():
+        kind, _ = _bare(field.annotation)
+        if key == name:
+            yield prefix + key
+        if _is_model(kind):
+            yield from _elsewhere(name, kind, f"{prefix}{key}.")
+
+
+def _dotted(key: Key) -> str:
+    return ".".join(key_text(str(step)) for step in key)
