@@ -10,21 +10,19 @@ from cyclopts import CycloptsError
 
 from ..compute.backend import doctor_checks, doctor_lines
 from ..errors import InputError, NoBackend, SchemaError, one_line
-from ..io.scenefile import list_shipped, read_toml
-from . import predicting, recovering, retrieving, simulating, studying  # noqa: F401  their commands join the application
+from . import (  # noqa: F401  their commands join the application
+    beginning,
+    predicting,
+    recovering,
+    retrieving,
+    simulating,
+    studying,
+)
 from .shell import app, console
 from .stops import INTERRUPTED, Stops
 
 BAD_INPUT, NO_BACKEND = 2, 3
 _LEFT = "what is complete, if anything, stays readable"
-
-
-@app.command
-def scenes() -> int:
-    """List the shipped scenes, a line each."""
-    for name, path in list_shipped().items():
-        console.print(f"{name:20} {read_toml(path).get('title', '')}")
-    return 0
 
 
 @app.command(name="doctor")

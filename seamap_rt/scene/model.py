@@ -33,8 +33,13 @@ from .agreement import disagreements
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._+-]{0,99}"
 
 
+def is_name(name: str) -> bool:
+    """Whether a scene may be called so."""
+    return re.fullmatch(_NAME, name) is not None
+
+
 def _file_name(name: str) -> str:
-    if not re.fullmatch(_NAME, name):
+    if not is_name(name):
         raise ValueError(
             "must be 1 to 100 letters, digits and . _ + -, the first a letter or digit (it names the results' folder)"
         )

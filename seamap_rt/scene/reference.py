@@ -5,22 +5,22 @@ python -m seamap_rt.scene.reference > scenes/README.md
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 from ..io.scenefile import list_shipped, read_toml
-from .model import Scene
-
-Schema = Mapping[str, Any]
+from .keys import KeyRow, KeySection, key_sections
 
 _INTRODUCTION = """\
 # Scene files
 
 A scene file holds all that a run depends on: sea, radar, boat, objects, how finely to trace and how to retrieve. It is
 [TOML](https://toml.io): tables in brackets, a key and a value a line. Only `name` is needed; a key that is left out has
-the default below. An unknown key, a value beyond its limit or keys that contradict each other are refused in one line
-that names key, value, limit and remedy. To make a scene of your own, copy `choppy_sea.toml`, which writes nearly every
-key out.
+the default below. Unknown keys, values beyond their limits and keys that contradict each other are refused all at once,
+in a line each that names key, value, limit and remedy.
+
+`seamap-rt new mine.toml` writes a scene to begin with, its keys explained; `--like NAME` takes any shipped one as the
+pattern, so `--like solid_state_chirp`. `seamap-rt keys radar.antenna` prints the tables below, or one section of them.
+A scene may be as short as this:
 
 ```toml
 name = "mine"
@@ -65,127 +65,34 @@ reason stands in brackets. This page is written from the settings by `python -m 
 
 def manual() -> str:
     """The whole page, in Markdown."""
-    schema = Scene.model_json_schema()
     shipped = [f"| `{name}` | {read_toml(path).get('title', '')} |" for name, path in list_shipped().items()]
     lines = [_INTRODUCTION, "## Shipped scenes\n", "| scene | shows |", "|---|---|", *shipped, ""]
     lines += ["## Keys\n", _KEYS]
-    lines += _section("top of the file", schema, schema)
+    lines += [line for section in key_sections() for line in _section(section)]
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
-def _section(title: str, section: Schema, schema: Schema) -> Iterator[str]:
-    """A section's tables, then those of the sections in it."""
-    yield f"### {title}\n"
-    yield _paragraphs(section)
-    inner = {name: key for name, key in section["properties"].items() if _sections(key, schema)}
-    if plain := {name: key for name, key in section["properties"].items() if name not in inner}:
-        yield from _table(_row(name, key, name in section.get("required", ())) for name, key in plain.items())
-    above = "" if title == "top of the file" else title.strip("[]") + "."
-    for name, key in inner.items():
-        sections, many = _sections(key, schema), key.get("type") == "array"
-        heading = f"[[{above}{name}]]" if many else f"[{above}{name}]"
-        if len(sections) > 1:
-            yield from _kinds(heading, key, sections)
-        else:
-            yield from _section(heading, _own(sections[0]), schema)
+def _section(section: KeySection) -> Iterator[str]:
+    """A section's heading, what it is, and the table of its keys."""
+    yield f"### {section.heading}\n"
+    if section.kinds:
+        yield f"{section.meaning}\n"
+        yield f"| `{section.tag}` | is | keys |\n|---|---|---|"
+        for kind in section.kinds:
+            names = ", ".join(f"`{name}`" for name in kind.keys) or "—"
+            yield f"| `{kind.name}` | {kind.meaning} | {names} |"
+        yield ""
+    else:
+        yield section.about
+    if section.rows:
+        yield "| key | unit | default | limit | meaning |\n|---|---|---|---|---|"
+        yield from (_row(row) for row in section.rows)
+        yield ""
 
 
-def _own(section: Schema) -> Schema:
-    """Without keys that stand in another section, whose values they take when left out."""
-    keys = {name: key for name, key in section["properties"].items() if not _is_that_of_another(key)}
-    return {**section, "properties": keys}
-
-
-def _is_that_of_another(key: Schema) -> bool:
-    return key.get("left_out", "").startswith("that of ")
-
-
-def _kinds(title: str, key: Schema, sections: list[Schema]) -> Iterator[str]:
-    """Sections of which one key says which it is: what each is and which keys it has, and one table of them all."""
-    tag = key["items"]["discriminator"]["propertyName"]
-    yield f"### {title}\n"
-    yield f"{key['description']}\n"
-    yield f"| `{tag}` | is | keys |\n|---|---|---|"
-    rows: dict[str, dict[str, list[str]]] = {}
-    for section in sections:
-        kind, keys = section["properties"][tag]["const"], [name for name in section["properties"] if name != tag]
-        names = ", ".join(f"`{name}`" for name in keys) or "—"
-        yield f"| `{kind}` | {' '.join(section['description'].split())} | {names} |"
-        for name in keys:
-            row = _row(name, section["properties"][name], name in section.get("required", ()))
-            rows.setdefault(name, {}).setdefault(row, []).append(kind)
-    yield ""
-    yield from _table(
-        row if len(variants) == 1 else f"{row.removesuffix(' |')} Of {', '.join(f'`{kind}`' for kind in kinds)}. |"
-        for variants in rows.values()
-        for row, kinds in variants.items()
-    )
-
-
-def _table(rows: Iterator[str]) -> Iterator[str]:
-    yield "| key | unit | default | limit | meaning |\n|---|---|---|---|---|"
-    yield from rows
-    yield ""
-
-
-def _row(name: str, key: Schema, needed: bool) -> str:
-    default = "needed" if needed else _default(key)
-    return f"| `{name}` | {_unit(key['unit'])} | {default} | {_limit(key)} | {key['description']} |"
-
-
-def _unit(unit: str | None) -> str:
-    return "" if unit is None else unit
-
-
-def _default(key: Schema) -> str:
-    if key.get("default") is None:
-        return key.get("left_out", "")
-    return f"`{_value(key['default'])}`"
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, int | float):
-        return f"{value:.12g}" if abs(value) < 1e6 else f"{value:g}".replace("e+", "e").replace("e0", "e")
-    if isinstance(value, list):
-        return f"[{', '.join(_value(each) for each in value)}]"
-    return value if value == "inf" else f'"{value}"'
-
-
-def _limit(key: Schema) -> str:
-    """Choices or bounds, and in brackets the reason of the bounds."""
-    kinds = [kind for kind in key.get("anyOf", [key]) if kind.get("type") != "null"]
-    bounds = " or ".join(filter(None, (_bounds(kind) for kind in kinds)))
-    reason = key.get("reason", "")
-    return f"{bounds} ({reason})" if bounds and reason else bounds or reason
-
-
-def _bounds(kind: Schema) -> str:
-    if "enum" in kind:
-        return ", ".join(f"`{choice}`" for choice in kind["enum"])
-    if "const" in kind:
-        return f"`{kind['const']}`"
-    if kind.get("type") == "boolean":
-        return "`true`, `false`"
-    if entries := kind.get("prefixItems"):
-        each = [_bounds(entry) for entry in entries]
-        return each[0] and (f"each {each[0]}" if len(set(each)) == 1 else f"the first {each[0]}")
-    if "minimum" in kind and "maximum" in kind:
-        return f"{_value(kind['minimum'])} to {_value(kind['maximum'])}"
-    signs = (("exclusiveMinimum", ">"), ("minimum", "≥"), ("exclusiveMaximum", "<"), ("maximum", "≤"))
-    return ", ".join(f"{sign} {_value(kind[name])}" for name, sign in signs if name in kind)
-
-
-def _paragraphs(section: Schema) -> str:
-    return "\n\n".join(" ".join(block.split()) for block in section["description"].split("\n\n")) + "\n"
-
-
-def _sections(key: Schema, schema: Schema) -> list[Schema]:
-    """The sections that a key holds: one, one an entry, or one of several kinds an entry; none of a plain key."""
-    holder = key.get("items", key) if key.get("type") == "array" else key
-    references = [each["$ref"] for each in holder.get("oneOf", [holder]) if "$ref" in each]
-    return [schema["$defs"][reference.rsplit("/", 1)[1]] for reference in references]
+def _row(row: KeyRow) -> str:
+    of = f" Of {', '.join(f'`{kind}`' for kind in row.kinds)}." if row.kinds else ""
+    return f"| `{row.name}` | {row.unit} | {row.default} | {row.limit} | {row.meaning}{of} |"
 
 
 if __name__ == "__main__":

@@ -31,6 +31,7 @@ SHIPPED = [
     "pier",
     "rough_ride",
     "sinusoid",
+    "solid_state_chirp",
     "tiny",
     "wide_baseline",
     "wind_and_swell",

@@ -1,0 +1,95 @@
+"""Commands with which one begins: new, keys and scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.table import Table
+from rich.text import Text
+
+from ..io.scenefile import list_shipped, read_toml
+from .shell import app, console
+
+_WIDEST = 36  # characters of a column in a pipe; what is longer moves its line's rest
+
+
+@app.command
+def new(file: Path = Path("my_scene.toml"), /, *, like: str = "choppy_sea", overwrite: bool = False) -> int:
+    """Write a scene file to begin with, its keys explained. It runs as it stands.
+
+    Parameters
+    ----------
+    file
+        The scene file, whose name is the scene's.
+    like
+        The pattern, a shipped scene's name (see scenes) or a scene file. choppy_sea has the radar of the study (1 W,
+        20 ns, 60 turns a minute), solid_state_chirp one of 25 W that compresses its pulses.
+    overwrite
+        Replace the file.
+    """
+    from ..scene.starting import write_scene
+
+    path = write_scene(file, like, overwrite=overwrite)
+    console.print(f"{path}: like {like}; change it, and run it by seamap-rt run {path}")
+    return 0
+
+
+@app.command
+def keys(section: str = "", /) -> int:
+    """Tell of the keys of a scene file: unit, default, limits and meaning. In a pipe, a line each.
+
+    Parameters
+    ----------
+    section
+        As radar, radar.antenna or sea.waves; default all.
+    """
+    from ..scene.keys import KeySection, key_sections, sections_at
+
+    found: Sequence[KeySection] = sections_at(section) if section.strip() else key_sections()
+    if console.is_terminal:
+        for each in found:
+            _print_table(each)
+        return 0
+    rows = [("key", "unit", "default", "limit", "meaning"), *(row for each in found for row in _rows(each))]
+    widths = [min(_WIDEST, max(len(row[column]) for row in rows)) for column in range(3)]
+    for row in rows:
+        padded = [f"{cell:<{width}}" for cell, width in zip(row, widths, strict=False)]
+        console.print("  ".join([*padded, " | ".join(filter(None, row[3:]))]).rstrip())
+    return 0
+
+
+def _rows(section) -> list[tuple[str, ...]]:
+    """A section's keys in plain text, with the section before the name."""
+    above = f"{section.path}." if section.path else ""
+    rows: list[tuple[str, ...]] = []
+    if section.tag:
+        choices = ", ".join(kind.name for kind in section.kinds)
+        rows.append((above + section.tag, "", "needed", choices, section.meaning))
+    for row in section.rows:
+        of = f" Of {', '.join(row.kinds)}." if row.kinds else ""
+        cells = (above + row.name, row.unit, row.default, row.limit, row.meaning + of)
+        rows.append(tuple(" ".join(cell.replace("`", "").split()) for cell in cells))
+    return rows
+
+
+def _print_table(section) -> None:
+    if not (rows := _rows(section)):
+        return
+    table = Table(title=Text(section.heading), title_justify="left", title_style="bold", show_lines=False, expand=False)
+    table.add_column("key", no_wrap=True)
+    table.add_column("unit")
+    table.add_column("default", overflow="fold", max_width=24)
+    table.add_column("limit", overflow="fold", max_width=32)
+    table.add_column("meaning")
+    for name, *cells in rows:
+        table.add_row(name.rsplit(".", 1)[-1], *cells)
+    console.print(table, soft_wrap=False)
+
+
+@app.command
+def scenes() -> int:
+    """List the shipped scenes, a line each."""
+    for name, path in list_shipped().items():
+        console.print(f"{name:20} {read_toml(path).get('title', '')}")
+    return 0
