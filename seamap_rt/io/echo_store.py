@@ -2,6 +2,10 @@
 
 Each file of it appears whole, so a kill loses no turn; but it may leave arrays of unlike length. While a store grows,
 its attribute `complete_pulses` counts the pulses of the complete turns, and `recover_echoes` cuts off what is beyond.
+
+The store's own description repeats those of its arrays, as long as the complete turns are ("consolidated metadata"),
+and is written at once with the number of these: whoever opens the store with `xr.open_zarr` alone sees whole turns,
+also while it grows.
 """
 
 from __future__ import annotations
@@ -16,10 +20,12 @@ import numpy as np
 import xarray as xr
 import zarr
 
+from .results_folder import write_whole
 from .stored_chunks import EVERY_CHUNK
 
 _PULSES_A_CHUNK = 2000
 PULSES = "complete_pulses"
+_DESCRIPTION = "zarr.json"
 _EVERY: Any = {"write_empty_chunks": True}  # zeros too: a chunk that is not there is lost
 _COORDINATES = "time azimuth transmitter turn"  # beside the dimensions
 
@@ -51,14 +57,14 @@ class EchoStore:
             _shorten(self._group, start)
             raise
         complete = int(turn.attrs["complete_turns"])
-        self._group.update_attributes({"complete_turns": complete, PULSES: start + turn.sizes["pulse"]})
+        _describe(self.path, complete, start + turn.sizes["pulse"])
         self._before, self._length = self._length, (complete, start + turn.sizes["pulse"])
 
     def take_back(self) -> None:
         """Forget the turn that was appended last."""
         if self._group is not None and self._length != self._before:
             self._length = self._before
-            _cut(self._group, *self._length)
+            _cut(self.path, self._group, *self._length)
 
     def __enter__(self) -> Self:
         return self
@@ -70,7 +76,7 @@ class EchoStore:
         if self._begun and not turns:
             shutil.rmtree(self.path, ignore_errors=True)
         elif self._group is not None:
-            del self._group.attrs[PULSES]
+            _describe(self.path, *self._length, growing=False)
 
     def _create(self, turn: xr.Dataset) -> zarr.Group:
         if self.path.exists():
@@ -95,6 +101,7 @@ class EchoStore:
                 array[...] = variable.values
         attributes = {"complete_turns": 0, "coordinates": _COORDINATES, PULSES: 0, EVERY_CHUNK: 1}
         group.update_attributes({**turn.attrs, **attributes})
+        _describe(self.path, 0, 0)
         return group
 
 
@@ -105,10 +112,30 @@ def _shorten(group: zarr.Group, pulses: int) -> None:
             array.resize((pulses, *array.shape[1:]))
 
 
-def _cut(group: zarr.Group, turns: int, pulses: int) -> None:
+def _cut(path: Path, group: zarr.Group, turns: int, pulses: int) -> None:
     """Leave so many turns, which have so many pulses. The attributes come first: then what is longer is not read."""
-    group.update_attributes({"complete_turns": turns, PULSES: pulses})
+    _describe(path, turns, pulses)
     _shorten(group, pulses)
+
+
+def _describe(path: Path, turns: int, pulses: int, growing: bool = True) -> None:
+    """Say how many turns are complete, and describe all arrays as so many pulses long, in one file that appears whole.
+
+    Zarr's own `consolidate_metadata` would take the arrays as they are, and a second write.
+    """
+    file = path / _DESCRIPTION
+    described = json.loads(file.read_text(encoding="utf-8"))
+    attributes = described["attributes"]
+    attributes.pop(PULSES, None)
+    attributes |= {"complete_turns": turns} | ({PULSES: pulses} if growing else {})
+    arrays = {}
+    for each in sorted(path.glob(f"*/{_DESCRIPTION}")):
+        array = json.loads(each.read_text(encoding="utf-8"))
+        if array["dimension_names"][0] == "pulse":
+            array["shape"][0] = pulses
+        arrays[each.parent.name] = array
+    described["consolidated_metadata"] = {"kind": "inline", "must_understand": False, "metadata": arrays}
+    write_whole(file, json.dumps(described))
 
 
 # ------------------------------------------------------------------------------------------------- after a kill
@@ -127,22 +154,22 @@ def recoverable_turns(path: Path) -> int:
 
 def recover_echoes(path: Path, turns: int) -> None:
     """Leave the first so many turns of a store that a kill has left; none: remove it. May be called again."""
-    for left in path.rglob("*.partial"):  # of single files of the store
-        left.unlink()
+    for left in (*path.rglob("*.partial"), path / f".{_DESCRIPTION}.part"):  # of single files of the store
+        left.unlink(missing_ok=True)
     if not turns:
         shutil.rmtree(path, ignore_errors=True)
         return
-    group = zarr.open_group(path, mode="r+", zarr_format=3)
+    group = zarr.open_group(path, mode="r+", zarr_format=3, use_consolidated=False)
     pulses = int(group.attrs[PULSES])  # type: ignore[arg-type]
     if turns < recoverable_turns(path):
         pulses = int(np.searchsorted(np.asarray(group["turn"][:pulses]), turns))  # type: ignore[index]
-    _cut(group, turns, pulses)
-    del group.attrs[PULSES]
+    _cut(path, group, turns, pulses)
+    _describe(path, turns, pulses, growing=False)
 
 
 def _attributes(path: Path) -> dict[str, Any] | None:
     """What the store says of itself; None where it does not even exist whole."""
     try:
-        return dict(json.loads((path / "zarr.json").read_text(encoding="utf-8"))["attributes"])
+        return dict(json.loads((path / _DESCRIPTION).read_text(encoding="utf-8"))["attributes"])
     except (OSError, ValueError, KeyError):
         return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -61,7 +62,7 @@ def test_every_chunk_is_asked_for(store: Path) -> None:
 def test_a_turn_that_was_not_finished_is_left_out(store: Path, longer: list[str]) -> None:
     """As a killed process leaves it: some arrays have grown, and `complete_turns` has not."""
     before = open_echoes(store).load()
-    group = zarr.open_group(store, mode="a")
+    group = zarr.open_group(store, mode="a", use_consolidated=False)
     for name in longer:
         array = group[name]
         assert isinstance(array, zarr.Array)
@@ -77,7 +78,7 @@ def test_whole_turns_are_read_while_it_grows(tmp_path: Path) -> None:
     growing = EchoStore(tmp_path / "echoes.zarr")
     for number in range(2):
         growing.append(turn(number))
-    group = zarr.open_group(growing.path, mode="a")
+    group = zarr.open_group(growing.path, mode="a", use_consolidated=False)
     array = group["turn"]
     assert isinstance(array, zarr.Array)
     array.resize((array.shape[0] + 5000,))
@@ -85,6 +86,38 @@ def test_whole_turns_are_read_while_it_grows(tmp_path: Path) -> None:
     assert found.attrs["complete_turns"] == 2
     assert found.sizes["pulse"] == 2 * turn(0).sizes["pulse"]
     assert set(found["turn"].values) == {0, 1}
+
+
+def test_anyone_may_open_it_plainly_also_while_it_grows(tmp_path: Path) -> None:
+    """`xr.open_zarr(path)`, where a warning is an error: whole turns, none of them in part, from the first to the last
+    and after."""
+    pulses = turn(0).sizes["pulse"]
+    path = tmp_path / "echoes.zarr"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with EchoStore(path) as growing:
+            for number in range(2):
+                growing.append(turn(number))
+                found = xr.open_zarr(path).load()
+                assert found.attrs["complete_turns"] == number + 1
+                assert found.sizes["pulse"] == (number + 1) * pulses
+                _lengthened(path, "voltage")  # the next turn has begun
+                xr.testing.assert_identical(xr.open_zarr(path).load(), found)
+                _lengthened(path, "voltage", -7)
+            growing.take_back()
+            assert xr.open_zarr(path).attrs["complete_turns"] == 1
+            growing.append(turn(1))
+        whole = xr.open_zarr(path).load()
+    assert "complete_pulses" not in whole.attrs
+    ours = open_echoes(path).load()
+    for name in ours.variables:
+        xr.testing.assert_equal(whole[name].variable, ours[name].variable)
+
+
+def _lengthened(path: Path, name: str, by: int = 7) -> None:
+    array = zarr.open_group(path, mode="a", use_consolidated=False)[name]
+    assert isinstance(array, zarr.Array)
+    array.resize((array.shape[0] + by, *array.shape[1:]))
 
 
 def _of_another_type(described: dict) -> None:

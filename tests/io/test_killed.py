@@ -27,7 +27,7 @@ from seamap_rt.io.appendable import AppendableNetCDF, part_of
 from seamap_rt.io.committed_file import CommittedFile, mend
 from seamap_rt.io.echo_store import EchoStore, recover_echoes, recoverable_turns
 from seamap_rt.io.recovery import recover
-from seamap_rt.io.results_folder import clear_folder, growing, results_folder
+from seamap_rt.io.results_folder import clear_folder, growing, results_folder, write_whole
 
 
 def tree(turn: int) -> xr.DataTree:
@@ -191,8 +191,13 @@ def test_each_write_of_the_store_leaves_its_whole_turns(snapshots: Snapshots, mo
             snapshots.take()
             return put(*given, **named)
 
+    def described(path: Path, content: str) -> None:
+        snapshots.take()
+        write_whole(path, content)
+
     with monkeypatch.context() as patch, growing(folder, ("echoes.zarr",)):
         patch.setattr(_local, "_put", watched)
+        patch.setattr(echo_store, "write_whole", described)
         with EchoStore(folder / "echoes.zarr") as store:
             for turn in range(3):
                 store.append(echoes(turn))
@@ -205,7 +210,11 @@ def test_each_write_of_the_store_leaves_its_whole_turns(snapshots: Snapshots, mo
         if not (copy / "echoes.zarr").exists():
             assert whole == 0
             continue
-        with xr.open_zarr(copy / "echoes.zarr", consolidated=False) as found:
+        with (
+            xr.open_zarr(copy / "echoes.zarr", consolidated=False) as found,
+            xr.open_zarr(copy / "echoes.zarr") as plain,
+        ):
+            xr.testing.assert_identical(plain, found)
             turns = found.attrs["complete_turns"]
             assert turns in (whole, whole + 1)
             np.testing.assert_array_equal(found["turn"].values, np.repeat(np.arange(turns), 3))
@@ -219,7 +228,7 @@ def test_a_store_is_cut_to_fewer_turns(tmp_path: Path) -> None:
         store.append(echoes(turn))
     assert recoverable_turns(store.path) == 3
     recover_echoes(store.path, 2)
-    with xr.open_zarr(store.path, consolidated=False) as found:
+    with xr.open_zarr(store.path) as found:
         assert found["turn"].values.tolist() == [0, 0, 0, 1, 1, 1]
         assert found.attrs["complete_turns"] == 2
 

@@ -47,7 +47,7 @@ def open_echoes(path: str | Path) -> xr.Dataset:
 
 def _opened(path: str | Path) -> xr.Dataset:
     """A store whose arrays may be of unequal length: so many pulses as all have."""
-    group = zarr.open_group(path, mode="r", zarr_format=3)
+    group = zarr.open_group(path, mode="r", zarr_format=3, use_consolidated=False)
     arrays = dict(group.arrays())
     lengths = {name: array.shape[0] for name, array in arrays.items() if _names(array)[:1] == ("pulse",)}
     least = min(lengths.values(), default=0)
