@@ -15,6 +15,21 @@ from ..compute.locks import Held, holder_of, locked
 from ..compute.scratch import clear_dead
 from ..errors import InputError
 
+# What a folder of each kind of results is known by. Retrievals and forecasts may stand in a run's.
+KINDS = {
+    "a run's": frozenset(
+        ("echoes.zarr", "maps.nc", "truth.nc", "gauges.nc", "prediction.nc", "report.html", "evolution.gif")
+    ),
+    "a trade's": frozenset(("trade.html", "trade.json", "trade.csv", "trade.nc", "trade.png")),
+    "a shadowing study's": frozenset(
+        ("shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png", "shadowing.html")
+    ),
+    "a sea's": frozenset(
+        ("sea.nc", "statistics.txt", "directional_spectrum.png", "sea_surface.png", "sea.gif", "from_mast.png")
+    ),
+    "a link budget's": frozenset(("link.csv", "link.png")),
+    "a validation's": frozenset(("validation.html",)),
+}
 _LOCK, _MARKER = ".seamap-rt.lock", ".seamap-rt.unfinished"
 # What products are called until they are whole, and after they were removed.
 _ENDINGS = "nc|zarr|json|toml|html|png|gif|csv|txt|unfinished"
@@ -33,7 +48,8 @@ def results_folder(folder: Path, overwrite: bool, products: tuple[str, ...], opt
     """A folder that nobody else writes results into meanwhile; it is made if it is not there.
 
     Raises InputError, in one line, for a folder that cannot be made or written to, into which another process writes,
-    or which holds another run's results, or what a kill has left of them, without `overwrite`.
+    which holds results of another kind (a run's, a trade's …), or which holds another run's results, or what a kill has
+    left of them, without `overwrite`.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -45,6 +61,7 @@ def results_folder(folder: Path, overwrite: bool, products: tuple[str, ...], opt
         raise InputError(f"{option} = '{folder}': cannot be written to; choose a folder that you can write to")
     clear_dead()
     with held_folder(folder, option):
+        _refuse_foreign(folder, products, option)
         if not overwrite:
             _refuse_earlier(folder, products, option)
         yield
@@ -100,6 +117,15 @@ def refuse_unfinished(folder: Path, option: str, otherwise: str = "") -> None:
 def finished(folder: Path) -> None:
     """Forget that something was left unfinished in a folder."""
     (folder / _MARKER).unlink(missing_ok=True)
+
+
+def _refuse_foreign(folder: Path, products: tuple[str, ...], option: str) -> None:
+    """Also with --overwrite, which means results of the same kind: others would stay in part, among the new ones."""
+    for kind, names in KINDS.items():
+        if names.isdisjoint(products):
+            for name in sorted(names):
+                if (folder / name).exists():
+                    raise InputError(f"{option} = '{folder}': holds {kind} {name}; choose another folder")
 
 
 def _refuse_earlier(folder: Path, products: tuple[str, ...], option: str) -> None:

@@ -19,7 +19,7 @@ from .environment import Environment
 from .page import write_page
 from .result import METRICS, PAGE, CaseResult, ValidationResult
 
-_PRODUCTS = (PAGE, METRICS)
+PRODUCTS = (PAGE, METRICS)
 _TRACE_LINES = 12
 Progress = Callable[[str], None]
 
@@ -42,8 +42,8 @@ def validate(
     folder, say, start = Path(out), progress or (lambda _: None), time.perf_counter()
     home = cases or cases_folder()
     selected = select_cases(load_cases(home), full, only)
-    with results_folder(folder, overwrite, _PRODUCTS):
-        clear_folder(folder, _PRODUCTS)
+    with results_folder(folder, overwrite, PRODUCTS):
+        clear_folder(folder, PRODUCTS)
         environment, done = Environment.here(), list[CaseResult]()
         result = ValidationResult(folder, (), len(selected), 0.0)
         try:

@@ -11,6 +11,12 @@ import pytest
 from command_line import DROWNED, PRODUCTS, assert_refused, ended, settings, start
 
 from seamap_rt.interferometry import open_echoes
+from seamap_rt.io.results_folder import KINDS
+from seamap_rt.products import link, writing
+from seamap_rt.session import simulating, whole_run
+from seamap_rt.studies import sweep
+from seamap_rt.studies.shadowing import PRODUCTS as OF_SHADOWING
+from seamap_rt.validate import runner
 
 call, elsewhere = command_line.call, command_line.elsewhere  # fixtures
 pytestmark = pytest.mark.usefixtures("elsewhere")
@@ -237,3 +243,46 @@ def test_all_errors_of_a_scene_are_told_a_line_each(call: Any) -> None:
     for line, word in zip(lines, words, strict=True):
         assert word in line
     assert not Path("results").exists()
+
+
+# ------------------------------------------------------------------------------------------ results of another kind
+
+
+def test_the_kinds_of_folders_know_all_products() -> None:
+    """What is written stands under its kind, but for names that several kinds use."""
+    shared = {"scene.toml", "metrics.json"}
+    written = {
+        "a run's": {*whole_run.PRODUCTS, *simulating.PRODUCTS},
+        "a trade's": {*sweep.PRODUCTS},
+        "a shadowing study's": {*OF_SHADOWING},
+        "a sea's": {*writing.PRODUCTS},
+        "a link budget's": {*link.PRODUCTS},
+        "a validation's": {*runner.PRODUCTS},
+    }
+    assert written.keys() == KINDS.keys()
+    for kind, names in written.items():
+        assert names - shared == KINDS[kind]
+    assert len(frozenset.union(*KINDS.values())) == sum(map(len, KINDS.values()))
+
+
+@pytest.mark.parametrize("option", [(), ("--overwrite",)])
+@pytest.mark.parametrize(
+    ("there", "command", "words"),
+    [
+        ("echoes.zarr", ("trade", "tiny", "--vary", "radar.height_m=5,6", "--workers", "0"), "holds a run's"),
+        ("report.html", ("shadowing", "tiny", "--heights", "5"), "holds a run's"),
+        ("trade.json", ("run", "tiny", *settings()), "holds a trade's"),
+        ("trade.csv", ("simulate", "tiny", *settings()), "holds a trade's"),
+        ("sea.nc", ("run", "tiny", *settings()), "holds a sea's"),
+        ("shadowing.nc", ("trade", "tiny", "--vary", "radar.height_m=5,6", "--workers", "0"), "holds a shadowing"),
+        ("maps.nc", ("link", "tiny"), "holds a run's"),
+    ],
+)
+def test_results_of_different_kinds_do_not_mix(
+    call: Any, there: str, command: tuple[str, ...], words: str, option: tuple[str, ...]
+) -> None:
+    Path("results").mkdir()
+    Path("results", there).write_text("kept")
+    assert_refused(call(*command, *option, "--out", "results"), "results': ", words, there, "choose another")
+    assert [path.name for path in Path("results").iterdir()] == [there]
+    assert Path("results", there).read_text() == "kept"
