@@ -3,7 +3,7 @@
     scene = load_scene("scenes/choppy_sea.toml")
     simulation = simulate(scene)                 # echoes and truth
     maps = retrieve(simulation.echoes)           # heights and slopes; never sees the truth
-    metrics = compare(maps, simulation.truth)
+    compared = compare(maps, simulation.truth)   # errors of height by range, and over all
 
 Names are loaded when first used, so that a retrieval loads neither Dr.Jit nor Mitsuba.
 """

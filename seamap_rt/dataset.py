@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .errors import SchemaError
+from .errors import SchemaError, must_be
 
 
 @dataclass(frozen=True)
@@ -373,8 +373,11 @@ def check(product: str, dataset: xr.Dataset, needed: Collection[str] | None = No
 
 
 def group_of(tree: xr.DataTree, product: str, needed: Collection[str] | None = None) -> xr.Dataset:
-    """The group of maps or truth that `product` names, as in maps/polar; SchemaError unless `check` passes."""
+    """The group of maps or truth that `product` names, as in maps/polar; SchemaError unless `check` passes, InputError
+    for what is no tree."""
     whole, name = product.split("/")
+    source = "retrieve gives" if whole == "maps" else "simulate gives"
+    must_be(whole, tree, xr.DataTree, f"a DataTree with the groups polar and ground, as {source}")
     if name not in tree.children:
         raise SchemaError(f"{whole}: the group '{name}' is missing; give the tree of a whole {whole}.nc")
     dataset = tree[name].to_dataset()

@@ -44,6 +44,13 @@ class InputError(ValueError):
         return type(self), self.problems
 
 
+def must_be(name: str, value: object, kinds: type | tuple[type, ...], wanted: str) -> None:
+    """Raise InputError unless a value is of one of these types. wanted: in words, and where to get one."""
+    if not isinstance(value, kinds):
+        given = "None" if value is None else f"a {type(value).__name__}"
+        raise InputError(f"{name}: is {given}, must be {wanted}")
+
+
 def refuse(problems: Iterable[str]) -> None:
     """Raise InputError with all of the problems, if there are any."""
     if told := tuple(problems):

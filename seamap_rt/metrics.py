@@ -10,23 +10,75 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .dataset import QUALITY_FLAGS, group_of
+from .errors import InputError
 
 BIN_M = 25.0
 HEADLINE_M = (50.0, 200.0)
 HALF_VISIBLE = 0.5
 
 
-def compare(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
+_MEANINGS = {
+    "height_rmse_m": ("m", "root-mean-square error of height"),
+    "height_robust_m": ("m", "robust error of height, 1.4826 MAD about the median"),
+    "height_bias_m": ("m", "mean error of height"),
+    "height_bias_visible_m": ("m", "mean difference of height to the lit part of the cells"),
+    "slope_rmse": ("1", "root-mean-square error of the slope in range"),
+    "height_correlation": ("1", "correlation of heights with the true ones"),
+    "hs_true_m": ("m", "four standard deviations of the true heights"),
+    "hs_retrieved_m": ("m", "four standard deviations of the heights without a flag"),
+    "visible_fraction": ("1", "mean share of the cells that both antennas see"),
+    "illumination": ("1", "mean illumination of the cells"),
+    "answered": ("1", "share of the visible cells that count"),
+    "cells": ("1", "cells that count"),
+}
+
+
+def compare(maps: xr.DataTree, truth: xr.DataTree) -> xr.Dataset:
+    """Maps against the truth: errors by range, dims (range,), and for all of 50 to 200 m without dims, as `overall_…`.
+
+        compared = compare(maps, simulation.truth)
+        float(compared["overall_height_rmse_m"]), compared["height_rmse_m"].sel(range=100.0, method="nearest")
+
+    maps, truth: trees with a group `polar` (turn, azimuth, range) of the same cells. `range` [m] is the middle of each
+    bin of 25 m. Cells count if they are more than half visible and have a retrieved height that is not flagged as
+    ambiguous; `cells` is their number, `answered` their share of the visible cells. What is not defined is NaN. The
+    attribute `overall_range_m` holds what of 50 to 200 m the maps hold; it is missing where that is nothing.
+    Raises InputError for what are no trees or have different cells, SchemaError for trees that do not keep the schema.
+    """
+    by_range = error_figures(maps, truth)
+    overall = by_range.pop("overall")
+    middles, band = by_range.pop("range_m"), overall.pop("range_m")
+    result = xr.Dataset(
+        {name: ("range", _known(values), _attributes(name)) for name, values in by_range.items()}
+        | {f"overall_{name}": ((), _known(value), _attributes(name)) for name, value in overall.items()},
+        {"range": ("range", middles, {"units": "m", "long_name": "middle of the range bin"})},
+        {"title": "maps compared with the truth"},
+    )
+    return result if band is None else result.assign_attrs(overall_range_m=list(band))
+
+
+def _attributes(name: str) -> dict[str, str]:
+    units, meaning = _MEANINGS[name]
+    return {"units": units, "long_name": meaning}
+
+
+def _known(values: Any) -> NDArray:
+    """Figures as an array: counts stay whole, None is NaN."""
+    array = np.asarray(values)
+    return array if array.dtype.kind in "iu" else np.asarray(values, dtype=np.float64)
+
+
+def error_figures(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
     """The part of `metrics.json` that compares maps with the truth: lists per range bin, and `overall`.
 
     maps, truth: trees with a group `polar` (turn, azimuth, range) of the same cells; ranges in m, heights in m. Cells
     count if they are more than half visible and have a retrieved height that is not flagged as ambiguous; `cells` is
     their number, `answered` their share of the visible cells. What is not defined is None. SchemaError for trees that
-    do not keep the schema, ValueError where maps and truth have different cells.
+    do not keep the schema, InputError where maps and truth have different cells.
     """
     retrieved, true = group_of(maps, "maps/polar"), group_of(truth, "truth/polar")
     if retrieved["height"].shape != true["height"].shape:
-        raise ValueError(
+        raise InputError(
             f"maps {retrieved['height'].shape} and truth {true['height'].shape} have different cells; "
             "retrieve with the cell size that the truth was made with"
         )

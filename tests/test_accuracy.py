@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 from seamap_rt.interferometry import retrieve
-from seamap_rt.metrics import HEADLINE_M, compare
+from seamap_rt.metrics import HEADLINE_M, error_figures
 from seamap_rt.scene import load_scene
 from seamap_rt.settings import RetrievalSettings
 from seamap_rt.simulation import Simulator, Turn
@@ -36,7 +36,7 @@ def maps(noise: bool, polarization: str = "VV", estimator: str = "adaptive", *wi
 
 
 def overall(noise: bool, polarization: str = "VV", estimator: str = "adaptive", *window: float) -> dict[str, Any]:
-    return compare(maps(noise, polarization, estimator, *window), turn(noise, polarization).truth)["overall"]
+    return error_figures(maps(noise, polarization, estimator, *window), turn(noise, polarization).truth)["overall"]
 
 
 def test_single_cells_without_noise() -> None:

@@ -8,7 +8,8 @@ import xarray as xr
 from scipy.special import ndtri
 
 from seamap_rt.dataset import SCHEMA, build
-from seamap_rt.metrics import compare
+from seamap_rt.errors import InputError
+from seamap_rt.metrics import compare, error_figures
 
 CELLS = (1, 40, 30)  # turn, azimuth, range
 RANGES = 60.0 + 4.0 * np.arange(30)
@@ -36,8 +37,33 @@ def test_a_common_error_is_bias_and_no_spread() -> None:
     level = sea + 0.3
     truth = tree("truth/polar", height=level, height_visible=level, visible_fraction=np.ones(CELLS))
     maps = tree("maps/polar", height=level + spread + 0.2)
-    found = compare(maps, truth)["overall"]
+    found = error_figures(maps, truth)["overall"]
     assert found["height_bias_m"] == pytest.approx(0.2, abs=1e-6)  # of float32
     assert found["height_robust_m"] == pytest.approx(0.05, rel=3e-3)
     assert found["height_rmse_m"] == pytest.approx(np.hypot(0.2, 0.05), rel=1e-3)
     assert found["hs_true_m"] == pytest.approx(1.6, rel=2e-3)  # about the mean: the level is no wave
+
+
+def test_a_comparison_holds_what_metrics_json_holds() -> None:
+    """Each figure by range and over all, with its unit; NaN where metrics.json has null."""
+    level = np.random.default_rng(2).normal(size=CELLS)
+    seen = np.where(RANGES < 100.0, 1.0, 0.0)[None, None, :] * np.ones(CELLS)
+    truth = tree("truth/polar", height=level, height_visible=level, visible_fraction=seen)
+    maps = tree("maps/polar", height=level + 0.1)
+    compared, figures = compare(maps, truth), error_figures(maps, truth)
+    overall = figures.pop("overall")
+    np.testing.assert_array_equal(compared["range"].values, figures.pop("range_m"))
+    assert compared.attrs["overall_range_m"] == list(overall.pop("range_m"))
+    assert set(compared.data_vars) == {*figures, *(f"overall_{name}" for name in overall)}
+    for name, values in (figures | {f"overall_{name}": value for name, value in overall.items()}).items():
+        np.testing.assert_array_equal(compared[name].values, np.array(values, dtype=np.float64))
+        assert compared[name].attrs["units"] == ("m" if name.endswith("_m") else "1")
+    assert float(compared["overall_height_bias_m"]) == pytest.approx(0.1, abs=1e-6)
+    assert np.isnan(compared["height_rmse_m"].values[-1])
+    assert compared["cells"].dtype.kind == "i"
+
+
+def test_other_cells_are_no_comparison() -> None:
+    truth = tree("truth/polar")
+    with pytest.raises(InputError, match="different cells"):
+        compare(xr.DataTree.from_dict({"polar": tree("maps/polar")["polar"].to_dataset().isel(range=slice(3))}), truth)

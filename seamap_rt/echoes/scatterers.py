@@ -6,11 +6,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from ..errors import InputError
+from ..io.numbers import numbers
 from ..radar.array import antenna_array
 from ..radar.receiver import amplitude_constant
 from ..radar.scan import BEAMS_BEYOND, Pulses, pulses
 from ..resolved_scene import masts
-from ..scene import Scene
+from ..scene import SceneLike, as_scene
 from ..settings import RadarSettings
 from .dataset import echo_dataset
 from .gating import received_samples
@@ -18,24 +20,24 @@ from .paths import wavenumber
 from .receiving import receive
 
 
-def from_scatterers(scene: Scene, xyz: ArrayLike, rcs: ArrayLike, velocity: ArrayLike | None = None) -> xr.Dataset:
+def from_scatterers(scene: SceneLike, xyz: ArrayLike, rcs: ArrayLike, velocity: ArrayLike | None = None) -> xr.Dataset:
     """Echoes (schema `echoes`) of point scatterers at xyz (n, 3) [m] at time 0, of rcs (n,) [m²], that move at
     velocity (n, 3) [m/s]. Thermal noise is added if radar.noise.
 
-    Raises ValueError, in one line, for shapes that do not fit or values that are not finite.
+    Raises InputError, in one line, for shapes that do not fit or values that are not finite.
     """
-    points = np.atleast_2d(np.asarray(xyz, dtype=np.float64))
-    areas = np.asarray(rcs, dtype=np.float64)
+    scene = as_scene(scene)
+    points, areas = np.atleast_2d(numbers("xyz", xyz)), numbers("rcs", rcs)
     if areas.shape not in ((), points.shape[:1]):
-        raise ValueError(f"rcs {areas.shape}: must be one number, or one for each of the {len(points)} scatterers")
+        raise InputError(f"rcs {areas.shape}: must be one number, or one for each of the {len(points)} scatterers")
     areas = np.broadcast_to(areas, points.shape[:1])
-    speeds = np.zeros_like(points) if velocity is None else np.atleast_2d(np.asarray(velocity, dtype=np.float64))
+    speeds = np.zeros_like(points) if velocity is None else np.atleast_2d(numbers("velocity", velocity))
     if points.ndim != 2 or points.shape[1] != 3 or speeds.shape != points.shape:
-        raise ValueError(f"xyz {points.shape}, velocity {speeds.shape}: both must be (n, 3)")
+        raise InputError(f"xyz {points.shape}, velocity {speeds.shape}: both must be (n, 3)")
     if not (np.isfinite(points).all() and np.isfinite(areas).all() and np.isfinite(speeds).all()):
-        raise ValueError("xyz, rcs and velocity must be finite; drop the scatterers that are not")
+        raise InputError("xyz, rcs and velocity must be finite; drop the scatterers that are not")
     if (areas < 0.0).any():
-        raise ValueError(f"rcs = {areas.min():g}: must be at least 0 m²")
+        raise InputError(f"rcs = {areas.min():g}: must be at least 0 m²")
     true, sensed = masts(scene)
     radar = true.radar
     turns = [pulses(radar, turn, true) for turn in range(scene.turns)]

@@ -10,8 +10,8 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import wrap_degrees
-from ..dataset import QUALITY_FLAGS, build
-from ..errors import InputError
+from ..dataset import QUALITY_FLAGS, build, group_of
+from ..errors import InputError, must_be
 from ..sea import Sea
 from ..settings import GaugeSettings
 
@@ -41,8 +41,17 @@ def gauge_series(
     antennas, for all turns (2,) or each (turn, 2); only `quality` asks for it. Raises InputError without gauges, and
     for a single turn whose duration is not given.
     """
+    must_be("gauges", gauges, Sequence, "a list of GaugeSettings, as scene.gauges")
     if not gauges:
         raise InputError("gauges: there are none; give at least one point")
+    for gauge in gauges:
+        must_be("gauges", gauge, GaugeSettings, "a list of GaugeSettings, as scene.gauges")
+    for group, needed in (("polar", ("turn", "time", "quality")), ("ground", ("height", "time"))):
+        group_of(maps, f"maps/{group}", needed)
+    if truth is not None:
+        group_of(truth, "truth/ground", ("height", "time"))
+    if sea is not None:
+        must_be("sea", sea, Sea, "a Sea, as Simulator(scene).sea or sea.realize gives")
     turns = np.asarray(maps["polar"]["turn"].values, dtype=np.int64)
     period = turn_s if turn_s is not None else _turn_duration(maps, turns)
     points = np.array([gauge.position for gauge in gauges])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..conventions import db, unit_from_azimuth
 from ..dataset import QUALITY_FLAGS, build, check
-from ..errors import SchemaError
+from ..errors import SchemaError, must_be
 from ..settings import RetrievalSettings
 from ..wavefield.sea_state import water_of
 from .covariance.velocity import Doppler, Lag, doppler, over_ground, own_velocity
@@ -50,7 +51,9 @@ def retrieve_turns(
     echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None = None, after: int = -1
 ) -> Iterator[xr.DataTree]:
     """Maps of one complete turn after the other, of those whose number is greater than `after`; as `retrieve`."""
-    settings = settings or RetrievalSettings()
+    settings = RetrievalSettings() if settings is None else settings
+    must_be("settings", settings, RetrievalSettings, "RetrievalSettings, as scene.retrieval")
+    must_be("echoes", echoes, (xr.Dataset, str, os.PathLike), "a Dataset, as simulate gives, or the path of a store")
     if not isinstance(echoes, xr.Dataset):
         echoes = open_echoes(echoes)
     check("echoes", echoes)

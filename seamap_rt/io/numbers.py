@@ -1,9 +1,14 @@
-"""Numbers in refusals: a limit that is named must satisfy its check when it is typed in."""
+"""Numbers that a caller gives, and numbers in refusals: a limit that is named must satisfy its check when typed in."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
 
 
 def rounded_up(value: float) -> str:
@@ -21,3 +26,11 @@ def _four_digits(value: float, towards: Callable[[float], int]) -> str:
         return "0"
     scale = 10.0 ** (3 - math.floor(math.log10(abs(value))))
     return f"{towards(value * scale) / scale:.6g}"
+
+
+def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """An array of what a caller gives; InputError for what is none of numbers."""
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: is a {type(values).__name__}, must be numbers; give a list or an array") from None

@@ -24,7 +24,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
+from ..errors import InputError, must_be
 from .matlab import plain_value, read_matlab
 from .recording_header import Header, RecordingHeader, as_in_toml, header_object, read_header, validated
 
@@ -55,6 +55,7 @@ def read_recording(
     Without `header` it is the text (JSON) or the attributes that the file itself holds under the name `header`, else
     the .toml or .json file of the same name beside it. Raises InputError.
     """
+    must_be("path", path, (str, os.PathLike), f"the path of a recording, a file {', '.join(RECORDING_ENDINGS)}")
     path, names = Path(path), dict(names or {})
     if unknown := [name for name in names if name not in ARRAYS]:
         raise InputError(f"names: '{unknown[0]}' is no array of a recording; it has {', '.join(ARRAYS)}")

@@ -17,7 +17,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from ..errors import InputError
+from ..errors import InputError, must_be
 from .plain_json import plain
 from .toml_text import key_text, quoted, shown, toml_value
 
@@ -170,6 +170,7 @@ def list_shipped() -> dict[str, Path]:
 
 def find_scene(name_or_path: str | os.PathLike[str]) -> Path:
     """The file of a scene: the name of a shipped one (write ./name for a file called like it) or a path."""
+    must_be("scene", name_or_path, (str, os.PathLike), "a shipped scene's name, or the path of a scene file")
     shipped, text = list_shipped(), os.fspath(name_or_path)
     if text in shipped:
         return shipped[text]

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from ..conventions import unit_from_azimuth
 from ..dataset import build
-from ..errors import InputError
+from ..errors import InputError, must_be
+from ..io.numbers import numbers
 from .field import WaveField
 from .quantity import MOTIONS, Course
 from .vessel import Vessel
@@ -41,8 +42,9 @@ def forecast(
     draws: of what may come, which `quiet_windows` and `highest_wave` read; 0: none. seed: of these draws.
     Raises InputError for places, leads or a course that are not finite, and for a number of draws below 0.
     """
-    lead = np.arange(0.0, _LONGEST_S + _STEP_S, _STEP_S) if lead_s is None else np.atleast_1d(np.asarray(lead_s, float))
-    place = np.asarray([field.centre] if at is None else at, dtype=np.float64)
+    must_be("field", field, WaveField, "a WaveField, as reconstruct gives")
+    lead = np.arange(0.0, _LONGEST_S + _STEP_S, _STEP_S) if lead_s is None else np.atleast_1d(numbers("lead_s", lead_s))
+    place = numbers("at", [field.centre] if at is None else at)
     if place.ndim != 2 or place.shape[1] != 2 or not np.isfinite(place).all():
         raise InputError(f"at = {at}: must be pairs of metres east and north; give at least one")
     if lead.ndim != 1 or not lead.size or not np.isfinite(lead).all():

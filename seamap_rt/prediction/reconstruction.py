@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..compute.machine import pool
 from ..dataset import attributed, group_of
-from ..errors import InputError
+from ..errors import InputError, must_be
 from ..settings import PredictionSettings, VesselSettings
 from .capytaine import read_capytaine
 from .ensemble import Ensemble
@@ -43,7 +43,10 @@ def reconstruct(
     where there are no maps.
     Raises InputError where neither shows a sea, SchemaError for maps that do not keep the schema.
     """
-    settings = settings or PredictionSettings()
+    settings = PredictionSettings() if settings is None else settings
+    must_be("settings", settings, PredictionSettings, "PredictionSettings, as scene.prediction")
+    if observations is not None:
+        must_be("observations", observations, Observations, "prediction.Observations")
     if maps is None:
         if observations is None or spectrum is None:
             raise InputError("reconstruct: give maps, or observations and the spectrum that is expected")

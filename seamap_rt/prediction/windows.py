@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from ..errors import InputError
+from ..errors import InputError, must_be
 from .quantity import MOTIONS
 
 LIMITED = ("elevation", "slope_x", "slope_y", "velocity_z", *MOTIONS)
@@ -31,6 +31,8 @@ def quiet_windows(
     Raises InputError for an unknown quantity, a limit or duration that is not positive, a confidence not in (0, 1), and
     a forecast that is too coarse, too short, or without draws.
     """
+    must_be("forecast", forecast, xr.Dataset, "a Dataset, as forecast gives")
+    must_be("limit", limit, Mapping, "a dict of limits, such as {'elevation': 0.5}")
     if not limit:
         raise InputError(f"limit: is empty; give one of {', '.join(LIMITED)}")
     for name in limit:
@@ -74,6 +76,7 @@ def highest_wave(forecast: xr.Dataset, within_s: float | None = None) -> xr.Data
     draws of ten lie, lead [s], about which most draws have it, and chance, the share of draws that have it within a
     second of then. Raises InputError for a time that no lead lies in, and a forecast too coarse or without draws.
     """
+    must_be("forecast", forecast, xr.Dataset, "a Dataset, as forecast gives")
     fine, drawn = _followed(forecast, "elevation")
     inside = fine <= (np.inf if within_s is None else within_s) + 0.5 * _FINE_S
     if not inside.any():

@@ -18,7 +18,7 @@ from matplotlib.patches import Wedge
 from numpy.typing import NDArray
 from PIL import Image
 
-from ..metrics import HALF_VISIBLE, compare
+from ..metrics import HALF_VISIBLE, error_figures
 from ..scene import Scene
 from . import reduce, style
 from .gif import gif
@@ -207,7 +207,7 @@ def _row(maps: xr.DataTree, truth: xr.DataTree, index: int) -> list[str]:
     near = reduce.at_judged_ranges(real)
     visible = reduce.polar(real, "visible_fraction")[0][:, near] > HALF_VISIBLE
     time: NDArray[np.float64] = reduce.coordinate(result, "polar", "time")[0]
-    figures = compare(result, real)["overall"]
+    figures = error_figures(result, real)["overall"]
     answered = figures["cells"] / visible.sum() if visible.any() else float("nan")
     return [
         str(int(reduce.coordinate(result, "polar", "turn")[0])),

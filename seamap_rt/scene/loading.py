@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from ..errors import must_be
 from ..io import scenefile
 from ..io.validation import validate
 from .agreement import disagreements_of_the_rest
@@ -24,6 +25,8 @@ def load_scene(path_or_name: str | os.PathLike[str], overrides: Mapping[str, Any
     Files that a scene names count from the scene file's folder, those of overrides from the working folder. Raises
     InputError with whatever is wrong with the file or the scene: its `problems`, and its message, have a line for each.
     """
+    if overrides is not None:
+        must_be("overrides", overrides, Mapping, 'a dict of keys, such as {"radar.height_m": 10.0}')
     path, overrides = scenefile.find_scene(path_or_name), overrides or {}
     tree = _anchored(scenefile.read_toml(path), path.parent)
     for key, other in (("energy_fraction", "resolution_m"), ("resolution_m", "energy_fraction")):
@@ -37,7 +40,10 @@ def load_scene(path_or_name: str | os.PathLike[str], overrides: Mapping[str, Any
 
 def as_scene(scene: SceneLike) -> Scene:
     """A scene as it is, or that of a file or of a shipped scene's name. Raises InputError as `load_scene` does."""
-    return scene if isinstance(scene, Scene) else load_scene(scene)
+    if isinstance(scene, Scene):
+        return scene
+    must_be("scene", scene, (str, os.PathLike), "a Scene, the name of a shipped one, or the path of a scene file")
+    return load_scene(scene)
 
 
 def _anchored(tree: dict[str, Any], folder: Path) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 from ..conventions import unit_from_azimuth
+from ..errors import must_be
 from ..settings import RandomWaves, SeaSettings, SinusoidWaves, check_grid
 from .choppy import ChoppySurface, Displacement, check_folding, height_keeping_scale
 from .facts import choppy_facts, resolved_facts
@@ -33,6 +34,7 @@ def realize(settings: SeaSettings, seed: int | np.random.SeedSequence) -> Sea:
     Raises ValueError where extent_m is too small for a system's waves, where energy_fraction asks for a grid beyond
     memory, and where choppy waves would break over too much of the surface.
     """
+    must_be("settings", settings, SeaSettings, "SeaSettings, as scene.sea")
     systems = {
         number: spectral_system(waves, settings.depth_m)
         for number, waves in enumerate(settings.waves)

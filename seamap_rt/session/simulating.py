@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
+from ..errors import must_be
 from ..interferometry import open_echoes
 from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
@@ -44,6 +46,8 @@ def simulate(scene: SceneLike, out: str | Path | None = None, *, overwrite: bool
     Raises InputError for a scene that cannot be simulated, NoBackend if rays are requested and cannot be traced.
     """
     scene = as_scene(scene)
+    if out is not None:
+        must_be("out", out, (str, os.PathLike), "the path of a folder")
     simulator = Simulator(scene)
     turns = iterate(scene, simulator=simulator, retrieved=False)
     if out is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -13,6 +14,7 @@ from typing import Any
 import xarray as xr
 
 from ..compute.machine import peak_memory
+from ..errors import must_be
 from ..forecast_errors import judge_forecasts
 from ..gauges import judge
 from ..interferometry import open_echoes
@@ -21,7 +23,7 @@ from ..io.echo_store import EchoStore
 from ..io.plain_json import to_json
 from ..io.results_folder import clear_folder, growing, results_folder, write_whole
 from ..measured import Rings
-from ..metrics import compare
+from ..metrics import error_figures
 from ..radar.scan import sector_width, turn_duration
 from ..report import write_report
 from ..report.facts import run_facts
@@ -74,6 +76,8 @@ def run(
     """
     scene, say = as_scene(scene), progress or (lambda _: None)
     start = time.perf_counter()
+    if out is not None:
+        must_be("out", out, (str, os.PathLike), "the path of a folder")
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-{scene.seed}"
     with results_folder(folder, overwrite, PRODUCTS):
         say("preparing the sea and the tracer")
@@ -170,7 +174,7 @@ def _metrics(
     return {
         "scene": scene.name,
         "seed": scene.seed,
-        **compare(maps, truth),
+        **error_figures(maps, truth),
         "measured": _measured(simulator, maps, truth),
         **_sea_state(maps),
         "gauges": judge(gauges) if gauges is not None else [],

@@ -27,7 +27,7 @@ from ..errors import InputError
 from ..io.results_folder import write_whole
 from ..io.validation import validate
 from ..measured import Rings
-from ..metrics import BIN_M, compare
+from ..metrics import BIN_M, error_figures
 from ..scene import Scene
 from ..session import iterate
 from ..simulation import Simulator, Stopwatch
@@ -176,7 +176,7 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
         rings = seen if rings is None else rings + seen
         facets, folded = turn.counts["facets"], max(folded, turn.counts["folded_share"])
     with clock("compare"):
-        metrics = compare(_all_turns(maps), _all_turns(truths))
+        metrics = error_figures(_all_turns(maps), _all_turns(truths))
     overall, (near, far) = metrics.pop("overall"), scene.radar.range_m
     cells = _cells(truths[0]["range"].values) * truths[0].sizes["azimuth"] * scene.turns
     edges = np.asarray(metrics["range_m"]) - 0.5 * BIN_M

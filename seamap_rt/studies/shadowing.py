@@ -111,6 +111,8 @@ def joined(each: Sequence[xr.Dataset]) -> xr.Dataset:
 
 
 def _refuse(heights_m: Sequence[float], seeds: int, bin_m: float) -> None:
+    if not _are_metres(heights_m):
+        raise InputError(f"heights = {heights_m!r:.60}: must be a list of metres, such as [3, 5, 10]")
     if not len(heights_m):
         raise InputError("heights: is empty; give antenna heights in metres, such as 3,5,10")
     if len({float(height) for height in heights_m}) < len(heights_m):
@@ -119,6 +121,13 @@ def _refuse(heights_m: Sequence[float], seeds: int, bin_m: float) -> None:
         raise InputError(f"seeds = {seeds}: must be at least 1; 2 or more give bands")
     if not (np.isfinite(bin_m) and bin_m > 0.0):
         raise InputError(f"bin = {bin_m:g}: must be finite and greater than 0, the length of a range bin in metres")
+
+
+def _are_metres(heights_m: Sequence[float]) -> bool:
+    try:
+        return np.asarray(heights_m, dtype=np.float64).ndim == 1
+    except (TypeError, ValueError):
+        return False
 
 
 def _window_of(scene: Scene, meshing: TracingSettings, sea: Sea, bin_m: float) -> Window:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,7 +20,7 @@ from typing import Any
 import xarray as xr
 
 from .. import __version__
-from ..errors import InputError
+from ..errors import InputError, must_be
 from ..io.interrupts import uninterrupted
 from ..io.results_folder import clear_folder, remove_hidden, results_folder, write_whole
 from ..io.scenefile import apply_overrides
@@ -50,6 +50,10 @@ class Sweep:
     @classmethod
     def of(cls, scene: Scene, vary: Mapping[str, Sequence[Any]], seeds: int, folder: Path) -> Sweep:
         """vary: values by scene key; seeds: how many. Raises InputError for fewer than one seed."""
+        wanted = "a dict of lists, such as {'radar.height_m': [3, 5, 10]}"
+        must_be("vary", vary, Mapping, wanted)
+        for key, each in vary.items():
+            must_be(f"vary: {key}", each, Iterable, wanted)
         plain = {key: apply_overrides({}, {"values": list(each)})["values"] for key, each in vary.items()}
         values = json.loads(json.dumps(plain, default=str))  # dates, too, are what was written
         return cls(scene, values, seeds_of(scene, seeds), folder)

@@ -20,7 +20,7 @@ from PIL import Image
 
 from seamap_rt import dataset
 from seamap_rt.gauges import GaugeSpectra, judge, spectra
-from seamap_rt.metrics import compare
+from seamap_rt.metrics import error_figures
 from seamap_rt.report import evolution, gauge_figures, style, write_report
 
 
@@ -143,7 +143,7 @@ def test_each_turn_is_judged_as_the_metrics_judge_it(run: Run) -> None:
             xr.DataTree.from_dict({"/polar": tree["polar"].to_dataset().isel(turn=[turn])})
             for tree in (run.maps, run.truth)
         ]
-        overall = compare(*trees)["overall"]
+        overall = error_figures(*trees)["overall"]
         for title, key in (
             ("Height error, rms (m)", "height_rmse_m"),
             ("Robust (m)", "height_robust_m"),

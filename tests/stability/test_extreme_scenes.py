@@ -19,7 +19,7 @@ from seamap_rt.errors import InputError
 from seamap_rt.interferometry import retrieve
 from seamap_rt.mesh.sizing import MOST_TRIANGLES
 from seamap_rt.mesh.surface import mesh_turn
-from seamap_rt.metrics import compare
+from seamap_rt.metrics import error_figures
 from seamap_rt.radar.scan import pulses
 from seamap_rt.scene import Scene
 from seamap_rt.session import Simulation, simulate
@@ -86,7 +86,7 @@ def test_without_a_facet_lit_there_is_noise_alone(name: str, noise: bool) -> Non
     assert_nothing_known(maps["polar"].to_dataset(), "no_echo")
     assert np.isnan(maps["ground"].to_dataset()["height"].values).all()
     assert_array_equal(simulation.truth["polar"].to_dataset()["visible_fraction"].values, 0.0)
-    overall = compare(maps, simulation.truth)["overall"]
+    overall = error_figures(maps, simulation.truth)["overall"]
     assert all(value is None or np.isfinite(value) for value in overall.values() if not isinstance(value, dict))
 
 

@@ -16,7 +16,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from seamap_rt import studies
 from seamap_rt.errors import InputError
 from seamap_rt.interferometry import retrieve
-from seamap_rt.metrics import compare
+from seamap_rt.metrics import error_figures
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.session import simulate
 from seamap_rt.simulation import Simulator, Stopwatch
@@ -254,7 +254,7 @@ def test_a_point_is_the_chain_itself() -> None:
     """Over two turns, to the bit: simulate, retrieve, compare."""
     scene = small(turns=2)
     simulation = simulate(scene)
-    expected = compare(retrieve(simulation.echoes, scene.retrieval), simulation.truth)
+    expected = error_figures(retrieve(simulation.echoes, scene.retrieval), simulation.truth)
     found = judged(scene, Stopwatch())
     overall = {name: value for name, value in expected["overall"].items() if name != "range_m"}
     assert found["metrics"] == found["metrics"] | overall

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.mesh import SurfaceMesh
-from seamap_rt.metrics import HEADLINE_M
+from seamap_rt.metrics import HEADLINE_M, error_figures
 from seamap_rt.report import style
 from seamap_rt.simulation import Simulator
 from seamap_rt.validate import Case, Outcome
@@ -119,7 +119,7 @@ def _heights(sea: Sea, seed: int) -> tuple[float, float, float, float]:
     state = sr.sea_state(maps).isel(turn=0)
     ends = float(state["range_first"]), float(state["range_last"])
     true = true_height(simulator, turn.truth["polar"].to_dataset().isel(turn=0), *ends)
-    bias = sr.compare(maps, turn.truth)["overall"]["height_bias_m"]
+    bias = error_figures(maps, turn.truth)["overall"]["height_bias_m"]
     return true, float(state["significant_wave_height"]), float(state["significant_wave_height_std"]), bias
 
 

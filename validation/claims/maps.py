@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.interferometry import retrieve_one
-from seamap_rt.metrics import BIN_M
+from seamap_rt.metrics import BIN_M, error_figures
 from seamap_rt.physics.dispersion import angular_frequency, group_speed, wavenumber
 from seamap_rt.radar.scan import turn_duration
 from seamap_rt.report import style
@@ -93,7 +93,7 @@ def usable(mount: Mount, seeds: int) -> Usable:
         )
         turn = Simulator(scene).turn(0)
         maps = sr.retrieve(turn.echoes, scene.retrieval)
-        metrics, polar = sr.compare(maps, turn.truth), maps["polar"].to_dataset()
+        metrics, polar = error_figures(maps, turn.truth), maps["polar"].to_dataset()
         middle, number = np.array(metrics["range_m"]), np.array(metrics["cells"], dtype=float)
         rms = np.array(metrics["height_rmse_m"], dtype=float)  # None, without a cell, becomes nan
         gates = np.bincount((polar["range"].values // BIN_M).astype(int))

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 import seamap_rt as sr
-from seamap_rt.metrics import HEADLINE_M
+from seamap_rt.metrics import HEADLINE_M, error_figures
 from seamap_rt.settings import RetrievalSettings
 from seamap_rt.simulation import Simulator
 
@@ -60,7 +60,7 @@ def main() -> None:
             for estimator in ESTIMATORS:
                 settings = RetrievalSettings(**{**scene.retrieval.model_dump(), "estimator": estimator})
                 maps = sr.retrieve(turn.echoes, settings)
-                results[estimator].append(sr.compare(maps, turn.truth)["overall"] | error_bars(maps, turn.truth))
+                results[estimator].append(error_figures(maps, turn.truth)["overall"] | error_bars(maps, turn.truth))
         for estimator, rows in results.items():
             label = f"{polarization} {'with noise' if noise else 'no noise'} {estimator}"
             values = [[row[name] for row in rows] for name in FIELDS]

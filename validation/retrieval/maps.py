@@ -33,7 +33,7 @@ from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.interferometry.estimation.estimators import sliding_plane
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.looks import Looks, interferogram
-from seamap_rt.metrics import HALF_VISIBLE, HEADLINE_M
+from seamap_rt.metrics import HALF_VISIBLE, HEADLINE_M, error_figures
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RetrievalSettings
 from seamap_rt.simulation import Simulator, Turn
@@ -125,7 +125,7 @@ class Results:
         for estimator in ESTIMATORS:
             estimator_settings = settings.model_copy(update={"estimator": estimator})
             estimate = maps if estimator == settings.estimator else sr.retrieve(turn.echoes, estimator_settings)
-            self.overall[case, estimator].append(sr.compare(estimate, turn.truth)["overall"])
+            self.overall[case, estimator].append(error_figures(estimate, turn.truth)["overall"])
         for window, sums in window_errors(turn, maps, settings):
             self.windows[case][window] += sums
 

@@ -15,7 +15,7 @@ import numpy as np
 
 import seamap_rt as sr
 from seamap_rt.interferometry import retrieve
-from seamap_rt.metrics import compare
+from seamap_rt.metrics import error_figures
 from seamap_rt.simulation import Simulator
 
 OPTIONS = {
@@ -51,7 +51,8 @@ def main() -> None:
             simulator = Simulator(scene)
             turn = simulator.turn(0)
             if number == 0:  # compiles, fills caches, and judges the map
-                error[name] = compare(retrieve(turn.echoes, scene.retrieval), turn.truth)["overall"]["height_rmse_m"]
+                overall = error_figures(retrieve(turn.echoes, scene.retrieval), turn.truth)["overall"]
+                error[name] = overall["height_rmse_m"]
                 continue
             first[name] = min(first.get(name, np.inf), turn.timing["calibrate"])
             warm = simulator.turn(1).timing
