@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -36,12 +36,15 @@ _FOLD_LINES = 8  # one line of the mesh in so many is searched for folds
 
 @dataclass
 class Stopwatch:
-    """Seconds per named step."""
+    """Seconds per named step. told: called with each step's name as it begins."""
 
     seconds: dict[str, float] = field(default_factory=dict)
+    told: Callable[[str], object] | None = None
 
     @contextmanager
     def __call__(self, step: str) -> Iterator[None]:
+        if self.told is not None:
+            self.told(step)
         start = time.perf_counter()
         try:
             yield
@@ -127,9 +130,12 @@ class Simulator:
         mesh = self._mesh(grid, Stopwatch())
         return self._scattering.calibrated(light(mesh.levelled), mesh.strain, columns)
 
-    def turn(self, number: int) -> Turn:
-        """Simulate one turn: every pulse, both receivers, and the truth in the cells of the maps."""
-        scene, clock = self.scene, Stopwatch()
+    def turn(self, number: int, told: Callable[[str], object] | None = None) -> Turn:
+        """Simulate one turn: every pulse, both receivers, and the truth in the cells of the maps.
+
+        told: called with the name of each step as it begins.
+        """
+        scene, clock = self.scene, Stopwatch(told=told)
         start = time.perf_counter()
         fired = pulses(self.radar, number, self.mast)
         mesh = self.mesh(number, clock)

@@ -78,9 +78,9 @@ def test_iterate_is_public() -> None:
 def test_turns_are_simulated_when_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     simulated, turn = [], Simulator.turn
 
-    def noted(self: Simulator, number: int) -> Any:
+    def noted(self: Simulator, number: int, *told: Any) -> Any:
         simulated.append(number)
-        return turn(self, number)
+        return turn(self, number, *told)
 
     monkeypatch.setattr(Simulator, "turn", noted)
     turns = iterate(scene())
@@ -121,7 +121,8 @@ def test_without_retrieval_there_are_no_maps_and_the_echoes_are_the_same(finishe
     assert "retrieve" not in turn.timing
     assert "ground_cells" not in turn.counts
     assert turn.echoes["voltage"].values.tobytes() == finished[0].echoes["voltage"].values.tobytes()
-    assert progress == [f"turn 1 of {TURNS}: simulating"]
+    stages = ("mesh", "sea", "mesh", "trace", "echoes", "truth")
+    assert progress == [f"turn 1 of {TURNS}: {stage}, … left" for stage in stages]
 
 
 def test_memory_holds_one_turn() -> None:

@@ -71,8 +71,8 @@ def scene_of(name: str, pairs: list[str] | None, **direct: Any):
 
 
 def progress() -> tuple[Callable[[str], None], Callable[[], None]]:
-    """A status line on a terminal, nothing elsewhere."""
-    if not errors.is_terminal:
+    """A status line on a terminal, nothing elsewhere, whatever the environment wants coloured."""
+    if not (errors.is_terminal and errors.file.isatty()):
         return (lambda _: None), (lambda: None)
     status = errors.status("starting")
     status.start()

@@ -133,8 +133,8 @@ def simulate(
 
     say, stop = progress()
     try:
-        say(f"simulating {loaded.name}")
-        simulate_scene(loaded, out, overwrite=overwrite)
+        say("sea: drawing it, and preparing the tracer")
+        simulate_scene(loaded, out, overwrite=overwrite, progress=say)
     finally:
         stop()
     console.print(f"{out / 'echoes.zarr'}, {out / 'truth.nc'}")

@@ -15,6 +15,7 @@ from ..interferometry import retrieve_one
 from ..io.interrupts import uninterrupted
 from ..scene import SceneLike, as_scene
 from ..simulation import Simulator, Stopwatch, Turn
+from .pace import Pace
 
 Progress = Callable[[str], None]
 
@@ -78,23 +79,23 @@ def iterate(
     Memory holds one turn, if the caller keeps none. The maps never see the truth.
 
     simulator: the scene's, where the caller wants its sea and its mast too; made here if left out. retrieved: False
-    leaves the maps out. progress: called with a line on what begins.
+    leaves the maps out. progress: called with a line on each stage as it begins: the turn, the stage,
+    and the time left by what the turns before have taken.
     Raises, before the first turn, InputError for a scene that cannot be simulated, and NoBackend if rays are requested
     and cannot be traced.
     """
-    say = progress or (lambda _: None)
     simulator = simulator or Simulator(as_scene(scene))
+    pace = Pace("turn", simulator.scene.turns, progress or (lambda _: None))
     for number in range(simulator.scene.turns):
-        yield _finished(simulator, number, retrieved, say)
+        pace.begin()
+        yield _finished(simulator, number, retrieved, pace)
 
 
-def _finished(simulator: Simulator, number: int, retrieved: bool, say: Progress) -> FinishedTurn:
-    scene, clock = simulator.scene, Stopwatch()
-    say(f"turn {number + 1} of {scene.turns}: simulating")
-    turn = simulator.turn(number)
+def _finished(simulator: Simulator, number: int, retrieved: bool, pace: Pace) -> FinishedTurn:
+    scene, clock = simulator.scene, Stopwatch(told=pace.stage)
+    turn = simulator.turn(number, pace.stage)
     maps, counts = None, _counts(turn)
     if retrieved:
-        say(f"turn {number + 1} of {scene.turns}: retrieving")
         with clock("retrieve"):
             maps = retrieve_one(turn.echoes, scene.resolved_retrieval)
         counts["ground_cells"] = int(np.isfinite(maps["ground"].to_dataset()["time"].values).sum())

@@ -17,7 +17,7 @@ from ..io.results_folder import clear_folder, growing, results_folder
 from ..report.facts import run_facts
 from ..scene import SceneLike, as_scene
 from ..simulation import Simulator
-from .driver import deliver, iterate
+from .driver import Progress, deliver, iterate
 from .sinks import FileSink, Memory
 
 PRODUCTS = ("echoes.zarr", "truth.nc")
@@ -37,19 +37,21 @@ class Simulation:
     facts: dict[str, Any]
 
 
-def simulate(scene: SceneLike, out: str | Path | None = None, *, overwrite: bool = False) -> Simulation:
+def simulate(
+    scene: SceneLike, out: str | Path | None = None, *, overwrite: bool = False, progress: Progress | None = None
+) -> Simulation:
     """Simulate all turns of a scene, or of that which a file or a shipped scene's name stands for.
 
     out: a folder into which `echoes.zarr` and `truth.nc` are streamed turn by turn, so that memory holds one turn; the
     datasets of the result are then read from there. Without it everything stays in memory. Earlier echoes or truth in
-    that folder are replaced only with `overwrite`.
+    that folder are replaced only with `overwrite`. progress: called with a line on each stage as it begins.
     Raises InputError for a scene that cannot be simulated, NoBackend if rays are requested and cannot be traced.
     """
     scene = as_scene(scene)
     if out is not None:
         must_be("out", out, (str, os.PathLike), "the path of a folder")
     simulator = Simulator(scene)
-    turns = iterate(scene, simulator=simulator, retrieved=False)
+    turns = iterate(scene, simulator=simulator, retrieved=False, progress=progress)
     if out is None:
         memory = Memory()
         figures = deliver(turns, [memory])

@@ -80,7 +80,7 @@ def run(
         must_be("out", out, (str, os.PathLike), "the path of a folder")
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-{scene.seed}"
     with results_folder(folder, overwrite, PRODUCTS):
-        say("preparing the sea and the tracer")
+        say("sea: drawing it, and preparing the tracer")
         simulator = Simulator(scene)
         ahead = ForecastSink(AppendableNetCDF(folder / "prediction.nc", ("issue",)), simulator) if predict else None
         clear_folder(folder, PRODUCTS)
@@ -89,7 +89,7 @@ def run(
             write_whole(folder / "scene.toml", scene.to_toml())
             sinks = _file_sinks(folder, simulator, truth_file, ahead)
             figures = deliver(iterate(scene, simulator=simulator, progress=progress), sinks)
-        say("comparing and drawing")
+        say("compare: maps with the truth")
         gauges = _read_gauges(folder) if scene.gauges else None
         with _read(folder / "maps.nc") as maps, _read(folder / "truth.nc") as truth:
             metrics = _metrics(simulator, maps, truth, gauges, figures)
@@ -98,6 +98,7 @@ def run(
             metrics["prediction"] = judge_forecasts(verified) if verified else []
             metrics["quiet_windows"] = judge_windows(windows, scene.prediction.quiet.confidence) if windows else None
             metrics["run_s"] = time.perf_counter() - start
+            say("report: drawing")
             echoes = open_echoes(folder / "echoes.zarr")
             write_report(folder, scene, maps, truth, metrics, echoes, gauges, verified, windows)
         metrics["run_s"] = time.perf_counter() - start

@@ -25,6 +25,7 @@ from ..report.reduce import main_waves
 from ..resolved_scene import masts
 from ..scene import Scene, SceneLike, as_scene
 from ..sea import Sea
+from ..session.pace import Pace
 from ..settings import TracingSettings
 from .shadowing_figures import draw_seen, draw_shadowing
 from .shadowing_page import shadowing_page
@@ -56,12 +57,14 @@ def shadowing(
     _refuse(heights_m, seeds, bin_m)
     scene = as_scene(scene)
     say = progress or (lambda _: None)
+    pace = Pace("seed", seeds, say)
     scenes = [with_keys(scene, {"radar.height_m": float(height)}) for height in heights_m]
     meshing = common_meshing(scenes)
     result = [MastView() for _ in scenes]
     sea, window = None, None
     for number in range(seeds):
-        say(f"seed {number + 1} of {seeds}: light from {len(scenes)} height{'s' if len(scenes) > 1 else ''}")
+        pace.begin()
+        pace.stage(f"trace of {len(scenes)} height{'s' if len(scenes) > 1 else ''}")
         _, sea = realised(scene, scene.seed + number)
         if window is None:
             window = _window_of(scenes[0], meshing, sea, bin_m)

@@ -20,6 +20,7 @@ import xarray as xr
 from ..compute.scratch import scratch_folder
 from ..errors import InputError
 from ..scene import SceneLike, as_scene
+from ..session.pace import duration
 from .choices import headline, least_confidence
 from .enough import Goal
 from .point import Outcome, SchedulerLost, Task, compute, keep, kept
@@ -218,7 +219,7 @@ def _compute(sweep: Sweep, answers: Answers, say: Progress) -> int:
     tasks, start, every = sweep.missing(), time.perf_counter(), len(sweep.points)
     if not tasks:
         return 0
-    say(f"{len(tasks)} of {every} points to compute: starting")
+    say(f"{every - len(tasks)} of {every} points, … left: starting")
     failed = 0
     with closing(answers(tasks)) as results:  # type: ignore[type-var]
         for number, (task, outcome) in enumerate(results, 1):
@@ -226,13 +227,9 @@ def _compute(sweep: Sweep, answers: Answers, say: Progress) -> int:
                 keep(task, outcome)
             failed += outcome["status"] != "done"
             left = (time.perf_counter() - start) / number * (len(tasks) - number)
-            words = f"{every - len(tasks) + number} of {every} points, about {_minutes(left)} left"
+            words = f"{every - len(tasks) + number} of {every} points, about {duration(left)} left"
             say(words + (f"; {failed} came to nothing, last: {outcome['reason']}" if outcome["reason"] else ""))
     return len(tasks)
-
-
-def _minutes(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 100.0 else f"{seconds / 60.0:.0f} min"
 
 
 def _settled(sweep: Sweep) -> str:

@@ -114,10 +114,10 @@ def test_the_report_shows_the_gauges(long_run: RunResult) -> None:
 def test_an_interrupted_run_leaves_whole_turns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     simulate = Simulator.turn
 
-    def stop(self: Simulator, number: int) -> Any:
+    def stop(self: Simulator, number: int, *told: Any) -> Any:
         if number == 2:
             raise KeyboardInterrupt
-        return simulate(self, number)
+        return simulate(self, number, *told)
 
     monkeypatch.setattr(Simulator, "turn", stop)
     file = with_gauges(tmp_path, 9, 'name = "wire"\neast_m = -50.0\nnorth_m = 1.0')

@@ -92,3 +92,11 @@ def test_a_section_is_found_by_its_path_with_those_within_it() -> None:
     for wrong, words in (("rader", "radar"), ("antenna", "radar.antenna"), ("prf_hz", "key, not a section")):
         with pytest.raises(InputError, match=words):
             sections_at(wrong)
+
+
+def test_a_number_keeps_its_bits(tmp_path: Path) -> None:
+    """Also one that has more digits than one writes by hand."""
+    scene = load_scene("tiny", {"radar.frequency_hz": 9.41e9 + 1.0 / 3.0, "radar.pulse_width_s": 2e-8 / 3.0 * 2.0})
+    (tmp_path / "odd.toml").write_text(scene.to_toml(), encoding="utf-8")
+    begun = load_scene(write_scene(tmp_path / "mine.toml", tmp_path / "odd.toml"))
+    assert begun.radar == scene.radar

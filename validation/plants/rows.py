@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from . import rows_maps, rows_prediction, rows_radar, rows_sea
+from . import rows_begin, rows_maps, rows_prediction, rows_radar, rows_sea
 
-PLANTS = (*rows_sea.PLANTS, *rows_radar.PLANTS, *rows_maps.PLANTS, *rows_prediction.PLANTS)
+PLANTS = (*rows_sea.PLANTS, *rows_radar.PLANTS, *rows_maps.PLANTS, *rows_prediction.PLANTS, *rows_begin.PLANTS)

@@ -418,8 +418,8 @@ PLANTS = (
     Plant(
         "echo store's pulses",
         "seamap_rt/io/echo_store.py",
-        '{"complete_turns": complete, PULSES: start + turn',
-        '{"complete_turns": complete, PULSES: turn',
+        '_describe(self.path, complete, start + turn.sizes["pulse"])',
+        '_describe(self.path, complete, turn.sizes["pulse"])',
         "tests/io/test_killed.py::test_each_write_of_the_store_leaves_its_whole_turns",
     ),
     Plant(
