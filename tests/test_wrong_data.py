@@ -63,6 +63,7 @@ CALLS: dict[str, Call] = {
     "run": lambda wrong, _: sr.run(wrong),
     "iterate": lambda wrong, _: next(sr.iterate(wrong)),
     "expected": lambda wrong, _: sr.expected(wrong),
+    "outlook": lambda wrong, _: sr.outlook(wrong),
     "open_recording": lambda wrong, _: sr.open_recording(wrong),
     "echoes_from_recording": lambda wrong, _: sr.echoes_from_recording(
         wrong, wrong, {"frequency_hz": 1e10}, time=[0.0], azimuth=[0.0]

@@ -166,9 +166,9 @@ def march(tracer: str, turns: int, through: str) -> Keys:
     seen: list[tuple[float, float, float]] = []
     turn = Simulator.turn
 
-    def watched(self: Simulator, number: int, *told: Any) -> Any:
+    def watched(self: Simulator, number: int, told: Any = None) -> Any:
         seen.append((resident(), time.perf_counter(), time.process_time()))
-        return turn(self, number, *told)
+        return turn(self, number, told)
 
     Simulator.turn = watched
     with tempfile.TemporaryDirectory() as folder:
