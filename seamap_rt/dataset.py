@@ -295,6 +295,9 @@ FURTHER_ECHO_ATTRIBUTES: dict[str, tuple[Any, str]] = {
     "scan": ("turning", "turning or staring"),
     "stare_s": (0.05, "s, of a map of a staring antenna"),
     "receiver_antennas": ([0, 1], "antenna of each receiver"),
+    "transmitter": ("coherent", "coherent or magnetron: whether pulses start with one phase or each with its own"),
+    "coherent_on_receive": (0, "1 where the receiver has taken off the phase of each pulse as a magnetron sent it"),
+    "transmit_phase_error_deg": (0.0, "degree, rms error of the phase that was taken off"),
 }
 
 # What waves run on, carried as attributes of the maps: name → what is taken where it is missing, units and meaning.

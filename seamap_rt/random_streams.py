@@ -20,6 +20,7 @@ class Stream(IntEnum):
     NOISE = 3  # of each pulse and receiver
     SENSORS = 7  # errors of the boat's motion sensors
     OBJECTS = 8  # where the scattering points of an object lie, by object
+    TRANSMITTER = 9  # of a magnetron's pulses: starting phase, carrier, and the error of the measured phase
 
 
 def branch(seed: int, stream: Stream, *member: int) -> np.random.SeedSequence:

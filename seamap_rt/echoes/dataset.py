@@ -13,6 +13,7 @@ from ..dataset import build
 from ..radar.array import antenna_array
 from ..radar.mast import Mast
 from ..radar.scan import Pulses
+from ..radar.transmitter import measures_phase, transmit_phase_error
 from ..radar.waveform import gates
 from ..settings import RadarSettings
 from .receiving import Received, gate_noise_power
@@ -47,6 +48,9 @@ def echo_attributes(radar: RadarSettings, complete_turns: int, full_scale_w: flo
         "scan": radar.scan,
         "stare_s": radar.stare_s,
         "receiver_antennas": list(array.receivers),
+        "transmitter": radar.transmitter,
+        "coherent_on_receive": int(measures_phase(radar)),
+        "transmit_phase_error_deg": float(np.degrees(transmit_phase_error(radar))),
     }
 
 

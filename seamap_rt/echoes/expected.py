@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..radar.array import Array, antenna_array
 from ..radar.dwell import DwellBeams
 from ..radar.grid import look_sweeps
+from ..radar.transmitter import pulse_coherence
 from ..settings import RadarSettings
 from ..tracing import Illumination
 from .gating import Gating, ProcessedGating, gate_samples
@@ -30,7 +31,7 @@ class ExpectedGates:
     sweep: NDArray[np.float64]  # (look,) deg from the start of the sector
     range: NDArray[np.float64]  # (gate,) m
     power: NDArray[np.float64]  # (tx, rx, look, gate) W
-    covariance: NDArray[np.complex128]  # W, mean over the interferograms of the mode; no Doppler between pulses
+    covariance: NDArray[np.complex128]  # W, mean over the mode's interferograms; no Doppler between alternating pulses
     weight: NDArray[np.float64]  # Σ beam · gate · area: what weights a cell's points, shadow or not
     weighted_height: NDArray[np.float64]  # m, the mean height with that weight
 
@@ -73,7 +74,7 @@ def expected_look_gates(
         sweep=sweeps,
         range=sums.gating.range,
         power=power[every] * gain[:, None, None],
-        covariance=covariance * (first * np.conj(second)),
+        covariance=covariance * (first * np.conj(second) * (1.0 if array.whole else pulse_coherence(radar))),
         weight=weight,
         weighted_height=height,
     )

@@ -18,7 +18,9 @@ from ..radar.scan import Pulses
 from ..radar.waveform import gate_spacing_m
 from ..random_streams import Stream
 from ..settings import RadarSettings
+from .gating import received_samples
 from .summation.gaussian import draw, key_of
+from .transmitting import Magnetron
 
 _NOISE_CHUNK = 1000  # pulses
 _NOISE_SAMPLE_SEED = 3  # of the sample by which a receiver's own noise is measured, the same for every run
@@ -39,13 +41,24 @@ def receive(
     seed: int,
     objects: NDArray[np.complex64] | None = None,
 ) -> Received:
-    """Pass voltages (pulse, receiver, sample) [√W] at the antennas' ports through the receivers: thermal noise,
-    channels, and the converter of a digital one. They are changed in place.
+    """Pass voltages (pulse, receiver, sample) [√W] at the antennas' ports through the receivers: the phases that a
+    magnetron sent them with, thermal noise, channels, and the converter of a digital one. They are changed in place.
 
-    seed: the scene's, of the noise; objects: voltages of the scene's objects, of the same shape, added first.
+    seed: the scene's, of the noise and of the magnetron; objects: voltages of the scene's objects, of the same shape,
+    added first.
     """
     if objects is not None:
         voltages += objects
+    sent = Magnetron.of(radar, pulses, seed)
+    if sent is not None:
+        sent.send(voltages, radar, pulses, received_samples(radar).range)
+    received = _received(voltages, radar, pulses, seed)
+    if sent is not None:
+        sent.take_off(received.voltage)
+    return received
+
+
+def _received(voltages: NDArray[np.complex64], radar: RadarSettings, pulses: Pulses, seed: int) -> Received:
     array = antenna_array(radar)
     digital = DigitalReceiver(radar) if radar.receiver.chain == "digital" else None
     if radar.noise:

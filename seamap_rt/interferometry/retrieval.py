@@ -25,7 +25,7 @@ from .estimation.slopes import Slopes, local_planes, plane_reach
 from .geometry.heights import Heights
 from .gridding.ground_map import Ground, ground_map
 from .gridding.instant import at_one_instant
-from .input.checks import check_maps, checked_echoes
+from .input.checks import check_maps, check_pulses_compare, checked_echoes
 from .input.description import RadarDescription
 from .input.stored import open_echoes, read_turn
 from .looks import Looks, interferogram
@@ -110,6 +110,7 @@ def retrieve_turn(
     echoes: xr.Dataset, radar: RadarDescription, settings: RetrievalSettings, turn: int
 ) -> tuple[xr.Dataset, Ground]:
     """The polar maps of one turn, and where their cells lie on the ground."""
+    check_pulses_compare(radar, settings)
     looks = Looks.of(echoes, radar, settings)
     given, lags = interferogram(looks)
     estimate = ESTIMATORS[settings.estimator](given)
@@ -124,7 +125,8 @@ def retrieve_turn(
     )
     slopes = _slopes(given, estimate, height, spread)
     seen = _shadow(given, slopes, spread, heard, estimate.slope_rms)
-    spread = np.sqrt(spread**2 + seen.hidden_std**2 + estimate.edge**2)
+    unsteady = _unsteady(given, heights)
+    spread = np.sqrt(spread**2 + seen.hidden_std**2 + estimate.edge**2 + unsteady**2)
     if settings.crest_bias == "remove":
         height = height - seen.crest_bias
     else:  # what is known of it and left is an error as well
@@ -142,7 +144,6 @@ def retrieve_turn(
         seen.visible_share,
         given.dwelt.samples(estimate.window, radar).noise,
     )
-    moving = _velocities(looks, given, lags, heights)
     east, north = (_look_means(each, looks.sweeps.size) for each in model.poses.middle)
     fields = {
         "height": height,
@@ -154,11 +155,10 @@ def retrieve_turn(
         "phase": np.angle(heights.cells.cross),
         "phase_unwrapped": np.where(heard, heights.phase, np.nan),
         "snr_db": _snr_db(echo_power, given.noise_power),
-        "radial_velocity": np.where(heard, moving.velocity, np.nan),
-        "doppler_width": np.where(heard, moving.width, np.nan),
+        **_of_velocities(looks, given, lags, heights, heard),
         "visible_share": seen.visible_share,
         "crest_bias": seen.crest_bias,
-        **_of_dwells(estimate, heard),
+        **_of_dwells(estimate, heard, unsteady),
         "antenna_x": east,
         "antenna_y": north,
         "time": _look_times(model.poses.time, (turn + looks.sweeps / 360.0) * radar.period),
@@ -167,12 +167,34 @@ def retrieve_turn(
     return _polar(fields, looks, model.paths, turn), Ground.of(model.poses, heights, looks.sweeps)
 
 
-def _of_dwells(estimate: Estimate, heard: NDArray[np.bool_]) -> dict[str, Map]:
+def _of_dwells(estimate: Estimate, heard: NDArray[np.bool_], unsteady: Map) -> dict[str, Map]:
     """Heights of single dwells and gates, where the estimator finds them: their errors hardly depend on each other."""
     if estimate.dwells is None:
         return {}
-    names = "dwell_height", "dwell_height_std"
-    return {name: np.where(heard, field, np.nan) for name, field in zip(names, estimate.dwells, strict=True)}
+    height, std = estimate.dwells
+    made = {"dwell_height": height, "dwell_height_std": np.sqrt(std**2 + unsteady**2) if unsteady.any() else std}
+    return {name: np.where(heard, field, np.nan) for name, field in made.items()}
+
+
+def _of_velocities(
+    looks: Looks, given: Interferogram, lags: Sequence[Lag], heights: Heights, heard: NDArray[np.bool_]
+) -> dict[str, Map]:
+    """What moves, and how unevenly: none of a transmitter whose phases mean nothing from pulse to pulse."""
+    if not looks.radar.coherent:
+        return {}
+    moving = _velocities(looks, given, lags, heights)
+    made = {"radial_velocity": moving.velocity, "doppler_width": moving.width}
+    return {name: np.where(heard, field, np.nan) for name, field in made.items()}
+
+
+def _unsteady(given: Interferogram, heights: Heights) -> Map:
+    """Error [m] by the transmitter's phases, where pulses are compared that were sent with unlike ones: of N pulses of
+    either receiver √(2/N) of one's. All gates of a look have it in common; 0 where both hear the same pulses."""
+    radar = given.model.radar
+    error = radar.transmit_phase_error * np.sqrt(2.0 / max(1, given.dwelt.pulses))
+    if error == 0.0 or not (radar.alternating or given.model.paths == 2):
+        return np.zeros(heights.height.shape)
+    return np.nan_to_num(heights.gain) * error
 
 
 def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int) -> xr.Dataset:

@@ -40,6 +40,8 @@ class RecordingHeader(Section):
     cables and trigger add to every range, `phase_offset_deg` what they add to the lower receiver's phase over the
     upper one's (after `conjugate`). `lever_arm_m` leads from the point whose motion the sensors measure to the
     middle of the antennas: starboard, forward, up. `partial_turns`: of a first and a last turn that are not whole.
+    `transmitter`: a magnetron starts each pulse with a random phase; `coherent_on_receive` says that the recorder has
+    taken it off. Without it phases are compared between the receivers of one pulse alone, and maps have no velocities.
     """
 
     frequency_hz: Annotated[float, Gt(0.0), Le(1e12), Meaning("Carrier frequency.", unit="Hz", reason="a carrier")]
@@ -119,6 +121,16 @@ class RecordingHeader(Section):
     polarization: Literal["VV", "HH"] = "VV"
     transmit: Literal["single", "switched"] = "single"
     interferogram: Literal["single_pulse", "alternating_pulse"] = "single_pulse"
+    transmitter: Literal["coherent", "magnetron"] = "coherent"
+    coherent_on_receive: bool = False
+    transmit_phase_error_deg: Annotated[
+        float,
+        Ge(0.0),
+        Le(180.0),
+        Meaning(
+            "Error of the phase that is taken off each pulse, rms.", unit="°", reason="of the phase that is taken off"
+        ),
+    ] = 0.0
     waveform: Literal["pulse", "chirp"] = "pulse"
     chirp_bandwidth_hz: Annotated[
         float, Ge(0.0), Le(1e11), Meaning("Bandwidth that a chirp sweeps.", unit="Hz", reason="swept by a chirp")

@@ -13,6 +13,7 @@ from .array import antenna_array
 from .chirp import Chirp
 from .digital import DigitalReceiver
 from .scan import scanned_share, turn_duration
+from .transmitter import MOST_STRAY, stray_within_pulse
 from .waveform import blind_range_m, unambiguous_range_m
 
 
@@ -95,6 +96,25 @@ def check_waveform(radar: RadarSettings) -> None:
         raise ValueError(
             f"radar.range_m = [{near:g}, {far:g}]: lies wholly nearer than {rounded_up(blind_range_m(radar))} m (half "
             "the length of the pulse: the transmitter is on while the echo begins); raise its far end or shorten "
+            "radar.pulse_width_s"
+        )
+
+
+def check_transmitter(radar: RadarSettings) -> None:
+    """A magnetron sends plain pulses, and its carrier hardly turns their phase while they last."""
+    if radar.transmitter == "coherent":
+        return
+    if radar.waveform == "chirp":
+        raise ValueError(
+            "radar.transmitter = 'magnetron': sends plain pulses, and radar.waveform = 'chirp'; choose 'pulse', or a "
+            "coherent transmitter"
+        )
+    stray = stray_within_pulse(radar)
+    if stray > MOST_STRAY:
+        most = radar.frequency_jitter_hz * MOST_STRAY / stray
+        raise ValueError(
+            f"radar.frequency_jitter_hz = {radar.frequency_jitter_hz:g}: must be at most {rounded_down(most)} (what it "
+            f"turns within a pulse is left out, and may be {MOST_STRAY:g} rad rms); lower it or shorten "
             "radar.pulse_width_s"
         )
 

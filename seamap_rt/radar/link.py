@@ -25,6 +25,7 @@ from ..settings import RadarSettings
 from .antenna import antenna
 from .array import antenna_array
 from .receiver import noise_power
+from .transmitter import pulse_coherence
 from .waveform import RangeResponse, blind_range_m, receiver_filter, window_weight
 
 _BEAMS = 3.0  # beam widths to either side over which an azimuth pattern counts, as everywhere in the simulation
@@ -244,14 +245,15 @@ def noncoherent_gain(pulses: int) -> float:
     return float(np.sqrt(pulses))
 
 
-def coherent_gain(pulses: int, interval_s: float, decorrelation_time_s: float) -> float:
+def coherent_gain(pulses: int, interval_s: float, decorrelation_time_s: float, coherence: float = 1.0) -> float:
     """Signal to noise ratio that adding N voltages in phase gains over one: (1/N) Σₘ Σₙ ρ((m − n) T).
 
     The echo's mean Doppler is taken out first and its correlation is ρ(τ) = exp(−(τ/τc)²), the noise of each pulse its
     own. N for a still sea; √π τc/T, however many pulses there are, for one that decorrelates within the dwell.
+    coherence: that the transmitter leaves between two pulses (`transmitter.pulse_coherence`); with none the gain is 1.
     """
     lag = np.arange(1, pulses, dtype=np.float64)
-    correlation = np.exp(-np.square(lag * interval_s / decorrelation_time_s))
+    correlation = coherence * np.exp(-np.square(lag * interval_s / decorrelation_time_s))
     return 1.0 + 2.0 * float(np.sum((1.0 - lag / pulses) * correlation))
 
 
@@ -264,11 +266,11 @@ class Integration(NamedTuple):
 
 def integrations(radar: RadarSettings, decorrelation_time_s: float) -> tuple[Integration, Integration, Integration]:
     """One pulse, a dwell added without phase, a dwell added in phase; gains are ratios, times in seconds."""
-    pulses = dwell(radar)
+    pulses, coherence = dwell(radar), pulse_coherence(radar)
     return (
         Integration("one pulse", 1.0),
         Integration("non-coherent", noncoherent_gain(pulses.pulses)),
-        Integration("coherent", coherent_gain(pulses.pulses, pulses.interval_s, decorrelation_time_s)),
+        Integration("coherent", coherent_gain(pulses.pulses, pulses.interval_s, decorrelation_time_s, coherence)),
     )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ..errors import InputError
 from ..io.validation import Key, without
 from ..radar import checks as radars
-from .checks import antennas, gauges, looks, meshing, platform, ranges, scattering, waves
+from .checks import antennas, gauges, looks, meshing, platform, ranges, scattering, transmitter, waves
 
 if TYPE_CHECKING:
     from .model import Scene
@@ -31,6 +31,8 @@ CHECKS = (
     Check("overlap", lambda s: radars.check_overlap(s.radar)),
     Check("waveform", lambda s: radars.check_waveform(s.radar), ("overlap",)),
     Check("receiver", lambda s: radars.check_receiver(s.radar), ("waveform",)),
+    Check("transmitter", lambda s: radars.check_transmitter(s.radar), ("waveform",)),
+    Check("pulses compared", lambda s: transmitter.check_pulses_compare(s.radar, s.retrieval)),
     Check("receivers", lambda s: antennas.check_receivers(s.radar, s.retrieval), ("antennas",)),
     Check("motion", lambda s: platform.check_motion(s.platform, s.radar, s.turns), ("antennas",)),
     Check("meshes", lambda s: platform.check_meshes(s.objects)),

@@ -74,6 +74,38 @@ class RadarSettings(Section):
     transmit_power_w: Annotated[
         float, Gt(0.0), Le(1e6), Meaning("Peak transmit power.", unit="W", reason="peak power")
     ] = 1.0
+    transmitter: Annotated[
+        Literal["coherent", "magnetron"],
+        Meaning(
+            "`coherent`: all pulses start with one phase; `magnetron`: each starts with a random one, and its carrier "
+            "strays by frequency_jitter_hz. Phases from pulse to pulse, and velocities with them, then mean something "
+            "only with coherent_on_receive; those between the receivers of one pulse always do."
+        ),
+    ] = "coherent"
+    frequency_jitter_hz: Annotated[
+        float,
+        Ge(0.0),
+        Le(1e7),
+        Meaning(
+            "Carrier of a magnetron's pulses, rms from pulse to pulse.",
+            unit="Hz",
+            reason="of a magnetron, about its carrier",
+        ),
+    ] = 0.0
+    coherent_on_receive: Annotated[
+        bool,
+        Meaning("Whether the receiver measures the phase of each pulse that a magnetron sends, and takes it off."),
+    ] = False
+    transmit_phase_error_deg: Annotated[
+        float,
+        Ge(0.0),
+        Le(90.0),
+        Meaning(
+            "Error of that measured phase, rms, new at each pulse.",
+            unit="°",
+            reason="beyond a quarter of a turn nothing is measured",
+        ),
+    ] = 3.0
     noise_figure_db: Annotated[
         float, Ge(0.0), Le(40.0), Meaning("Noise figure of the receiver.", unit="dB", reason="a receiver adds noise")
     ] = 3.0

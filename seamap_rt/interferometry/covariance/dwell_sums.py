@@ -15,7 +15,7 @@ from .coherent import Extended, extended, integrated
 from .dwells import Dwells
 from .pairs import PulsePairs, both_ways_of, neighbouring_pulses, same_pulses, sampled
 from .products import Products, dwell_means, half_turns
-from .velocity import Lag, pulse_pair_lags
+from .velocity import NO_LAGS, Lag, pulse_pair_lags
 from .windows import Covariance
 
 
@@ -48,7 +48,7 @@ class Paired:
             pairs = neighbouring_pulses(heard, time, radar.interval, settings.pulse_pairs)
             return cls(heard, *((None, pairs) if radar.paths == 2 else (pairs, None)))
         two = None
-        if settings.paths == "best":
+        if settings.paths == "best" and radar.coherent:
             two = both_ways_of(heard, transmitter, antennas, time, radar.interval, settings.pulse_pairs)
         return cls(heard, same_pulses(heard), two)
 
@@ -83,7 +83,9 @@ class DwellSums:
         Raises SchemaError where the channels are to be found from cross paths, and there are none.
         """
         receivers, transmitter = settings.receivers, np.asarray(transmitter)
-        lags = pulse_pair_lags(transmitter, paired.heard, time, radar.interval, dwells.usual, receivers)
+        lags = NO_LAGS
+        if radar.coherent:
+            lags = pulse_pair_lags(transmitter, paired.heard, time, radar.interval, dwells.usual, receivers)
         by_paths: dict[int, Extended] = {}
         for paths, pairs in ((1, paired.one), (2, paired.two)):
             if pairs is not None:

@@ -46,6 +46,9 @@ class LagKinds:
         return tuple(Lag(*each) for each in zip(self.seconds, means, self.shares, strict=True))
 
 
+NO_LAGS = LagKinds(1, (), (), ())
+
+
 @dataclass(frozen=True)
 class Doppler:
     """Arrays (look, gate), m/s; NaN where nothing is known. velocity: away from the antennas, as seen from them."""
@@ -79,7 +82,7 @@ def pulse_pair_lags(
 
     counts = [sum(p.owner.size for p in pairs(lag)) for lag in range(1, min(_MOST_CYCLE, time.size - 1) + 1)]
     if not any(counts):
-        return LagKinds(1, (), (), ())
+        return NO_LAGS
     cycle = 1 + next(n for n, count in enumerate(counts) if count >= 0.5 * max(counts))
     longest = max(1, dwell // (3 * cycle))
     chosen = [cycle * n for n in sorted({1, round(longest**0.5), longest})]

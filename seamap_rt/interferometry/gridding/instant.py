@@ -18,6 +18,8 @@ def at_one_instant(ground: xr.Dataset, cells: xr.Dataset, to_s: float, water: Wa
     The direction in which waves run follows from the radial velocities of the polar map `cells`: water moves with
     the wave at its crests. Where they give none the map stays as it was scanned, each cell at its own time.
     """
+    if "radial_velocity" not in cells:
+        return ground
     side = float(ground.attrs["cell_m"])
     names = ("height", "height_std", "radial_velocity", "ground_range")
     height, spread, velocity, distance = (np.asarray(cells[name].values[0], dtype=np.float64) for name in names)

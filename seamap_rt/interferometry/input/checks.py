@@ -17,8 +17,10 @@ from ...dataset import ECHO_ATTRIBUTES, FURTHER_ECHO_ATTRIBUTES
 from ...errors import SchemaError
 from ...io.numbers import rounded_up
 from ...radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS, ground_cells, least_ground_side
+from ...radar.transmitter import comparing_pulses
 from ...settings import RetrievalSettings
 from ...settings.radar import FARTHEST_M
+from .description import RadarDescription
 
 _EVEN = 1e-3  # of a gate's spacing
 _PRF_ERROR = 0.25  # of the interval between pulses, by which they may come too early
@@ -43,6 +45,8 @@ _NUMBERS: dict[str, tuple[str, Callable[[float], bool]]] = {
     "tilt_deg": ("lie within ±90", lambda value: abs(value) < 90.0),
     "chirp_bandwidth_hz": ("be 0 to 1e+11", lambda value: 0.0 <= value <= 1e11),
     "stare_s": _positive(1e3),
+    "coherent_on_receive": ("be 0 or 1", lambda value: value in (0.0, 1.0)),
+    "transmit_phase_error_deg": ("be 0 to 180", lambda value: 0.0 <= value <= 180.0),
 }
 _CHOICES = {
     "polarization": ("VV", "HH"),
@@ -51,6 +55,7 @@ _CHOICES = {
     "waveform": ("pulse", "chirp"),
     "scan": ("turning", "staring"),
     "compression_weighting": ("none", "hann", "hamming", "taylor"),
+    "transmitter": ("coherent", "magnetron"),
 }
 _WITHIN = {"time": 1e12, "azimuth": 1e6, "attitude": 1e6, "position": 1e8}  # s, deg, deg, m: larger ones are damage
 
@@ -110,6 +115,18 @@ def check_maps(echoes: xr.Dataset, settings: RetrievalSettings) -> None:
             f"polar map would have {cells:.3g} cells, and may have {_MOST_POLAR_CELLS:.3g}); raise "
             "retrieval.cell_azimuth_deg"
         )
+
+
+def check_pulses_compare(radar: RadarDescription, settings: RetrievalSettings) -> None:
+    """Raise SchemaError for what would compare pulses that each start with a phase of their own, which nobody knows."""
+    asked = comparing_pulses(radar.interferogram, settings)
+    if radar.coherent or asked is None:
+        return
+    key, why, instead = asked
+    raise SchemaError(
+        f"echoes: {key}: cannot be with transmitter = 'magnetron', which starts each pulse with a random phase "
+        f"({why}); {instead}, or set coherent_on_receive if that phase has been taken off"
+    )
 
 
 def check_attributes(attrs: dict[Any, Any]) -> None:

@@ -34,6 +34,8 @@ class RadarDescription:
     staring: bool = False
     receiver_antennas: tuple[int, ...] = (0, 1)  # the antenna of each receiver
     azimuth_beamwidth: float = 1.8  # deg, one-way −3 dB
+    coherent: bool = True  # phases mean something from pulse to pulse
+    transmit_phase_error: float = 0.0  # rad rms, new at each pulse
 
     @classmethod
     def of(cls, echoes: xr.Dataset) -> RadarDescription:
@@ -46,6 +48,8 @@ class RadarDescription:
         start, stop = (float(a) for a in attrs["sector_deg"])
         staring = str(attrs.get("scan", "turning")) == "staring"
         receivers = np.atleast_1d(attrs.get("receiver_antennas", (0, 1)))
+        magnetron = str(attrs.get("transmitter", "coherent")) == "magnetron"
+        measured = magnetron and bool(attrs.get("coherent_on_receive", 0))
         return cls(
             wavelength=SPEED_OF_LIGHT / float(attrs["frequency_hz"]),
             noise_power=float(attrs["noise_power_w"]),
@@ -63,6 +67,8 @@ class RadarDescription:
             staring=staring,
             receiver_antennas=tuple(int(antenna) for antenna in receivers),
             azimuth_beamwidth=float(attrs["azimuth_beamwidth_deg"]),
+            coherent=measured or not magnetron,
+            transmit_phase_error=float(np.radians(attrs.get("transmit_phase_error_deg", 0.0))) if measured else 0.0,
         )
 
     @property

@@ -137,10 +137,11 @@ def _attributes(head: RecordingHeader, turns: Turns, prf: float, noise: float) -
     same = (
         "frequency_hz", "pulse_width_s", "bandwidth_hz", "height_m", "baseline_m", "tilt_deg", "azimuth_beamwidth_deg",
         "elevation_beamwidth_deg", "polarization", "transmit", "interferogram", "waveform", "chirp_bandwidth_hz",
-        "compression_weighting",
+        "compression_weighting", "transmitter", "transmit_phase_error_deg",
     )  # fmt: skip
     return {
         **{name: getattr(head, name) for name in same},
+        "coherent_on_receive": int(head.coherent_on_receive),
         "prf_hz": prf,
         "rotation_rpm": turns.rate / 6.0,
         "sector_deg": list(turns.sector),
