@@ -18,6 +18,7 @@ from seamap_rt.random_streams import Stream, branch, key
         (Stream.NOISE, 3),
         (Stream.SENSORS, 7),
         (Stream.OBJECTS, 8),
+        (Stream.TRANSMITTER, 9),
     ],
 )
 def test_a_stream_keeps_its_number(stream: Stream, number: int) -> None:
@@ -28,7 +29,7 @@ def test_a_stream_keeps_its_number(stream: Stream, number: int) -> None:
 
 
 def test_all_streams_are_listed() -> None:
-    assert len(Stream) == 5
+    assert len(Stream) == 6
 
 
 def test_branches_differ() -> None:

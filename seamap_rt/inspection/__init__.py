@@ -17,6 +17,7 @@ from .level import Level, offsets, sign
 from .motion import motion
 from .scan import scan
 from .signal import signal
+from .transmitter import transmitter
 
 _ORDER = ("wrong", "doubtful", "good", "unknown")
 
@@ -46,6 +47,7 @@ def inspect(
         phase,  # of the wrong sign there is no level that could tell more
         *(offsets(echoes, Level.of(polar), paths) if phase.verdict != "wrong" else []),
         *signal(first, polar.isel(turn=[0])),
+        transmitter(first),
         *scan(echoes),
         *motion(maps, wind_from_deg),
     ]

@@ -16,6 +16,7 @@ from ..radar.antenna import antenna
 from ..radar.data_rate import data_rate
 from ..radar.link import Budget, LinkBudget
 from ..radar.receiver import noise_power
+from ..radar.transmitter import pulse_coherence
 from ..radar.waveform import RangeResponse, blind_range_m, gate_spacing_m, straddling_loss_db, unambiguous_range_m
 from ..scene import Scene
 from ..settings import RadarSettings
@@ -122,13 +123,12 @@ def _dwell(scene: Scene) -> list[tuple[str, str]]:
     pulses = link.dwell(scene.radar)
     _, loose, tight = link.integrations(scene.radar, scene.scattering.decorrelation_time_s)
     memory, lost = 1e3 * scene.scattering.decorrelation_time_s, float(db(pulses.pulses / tight.gain))
+    in_phase = f"coherent {db(tight.gain):.2f} dB, {lost:.2f} below N for a decorrelation time of {memory:g} ms"
+    if pulse_coherence(scene.radar) == 0.0:
+        in_phase = "coherent 0 dB, of a magnetron's random phases"
     return [
         ("dwell", f"{1e3 * pulses.duration_s:.2f} ms, {pulses.pulses} pulses a receiver"),
-        (
-            "integration",
-            f"non-coherent √N {db(loose.gain):.2f} dB; coherent {db(tight.gain):.2f} dB, {lost:.2f} below N for a "
-            f"decorrelation time of {memory:g} ms",
-        ),
+        ("integration", f"non-coherent √N {db(loose.gain):.2f} dB; {in_phase}"),
     ]
 
 

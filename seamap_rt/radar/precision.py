@@ -29,6 +29,23 @@ def noise_height_error(radar: RadarSettings, snr: float, range_m: float) -> floa
     return noise_phase_error(radar, snr) * height_per_radian(radar, range_m)
 
 
+def pair_height_error(radar: RadarSettings, phase_error: float, range_m: float) -> float:
+    """Rms height [m] of a look as a whole, by pulses that are compared and were sent with phases that err by
+    phase_error [rad], new at each: √(2/N) of it for N pulses of either receiver in a dwell; inf without a baseline.
+
+    Where both receivers hear all and each antenna is compared on itself, half of the pulses count, of twice the phase.
+    """
+    both_ways = np.sqrt(0.5) if antenna_array(radar).whole else 1.0
+    return both_ways * phase_error * np.sqrt(2.0 / link.dwell(radar).pulses) * height_per_radian(radar, range_m)
+
+
+def carrier_height_error(radar: RadarSettings) -> float:
+    """Rms height [m] by a magnetron's carrier, whose wavelength the retrieval takes for the mean one: h δ/f of the
+    antenna's height over the sea, over the root of the pulses of a dwell, whatever the range and the baseline."""
+    jitter = radar.frequency_jitter_hz if radar.transmitter == "magnetron" else 0.0
+    return radar.height_m * jitter / radar.frequency_hz / np.sqrt(link.dwell(radar).pulses)
+
+
 def looks(radar: RadarSettings, decorrelation_time_s: float) -> float:
     """Independent samples of speckle in a dwell: N²/ΣΣ ρ² of N pulses, ρ = exp(−(τ/τc)²) (Goodman 2007)."""
     dwell = link.dwell(radar)

@@ -24,6 +24,7 @@ from ..radar.digital import decimation, full_scale_w, quantisation_db
 from ..radar.platform import tilt_std
 from ..radar.receiver import noise_power
 from ..radar.scan import BEAMS_BEYOND, scanned_share, sector_width
+from ..radar.transmitter import measures_phase, pulse_coherence, stray_within_pulse, transmit_phase_error
 from ..radar.waveform import RangeResponse, blind_range_m
 from ..scattering import MEAN_MODELS, ShortWaves, clutter_shape_watts_wicks90, mean_level, sea_state_from_wind
 from ..scattering.bragg import bragg_speed, radar_wavenumber
@@ -187,12 +188,15 @@ def _radar(case: _Case) -> Iterator[Row]:
     radar, array, sigma = case.scene.radar, antenna_array(case.scene.radar), case.resolved.elevation_std
     paths, first, squint = array.phase_paths, array.first_antenna, common_squint_deg(radar)
     best = array.whole and radar.transmit == "switched" and case.scene.retrieval.paths == "best"
+    best = best and pulse_coherence(radar) > 0.0
     says = {
         f"{radar.transmit} transmitter, {radar.interferogram} interferogram: p = {paths}": True,
         "maps take p = 2 from neighbouring pulses, of which p = 1 tells the cycle": best,
     }
     wrong, read = (sigma, "doubled") if paths == 2 else (0.5 * sigma, "halved")
     yield _row("mode", wrong, _HEIGHT, f"σ × |p/p′ − 1|: read with p′ = {3 - paths} heights are {read}", _said(says))
+    if radar.transmitter == "magnetron":
+        yield _magnetron(case, pairs=best or not array.whole)
 
     beam = f"a beam of {first.azimuth_beamwidth_deg:.3g}° × {first.elevation_beamwidth_deg:.3g}°"
     says = {
@@ -221,6 +225,22 @@ def _radar(case: _Case) -> Iterator[Row]:
     yield _row("receiver", noise, f"{error} {case.at} by noise", source, says)
     if radar.receiver.chain == "digital":
         yield _converter(case)
+
+
+def _magnetron(case: _Case, pairs: bool) -> Row:
+    """pairs: whether heights come from pulses that were sent with unlike phases."""
+    radar, error = case.scene.radar, transmit_phase_error(case.scene.radar)
+    carrier = f"its carrier strays by {1e-3 * radar.frequency_jitter_hz:g} kHz rms"
+    if not measures_phase(radar):
+        says = f"a random phase at each pulse; {carrier}; heights come from single pulses, and there are no velocities"
+        height, source = precision.carrier_height_error(radar), "h δ/f over the pulses of a dwell"
+        return _row("magnetron", height, f"{_HEIGHT} by its carrier", source, says)
+    says = f"a random phase at each pulse, taken off to {math.degrees(error):g}° rms; {carrier}"
+    lost, source = 1.0 - pulse_coherence(radar), "1 − exp(−σ²)"
+    if not pairs or antenna_array(radar).baseline_m == 0.0:
+        return _row("magnetron", lost, "1 of the coherence between pulses", source, f"{says}; heights do not use it")
+    height, source = precision.pair_height_error(radar, error, case.middle_m), "σ √(2/N) of N pulses of either receiver"
+    return _row("magnetron", height, f"{_HEIGHT} {case.at}, of a look as a whole", source, says)
 
 
 def _converter(case: _Case) -> Row:
@@ -280,6 +300,10 @@ def _no_geometry(case: _Case) -> Iterator[Row]:
         yield _row("the rest of the circle", beyond, error, _PATTERN, says)
     if radar.receiver.chain == "baseband":
         yield _converter(case)
+    if radar.transmitter == "magnetron":
+        lost, error = stray_within_pulse(radar) ** 2, "1 of the coherence between pulses"
+        says = "phases that the carrier's jitter turns across a pulse: a gate's facets take that of its middle"
+        yield _row("a magnetron's jitter within a pulse", lost, error, "(2π δ s)², s of a gate's delays", says)
     if radar.scan == "staring":
         kept = math.exp(-((radar.stare_s / case.scene.scattering.decorrelation_time_s) ** 2))
         name, source = "speckle from one map to the next", "exp(−(τ/τc)²) of two pulses one map apart"

@@ -261,6 +261,9 @@ def in_words(state: xr.Dataset) -> str:
     if known.any():
         mean = np.degrees(np.angle(np.mean(np.exp(1j * np.radians(direction[known]))))) % 360.0
         text += f", from {mean:.0f}°, spread {np.nanmean(state['directional_spread'].values):.0f}°"
+    elif np.isfinite(axis := state["mean_axis"].values).any():
+        mean = 0.5 * np.degrees(np.angle(np.nanmean(np.exp(2j * np.radians(axis))))) % 180.0
+        text += f", from {mean:.0f}° or {mean + 180.0:.0f}°"
     return text
 
 

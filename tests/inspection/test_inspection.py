@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.inspection import Finding, Level, inspect
+from seamap_rt.inspection.transmitter import transmitter
 
 Voltage = NDArray[np.complex64]
 MAST = 5.0
@@ -56,6 +57,7 @@ def test_echoes_as_they_should_be_are_not_doubtful(transmit: str) -> None:
     assert not grave(found)
     known = {finding.what for finding in found if finding.verdict == "good"}
     assert known >= {"sign of the phase", "mast height", "Doppler", "waves from turn to turn", "power by range"}
+    assert "phase from pulse to pulse" in known
 
 
 @pytest.mark.parametrize(
@@ -138,6 +140,42 @@ def test_receivers_that_have_nothing_in_common_are_surely_wrong() -> None:
         return voltage[GENERATOR.permutation(voltage.shape[0])]
 
     assert grave(inspect(upper(noise)))["coherence of the receivers"].verdict == "wrong"
+
+
+def first(made: xr.Dataset, **attributes: Any) -> xr.Dataset:
+    """The first turn, loaded, described otherwise."""
+    return made.assign_attrs({**made.attrs, **attributes}).isel(pulse=slice(0, 10_000)).load()
+
+
+@pytest.mark.parametrize("transmit", ["switched", "single"])
+def test_pulses_that_are_said_to_be_coherent_and_are_not(transmit: str) -> None:
+    """Phases that are drawn anew for each pulse and both receivers: their own coherence is what it was."""
+    turned = np.exp(2j * np.pi * GENERATOR.random(echoes(transmit).sizes["pulse"])).astype(np.complex64)
+    made = first(planted(lambda voltage: voltage * turned[:, None, None], transmit))
+    finding = transmitter(made)
+    assert finding.verdict == "wrong"
+    assert "transmitter = 'magnetron'" in finding.remedy
+    assert transmitter(first(made, transmitter="magnetron")).verdict == "good"
+    claimed = transmitter(first(made, transmitter="magnetron", coherent_on_receive=1))
+    assert claimed.verdict == "wrong"
+    assert "mend how each pulse's phase is measured" in claimed.remedy
+
+
+@pytest.mark.parametrize(("stated", "verdict"), [(0.0, "doubtful"), (30.0, "good")])
+def test_errors_of_measured_phases_are_told_in_degrees(stated: float, verdict: str) -> None:
+    error = np.radians(30.0) * GENERATOR.standard_normal(echoes().sizes["pulse"])
+    made = planted(lambda voltage: voltage * np.exp(1j * error).astype(np.complex64)[:, None, None])
+    found = transmitter(first(made, transmitter="magnetron", coherent_on_receive=1, transmit_phase_error_deg=stated))
+    assert found.verdict == verdict
+    if verdict == "doubtful":
+        assert float(found.says.split("errors of ")[1].split("°")[0]) == pytest.approx(30.0, abs=2.0)
+
+
+def test_a_magnetron_that_is_coherent_is_no_fault() -> None:
+    """Of echoes that could give velocities a header that says less is not doubtful, but said."""
+    found = transmitter(first(echoes(), transmitter="magnetron"))
+    assert found.verdict == "unknown"
+    assert "could be used" in found.says
 
 
 def test_a_flat_calm_is_not_called_wrong() -> None:

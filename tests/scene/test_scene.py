@@ -28,6 +28,7 @@ SHIPPED = [
     "flat",
     "harbour",
     "long_crested_swell",
+    "magnetron_pair",
     "pier",
     "rough_ride",
     "sinusoid",
