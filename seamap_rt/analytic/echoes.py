@@ -58,7 +58,7 @@ def echoes(
     mean half path is the gate's range, at 1 W; a gate that ends above the water receives nothing (0), and
     nothing hides the sea. The points of a PointSea are summed one by one: a whole turn takes most of a minute. The
     turntable, the tilt, the modes, the baseline's error and the channels are those of `radar`; the Earth is flat,
-    nothing fades with range or elevation, and power, losses and digital receiver are left out.
+    nothing fades with range or elevation, and power, losses and digital receiver are left out; pulses are coherent.
 
     attitude_deg: roll (starboard down), pitch (bow up), heading; position_m: of the array's middle from
     (0, 0, radar.height_m); either three numbers or a function of times (pulse,) that gives (pulse, 3). Sectors count

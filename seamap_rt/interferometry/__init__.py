@@ -23,8 +23,8 @@ It sees no truth, loads neither Dr.Jit nor Mitsuba, and takes ray-traced, analyt
                  the cells; looks may be finer than the beam.
 
 `/polar` holds, beside heights, slopes and error bars: `radial_velocity` of what echoes (it includes the own speeds of
-Bragg waves and breakers) and `doppler_width` (0 where it is too narrow to be measured); `visible_share` and
-`crest_bias`, estimated from the echo alone; and the flags.
+Bragg waves and breakers) and `doppler_width` (0 where it is too narrow to be measured), neither of a magnetron whose
+phases are not taken off; `visible_share` and `crest_bias`, estimated from the echo alone; and the flags.
 
 Heights of adaptive are expectations: where the echo is weak they stay near mean level, so their spread is less than
 the sea's. Take the wave height from `sea_state`, which allows for that.

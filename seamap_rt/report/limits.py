@@ -300,7 +300,7 @@ def _no_geometry(case: _Case) -> Iterator[Row]:
         yield _row("the rest of the circle", beyond, error, _PATTERN, says)
     if radar.receiver.chain == "baseband":
         yield _converter(case)
-    if radar.transmitter == "magnetron":
+    if radar.transmitter == "magnetron" and radar.frequency_jitter_hz:
         lost, error = stray_within_pulse(radar) ** 2, "1 of the coherence between pulses"
         says = "phases that the carrier's jitter turns across a pulse: a gate's facets take that of its middle"
         yield _row("a magnetron's jitter within a pulse", lost, error, "(2π δ s)², s of a gate's delays", says)

@@ -228,3 +228,24 @@ def test_noise_is_as_strong_and_as_random_as_before() -> None:
     np.testing.assert_array_equal(made[0], made[1])  # nothing is sent that could turn it
     np.testing.assert_allclose(np.abs(made[2]), np.abs(made[0]), rtol=1e-6)
     assert abs(np.mean(made[2][1:] * made[2][:-1].conj())) < 0.03 * np.mean(np.abs(made[0]) ** 2)
+
+
+@pytest.mark.parametrize("watts", [25e3, 1e6])
+def test_much_power_is_a_larger_echo_and_nothing_else(watts: float) -> None:
+    """√W: linear without a converter. One of fixed full scale clips the near echo, and says so; gain follows it."""
+    keys = {"range_m": (20.0, 95.0), "sector_deg": (0.0, 60.0), "noise": False, **MAGNETRON}
+
+    def received(power: float, **more: object):
+        scene = Scene.model_validate({"name": "power", "radar": {**keys, "transmit_power_w": power, **more}})
+        echoes = sr.echoes.from_scatterers(scene, [[2.0, 30.0, 0.0]], [10.0])
+        assert np.isfinite(echoes["voltage"].values).all()
+        return echoes, np.abs(echoes["voltage"].values).max()
+
+    (little, _), (much, peak) = received(1.0), received(watts)
+    assert relative_rms(much["voltage"].values / np.sqrt(watts), little["voltage"].values) < 3e-7
+    fixed, clipped = received(watts, receiver={"chain": "digital"})
+    assert fixed["saturated"].values.sum() > 1000
+    assert clipped < 0.1 * peak
+    following = {"chain": "digital", "gain": "agc", "agc_headroom_db": 20.0}
+    few, kept = (received(power, noise=True, receiver=following)[1] for power in (1.0, watts))
+    assert kept / few == pytest.approx(np.sqrt(watts), rel=0.01)

@@ -54,6 +54,16 @@ def row(rows: list[dict[str, Any]], what: str) -> dict[str, Any]:
         ({"scattering__nrcs": "hybrid"}, "the mean of Reilly & Dockery 1990", "tilt, strain and breakers"),
         ({"scattering__nrcs": "constant"}, "-40 dB per horizontal area", "tilt, strain and breakers"),
         ({}, "shadow ray", "tracing.diffraction = 'knife_edge'"),
+        (
+            {"radar__transmitter": "magnetron", "radar__frequency_jitter_hz": 1e5},
+            "heights come from single pulses, and there are no velocities",
+            "a magnetron's jitter within a pulse",
+        ),
+        (
+            {"radar__transmitter": "magnetron", "radar__coherent_on_receive": True, "radar__transmit": "single"},
+            "taken off to 3° rms; its carrier strays by 0 kHz rms; heights do not use it",
+            "Earth curvature",
+        ),
         ({"tracing__diffraction": "knife_edge"}, "two knife edges", "what diffraction does to heights"),
         (
             {"scattering__extrapolate": True, "scattering__wind_speed_m_s": 20.0},
@@ -281,3 +291,28 @@ def test_lines_name_every_part_within_their_limit() -> None:
             assert sum(each["what"] in line for line in lines) >= 1
         assert all(line.startswith(("modelled: ", "left out: ")) for line in lines)
     assert "modelled: sea (0.4 s, 40% of a turn, first turn; without it 0.3" in lines[0]
+
+
+def test_what_a_magnetron_costs_is_said() -> None:
+    """Its carrier h δ/f over the pulses of a dwell; its measured phases √(2/N) of their error, in heights."""
+    magnetron = {"radar__transmitter": "magnetron", "radar__frequency_jitter_hz": 1e5}
+    scene, resolved = small(**magnetron)
+    pulses = link.dwell(scene.radar).pulses
+    found = row(modelled(scene, resolved), "magnetron")["value"]
+    assert found == pytest.approx(scene.radar.height_m * 1e-5 / math.sqrt(pulses))
+    assert "p = 2 from neighbouring" not in row(modelled(scene, resolved), "mode")["why"]
+    spread_s = 2.0 * RangeResponse.of(scene.radar).spread_m / 299_792_458.0
+    lost = row(left_out(scene, resolved), "a magnetron's jitter within a pulse")["value"]
+    assert lost == pytest.approx((2.0 * math.pi * 1e5 * spread_s) ** 2)
+    measured = {**magnetron, "radar__coherent_on_receive": True, "radar__transmit_phase_error_deg": 6.0}
+    for mode, share in (("single_pulse", 0.5), ("alternating_pulse", 0.5)):  # of pulses, and of a radian's height
+        scene, resolved = small(**measured, radar__interferogram=mode)
+        assert "p = 2" in row(modelled(scene, resolved), "mode")["why"]
+        middle = link.middle_m(scene.radar)
+        radian = link.wavelength(scene.radar) * middle / (2.0 * math.pi * 2.0 * scene.radar.baseline_m)
+        law = math.radians(6.0) * math.sqrt(2.0 / (share * pulses)) * radian
+        assert row(modelled(scene, resolved), "magnetron")["value"] == pytest.approx(law, rel=0.02)
+    scene, resolved = small(**measured, radar__transmit="single")
+    kept = row(modelled(scene, resolved), "magnetron")
+    assert (kept["value"], kept["unit"]) == (pytest.approx(1.0 - math.exp(-(math.radians(6.0) ** 2))), "1")
+    assert not [each for each in modelled(*small()) if each["what"] == "magnetron"]

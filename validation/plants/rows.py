@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
-from . import rows_begin, rows_maps, rows_prediction, rows_radar, rows_sea
+from . import rows_begin, rows_maps, rows_prediction, rows_radar, rows_sea, rows_transmitter
 
-PLANTS = (*rows_sea.PLANTS, *rows_radar.PLANTS, *rows_maps.PLANTS, *rows_prediction.PLANTS, *rows_begin.PLANTS)
+PLANTS = (
+    *rows_sea.PLANTS,
+    *rows_radar.PLANTS,
+    *rows_transmitter.PLANTS,
+    *rows_maps.PLANTS,
+    *rows_prediction.PLANTS,
+    *rows_begin.PLANTS,
+)
