@@ -30,10 +30,14 @@ def motion(maps: xr.DataTree, wind_from_deg: float | None = None) -> list[Findin
     """Of maps of one turn or several. wind_from_deg: where it is known."""
     polar = group_of(maps, "maps/polar")
     state = sea_state(maps)
-    known = state["mean_direction"].values
-    known = known[np.isfinite(known)]
-    waves = np.degrees(np.angle(np.mean(np.exp(1j * np.radians(known))))) % 360.0 if known.size else None
-    return [_drift(polar, waves, wind_from_deg), _run(maps, waves)]
+    waves, axis = _mean(state["mean_direction"].values, 1), _mean(state["mean_axis"].values, 2)
+    return [_drift(polar, waves, wind_from_deg), _run(maps, waves, axis)]
+
+
+def _mean(degrees: Array, folds: int) -> float | None:
+    """Mean of directions, or of axes (folds = 2), in deg; None of none."""
+    known = np.exp(1j * folds * np.radians(degrees[np.isfinite(degrees)]))
+    return float(np.degrees(np.angle(np.mean(known))) / folds % (360.0 / folds)) if known.size else None
 
 
 def _drift(polar: xr.Dataset, waves: float | None, wind: float | None) -> Finding:
@@ -65,10 +69,11 @@ def _drift(polar: xr.Dataset, waves: float | None, wind: float | None) -> Findin
     return Finding(what, "doubtful", f"{says}, against {name} from {other:.0f}°", remedy)
 
 
-def _run(maps: xr.DataTree, waves: float | None) -> Finding:
-    """Whether the waves run from turn to turn the way that the Doppler says."""
+def _run(maps: xr.DataTree, told: float | None, axis: float | None) -> Finding:
+    """Whether the waves run from turn to turn the way that the Doppler says; without it, which way along their axis."""
     what = "waves from turn to turn"
     ground = group_of(maps, "maps/ground")
+    waves = axis if told is None else told
     if waves is None:
         return Finding(what, "unknown", "which way the waves run is not known")
     if ground.sizes["turn"] < 2:
@@ -98,6 +103,9 @@ def _run(maps: xr.DataTree, waves: float | None) -> Finding:
         return Finding(what, "unknown", "the turns have too little in common to say which way the waves run")
     says = f"{100.0 * totals[0] / totals[2]:.0f} % fits waves from {waves:.0f}°, {100.0 * totals[1] / totals[2]:.0f} % "
     says += "waves that run the other way"
+    if told is None:
+        comes_from = waves if totals[0] > totals[1] else (waves + 180.0) % 360.0
+        return Finding(what, "good", f"without velocities: {says}: they come from {comes_from:.0f}°")
     if totals[0] > totals[1]:
         return Finding(what, "good", says)
     remedy = "set conjugate in the header and exchange lower and upper: heights stay, velocities turn round"

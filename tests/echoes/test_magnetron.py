@@ -65,13 +65,14 @@ def test_a_pulse_keeps_its_phase_whatever_else_is_sent() -> None:
     whole = radar_of(**MEASURED, sector_deg=(0.0, 360.0), frequency_jitter_hz=1e5)
     part = whole.model_copy(update={"sector_deg": (0.0, 90.0)})
     all_of_it, quarter = (Magnetron.of(radar, pulses(radar, 1), SEED) for radar in (whole, part))
-    other = Magnetron.of(part, pulses(part, 1), SEED + 1)
+    other, before = Magnetron.of(part, pulses(part, 1), SEED + 1), Magnetron.of(part, pulses(part, 0), SEED)
     assert all_of_it is not None
     assert quarter is not None
     count = quarter.phase.size
     for name in ("phase", "carrier", "measured"):
         np.testing.assert_array_equal(getattr(all_of_it, name)[:count], getattr(quarter, name))
-        assert not np.isin(getattr(other, name), getattr(quarter, name)).any()
+        for unlike in (other, before):
+            assert not np.isin(getattr(unlike, name), getattr(quarter, name)).any()
     # 10,000 pulses: relative standard errors of 1/√20,000, correlations within four of 1/√10,000.
     assert all_of_it.measured is not None
     error = all_of_it.measured - all_of_it.phase

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.inspection import Finding, Level, inspect
+from seamap_rt.inspection.motion import motion
 from seamap_rt.inspection.transmitter import transmitter
 
 Voltage = NDArray[np.complex64]
@@ -176,6 +177,14 @@ def test_a_magnetron_that_is_coherent_is_no_fault() -> None:
     found = transmitter(first(echoes(), transmitter="magnetron"))
     assert found.verdict == "unknown"
     assert "could be used" in found.says
+
+
+def test_the_next_turn_tells_the_way_where_no_velocity_does() -> None:
+    """Waves from 270°, whose axis is 90°: of the two ways along it the one is said that the second turn shows."""
+    maps = sr.retrieve(echoes().assign_attrs({**echoes().attrs, "transmitter": "magnetron"}))
+    drift, run = motion(maps)
+    assert (drift.verdict, run.verdict) == ("unknown", "good")
+    assert float(run.says.split("come from ")[1].rstrip("°")) == pytest.approx(270.0, abs=20.0)
 
 
 def test_a_flat_calm_is_not_called_wrong() -> None:

@@ -106,4 +106,11 @@ PLANTS = (
         "np.degrees(-np.log(kept))",
         "tests/inspection/test_inspection.py::test_errors_of_measured_phases_are_told_in_degrees",
     ),
+    Plant(
+        "magnetron: the way that the next turn shows",
+        "seamap_rt/inspection/motion.py",
+        "comes_from = waves if totals[0] > totals[1]",
+        "comes_from = waves if totals[0] < totals[1]",
+        "tests/inspection/test_inspection.py::test_the_next_turn_tells_the_way_where_no_velocity_does",
+    ),
 )
