@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..interferometry.covariance.windows import independent_looks, window_weights
+from ..interferometry.looks import LASTING
 from ..interferometry.phase.speckle import estimation_doubt
 from ..radar import link
 from ..radar.array import antenna_array
 from ..radar.precision import looks
+from ..radar.transmitter import pulse_coherence
 from ..radar.waveform import RangeResponse, gates
 from ..settings import RadarSettings, RetrievalSettings
 
@@ -132,7 +134,7 @@ def _compared(radar: RadarSettings, settings: RetrievalSettings, ranges: Array, 
     if radar.interferogram == "alternating_pulse":
         paths = 2 if switched else 1
         return paths, paths, 0.5 * pulses
-    if switched and settings.paths == "best":
+    if switched and settings.paths == "best" and pulse_coherence(radar) >= LASTING:
         array = antenna_array(radar)
         both = _turn(2, link.wavelength(radar), array.baseline_m, radar.height_m, pulse, ranges)
         if np.mean(both > 1.0) < _BLURRED_GATES:

@@ -26,7 +26,7 @@ from .phase.interferogram import Interferogram
 from .phase.uncertainty import Dwelt
 
 _BLURRED_GATES = 0.2  # at most, of all
-_LASTING = 0.9  # coherence of an antenna's echo with its next one, below which pulses are not compared
+LASTING = 0.9  # coherence of an antenna's echo with its next one, below which pulses are not compared
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def _steady(sums: DwellSums, noise_power: float) -> bool:
     products = sums.lags[0].products
     with np.errstate(invalid="ignore"):
         clean = np.sqrt(np.maximum(products.lower - noise_power, 0.0) * np.maximum(products.upper - noise_power, 0.0))
-    return bool(np.nansum(np.abs(products.cross)) >= _LASTING * np.nansum(clean))
+    return bool(np.nansum(np.abs(products.cross)) >= LASTING * np.nansum(clean))
 
 
 def _interferograms(

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..conventions import db
+from ..interferometry.looks import LASTING
 from ..physics.propagation import earth_drop_m, edge_blur_m
 from ..physics.shadowing import second_bounce_share
 from ..radar import link, precision
@@ -188,7 +189,7 @@ def _radar(case: _Case) -> Iterator[Row]:
     radar, array, sigma = case.scene.radar, antenna_array(case.scene.radar), case.resolved.elevation_std
     paths, first, squint = array.phase_paths, array.first_antenna, common_squint_deg(radar)
     best = array.whole and radar.transmit == "switched" and case.scene.retrieval.paths == "best"
-    best = best and pulse_coherence(radar) > 0.0
+    best = best and pulse_coherence(radar) >= LASTING
     says = {
         f"{radar.transmit} transmitter, {radar.interferogram} interferogram: p = {paths}": True,
         "maps take p = 2 from neighbouring pulses, of which p = 1 tells the cycle": best,

@@ -170,3 +170,12 @@ def test_a_run_measures_as_much_as_the_outlook_says() -> None:
     sigma = float(np.sqrt(waves_of(made.sea, np.pi / float(made.sea.resolution_m or 0.8)).elevation_variance))
     radius = Rings.of(polar, truth, sigma).fully_measured_radius
     assert sr.outlook(made).attrs["fully_measured_radius_m"] == pytest.approx(radius, rel=0.08)
+
+
+def test_a_magnetron_compares_no_pulses() -> None:
+    """p = 2 of switched transmitters needs phases from pulse to pulse; measured ones leave exp(−σ²), 0.9 at 18.6°."""
+    magnetron = {"radar__transmitter": "magnetron"}
+    measured = {**magnetron, "radar__coherent_on_receive": True}
+    assert (design().paths, design(**magnetron).paths) == (2, 1)
+    assert design(**measured, radar__transmit_phase_error_deg=18.0).paths == 2
+    assert design(**measured, radar__transmit_phase_error_deg=19.0).paths == 1
