@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from .design_outlook import outlook
     from .errors import InputError, NoBackend
     from .gauges import gauge_series
+    from .inspection import inspect
     from .interferometry import echoes_from_recording, open_recording, retrieve
+    from .io.exports import export
     from .metrics import compare
     from .prediction import forecast, highest_wave, quiet_windows, reconstruct
     from .scene import Scene, load_scene
@@ -36,9 +38,11 @@ _HOMES = {
     "compare": "metrics",
     "echoes_from_recording": "interferometry",
     "expected": "simulation",
+    "export": "io.exports",
     "forecast": "prediction",
     "gauge_series": "gauges",
     "highest_wave": "prediction",
+    "inspect": "inspection",
     "iterate": "session",
     "load_scene": "scene",
     "open_recording": "interferometry",
@@ -62,9 +66,11 @@ __all__ = [
     "echoes",
     "echoes_from_recording",
     "expected",
+    "export",
     "forecast",
     "gauge_series",
     "highest_wave",
+    "inspect",
     "iterate",
     "load_scene",
     "open_recording",

@@ -24,7 +24,7 @@ def predict(
     maps: Path,
     *,
     lead: str = "0:30:1",
-    at: Annotated[list[str] | None, Parameter(negative=())] = None,
+    at: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None,
     out: Path | None = None,
     overwrite: bool = False,
     set_: Settings | None = None,

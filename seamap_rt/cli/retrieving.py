@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import xarray as xr
@@ -12,6 +13,13 @@ from cyclopts import Parameter
 from ..dataset import QUALITY_FLAGS
 from ..errors import InputError
 from .shell import Names, Settings, app, console, overrides_of, section_of
+
+if TYPE_CHECKING:
+    from ..io.exports import Kind
+    from ..io.geography import Origin
+
+_EXPORTS: dict[Kind, str] = {"netcdf": "ground.nc", "geotiff": "ground.tif", "csv": "ground.csv"}
+_EXPORT = re.compile(r"ground(-\d+)?\.(nc|tif|csv)")
 
 
 @app.command
@@ -23,6 +31,8 @@ def retrieve(
     out: Path | None = None,
     follow: float = 0.0,
     wind_from: float | None = None,
+    to: Annotated[list[str] | None, Parameter(negative=(), consume_multiple=False)] = None,
+    at: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,  # the south is negative
     even_if_wrong: Annotated[bool, Parameter(negative=())] = False,
     overwrite: bool = False,
     set_: Settings | None = None,
@@ -46,6 +56,10 @@ def retrieve(
         Go on while the echoes grow, until no new turn has come for so many seconds.
     wind_from
         Degrees clockwise from north from which the wind blows, to compare the echo's drift with.
+    to
+        geotiff, csv or netcdf, as often as wanted: the ground maps with latitude and longitude beside maps.nc.
+    at
+        LAT,LON of the antenna at time 0, degrees north and east, for --to.
     even_if_wrong
         Retrieve what is surely wrong as well.
     overwrite
@@ -53,6 +67,7 @@ def retrieve(
     set_
         retrieval.KEY=VALUE, as often as wanted.
     """
+    from ..io.exports import export, headings
     from ..io.results_folder import refuse_unfinished, results_folder, write_whole
     from ..report.retrieved_page import RETRIEVED, retrieved_page
     from ..session.retrieving import MAPS, retrieve_into
@@ -67,8 +82,10 @@ def retrieve(
         if not np.isfinite(value) or (option == "--follow" and value < 0.0):
             must = "seconds, at least 0" if option == "--follow" else "degrees clockwise from north"
             raise InputError(f"{option} = {value:g}: must be {must}; correct it")
+    kinds, origin = _exports(to, at)
     folder = out or echoes.parent
-    products = (MAPS, RETRIEVED)
+    earlier = tuple(path.name for path in folder.glob("ground*") if _EXPORT.fullmatch(path.name))
+    products = (MAPS, RETRIEVED, *earlier)
     refuse_unfinished(echoes.parent, "ECHOES")
     with results_folder(folder, overwrite, (MAPS,)):
         found = retrieve_into(
@@ -86,13 +103,31 @@ def retrieve(
         said = [*_answered(maps), f"sea state: {in_words(sea_state(maps))}"]
         page = retrieved_page(maps, found.findings, said, found.echoes.attrs, echoes.name)
         write_whole(folder / RETRIEVED, page)
+        heading = headings(found.echoes, maps["ground"].to_dataset()["turn"].values)
+        written = [
+            file for kind in kinds for file in export(maps, folder / _EXPORTS[kind], origin, kind, heading_deg=heading)
+        ]
     grave = {"wrong": "surely wrong", "doubtful": "doubtful"}
     for finding in found.findings:
         if finding.verdict in grave:
             console.print(f"{grave[finding.verdict]}: {finding.line}")
-    for line in (*said, str(found.maps), str(folder / RETRIEVED)):
+    for line in (*said, str(found.maps), str(folder / RETRIEVED), *map(str, written)):
         console.print(line)
     return 0
+
+
+def _exports(to: list[str] | None, at: str | None) -> tuple[list[Kind], Origin | str]:
+    """Kinds of files that are wanted beside maps.nc, and where on Earth they are."""
+    from ..io.geography import origin_of
+
+    kinds = [kind.strip() for each in to or [] for kind in each.split(",")]
+    for kind in kinds:
+        if kind not in _EXPORTS:
+            raise InputError(f"--to {kind}: must be {', '.join(_EXPORTS)}; give one of them, or several")
+    if (at is None) != (not kinds):
+        missing = "--to geotiff, csv or netcdf" if at else "--at LAT,LON of the antenna, as in --at 54.32,-7.5"
+        raise InputError(f"{'--at' if at else '--to'}: needs {missing}; give both or neither")
+    return list(dict.fromkeys(kinds)), origin_of(at, "--at") if at else ""  # type: ignore[arg-type]
 
 
 def _told(maps: xr.DataTree) -> None:

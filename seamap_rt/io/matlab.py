@@ -24,7 +24,7 @@ def read_matlab(
     read: how an array of an HDF5 dataset is read; it may refuse one. Raises what SciPy and h5py raise for damage."""
     if h5py.is_hdf5(path):
         with h5py.File(path) as file:
-            held = [name for name in file if not name.startswith("#")]
+            held = [str(name) for name in file if not str(name).startswith("#")]
             return held, {name: _hdf5_value(file[name], name, read) for name in wanted if name in file}
     with path.open("rb") as opened:
         tree = scipy.io.loadmat(opened, chars_as_strings=True)

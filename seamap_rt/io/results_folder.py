@@ -32,7 +32,7 @@ KINDS = {
 }
 _LOCK, _MARKER = ".seamap-rt.lock", ".seamap-rt.unfinished"
 # What products are called until they are whole, and after they were removed.
-_ENDINGS = "nc|zarr|json|toml|html|png|gif|csv|txt|unfinished"
+_ENDINGS = "nc|zarr|json|toml|html|png|gif|csv|tif|txt|unfinished"
 _HIDDEN = re.compile(rf"\.(.+\.({_ENDINGS}))\.(part|part\.journal|part\.journal\.part|removed)")
 
 

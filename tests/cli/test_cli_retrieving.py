@@ -147,3 +147,39 @@ def test_a_store_is_followed_while_it_grows(echoes: xr.Dataset, call: Any) -> No
     ]
     with xr.open_datatree("maps/maps.nc") as maps:
         assert maps["polar"].sizes["turn"] == 3
+
+
+def test_maps_are_exported_with_their_place(echoes: xr.Dataset, call: Any) -> None:
+    record(echoes)
+    answer = call(
+        "retrieve", "night.npz", "--out", "maps", "--to", "geotiff,csv", "--to", "netcdf", "--at", "-33.9,18.4"
+    )
+    assert answer.code == 0, answer.err
+    for name in ("ground.tif", "ground.csv", "ground.nc"):
+        assert Path("maps", name).exists()
+        assert str(Path("maps", name)) in answer.out
+    with xr.open_dataset("maps/ground.nc") as read, xr.open_datatree("maps/maps.nc") as maps:
+        np.testing.assert_array_equal(read["height"].values, maps["ground"]["height"].values)
+        assert float(read["lat"].mean()) == pytest.approx(-33.9, abs=1e-4)
+        np.testing.assert_allclose(read["heading"].values, 0.0)
+    again = call("retrieve", "night.npz", "--out", "maps", "--overwrite")
+    assert again.code == 0
+    assert not Path("maps/ground.nc").exists()  # of an earlier retrieval
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--to", "netcdf"), "--to: needs --at LAT,LON"),
+        (("--at", "54,7"), "--at: needs --to"),
+        (("--to", "shapefile", "--at", "54,7"), "--to shapefile: must be"),
+        (("--to", "csv", "--at", "99,7"), "--at: latitude = 99"),
+    ],
+)
+def test_exports_that_make_no_sense_are_refused(echoes: xr.Dataset, call: Any, options: Any, words: str) -> None:
+    record(echoes)
+    answer = call("retrieve", "night.npz", "--out", "maps", *options)
+    assert answer.code == 2
+    assert words in answer.err
+    assert len(answer.err.strip().splitlines()) == 1
+    assert not Path("maps/maps.nc").exists()

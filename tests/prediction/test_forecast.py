@@ -355,6 +355,7 @@ def test_predict_writes_a_forecast_for_each_turn(maps_file, tmp_path, capsys) ->
         (["--lead", "0:30:0.0001"], "take a longer step"),
         (["--at", "here"], "must be EAST,NORTH"),
         (["--at", "nan,0"], "must be within 10000 m"),
+        (["--at", "-20000,0"], "must be within 10000 m"),  # west is no option of the command
         (["--set", "radar.height_m=3"], "takes only prediction.KEY"),
         (["--set", "prediction.turns=0"], "prediction.turns = 0"),
         (["--set", "prediction.quiet.heave_m=1"], "there is no vessel; give vessel.shape"),

@@ -521,6 +521,27 @@ PLANTS = (
         "tests/cli/test_cli_retrieving.py::test_turns_that_come_later_are_retrieved_once_each",
     ),
     Plant(
+        "a GeoTIFF upside down",
+        "seamap_rt/io/geotiff.py",
+        "dtype=np.float32)[::-1] for band",
+        "dtype=np.float32) for band",
+        "tests/io/test_exports.py::test_a_north_east_cell_lies_north_east_in_the_picture",
+    ),
+    Plant(
+        "half a cell aside",
+        "seamap_rt/io/geotiff.py",
+        "float(x[0]) - 0.5 * dx",
+        "float(x[0])",
+        "tests/io/test_exports.py::test_a_north_east_cell_lies_north_east_in_the_picture",
+    ),
+    Plant(
+        "east and north exchanged on Earth",
+        "seamap_rt/io/geography.py",
+        "inverse.transform(east[known], north[known])",
+        "inverse.transform(north[known], east[known])",
+        "tests/io/test_exports.py::test_latitude_and_longitude_are_those_of_the_geodesic",
+    ),
+    Plant(
         "one line",
         "seamap_rt/errors.py",
         "each if each.isprintable() else _escaped(each)",
