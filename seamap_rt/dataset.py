@@ -83,6 +83,17 @@ SCHEMA: dict[str, dict[str, Variable]] = {
             ("pulse", "range"), "int8", "1", "1 where the converter of a receiver was overdriven", required=False
         ),
     },
+    "polar_images": {
+        "pulse": Variable(("pulse",), "int64", "1", "number of the radial since the start"),
+        "range": Variable(("range",), "float64", "m", "range of the sample, c t/2 in air"),
+        "time": Variable(("pulse",), "float64", "s", "time of the radial since the attribute start"),
+        "azimuth": Variable(("pulse",), "float64", "degree", "bearing of the beam, clockwise from north"),
+        "turn": Variable(("pulse",), "int32", "1", "turn of the antenna"),
+        "video": Variable(("pulse", "range"), "uint16", "1", "received video in counts of the converter"),
+        "heading": Variable(("pulse",), "float64", "degree", "heading of the ship, clockwise from north"),
+        "latitude": Variable(("pulse",), "float64", "degrees_north", "latitude of the ship", "latitude"),
+        "longitude": Variable(("pulse",), "float64", "degrees_east", "longitude of the ship", "longitude"),
+    },
     "expected": {
         "azimuth": _POLAR_COORDS["azimuth"],
         "range": _POLAR_COORDS["range"],

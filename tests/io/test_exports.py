@@ -85,7 +85,6 @@ def test_a_north_east_cell_lies_north_east_in_the_picture(tmp_path: Path) -> Non
     first, second = sr.export(maps(), tmp_path / "ground.tif", AT, heading_deg=45.0)
     assert [first.name, second.name] == ["ground-0.tif", "ground-1.tif"]
     with tifffile.TiffFile(first) as file:
-        page = file.pages[0]
         tags: dict[int, Any] = {code: file.pages.first.tags[code].value for code in (33550, 33922, 42112, 42113)}
         bands, geo = file.asarray(), file.geotiff_metadata or {}
     assert bands.shape == (len(FIELDS), SIDE, SIDE)

@@ -11,11 +11,13 @@ import h5py
 import numpy as np
 import trimesh
 import xarray as xr
+import zstandard
 
 import seamap_rt as sr
 from seamap_rt.io.appendable import AppendableNetCDF
 from seamap_rt.studies.point import _BY_RANGE as BINS
 
+POLAR = Path(__file__).parents[1] / "reference" / "wamos_revelle.pol.zst"
 SPECTRA = Path(__file__).parents[2] / "tests" / "io" / "spectra"
 SMALL: dict[str, Any] = {
     "radar.sector_deg": [260.0, 275.0],
@@ -55,6 +57,7 @@ def make(folder: Path) -> dict[str, list[Path]]:
         "motion": [_motion(folder)],
         "mesh": _meshes(folder),
         "recording": _recordings(folder),
+        "polar images": _images(folder),
         "header": _headers(folder),
         "echo store": [folder / "run" / "echoes.zarr"],
         "maps and truth": [folder / "run" / "maps.nc", folder / "run" / "truth.nc"],
@@ -149,6 +152,16 @@ def _recordings(folder: Path) -> list[Path]:
                 file.create_dataset(key, data=values, **options)
             file.create_group("header").attrs.update(head)
     return [folder / "night.npz", folder / "night.h5", folder / "packed.nc"]
+
+
+def _images(folder: Path) -> list[Path]:
+    """Of a real ship, packed and plain."""
+    packed = folder / POLAR.name
+    shutil.copy(POLAR, packed)
+    plain = packed.with_suffix("")
+    with zstandard.open(packed, "rb") as file:
+        plain.write_bytes(file.read())
+    return [packed, plain]
 
 
 def _headers(folder: Path) -> list[Path]:

@@ -15,10 +15,11 @@ import xarray as xr
 
 import seamap_rt as sr
 from seamap_rt.compute.machine import forget_peak_memory
-from seamap_rt.dataset import SCHEMA
+from seamap_rt.dataset import SCHEMA, check
 from seamap_rt.errors import InputError, SchemaError
 from seamap_rt.interferometry import open_recording
 from seamap_rt.io.meshfile import load_mesh
+from seamap_rt.io.polar_images import read_polar_images
 from seamap_rt.io.recording_header import read_header
 from seamap_rt.mesh.sizing import triangles
 from seamap_rt.resolved_scene import masts, run_sea
@@ -104,6 +105,10 @@ def read_recording(path: Path) -> None:
     sr.retrieve(open_recording(path), COARSE)
 
 
+def read_images(path: Path) -> None:
+    check("polar_images", read_polar_images(path))
+
+
 def read_a_header(path: Path) -> None:
     read_header(path)
 
@@ -177,6 +182,7 @@ READERS: dict[str, Callable[[Path], None]] = {
     "motion": read_motion,
     "mesh": read_mesh,
     "recording": read_recording,
+    "polar images": read_images,
     "header": read_a_header,
     "echo store": read_store,
     "maps and truth": read_maps,
