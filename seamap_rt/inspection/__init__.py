@@ -13,8 +13,10 @@ from ..dataset import check
 from ..interferometry import retrieve
 from ..settings import RetrievalSettings
 from .finding import Finding
+from .heights import heights
 from .level import Level, offsets, sign
 from .motion import motion
+from .receivers import receivers
 from .scan import scan
 from .signal import signal
 from .transmitter import transmitter
@@ -43,9 +45,14 @@ def inspect(
     level = Level.of(polar.isel(turn=[0]))
     paths = int(polar.attrs.get("paths", 1))
     phase = sign(first, settings, level)
-    findings = [
-        phase,  # of the wrong sign there is no level that could tell more
-        *(offsets(echoes, Level.of(polar), paths) if phase.verdict != "wrong" else []),
+    level_says = offsets(echoes, Level.of(polar), paths) if phase.verdict != "wrong" else []
+    if phase.verdict == "doubtful" and any(each.verdict == "doubtful" for each in level_says):
+        phase = phase._replace(verdict="unknown", remedy="mend what is doubtful first")
+    findings = [  # of the wrong sign there is no level that could tell more
+        receivers(first),
+        *level_says,
+        phase,
+        *heights(polar, float(echoes.attrs["height_m"])),
         *signal(first, polar.isel(turn=[0])),
         transmitter(first),
         *scan(echoes),

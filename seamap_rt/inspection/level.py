@@ -28,11 +28,14 @@ _FEWEST_CELLS = 300  # of a map whose level is judged
 _FEWEST_OF_SECTOR = 5
 _SURE = 4.0  # times flatter, that the other sign's level must be; the right sign's is 15 times on all shipped scenes
 _SUSPECT = 0.5  # of the waves' own scatter: a flatter level needs no second look
+_OF_MAST = 0.2  # as far as that the sea's level is nowhere from 0: 0.04 at most on the shipped scenes
 _ALIKE = 2.0  # levels as flat as that tell no remedy from another
 _STRAYS = 4.0  # standard errors
 _LEAST_LIFT_M = 0.1
 _OF_WAVES = 0.5  # standard deviations of the waves, by which what is hidden may lift the level
-_ELSE = "check that both receivers sample the same pulses and gates, range_offset_m, and baseline_m"
+_ELSE = (
+    "check that both receivers sample the same pulses and gates, first_gate_m, gate_m, baseline_m and phase_offset_deg"
+)
 
 # What a recorder may have got wrong, by what mends it; voltages (pulse, receiver, gate). With one antenna that sends,
 # an exchange and a conjugate turn the heights alike.
@@ -91,7 +94,7 @@ class Level:
         left = self.height * weight - design @ found
         free = max(1, self.distance.size - 2)
         spread = np.linalg.pinv(design.T @ design) * max(1.0, float(left @ left) / free)
-        return found, np.sqrt(np.diag(spread))
+        return np.asarray(found, np.float64), np.asarray(np.sqrt(np.diag(spread)), np.float64)
 
 
 def sign(turn: xr.Dataset, settings: RetrievalSettings, level: Level | None) -> Finding:
@@ -111,6 +114,9 @@ def sign(turn: xr.Dataset, settings: RetrievalSettings, level: Level | None) -> 
         if other is not None:
             others[remedy] = other.rms
     least = min(others.values(), default=np.inf)
+    if not least * _SURE <= level.rms and level.rms > _OF_MAST * float(turn.attrs["height_m"]):
+        says = f"the mean level strays by {level.rms:.1f} m with range, and by {least:.1f} m at best with another sign"
+        return Finding(what, "doubtful", f"{says}: the phase tells no heights", _ELSE)
     if not least * _SURE <= level.rms:
         return Finding(what, "good", f"{words}, {least:.2f} m at best with another sign" if others else words)
     remedies = [remedy for remedy, rms in others.items() if rms <= _ALIKE * least]
@@ -133,7 +139,9 @@ def offsets(echoes: xr.Dataset, level: Level | None, paths: int) -> list[Finding
     mast = float(echoes.attrs["height_m"]) - lift
     wavenumber = 2.0 * np.pi * float(echoes.attrs["frequency_hz"]) / SPEED_OF_LIGHT
     phase, phase_error = np.degrees(np.array((-tilt, tilt_error)) * paths * wavenumber * echoes.attrs["baseline_m"])
-    of_height = _ELSE if mast <= 0.0 else f"height_m = {mast:.4g} would bring it to 0"
+    baseline = float(echoes.attrs["baseline_m"]) * mast / float(echoes.attrs["height_m"])
+    of_height = f"height_m = {mast:.4g} would bring it to 0, or baseline_m = {baseline:.4g}; check first_gate_m too"
+    of_height = _ELSE if mast <= 0.0 else of_height
     of_phase = (
         f"an offset of the phase of {phase:+.1f} ± {phase_error:.1f}° does this: phase_offset_deg of the header takes "
         "it off; so does a wrong tilt of the antennas"

@@ -10,6 +10,8 @@ from .finding import Finding, judged
 
 _MOST_MISSING = 0.01
 _UNEVEN = 0.25  # of the beam's width, rms: as much blurs the map by 3 %
+_TURNS = 2.0, 150.0  # a minute
+_LEAST_PRF = 100.0  # Hz
 _JUMP = 1.0  # beam widths
 
 
@@ -19,8 +21,20 @@ def scan(echoes: xr.Dataset) -> list[Finding]:
     turn = np.asarray(echoes["turn"].values)
     found = [_missing(echoes, time, turn)]
     if str(echoes.attrs.get("scan", "turning")) == "turning":
-        found.append(_evenness(echoes, time, azimuth, turn))
+        found += [_speed(echoes), _evenness(echoes, time, azimuth, turn)]
     return found
+
+
+def _speed(echoes: xr.Dataset) -> Finding:
+    """Times in another unit than seconds make an antenna that no radar has."""
+    rpm, rate = (float(echoes.attrs[name]) for name in ("rotation_rpm", "prf_hz"))
+    least, most = _TURNS
+    return judged(
+        "speed of the scan",
+        not least <= rpm <= most or rate < _LEAST_PRF,
+        f"{rpm:.3g} turns a minute, {rate:.4g} pulses a second",
+        "check that time is in seconds and azimuth in degrees, and rotation_rpm",
+    )
 
 
 def _missing(echoes: xr.Dataset, time: np.ndarray, turn: np.ndarray) -> Finding:

@@ -29,7 +29,7 @@ def signal(turn: xr.Dataset, polar: xr.Dataset) -> list[Finding]:
     """Of one turn's echoes, voltages loaded, and the polar maps of it."""
     voltage = turn["voltage"].values
     finite = np.isfinite(voltage)
-    power = voltage.real.astype(np.float64) ** 2 + voltage.imag.astype(np.float64) ** 2
+    power = np.real(voltage).astype(np.float64) ** 2 + np.imag(voltage).astype(np.float64) ** 2
     return [
         _gaps(finite, turn),
         _balance(power, finite, float(turn.attrs["noise_power_w"])),
@@ -100,7 +100,7 @@ def _fall(polar: xr.Dataset) -> Finding:
     """How the echoes fall with range, near enough to stand clear of the noise."""
     what = "power by range"
     snr, distance = (polar[name].values.astype(np.float64) for name in ("snr_db", "ground_range"))
-    known = np.isfinite(snr) & np.isfinite(distance)
+    known = np.isfinite(snr) & (distance > 0.0)
     if np.count_nonzero(known) < _FEWEST_CELLS:
         return Finding(what, "unknown", "too few cells echo over a known noise")
     level, out = snr[known], np.log10(distance[known])

@@ -13,7 +13,10 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.inspection import Finding, Level, inspect
+from seamap_rt.inspection.heights import heights
 from seamap_rt.inspection.motion import motion
+from seamap_rt.inspection.receivers import receivers
+from seamap_rt.inspection.scan import scan
 from seamap_rt.inspection.transmitter import transmitter
 
 Voltage = NDArray[np.complex64]
@@ -185,6 +188,52 @@ def test_the_next_turn_tells_the_way_where_no_velocity_does() -> None:
     drift, run = motion(maps)
     assert (drift.verdict, run.verdict) == ("unknown", "good")
     assert float(run.says.split("come from ")[1].rstrip("°")) == pytest.approx(270.0, abs=20.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "verdict", "words"),
+    [
+        (lambda v: np.stack((v[:, 0], v[:, 0]), axis=1), "wrong", "both hold the same signal"),
+        (lambda v: np.stack((v[:, 0], 0 * v[:, 0]), axis=1), "wrong", "the upper receiver holds nothing"),
+        (lambda v: 0 * v, "wrong", "both are zero"),
+        (lambda v: np.stack((v[:, 0], v[:, 1].conj()), axis=1), "wrong", "one is conjugated"),
+        (lambda v: v + np.complex64(3.0 * np.abs(v).mean()), "doubtful", "is a constant"),
+        (lambda v: v.real.astype(np.complex64), "doubtful", "no quadratures"),
+        (lambda v: np.stack((v[:, 0], np.roll(v[:, 1], 1, axis=1)), axis=1), "doubtful", "1 behind"),
+        (lambda v: np.stack((np.roll(v[:, 0], 2, axis=1), v[:, 1]), axis=1), "doubtful", "2 before"),
+    ],
+)
+@pytest.mark.parametrize("transmit", ["switched", "single"])
+def test_samples_that_are_no_two_voltages_of_one_echo(transmit: str, change: Any, verdict: str, words: str) -> None:
+    finding = receivers(planted(change, transmit).isel(pulse=echoes(transmit)["turn"].values == 0))
+    assert finding.verdict == verdict
+    assert words in finding.says
+    assert finding.remedy
+    assert receivers(echoes(transmit).isel(pulse=slice(0, 10_000))).verdict == "good"
+
+
+def test_times_in_another_unit_make_an_antenna_that_no_radar_has() -> None:
+    """Of milliseconds read as seconds."""
+    slow = echoes().assign_coords(time=1e3 * echoes()["time"])
+    slow.attrs = {**slow.attrs, "rotation_rpm": 0.06, "prf_hz": 10.0}
+    said = {finding.what: finding for finding in scan(slow)}
+    assert said["speed of the scan"].verdict == "doubtful"
+    assert "seconds" in said["speed of the scan"].remedy
+
+
+def test_a_phase_half_a_turn_off_is_not_called_good() -> None:
+    """No offset of the level shows it where heights fold; that it is nowhere the sea's does."""
+    found = inspect(upper(np.negative))
+    assert {"sign of the phase", "mast height", "phase offset of the receivers", "heights"} & set(grave(found))
+    assert next(each for each in found if each.what == "sign of the phase").verdict != "good"
+
+
+def test_maps_that_hold_nothing_or_what_no_sea_can_are_doubtful() -> None:
+    polar = sr.retrieve(echoes())["polar"].to_dataset()
+    assert {each.verdict for each in heights(polar, MAST)} == {"good"}
+    empty = polar.assign(height=polar["height"].where(polar["range"] < 16.0))
+    assert heights(empty, MAST)[0].verdict == "doubtful"
+    assert heights(polar.assign(height=20.0 * polar["height"]), MAST)[1].verdict == "doubtful"
 
 
 def test_a_flat_calm_is_not_called_wrong() -> None:

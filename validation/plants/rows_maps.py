@@ -500,6 +500,20 @@ PLANTS = (
         "tests/inspection/test_inspection.py::test_a_phase_offset_is_found_and_told_in_degrees",
     ),
     Plant(
+        "a receiver that is conjugated",
+        "seamap_rt/inspection/receivers.py",
+        "product[:, :-_APART].conj()",
+        "product[:, :-_APART]",
+        "tests/inspection/test_inspection.py::test_samples_that_are_no_two_voltages_of_one_echo",
+    ),
+    Plant(
+        "a level that strays is called good",
+        "seamap_rt/inspection/level.py",
+        "level.rms > _OF_MAST *",
+        "level.rms < _OF_MAST *",
+        "tests/inspection/test_inspection.py::test_a_phase_half_a_turn_off_is_not_called_good",
+    ),
+    Plant(
         "waves that run either way",
         "seamap_rt/inspection/motion.py",
         "if totals[0] > totals[1]:",

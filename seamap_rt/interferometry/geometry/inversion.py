@@ -128,7 +128,9 @@ def difference_at_height(gate_range: ArrayLike, height: ArrayLike, fan: Fan) -> 
     drop = fan.height - np.asarray(height, dtype=np.float64)
     lower, difference = gate, np.zeros(())
     for _ in range(_STEPS):
-        sight = plane_direction(*fan.rise, np.maximum(-drop / lower, -np.hypot(*fan.rise)))
+        with np.errstate(divide="ignore"):  # a recording may begin at the antenna itself
+            steepest = np.maximum(-drop / lower, -np.hypot(*fan.rise))
+        sight = plane_direction(*fan.rise, steepest)
         difference = fan.upper.farther(lower, sight)
         after = gate - fan.beyond(lower, difference, sight)
         settled = not np.any(np.abs(after - lower) > _PRECISION * gate)
