@@ -26,8 +26,10 @@ Array = NDArray[np.float64]
 _RINGS, _SECTORS = 8, 12
 _FEWEST_CELLS = 300  # of a map whose level is judged
 _FEWEST_OF_SECTOR = 5
+_CREST_M = 100.0  # as far along a crest, or across a long wave, heights go together
 _SURE = 4.0  # times flatter, that the other sign's level must be; the right sign's is 15 times on all shipped scenes
 _SUSPECT = 0.5  # of the waves' own scatter: a flatter level needs no second look
+_MOST_WAVES = 0.5  # of the mast's height
 _OF_MAST = 0.2  # as far as that the sea's level is nowhere from 0: 0.04 at most on the shipped scenes
 _ALIKE = 2.0  # levels as flat as that tell no remedy from another
 _STRAYS = 4.0  # standard errors
@@ -75,7 +77,9 @@ class Level:
             middle = float(np.median(here))
             parts = [here[sector[ring == number] == each] for each in range(_SECTORS)]
             medians = np.array([np.median(part) for part in parts if part.size >= _FEWEST_OF_SECTOR])
-            error = medians.std(ddof=1) / np.sqrt(medians.size) if medians.size > 1 else np.nan
+            round_it = 2.0 * np.pi * float(np.median(distance[ring == number])) / _CREST_M
+            free = min(medians.size, max(1.0, round_it))  # near by all sectors stand on one wave
+            error = medians.std(ddof=1) / np.sqrt(free) if medians.size > 1 else np.nan
             rows.append((float(np.median(distance[ring == number])), middle, float(error)))
             scatter.append(1.4826 * float(np.median(np.abs(here - middle))))
         distances, heights, errors = np.array(rows).T
@@ -103,7 +107,8 @@ def sign(turn: xr.Dataset, settings: RetrievalSettings, level: Level | None) -> 
     if level is None:
         return Finding(what, "unknown", "too few cells have a height")
     words = f"the mean level keeps within {level.rms:.2f} m of the sea's"
-    if level.rms <= _SUSPECT * level.waves:
+    plausible = level.waves <= _MOST_WAVES * float(turn.attrs["height_m"])  # heights that fold scatter by themselves
+    if plausible and level.rms <= _SUSPECT * level.waves:
         return Finding(what, "good", words)
     others = {}
     for remedy, turned in _OTHER_SIGNS.items():
@@ -149,7 +154,7 @@ def offsets(echoes: xr.Dataset, level: Level | None, paths: int) -> list[Finding
     return [
         judged(
             names[0],
-            abs(lift) > max(_STRAYS * lift_error, allowed, _LEAST_LIFT_M),
+            abs(lift) > max(_STRAYS * lift_error, allowed, _LEAST_LIFT_M) and abs(level.height.mean()) > _LEAST_LIFT_M,
             f"the sea's mean level comes out at {lift:+.2f} ± {lift_error:.2f} m",
             of_height,
         ),

@@ -24,6 +24,7 @@ MAST = 5.0
 SCENE = {
     "turns": 2,
     "radar.range_m": [15.0, 200.0],
+    "radar.sector_deg": [200.0, 340.0],
     "radar.height_m": MAST,
     "sea.extent_m": 480.0,
     "sea.resolution_m": 1.6,
@@ -238,7 +239,9 @@ def test_maps_that_hold_nothing_or_what_no_sea_can_are_doubtful() -> None:
 
 def test_a_flat_calm_is_not_called_wrong() -> None:
     """No wave says where the level is, but the level itself does."""
-    scene = sr.load_scene("flat", overrides={"tracing.tracer": "horizon", "radar.range_m": [15.0, 120.0]})
+    scene = sr.load_scene(
+        "flat", overrides={"tracing.tracer": "horizon", "radar.range_m": [15.0, 120.0], "radar.sector_deg": [0.0, 90.0]}
+    )
     calm = sr.simulate(scene).echoes
     assert not grave(inspect(calm))
     turned = calm.assign(voltage=np.conj(calm["voltage"]))

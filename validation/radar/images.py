@@ -113,6 +113,11 @@ class Waves(NamedTuple):
         return np.asarray(np.abs(kept) ** 2 / self.time.size, dtype=np.float64)
 
     @property
+    def moving(self) -> Waves:
+        """Without what stands still over the turns, as ships, streaks of the wind and the ship's own shadow do."""
+        return self._replace(spectra=self.spectra - self.spectra.mean(axis=0))
+
+    @property
     def energy(self) -> Array:
         return np.asarray((np.abs(self.spectra) ** 2).sum(axis=0), dtype=np.float64)
 
@@ -153,6 +158,11 @@ def fastest(boxes: list[Waves], current: tuple[float, float]) -> float:
     """The factor on √(g k) that keeps most energy: 1 for waves of deep water."""
     factors = np.arange(0.3, 1.81, 0.02)
     return float(factors[np.argmax([share(boxes, current, factor) for factor in factors])])
+
+
+def standing(boxes: list[Waves]) -> float:
+    """Share of the energy that stands still."""
+    return share(boxes, faster=0.0)
 
 
 def fitted_current(boxes: list[Waves], most: float = 2.0, step: float = 0.1) -> tuple[float, float]:

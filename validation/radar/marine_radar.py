@@ -29,7 +29,7 @@ import xarray as xr
 import seamap_rt as sr
 from seamap_rt.io.polar_images import read_polar_images
 from validation import FIGURES
-from validation.radar.images import Images, Ring, Waves, box, fastest, fitted_current, peaks, rings, share
+from validation.radar.images import Images, Ring, Waves, box, fastest, fitted_current, peaks, rings, share, standing
 
 FIGURE = FIGURES / "marine_radar.png"
 SECTOR, RANGES = (100.0, 240.0), (180.0, 1250.0)  # up the waves, clear of the ship
@@ -86,12 +86,14 @@ class Measured(NamedTuple):
     rings: list[Ring]
     boxes: list[Waves]
     current: tuple[float, float]
+    standing: float
 
     @classmethod
     def of(cls, images: Images) -> Measured:
         images = images.within(SECTOR, RANGES)
         boxes = [box(images, azimuth, DISTANCE) for azimuth in BOXES]
-        return cls(images, rings(images, EDGES), boxes, fitted_current(boxes))
+        moving = [each.moving for each in boxes]
+        return cls(images, rings(images, EDGES), moving, fitted_current(moving), standing(boxes))
 
     @property
     def fall(self) -> float:
@@ -165,7 +167,8 @@ def line(name: str, found: Measured) -> str:
     return (
         f"{name:22} {found.fall:6.1f}  {inner.near_noise:5.3f} {middle.near_noise:5.3f} {outer.near_noise:5.3f}  "
         f"{inner.skewness:5.2f} {middle.skewness:5.2f} {outer.skewness:5.2f}  {middle.range_length:5.1f} "
-        f"{middle.azimuth_length:5.1f}  {share(found.boxes):5.3f} {share(found.boxes, found.current):5.3f} "
+        f"{middle.azimuth_length:5.1f}  {found.standing:5.3f}  {share(found.boxes):5.3f} "
+        f"{share(found.boxes, found.current):5.3f} "
         f"{fastest(found.boxes, (0.0, 0.0)):5.2f}  "
         f"({east:+.1f}, {north:+.1f})  {waves}"
     )
@@ -199,7 +202,7 @@ def figure(real: Measured, made: Measured, out: Path) -> None:
     for place, x, y, title in (
         (axes[0, 1], "range (m)", "mean level over noise / spread", "fall with range"),
         (axes[1, 1], "range (m)", "share of cells", "cells near the noise: shadow, or weak"),
-        (axes[0, 2], "ω over √(gk)", "share of energy", "energy that keeps to ω = a √(gk) + k·U, 40–200 m"),
+        (axes[0, 2], "a", "share of energy", "of what moves: share that keeps to ω = a √(gk) + k·U"),
         (axes[1, 2], "level, standard deviations", "density", "levels at 550–750 m"),
     ):
         place.set(xlabel=x, ylabel=y, title=title)
