@@ -92,12 +92,12 @@ def test_velocities_of_the_wrong_sign_are_found_by_the_next_turn() -> None:
 
 @pytest.mark.parametrize("degrees", [25.0, -20.0])
 def test_a_phase_offset_is_found_and_told_in_degrees(degrees: float) -> None:
-    """The level of a sea that is half hidden rises with range by itself: 5° of phase, on this sea, one way."""
+    """The level of a sea that is half hidden rises with range by itself: 7° of phase, up the waves of this one."""
     finding = grave(inspect(upper(lambda voltage: voltage * np.exp(-1j * np.radians(degrees)))))[
         "phase offset of the receivers"
     ]
     said = float(finding.remedy.split("phase of ")[1].split(" ")[0])
-    assert said == pytest.approx(degrees, abs=7.0)
+    assert said == pytest.approx(degrees - 7.0, abs=3.0)
 
 
 def test_a_wrong_mast_height_is_found_and_told() -> None:

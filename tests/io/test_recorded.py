@@ -359,6 +359,7 @@ TIME, AZIMUTH = clock()
         ({"time": np.where(TIME == 0.5, np.nan, TIME)}, "time[500] = nan"),
         ({"azimuth": jumping(-90.0)}, "azimuth: jumps by -89.64°"),
         ({"azimuth": jumping(90.0)}, "azimuth: jumps by 90.36°"),
+        ({"azimuth": np.radians(AZIMUTH)}, "give degrees, if these are radians"),
         ({"azimuth": -AZIMUTH}, "azimuth: turns at -360 deg/s"),
         ({"azimuth": np.full(1000, np.nan)}, "azimuth: no pulse"),
         ({"azimuth": AZIMUTH / 6.0}, "sector_deg: is missing"),

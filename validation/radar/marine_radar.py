@@ -202,7 +202,7 @@ def figure(real: Measured, made: Measured, out: Path) -> None:
     for place, x, y, title in (
         (axes[0, 1], "range (m)", "mean level over noise / spread", "fall with range"),
         (axes[1, 1], "range (m)", "share of cells", "cells near the noise: shadow, or weak"),
-        (axes[0, 2], "a", "share of energy", "of what moves: share that keeps to ω = a √(gk) + k·U"),
+        (axes[0, 2], "a", "share of energy", "of what moves: share on ω = a√(gk) + k·U"),
         (axes[1, 2], "level, standard deviations", "density", "levels at 550–750 m"),
     ):
         place.set(xlabel=x, ylabel=y, title=title)
@@ -220,7 +220,7 @@ def _picture(place: Any, images: Images, title: str) -> None:
         images.ranges * part[:, None]
         for part in (np.sin(np.radians(images.azimuth[one])), np.cos(np.radians(images.azimuth[one])))
     )
-    place.pcolormesh(east, north, level, vmin=-2.0, vmax=2.5, cmap="gray", shading="nearest", rasterized=True)
+    place.pcolormesh(east, north, level, vmin=-2.0, vmax=2.5, cmap="gray", shading="gouraud", rasterized=True)
     place.set(xlabel="east (m)", ylabel="north (m)", title=title, aspect="equal")
 
 

@@ -97,10 +97,15 @@ def _refuse_jumps(steps: Array, expected: Array, azimuth: Array, head: Recording
     bad = np.flatnonzero(np.abs(steps - expected) > _SWING * expected + _ROUGH_DEG + count)
     if bad.size:
         here = int(bad[0])
+        radians = float(np.ptp(azimuth)) <= 2.0 * np.pi
+        remedy = (
+            "give degrees, if these are radians"
+            if radians
+            else "sort the pulses by time, or mend the encoder's readings"
+        )
         raise InputError(
             f"azimuth: jumps by {steps[here]:.4g}° from one pulse's {azimuth[here]:.6g}° to the next one's "
-            f"{azimuth[here + 1]:.6g}°: must go on by about {expected[here]:.4g}°; sort the pulses by time, or mend "
-            "the encoder's readings"
+            f"{azimuth[here + 1]:.6g}°: must go on by about {expected[here]:.4g}°; {remedy}"
         )
 
 
