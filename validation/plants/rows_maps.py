@@ -502,8 +502,8 @@ PLANTS = (
     Plant(
         "a receiver that is conjugated",
         "seamap_rt/inspection/receivers.py",
-        "product[:, :-_APART].conj()",
-        "product[:, :-_APART]",
+        "for each in (upper.conj(), upper))",
+        "for each in (upper, upper.conj()))",
         "tests/inspection/test_inspection.py::test_samples_that_are_no_two_voltages_of_one_echo",
     ),
     Plant(

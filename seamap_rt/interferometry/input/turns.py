@@ -18,6 +18,7 @@ _ROUGH_DEG = 2.0  # what reading and noise of an azimuth may add to that
 _RATE_ERROR = 0.2
 _LONG_GAP = 3.0  # median steps of time; over longer ones it is not known how far the antenna turned
 _ROUNDING = 1e-6  # deg
+_DEGREES = "give degrees, if these are radians"
 
 
 @dataclass(frozen=True)
@@ -48,9 +49,10 @@ def turns_of(azimuth: Array, time: Array, head: RecordingHeader, turn: Array | N
     sector = head.sector_deg
     if sector is None:
         if travelled[-1] < 360.0 - 2.0 * head.azimuth_beamwidth_deg:
+            remedy = _DEGREES if _like_radians(azimuth) else "add it"
             raise InputError(
                 f"sector_deg: is missing: the azimuths cover {travelled[-1]:.4g}°: must cover a full circle, or the "
-                "header say which sector is looked at; add it"
+                f"header say which sector is looked at; {remedy}"
             )
         sector = (float(azimuth[0]), float(azimuth[0]) + 360.0)
     width = sector[1] - sector[0]
@@ -92,17 +94,16 @@ def _rate(azimuth: Array, time: Array, head: RecordingHeader) -> float:
     return rate if stated is None else stated
 
 
+def _like_radians(azimuth: Array) -> bool:
+    return float(np.ptp(azimuth)) <= 2.0 * np.pi
+
+
 def _refuse_jumps(steps: Array, expected: Array, azimuth: Array, head: RecordingHeader) -> None:
     count = 0.0 if head.encoder_counts is None else 720.0 / head.encoder_counts
     bad = np.flatnonzero(np.abs(steps - expected) > _SWING * expected + _ROUGH_DEG + count)
     if bad.size:
         here = int(bad[0])
-        radians = float(np.ptp(azimuth)) <= 2.0 * np.pi
-        remedy = (
-            "give degrees, if these are radians"
-            if radians
-            else "sort the pulses by time, or mend the encoder's readings"
-        )
+        remedy = _DEGREES if _like_radians(azimuth) else "sort the pulses by time, or mend the encoder's readings"
         raise InputError(
             f"azimuth: jumps by {steps[here]:.4g}° from one pulse's {azimuth[here]:.6g}° to the next one's "
             f"{azimuth[here + 1]:.6g}°: must go on by about {expected[here]:.4g}°; {remedy}"
