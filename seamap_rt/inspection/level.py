@@ -161,7 +161,7 @@ def offsets(echoes: xr.Dataset, level: Level | None, paths: int) -> list[Finding
         judged(
             names[1],
             abs(tilt) > _STRAYS * tilt_error
-            and abs(tilt) * float(level.distance.max()) > max(2.0 * allowed, 2.0 * _LEAST_LIFT_M),
+            and abs(tilt) * float(level.distance.max()) > max(3.0 * allowed, 2.0 * _LEAST_LIFT_M),
             f"the mean level changes by {100.0 * tilt:+.2f} ± {100.0 * tilt_error:.2f} m in 100 m of range",
             _ELSE if abs(phase) > 180.0 else of_phase,
         ),
