@@ -64,6 +64,9 @@ CALLS: dict[str, Call] = {
     "iterate": lambda wrong, _: next(sr.iterate(wrong)),
     "expected": lambda wrong, _: sr.expected(wrong),
     "outlook": lambda wrong, _: sr.outlook(wrong),
+    "export": lambda wrong, _: sr.export(wrong, "maps.nc", (50.0, 8.0)),
+    "export, path": lambda wrong, maps: sr.export(maps, wrong, (50.0, 8.0)),
+    "inspect": lambda wrong, _: sr.inspect(wrong),
     "open_recording": lambda wrong, _: sr.open_recording(wrong),
     "echoes_from_recording": lambda wrong, _: sr.echoes_from_recording(
         wrong, wrong, {"frequency_hz": 1e10}, time=[0.0], azimuth=[0.0]
@@ -79,6 +82,7 @@ OPTIONAL: dict[str, Call] = {  # where None has a meaning
     "retrieve, settings": lambda wrong, _: sr.retrieve(xr.Dataset(), wrong),
     "reconstruct, settings": lambda wrong, maps: sr.reconstruct(maps, wrong),
     "reconstruct, observations": lambda wrong, maps: sr.reconstruct(maps, observations=wrong),
+    "inspect, maps": lambda wrong, _: sr.inspect(xr.Dataset(), wrong),
     "load_scene, overrides": lambda wrong, _: sr.load_scene("tiny", wrong),
     "gauge_series, sea": lambda wrong, maps: sr.gauge_series(maps, wrong, [GAUGE], turn_s=1.0),
 }

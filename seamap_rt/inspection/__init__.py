@@ -6,11 +6,13 @@ that run backwards) is told from what probably is, and from what this data canno
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import xarray as xr
 
-from ..dataset import check
-from ..interferometry import retrieve
+from ..dataset import check, group_of
+from ..interferometry import open_echoes, retrieve
 from ..settings import RetrievalSettings
 from .finding import Finding
 from .heights import heights
@@ -25,21 +27,23 @@ _ORDER = ("wrong", "doubtful", "good", "unknown")
 
 
 def inspect(
-    echoes: xr.Dataset,
+    echoes: xr.Dataset | str | Path,
     maps: xr.DataTree | None = None,
     settings: RetrievalSettings | None = None,
     wind_from_deg: float | None = None,
 ) -> list[Finding]:
     """Findings on echoes and their maps, the gravest first.
 
-    echoes: that keep the schema. maps: as `retrieve` makes them of these echoes by the same settings; made here if left
+    echoes: that keep the schema, or the path of a store. maps: as `retrieve` makes them of these echoes by the same settings; made here if left
     out. wind_from_deg: deg clockwise from north, where it is known. Voltages are judged by the first turn, all else by
     all turns. Raises SchemaError for echoes that cannot be retrieved.
     """
     settings = settings or RetrievalSettings()
+    if not isinstance(echoes, xr.Dataset):
+        echoes = open_echoes(echoes)
     check("echoes", echoes)
     maps = retrieve(echoes, settings) if maps is None else maps
-    polar = maps["polar"].to_dataset()
+    polar = group_of(maps, "maps/polar")
     rows = np.flatnonzero(np.asarray(echoes["turn"].values) == int(polar["turn"].values[0]))
     first = echoes.isel(pulse=slice(int(rows[0]), int(rows[-1]) + 1)).load()
     level = Level.of(polar.isel(turn=[0]))

@@ -62,6 +62,8 @@ def export(
     The maps' x is east and y north of the origin; latitude and longitude are exact by the geodesic from there. Raises
     InputError for a place, kind, turn or heading that is none, SchemaError for maps that are none.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f"path = {path!r:.60}: must be the path of a file; give one that ends with .nc, .tif or .csv")
     path = Path(path)
     chosen = kind or _ENDINGS.get(path.suffix.lower())
     if chosen not in KINDS:
