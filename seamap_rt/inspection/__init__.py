@@ -34,9 +34,9 @@ def inspect(
 ) -> list[Finding]:
     """Findings on echoes and their maps, the gravest first.
 
-    echoes: that keep the schema, or the path of a store. maps: as `retrieve` makes them of these echoes by the same settings; made here if left
-    out. wind_from_deg: deg clockwise from north, where it is known. Voltages are judged by the first turn, all else by
-    all turns. Raises SchemaError for echoes that cannot be retrieved.
+    echoes: that keep the schema, or the path of a store. maps: as `retrieve` makes them of these echoes by the same
+    settings; made here if left out. wind_from_deg: deg clockwise from north, where it is known. Voltages are judged by
+    the first turn, all else by all turns. Raises SchemaError for echoes that cannot be retrieved.
     """
     settings = settings or RetrievalSettings()
     if not isinstance(echoes, xr.Dataset):
