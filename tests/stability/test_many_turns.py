@@ -32,9 +32,9 @@ keys = {"radar.sector_deg": [265.0, 275.0], "radar.range_m": [15.0, 30.0], "sea.
 scene = sr.load_scene("choppy_sea", {**keys, "tracing.tracer": tracer, "turns": int(turns)})
 held, turn = [], Simulator.turn
 
-def watched(self, number):
+def watched(self, number, *told):
     held.append(int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE"))
-    return turn(self, number)
+    return turn(self, number, *told)
 
 Simulator.turn = watched
 page.pictures = lambda *_: ()  # drawn after the last turn, before which its memory is read
