@@ -12,6 +12,7 @@ from ..compute.backend import doctor_checks, doctor_lines
 from ..errors import InputError, NoBackend, SchemaError, one_line
 from . import (  # noqa: F401  their commands join the application
     beginning,
+    paging,
     predicting,
     recovering,
     retrieving,

@@ -10,6 +10,7 @@ from rich.console import Console
 
 from .. import __version__
 from ..errors import InputError
+from ..io.progress_file import progress_file
 
 app = App(
     name="seamap-rt",
@@ -71,7 +72,11 @@ def scene_of(name: str, pairs: list[str] | None, **direct: Any):
 
 
 def progress() -> tuple[Callable[[str], None], Callable[[], None]]:
-    """A status line on a terminal, nothing elsewhere, whatever the environment wants coloured."""
+    """A status line on a terminal, nothing elsewhere, whatever the environment wants coloured; or lines in the file that
+    the environment names."""
+    note = progress_file()
+    if note is not None:
+        return note, (lambda: None)
     if not (errors.is_terminal and errors.file.isatty()):
         return (lambda _: None), (lambda: None)
     status = errors.status("starting")

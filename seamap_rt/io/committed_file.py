@@ -173,25 +173,44 @@ def mend(path: Path) -> dict[str, Any] | None:
     """
     try:
         content = journal_of(path).read_bytes()
-        mark, size, pages, length = _HEAD.unpack_from(content)
     except FileNotFoundError:
         return None
-    except struct.error:
+    try:
+        note, size, pages = _read_journal(content)
+    except ValueError:
         raise ValueError(f"{journal_of(path)} is not a journal") from None
-    start = _HEAD.size + length
-    data = start + 8 * pages
-    if mark != _MARK or len(content) != data + _PAGE * pages:
-        raise ValueError(f"{journal_of(path)} is not a journal")
-    note = json.loads(content[_HEAD.size : start])
     handle = os.open(path, os.O_RDWR)
     try:
-        for place, number in enumerate(struct.unpack_from(f"<{pages}Q", content, start)):
-            first = data + place * _PAGE
-            _write_at(handle, memoryview(content)[first : first + _PAGE], number * _PAGE)
+        for number, page in pages.items():
+            _write_at(handle, page, number * _PAGE)
         os.ftruncate(handle, size)
     finally:
         os.close(handle)
     return note
+
+
+def pages_of_journal(content: bytes) -> tuple[int, dict[int, memoryview], int]:
+    """Of a journal: the size of its file, the pages by number that are to be laid over it, and the bytes of a page.
+
+    ValueError for what is not a journal.
+    """
+    _, size, pages = _read_journal(content)
+    return size, pages, _PAGE
+
+
+def _read_journal(content: bytes) -> tuple[dict[str, Any], int, dict[int, memoryview]]:
+    try:
+        mark, size, count, length = _HEAD.unpack_from(content)
+    except struct.error:
+        raise ValueError("not a journal") from None
+    start = _HEAD.size + length
+    data = start + 8 * count
+    if mark != _MARK or len(content) != data + _PAGE * count:
+        raise ValueError("not a journal")
+    numbers = struct.unpack_from(f"<{count}Q", content, start)
+    view = memoryview(content)
+    pages = {number: view[data + place * _PAGE : data + (place + 1) * _PAGE] for place, number in enumerate(numbers)}
+    return json.loads(content[_HEAD.size : start]), size, pages
 
 
 def _write_at(handle: int, view: memoryview, offset: int) -> None:

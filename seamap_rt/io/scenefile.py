@@ -158,6 +158,28 @@ def _write_table(model: BaseModel, prefix: str, lines: list[str]) -> None:
         _write_table(table, f"{key}.", lines)
 
 
+def tree_to_toml(tree: Mapping[str, Any]) -> str:
+    """A tree of tables as TOML, as `read_toml` gives it back."""
+    lines: list[str] = []
+    _write_tree(tree, "", lines)
+    return "\n".join(lines).lstrip("\n") + "\n"
+
+
+def _write_tree(tree: Mapping[str, Any], prefix: str, lines: list[str]) -> None:
+    tables: list[tuple[str, str, Mapping[str, Any]]] = []
+    for name, value in tree.items():
+        key = f"{prefix}{key_text(name)}"
+        if isinstance(value, Mapping):
+            tables.append((f"[{key}]", key, value))
+        elif isinstance(value, list | tuple) and value and all(isinstance(entry, Mapping) for entry in value):
+            tables += [(f"[[{key}]]", key, entry) for entry in value]
+        elif value is not None:
+            lines.append(f"{key_text(name)} = {toml_value(value)}")
+    for header, key, table in tables:
+        lines += ["", header]
+        _write_tree(table, f"{key}.", lines)
+
+
 # -------------------------------------------------------------------------------------------- shipped scenes
 
 

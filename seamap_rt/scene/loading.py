@@ -28,13 +28,18 @@ def load_scene(path_or_name: str | os.PathLike[str], overrides: Mapping[str, Any
     if overrides is not None:
         must_be("overrides", overrides, Mapping, 'a dict of keys, such as {"radar.height_m": 10.0}')
     path, overrides = scenefile.find_scene(path_or_name), overrides or {}
-    tree = _anchored(scenefile.read_toml(path), path.parent)
+    tree = anchored(scenefile.read_toml(path), path.parent)
     for key, other in (("energy_fraction", "resolution_m"), ("resolution_m", "energy_fraction")):
         # Either sets the resolution: the one that is overridden takes the other's place in the file.
         replaces = overrides.get(f"sea.{key}") is not None and f"sea.{other}" not in overrides
         if replaces and isinstance(tree.get("sea"), dict):
             tree["sea"].pop(other, None)
-    tree = _anchored(scenefile.apply_overrides(tree, overrides), Path.cwd())
+    tree = anchored(scenefile.apply_overrides(tree, overrides), Path.cwd())
+    return scene_of(tree)
+
+
+def scene_of(tree: Mapping[str, Any]) -> Scene:
+    """The scene of a tree whose paths are absolute (`anchored`). InputError as `load_scene` raises it."""
     return validate(Scene, tree, partial(disagreements_of_the_rest, Scene))
 
 
@@ -46,7 +51,7 @@ def as_scene(scene: SceneLike) -> Scene:
     return load_scene(scene)
 
 
-def _anchored(tree: dict[str, Any], folder: Path) -> dict[str, Any]:
+def anchored(tree: dict[str, Any], folder: Path) -> dict[str, Any]:
     """The tree with the paths of its files made absolute, so that the scene means the same everywhere."""
     radar = _table(tree.get("radar"))
     holders = [("file", each) for each in _tables(_table(tree.get("sea")).get("waves"))]

@@ -1,0 +1,188 @@
+"""The place where a scene is chosen and changed: the form, what it is likely to do, and the way to run it."""
+
+from __future__ import annotations
+
+import asyncio
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from nicegui import events, ui
+
+from ..errors import InputError
+from ..io.scenefile import list_shipped, read_toml
+from .draft import MOST_TOML, Draft
+from .form import Form
+from .prospects_view import ProspectsView
+from .runs import free_name
+from .safety import safe_name
+
+if TYPE_CHECKING:
+    from .page import Page
+
+_MOST_FILE = 32 * 2**20  # of a spectrum, a pattern, a motion or a mesh
+
+
+class DesignView:
+    """The form at the left, its consequences at the right; on a phone one below the other."""
+
+    def __init__(self, page: Page) -> None:
+        self.page, self.tab = page, page.tab
+        self._asked = 0
+        with ui.row().classes("w-full items-center gap-2"):
+            self._choice = ui.select(self._starts(), value=None, label="Begin with", on_change=self._start)
+            self._choice.props("dense outlined options-dense").classes("w-64 max-w-full").mark("start")
+            ui.button("Run", icon="play_arrow", on_click=self._run).props("no-caps").mark("run")
+            self._predict = ui.checkbox("forecast too").props("dense").mark("predict")
+            ui.button("Undo", icon="undo", on_click=self._undo).props("flat dense no-caps").mark("undo")
+            ui.button("Keep to compare", icon="push_pin", on_click=self._pin).props("flat dense no-caps").mark("pin")
+            self._said = ui.label().classes("text-sm").props("role=status")
+        self._answer = ui.label().classes("font-bold").mark("answer").props("aria-live=polite")
+        with ui.element("div").classes("w-full grid gap-4 grid-cols-1 lg:grid-cols-[minmax(340px,27rem)_1fr]"):
+            with ui.column().classes("w-full gap-1"):
+                self._form_place = ui.column().classes("w-full gap-1")
+                self._scene_file()
+            with ui.column().classes("w-full min-w-0"):
+                self.prospects = ProspectsView(page, self._answer)
+        self._new_form()
+
+    def enter(self) -> None:
+        """Shown again."""
+        self._changed("")
+
+    def take_over(self) -> None:
+        """The draft was changed from elsewhere."""
+        self.form.rebuild()
+        self._changed("")
+
+    # ------------------------------------------------------------------------------------------------- the scene
+
+    def _starts(self) -> dict[str, str]:
+        return {name: f"{name}: {read_toml(path).get('title', '')}" for name, path in list_shipped().items()}
+
+    def _start(self, event: events.ValueChangeEventArguments) -> None:
+        if event.value and event.value != self.tab.draft.name:
+            self._take(Draft.shipped(event.value, self.page.desk.roots))
+
+    def _take(self, draft: Draft) -> None:
+        self.tab.draft = draft
+        self._new_form()
+
+    def _new_form(self) -> None:
+        self._form_place.clear()
+        with self._form_place:
+            self.form = Form(self.tab.draft, self._changed)
+        name = self.tab.draft.name
+        self._choice.value = name if name in list_shipped() else None
+        self._changed("")
+
+    def _undo(self) -> None:
+        if self.tab.draft.undo():
+            self.form.rebuild()
+            self._changed("")
+
+    def _pin(self) -> None:
+        draft = self.tab.draft
+        if draft.scene is None:
+            self._said.set_text("This design does not stand yet: mend what is marked first.")
+            return
+        changed = ", ".join(draft.changed) or "as shipped"
+        self.tab.pinned = (f"{draft.name} ({changed})", draft.scene)
+        self._said.set_text("Kept: the differences of what you change now are shown beside it.")
+        self._changed("")
+
+    def _changed(self, key: str) -> None:
+        del key
+        draft = self.tab.draft
+        self._toml.set_content(draft.toml())
+        self._command.set_text(draft.command())
+        self._asked += 1
+        ui.timer(0.01, lambda asked=self._asked: self._look_ahead(asked), once=True)
+
+    async def _look_ahead(self, asked: int) -> None:
+        """Consequences in a thread; those of an older change are left out."""
+        scene = self.tab.draft.scene
+        if scene is None or asked != self._asked:
+            self.prospects.dim(scene is None)
+            return
+        pinned = self.tab.pinned
+        prospects = (await asyncio.to_thread(import_module, "seamap_rt.app.prospects")).prospects
+        try:
+            found = await asyncio.to_thread(prospects, scene)
+            beside = await asyncio.to_thread(prospects, pinned[1]) if pinned else None
+        except (ValueError, ArithmeticError, OSError) as error:
+            self.prospects.refuse(f"No forecast of this design: {error}")
+            return
+        if asked == self._asked:
+            self.prospects.show(found, scene, beside, pinned[0] if pinned else "")
+
+    # ------------------------------------------------------------------------------------------------- as a file
+
+    def _scene_file(self) -> None:
+        with ui.expansion("Scene file and command line").classes("w-full section").props("dense").mark("file"):
+            ui.label("The same run on a command line:").classes("text-sm")
+            with ui.row().classes("w-full no-wrap items-center"):
+                self._command = ui.label().classes("font-mono text-xs break-all grow").mark("command")
+                ui.button(icon="content_copy", on_click=lambda: ui.clipboard.write(self._command.text)).props(
+                    'flat dense round aria-label="Copy the command"'
+                )
+            with ui.row().classes("gap-2"):
+                ui.button("Save", icon="download", on_click=self._save).props("flat dense no-caps").mark("save")
+                ui.upload(
+                    label="Load a scene (TOML), or a spectrum, pattern, motion or mesh",
+                    auto_upload=True,
+                    max_file_size=_MOST_FILE,
+                    on_upload=self._uploaded,
+                    on_rejected=lambda: self._said.set_text("That file is too large: 32 MB at most."),
+                ).classes("w-full").props("flat bordered").mark("upload")
+            self._toml = ui.code("", language="toml").classes("w-full text-xs").mark("toml")
+
+    def _save(self) -> None:
+        name = f"{safe_name(str(self.tab.draft.written('name') or 'scene'))}.toml"
+        ui.download.content(self.tab.draft.toml(), name)
+
+    async def _uploaded(self, event: events.UploadEventArguments) -> None:
+        """A scene becomes the draft; any other file is kept, and its path said, to be named in a field."""
+        name = safe_name(event.file.name)
+        size = event.file.size()
+        if size > (MOST_TOML if name.endswith(".toml") else _MOST_FILE):
+            self._said.set_text(f"{name}: is too large")
+            return
+        content = await event.file.read()
+        try:
+            if name.endswith(".toml"):
+                self._take(Draft.of_toml(content, self.page.desk.roots, name))
+                self._said.set_text(f"{name} is loaded.")
+                return
+            uploads = self.page.desk.roots.uploads
+            uploads.mkdir(exist_ok=True)
+            path = uploads / name
+            await asyncio.to_thread(path.write_bytes, content)
+            self._said.set_text(f"Kept as {path}: name it in the field of the file.")
+        except (InputError, OSError) as refusal:
+            self._said.set_text(str(refusal))
+
+    # -------------------------------------------------------------------------------------------------- running
+
+    def _run(self) -> None:
+        draft, desk = self.tab.draft, self.page.desk
+        if draft.scene is None:
+            self._said.set_text("This design does not stand yet: mend what is marked first.")
+            return
+        from .prospects import run_seconds
+
+        scene = draft.scene
+        taken = {job.folder for job in desk.queue.jobs() if not job.over}
+        folder = free_name(desk.roots.runs, f"{scene.name}-{scene.seed}", taken)
+        words: list[str] = ["run", "{scene}", "--out", "{out}", *(["--predict"] if self._predict.value else [])]
+        title = scene.title or scene.name
+        desk.queue.add(_about(draft, title), folder, scene.to_toml(), words, run_seconds(scene))
+        self.tab.run, self.tab.turn = folder, -1
+        self._said.set_text(f"Queued as {folder}.")
+        self.page.go("Runs")
+
+
+def _about(draft: Draft, title: str) -> str:
+    """A run in a line: its scene and what was changed of it."""
+    changed: dict[str, Any] = draft.changed
+    told = ", ".join(f"{key} = {value}" for key, value in list(changed.items())[:4])
+    return f"{title} ({told})" if told else title

@@ -1,0 +1,254 @@
+"""A scene while it is edited: where it began, what has been changed, whether it stands, and how to get it elsewhere."""
+
+from __future__ import annotations
+
+import copy
+import re
+import shlex
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+from ..errors import InputError, one_line
+from ..io.scenefile import find_scene, list_shipped, read_toml, to_toml, tree_to_toml
+from ..io.toml_text import toml_value
+from ..scene import Scene, anchored, load_scene, scene_of
+from .fields import parts_of
+from .safety import Roots
+
+MOST_TOML = 2**20  # bytes of a scene file that is taken
+_MOST_UNDO = 200
+_REFUSED = re.compile(r"^([A-Za-z_][\w.-]*?)(?: = .*?)?: ", re.DOTALL)
+_WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+Tree = dict[str, Any]
+
+
+class Draft:
+    """A scene that is being edited. It may be wrong: then `scene` is None and `refused` says where and why.
+
+    name: of the shipped scene or the file where it began.
+    """
+
+    def __init__(self, tree: Mapping[str, Any], name: str, roots: Roots) -> None:
+        self.name, self._roots = name, roots
+        self._base: Tree = copy.deepcopy(dict(tree))
+        self.tree: Tree = copy.deepcopy(self._base)
+        self._before: list[Tree] = []
+        self.scene: Scene | None = None
+        self.refused: dict[str, str] = {}  # by key, "" of none: the command line's own words
+        self._check()
+
+    @classmethod
+    def shipped(cls, name: str, roots: Roots) -> Draft:
+        """A shipped scene. InputError for a name that is none."""
+        if name not in list_shipped():
+            raise InputError(f"{name}: not a shipped scene; shipped are {', '.join(list_shipped())}")
+        path = find_scene(name)
+        return cls(anchored(read_toml(path), path.parent), name, roots)
+
+    @classmethod
+    def of_toml(cls, text: str | bytes, roots: Roots, name: str = "scene.toml") -> Draft:
+        """A scene from TOML; files that it names count from the uploads. InputError for what is no TOML; a scene that
+        is refused may be mended in the form."""
+        raw = text if isinstance(text, bytes) else text.encode("utf-8", "replace")
+        if len(raw) > MOST_TOML:
+            raise InputError(f"{name}: has more than {MOST_TOML / 2**20:.0f} MB; a scene file has a few kilobytes")
+        try:
+            tree = tomllib.loads(raw.decode("utf-8-sig"))
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"{name}: is not TOML: {error}; mend that line of the scene file") from None
+        return cls(anchored(tree, roots.uploads), name, roots)
+
+    # ------------------------------------------------------------------------------------------------- reading
+
+    def value(self, key: str) -> Any:
+        """What holds of a key: of the whole scene where it stands, else as it is written; None where it is left out."""
+        if self.scene is not None:
+            node: Any = self.scene
+            for step in key.split("."):
+                node = _entry(node, int(step)) if step.isdecimal() else getattr(node, step, None)
+            if node is not None:
+                return node
+        return self.written(key)
+
+    def written(self, key: str) -> Any:
+        """As the scene's tree has it; None where it leaves it out."""
+        return _at(self.tree, key)
+
+    @property
+    def changed(self) -> dict[str, Any]:
+        """Keys that differ from where the scene began, with their new values; None for one that was taken out."""
+        now, then = dict(_flat(self.tree)), dict(_flat(self._base))
+        return {key: now.get(key) for key in {**now, **then} if now.get(key) != then.get(key)}
+
+    # ------------------------------------------------------------------------------------------------- editing
+
+    def set(self, key: str, value: Any) -> None:
+        """Change a key, or leave it out with None."""
+        tree = copy.deepcopy(self.tree)
+        *above, leaf = key.split(".")
+        node: Any = tree
+        for step in above:
+            node = node[int(step)] if isinstance(node, list) else node.setdefault(step, {})
+        if value is None:
+            node.pop(leaf, None)
+        else:
+            node[leaf] = value
+        self._take(tree)
+
+    def add(self, path: str, tag: str = "", kind: str = "") -> None:
+        """Add a table to a list of tables, with what each must have."""
+        tree = copy.deepcopy(self.tree)
+        node: Any = tree
+        *above, leaf = path.split(".")
+        for step in above:
+            node = node.setdefault(step, {})
+        entry = {tag: kind, **copy.deepcopy(_NEW.get(kind, {}))} if tag else copy.deepcopy(_NEW.get(path, {}))
+        entries = node.setdefault(leaf, [])
+        if "name" in entry:
+            entry["name"] = f"{entry['name']}{len(entries) + 1}"
+        entries.append(entry)
+        self._take(tree)
+
+    def remove(self, path: str) -> None:
+        """Take an entry out of a list of tables."""
+        tree = copy.deepcopy(self.tree)
+        above, index = path.rsplit(".", 1)
+        entries = _at(tree, above)
+        del entries[int(index)]
+        self._take(tree)
+
+    def kind(self, path: str, tag: str, kind: str) -> None:
+        """Make an entry another of several kinds: it keeps the keys that both have."""
+        tree = copy.deepcopy(self.tree)
+        entry = _at(tree, path)
+        trial = {tag: kind, **_NEW.get(kind, {})}
+        allowed = {field.key.rsplit(".", 1)[-1] for field in _fields_of_entry(path, trial)}
+        kept = {name: value for name, value in entry.items() if name in allowed and name != tag}
+        if set(kept) & {"significant_wave_height_m", "wind_speed_m_s"}:  # its size is given already
+            trial = {tag: kind, **{name: each for name, each in trial.items() if name not in _SIZES}}
+            if kind == "elfouhaily":
+                trial.setdefault("wind_speed_m_s", kept.get("wind_speed_m_s", 8.0))
+        entry.clear()
+        entry.update({**trial, **kept})
+        self._take(tree)
+
+    def undo(self) -> bool:
+        """Take the last change back; whether there was one."""
+        if not self._before:
+            return False
+        self.tree = self._before.pop()
+        self._check()
+        return True
+
+    def restart(self) -> None:
+        """Back to where it began; may be undone."""
+        self._take(copy.deepcopy(self._base))
+
+    def _take(self, tree: Tree) -> None:
+        if tree != self.tree:
+            self._before = [*self._before[-_MOST_UNDO:], self.tree]
+            self.tree = tree
+            self._check()
+
+    def _check(self) -> None:
+        try:
+            self._roots.check_files(self.tree)
+            self.scene, lines = scene_of(self.tree), ()
+        except InputError as refusal:
+            self.scene, lines = None, refusal.problems
+        except (TypeError, AttributeError, RecursionError) as error:
+            self.scene, lines = None, (one_line(f"the scene: {error}"),)
+        self.refused = {}
+        for line in lines:
+            found = _REFUSED.match(line)
+            self.refused.setdefault(found[1] if found else "", line)
+
+    # ------------------------------------------------------------------------------------------------- elsewhere
+
+    def toml(self) -> str:
+        """The whole scene with every key, or where it is refused what is written of it."""
+        return to_toml(self.scene) if self.scene is not None else tree_to_toml(self.tree)
+
+    def command(self) -> str:
+        """The line that runs the same scene in a shell: a shipped one with its changes, else a saved file."""
+        changed = self.changed
+        shipped = self.name in list_shipped()
+        if not shipped or any(value is None or isinstance(value, dict) for value in changed.values()):
+            return "seamap-rt run scene.toml"
+        if self._shape(self.tree) != self._shape(self._base):
+            return "seamap-rt run scene.toml"
+        settings = [f"--set {shlex.quote(f'{key}={_set_value(value)}')}" for key, value in changed.items()]
+        return " ".join(["seamap-rt run", self.name, *settings])
+
+    @staticmethod
+    def _shape(tree: Tree) -> list[str]:
+        """The lists of tables, with how many entries each has: `--set` adds none."""
+        return sorted(part.path for part in parts_of(tree) if part.many)
+
+    def same_as(self, other: Scene) -> bool:
+        """Whether the command's scene is this one: for tests and for the page's own check."""
+        return self.scene == other
+
+
+def scene_of_command(line: str) -> Scene:
+    """The scene that a line of `Draft.command` runs."""
+    words = shlex.split(line)
+    pairs = [words[index + 1] for index, word in enumerate(words) if word == "--set"]
+    return load_scene(words[2], overrides={k: v for k, _, v in (pair.partition("=") for pair in pairs)})
+
+
+_SIZES = ("significant_wave_height_m", "peak_period_s", "wind_speed_m_s", "fetch_m")
+_SEA = {"significant_wave_height_m": 1.0, "peak_period_s": 6.0}
+_NEW: dict[str, Tree] = {
+    "jonswap": _SEA,
+    "tma": _SEA,
+    "pierson_moskowitz": _SEA,
+    "sinusoid": {"height_m": 1.0, "wavelength_m": 50.0},
+    "elfouhaily": {"wind_speed_m_s": 8.0},
+    "file": {"file": ""},
+    "gauges": {"name": "gauge", "ground_range_m": 80.0, "azimuth_deg": 270.0},
+    "objects": {"mesh": "", "position_m": [0.0, 100.0, 0.0]},
+    "radar.antennas": {"offset_m": [0.0, 0.0, 0.0]},
+}
+
+
+def _fields_of_entry(path: str, entry: Tree) -> list[Any]:
+    above = path.rsplit(".", 1)[0].split(".")
+    tree: Tree = {}
+    node = tree
+    for step in above[:-1]:
+        node = node.setdefault(step, {})
+    node[above[-1]] = [entry]
+    wanted = ".".join([*above, "0"])
+    return [field for part in parts_of(tree) if part.path == wanted for field in part.fields]
+
+
+def _at(tree: Any, key: str) -> Any:
+    node = tree
+    for step in key.split("."):
+        if isinstance(node, list | tuple) and step.isdecimal():
+            node = _entry(node, int(step))
+        elif isinstance(node, Mapping):
+            node = node.get(step)
+        else:
+            return None
+    return node
+
+
+def _entry(node: Any, index: int) -> Any:
+    return node[index] if isinstance(node, list | tuple) and index < len(node) else None
+
+
+def _flat(tree: Any, key: str = "") -> list[tuple[str, Any]]:
+    if isinstance(tree, Mapping):
+        return [pair for name, value in tree.items() for pair in _flat(value, f"{key}.{name}" if key else str(name))]
+    if isinstance(tree, list) and any(isinstance(each, Mapping) for each in tree):
+        return [pair for index, value in enumerate(tree) for pair in _flat(value, f"{key}.{index}")]
+    return [(key, tree)]
+
+
+def _set_value(value: Any) -> str:
+    """As `--set` reads it: text that is a plain word needs no quotes."""
+    word = isinstance(value, str) and _WORD.fullmatch(value) and value not in ("true", "false", "inf", "nan")
+    return str(value) if word else toml_value(value)

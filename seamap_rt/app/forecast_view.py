@@ -1,0 +1,209 @@
+"""The forecast of a run: the water at the boat in the next seconds with its band, quiet windows, the highest wave."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+from nicegui import ui
+
+from ..io.appendable import part_of
+from ..io.growing_file import read_whole_turns
+from ..settings import QuietSettings
+from . import figures
+from .views import Source
+from .words import label_of
+
+if TYPE_CHECKING:
+    from .see_view import SeeView
+
+
+@dataclass(frozen=True)
+class Ahead:
+    """One forecast at the boat. Arrays (lead,): lead [s], elevation and its standard error [m], chance that a quiet
+    window begins, NaN where none is forecast. limits: what a window stays below, in words; empty where none is asked
+    for."""
+
+    issue: int
+    lead_s: np.ndarray
+    elevation_m: np.ndarray
+    std_m: np.ndarray
+    chance: np.ndarray
+    limits: str
+    level_m: float | None
+    duration_s: float
+    confidence: float
+    hs_m: float
+
+    @property
+    def highest(self) -> int:
+        """Of the leads, where the highest crest is expected."""
+        return int(np.argmax(self.elevation_m))
+
+
+def read_ahead(source: Source, turn: int) -> Ahead | None:
+    """The last forecast that was issued up to a turn; None where there is none."""
+    path = source.results.folder / "prediction.nc"
+    if not path.exists() and not part_of(path).exists():
+        return None
+    last = source.results.turns()[turn]
+
+    def read(file: h5py.File) -> tuple[int, dict[str, np.ndarray]] | None:
+        issues = np.asarray(_array(file, "issue")[:])
+        held = np.flatnonzero(issues <= last)
+        if not held.size:
+            return None
+        at = int(held[-1])
+        found = {"lead": np.asarray(_array(file, "lead")[:])}
+        for name in ("elevation", "elevation_std", "quiet", "significant_wave_height"):
+            if name in file:
+                found[name] = np.asarray(_array(file, name)[at])
+        return int(issues[at]), found
+
+    told = read_whole_turns(path, read)
+    return None if told is None else _ahead(*told, source)
+
+
+def _array(file: h5py.File, name: str) -> h5py.Dataset:
+    found = file[name]
+    assert isinstance(found, h5py.Dataset)
+    return found
+
+
+def _ahead(issue: int, told: dict[str, np.ndarray], source: Source) -> Ahead:
+    quiet = source.scene.prediction.quiet if source.scene is not None else QuietSettings()
+    lead = told["lead"].astype(float)
+    limits = [f"{words_of(f'prediction.quiet.{key}')} {value:g}" for key, value in _given(quiet)]
+    return Ahead(
+        issue=issue,
+        lead_s=lead,
+        elevation_m=told["elevation"][:, 0],
+        std_m=told["elevation_std"][:, 0],
+        chance=told["quiet"][:, 0] if "quiet" in told else np.full(lead.size, np.nan),
+        limits=", ".join(limits),
+        level_m=quiet.elevation_m,
+        duration_s=quiet.duration_s,
+        confidence=quiet.confidence,
+        hs_m=float(told["significant_wave_height"]),
+    )
+
+
+def _given(quiet: QuietSettings) -> list[tuple[str, float]]:
+    names = ("elevation_m", "velocity_z_m_s", "heave_m", "roll_deg", "pitch_deg")
+    return [(name, float(value)) for name in names if (value := getattr(quiet, name)) is not None]
+
+
+def words_of(key: str) -> str:
+    """A limit's name, as in "water height below"."""
+    label = label_of(key)
+    return label[:1].lower() + label[1:].replace("stays below", "below")
+
+
+class ForecastPanel:
+    """Shows `Ahead`, and how past forecasts of the run came out."""
+
+    def __init__(self, view: SeeView) -> None:
+        self.view = view
+        self.said = ui.label().classes("font-bold").mark("forecast-words")
+        blank = figures.figure([], figures.layout(view.page.dark))
+        self.ahead = ui.plotly(blank).classes("w-full").mark("forecast")
+        self.windows = ui.plotly(blank).classes("w-full")
+        self.past = ui.column().classes("w-full")
+
+    async def show(self, source: Source, turn: int) -> None:
+        """The last forecast up to a turn."""
+        found = await asyncio.to_thread(read_ahead, source, turn)
+        there = found is not None
+        self.ahead.set_visibility(there)
+        self.windows.set_visibility(found is not None and bool(np.isfinite(found.chance).any()))
+        if found is None:
+            self.said.set_text(
+                "This run made no forecast yet. Tick “forecast too” beside Run; the first comes when maps show a sea."
+            )
+            return
+        self.said.set_text(_words(found))
+        self.ahead.update_figure(_curve(found, self.view.page.dark))
+        self.windows.update_figure(_chances(found, self.view.page.dark))
+        self._past(await asyncio.to_thread(source.results.metrics))
+
+    def _past(self, metrics: dict[str, Any]) -> None:
+        self.past.clear()
+        rows = [row for row in metrics.get("prediction") or [] if isinstance(row, dict)]
+        if not rows:
+            return
+        names = [name for name in rows[0] if isinstance(rows[0][name], int | float | str)]
+        with (
+            self.past,
+            ui.expansion("How past forecasts of this run came out").classes("w-full section").props("dense"),
+        ):
+            columns = [{"name": name, "label": name.replace("_", " "), "field": name} for name in names]
+            shown = [{name: _short(row.get(name)) for name in names} for row in rows]
+            ui.table(rows=shown, columns=columns, pagination=10).props("dense flat").classes("w-full")
+
+
+def _short(value: Any) -> Any:
+    return f"{value:.3g}" if isinstance(value, float) else value
+
+
+def _words(ahead: Ahead) -> str:
+    at = ahead.highest
+    wide = 1.96 * ahead.std_m[at]
+    crest = (
+        f"The highest crest that is expected: {ahead.elevation_m[at]:.2f} ± {wide:.2f} m in {ahead.lead_s[at]:.0f} s."
+    )
+    if not np.isfinite(ahead.chance).any():
+        return f"{crest} Quiet windows are forecast where Forecast, Quiet windows in the design names a limit."
+    sure = np.nan_to_num(ahead.chance, nan=0.0)
+    called = np.flatnonzero(sure >= ahead.confidence)
+    best = int(called[0]) if called.size else int(np.argmax(sure))
+    opens = f"opens in {ahead.lead_s[best]:.0f} s ({sure[best]:.0%} sure)"
+    window = (
+        f"A quiet window of {ahead.duration_s:g} s {opens}" if called.size else f"The likeliest quiet window {opens}"
+    )
+    return f"{window}. {crest}"
+
+
+def _curve(ahead: Ahead, dark: bool) -> figures.Figure:
+    wide = 1.96 * ahead.std_m
+    data = [
+        *figures.band(
+            ahead.lead_s, ahead.elevation_m - wide, ahead.elevation_m + wide, "± 1.96 stated errors", figures.BLUE
+        ),
+        figures.line(ahead.lead_s, ahead.elevation_m, "water at the boat", figures.BLUE),
+    ]
+    at = ahead.highest
+    data.append({
+        "type": "scatter", "mode": "markers", "x": [float(ahead.lead_s[at])], "y": [float(ahead.elevation_m[at])],
+        "name": "highest crest", "marker": {"symbol": "star", "size": 12, "color": figures.VERMILION},
+    })  # fmt: skip
+    levels = () if ahead.level_m is None else (-ahead.level_m, ahead.level_m)
+    quiet = [
+        {"type": "line", "x0": 0, "x1": 1, "xref": "paper", "y0": level, "y1": level,
+         "line": {"color": figures.GREEN, "width": 1, "dash": "dot"}}
+        for level in levels
+    ]  # fmt: skip
+    look = figures.layout(
+        dark, f"The next {ahead.lead_s[-1]:.0f} s at the boat, as known after turn {ahead.issue + 1}",
+        340, shapes=quiet, margin={"l": 50, "r": 10, "t": 54, "b": 40},
+        xaxis=figures.axis("Seconds ahead", dark), yaxis=figures.axis("Height (m)", dark),
+    )  # fmt: skip
+    return figures.figure(data, look)
+
+
+def _chances(ahead: Ahead, dark: bool) -> figures.Figure:
+    colours = [
+        figures.GREEN if np.isfinite(each) and each >= ahead.confidence else figures.GREY for each in ahead.chance
+    ]
+    bars = {
+        "type": "bar", "x": figures.plain(ahead.lead_s), "y": figures.plain(100.0 * ahead.chance),
+        "marker": {"color": colours}, "name": "chance",
+    }  # fmt: skip
+    look = figures.layout(
+        dark, f"Chance of {ahead.duration_s:g} s with {ahead.limits}; green: called",
+        220, showlegend=False, bargap=0.1, xaxis=figures.axis("Begins in (s)", dark),
+        yaxis=figures.axis("%", dark, range=[0, 102]),
+    )  # fmt: skip
+    return figures.figure([bars], look)

@@ -1,0 +1,223 @@
+"""The form on the page: fields by section, refusals at their fields, changed keys marked, one line of help below."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from nicegui import ui
+
+from . import words
+from .draft import Draft
+from .fields import Field, Part, growing_lists, parts_of
+from .relevance import matters, switches
+
+_OPEN = ("", "sea.waves.0", "radar")
+_FIRST = {  # what is asked first; the rest of a section is behind "more"
+    "": ("seed", "turns"),
+    "sea": ("sea.depth_m", "sea.model"),
+    "radar": (
+        "radar.height_m",
+        "radar.baseline_m",
+        "radar.transmit_power_w",
+        "radar.range_m",
+        "radar.sector_deg",
+        "radar.frequency_hz",
+        "radar.rotation_rpm",
+    ),
+    "radar.antenna": ("radar.antenna.azimuth_beamwidth_deg", "radar.antenna.elevation_beamwidth_deg"),
+    "scattering": ("scattering.wind_speed_m_s", "scattering.wind_from_deg", "scattering.polarization"),
+    "platform": ("platform.motion", "platform.speed_m_s", "platform.heading_deg"),
+    "tracing": ("tracing.tracer",),
+    "retrieval": ("retrieval.cell_range_m", "retrieval.cell_azimuth_deg", "retrieval.estimator"),
+    "prediction": ("prediction.lead_s", "prediction.turns"),
+    "prediction.quiet": ("prediction.quiet.elevation_m", "prediction.quiet.duration_s"),
+}
+_FIRST_OF_WAVES = (
+    "spectrum",
+    "significant_wave_height_m",
+    "peak_period_s",
+    "height_m",
+    "wavelength_m",
+    "wave_from_deg",
+    "wind_speed_m_s",
+)
+
+
+class Form:
+    """The fields of a draft. changed: called after each change; it is given the key."""
+
+    def __init__(self, draft: Draft, changed: Callable[[str], None]) -> None:
+        self.draft, self._changed = draft, changed
+        self._fields: dict[str, tuple[Field, Any]] = {}
+        self._open: set[str] = set(_OPEN)
+        self._more: set[str] = set()
+        self._filling = False
+        self._elsewhere = ui.label().classes("text-negative text-sm").props("role=alert")
+        self._body = ui.column().classes("w-full gap-1")
+        with ui.element("div").classes("sticky bottom-0 w-full z-10 help-line"):
+            self._help = ui.label("Choose a field: this line explains it.").classes("text-xs").props("aria-live=polite")
+        self.rebuild()
+
+    # --------------------------------------------------------------------------------------------- building
+
+    def rebuild(self) -> None:
+        """Make all fields anew: the sections or the switches have changed."""
+        self._fields.clear()
+        self._body.clear()
+        with self._body:
+            for part in parts_of(self.draft.tree):
+                self._section(part)
+            self._adding()
+        self.refresh()
+
+    def _section(self, part: Part) -> None:
+        shown = [field for field in part.fields if self._is_shown(field)]
+        if not shown:
+            return
+        title = part.label
+        with ui.expansion(title, value=part.path in self._open).classes("w-full section").props("dense") as expansion:
+            body = ui.column().classes("w-full gap-2 pb-2")
+        expansion.mark(f"section-{part.path or 'run'}")
+        built = [False]
+
+        def fill() -> None:
+            if not built[0]:
+                built[0] = True
+                with body:
+                    self._fill(part, shown)
+                self.refresh()
+
+        def toggled(event: Any) -> None:
+            (self._open.add if event.value else self._open.discard)(part.path)
+            if event.value:
+                fill()
+
+        expansion.on_value_change(toggled)
+        if part.path in self._open:
+            fill()
+
+    def _fill(self, part: Part, shown: list[Field]) -> None:
+        first = [field for field in shown if self._comes_first(part, field)] or shown[:4]
+        order = _FIRST_OF_WAVES if part.path.startswith("sea.waves") else _FIRST.get(part.path, ())
+        leaf = part.path.startswith("sea.waves")
+        place = {name: index for index, name in enumerate(order)}
+        first.sort(key=lambda field: place.get(field.key.rsplit(".", 1)[-1] if leaf else field.key, 99))
+        rest = [field for field in shown if field not in first]
+        with ui.grid().classes("w-full gap-x-3 gap-y-1 grid-cols-1 sm:grid-cols-2"):
+            for field in first:
+                self._field(field)
+        if rest:
+            with (
+                ui.expansion("more", value=part.path in self._more)
+                .classes("w-full text-sm")
+                .props("dense dense-toggle")
+                .on_value_change(lambda e: (self._more.add if e.value else self._more.discard)(part.path)),
+                ui.grid().classes("w-full gap-x-3 gap-y-1 grid-cols-1 sm:grid-cols-2"),
+            ):
+                for field in rest:
+                    self._field(field)
+        if part.many:
+            ui.button(
+                "Take out", icon="delete", on_click=lambda: self._restructure(self.draft.remove, part.path)
+            ).props("flat dense size=sm")
+
+    def _comes_first(self, part: Part, field: Field) -> bool:
+        if part.path.startswith("sea.waves"):
+            return field.key.rsplit(".", 1)[-1] in _FIRST_OF_WAVES
+        return field.key in _FIRST.get(part.path, ())
+
+    def _adding(self) -> None:
+        with ui.row().classes("gap-2 pt-2"):
+            for each in growing_lists():
+                kind = "jonswap" if "jonswap" in each.kinds else ""
+                ui.button(
+                    f"Add {each.label.lower().removesuffix('s')}" if each.label != "Waves" else "Add waves",
+                    icon="add",
+                    on_click=partial(self._restructure, self.draft.add, each.path, each.tag, kind),
+                ).props("flat dense size=sm no-caps")
+
+    def _restructure(self, change: Callable[..., None], *arguments: str) -> None:
+        change(*arguments)
+        self.rebuild()
+        self._changed(arguments[0])
+
+    def _is_shown(self, field: Field) -> bool:
+        return matters(field.key, self.draft.value) or field.key in self.draft.refused
+
+    # ---------------------------------------------------------------------------------------------- one field
+
+    def _field(self, field: Field) -> None:
+        label = f"{field.label} ({field.unit})" if field.unit else field.label
+        if field.kind == "switch":
+            element: Any = ui.switch(label, on_change=lambda e: self._edited(field, bool(e.value)))
+        elif field.kind == "choice":
+            options: Any = {each: each.replace("_", " ") for each in field.choices}
+            if field.optional:
+                options = {"": "—", **options}
+            element = ui.select(options, label=label, on_change=lambda e: self._edited(field, e.value or None))
+            element.props("dense outlined options-dense hide-bottom-space")
+        else:
+            placeholder = field.default if len(field.default) < 48 else "left out"
+            element = ui.input(label, placeholder=placeholder, on_change=lambda e: self._typed(field, e.value))
+            element.props("dense outlined hide-bottom-space debounce=250 spellcheck=false autocomplete=off stack-label")
+            if field.kind in ("number",):
+                element.props("inputmode=decimal")
+        if field.kind != "switch":
+            element.without_auto_validation()  # which would clear, after each change, what is refused
+        element.classes("w-full").mark(field.key)
+        element.props(f'data-key="{field.key}"')
+        element.on("focusin", lambda: self._help.set_text(field.help))
+        self._fields[field.key] = (field, element)
+
+    def _typed(self, field: Field, text: str | None) -> None:
+        if field.kind in ("number", "list"):
+            self._edited(field, words.read(field.key, text or ""))
+        else:
+            self._edited(field, (text or None) if field.key != "title" else text or "")
+
+    def _edited(self, field: Field, value: Any) -> None:
+        if self._filling:
+            return
+        leaf = field.key.rsplit(".", 1)[-1]
+        if leaf == "spectrum":
+            self.draft.kind(field.key.rsplit(".", 1)[0], "spectrum", str(value))
+            self.rebuild()
+        else:
+            self.draft.set(field.key, value)
+            if field.key in switches() or leaf in switches():
+                self.rebuild()
+            else:
+                self.refresh(field.key)
+        self._changed(field.key)
+
+    # ------------------------------------------------------------------------------------------------ refreshing
+
+    def refresh(self, origin: str = "") -> None:
+        """Values, refusals and marks of all fields that are there; the origin's value stays as it was typed."""
+        changed, refused = self.draft.changed, dict(self.draft.refused)
+        self._filling = True
+        try:
+            for key, (field, element) in self._fields.items():
+                if key != origin:
+                    self._fill_value(field, element)
+                line = refused.pop(key, None)
+                if field.kind != "switch":
+                    element.error = line
+                element.classes(**({"add": "changed"} if key in changed else {"remove": "changed"}))
+                element.classes(**({"add": "sm:col-span-2"} if line else {"remove": "sm:col-span-2"}))
+        finally:
+            self._filling = False
+        self._elsewhere.set_text(" · ".join(refused.values()))
+        self._elsewhere.set_visibility(bool(refused))
+
+    def _fill_value(self, field: Field, element: Any) -> None:
+        written = self.draft.written(field.key)
+        value = written if written is not None else (None if field.optional else self.draft.value(field.key))
+        if field.kind == "switch":
+            element.value = bool(value)
+        elif field.kind == "choice":
+            element.value = value if value in field.choices else ("" if field.optional else None)
+        else:
+            element.value = words.shown(field.key, value)

@@ -1,0 +1,212 @@
+"""Maps side by side: pictures in one graph, zoomed together, with the values under the pointer in a line below."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from nicegui import events, ui
+from numpy.typing import NDArray
+
+from . import figures
+from .pictures import Raster, Scale, picture
+
+Array = NDArray[np.floating]
+
+_BAR, _BETWEEN, _TITLE, _HIGHEST = 62.0, 30.0, 46.0, 430.0  # pixels: bar of colours, between panels, above one
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One map. digits: of its values, in the line below."""
+
+    title: str
+    scale: Scale
+    digits: int = 2
+
+    @property
+    def unit(self) -> str:
+        """In brackets in the scale's words."""
+        words = self.scale.words
+        return words.rsplit("(", 1)[-1].rstrip(")") if "(" in words else ""
+
+
+class MapsPanel:
+    """Panels on one raster. picked: called with east and north [m] of a point that is clicked."""
+
+    def __init__(self, width: int, dark: bool, picked: Callable[[float, float], None]) -> None:
+        self._width, self._dark, self._picked = width, dark, picked
+        self._panels: Sequence[Panel] = ()
+        self._raster: Raster | None = None
+        self._values: list[Array] = []
+        self._frames = 0
+        self.plot = ui.plotly(figures.figure([], figures.layout(dark), figures.CONFIG)).classes("w-full").mark("maps")
+        self.readout = ui.label("Point at a map for its values; click to cut along that look.")
+        self.readout.classes("text-sm figure-value").props("aria-live=polite").mark("readout")
+        self.plot.on("plotly_hover", self._hover, args=["points"], throttle=0.06)
+        self.plot.on("plotly_click", self._click, args=["points"])
+
+    def show(self, panels: Sequence[Panel], raster: Raster, values: Sequence[Array], line: Any = None) -> None:
+        """New panels, with their values (row, column) on the raster."""
+        self._panels, self._raster, self._values = panels, raster, list(values)
+        self.plot.update_figure(self._figure(line))
+
+    def frame(self, values: Sequence[Array]) -> None:
+        """The values of another turn on the panels that are shown."""
+        if self._raster is None:
+            return
+        self._values = list(values)
+        self._frames += 1
+        change = {f"images[{i}].source": source for i, source in enumerate(self._sources())}
+        self.plot.run_plot_method("relayout", change)
+        self.plot.figure["layout"]["images"] = self._images()
+
+    def mark_look(self, line: Any) -> None:
+        """A line along the look that is cut, drawn in all panels."""
+        self.plot.run_plot_method("relayout", {"shapes": self._shapes(line)})
+        self.plot.figure["layout"]["shapes"] = self._shapes(line)
+
+    # ------------------------------------------------------------------------------------------------ the graph
+
+    def _sources(self) -> list[str]:
+        assert self._raster is not None
+        area = self._raster.area
+        return [picture(each, area, panel.scale) for panel, each in zip(self._panels, self._values, strict=True)]
+
+    def _images(self) -> list[figures.Figure]:
+        assert self._raster is not None
+        west, east, south, north = self._raster.box
+        return [
+            {
+                "source": source, "xref": _axis("x", i), "yref": _axis("y", i), "x": west, "y": north,
+                "sizex": east - west, "sizey": north - south, "sizing": "stretch", "layer": "below",
+            }
+            for i, source in enumerate(self._sources())
+        ]  # fmt: skip
+
+    def _shapes(self, line: Any) -> list[figures.Figure]:
+        if line is None:
+            return []
+        (x0, y0), (x1, y1) = line
+        look = {"color": figures.ink(self._dark), "width": 1, "dash": "dot"}
+        return [
+            {
+                "type": "line",
+                "xref": _axis("x", i),
+                "yref": _axis("y", i),
+                "x0": x0,
+                "y0": y0,
+                "x1": x1,
+                "y1": y1,
+                "line": look,
+            }
+            for i in range(len(self._panels))
+        ]
+
+    def _figure(self, line: Any) -> figures.Figure:
+        assert self._raster is not None
+        count = len(self._panels)
+        columns = 1 if self._width < 640 or count == 1 else min(count, 2 if count in (2, 4) else 3)
+        rows = -(-count // columns)
+        west, east, south, north = self._raster.box
+        inner = max(min(self._width, 1900) - 92, 240)  # without the margins of the page and of the graph
+        wide = inner / columns - (_BAR if columns == 1 else _BAR + _BETWEEN)
+        high = min(wide * (north - south) / (east - west), _HIGHEST)
+        drawn = min(wide, high * (east - west) / (north - south))
+        row_high = high + _TITLE
+        whole = rows * row_high
+        look = figures.layout(
+            self._dark, "", int(whole + 44), showlegend=False, hovermode="closest",
+            margin={"l": 48, "r": 8, "t": 4, "b": 40},
+        )  # fmt: skip
+        data: list[figures.Figure] = []
+        notes = []
+        for i, panel in enumerate(self._panels):
+            column, row = i % columns, i // columns
+            left = column / columns + (_BETWEEN / inner if column else 0.0)
+            right = left + drawn / inner
+            top = 1.0 - (row * row_high + _TITLE) / whole
+            bottom = 1.0 - (row + 1) * row_high / whole
+            linked = {} if i == 0 else {"matches": "x"}
+            look[_axis("xaxis", i)] = figures.axis(
+                "East (m)" if row == rows - 1 else "", self._dark, domain=[left, right], anchor=_axis("y", i),
+                range=[west, east], constrain="domain", showgrid=False, zeroline=False, **linked,
+            )  # fmt: skip
+            look[_axis("yaxis", i)] = figures.axis(
+                "North (m)" if column == 0 else "", self._dark, domain=[max(bottom, 0.0), top], anchor=_axis("x", i),
+                range=[south, north], scaleanchor=_axis("x", i), constrain="domain", showgrid=False, zeroline=False,
+                **({} if i == 0 else {"matches": "y"}),
+            )  # fmt: skip
+            unit = f" ({panel.unit})" if panel.unit else ""
+            notes.append({
+                "text": figures.text(panel.title + unit), "xref": "paper", "yref": "paper", "x": left, "y": top,
+                "xanchor": "left", "yanchor": "bottom", "showarrow": False, "font": {"size": 13},
+            })  # fmt: skip
+            data += self._traces(i, panel, right, max(bottom, 0.0), top)
+        look.update(images=self._images(), annotations=notes, shapes=self._shapes(line), uirevision="maps")
+        return figures.figure(data, look, figures.CONFIG)
+
+    def _traces(self, i: int, panel: Panel, right: float, bottom: float, top: float) -> list[figures.Figure]:
+        """What the pointer meets (one cell a point, see-through), the bar of colours, and the antenna."""
+        assert self._raster is not None
+        raster, axes = self._raster, {"xaxis": _axis("x", i), "yaxis": _axis("y", i)}
+        zeros = base64.b64encode(bytes(raster.y.size * raster.x.size)).decode("ascii")
+        met = {
+            "type": "heatmap", **axes, "x0": float(raster.x[0]), "dx": raster.step, "y0": float(raster.y[0]),
+            "dy": raster.step, "z": {"dtype": "u1", "bdata": zeros, "shape": f"{raster.y.size}, {raster.x.size}"},
+            "opacity": 0.0, "showscale": False, "hoverinfo": "none",
+        }  # fmt: skip
+        bar = {
+            "type": "scatter", **axes, "x": [0], "y": [0], "mode": "markers", "hoverinfo": "skip",
+            "marker": {
+                "symbol": "triangle-up", "size": 9, "color": [panel.scale.low], "cmin": panel.scale.low,
+                "cmax": panel.scale.high, "colorscale": panel.scale.stops(), "showscale": True,
+                "line": {"width": 1, "color": figures.ink(self._dark)},
+                "colorbar": {
+                    "x": right + 0.005, "xanchor": "left", "y": 0.5 * (bottom + top), "len": top - bottom,
+                    "thickness": 10, "tickfont": {"size": 10},
+                },
+            },
+        }  # fmt: skip
+        return [met, bar]
+
+    # ---------------------------------------------------------------------------------------------- the pointer
+
+    def _place(self, event: events.GenericEventArguments) -> tuple[float, float] | None:
+        try:
+            point = event.args["points"][0]
+            return float(point["x"]), float(point["y"])
+        except (KeyError, IndexError, TypeError, ValueError):
+            return None
+
+    def _hover(self, event: events.GenericEventArguments) -> None:
+        place = self._place(event)
+        if place is not None:
+            self.readout.set_text(self.told(*place))
+
+    def _click(self, event: events.GenericEventArguments) -> None:
+        place = self._place(event)
+        if place is not None:
+            self._picked(*place)
+
+    def told(self, east: float, north: float) -> str:
+        """The values at a place, in words."""
+        raster = self._raster
+        if raster is None:
+            return ""
+        column = int(np.clip(np.rint((east - raster.x[0]) / raster.step), 0, raster.x.size - 1))
+        row = int(np.clip(np.rint((north - raster.y[0]) / raster.step), 0, raster.y.size - 1))
+        distance, bearing = np.hypot(east, north), np.degrees(np.arctan2(east, north)) % 360.0
+        words = [f"{distance:.0f} m at {bearing:.0f}°"]
+        for panel, values in zip(self._panels, self._values, strict=True):
+            value = float(values[row, column])
+            shown = f"{value:+.{panel.digits}f} {panel.unit}".strip() if np.isfinite(value) else "not known"
+            words.append(f"{panel.title.lower()} {shown}")
+        return " · ".join(words)
+
+
+def _axis(name: str, index: int) -> str:
+    return name if index == 0 else f"{name}{index + 1}"

@@ -1,0 +1,125 @@
+"""The page: its head, its places, and the state of the browser tab that it is shown in."""
+
+from __future__ import annotations
+
+import asyncio
+from importlib import import_module
+from typing import Any
+
+from nicegui import ui
+
+from .desk import Desk, Tab
+
+PLACES = {  # and what shows them: loaded when it is first gone to, which takes a second
+    "Design": ("design_view", "DesignView"),
+    "Runs": ("runs_view", "RunsView"),
+    "See": ("see_view", "SeeView"),
+    "Compare": ("compare_view", "CompareView"),
+    "Trade": ("trade_view", "TradeView"),
+}
+_STYLE = """
+.changed .q-field__control:before { border-color: var(--q-accent) !important; border-width: 2px; }
+.changed .q-field__label { font-weight: 700; }
+.help-line { background: var(--q-help, #f3f6f9); padding: 6px 10px; border-top: 1px solid #c8d2dc; }
+.body--dark .help-line { background: #1f2933; border-color: #3a4653; }
+.section > .q-expansion-item__container > .q-item { font-weight: 600; }
+.figure-value { font-variant-numeric: tabular-nums; }
+.nicegui-content { padding: 0; }
+.js-plotly-plot { min-height: 200px; }
+.js-plotly-plot .imagelayer image { image-rendering: pixelated; }
+@media (prefers-reduced-motion: reduce) { * { transition: none !important; } }
+"""
+
+
+# NiceGUI asks a plot for its size also while it is hidden, and Plotly refuses.
+_SCRIPT = """
+window.addEventListener("unhandledrejection", (event) => {
+  if (/displayed plot div/.test(String(event.reason))) event.preventDefault();
+});
+"""
+
+
+class Page:
+    """One open page. The views ask it to go elsewhere, and it asks them to look again while something runs."""
+
+    def __init__(self, desk: Desk, tab: Tab, width: int, dark: bool) -> None:
+        self.desk, self.tab, self.width, self.dark = desk, tab, width, dark
+        self._holders: dict[str, ui.column] = {}
+        self._made: dict[str, Any] = {}
+        self._build()
+
+    def _build(self) -> None:
+        ui.add_css(_STYLE)
+        ui.run_javascript(_SCRIPT)
+        ui.colors(primary="#00588a", accent="#b34700", positive="#00664a", negative="#a8321a")
+        with ui.header().classes("items-center py-0 px-3 gap-2 no-wrap").props("elevated"):
+            ui.label("seamap_rt").classes("text-base font-bold gt-xs").props("role=heading aria-level=1")
+            self.tabs: Any = ui.tabs().props("dense no-caps inline-label outside-arrows mobile-arrows")
+            self.tabs.classes("grow min-w-0").props('align="left"')
+            with self.tabs:
+                for name in PLACES:
+                    ui.tab(name).mark(f"place-{name}")
+            ui.button(icon="dark_mode", on_click=self._turn_dark).props(
+                'flat dense round color=white aria-label="Light or dark"'
+            )
+        self.tabs.value = self.tab.place
+        self._dark = ui.dark_mode(self.dark)
+        with ui.tab_panels(self.tabs, value=self.tab.place, animated=False, keep_alive=True).classes("w-full"):
+            for name in PLACES:
+                with ui.tab_panel(name).classes("p-2 sm:p-3"):
+                    self._holders[name] = ui.column().classes("w-full")
+        self.tabs.on_value_change(lambda e: self._went(e.value))
+        self._went(self.tab.place)
+
+    def _went(self, name: str) -> None:
+        self.tab.place = name
+        ui.timer(0.0, self._enter, once=True)
+
+    async def _enter(self) -> None:
+        """The view of the place that is shown is made when it is first gone to."""
+        name = self.tab.place
+        if name not in self._made:
+            module, view = PLACES[name]
+            loaded = await asyncio.to_thread(import_module, f"seamap_rt.app.{module}")
+            if name in self._made:
+                return
+            with self._holders[name]:
+                self._made[name] = getattr(loaded, view)(self)
+        self._made[name].enter()
+
+    def go(self, place: str) -> None:
+        """Show another place."""
+        if self.tabs.value == place:
+            self._went(place)
+        else:
+            self.tabs.value = place
+
+    def redraw_design(self) -> None:
+        """The draft was changed from elsewhere."""
+        if "Design" in self._made:
+            self._made["Design"].take_over()
+
+    def see(self, run: str) -> None:
+        """Show a run."""
+        self.tab.run, self.tab.turn = run, -1
+        self.go("See")
+
+    def _turn_dark(self) -> None:
+        self.dark = not self.dark
+        self._dark.value = self.dark
+        self._went(self.tab.place)
+
+
+async def show(desk: Desk) -> None:
+    """Build the page for a browser that has just opened it."""
+    client = ui.context.client
+    with ui.column().classes("absolute-center items-center") as waiting:
+        ui.spinner(size="lg")
+        ui.label("seamap_rt")
+    await client.connected(timeout=20)
+    await asyncio.to_thread(import_module, "seamap_rt.app.design_view")
+    width, dark = await ui.run_javascript(
+        "[window.innerWidth, window.matchMedia('(prefers-color-scheme: dark)').matches]", timeout=10
+    )
+    waiting.delete()
+    Page(desk, desk.tab(client.tab_id or client.id), int(width), bool(dark))

@@ -1,0 +1,138 @@
+"""Fields as small pictures: indexed PNGs whose palette holds the colours, made in a millisecond for scrubbing."""
+
+from __future__ import annotations
+
+import base64
+import struct
+import zlib
+from dataclasses import dataclass
+from functools import lru_cache
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib import colors
+from numpy.typing import NDArray
+
+from ..report import reduce, style
+
+Array = NDArray[np.floating]
+
+_COLOURS = 254  # of the scale; then the blank, and what is outside of all
+_BLANK, _OUTSIDE = 254, 255
+_RASTER = 301  # points a side of a polar map on its raster
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What colours mean: from low to high, a colour map of matplotlib's, words with the unit."""
+
+    low: float
+    high: float
+    colours: str
+    words: str
+
+    def stops(self, count: int = 33) -> list[list[float | str]]:
+        """Of the same colours, as Plotly takes a colour scale."""
+        palette = mpl.colormaps[self.colours](np.linspace(0.0, 1.0, count))
+        return [[i / (count - 1), colors.to_hex(colour)] for i, colour in enumerate(palette)]
+
+
+def picture(values: Array, area: NDArray[np.bool_], scale: Scale) -> str:
+    """Values (row, column), rows from south to north, as the address of a PNG with north up.
+
+    Not finite inside of the area is grey, all outside of it is see-through.
+    """
+    span = max(scale.high - scale.low, 1e-12)
+    finite = np.isfinite(values)
+    step = np.clip((np.where(finite, values, scale.low) - scale.low) * ((_COLOURS - 1) / span), 0, _COLOURS - 1)
+    index = np.where(finite, (step + 0.5).astype(np.uint8), np.uint8(_BLANK))
+    index = np.where(area | finite, index, np.uint8(_OUTSIDE))
+    return "data:image/png;base64," + base64.b64encode(_png(index[::-1], scale.colours)).decode("ascii")
+
+
+def _png(index: NDArray[np.uint8], colours: str) -> bytes:
+    rows, columns = index.shape
+    raw = np.zeros((rows, columns + 1), dtype=np.uint8)  # a row begins with its filter: none
+    raw[:, 1:] = index
+    head = struct.pack(">IIBBBBB", columns, rows, 8, 3, 0, 0, 0)
+    palette, alpha = _palette(colours)
+    chunks = ((b"IHDR", head), (b"PLTE", palette), (b"tRNS", alpha), (b"IDAT", zlib.compress(raw.tobytes(), 1)))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(*each) for each in (*chunks, (b"IEND", b"")))
+
+
+def _chunk(name: bytes, content: bytes) -> bytes:
+    return struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
+
+
+@lru_cache(maxsize=16)
+def _palette(colours: str) -> tuple[bytes, bytes]:
+    scale = mpl.colormaps[colours](np.linspace(0.0, 1.0, _COLOURS))[:, :3]
+    blank = colors.to_rgb(style.BLANK)
+    table = np.vstack([scale, blank, (1.0, 1.0, 1.0)])
+    alpha = bytes([255] * (_COLOURS + 1) + [0])
+    return np.rint(255.0 * table).astype(np.uint8).tobytes(), alpha
+
+
+@dataclass(frozen=True)
+class Raster:
+    """Where the cells of a map lie on a grid of square picture points.
+
+    x, y: centres of the points [m], rising. look, gate: of the polar cell at each point (row, column); None of a ground
+    map, whose own cells the points are (`rows`, `columns` of it). area: what the radar looks at.
+    """
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    area: NDArray[np.bool_]
+    rows: slice
+    columns: slice
+    look: NDArray[np.intp] | None = None
+    gate: NDArray[np.intp] | None = None
+
+    def of(self, values: Array) -> Array:
+        """A field of the map on the raster."""
+        if self.look is None or self.gate is None:
+            return values[self.rows, self.columns]
+        return np.where(self.area, values[self.look, self.gate], np.nan)
+
+    @property
+    def step(self) -> float:
+        return float(self.x[1] - self.x[0]) if self.x.size > 1 else 1.0
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """West, east, south and north edges."""
+        half = 0.5 * self.step
+        return self.x[0] - half, self.x[-1] + half, self.y[0] - half, self.y[-1] + half
+
+
+def ground_raster(x: Array, y: Array, seen: NDArray[np.bool_]) -> Raster:
+    """Of a ground map; seen (row, column): cells that have ever had a value. Cropped to them."""
+    rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
+    if not rows.size:
+        rows, columns = np.arange(y.size), np.arange(x.size)
+    down = slice(max(0, int(rows[0]) - 1), int(rows[-1]) + 2)
+    along = slice(max(0, int(columns[0]) - 1), int(columns[-1]) + 2)
+    return Raster(x[along].astype(np.float64), y[down].astype(np.float64), seen[down, along], down, along)
+
+
+def polar_raster(azimuth_deg: Array, slant_m: Array, height_m: float) -> Raster:
+    """Of a polar map, seen from above."""
+    ground = reduce.ground_range(slant_m, height_m)
+    order, borders = reduce.look_edges(azimuth_deg, 1.0)
+    far, near = float(ground[-1]), float(ground[0])
+    angle = np.radians(np.linspace(borders[0], borders[-1], 361))
+    east, north = far * np.sin(angle), far * np.cos(angle)
+    west_edge, east_edge = min(0.0, float(east.min())), max(0.0, float(east.max()))
+    south_edge, north_edge = min(0.0, float(north.min())), max(0.0, float(north.max()))
+    side = max(east_edge - west_edge, north_edge - south_edge) / (_RASTER - 1)
+    x = np.arange(west_edge, east_edge + side, side)
+    y = np.arange(south_edge, north_edge + side, side)
+    over, up = np.meshgrid(x, y)
+    distance = np.hypot(over, up)
+    sweep = (np.degrees(np.arctan2(over, up)) - borders[0]) % 360.0
+    place = np.clip(np.searchsorted(borders - borders[0], sweep, side="right") - 1, 0, order.size - 1)
+    edges = reduce.edges(ground)
+    gate = np.clip(np.searchsorted(edges, distance, side="right") - 1, 0, ground.size - 1)
+    area = (sweep <= borders[-1] - borders[0]) & (distance >= min(near, edges[0])) & (distance <= edges[-1])
+    return Raster(x, y, area, slice(None), slice(None), order[place], gate)

@@ -1,0 +1,94 @@
+"""How far a job is, from the lines that its command notes: the step, the turn, what is done, and the time left."""
+
+from __future__ import annotations
+
+import re
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .jobs import Job
+
+_TURN = re.compile(r"turn (\d+) of (\d+): (\w+)")
+_POINTS = re.compile(r"(\d+) of (\d+) points?")
+_AFTER_S = 5.0  # comparing and drawing, where nothing better is known
+_MOST_BYTES = 2**20
+
+
+@dataclass(frozen=True)
+class Progress:
+    """line: what the command says. share: done of all, 0 to 1. turns: whole ones. left_s: None where nobody knows."""
+
+    line: str
+    share: float
+    turns: int
+    of: int
+    left_s: float | None
+
+
+def read_progress(path: Path, job: Job, now: float | None = None) -> Progress:
+    """Of a job, from the file of its progress."""
+    now = time.time() if now is None else now
+    if job.state == "queued":
+        return Progress("waits", 0.0, 0, 0, None)
+    lines = _lines(path)
+    if job.over:
+        whole = [number for number, _ in _starts(lines)]
+        of = _of(lines)
+        return Progress(job.reason or "done", 1.0, of if job.state == "done" else max(0, len(whole) - 1), of, 0.0)
+    if not lines:
+        return Progress("starting", 0.0, 0, 0, job.guess_s or None)
+    line = lines[-1][1]
+    points = _POINTS.match(line)
+    if points:
+        done, of = int(points[1]), int(points[2])
+        spent = now - job.started
+        left = spent / done * (of - done) if done else None
+        return Progress(line, done / max(of, 1), done, of, left)
+    starts, of = _starts(lines), _of(lines)
+    if not starts:
+        return Progress(line, 0.02, 0, of, job.guess_s or None)
+    if not _TURN.match(line):  # comparing and drawing
+        return Progress(line, 0.97, of, of, max(0.0, _AFTER_S - (now - lines[-1][0])))
+    done = len(starts) - 1
+    if len(starts) > 2:  # the first turn compiles and builds
+        each = (starts[-1][1] - starts[1][1]) / (len(starts) - 2)
+    elif done:
+        each = starts[1][1] - starts[0][1]
+    else:
+        guess = max(0.0, job.guess_s - (now - job.started))
+        return Progress(line, 0.05, 0, of, guess or None)
+    left = max(0.0, each * (of - done) - (now - starts[-1][1])) + _AFTER_S
+    return Progress(line, 0.05 + 0.9 * done / of, done, of, left)
+
+
+def _lines(path: Path) -> list[tuple[float, str]]:
+    try:
+        with path.open("rb") as file:
+            text = file.read(_MOST_BYTES).decode("utf-8", "replace")
+    except OSError:
+        return []
+    found = []
+    for line in text.split("\n"):
+        when, _, words = line.partition(" ")
+        try:
+            found.append((float(when), words))
+        except ValueError:
+            continue
+    return found
+
+
+def _starts(lines: list[tuple[float, str]]) -> list[tuple[int, float]]:
+    """When each turn began."""
+    seen: dict[int, float] = {}
+    for when, words in lines:
+        turn = _TURN.match(words)
+        if turn:
+            seen.setdefault(int(turn[1]), when)
+    return sorted(seen.items())
+
+
+def _of(lines: list[tuple[float, str]]) -> int:
+    return next((int(turn[2]) for _, words in reversed(lines) if (turn := _TURN.match(words))), 0)

@@ -1,0 +1,256 @@
+"""What a design is likely to do, at once and without simulating: the outlook, the link budget, closed forms, sizing."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..conventions import db
+from ..design_outlook import outlook
+from ..errors import InputError
+from ..physics import dispersion
+from ..physics.shadowing import shadowing_smith67, shadowing_wagner67
+from ..products.link import link_budget, window_of
+from ..radar import link
+from ..radar.antenna import antenna
+from ..radar.array import antenna_array
+from ..radar.checks import pulses_of_a_turn
+from ..radar.grid import BYTES_PER_VOLTAGE
+from ..radar.precision import height_per_radian, noise_height_error
+from ..radar.waveform import RangeResponse
+from ..scene import Scene
+from ..scene.checks.meshing import BYTES_PER_TRIANGLE
+from ..sea import directional_density, spectral_system, wave_facts
+from ..sea.realisation import resolution
+from ..sea.resolved_waves import ResolvedWaves
+from ..settings import RandomWaves
+
+Array = NDArray[np.float64]
+
+_POINTS = 60  # of a curve against range
+_DIRECTIONS, _FREQUENCIES = 72, 48
+_MOST_KEPT = 64
+_LOCK = threading.Lock()
+_LAST: dict[str, Prospects] = {}
+_SECONDS_A_FACET, _SECONDS_A_RUN = 1.4e-6, 12.0  # of one core's warm turn, and of loading, comparing and drawing
+_BYTES_A_RUN, _BYTES_A_POINT = 5e8, 100.0  # of the program itself; of a point of the sea's grid
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """The waves by frequency (f,) [Hz] and direction (d,) [degrees they come from]: density (f, d) [m²/Hz/degree].
+
+    lines: regular or long-crested systems, as frequency, direction and height.
+    """
+
+    frequency: Array
+    direction: Array
+    density: Array
+    lines: tuple[tuple[float, float, float], ...]
+
+
+@dataclass(frozen=True)
+class Prospects:
+    """What a scene is likely to do. Arrays (range,) along `ground_m`; figures by name with value, unit and digits.
+
+    ahead: of `sr.outlook`, over its own ranges; None where the outlook refuses the scene, `why_not` says why.
+    """
+
+    ahead: xr.Dataset | None
+    why_not: str
+    ahead_ground_m: Array  # (range of ahead,)
+    figures: tuple[
+        tuple[str, str, float, str, int, int], ...
+    ]  # key, words, value, unit, digits, better: 1 more, −1 less
+    spectrum: Spectrum
+    beam_deg: Array  # elevation angles, up is positive
+    beam_db: Array  # one-way, over the peak
+    slant_m: Array
+    ground_m: Array
+    grazing_deg: Array
+    snr_db: Array  # of one pulse
+    noise_error_m: Array  # rms height by the receivers' noise alone
+    ambiguity_m: Array
+    smith: Array
+    wagner: Array
+
+    @property
+    def values(self) -> dict[str, float]:
+        return {key: value for key, _, value, _, _, _ in self.figures}
+
+
+def prospects(scene: Scene) -> Prospects:
+    """Of a scene that stands; some tens of ms, the first time some seconds. Safe in threads. The last ones are kept."""
+    key = scene.to_toml()
+    with _LOCK:
+        found = _LAST.get(key)
+        if found is None:
+            found = _LAST[key] = _prospects(scene)
+            while len(_LAST) > _MOST_KEPT:
+                _LAST.pop(next(iter(_LAST)))
+        return found
+
+
+def _prospects(scene: Scene) -> Prospects:
+    radar = scene.radar
+    slant = np.linspace(*window_of(scene), _POINTS)
+    budget = link_budget(scene, slant)
+    snr = budget.budgets[1].snr[0]
+    noise = np.array([noise_height_error(radar, float(s), float(r)) for s, r in zip(snr, slant, strict=True)])
+    per_radian = np.array([height_per_radian(radar, float(r)) for r in slant])
+    waves = ResolvedWaves.of(scene.sea, np.pi / resolution(scene.sea)) if scene.sea.waves else None
+    slope = waves.slopes_lost(np.inf) if waves is not None else 0.0
+    seen = tuple(_visible(law, slant, radar.height_m, slope) for law in (shadowing_smith67, shadowing_wagner67))
+    ahead, why_not = _outlook(scene)
+    far = ahead["range"].values if ahead is not None else slant
+    elevation = np.linspace(-60.0, 30.0, 181)
+    cut = antenna(radar).voltage(0.0, np.radians(elevation)) ** 2
+    return Prospects(
+        ahead=ahead,
+        why_not=why_not,
+        ahead_ground_m=np.sqrt(np.maximum(far**2 - radar.height_m**2, 0.0)),
+        figures=tuple(_figures(scene, slant, snr, noise, waves, ahead)),
+        spectrum=_spectrum(scene),
+        beam_deg=elevation,
+        beam_db=np.maximum(db(np.maximum(cut, 1e-12)), -60.0),
+        slant_m=slant,
+        ground_m=np.sqrt(slant**2 - radar.height_m**2),
+        grazing_deg=np.degrees(budget.grazing),
+        snr_db=db(np.maximum(snr, 1e-12)),
+        noise_error_m=noise,
+        ambiguity_m=2.0 * np.pi * per_radian,
+        smith=seen[0],
+        wagner=seen[1],
+    )
+
+
+def _visible(law: Callable[[Array], Array], slant: Array, height_m: float, slope: float) -> Array:
+    """Share of the sea in sight by a closed form; slope: rms along the look."""
+    if slope <= 0.0:
+        return np.ones_like(slant)
+    grazing = np.arcsin(np.minimum(height_m / slant, 1.0))
+    return law(np.tan(grazing) / (np.sqrt(2.0) * slope))
+
+
+def _outlook(scene: Scene) -> tuple[xr.Dataset | None, str]:
+    try:
+        return outlook(scene), ""
+    except (InputError, ValueError) as refusal:
+        return None, str(refusal)
+
+
+Figures = Iterator[tuple[str, str, float, str, int, int]]
+
+
+def _figures(
+    scene: Scene, slant: Array, snr: Array, noise: Array, waves: ResolvedWaves | None, ahead: xr.Dataset | None
+) -> Figures:
+    if ahead is not None and ahead.attrs["reach_m"] is not None:
+        yield "reach", "Measures waves out to", float(ahead.attrs["reach_m"]), "m", 0, 1
+        yield "radius", "As a perfect map of radius", float(ahead.attrs["fully_measured_radius_m"]), "m", 0, 1
+        inner = ahead.sel(range=slice(50.0, 200.0))
+        if inner.sizes["range"]:
+            weight = (inner["seen_fraction"] * inner["answered_fraction"]).fillna(0.0).values
+            error = inner["height_error"].fillna(0.0).values
+            rms = float(np.sqrt(np.sum(weight * error**2) / np.sum(weight))) if weight.sum() > 0.0 else float("nan")
+            yield "error", "Height error, 50–200 m", rms, "m", 3, -1
+        share = ahead["visible_fraction"].values
+        yield "half_visible", "Half of the sea in sight to", _crossing(ahead["range"].values, share, 0.5), "m", 0, 1
+    yield from _of_sea(scene, waves)
+    yield from _of_radar(scene, slant, snr, noise)
+    yield "facets", "Facets a turn", float(scene.detail.facets or 0), "", 0, 0
+    yield "memory", "Memory", run_bytes(scene) / 1e9, "GB", 1, -1
+    yield "seconds", "A run takes about", run_seconds(scene), "s", 0, -1
+
+
+def _of_sea(scene: Scene, waves: ResolvedWaves | None) -> Figures:
+    sigma = waves.elevation_std if waves is not None else 0.0
+    facts = [f for f in (wave_facts(each, scene.sea.depth_m) for each in scene.sea.waves) if f is not None]
+    main = max(facts, key=lambda each: each.height, default=None)
+    yield "hs", "Wave height Hs", 4.0 * sigma, "m", 2, 0
+    if main is not None:
+        k = float(dispersion.wavenumber(2.0 * np.pi / main.peak_period, scene.sea.depth_m))
+        yield "tp", "Peak period Tp", main.peak_period, "s", 1, 0
+        yield "steepness", "Steepness Hs/λ", 4.0 * sigma * k / (2.0 * np.pi), "", 3, 0
+
+
+def _of_radar(scene: Scene, slant: Array, snr: Array, noise: Array) -> Figures:
+    radar, far = scene.radar, scene.radar.range_m[1]
+    yield "snr_reach", "One pulse's echo over noise to", _furthest(slant, snr), "m", 0, 1
+    for at in (100.0, 200.0):
+        if radar.height_m < at <= far:
+            across = float(link.footprint_m(radar, at))
+            yield f"across_{at:.0f}", f"Beam across at {at:.0f} m", across, "m", 1, -1
+            yield (
+                f"noise_{at:.0f}",
+                f"Height error by noise at {at:.0f} m",
+                float(np.interp(at, slant, noise)),
+                "m",
+                3,
+                -1,
+            )
+            yield (
+                f"grazing_{at:.0f}",
+                f"Grazing angle at {at:.0f} m",
+                np.degrees(np.arcsin(radar.height_m / at)),
+                "°",
+                1,
+                0,
+            )
+            per = 2.0 * np.pi * height_per_radian(radar, at)
+            yield f"ambiguity_{at:.0f}", f"Height of a phase cycle at {at:.0f} m", per, "m", 2, 0
+    yield "resolution", "Range resolution", RangeResponse.of(radar).resolution_m, "m", 2, -1
+
+
+def run_bytes(scene: Scene) -> float:
+    """Memory of a run, about."""
+    radar = scene.radar
+    gates = (radar.range_m[1] - radar.range_m[0]) / radar.range_sampling_m + 1.0
+    echoes = BYTES_PER_VOLTAGE * len(antenna_array(radar).receivers) * pulses_of_a_turn(radar) * gates
+    grid = (scene.sea.extent_m / resolution(scene.sea)) ** 2 if scene.sea.waves else 0.0
+    return _BYTES_A_RUN + BYTES_PER_TRIANGLE * scene.detail.facets + echoes + _BYTES_A_POINT * grid
+
+
+def run_seconds(scene: Scene) -> float:
+    """Wall time of a run with its page, about."""
+    return _SECONDS_A_RUN + scene.turns * (0.05 + _SECONDS_A_FACET * scene.detail.facets)
+
+
+def _crossing(x: Array, y: Array, level: float) -> float:
+    """Where y first falls to a level; the last x where it never does, the first where it begins below."""
+    below = np.flatnonzero(y < level)
+    if not below.size:
+        return float(x[-1])
+    first = int(below[0])
+    if not first:
+        return float(x[0])
+    return float(np.interp(level, y[[first, first - 1]], x[[first, first - 1]]))
+
+
+def _furthest(slant: Array, snr: Array) -> float:
+    """The last range of the window at which one pulse's echo stands over the noise; 0 where it nowhere does."""
+    reach = link.furthest(slant, snr)
+    return 0.0 if np.isnan(reach) else float(min(reach, slant[-1]))
+
+
+def _spectrum(scene: Scene) -> Spectrum:
+    depth = scene.sea.depth_m
+    facts = [(waves, wave_facts(waves, depth)) for waves in scene.sea.waves]
+    known = [(waves, fact) for waves, fact in facts if fact is not None]
+    longest = max((fact.peak_period for _, fact in known), default=5.0)
+    shortest = min((fact.peak_period for _, fact in known), default=5.0)
+    frequency = np.linspace(0.4 / longest, max(2.5 / shortest, 1.0 / longest), _FREQUENCIES)
+    direction = 360.0 / _DIRECTIONS * np.arange(_DIRECTIONS, dtype=np.float64)
+    density, lines = np.zeros((_FREQUENCIES, _DIRECTIONS)), []
+    for waves, fact in known:
+        system = spectral_system(waves, depth) if isinstance(waves, RandomWaves) else None
+        if system is None or system.spreading is None:
+            lines.append((1.0 / fact.peak_period, fact.from_deg, fact.height))
+        else:
+            density += directional_density(system, frequency, direction, depth)
+    return Spectrum(frequency, direction, density, tuple(lines))

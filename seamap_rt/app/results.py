@@ -1,0 +1,159 @@
+"""What a run wrote, a turn at a time, from its files: finished, growing, or left by a kill. Memory holds few turns."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..io.appendable import part_of
+from ..io.growing_file import read_whole_turns
+from ..io.scenefile import read_toml
+from ..scene import Scene, scene_of
+
+Array = NDArray[np.float32]
+Result = TypeVar("Result")
+
+_KEPT_BYTES = 200e6  # of turns that were read
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What does not change from turn to turn: the cells of the maps."""
+
+    azimuth: NDArray[np.float64]  # (look,) degrees
+    range: NDArray[np.float64]  # (gate,) m, slant
+    x: NDArray[np.float64]  # (column,) m east
+    y: NDArray[np.float64]  # (row,) m north
+
+
+class Results:
+    """A folder of `run`, `simulate` or `retrieve`. Safe to use in several threads.
+
+    Raises InputError for a folder that holds no maps.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        if not any((folder / name).exists() or part_of(folder / name).exists() for name in ("maps.nc", "truth.nc")):
+            raise InputError(f"{folder.name}: holds no maps; choose the folder of a run, or run it")
+        self._kept: OrderedDict[tuple[str, str, int], Array] = OrderedDict()
+        self._bytes = 0
+        self._lock = threading.Lock()
+        self._scene: Scene | None = None
+
+    # --------------------------------------------------------------------------------------------- what there is
+
+    @property
+    def maps(self) -> Path:
+        return self.folder / "maps.nc"
+
+    @property
+    def truth(self) -> Path:
+        return self.folder / "truth.nc"
+
+    @property
+    def has_truth(self) -> bool:
+        return self.truth.exists() or part_of(self.truth).exists()
+
+    @property
+    def growing(self) -> bool:
+        """Whether the maps are not finished."""
+        return not self.maps.exists()
+
+    def turns(self) -> list[int]:
+        """Numbers of the turns that are whole in the maps, and in the truth if there is one; none before the first."""
+        try:
+            numbers = [int(each) for each in self._read(self.maps, lambda file: _array(file, "polar/turn")[:])]
+            if self.has_truth:
+                held = self._read(self.truth, lambda file: _array(file, "polar/turn").shape[0])
+                numbers = numbers[:held]
+        except OSError:
+            return []
+        return numbers
+
+    def layout(self) -> Layout:
+        """The cells of polar and ground maps. OSError before the first turn."""
+
+        def read(file: h5py.File) -> Layout:
+            names = ("polar/azimuth", "polar/range", "ground/x", "ground/y")
+            return Layout(*(np.asarray(_array(file, name)[:], dtype=np.float64) for name in names))
+
+        return self._read(self.maps, read)
+
+    def scene(self) -> Scene | None:
+        """That was run; None of a retrieval, which knows none, and of a scene of another version."""
+        path = self.folder / "scene.toml"
+        if self._scene is None and path.exists():
+            try:
+                self._scene = scene_of(read_toml(path))
+            except InputError:
+                return None
+        return self._scene
+
+    def metrics(self) -> dict[str, Any]:
+        """Of a finished run; empty of another one."""
+        try:
+            told = json.loads((self.folder / "metrics.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return {}
+        return told if isinstance(told, dict) else {}
+
+    # ----------------------------------------------------------------------------------------------------- turns
+
+    def field(self, name: str, index: int) -> Array:
+        """A field of a turn by its place from 0, as "maps/ground/height" or "truth/polar/visible_fraction".
+
+        Shape (row, column) or (look, gate). OSError, KeyError where there is none.
+        """
+        key = (name, "", index)
+        with self._lock:
+            kept = self._kept.get(key)
+            if kept is not None:
+                self._kept.move_to_end(key)
+                return kept
+        tree, path = name.split("/", 1)
+        file = {"maps": self.maps, "truth": self.truth}[tree]
+        values = self._read(file, lambda opened: np.asarray(_array(opened, path)[index], dtype=np.float32))
+        with self._lock:
+            self._kept[key] = values
+            self._bytes += values.nbytes
+            while self._bytes > _KEPT_BYTES and len(self._kept) > 1:
+                _, old = self._kept.popitem(last=False)
+                self._bytes -= old.nbytes
+        return values
+
+    def has(self, name: str) -> bool:
+        """Whether there is such a field, named as for `field`."""
+        tree, path = name.split("/", 1)
+        file = {"maps": self.maps, "truth": self.truth}[tree]
+        try:
+            return self._read(file, lambda opened: path in opened)
+        except OSError:
+            return False
+
+    def time(self, index: int) -> float:
+        """When a turn began, s."""
+        return float(np.min(self._read(self.maps, lambda file: _array(file, "polar/time")[index])))
+
+    def _read(self, path: Path, read: Callable[[h5py.File], Result]) -> Result:
+        try:
+            return read_whole_turns(path, read)
+        except (IndexError, ValueError) as error:
+            raise OSError(f"{path.name}: {error}") from None
+
+
+def _array(file: h5py.File, name: str) -> h5py.Dataset:
+    found = file[name]
+    if not isinstance(found, h5py.Dataset):
+        raise KeyError(name)
+    return found

@@ -1,0 +1,100 @@
+"""The runs in a folder: what kind each is, how far it came, and what it says in a line."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from ..io.appendable import part_of
+from ..io.scenefile import read_toml
+
+_DEEPEST = 3
+_MOST = 2000  # folders that are looked into
+_KINDS = {  # a product: what wrote it
+    "trade.nc": "trade",
+    "shadowing.nc": "shadowing",
+    "retrieval.html": "retrieval",
+    "truth.nc": "run",
+    "maps.nc": "retrieval",
+}
+
+
+@dataclass(frozen=True)
+class RunEntry:
+    """A folder of results. name: relative to the runs. kind: run, retrieval, trade or shadowing. when: Unix time."""
+
+    name: str
+    kind: str
+    title: str
+    when: float
+    headline: str
+
+
+def find_runs(runs: Path) -> list[RunEntry]:
+    """All folders of results below the runs, the newest first."""
+    found: list[RunEntry] = []
+    for looked, (place, folders, files) in enumerate(os.walk(runs, followlinks=False), 1):
+        depth = len(Path(place).relative_to(runs).parts)
+        folders[:] = (
+            []
+            if depth >= _DEEPEST
+            else sorted(
+                each for each in folders if not each.startswith(".") and not each.endswith(".zarr") and each != "points"
+            )
+        )
+        entry = _entry(runs, Path(place), set(files))
+        if entry is not None:
+            found.append(entry)
+        if looked >= _MOST:
+            break
+    return sorted(found, key=lambda each: each.when, reverse=True)
+
+
+def kind_of(folder: Path, files: set[str] | None = None) -> str | None:
+    """What wrote a folder; None for one that holds no results."""
+    there = files if files is not None else {path.name for path in folder.iterdir()}
+    for product, kind in _KINDS.items():
+        if product in there or part_of(folder / product).name in there:
+            return kind
+    return None
+
+
+def _entry(runs: Path, folder: Path, files: set[str]) -> RunEntry | None:
+    kind = kind_of(folder, files)
+    if kind is None or folder == runs:
+        return None
+    title = ""
+    if "scene.toml" in files:
+        try:
+            title = str(read_toml(folder / "scene.toml").get("title", ""))
+        except InputError:
+            title = ""
+    try:
+        when = max((folder / name).stat().st_mtime for name in files)
+    except OSError:
+        return None
+    return RunEntry(str(folder.relative_to(runs)), kind, title, when, headline_of(folder))
+
+
+def headline_of(folder: Path) -> str:
+    """A run's verdict, of its metrics; empty before they are there."""
+    from ..report.headline import verdict  # takes a second
+
+    try:
+        metrics: Any = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+        return verdict(metrics)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return ""
+
+
+def free_name(runs: Path, wanted: str, taken: set[str]) -> str:
+    """A folder's name that nobody has: the wanted one, or with a number."""
+    number, name = 2, wanted
+    while (runs / name).exists() or name in taken:
+        name = f"{wanted}-{number}"
+        number += 1
+    return name

@@ -1,0 +1,145 @@
+"""The place of the runs: what waits and works, with its progress, and every folder of results that is there."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from functools import partial
+from typing import TYPE_CHECKING
+
+from nicegui import ui
+
+from .files import products_of
+from .jobs import Job
+from .runs import RunEntry, find_runs
+
+if TYPE_CHECKING:
+    from .page import Page
+
+_LOOK_S = 0.4
+_STATES = {
+    "queued": ("schedule", "waits"),
+    "running": ("sailing", "runs"),
+    "done": ("check_circle", "done"),
+    "cancelled": ("cancel", "cancelled"),
+    "failed": ("error", "failed"),
+}
+
+
+class RunsView:
+    """Jobs above, results below. Looks again while something runs."""
+
+    def __init__(self, page: Page) -> None:
+        self.page, self.queue = page, page.desk.queue
+        self._shown: tuple[tuple[str, str], ...] = ()
+        self._rows: dict[str, _Row] = {}
+        ui.label("Queue").classes("text-base font-bold")
+        self._jobs = ui.column().classes("w-full gap-1").mark("jobs")
+        with ui.row().classes("w-full items-center"):
+            ui.label("Results").classes("text-base font-bold")
+            ui.label(f"in {page.desk.roots.runs}").classes("text-xs opacity-80 break-all")
+            ui.button(icon="refresh", on_click=self._find).props('flat dense round aria-label="Look again"')
+        self._results = ui.column().classes("w-full gap-1").mark("results")
+        ui.timer(_LOOK_S, self._look)
+
+    async def enter_async(self) -> None:
+        self._look()
+        await self._find()
+
+    def enter(self) -> None:
+        """Shown again."""
+        ui.timer(0.01, self.enter_async, once=True)
+
+    def _look(self) -> None:
+        """The jobs as they are now; the rows are made anew only where their states have changed."""
+        jobs = self.queue.jobs()
+        states = tuple((job.name, job.state) for job in jobs)
+        if states != self._shown:
+            ended = self._shown and any(job.over for job in jobs)
+            self._shown = states
+            self._jobs.clear()
+            with self._jobs:
+                self._rows = {job.name: _Row(self.page, job) for job in jobs}
+                if not jobs:
+                    ui.label("Nothing waits. Choose a scene in Design and press Run.").classes("text-sm opacity-80")
+            if ended:
+                ui.timer(0.01, self._find, once=True)
+        for job in jobs:
+            if not job.over:
+                self._rows[job.name].update(job)
+
+    async def _find(self) -> None:
+        entries = await asyncio.to_thread(find_runs, self.page.desk.roots.runs)
+        self._results.clear()
+        with self._results:
+            for entry in entries:
+                self._entry(entry)
+            if not entries:
+                ui.label("No results yet: what runs here, or was run into this folder, is listed.").classes(
+                    "text-sm opacity-80"
+                )
+
+    def _entry(self, entry: RunEntry) -> None:
+        folder = self.page.desk.roots.runs / entry.name
+        with (
+            ui.card().classes("w-full p-2 gap-0").props("flat bordered"),
+            ui.row().classes("w-full items-center gap-2"),
+        ):
+            with ui.column().classes("gap-0 grow min-w-0"):
+                ui.label(f"{entry.name} · {entry.kind}").classes("font-bold text-sm break-all")
+                ui.label(f"{_when(entry.when)}{f' · {entry.title}' if entry.title else ''}").classes(
+                    "text-xs opacity-80"
+                )
+                if entry.headline:
+                    ui.label(entry.headline).classes("text-sm")
+            if entry.kind in ("run", "retrieval"):
+                ui.button("See", icon="visibility", on_click=lambda: self.page.see(entry.name)).props(
+                    "dense no-caps flat"
+                ).mark(f"see-{entry.name}")
+            with ui.button(icon="download").props('flat dense round aria-label="Take away"'), ui.menu():
+                for name in products_of(folder):
+                    ui.menu_item(name, on_click=partial(ui.navigate.to, f"/files/{entry.name}/{name}", new_tab=True))
+
+
+class _Row:
+    """One job: its name, a bar, a line, a button."""
+
+    def __init__(self, page: Page, job: Job) -> None:
+        self.page = page
+        icon, words = _STATES[job.state]
+        with ui.card().classes("w-full p-2 gap-1").props("flat bordered").mark(f"job-{job.folder}"):
+            with ui.row().classes("w-full items-center gap-2 no-wrap"):
+                ui.icon(icon).classes("text-xl")
+                with ui.column().classes("gap-0 grow min-w-0"):
+                    ui.label(f"{job.folder} · {words}").classes("font-bold text-sm break-all")
+                    ui.label(job.title).classes("text-xs opacity-80")
+                    self._line = ui.label(job.reason).classes("text-sm").props("role=status")
+                if not job.over:
+                    ui.button("Cancel", on_click=lambda: page.desk.queue.cancel(job.name)).props(
+                        "flat dense no-caps"
+                    ).mark(f"cancel-{job.folder}")
+                else:
+                    ui.button(icon="close", on_click=lambda: page.desk.queue.forget(job.name)).props(
+                        'flat dense round aria-label="Take off the list"'
+                    )
+                if job.state != "queued" and job.words[0] == "run":
+                    ui.button("See", icon="visibility", on_click=lambda: page.see(job.folder)).props("dense no-caps")
+            if not job.over:
+                self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress" rounded size=8px')
+
+    def update(self, job: Job) -> None:
+        """How far it is."""
+        now = self.page.desk.queue.progress(job)
+        self._bar.value = round(now.share, 3)
+        left = "" if now.left_s is None else f" · about {duration(now.left_s)} left"
+        asked = " · asked to end: whole turns stay" if job.reason else ""
+        self._line.set_text(f"{now.line}{left}{asked}")
+
+
+def duration(seconds: float) -> str:
+    """In words that one reads at a glance."""
+    return f"{seconds:.0f} s" if seconds < 100.0 else f"{seconds / 60.0:.0f} min"
+
+
+def _when(then: float) -> str:
+    return time.strftime("%Y-%m-%d %H:%M", time.localtime(then))

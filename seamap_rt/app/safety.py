@@ -1,0 +1,204 @@
+"""Who may ask the page, and which files it may touch.
+
+The page can start processes and read files, so it answers only who knows the token of its address, only under the names
+that it listens on (a foreign name that was made to point here is refused), and no page of another origin.
+"""
+
+from __future__ import annotations
+
+import hmac
+import secrets
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from http.cookies import CookieError, SimpleCookie
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+from ..errors import InputError
+
+COOKIE = "seamap_rt"
+MOST_BYTES = 64 * 2**20  # of a request: the largest upload
+_HEADERS = (
+    (b"x-content-type-options", b"nosniff"),
+    (b"x-frame-options", b"DENY"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"cache-control", b"no-store"),
+)
+
+
+def new_token() -> str:
+    """A secret that nobody guesses, for an address."""
+    return secrets.token_urlsafe(24)
+
+
+@dataclass(frozen=True)
+class Gate:
+    """What a request must be to pass; see `refusal`.
+
+    token: of the address. hosts: values of `Host` under which the page is known, as "127.0.0.1:8322".
+    """
+
+    token: str
+    hosts: frozenset[str]
+    cookie: str = COOKIE  # cookies know no ports: two pages on one machine need two names
+
+    def refusal(self, headers: Iterable[tuple[bytes, bytes]], query: bytes) -> str | None:
+        """Why a request is refused; None where it passes."""
+        pairs = [(name.lower(), value.decode("latin-1")) for name, value in headers]
+        given = dict(pairs)
+        if len([name for name, _ in pairs if name == b"host"]) != 1 or given[b"host"].lower() not in self.hosts:
+            return "unknown host: open the address that seamap-rt app printed"
+        origin = given.get(b"origin")
+        if origin is not None and urlsplit(origin).netloc.lower() != given[b"host"].lower():
+            return "another origin: open the address that seamap-rt app printed"
+        if not self._knows(given.get(b"cookie", ""), query):
+            return "no token: open the address that seamap-rt app printed, with its ?token="
+        return None
+
+    def _knows(self, cookies: str, query: bytes) -> bool:
+        try:
+            morsel = SimpleCookie(cookies).get(self.cookie)
+        except CookieError:
+            morsel = None
+        told = [*parse_qs(query.decode("latin-1")).get("token", []), *([morsel.value] if morsel else [])]
+        return any(hmac.compare_digest(each.encode(), self.token.encode()) for each in told)
+
+
+@dataclass
+class Guard:
+    """ASGI middleware: lets through what passes the gate, and bounds what it may send."""
+
+    app: Any
+    gate: Gate
+    most_bytes: int = MOST_BYTES
+
+    async def __call__(self, scope: Mapping[str, Any], receive: Any, send: Any) -> None:
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+        refusal = self.gate.refusal(scope["headers"], scope.get("query_string", b""))
+        if refusal is not None:
+            await _refuse(scope, receive, send, 403, refusal)
+            return
+        if scope["type"] == "websocket":
+            await self.app(scope, receive, send)
+            return
+        if _stated_length(scope["headers"]) > self.most_bytes:
+            await _refuse(scope, receive, send, 413, f"more than {self.most_bytes / 2**20:.0f} MB")
+            return
+        if b"token=" in scope.get("query_string", b"") and scope["method"] == "GET":
+            await self._welcome(scope["path"], send)
+            return
+        await self.app(scope, self._bounded(receive), _with_headers(send))
+
+    def _bounded(self, receive: Any) -> Any:
+        """A body that says nothing of its length is cut off where it becomes too long."""
+        seen = 0
+
+        async def read() -> Any:
+            nonlocal seen
+            message = await receive()
+            seen += len(message.get("body", b""))
+            return {"type": "http.disconnect"} if seen > self.most_bytes else message
+
+        return read
+
+    async def _welcome(self, path: str, send: Any) -> None:
+        """The token goes from the address into a cookie, so that it is not in the history, nor passed on."""
+        value = f"{self.gate.cookie}={self.gate.token}; Path=/; HttpOnly; SameSite=Strict"
+        local = "/" + path.lstrip("/\\")  # "//elsewhere" would be another machine
+        headers = [(b"location", local.encode("latin-1", "replace")), (b"set-cookie", value.encode()), *_HEADERS]
+        await send({"type": "http.response.start", "status": 303, "headers": headers})
+        await send({"type": "http.response.body", "body": b""})
+
+
+def _stated_length(headers: Iterable[tuple[bytes, bytes]]) -> int:
+    for name, value in headers:
+        if name.lower() == b"content-length" and value.isdigit():
+            return int(value)
+    return 0
+
+
+def _with_headers(send: Any) -> Any:
+    async def sent(message: Any) -> None:
+        if message["type"] == "http.response.start":
+            there = {name.lower() for name, _ in message["headers"]}
+            message = {**message, "headers": [*message["headers"], *(h for h in _HEADERS if h[0] not in there)]}
+        await send(message)
+
+    return sent
+
+
+async def _refuse(scope: Mapping[str, Any], receive: Any, send: Any, status: int, words: str) -> None:
+    if scope["type"] == "websocket":
+        await receive()
+        await send({"type": "websocket.close", "code": 1008, "reason": words[:120]})
+        return
+    headers = [(b"content-type", b"text/plain; charset=utf-8"), *_HEADERS]
+    await send({"type": "http.response.start", "status": status, "headers": headers})
+    await send({"type": "http.response.body", "body": f"seamap-rt: {words}\n".encode()})
+
+
+# ------------------------------------------------------------------------------------------------------ files
+
+_FILE_KEYS = ("file", "mesh")  # of scenes, at any depth
+
+
+@dataclass(frozen=True)
+class Roots:
+    """The folders below which the page may touch files: the first is that of the runs, into which it writes."""
+
+    runs: Path
+    others: tuple[Path, ...] = ()
+    _resolved: tuple[Path, ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_resolved", tuple(each.resolve() for each in (self.runs, *self.others)))
+
+    @property
+    def uploads(self) -> Path:
+        """Where what is dropped onto the page goes."""
+        return self.runs / ".uploads"
+
+    def holds(self, path: str | Path) -> bool:
+        """Whether a path, links followed, lies below one of the folders."""
+        try:
+            real = Path(path).resolve()
+        except (OSError, ValueError, RuntimeError):
+            return False
+        return any(real.is_relative_to(root) for root in self._resolved)
+
+    def run(self, name: str) -> Path:
+        """The folder of a run by its name, relative to the runs. InputError for one that is not there."""
+        folder = self.runs / name
+        try:
+            found = folder.is_dir() and folder.resolve().is_relative_to(self._resolved[0])
+        except (OSError, ValueError, RuntimeError):
+            found = False
+        if not found:
+            raise InputError(f"run = '{name}': no such folder in {self.runs}; choose one from the list")
+        return folder
+
+    def check_files(self, tree: Any, key: str = "") -> None:
+        """InputError for a scene that names a file elsewhere. Paths in it are absolute."""
+        if isinstance(tree, Mapping):
+            for name, value in tree.items():
+                below = f"{key}.{name}" if key else str(name)
+                if name in _FILE_KEYS and isinstance(value, str) and value and not self.holds(value):
+                    raise InputError(
+                        f"{below} = {value}: lies outside of the folders that this page may read; upload the file, or "
+                        f"copy it below {self.runs}"
+                    )
+                self.check_files(value, below)
+        elif isinstance(tree, list | tuple):
+            for index, entry in enumerate(tree):
+                self.check_files(entry, f"{key}.{index}")
+
+
+def safe_name(name: str, fallback: str = "upload") -> str:
+    """The last part of a name that a browser gave, with letters that any file system takes."""
+    last = name.replace("\\", "/").rsplit("/", 1)[-1]
+    kept = "".join(letter if letter.isascii() and (letter.isalnum() or letter in "._+-") else "_" for letter in last)
+    kept = kept.lstrip(".")[-100:]
+    return kept or fallback

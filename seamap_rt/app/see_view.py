@@ -1,0 +1,377 @@
+"""The place where a run is looked at: maps, section, curves, forecast and the sea itself, a turn at a time."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from nicegui import ui
+
+from ..errors import InputError
+from . import curves
+from .files import products_of
+from .forecast_view import ForecastPanel
+from .maps_panel import MapsPanel
+from .results import Results
+from .runs import find_runs, headline_of
+from .sea_view import SeaPanel
+from .views import MAP_VIEWS, Shown, Source
+
+if TYPE_CHECKING:
+    from .page import Page
+
+VIEWS = {
+    **MAP_VIEWS,
+    "section": "Section",
+    "range": "By range",
+    "state": "Sea state",
+    "forecast": "Forecast",
+    "sea": "3-D",
+}
+_LOOK_S, _PLAY_S = 0.4, 0.05
+_GONE = (OSError, KeyError, IndexError)
+
+
+class SeeView:
+    """One run, its turns and its views."""
+
+    def __init__(self, page: Page) -> None:
+        self.page, self.tab = page, page.tab
+        self.source: Source | None = None
+        self._turns: list[int] = []
+        self._busy = self._wanted = False
+        self._playing = False
+        self._azimuth: float | None = None
+        self._shown_key: tuple[Any, ...] = ()
+        self._head()
+        self._bar()
+        self._views: Any = ui.tabs().props("dense no-caps outside-arrows mobile-arrows align=left")
+        with self._views:
+            for name, words in VIEWS.items():
+                ui.tab(name, words).mark(f"view-{name}")
+        self._views.value = self.tab.view
+        self._views.classes("w-full").on_value_change(self._view_chosen)
+        self._empty = ui.label().classes("text-sm p-4")
+        with ui.column().classes("w-full min-w-0") as self._maps_place:
+            self.maps = MapsPanel(page.width, page.dark, self._cut)
+        self._curves_place = ui.column().classes("w-full min-w-0")
+        ui.timer(_LOOK_S, self._look)
+        ui.timer(_PLAY_S, self._play)
+
+    def _head(self) -> None:
+        with ui.row().classes("w-full items-center gap-2"):
+            self._choice = ui.select({}, label="Run", on_change=lambda e: self._choose(e.value))
+            self._choice.props("dense outlined options-dense").classes("w-64 max-w-full").mark("run-choice")
+            with ui.button("Take away", icon="download").props("flat dense no-caps").mark("export"):
+                self._menu = ui.menu()
+            self._say = ui.label().classes("text-sm").props("role=status")
+        self._headline = ui.label().classes("font-bold").mark("verdict")
+
+    def _bar(self) -> None:
+        with ui.row().classes("w-full items-center gap-2 no-wrap") as self._controls:
+            self._button = ui.button(icon="play_arrow", on_click=self._toggle).props('dense round aria-label="Play"')
+            self._button.mark("play")
+            for icon, step, words in (("skip_previous", -1, "Turn before"), ("skip_next", 1, "Next turn")):
+                ui.button(icon=icon, on_click=partial(self._step, step)).props(f'flat dense round aria-label="{words}"')
+            self._slider = ui.slider(min=0, max=1, value=0, step=1, on_change=lambda e: self._to(e.value))
+            self._slider.props('label aria-label="Turn"').classes("grow min-w-0 mx-2").mark("turn")
+            self._clock = ui.label().classes("text-sm figure-value whitespace-nowrap").mark("clock")
+
+    # ------------------------------------------------------------------------------------------------- the run
+
+    def enter(self) -> None:
+        """Shown again, perhaps with another run."""
+        ui.timer(0.01, self._enter, once=True)
+
+    async def _enter(self) -> None:
+        entries = await asyncio.to_thread(find_runs, self.page.desk.roots.runs)
+        queued = [job.folder for job in self.page.desk.queue.jobs() if job.words[0] == "run"]
+        found = [entry.name for entry in entries if entry.kind in ("run", "retrieval")]
+        names = list(dict.fromkeys([*([self.tab.run] if self.tab.run else []), *queued, *found]))
+        if not self.tab.run and names:
+            self.tab.run = names[0]
+        self._choice.set_options({name: name for name in names}, value=self.tab.run or None)
+        if not names:
+            self._tell("No run yet. Choose a scene in Design and press Run; its maps appear here, turn by turn.")
+        self.source = None
+        self._shown_key = ()
+        self._headline.set_text("")
+        await self._look()
+
+    def _choose(self, name: str | None) -> None:
+        if name and name != self.tab.run:
+            self.tab.run, self.tab.turn, self.source = name, -1, None
+            self._headline.set_text("")
+            self._shown_key = ()
+            self._azimuth = None
+
+    async def _look(self) -> None:
+        """Whether the run has more turns than before; it is opened when the first is there."""
+        if self.tab.place != "See" or not self.tab.run or self._busy:
+            return
+        try:
+            if self.source is None:
+                opened = await asyncio.to_thread(_opened, self.page.desk.roots.run(self.tab.run))
+                if opened is None:
+                    self._wait_for_it()
+                    return
+                self.source = opened
+                self._fill_menu()
+            turns = await asyncio.to_thread(self.source.results.turns)
+        except (InputError, *_GONE) as refusal:
+            self.source = None
+            self._wait_for_it(str(refusal))
+            return
+        if not self._headline.text and not self.source.results.growing:
+            self._headline.set_text(headline_of(self.source.results.folder))
+            self._fill_menu()
+        if turns != self._turns or not self._shown_key:
+            at_end = self.tab.turn < 0 or self.tab.turn >= len(self._turns) - 1
+            self._turns = turns
+            if at_end or self.tab.turn >= len(turns):
+                self.tab.turn = len(turns) - 1
+            self._slider.props["max"] = max(len(turns) - 1, 1)
+            self._slider.update()
+            self._slider.set_enabled(len(turns) > 1)
+            self._slider.value = self.tab.turn
+            await self._draw()
+
+    def _wait_for_it(self, why: str = "") -> None:
+        job = self.page.desk.queue.of_folder(self.tab.run)
+        if job is not None and not job.over:
+            line = self.page.desk.queue.progress(job).line
+            self._tell(f"{self.tab.run}: {line}. Its maps appear here when the first turn is whole.")
+        elif job is not None and job.state in ("failed", "cancelled"):
+            self._tell(f"{self.tab.run}: {job.state}: {job.reason}")
+        else:
+            self._tell(why or f"{self.tab.run}: holds no whole turn.")
+
+    def _tell(self, words: str) -> None:
+        """Instead of a view."""
+        self._empty.set_text(words)
+        self._empty.set_visibility(True)
+        self._maps_place.set_visibility(False)
+        self._curves_place.set_visibility(False)
+
+    # ------------------------------------------------------------------------------------------------- drawing
+
+    def _view_chosen(self, event: Any) -> None:
+        self.tab.view = event.value
+        self._shown_key = ()
+        ui.timer(0.01, self._draw, once=True)
+
+    async def _draw(self) -> None:
+        """Show the turn that is wanted. While one is drawn, others only leave word that another is wanted."""
+        if self._busy:
+            self._wanted = True
+            return
+        self._busy = True
+        try:
+            while True:
+                self._wanted = False
+                await self._draw_turn()
+                if not self._wanted:
+                    break
+        finally:
+            self._busy = False
+
+    async def _draw_turn(self) -> None:
+        source, view, turn = self.source, self.tab.view, self.tab.turn
+        if source is None or not 0 <= turn < len(self._turns):
+            return
+        try:
+            when = await asyncio.to_thread(source.results.time, turn)
+            self._clock.set_text(f"turn {self._turns[turn] + 1} of {self._of(source)} · {when:.1f} s")
+            if view in MAP_VIEWS:
+                shown = await asyncio.to_thread(source.view, view, turn)
+                self._show_maps(shown, view)
+            else:
+                await self._show_curves(source, view, turn)
+        except _GONE as error:
+            self._tell(f"This turn cannot be read: {error}")
+
+    def _of(self, source: Source) -> int:
+        return max(source.scene.turns if source.scene is not None else 0, len(self._turns))
+
+    def _show_maps(self, shown: Shown, view: str) -> None:
+        self._empty.set_visibility(False)
+        self._maps_place.set_visibility(True)
+        self._curves_place.set_visibility(False)
+        key = (self.tab.run, view, self.page.dark)
+        if key == self._shown_key:
+            self.maps.frame(shown.values)
+        else:
+            self._shown_key = key
+            self.maps.show(shown.panels, shown.raster, shown.values, self._look_line())
+
+    async def _show_curves(self, source: Source, view: str, turn: int) -> None:
+        dark = self.page.dark
+        key = (self.tab.run, view, dark)
+        fresh = key != self._shown_key
+        self._empty.set_visibility(False)
+        self._maps_place.set_visibility(False)
+        self._curves_place.set_visibility(True)
+        if fresh:
+            self._shown_key = key
+            self._curves_place.clear()
+            with self._curves_place:
+                self._panel: Any = _PANELS[view](self)
+        await self._panel.show(source, turn)
+
+    # ------------------------------------------------------------------------------------------------- the time
+
+    def _to(self, turn: float | None) -> None:
+        if turn is not None and int(turn) != self.tab.turn:
+            self.tab.turn = int(turn)
+            ui.timer(0.0, self._draw, once=True)
+
+    def _step(self, by: int) -> None:
+        if self._turns:
+            self._slider.value = (self.tab.turn + by) % len(self._turns)
+
+    def _toggle(self) -> None:
+        self._playing = not self._playing and len(self._turns) > 1
+        self._button.props(f"icon={'pause' if self._playing else 'play_arrow'}")
+        self._button.props(f'aria-label="{"Pause" if self._playing else "Play"}"')
+        self._next = time.monotonic()
+
+    def _play(self) -> None:
+        """Turns follow each other as they did, but at most ten a second."""
+        if not self._playing or self._busy or time.monotonic() < self._next:
+            return
+        scene = self.source.scene if self.source else None
+        every = max(0.1, min(scene.turn_duration_s, 1.0) if scene is not None else 0.5)
+        self._next = time.monotonic() + every
+        self._step(1)
+
+    # ------------------------------------------------------------------------------------------------- the look
+
+    @property
+    def azimuth(self) -> float:
+        """Of the look that is cut: the one that was clicked, else the one into the waves, else the first."""
+        if self._azimuth is None and self.source is not None:
+            scene, looks = self.source.scene, self.source.layout.azimuth
+            into = scene.sea.waves[0] if scene is not None and scene.sea.waves else None
+            wanted = getattr(into, "wave_from_deg", float(looks[looks.size // 2]))
+            self._azimuth = float(looks[np.argmin(np.abs((looks - wanted + 180.0) % 360.0 - 180.0))])
+        return self._azimuth or 0.0
+
+    def set_azimuth(self, azimuth_deg: float) -> None:
+        """Cut along another look."""
+        self._azimuth = azimuth_deg % 360.0
+        ui.timer(0.0, self._draw, once=True)
+
+    def _cut(self, east: float, north: float) -> None:
+        self._azimuth = float(np.degrees(np.arctan2(east, north)) % 360.0)
+        self._views.value = "section"
+
+    def _look_line(self) -> Any:
+        if self.source is None:
+            return None
+        far, angle = float(self.source.ground_m[-1]), np.radians(self.azimuth)
+        return (0.0, 0.0), (float(far * np.sin(angle)), float(far * np.cos(angle)))
+
+    # ------------------------------------------------------------------------------------------------- exporting
+
+    def _fill_menu(self) -> None:
+        folder = self.page.desk.roots.run(self.tab.run)
+        self._menu.clear()
+        with self._menu:
+            for name in products_of(folder):
+                ui.menu_item(name, on_click=partial(ui.navigate.to, f"/files/{self.tab.run}/{name}", new_tab=True))
+            if self.source is not None:
+                ui.menu_item("this turn's section and curves (CSV)", on_click=self._csv)
+                ui.menu_item("this turn's height maps (PNG)", on_click=self._png)
+
+    async def _csv(self) -> None:
+        from .export import turn_csv
+
+        if self.source is not None:
+            made = await asyncio.to_thread(turn_csv, self.source, self.azimuth, self.tab.turn)
+            ui.download.content(made, f"{Path(self.tab.run).name}_turn{self.tab.turn + 1}.csv")
+
+    async def _png(self) -> None:
+        from .export import turn_png
+
+        if self.source is not None:
+            self._say.set_text("drawing …")
+            made = await asyncio.to_thread(turn_png, self.source, self.tab.turn)
+            self._say.set_text("" if made else "Only a run's maps, with their truth, are drawn.")
+            if made:
+                ui.download.content(made, f"{Path(self.tab.run).name}_turn{self.tab.turn + 1}.png")
+
+
+def _opened(folder: Path) -> Source | None:
+    results = Results(folder)
+    return Source(results) if results.turns() else None
+
+
+class _SectionPanel:
+    """The section, with the look to be chosen."""
+
+    def __init__(self, view: SeeView) -> None:
+        self.view = view
+        with ui.row().classes("w-full items-center gap-2 no-wrap"):
+            ui.label("Look").classes("text-sm")
+            self.slider = ui.slider(min=0, max=359, step=1, value=round(view.azimuth) % 360)
+            self.slider.props('label aria-label="Azimuth of the look"').classes("grow").mark("azimuth")
+            self.slider.on_value_change(lambda e: view.set_azimuth(float(e.value or 0.0)))
+        self.plot = ui.plotly(curves.figures.figure([], curves.figures.layout(view.page.dark))).classes("w-full")
+        self.plot.mark("section")
+
+    async def show(self, source: Source, turn: int) -> None:
+        section = await asyncio.to_thread(source.section, self.view.azimuth, turn)
+        heights = np.abs(np.concatenate([section.true, section.retrieved]))
+        limit = max(float(np.nanmax(heights)) if np.isfinite(heights).any() else 1.0, 0.2)
+        self.plot.update_figure(curves.section_graph(section, limit, self.view.page.dark))
+
+
+class _RangePanel:
+    """Error and visibility against range."""
+
+    def __init__(self, view: SeeView) -> None:
+        self.view = view
+        with ui.element("div").classes("w-full grid gap-2 grid-cols-1 lg:grid-cols-2"):
+            self.error, self.visible = (
+                ui.plotly(curves.figures.figure([], curves.figures.layout(view.page.dark))).classes("w-full").mark(name)
+                for name in ("error-by-range", "visible-by-range")
+            )
+
+    async def show(self, source: Source, turn: int) -> None:
+        told = await asyncio.to_thread(source.by_range, turn)
+        law = await asyncio.to_thread(source.expected)
+        dark = self.view.page.dark
+        self.error.update_figure(curves.error_graph({"": told}, law, dark))
+        self.visible.update_figure(curves.visible_graph({"": told}, law, dark))
+
+
+class _StatePanel:
+    """The sea state by the maps."""
+
+    def __init__(self, view: SeeView) -> None:
+        self.view, self._place = view, ui.column().classes("w-full")
+
+    async def show(self, source: Source, turn: int) -> None:
+        del turn
+        metrics = await asyncio.to_thread(source.results.metrics)
+        self._place.clear()
+        with self._place:
+            graph = curves.sea_state_graph(metrics, self.view.page.dark)
+            if graph is None:
+                ui.label("The sea state is worked out when the run has ended.").classes("text-sm")
+            else:
+                ui.label(str(metrics.get("sea_state_in_words", ""))).classes("font-bold").mark("sea-state")
+                ui.plotly(graph).classes("w-full")
+
+
+_PANELS: dict[str, Any] = {
+    "section": _SectionPanel,
+    "range": _RangePanel,
+    "state": _StatePanel,
+    "forecast": ForecastPanel,
+    "sea": SeaPanel,
+}

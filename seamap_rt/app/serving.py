@@ -1,0 +1,97 @@
+"""The server: one address on loopback, one token, the page, and the files that it gives away."""
+
+from __future__ import annotations
+
+import os
+import socket
+import threading
+import webbrowser
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from .safety import COOKIE, Gate, Guard, new_token
+
+
+def serve(runs: Path, *, port: int, host: str, browser: bool, told: Callable[[str], None]) -> None:
+    """Serve the page until Ctrl-C or SIGTERM.
+
+    runs: folder of the runs, made if it is not there. port: 0 takes a free one. told: is given the address.
+    Raises InputError for a port or a host that cannot be listened on, OSError for a folder that cannot be made.
+    """
+    listening = _listening(host, port)
+    number = listening.getsockname()[1]
+    token = os.environ.get("SEAMAP_RT_APP_TOKEN") or new_token()  # given by tests, and by who opens it himself
+    gate = Gate(token, _names(host, number), f"{COOKIE}_{number}")
+    name = "127.0.0.1" if host in ("0.0.0.0", "::", "") else host
+    address = f"http://{f'[{name}]' if ':' in name else name}:{number}/?token={token}"
+    server = _server(runs, gate)
+    told(f"the page: {address}")
+    told(f"runs are kept in {runs}; Ctrl-C ends the page, and its runs keep their whole turns")
+    if browser and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        webbrowser.open(address)
+    server.run(sockets=[listening])
+
+
+def _server(runs: Path, gate: Gate) -> Any:
+    import uvicorn
+    from fastapi import FastAPI
+    from nicegui import app as page_app
+    from nicegui import ui
+
+    from .desk import Desk
+    from .files import give_files
+    from .page import show
+
+    desk = Desk.of(runs)
+    outer = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+    give_files(outer, desk)
+
+    async def root() -> None:
+        await show(desk)
+
+    ui.run_with(
+        outer, root=root, title="seamap_rt", favicon="🌊", dark=None, show_welcome_message=False, reconnect_timeout=60.0
+    )
+    page_app.on_startup(lambda: threading.Thread(target=_warm_up, daemon=True).start())
+    page_app.on_shutdown(desk.queue.close)
+    config = uvicorn.Config(
+        Guard(outer, gate), log_level="warning", access_log=False, server_header=False, timeout_graceful_shutdown=2
+    )
+    return uvicorn.Server(config)
+
+
+def _warm_up() -> None:
+    """Load what the first visitor asks for, in the order in which it is asked for, while the browser opens."""
+    import_module("seamap_rt.app.design_view")
+    loaded = import_module("seamap_rt.app.prospects")
+    from ..scene import load_scene
+
+    loaded.prospects(load_scene("choppy_sea"))
+    for name in ("runs_view", "see_view", "compare_view", "trade_view"):
+        import_module(f"seamap_rt.app.{name}")
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    """The socket, so that a port that is taken is refused before anything is loaded."""
+    try:
+        family, kind, protocol, _, place = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        listening = socket.socket(family, kind, protocol)
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.bind(place)
+    except OSError as error:
+        raise InputError(
+            f"--port = {port}: cannot be listened on at {host} ({error.strerror or error}); choose another one, or 0 "
+            "for a free one"
+        ) from None
+    return listening
+
+
+def _names(host: str, port: int) -> frozenset[str]:
+    """What a browser may call the page. Beyond loopback, also this machine's own names."""
+    names = {"127.0.0.1", "localhost", "[::1]"}
+    if host not in ("127.0.0.1", "localhost", "::1"):
+        names |= {f"[{host}]" if ":" in host else host, socket.gethostname().lower(), socket.getfqdn().lower()}
+    return frozenset(f"{name}:{port}" for name in names)

@@ -1,0 +1,180 @@
+"""The place where keys of the design are varied: a grid of runs in the queue, whose points arrive one by one."""
+
+from __future__ import annotations
+
+import asyncio
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from nicegui import events, ui
+
+from ..errors import InputError
+from . import figures
+from .files import products_of
+from .prospects import run_seconds
+from .runs import find_runs, free_name
+from .trading import MEASURES, Point, count_of, graph, numeric_fields, read_points, words_of
+
+if TYPE_CHECKING:
+    from .page import Page
+
+_LOOK_S = 1.0
+_FIRST = "radar.height_m"
+
+
+class TradeView:
+    """What is varied above, what came of it below."""
+
+    def __init__(self, page: Page) -> None:
+        self.page, self.tab = page, page.tab
+        self._points: list[Point] = []
+        self._count = -1
+        ui.label("Vary keys of the design that stands in Design, and see what they are worth").classes("font-bold")
+        with ui.row().classes("w-full items-end gap-2"):
+            self._keys = [self._key(number) for number in range(2)]
+            self._seeds = ui.number("Seeds", value=2, min=1, max=64, precision=0, on_change=self._counted)
+            self._seeds.props("dense outlined").classes("w-20").mark("seeds")
+            ui.button("Trade", icon="query_stats", on_click=self._trade).props("no-caps").mark("trade")
+        self._said = ui.label().classes("text-sm").props("role=status").mark("trade-said")
+        with ui.row().classes("w-full items-center gap-2"):
+            self._choice = ui.select({}, label="Trade", on_change=self._chosen).props("dense outlined options-dense")
+            self._choice.classes("w-64 max-w-full").mark("trade-choice")
+            self._measure = ui.select(MEASURES, value="fully_measured_radius_m", on_change=self._again)
+            self._measure.props("dense outlined options-dense").classes("w-72 max-w-full")
+            with ui.button("Take away", icon="download").props("flat dense no-caps"):
+                self._menu = ui.menu()
+        self._plot = ui.plotly(figures.figure([], figures.layout(page.dark))).classes("w-full").mark("trade-graph")
+        self._plot.on("plotly_click", self._clicked, args=["points"])
+        self._note = ui.label("Click a point to take its value into the design.").classes("text-xs opacity-80")
+        ui.timer(_LOOK_S, self._look)
+
+    def _key(self, number: int) -> Any:
+        scene = self.tab.draft.scene
+        options = {field.key: f"{field.label} · {field.key}" for field in numeric_fields(scene)} if scene else {}
+        value = _FIRST if number == 0 and _FIRST in options else None
+        label = "Vary" if number == 0 else "and, if wanted"
+        key = ui.select(options, label=label, value=value, with_input=True, clearable=True, on_change=self._counted)
+        key.props("dense outlined options-dense").classes("w-72 max-w-full").mark(f"vary-{number}")
+        values = ui.input("Values: from:to:step, or a,b,c", value="4:10:2" if value else "", on_change=self._counted)
+        values.props("dense outlined debounce=300").classes("w-56 max-w-full").mark(f"values-{number}")
+        return key, values
+
+    def enter(self) -> None:
+        """Shown again."""
+        self._count = -1
+        self._counted()
+        ui.timer(0.01, self._enter, once=True)
+
+    async def _enter(self) -> None:
+        entries = await asyncio.to_thread(find_runs, self.page.desk.roots.runs)
+        names = [entry.name for entry in entries if entry.kind == "trade"]
+        queued = [job.folder for job in self.page.desk.queue.jobs() if job.words[0] == "trade"]
+        names = list(dict.fromkeys([*queued, *names]))
+        chosen = self._choice.value if self._choice.value in names else next(iter(names), None)
+        self._choice.set_options({name: name for name in names}, value=chosen)
+        await self._look()
+
+    # ----------------------------------------------------------------------------------------------- asking
+
+    @property
+    def _vary(self) -> list[str]:
+        return [f"{key.value}={values.value.strip()}" for key, values in self._keys if key.value and values.value]
+
+    def _counted(self, _: Any = None) -> None:
+        """How many points that is, or why it is none."""
+        try:
+            vary, seeds = self._vary, int(self._seeds.value or 0)
+            words_of(vary, seeds)
+            if not vary:
+                self._said.set_text("Choose a key, and its values in the units of the scene file.")
+                return
+            count, scene = count_of(vary, seeds), self.tab.draft.scene
+            time = f", about {count * run_seconds(scene) / 2.0 / 60.0:.0f} min on two cores" if scene else ""
+            self._said.set_text(f"{count} points{time}")
+        except (InputError, ValueError) as refusal:
+            self._said.set_text(str(refusal))
+
+    def _trade(self) -> None:
+        scene, desk = self.tab.draft.scene, self.page.desk
+        if scene is None:
+            self._said.set_text("The design does not stand yet: mend in Design what is marked.")
+            return
+        try:
+            vary, seeds = self._vary, int(self._seeds.value or 0)
+            words = words_of(vary, seeds)
+            if not vary:
+                raise InputError("Choose a key, and its values.")
+            count = count_of(vary, seeds)
+        except (InputError, ValueError) as refusal:
+            self._said.set_text(str(refusal))
+            return
+        taken = {job.folder for job in desk.queue.jobs() if not job.over}
+        folder = free_name(desk.roots.runs, f"{scene.name}-trade", taken)
+        guess = count * run_seconds(scene) / 2.0
+        desk.queue.add(", ".join(vary), folder, scene.to_toml(), ["trade", "{scene}", *words, "--out", "{out}"], guess)
+        self._choice.set_options({folder: folder, **dict(self._choice.options)}, value=folder)
+        self._count = -1
+        self._said.set_text(f"Queued as {folder}: its points appear below.")
+
+    # ---------------------------------------------------------------------------------------------- showing
+
+    def _chosen(self, _: Any) -> None:
+        self._count = -1
+        ui.timer(0.0, self._look, once=True)
+
+    def _again(self, _: Any) -> None:
+        self._count = -1
+        ui.timer(0.0, self._look, once=True)
+
+    async def _look(self) -> None:
+        name = self._choice.value
+        if self.tab.place != "Trade":
+            return
+        if not name:
+            self._note.set_text("No trade yet: choose a key and its values, and press Trade.")
+            self._plot.set_visibility(False)
+            return
+        folder = self.page.desk.roots.runs / str(name)
+        points = await asyncio.to_thread(read_points, folder)
+        job = self.page.desk.queue.of_folder(str(name))
+        if job is not None and not job.over:
+            self._said.set_text(self.page.desk.queue.progress(job).line)
+        elif job is not None and job.reason:
+            self._said.set_text(f"{job.state}: {job.reason}")
+        if len(points) == self._count:
+            return
+        self._count, self._points = len(points), points
+        made = graph(points, str(self._measure.value), self.page.dark)
+        self._plot.set_visibility(made is not None)
+        if made is not None:
+            self._plot.update_figure(made)
+        self._note.set_text(_words(points))
+        self._menu.clear()
+        with self._menu:
+            for product in products_of(folder):
+                target = f"/files/{name}/{product}"
+                ui.menu_item(product, on_click=partial(ui.navigate.to, target, new_tab=True))
+
+    def _clicked(self, event: events.GenericEventArguments) -> None:
+        """The design with the point's value; where the point has other keys, with theirs too."""
+        try:
+            at = event.args["points"][0]
+            place, value = at["x"], float(at["y"])
+        except (KeyError, IndexError, TypeError, ValueError):
+            return
+        measure = str(self._measure.value)
+        near = [each for each in self._points if each.status == "done" and next(iter(each.keys.values())) == place]
+        if not near:
+            return
+        chosen = min(near, key=lambda each: abs(each.metrics.get(measure, float("inf")) - value))
+        for key, each in chosen.keys.items():
+            self.tab.draft.set(key, each)
+        self.page.go("Design")
+        self.page.redraw_design()
+
+
+def _words(points: list[Point]) -> str:
+    done = sum(each.status == "done" for each in points)
+    refused = next((each.reason for each in points if each.status != "done"), "")
+    told = f"{done} points are there. Click one to take its values into the design."
+    return told + (f" {len(points) - done} came to nothing, as: {refused}" if refused else "")

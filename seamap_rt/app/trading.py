@@ -1,0 +1,123 @@
+"""A trade while it is computed, and afterwards: what its points came to, from their own files."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..scene import Scene
+from ..studies.vary import parse_vary
+from . import figures
+from .fields import Field, parts_of
+from .words import label_of, shown, shown_unit
+
+MEASURES = {
+    "fully_measured_radius_m": "As a perfect map of radius (m)",
+    "reach_m": "Measures waves out to (m)",
+    "missed_share": "Share of cells missed",
+    "height_rmse_m": "Height error, rms (m)",
+}
+_MOST_FILES = 20_000
+
+
+@dataclass(frozen=True)
+class Point:
+    """One point: the varied keys' values, its seed, how it ended and its figures."""
+
+    keys: dict[str, Any]
+    seed: int
+    status: str
+    reason: str
+    metrics: dict[str, float]
+
+
+def read_points(folder: Path) -> list[Point]:
+    """What is there of a trade's points. Files that are not whole are left out."""
+    found = []
+    for number, path in enumerate(sorted((folder / "points").glob("*.json"))):
+        if number >= _MOST_FILES:
+            break
+        try:
+            told = json.loads(path.read_text(encoding="utf-8"))
+            metrics = {k: float(v) for k, v in (told.get("metrics") or {}).items() if isinstance(v, int | float)}
+            found.append(
+                Point(dict(told["keys"]), int(told["seed"]), str(told["status"]), str(told.get("reason", "")), metrics)
+            )
+        except (OSError, ValueError, TypeError, KeyError, AttributeError):
+            continue
+    return found
+
+
+def numeric_fields(scene: Scene) -> list[Field]:
+    """The keys of a scene that are numbers, which can be varied in steps."""
+    tree = scene.model_dump(mode="python")
+    return [field for part in parts_of(tree) for field in part.fields if field.kind == "number"]
+
+
+def words_of(vary: list[str], seeds: int) -> list[str]:
+    """The command's words for what is varied. InputError, as the command line says it, for what cannot be."""
+    for each in vary:
+        parse_vary(each)
+    if not 1 <= seeds <= 64:
+        raise InputError(f"--seeds {seeds}: must be 1 to 64")
+    return [word for each in vary for word in ("--vary", each)] + ["--seeds", str(seeds)]
+
+
+def count_of(vary: list[str], seeds: int) -> int:
+    """Points that a trade has."""
+    return int(np.prod([len(parse_vary(each)[1]) for each in vary])) * seeds
+
+
+def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | None:
+    """The measure against the first key, a curve for each value of the others: means over seeds, and every seed.
+
+    None where no point has it yet.
+    """
+    done = [each for each in points if each.status == "done" and measure in each.metrics]
+    keys = list(done[0].keys) if done else []
+    if not keys:
+        return None
+    first, others = keys[0], keys[1:]
+    curves: dict[tuple[str, ...], dict[Any, list[float]]] = {}
+    for each in done:
+        name = tuple(f"{label_of(key)} {shown(key, each.keys[key])} {shown_unit_of(key)}".strip() for key in others)
+        curves.setdefault(name, {}).setdefault(_plain(each.keys[first]), []).append(each.metrics[measure])
+    colours = (figures.BLUE, figures.VERMILION, figures.GREEN, figures.ORANGE, figures.SKY, figures.GREY)
+    data: list[figures.Figure] = []
+    for number, (name, values) in enumerate(sorted(curves.items())):
+        colour = colours[number % len(colours)]
+        places = sorted(values, key=lambda each: (isinstance(each, str), each))
+        label = ", ".join(name) or "mean over seeds"
+        mean = [float(np.mean(values[place])) for place in places]
+        data.append({
+            "type": "scatter", "mode": "lines+markers", "x": places, "y": figures.plain(mean),
+            "name": figures.text(label), "line": {"color": colour}, "marker": {"size": 9},
+        })  # fmt: skip
+        data.append({
+            "type": "scatter", "mode": "markers", "x": [place for place in places for _ in values[place]],
+            "y": figures.plain([each for place in places for each in values[place]]), "hoverinfo": "skip",
+            "showlegend": False, "marker": {"color": colour, "size": 5, "opacity": 0.5},
+        })  # fmt: skip
+    unit = shown_unit_of(first)
+    look = figures.layout(
+        dark, "", 420, hovermode="closest", margin={"l": 56, "r": 10, "t": 40, "b": 44},
+        xaxis=figures.axis(f"{label_of(first)}{f' ({unit})' if unit else ''}", dark),
+        yaxis=figures.axis(MEASURES[measure], dark, rangemode="tozero"),
+    )  # fmt: skip
+    return figures.figure(data, look, figures.CONFIG)
+
+
+def shown_unit_of(key: str) -> str:
+    """The unit of a key as a scene file has it: a trade's values are given so."""
+    from ..studies.key_words import words_of as in_words
+
+    return in_words(key).unit or shown_unit(key, "")
+
+
+def _plain(value: Any) -> Any:
+    return value if isinstance(value, int | float | str) and not isinstance(value, bool) else str(value)

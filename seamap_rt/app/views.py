@@ -1,0 +1,301 @@
+"""What of a turn is shown: panels of each view with their values, the section along a look, curves against range."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..conventions import wrap_degrees
+from ..errors import InputError, SchemaError
+from ..interferometry import open_echoes
+from ..report import maps, reduce, style
+from .maps_panel import Panel
+from .pictures import Raster, Scale, ground_raster, polar_raster
+from .prospects import Prospects, prospects
+from .results import Results
+
+Array = NDArray[np.floating]
+
+MAP_VIEWS = {
+    "heights": "Heights",
+    "slopes": "Slopes",
+    "polar": "Radar cells",
+    "echo": "Echo",
+}
+_WIDE = 1.96
+_BIN_M, _FEWEST = 10.0, 8
+
+
+class Shown(NamedTuple):
+    """A view of one turn. values (row, column) of each panel, on the raster."""
+
+    panels: tuple[Panel, ...]
+    raster: Raster
+    values: tuple[Array, ...]
+
+
+class Source:
+    """A run's results with what its views need beside them: rasters and scales, which stay while it is seen."""
+
+    def __init__(self, results: Results) -> None:
+        self.results, self.layout = results, results.layout()
+        self.scene = results.scene()
+        self._rasters: dict[str, Raster] = {}
+        self._scales: dict[str, Scale] = {}
+        self._echoes: xr.Dataset | None = None
+
+    @property
+    def height_m(self) -> float:
+        return self.scene.radar.height_m if self.scene is not None else 0.0
+
+    @property
+    def ground_m(self) -> NDArray[np.float64]:
+        """(gate,): where the gates meet mean sea level."""
+        return reduce.ground_range(self.layout.range, self.height_m)
+
+    # --------------------------------------------------------------------------------------------------- maps
+
+    def view(self, name: str, index: int) -> Shown:
+        """A view by its name in MAP_VIEWS, of a turn by its place. OSError where the turn is not there."""
+        panels, fields = {
+            "heights": self._heights,
+            "slopes": self._slopes,
+            "polar": self._polar,
+            "echo": self._echo,
+        }[name](index)
+        raster = self._raster("ground" if name in ("heights", "slopes") else "polar", index)
+        return Shown(tuple(panels), raster, tuple(raster.of(each) for each in fields))
+
+    def _raster(self, kind: str, index: int) -> Raster:
+        if kind not in self._rasters:
+            if kind == "polar":
+                self._rasters[kind] = polar_raster(self.layout.azimuth, self.layout.range, self.height_m)
+            else:
+                seen = np.isfinite(self.results.field("maps/ground/time", index))
+                self._rasters[kind] = ground_raster(self.layout.x, self.layout.y, seen)
+        return self._rasters[kind]
+
+    def _heights(self, index: int) -> tuple[list[Panel], list[Array]]:
+        field = self.results.field
+        retrieved, spread = field("maps/ground/height", index), field("maps/ground/height_std", index)
+        panels = [Panel("Stated error", self._scale("spread", lambda: _spread(spread)), 3)]
+        if not self.results.has_truth:
+            height = self._scale("height", lambda: _signed(retrieved, retrieved, "height"))
+            return [Panel("Retrieved height", height), *panels], [retrieved, spread]
+        true = np.where(np.isfinite(field("maps/ground/time", index)), field("truth/ground/height", index), np.nan)
+        error = retrieved - true
+        height = self._scale("height", lambda: _signed(true, retrieved, "height"))
+        wrong = self._scale("error", lambda: _errors(error, "Error (m)", style.HEIGHT_COLOURS))
+        panels = [Panel("True height", height), Panel("Retrieved height", height), Panel("Error", wrong, 3), *panels]
+        return panels, [true, retrieved, error, spread]
+
+    def _slopes(self, index: int) -> tuple[list[Panel], list[Array]]:
+        names = (("slope_x", "east"), ("slope_y", "north"))
+        retrieved = [self.results.field(f"maps/ground/{name}", index) for name, _ in names]
+        seen = np.isfinite(self.results.field("maps/ground/time", index))
+        true = (
+            [np.where(seen, self.results.field(f"truth/ground/{name}", index), np.nan) for name, _ in names]
+            if self.results.has_truth
+            else retrieved
+        )
+        scale = self._scale("slope", lambda: _signed(np.stack(true), np.stack(retrieved), "slope"))
+        if not self.results.has_truth:
+            return [Panel(f"Retrieved slope to {to}", scale, 3) for _, to in names], retrieved
+        panels: list[Panel] = []
+        fields: list[Array] = []
+        for (_, to), t, r in zip(names, true, retrieved, strict=True):
+            wrong = self._scale(f"error {to}", lambda t=t, r=r: _errors(r - t, "Error", style.SLOPE_COLOURS))
+            panels += [
+                Panel(f"True slope to {to}", scale, 3),
+                Panel(f"Retrieved slope to {to}", scale, 3),
+                Panel(f"Error to {to}", wrong, 3),
+            ]
+            fields += [t, r, r - t]
+        order = (0, 1, 3, 4, 2, 5)
+        return [panels[i] for i in order], [fields[i] for i in order]
+
+    def _polar(self, index: int) -> tuple[list[Panel], list[Array]]:
+        field = self.results.field
+        retrieved = field("maps/polar/height", index)
+        true = field("truth/polar/height", index) if self.results.has_truth else retrieved
+        height = self._scale("polar height", lambda: _signed(true, retrieved, "height"))
+        panels, fields = [Panel("Retrieved height", height)], [retrieved]
+        if self.results.has_truth:
+            seen = Scale(0.0, 1.0, "cividis", "Share in sight")
+            panels = [Panel("True height", height), *panels, Panel("In sight of both antennas", seen)]
+            fields = [true, retrieved, field("truth/polar/visible_fraction", index)]
+        spread = field("maps/polar/height_std", index)
+        return [*panels, Panel("Stated error", self._scale("polar spread", lambda: _spread(spread)), 3)], [
+            *fields,
+            spread,
+        ]
+
+    def _echo(self, index: int) -> tuple[list[Panel], list[Array]]:
+        phase = self.results.field("maps/polar/phase", index)
+        turn = Scale(-np.pi, np.pi, "twilight", "Phase (rad)")
+        power, words = self._power(index)
+        finite = power[np.isfinite(power)]
+        low, high = (float(each) for each in np.quantile(finite, (0.02, 0.98))) if finite.size else (0.0, 1.0)
+        strength = self._scale(f"echo {words}", lambda: Scale(low, max(high, low + 1.0), style.POWER_COLOURS, words))
+        coherence = Scale(0.0, 1.0, "cividis", "Coherence")
+        panels = [Panel("Echo power", strength, 1), Panel("Interferometric phase", turn), Panel("Coherence", coherence)]
+        return panels, [power, phase, self.results.field("maps/polar/coherence", index)]
+
+    def _power(self, index: int) -> tuple[Array, str]:
+        """Mean power of the echoes (look, gate), and its unit; the cells' signal to noise ratio where they are gone."""
+        try:
+            if self._echoes is None or int(self._echoes["turn"].values[-1]) < index:
+                self._echoes = open_echoes(self.results.folder / "echoes.zarr")
+            echoes, noise = self._echoes, reduce.number(self._echoes.attrs.get("noise_power_w", 0.0))
+            power, _ = reduce.mean_power(echoes, self.layout.azimuth, self.results.turns()[index], 1.8)
+            order, _ = reduce.look_edges(self.layout.azimuth, 1.8)
+            level = np.empty_like(power)
+            level[order] = reduce.power_db(power, noise)
+            gates = np.asarray(echoes["range"].values)
+            place = np.clip(np.searchsorted(gates, self.layout.range), 0, gates.size - 1)
+            return level[:, place], "Power (dB over noise)" if noise > 0.0 else "Power (dB over 1 W)"
+        except (InputError, SchemaError, OSError, IndexError, KeyError):
+            return self.results.field("maps/polar/snr_db", index), "One pulse (dB over noise)"
+
+    def _scale(self, name: str, make: Any) -> Scale:
+        """Once made, a scale stays, so that turns are held against each other."""
+        if name not in self._scales:
+            self._scales[name] = make()
+        return self._scales[name]
+
+    # -------------------------------------------------------------------------------------------------- section
+
+    def section(self, azimuth_deg: float, index: int) -> Section:
+        """The look that is nearest to an azimuth."""
+        look = int(np.argmin(np.abs(wrap_degrees(self.layout.azimuth - azimuth_deg))))
+        field, ground = self.results.field, self.ground_m
+        placed = field("maps/polar/ground_range", index)[look]
+        missing = np.full(ground.size, np.nan)
+        known = self.results.has_truth
+        return Section(
+            azimuth_deg=float(self.layout.azimuth[look] % 360.0),
+            ground_m=ground,
+            true=field("truth/polar/height", index)[look].astype(np.float64) if known else missing,
+            visible=field("truth/polar/visible_fraction", index)[look].astype(np.float64) if known else missing,
+            placed_m=np.where(np.isfinite(placed), placed, ground).astype(np.float64),
+            retrieved=field("maps/polar/height", index)[look].astype(np.float64),
+            spread=field("maps/polar/height_std", index)[look].astype(np.float64),
+            antenna_m=self.height_m,
+        )
+
+    # ------------------------------------------------------------------------------------------------- by range
+
+    def by_range(self, index: int) -> ByRange:
+        """Errors of a turn by ground range, what it states of them, and how much is seen."""
+        field, ground = self.results.field, self.ground_m
+        spread, retrieved = field("maps/polar/height_std", index), field("maps/polar/height", index)
+        edges = np.arange(0.0, ground[-1] + _BIN_M, _BIN_M)
+        place = np.searchsorted(edges, ground, side="right") - 1
+        centres = 0.5 * (edges[1:] + edges[:-1])
+        blank = np.full(centres.size, np.nan)
+        if not self.results.has_truth:
+            known = np.isfinite(retrieved)
+            stated = _binned(np.where(known, spread, np.nan), place, centres.size, np.nanmedian)
+            return ByRange(
+                centres, blank, blank, stated, blank, _binned(known.astype(float), place, centres.size, np.mean)
+            )
+        visible = field("truth/polar/visible_fraction", index)
+        counts = np.isfinite(retrieved) & (visible > reduce.HALF_VISIBLE)
+        error = np.where(counts, retrieved - field("truth/polar/height", index), np.nan)
+        return ByRange(
+            centres,
+            _binned(error, place, centres.size, lambda each: float(np.sqrt(np.nanmean(each**2)))),
+            _binned(error, place, centres.size, np.nanmean),
+            _binned(np.where(counts, spread, np.nan), place, centres.size, np.nanmedian),
+            _binned(visible, place, centres.size, np.nanmean),
+            _binned(np.isfinite(retrieved).astype(float), place, centres.size, np.mean),
+        )
+
+    def expected(self) -> Prospects | None:
+        """What its design was likely to do, for floors and closed forms; None of a retrieval."""
+        return prospects(self.scene) if self.scene is not None else None
+
+
+@dataclass(frozen=True)
+class Section:
+    """Heights along a look; arrays (gate,) in m. placed_m: where the retrieval put its heights."""
+
+    azimuth_deg: float
+    ground_m: Array
+    true: Array
+    visible: Array
+    placed_m: Array
+    retrieved: Array
+    spread: Array
+    antenna_m: float
+
+    @property
+    def low(self) -> Array:
+        return self.retrieved - _WIDE * self.spread
+
+    @property
+    def high(self) -> Array:
+        return self.retrieved + _WIDE * self.spread
+
+    def shadows(self) -> list[tuple[float, float]]:
+        """From where to where less than half is in sight."""
+        dark = np.concatenate(([False], np.nan_to_num(self.visible, nan=1.0) < 0.5, [False]))
+        begin, end = np.flatnonzero(dark[1:] & ~dark[:-1]), np.flatnonzero(dark[:-1] & ~dark[1:])
+        borders = reduce.edges(self.ground_m)
+        return [(float(borders[a]), float(borders[b])) for a, b in zip(begin, end, strict=True)]
+
+    def rays(self) -> list[tuple[float, float]]:
+        """Where rays over the crests meet the sea again: the first lit place behind each shadow, and its height."""
+        landed = []
+        for _, end in self.shadows():
+            gate = int(np.searchsorted(self.ground_m, end))
+            if gate < self.ground_m.size and np.isfinite(self.true[gate]):
+                landed.append((float(self.ground_m[gate]), float(self.true[gate])))
+        return landed
+
+
+@dataclass(frozen=True)
+class ByRange:
+    """Arrays (bin,): rms error, bias, stated error [m] of cells more than half visible; shares in sight, answered."""
+
+    centre_m: Array
+    rms: Array
+    bias: Array
+    stated: Array
+    visible: Array
+    answered: Array
+
+
+def _binned(values: Array, place: NDArray[np.intp], count: int, of: Any) -> Array:
+    found = np.full(count, np.nan)
+    for number in range(count):
+        held = values[:, place == number]
+        if np.isfinite(held).sum() >= _FEWEST:
+            found[number] = float(of(held))
+    return found
+
+
+# --------------------------------------------------------------------------------------------------------- scales
+
+
+def _signed(true: Array, retrieved: Array, what: str) -> Scale:
+    if what == "slope":
+        limit = maps.slope_limit(true.astype(np.float64), retrieved.astype(np.float64))
+        return Scale(-limit, limit, style.SLOPE_COLOURS, "Slope")
+    limit = maps.height_limit(true.astype(np.float64), retrieved.astype(np.float64))
+    return Scale(-limit, limit, style.HEIGHT_COLOURS, "Height (m)")
+
+
+def _errors(error: Array, words: str, colours: str) -> Scale:
+    limit = reduce.quantile(np.abs(error), 0.98)
+    limit = float(f"{max(limit, 0.01):.2g}") if np.isfinite(limit) else 0.1
+    return Scale(-limit, limit, colours, words)
+
+
+def _spread(spread: Array) -> Scale:
+    high = reduce.quantile(spread, 0.95)
+    return Scale(0.0, float(f"{max(high, 0.01):.2g}") if np.isfinite(high) else 0.1, style.SPREAD_COLOURS, "Error (m)")

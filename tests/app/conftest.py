@@ -1,0 +1,43 @@
+"""A page and a browser: the program's own command, and the system's Chromium."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+
+import pytest
+from browsing import Server, Watched, open_page, serve
+from playwright.sync_api import Browser, sync_playwright
+
+_NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """One page for the tests of a file."""
+    served = serve(tmp_path_factory.mktemp("runs"))
+    yield served
+    served.end()
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """The system's Chromium. It is not skipped where it is missing: a page that nobody opened is not tested."""
+    path = next((found for name in _NAMES if (found := shutil.which(name))), None)
+    assert path, "no Chromium: apt-get install -y chromium"
+    with sync_playwright() as player:
+        opened = player.chromium.launch(
+            executable_path=path, args=["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+        )
+        yield opened
+        opened.close()
+
+
+@pytest.fixture
+def watched(browser: Browser, server: Server) -> Iterator[Watched]:
+    """The page, open; at the end nothing has gone wrong in it, and nothing was asked of anybody else."""
+    opened = open_page(browser, server)
+    yield opened
+    opened.page.context.close()
+    assert opened.wrong == []
+    assert opened.outside == []

@@ -1,0 +1,183 @@
+"""The form and the scene say the same: every key that a scene has stands in it, and goes there and back."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from seamap_rt.app import words
+from seamap_rt.app.draft import Draft, scene_of_command
+from seamap_rt.app.fields import growing_lists, parts_of, scene_schema
+from seamap_rt.app.relevance import _RULES, matters
+from seamap_rt.app.safety import Roots
+from seamap_rt.errors import InputError
+from seamap_rt.io.scenefile import list_shipped
+from seamap_rt.scene import load_scene
+
+_SHIPPED = sorted(list_shipped())
+
+
+@pytest.fixture
+def roots(tmp_path: Path) -> Roots:
+    return Roots(tmp_path, (next(iter(list_shipped().values())).parent,))
+
+
+@pytest.mark.parametrize("name", _SHIPPED)
+def test_a_shipped_scene_is_the_same_in_the_form_as_its_toml_and_by_its_command(name: str, roots: Roots) -> None:
+    draft = Draft.shipped(name, roots)
+    assert draft.scene == load_scene(name), draft.refused
+    assert Draft.of_toml(draft.toml(), roots).scene == draft.scene
+    assert draft.command() == f"seamap-rt run {name}"
+    draft.set("radar.height_m", 6.5)
+    draft.set("title", 'a "title", of 7')
+    assert draft.scene is not None, draft.refused
+    assert scene_of_command(draft.command()) == draft.scene
+
+
+@pytest.mark.parametrize("name", _SHIPPED)
+def test_what_a_field_shows_is_read_back_to_the_same_value(name: str, roots: Roots) -> None:
+    draft = Draft.shipped(name, roots)
+    assert draft.scene is not None
+    for part in parts_of(draft.tree):
+        for field in part.fields:
+            value = draft.value(field.key)
+            if field.kind in ("number", "list") and value is not None:
+                again = words.read(field.key, words.shown(field.key, value))
+                wanted = list(value) if isinstance(value, tuple) else value
+                assert again == pytest.approx(wanted, rel=1e-12), field.key
+
+
+def test_every_key_of_a_scene_has_a_field(roots: Roots) -> None:
+    draft = Draft.shipped("choppy_sea", roots)
+    for each in growing_lists():
+        for kind in each.kinds or ("",):
+            draft.add(each.path, each.tag, kind)
+    shown = {_without_numbers(field.key) for part in parts_of(draft.tree) for field in part.fields}
+    assert shown == set(_keys(scene_schema(), ""))
+
+
+def _keys(section: Any, path: str) -> list[str]:
+    found = []
+    for name, key in section["properties"].items():
+        holder = key.get("items", key) if key.get("type") == "array" else key
+        references = [each["$ref"] for each in holder.get("oneOf", [holder]) if "$ref" in each]
+        below = f"{path}.{name}" if path else name
+        if references:
+            for reference in references:
+                found += _keys(scene_schema()["$defs"][reference.rsplit("/", 1)[1]], below)
+        elif name == "spectrum" or "const" not in key:  # one choice is none
+            found.append(below)
+    return found
+
+
+def _without_numbers(key: str) -> str:
+    return ".".join(part for part in key.split(".") if not part.isdigit())
+
+
+def test_a_refusal_stands_at_its_field_in_the_words_of_the_command_line(roots: Roots) -> None:
+    draft = Draft.shipped("tiny", roots)
+    for key, value in (("radar.height_m", 500.0), ("radar.prf_hz", "fast"), ("sea.waves.0.peak_period_s", -1.0)):
+        draft.set(key, value)
+        with pytest.raises(InputError) as refused:
+            load_scene("tiny", {key: value})
+        assert draft.scene is None
+        (line,) = draft.refused.values()
+        assert line == str(refused.value)
+        assert draft.undo()
+        assert draft.scene is not None
+
+
+def test_several_refusals_stand_at_their_fields(roots: Roots) -> None:
+    draft = Draft.shipped("tiny", roots)
+    draft.set("radar.noise_figure_db", 99.0)
+    draft.set("sea.depth_m", "deep")
+    assert set(draft.refused) == {"radar.noise_figure_db", "sea.depth_m"}
+
+
+def test_a_file_elsewhere_is_refused_at_its_field(roots: Roots) -> None:
+    draft = Draft.shipped("tiny", roots)
+    draft.kind("sea.waves.0", "spectrum", "file")
+    draft.set("sea.waves.0.file", "/etc/passwd")
+    assert "lies outside" in draft.refused["sea.waves.0.file"]
+
+
+def test_changes_are_counted_and_taken_back(roots: Roots) -> None:
+    draft = Draft.shipped("choppy_sea", roots)
+    draft.set("radar.height_m", 8)
+    draft.set("radar.baseline_m", 0.4)
+    draft.set("radar.baseline_m", 0.2)  # as it was
+    assert draft.changed == {"radar.height_m": 8}
+    assert [draft.undo() for _ in range(4)] == [True, True, True, False]
+    assert draft.changed == {}
+
+
+def test_a_wave_system_of_another_kind_keeps_what_both_have_and_stands(roots: Roots) -> None:
+    draft = Draft.shipped("choppy_sea", roots)
+    for kind in ("tma", "pierson_moskowitz", "elfouhaily", "sinusoid", "flat", "jonswap"):
+        draft.kind("sea.waves.0", "spectrum", kind)
+        assert draft.refused == {}, kind
+    draft.add("sea.waves", "spectrum", "jonswap")
+    assert draft.command() == "seamap-rt run scene.toml"  # --set adds no system
+    draft.remove("sea.waves.0")
+    assert draft.scene is not None
+    assert len(draft.scene.sea.waves) == 1
+
+
+@pytest.mark.parametrize(
+    "text", ["a = [", "x" * 2_000_000, "\xff\xfe", "a = 1\n" * 3 + "a = 2", "k" + "." * 9000 + "=1"]
+)
+def test_what_is_no_toml_is_refused_in_a_line(text: str, roots: Roots) -> None:
+    with pytest.raises(InputError) as refused:
+        Draft.of_toml(text.encode("latin-1"), roots)
+    assert "\n" not in str(refused.value)
+
+
+@given(
+    st.recursive(
+        st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+        lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
+        max_leaves=8,
+    ),
+    st.sampled_from(
+        ["sea", "sea.waves", "radar", "radar.range_m", "radar.antennas", "objects", "prediction.quiet", "name"]
+    ),
+)
+def test_any_value_anywhere_is_a_scene_or_a_refusal(value: Any, key: str) -> None:
+    draft = Draft.shipped("tiny", Roots(Path("/nowhere"), (next(iter(list_shipped().values())).parent,)))
+    draft.set(key, value)
+    assert (draft.scene is None) == bool(draft.refused)
+    assert parts_of(draft.tree)
+
+
+@given(st.text(max_size=30))
+def test_any_text_in_a_field_is_read(text: str) -> None:
+    for key in ("radar.height_m", "radar.frequency_hz", "radar.range_m"):
+        words.read(key, text)
+
+
+def test_the_written_tree_reads_back(roots: Roots) -> None:
+    draft = Draft.shipped("choppy_sea", roots)
+    draft.set("radar.height_m", "wrong")
+    assert draft.scene is None
+    assert tomllib.loads(draft.toml()) == draft.tree
+
+
+def test_keys_that_decide_whether_others_matter_are_choices_of_a_scene(roots: Roots) -> None:
+    fields = {field.key: field for part in parts_of(Draft.shipped("choppy_sea", roots).tree) for field in part.fields}
+    for key, rules in _RULES.items():
+        assert key in fields, key
+        for switch, allowed in rules:
+            assert set(allowed) < set(fields[switch].choices), (key, switch)  # some choice leaves it out
+
+
+def test_a_key_that_does_not_matter_changes_no_scene_that_stands(roots: Roots) -> None:
+    draft = Draft.shipped("choppy_sea", roots)
+    assert not matters("radar.receiver.adc_bits", draft.value)
+    draft.set("radar.receiver.chain", "digital")
+    assert matters("radar.receiver.adc_bits", draft.value)
+    assert not matters("radar.receiver.agc_headroom_db", draft.value)

@@ -1,0 +1,155 @@
+"""The queue: one command after another in processes of their own; how each ended is known, whoever ended it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from seamap_rt.app.jobs import Job, Queue
+from seamap_rt.app.progress import read_progress
+
+_PROGRAM = """
+import os, signal, sys, time
+from pathlib import Path
+what, out = sys.argv[1], Path(sys.argv[2])
+out.mkdir(exist_ok=True)
+(out / "began").write_text(str(time.time()))
+with open(os.environ["SEAMAP_RT_PROGRESS"], "a") as file:
+    file.write(f"{time.time():.3f} turn 1 of 3: simulating\\n")
+if what == "refuse":
+    print("seamap-rt: radar.height_m = 500: must be lower", file=sys.stderr)
+    sys.exit(2)
+def stop(*_):
+    print("seamap-rt: interrupted: 1 of 3 turns are complete", file=sys.stderr)
+    sys.exit(130)
+signal.signal(signal.SIGTERM, stop)
+(out / "ready").touch()
+if what == "wait":
+    time.sleep(60)
+(out / "ended").write_text(str(time.time()))
+"""
+
+
+@pytest.fixture
+def queue(tmp_path: Path) -> Iterator[Queue]:
+    made = Queue(tmp_path, (sys.executable, "-c", _PROGRAM))
+    yield made
+    made.close()
+
+
+def _wait(true: Callable[[], bool]) -> None:
+    until = time.monotonic() + 20.0
+    while not true():
+        assert time.monotonic() < until, "did not come"
+        time.sleep(0.01)
+
+
+def _add(queue: Queue, what: str, folder: str) -> Job:
+    return queue.add(what, folder, 'name = "x"\n', [what, "{out}"])
+
+
+def test_jobs_run_one_after_another_and_end_as_done(queue: Queue, tmp_path: Path) -> None:
+    first, second = _add(queue, "run", "a"), _add(queue, "run", "b")
+    _wait(lambda: second.over)
+    assert (first.state, second.state) == ("done", "done")
+    assert (tmp_path / "a/ended").read_text() <= (tmp_path / "b/began").read_text()
+
+
+def test_a_refusal_is_told_in_the_words_of_the_command(queue: Queue) -> None:
+    job = _add(queue, "refuse", "a")
+    _wait(lambda: job.over)
+    assert (job.state, job.reason) == ("failed", "radar.height_m = 500: must be lower")
+    assert queue.progress(job).line == job.reason
+
+
+def test_a_running_job_is_asked_to_end_and_a_waiting_one_is_never_begun(queue: Queue, tmp_path: Path) -> None:
+    running, waiting = _add(queue, "wait", "a"), _add(queue, "run", "b")
+    _wait((tmp_path / "a/ready").exists)
+    assert waiting.state == "queued"
+    queue.cancel(waiting.name)
+    queue.cancel(running.name)
+    _wait(lambda: running.over and waiting.over)
+    assert (running.state, running.reason) == ("cancelled", "interrupted: 1 of 3 turns are complete")
+    assert waiting.state == "cancelled"
+    assert not (tmp_path / "b").exists()
+
+
+def test_a_killed_job_says_so_and_the_next_one_runs(queue: Queue, tmp_path: Path) -> None:
+    job, after = _add(queue, "wait", "a"), _add(queue, "run", "b")
+    _wait((tmp_path / "a/ready").exists)
+    os.kill(job.pid, signal.SIGKILL)
+    _wait(lambda: after.over)
+    assert job.state == "failed"
+    assert "SIGKILL" in job.reason
+    assert "no whole turn was left" in job.reason
+    assert after.state == "done"
+
+
+def test_a_server_that_is_started_again_finds_what_ran_and_what_runs_on(tmp_path: Path) -> None:
+    first = Queue(tmp_path, (sys.executable, "-c", _PROGRAM))
+    done, running = _add(first, "run", "a"), _add(first, "wait", "b")
+    _wait((tmp_path / "b/ready").exists)
+    second = Queue(tmp_path, (sys.executable, "-c", _PROGRAM))
+    found = {job.folder: job for job in second.jobs()}
+    assert (found["a"].state, found["b"].state) == ("done", "running")
+    assert found["b"].pid == running.pid
+    second.cancel(found["b"].name)
+    _wait(lambda: found["b"].over and running.over)
+    assert found["b"].state in ("cancelled", "failed")
+    assert done.over
+    for each in (first, second):
+        each.close()
+
+
+def test_a_damaged_note_of_a_job_is_passed_over(tmp_path: Path) -> None:
+    folder = tmp_path / ".jobs"
+    folder.mkdir()
+    for name, content in (("a", "{"), ("b", "[]"), ("c", '{"words": 3}'), ("d", '{"name": "d", "words": []}')):
+        (folder / f"{name}.json").write_text(content)
+    queue = Queue(tmp_path)
+    assert queue.jobs() == []
+    queue.close()
+
+
+# ---------------------------------------------------------------------------------------------------- progress
+
+
+def _told(tmp_path: Path, *lines: tuple[float, str]) -> Path:
+    path = tmp_path / "x.progress"
+    path.write_text("".join(f"{when:.3f} {words}\n" for when, words in lines))
+    return path
+
+
+def _job(state: str = "running", started: float = 100.0) -> Job:
+    return Job("x", "x", "x", ("run",), state=state, started=started, guess_s=30.0)
+
+
+def test_the_time_left_is_that_of_the_turns_left_at_the_pace_of_the_warm_ones(tmp_path: Path) -> None:
+    lines = [
+        (100.0, "preparing"),
+        *((110.0 + (8.0 if n else 0.0) + 2.0 * n, f"turn {n + 1} of 10: simulating") for n in range(4)),
+    ]
+    now = read_progress(_told(tmp_path, *lines), _job(), now=124.0)
+    assert now.turns == 3
+    assert now.left_s == pytest.approx(7 * 2.0 + 5.0)  # seven turns of two seconds, and what comes after
+    assert 0.2 < now.share < 0.4
+
+
+def test_of_a_trade_the_points_count(tmp_path: Path) -> None:
+    now = read_progress(_told(tmp_path, (120.0, "3 of 12 points, about 60 s left")), _job(), now=130.0)
+    assert (now.turns, now.of, now.share) == (3, 12, 0.25)
+    assert now.left_s == pytest.approx(90.0)
+
+
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe\n", b"no time\n", b"1.0\n", b"1e999 turn 1 of 0: x\n"])
+def test_a_damaged_file_of_progress_is_no_error(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "x.progress"
+    path.write_bytes(content)
+    read_progress(path, _job(), now=101.0)
+    read_progress(path, _job("done"), now=101.0)
