@@ -12,7 +12,7 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from playwright.sync_api import Browser, ConsoleMessage, Page, Request, Route, expect
+from playwright.sync_api import Browser, ConsoleMessage, Page, Request, Route, TimeoutError, expect
 
 _PATIENCE_S = 60.0
 expect.set_options(timeout=1000.0 * _PATIENCE_S)
@@ -31,17 +31,18 @@ class Server:
     def origin(self) -> str:
         return self.address.split("/?")[0]
 
-    def end(self) -> None:
-        """As Ctrl-C does."""
+    def end(self) -> int:
+        """As Ctrl-C does; the exit code."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
-            try:
-                self.process.wait(30.0)
-            except subprocess.TimeoutExpired:
-                self.process.kill()
-                self.process.wait(10.0)
+        try:
+            code = self.process.wait(30.0)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            code = self.process.wait(10.0)
         if self.process.stdout is not None:
             self.process.stdout.close()
+        return code
 
 
 def serve(runs: Path) -> Server:
@@ -96,4 +97,18 @@ def open_page(browser: Browser, server: Server, width: int = 1400, height: int =
     watched.page.set_default_timeout(1000.0 * _PATIENCE_S)
     watched.page.goto(server.address)
     watched.page.get_by_label("Antenna height above the sea (m)").wait_for()
+    expect(watched.page.get_by_text("Likely to measure waves")).to_be_visible()
     return watched
+
+
+def choose(page: Page, label: str, option: str | re.Pattern[str]) -> None:
+    """Choose in a list. It may close as it is drawn anew, on a machine that is busy: then it is opened again."""
+    wanted = page.get_by_role("option", name=option)
+    for _ in range(6):
+        page.get_by_label(label, exact=True).click()
+        try:
+            wanted.first.click(timeout=5000)
+            return
+        except TimeoutError:
+            page.keyboard.press("Escape")
+    raise AssertionError(f"{label}: no {option}")
