@@ -72,8 +72,8 @@ def scene_of(name: str, pairs: list[str] | None, **direct: Any):
 
 
 def progress() -> tuple[Callable[[str], None], Callable[[], None]]:
-    """A status line on a terminal, nothing elsewhere, whatever the environment wants coloured; or lines in the file that
-    the environment names."""
+    """A status line on a terminal, nothing elsewhere, whatever the environment wants coloured; or lines in the file
+    that the environment names."""
     note = progress_file()
     if note is not None:
         return note, (lambda: None)
