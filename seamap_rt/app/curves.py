@@ -13,7 +13,7 @@ from .figures import Figure
 from .prospects import Prospects
 from .views import ByRange, Section
 
-_MARGIN = {"l": 50, "r": 10, "t": 54, "b": 40}
+_MARGIN = {"l": 50, "r": 10, "t": 30, "b": 66}
 
 
 def section_graph(section: Section, limit_m: float, dark: bool) -> Figure:

@@ -92,17 +92,24 @@ def axis(title: str, dark: bool, **more: Any) -> Figure:
     }
 
 
-def layout(dark: bool, title: str = "", height: int = 240, **more: Any) -> Figure:
+def layout(dark: bool, title: str = "", height: int = 260, **more: Any) -> Figure:
     """What goes round the axes."""
     return {
         "title": {"text": text(title), "font": {"size": 13}, "x": 0.01, "xanchor": "left", "y": 0.98, "yanchor": "top"},
         "font": {"family": "Roboto, sans-serif", "size": 12, "color": ink(dark)},
         "paper_bgcolor": "rgba(0,0,0,0)",
         "plot_bgcolor": "rgba(0,0,0,0)",
-        "margin": {"l": 50, "r": 12, "t": 30, "b": 40},
+        "margin": {"l": 50, "r": 12, "t": 30, "b": 64},
         "height": height,
         "showlegend": True,
-        "legend": {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "font": {"size": 11}},
+        "legend": {
+            "orientation": "h",
+            "x": 0,
+            "y": 0.0,
+            "yref": "container",
+            "yanchor": "bottom",
+            "font": {"size": 11},
+        },
         "hovermode": "x unified",
         "hoverlabel": {"bgcolor": "#1f2933" if dark else "#ffffff", "font": {"color": ink(dark)}},
         **more,

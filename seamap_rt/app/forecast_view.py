@@ -187,7 +187,7 @@ def _curve(ahead: Ahead, dark: bool) -> figures.Figure:
     ]  # fmt: skip
     look = figures.layout(
         dark, f"The next {ahead.lead_s[-1]:.0f} s at the boat, as known after turn {ahead.issue + 1}",
-        340, shapes=quiet, margin={"l": 50, "r": 10, "t": 54, "b": 40},
+        340, shapes=quiet, margin={"l": 50, "r": 10, "t": 30, "b": 66},
         xaxis=figures.axis("Seconds ahead", dark), yaxis=figures.axis("Height (m)", dark),
     )  # fmt: skip
     return figures.figure(data, look)

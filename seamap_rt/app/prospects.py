@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from ..conventions import db
 from ..design_outlook import outlook
+from ..design_outlook.echo import snr_of_unity
 from ..errors import InputError
 from ..physics import dispersion
 from ..physics.shadowing import shadowing_smith67, shadowing_wagner67
-from ..products.link import link_budget, window_of
+from ..products.link import mean_sea, window_of
 from ..radar import link
 from ..radar.antenna import antenna
 from ..radar.array import antenna_array
@@ -99,8 +100,7 @@ def prospects(scene: Scene) -> Prospects:
 def _prospects(scene: Scene) -> Prospects:
     radar = scene.radar
     slant = np.linspace(*window_of(scene), _POINTS)
-    budget = link_budget(scene, slant)
-    snr = budget.budgets[1].snr[0]
+    snr = mean_sea(scene, slant)[0] * snr_of_unity(radar, slant)
     noise = np.array([noise_height_error(radar, float(s), float(r)) for s, r in zip(snr, slant, strict=True)])
     per_radian = np.array([height_per_radian(radar, float(r)) for r in slant])
     waves = ResolvedWaves.of(scene.sea, np.pi / resolution(scene.sea)) if scene.sea.waves else None
@@ -120,7 +120,7 @@ def _prospects(scene: Scene) -> Prospects:
         beam_db=np.maximum(db(np.maximum(cut, 1e-12)), -60.0),
         slant_m=slant,
         ground_m=np.sqrt(slant**2 - radar.height_m**2),
-        grazing_deg=np.degrees(budget.grazing),
+        grazing_deg=np.degrees(link.grazing_angle(radar, slant)),
         snr_db=db(np.maximum(snr, 1e-12)),
         noise_error_m=noise,
         ambiguity_m=2.0 * np.pi * per_radian,

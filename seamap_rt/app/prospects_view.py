@@ -155,7 +155,7 @@ def _graphs(found: Prospects, beside: Prospects | None, scene: Scene, dark: bool
 
 
 def _margin() -> Figure:
-    return {"l": 46, "r": 8, "t": 52, "b": 38}
+    return {"l": 46, "r": 8, "t": 30, "b": 64}
 
 
 def _beam(both, scene: Scene, dark: bool) -> Figure:

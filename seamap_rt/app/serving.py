@@ -7,12 +7,16 @@ import socket
 import threading
 import webbrowser
 from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
 from .safety import COOKIE, Gate, Guard, new_token
+
+INTERRUPTED = 130
+_LONGEST_END_S = 20.0
 
 
 def serve(runs: Path, *, port: int, host: str, browser: bool, told: Callable[[str], None]) -> None:
@@ -56,11 +60,19 @@ def _server(runs: Path, gate: Gate) -> Any:
         outer, root=root, title="seamap_rt", favicon="🌊", dark=None, show_welcome_message=False, reconnect_timeout=60.0
     )
     page_app.on_startup(lambda: threading.Thread(target=_warm_up, daemon=True).start())
-    page_app.on_shutdown(desk.queue.close)
+    page_app.on_shutdown(partial(_close, desk))
     config = uvicorn.Config(
         Guard(outer, gate), log_level="warning", access_log=False, server_header=False, timeout_graceful_shutdown=2
     )
     return uvicorn.Server(config)
+
+
+def _close(desk: Any) -> None:
+    """End what runs; and the process, whatever a library still waits for by then."""
+    last = threading.Timer(_LONGEST_END_S, os._exit, (INTERRUPTED,))
+    last.daemon = True
+    last.start()
+    desk.queue.close()
 
 
 def _warm_up() -> None:

@@ -105,7 +105,7 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
         })  # fmt: skip
     unit = shown_unit_of(first)
     look = figures.layout(
-        dark, "", 420, hovermode="closest", margin={"l": 56, "r": 10, "t": 40, "b": 44},
+        dark, "", 420, hovermode="closest", margin={"l": 56, "r": 10, "t": 10, "b": 70},
         xaxis=figures.axis(f"{label_of(first)}{f' ({unit})' if unit else ''}", dark),
         yaxis=figures.axis(MEASURES[measure], dark, rangemode="tozero"),
     )  # fmt: skip

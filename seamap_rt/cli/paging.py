@@ -30,5 +30,8 @@ def page(*, port: Whole = 8322, runs: Path = Path("runs"), host: str = "127.0.0.
         raise InputError(f"--port = {port}: must be 0 to 65535; 0 takes a free one")
     from ..app import serve
 
-    serve(runs, port=port, host=host, browser=browser, told=console.print)
+    try:
+        serve(runs, port=port, host=host, browser=browser, told=console.print)
+    except KeyboardInterrupt:
+        console.print("the page is closed")
     return 0
