@@ -19,6 +19,7 @@ from .safety import safe_name
 if TYPE_CHECKING:
     from .page import Page
 
+_AFTER_S = 0.06  # so that figures are painted before graphs are drawn
 _MOST_FILE = 32 * 2**20  # of a spectrum, a pattern, a motion or a mesh
 
 
@@ -93,10 +94,15 @@ class DesignView:
     def _changed(self, key: str) -> None:
         del key
         draft = self.tab.draft
-        self._toml.set_content(draft.toml())
         self._command.set_text(draft.command())
+        self._tell_toml()
         self._asked += 1
         ui.timer(0.01, lambda asked=self._asked: self._look_ahead(asked), once=True)
+
+    def _tell_toml(self) -> None:
+        """While it is looked at: its colours take a tenth of a second."""
+        if self._file.value:
+            self._toml.set_content(self.tab.draft.toml())
 
     async def _look_ahead(self, asked: int) -> None:
         """Consequences in a thread; those of an older change are left out."""
@@ -112,13 +118,19 @@ class DesignView:
         except (ValueError, ArithmeticError, OSError) as error:
             self.prospects.refuse(f"No forecast of this design: {error}")
             return
+        if asked != self._asked:
+            return
+        self.prospects.show(found, scene, beside, pinned[0] if pinned else "")
+        await asyncio.sleep(_AFTER_S)
         if asked == self._asked:
-            self.prospects.show(found, scene, beside, pinned[0] if pinned else "")
+            self.prospects.draw(found, scene, beside)
+            ui.timer(_AFTER_S, self.page.prepare, once=True)
 
     # ------------------------------------------------------------------------------------------------- as a file
 
     def _scene_file(self) -> None:
-        with ui.expansion("Scene file and command line").classes("w-full section").props("dense").mark("file"):
+        self._file = ui.expansion("Scene file and command line", on_value_change=lambda _: self._tell_toml())
+        with self._file.classes("w-full section").props("dense").mark("file"):
             ui.label("The same run on a command line:").classes("text-sm")
             with ui.row().classes("w-full no-wrap items-center"):
                 self._command = ui.label().classes("font-mono text-xs break-all grow").mark("command")

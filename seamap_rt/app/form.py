@@ -161,7 +161,7 @@ class Form:
         else:
             placeholder = field.default if len(field.default) < 48 else "left out"
             element = ui.input(label, placeholder=placeholder, on_change=lambda e: self._typed(field, e.value))
-            element.props("dense outlined hide-bottom-space debounce=250 spellcheck=false autocomplete=off stack-label")
+            element.props("dense outlined hide-bottom-space debounce=120 spellcheck=false autocomplete=off stack-label")
             if field.kind in ("number",):
                 element.props("inputmode=decimal")
         if field.kind != "switch":

@@ -94,6 +94,11 @@ class Page:
         else:
             self.tabs.value = place
 
+    async def prepare(self) -> None:
+        """Load the other places' views while the first one is read."""
+        for module, _ in PLACES.values():
+            await asyncio.to_thread(import_module, f"seamap_rt.app.{module}")
+
     def redraw_design(self) -> None:
         """The draft was changed from elsewhere."""
         if "Design" in self._made:

@@ -25,6 +25,7 @@ class ProspectsView:
 
     def __init__(self, page: Page, said: ui.label) -> None:
         self.page, self._said = page, said
+        self._shown: dict[str, _Tile] = {}
         self._body = ui.column().classes("w-full gap-2").mark("prospects")
         with self._body:
             self._tiles = ui.element("div").classes("w-full grid gap-2 grid-cols-2 sm:grid-cols-3 xl:grid-cols-4")
@@ -48,18 +49,50 @@ class ProspectsView:
         self._body.classes(remove="opacity-50")
         self._said.set_text(_sentence(found, scene) + (f" Beside it, dashed: {name}." if beside else ""))
         then = beside.values if beside else {}
-        self._tiles.clear()
-        with self._tiles:
-            for key, words, value, unit, digits, better in found.figures:
-                if key in _FIRST:
-                    _tile(key, words, value, unit, digits, then.get(key), better)
-        self._more.clear()
-        with self._more, ui.element("div").classes("w-full grid gap-2 grid-cols-2 md:grid-cols-3"):
-            for key, words, value, unit, digits, better in found.figures:
-                if key not in _FIRST:
-                    _tile(key, words, value, unit, digits, then.get(key), better)
+        if set(self._shown) != {key for key, *_ in found.figures}:
+            self._make_tiles(found)
+        for key, _, value, _, digits, better in found.figures:
+            self._shown[key].fill(value, digits, then.get(key), better)
+
+    def draw(self, found: Prospects, scene: Scene, beside: Prospects | None) -> None:
+        """Fill the graphs, which take the browser longer than the figures do."""
         for graph, made in _graphs(found, beside, scene, self.page.dark).items():
             self._plots[graph].update_figure(made)
+
+    def _make_tiles(self, found: Prospects) -> None:
+        self._shown.clear()
+        self._tiles.clear()
+        self._more.clear()
+        with self._more:
+            others = ui.element("div").classes("w-full grid gap-2 grid-cols-2 md:grid-cols-3")
+        for key, words, _, unit, _, _ in found.figures:
+            with self._tiles if key in _FIRST else others:
+                self._shown[key] = _Tile(key, words, unit)
+
+
+class _Tile:
+    """One figure, and how far it is from the kept design's."""
+
+    def __init__(self, key: str, words: str, unit: str) -> None:
+        with ui.card().classes("p-2 gap-0 w-full").props("flat bordered"):
+            ui.label(words).classes("text-xs opacity-80")
+            with ui.row().classes("items-baseline gap-1"):
+                self._value = ui.label().classes("text-lg font-bold figure-value").mark(f"figure-{key}")
+                ui.label(unit).classes("text-xs")
+                self._change = ui.label().classes("text-xs figure-value").mark(f"change-{key}")
+
+    def fill(self, value: float, digits: int, before: float | None, better: int) -> None:
+        """better: 1 where more is, −1 where less is, 0 of neither."""
+        self._value.set_text(number(value, digits))
+        change = 0.0 if before is None else value - before
+        if not abs(change) > 0.5 * 10.0**-digits:
+            self._change.set_text("")
+            return
+        good = 0 if better == 0 else (1 if change * better > 0.0 else -1)
+        colour = {0: "", 1: "text-positive", -1: "text-negative"}[good]
+        sign = {0: "", 1: "▲ better ", -1: "▼ worse "}[good]
+        self._change.set_text(f"{sign}{change:+.{digits}f}")
+        self._change.classes(replace=f"text-xs figure-value {colour}")
 
 
 def _sentence(found: Prospects, scene: Scene) -> str:
@@ -78,20 +111,6 @@ def _sentence(found: Prospects, scene: Scene) -> str:
         f"Likely to measure waves out to {more}{told['reach']:.0f} m{error}: as much as a perfect map of "
         f"{told['radius']:.0f} m radius." + (f" Not counted: {left}." if left else "")
     )
-
-
-def _tile(key: str, words: str, value: float, unit: str, digits: int, before: float | None, better: int) -> None:
-    with ui.card().classes("p-2 gap-0 w-full").props("flat bordered"):
-        ui.label(words).classes("text-xs opacity-80")
-        with ui.row().classes("items-baseline gap-1"):
-            ui.label(number(value, digits)).classes("text-lg font-bold figure-value").mark(f"figure-{key}")
-            ui.label(unit).classes("text-xs")
-            if before is not None and abs(before - value) > 0.5 * 10.0**-digits:
-                change = value - before
-                good = 0 if better == 0 else (1 if change * better > 0.0 else -1)
-                colour = {0: "", 1: "text-positive", -1: "text-negative"}[good]
-                sign = {0: "", 1: "▲ better ", -1: "▼ worse "}[good]
-                ui.label(f"{sign}{change:+.{digits}f}").classes(f"text-xs figure-value {colour}").mark(f"change-{key}")
 
 
 def number(value: float, digits: int) -> str:

@@ -92,9 +92,9 @@ class SeeView:
         queued = [job.folder for job in self.page.desk.queue.jobs() if job.words[0] == "run"]
         found = [entry.name for entry in entries if entry.kind in ("run", "retrieval")]
         names = list(dict.fromkeys([*([self.tab.run] if self.tab.run else []), *queued, *found]))
-        if not self.tab.run and names:
-            self.tab.run = names[0]
-        self._choice.set_options({name: name for name in names}, value=self.tab.run or None)
+        chosen = self.tab.run or next(iter(names), "")
+        self.tab.run = chosen
+        self._choice.set_options({name: name for name in names}, value=chosen or None)
         if not names:
             self._tell("No run yet. Choose a scene in Design and press Run; its maps appear here, turn by turn.")
         self.source = None

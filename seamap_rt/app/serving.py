@@ -8,7 +8,6 @@ import threading
 import webbrowser
 from collections.abc import Callable
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +46,7 @@ def _server(runs: Path, gate: Gate) -> Any:
 
     from .desk import Desk
     from .files import give_files
+    from . import design_view  # noqa: F401  what is seen first, in which the time goes
     from .page import show
 
     desk = Desk.of(runs)
@@ -59,7 +59,6 @@ def _server(runs: Path, gate: Gate) -> Any:
     ui.run_with(
         outer, root=root, title="seamap_rt", favicon="🌊", dark=None, show_welcome_message=False, reconnect_timeout=60.0
     )
-    page_app.on_startup(lambda: threading.Thread(target=_warm_up, daemon=True).start())
     page_app.on_shutdown(partial(_close, desk))
     config = uvicorn.Config(
         Guard(outer, gate), log_level="warning", access_log=False, server_header=False, timeout_graceful_shutdown=2
@@ -75,17 +74,6 @@ def _close(desk: Any) -> None:
     desk.queue.close()
 
 
-def _warm_up() -> None:
-    """Load what the first visitor asks for, in the order in which it is asked for, while the browser opens."""
-    import_module("seamap_rt.app.design_view")
-    loaded = import_module("seamap_rt.app.prospects")
-    from ..scene import load_scene
-
-    loaded.prospects(load_scene("choppy_sea"))
-    for name in ("runs_view", "see_view", "compare_view", "trade_view"):
-        import_module(f"seamap_rt.app.{name}")
-
-
 def _listening(host: str, port: int) -> socket.socket:
     """The socket, so that a port that is taken is refused before anything is loaded."""
     try:
@@ -94,6 +82,7 @@ def _listening(host: str, port: int) -> socket.socket:
         try:
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listening.bind(place)
+            listening.listen(128)  # who comes before the server is ready waits
         except OSError:
             listening.close()
             raise

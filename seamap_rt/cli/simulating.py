@@ -7,12 +7,12 @@ from typing import Any
 
 from rich.text import Text
 
-from ..report.headline import forecast_line, verdict, wave_height, window_line
-from ..report.limits import account_lines
 from .shell import Settings, Whole, app, console, progress, scene_of
 
 
 def _headline(metrics: dict[str, Any]) -> str:
+    from ..report.headline import wave_height  # takes a second
+
     overall = metrics.get("overall", {})
 
     def number(key: str, digits: int = 2) -> str:
@@ -31,6 +31,8 @@ def _headline(metrics: dict[str, Any]) -> str:
 
 def _print_account(metrics: dict[str, Any]) -> None:
     """What was modelled and left out; on a terminal the kind of each line stands out."""
+    from ..report.limits import account_lines
+
     for line in account_lines(metrics["modelled"], metrics["left_out"]):
         kind, rest = line.split(": ", 1)
         console.print(Text.assemble((f"{kind}: ", "bold" if kind == "modelled" else "dim bold"), rest))
@@ -77,6 +79,7 @@ def run(
         KEY=VALUE, any key of the scene file, as often as wanted.
     """
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
+    from ..report.headline import forecast_line, verdict, window_line
     from ..session import run as run_scene
 
     say, stop = progress()
