@@ -91,7 +91,7 @@ class SeeView:
         entries = await asyncio.to_thread(find_runs, self.page.desk.roots.runs)
         queued = [job.folder for job in self.page.desk.queue.jobs() if job.words[0] == "run"]
         found = [entry.name for entry in entries if entry.kind in ("run", "retrieval")]
-        names = list(dict.fromkeys([*([self.tab.run] if self.tab.run else []), *queued, *found]))
+        names: list[str] = list(dict.fromkeys([*([self.tab.run] if self.tab.run else []), *queued, *found]))
         chosen = self.tab.run or next(iter(names), "")
         self.tab.run = chosen
         self._choice.set_options({name: name for name in names}, value=chosen or None)

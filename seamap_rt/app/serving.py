@@ -44,9 +44,9 @@ def _server(runs: Path, gate: Gate) -> Any:
     from nicegui import app as page_app
     from nicegui import ui
 
+    from . import design_view  # noqa: F401  what is seen first, in which the time goes
     from .desk import Desk
     from .files import give_files
-    from . import design_view  # noqa: F401  what is seen first, in which the time goes
     from .page import show
 
     desk = Desk.of(runs)

@@ -52,6 +52,15 @@ def test_what_a_field_shows_is_read_back_to_the_same_value(name: str, roots: Roo
                 assert again == pytest.approx(wanted, rel=1e-12), field.key
 
 
+def test_people_read_and_write_frequencies_in_gigahertz() -> None:
+    assert words.shown("radar.frequency_hz", 9.41e9) == "9.41"
+    assert words.read("radar.frequency_hz", "9.41") == 9.41e9
+    assert words.shown_unit("radar.frequency_hz", "Hz") == "GHz"
+    assert words.read("radar.pulse_width_s", "20") == 20e-9
+    assert words.read("sea.depth_m", "inf") == float("inf")
+    assert words.read("radar.range_m", "15, 150") == [15, 150]
+
+
 def test_every_key_of_a_scene_has_a_field(roots: Roots) -> None:
     draft = Draft.shipped("choppy_sea", roots)
     for each in growing_lists():

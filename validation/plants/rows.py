@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import rows_begin, rows_maps, rows_prediction, rows_radar, rows_sea, rows_transmitter
+from . import rows_app, rows_begin, rows_maps, rows_prediction, rows_radar, rows_sea, rows_transmitter
 
 PLANTS = (
     *rows_sea.PLANTS,
@@ -11,4 +11,5 @@ PLANTS = (
     *rows_maps.PLANTS,
     *rows_prediction.PLANTS,
     *rows_begin.PLANTS,
+    *rows_app.PLANTS,
 )
