@@ -64,6 +64,11 @@ def error_graph(told: Mapping[str, ByRange], floor: Prospects | None, dark: bool
         if np.isfinite(each.rms).any():
             data.append(figures.line(each.centre_m, each.rms, f"rms error{tail}", colour))
         data.append(figures.line(each.centre_m, each.stated, f"stated error{tail}", colour, dash="dash"))
+    if floor is not None and floor.ahead is not None:
+        expected = floor.ahead["height_error"].values
+        data.append(
+            figures.line(floor.ahead_ground_m, expected, "expected before the run", figures.ORANGE, dash="dash")
+        )
     if floor is not None:
         data.append(
             figures.line(floor.ground_m, floor.noise_error_m, "noise of one dwell alone", figures.GREY, dash="dot")

@@ -110,7 +110,7 @@ class SeaPanel:
     def _eye(self, x, y, ratio) -> figures.Figure:
         """Where one looks from, in units of the box that is drawn, whose middle is 0."""
         if self._camera == "above":
-            return {"eye": {"x": 0.0, "y": -0.65, "z": 1.5}, "up": {"x": 0, "y": 0, "z": 1}}
+            return {"eye": {"x": 0.0, "y": -0.75, "z": 1.95}, "up": {"x": 0, "y": 0, "z": 1}}
         if self._camera == "side":
             return {"eye": {"x": 0.9, "y": -0.95, "z": 0.35}, "up": {"x": 0, "y": 0, "z": 1}}
         east = -float(np.mean([x[0], x[-1]])) / max(float(np.ptp(x)), 1.0) * ratio["x"]
