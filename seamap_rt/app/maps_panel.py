@@ -60,9 +60,10 @@ class MapsPanel:
             return
         self._values = list(values)
         self._frames += 1
-        change = {f"images[{i}].source": source for i, source in enumerate(self._sources())}
-        self.plot.run_plot_method("relayout", change)
-        self.plot.figure["layout"]["images"] = self._images()
+        sources = self._sources()
+        self.plot.run_plot_method("relayout", {f"images[{i}].source": each for i, each in enumerate(sources)})
+        for image, source in zip(self.plot.figure["layout"]["images"], sources, strict=True):  # type: ignore[index]
+            image["source"] = source
 
     def mark_look(self, line: Any) -> None:
         """A line along the look that is cut, drawn in all panels."""

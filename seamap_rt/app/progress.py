@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 _TURN = re.compile(r"turn (\d+) of (\d+): (\w+)")
 _POINTS = re.compile(r"(\d+) of (\d+) points?")
+_LEFT = re.compile(r", (?:…|(?:about |at most )?([\d.]+) (s|min|h)) left$")  # as the command itself tells it
+_SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 _AFTER_S = 5.0  # comparing and drawing, where nothing better is known
 _MOST_BYTES = 2**20
 
@@ -47,7 +49,11 @@ def read_progress(path: Path, job: Job, now: float | None = None) -> Progress:
         spent = now - job.started
         left = spent / done * (of - done) if done else None
         return Progress(line, done / max(of, 1), done, of, left)
+    line, told = _without_left(line)
     starts, of = _starts(lines), _of(lines)
+    if told is not None:
+        done = max(0, len(starts) - 1)
+        return Progress(line, 0.05 + 0.9 * done / max(of, 1), done, of, told)
     if not starts:
         return Progress(line, 0.02, 0, of, job.guess_s or None)
     if not _TURN.match(line):  # comparing and drawing
@@ -62,6 +68,14 @@ def read_progress(path: Path, job: Job, now: float | None = None) -> Progress:
         return Progress(line, 0.05, 0, of, guess or None)
     left = max(0.0, each * (of - done) - (now - starts[-1][1])) + _AFTER_S
     return Progress(line, 0.05 + 0.9 * done / of, done, of, left)
+
+
+def _without_left(line: str) -> tuple[str, float | None]:
+    """A line without the time left, and that time [s] where it is told."""
+    found = _LEFT.search(line)
+    if not found:
+        return line, None
+    return line[: found.start()], float(found[1]) * _SECONDS[found[2]] if found[1] else None
 
 
 def _lines(path: Path) -> list[tuple[float, str]]:

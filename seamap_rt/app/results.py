@@ -49,6 +49,8 @@ class Results:
         self._kept: OrderedDict[tuple[str, str, int], Array] = OrderedDict()
         self._bytes = 0
         self._lock = threading.Lock()
+        self._open: dict[str, h5py.File] = {}
+        self._times: NDArray[np.float64] = np.empty(0)
         self._scene: Scene | None = None
 
     # --------------------------------------------------------------------------------------------- what there is
@@ -143,13 +145,27 @@ class Results:
 
     def time(self, index: int) -> float:
         """When a turn began, s."""
-        return float(np.min(self._read(self.maps, lambda file: _array(file, "polar/time")[index])))
+        if index >= self._times.size:
+            self._times = self._read(self.maps, lambda file: np.min(_array(file, "polar/time")[:], axis=1))
+        return float(self._times[index])
 
     def _read(self, path: Path, read: Callable[[h5py.File], Result]) -> Result:
+        """Of a file that is finished, which stays open, or of one that grows."""
         try:
-            return read_whole_turns(path, read)
+            with self._lock:
+                if path.name not in self._open and path.exists():
+                    self._open[path.name] = h5py.File(path, "r")
+                held = self._open.get(path.name)
+            return read_whole_turns(path, read) if held is None else read(held)
         except (IndexError, ValueError) as error:
             raise OSError(f"{path.name}: {error}") from None
+
+    def close(self) -> None:
+        """Close what is open."""
+        with self._lock:
+            for file in self._open.values():
+                file.close()
+            self._open.clear()
 
 
 def _array(file: h5py.File, name: str) -> h5py.Dataset:

@@ -61,7 +61,12 @@ def _server(runs: Path, gate: Gate) -> Any:
     )
     page_app.on_shutdown(partial(_close, desk))
     config = uvicorn.Config(
-        Guard(outer, gate), log_level="warning", access_log=False, server_header=False, timeout_graceful_shutdown=2
+        Guard(outer, gate),
+        log_level="warning",
+        access_log=False,
+        server_header=False,
+        ws_per_message_deflate=False,  # pictures do not compress, and the road within a machine is wide
+        timeout_graceful_shutdown=2,
     )
     return uvicorn.Server(config)
 

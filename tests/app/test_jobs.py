@@ -141,6 +141,16 @@ def test_the_time_left_is_that_of_the_turns_left_at_the_pace_of_the_warm_ones(tm
     assert 0.2 < now.share < 0.4
 
 
+@pytest.mark.parametrize(
+    ("line", "left"),
+    [("turn 2 of 9: mesh, at most 26 s left", 26.0), ("turn 2 of 9: trace, about 1.5 min left", 90.0)],
+)
+def test_the_time_left_is_the_commands_own_where_it_tells_one(tmp_path: Path, line: str, left: float) -> None:
+    now = read_progress(_told(tmp_path, (110.0, "turn 1 of 9: mesh, … left"), (120.0, line)), _job(), now=121.0)
+    assert (now.left_s, now.turns, now.of) == (left, 1, 9)
+    assert "left" not in now.line
+
+
 def test_of_a_trade_the_points_count(tmp_path: Path) -> None:
     now = read_progress(_told(tmp_path, (120.0, "3 of 12 points, about 60 s left")), _job(), now=130.0)
     assert (now.turns, now.of, now.share) == (3, 12, 0.25)

@@ -79,6 +79,10 @@ def test_from_a_scene_to_maps_section_comparison_and_files(watched: Watched, ser
         arg=last,
     )
 
+    page.get_by_role("slider").first.locator("[tabindex]").focus()
+    page.keyboard.press("ArrowLeft")  # the keyboard scrubs too
+    expect(page.get_by_text(re.compile(r"turn 1 of 3"))).to_be_visible()
+
     # the pointer tells values, and a click cuts along that look
     box = page.locator(".js-plotly-plot .nsewdrag").first.bounding_box()
     assert box is not None
