@@ -66,14 +66,14 @@ def test_from_a_scene_to_maps_section_comparison_and_files(watched: Watched, ser
     # maps arrive while the run goes on, or has just ended
     _place(page, "See")
     choose(page, "Run", re.compile("^tiny-1$"))
-    expect(page.get_by_text(re.compile(r"turn 3 of 3"))).to_be_visible()
+    expect(page.get_by_text(re.compile(r"^turn 3 of 3 · "))).to_be_visible()
     images = page.locator(".imagelayer image")
     expect(images).to_have_count(4)
     last = images.nth(1).get_attribute("href")
     assert last is not None
     assert last.startswith("data:image/png")
     page.get_by_role("button", name="Turn before").click()
-    expect(page.get_by_text(re.compile(r"turn 2 of 3"))).to_be_visible()
+    expect(page.get_by_text(re.compile(r"^turn 2 of 3 · "))).to_be_visible()
     page.wait_for_function(
         "old => { const e = document.querySelectorAll('.imagelayer image')[1]; return e && e.href.baseVal !== old; }",
         arg=last,
@@ -81,7 +81,7 @@ def test_from_a_scene_to_maps_section_comparison_and_files(watched: Watched, ser
 
     page.get_by_role("slider").first.locator("[tabindex]").focus()
     page.keyboard.press("ArrowLeft")  # the keyboard scrubs too
-    expect(page.get_by_text(re.compile(r"turn 1 of 3"))).to_be_visible()
+    expect(page.get_by_text(re.compile(r"^turn 1 of 3 · "))).to_be_visible()
 
     # the pointer tells values, and a click cuts along that look
     box = page.locator(".js-plotly-plot .nsewdrag").first.bounding_box()
