@@ -43,11 +43,13 @@ class MapsPanel:
         self._raster: Raster | None = None
         self._values: list[Array] = []
         self._frames = 0
+        self._drawn = False  # by the browser, which loads the graphs' code first
         self.plot = ui.plotly(figures.figure([], figures.layout(dark), figures.CONFIG)).classes("w-full").mark("maps")
         self.readout = ui.label("Point at a map for its values; click to cut along that look.")
         self.readout.classes("text-sm figure-value").props("aria-live=polite").mark("readout")
         self.plot.on("plotly_hover", self._hover, args=["points"], throttle=0.06)
         self.plot.on("plotly_click", self._click, args=["points"])
+        self.plot.on("plotly_afterplot", self._was_drawn, args=[], throttle=5.0)
 
     def show(self, panels: Sequence[Panel], raster: Raster, values: Sequence[Array], line: Any = None) -> None:
         """New panels, with their values (row, column) on the raster."""
@@ -61,14 +63,24 @@ class MapsPanel:
         self._values = list(values)
         self._frames += 1
         sources = self._sources()
-        self.plot.run_plot_method("relayout", {f"images[{i}].source": each for i, each in enumerate(sources)})
         for image, source in zip(self.plot.figure["layout"]["images"], sources, strict=True):  # type: ignore[index]
             image["source"] = source
+        self._change({f"images[{i}].source": each for i, each in enumerate(sources)})
 
     def mark_look(self, line: Any) -> None:
         """A line along the look that is cut, drawn in all panels."""
-        self.plot.run_plot_method("relayout", {"shapes": self._shapes(line)})
         self.plot.figure["layout"]["shapes"] = self._shapes(line)
+        self._change({"shapes": self._shapes(line)})
+
+    def _change(self, layout: dict[str, Any]) -> None:
+        """What the figure holds already: alone, or before there is a graph to change with the whole figure."""
+        if self._drawn:
+            self.plot.run_plot_method("relayout", layout)
+        else:
+            self.plot.update()
+
+    def _was_drawn(self) -> None:
+        self._drawn = True
 
     # ------------------------------------------------------------------------------------------------ the graph
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -74,7 +75,9 @@ def _asked(scope: dict[str, Any], body: list[bytes], most: int = 10) -> tuple[li
         await send({"type": "http.response.body", "body": b"in"})
 
     whole = {"type": "http", "method": "POST", "path": "/", "query_string": b"", "headers": [_HOST, _COOKIE], **scope}
-    asyncio.run(Guard(application, _GATE, most)(whole, receive, send))
+    # In a thread of its own: a browser that was driven in this process keeps a loop running.
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(lambda: asyncio.run(Guard(application, _GATE, most)(whole, receive, send))).result()
     return sent, read
 
 
