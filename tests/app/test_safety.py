@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from seamap_rt.app.files import PRODUCTS, products_of
@@ -47,6 +47,7 @@ def test_anything_else_is_refused(headers: list[tuple[bytes, bytes]], query: byt
     assert refusal.startswith(why)
 
 
+@settings(deadline=None)  # the first call loads what later ones have
 @given(st.binary(max_size=40), st.binary(max_size=40), st.binary(max_size=40))
 def test_no_bytes_open_the_gate_or_break_it(cookie: bytes, origin: bytes, query: bytes) -> None:
     headers = [_HOST, (b"cookie", cookie), (b"origin", origin)]
@@ -146,6 +147,7 @@ def test_a_scene_that_names_a_file_elsewhere_is_refused_by_its_key(roots: Roots,
         roots.check_files({"prediction": {"vessel": {"file": "../../x"}}})
 
 
+@settings(deadline=None)  # the first call loads what later ones have
 @given(st.text(max_size=200))
 def test_a_name_from_a_browser_becomes_one_that_stays_in_its_folder(name: str) -> None:
     safe = safe_name(name)
