@@ -167,7 +167,9 @@ def test_any_value_anywhere_is_a_scene_or_a_refusal(value: Any, key: str) -> Non
 @given(st.text(max_size=30))
 def test_any_text_in_a_field_is_read(text: str) -> None:
     for key in ("radar.height_m", "radar.frequency_hz", "radar.range_m"):
-        words.read(key, text)
+        found = words.read(key, text)
+        assert (found is None) == (not text.strip())
+        assert isinstance(found, int | float | str | list | None)
 
 
 def test_the_written_tree_reads_back(roots: Roots) -> None:

@@ -161,5 +161,7 @@ def test_of_a_trade_the_points_count(tmp_path: Path) -> None:
 def test_a_damaged_file_of_progress_is_no_error(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "x.progress"
     path.write_bytes(content)
-    read_progress(path, _job(), now=101.0)
-    read_progress(path, _job("done"), now=101.0)
+    for job in (_job(), _job("done")):
+        now = read_progress(path, job, now=101.0)
+        assert 0.0 <= now.share <= 1.0
+        assert now.left_s is None or now.left_s >= 0.0
