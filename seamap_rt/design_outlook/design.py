@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..interferometry.covariance.windows import independent_looks, window_weights
-from ..interferometry.looks import LASTING
+from ..interferometry.looks import BLURRED_GATES, LASTING
+from ..interferometry.phase.interferogram import AROUND
 from ..interferometry.phase.speckle import estimation_doubt
 from ..radar import link
 from ..radar.array import antenna_array
@@ -18,9 +19,6 @@ from ..radar.waveform import RangeResponse, gates
 from ..settings import RadarSettings, RetrievalSettings
 
 Array = NDArray[np.float64]
-
-_BLURRED_GATES = 0.2  # of the gates, in which the phase of two ways may turn by a radian within a pulse
-_AROUND = 5, 3  # gates and looks from which the retrieval finds how much of the echo the receivers do not share
 
 
 @dataclass(frozen=True)
@@ -68,7 +66,7 @@ class Design:
         along = window_weights(settings.window_range_m, spacing)
         across = window_weights(settings.window_azimuth_deg, settings.cell_azimuth_deg)
         speckle = looks(radar, decorrelation_time_s)
-        around = speckle * _independent(response, spacing, np.ones(_AROUND[0])) * _AROUND[1]
+        around = speckle * _independent(response, spacing, AROUND[0]) * AROUND[1].size
         window = independent_looks(across, np.eye(1, across.size).ravel())
         paths, coarse, pulses = _compared(radar, settings, ranges, response.spread_m)
         return cls(
@@ -137,6 +135,6 @@ def _compared(radar: RadarSettings, settings: RetrievalSettings, ranges: Array, 
     if switched and settings.paths == "best" and pulse_coherence(radar) >= LASTING:
         array = antenna_array(radar)
         both = _turn(2, link.wavelength(radar), array.baseline_m, radar.height_m, pulse, ranges)
-        if np.mean(both > 1.0) < _BLURRED_GATES:
+        if np.mean(both > 1.0) < BLURRED_GATES:
             return 2, 1, 0.5 * pulses
     return 1, 1, pulses

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf, erfc
 
+from ..interferometry.estimation.optimal import ACROSS_M, MOST_LOOKS
+from ..interferometry.phase.ambiguity import ASTRAY, BEYOND, LEAST_ODDS
 from .design import Design
 from .strips import LOOKS, Waves, azimuths, directions
 
@@ -24,10 +26,8 @@ _FADES, _WEIGHTS = np.polynomial.laguerre.laggauss(8)  # powers of one sample of
 _BANDS = 24  # of wavenumber, in the filter's integral
 _NODES, _LEVELS = 12, 10  # ranges and noise densities at which it is taken, and interpolated
 _BRIGHT_SPOTS = 0.21  # of the variance along a pulse, what is left when its bright spots are known (Gaussian pulse)
-_GATES, _ACROSS_M, _MOST_LOOKS = 4, 6.5, 3  # to either side of a cell: the neighbours that it is found from
-_ODDS, _STRAY = np.log(20.0), 0.42**2  # for a cycle to count as sure; m², by which the retrieval lets the sea stray
+_GATES = 4  # to either side of a cell: the neighbours that it is found from, in the middle of a block
 _NEIGHBOURHOOD = 3.0  # m, mean distance of a cell from the neighbours that settle its cycle
-_SIZES = 5.0  # of the sea's standard deviation: within half an ambiguity they need no neighbours
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ def error_variance(design: Design, spectrum: Spectrum, known: Array, sea: float)
         return tables[n, look, level] * (1.0 - by_noise) + tables[n, look, level + 1] * by_noise
 
     filtered = np.exp(along_noise(node) * (1.0 - by_range) + along_noise(beyond) * by_range)
-    looks = np.clip(np.round(_ACROSS_M / (ground * design.width)), 1, _MOST_LOOKS)
+    looks = np.clip(np.round(ACROSS_M / (ground * design.width)), 1, MOST_LOOKS)
     area = 2.0 * _GATES * design.spacing * (2.0 * looks + 1.0) * ground * design.width
     return np.maximum(filtered, 1.0 / (1.0 / max(sea, 1e-12) + known * area))
 
@@ -137,13 +137,13 @@ def ambiguous_share(design: Design, sea: float, slope_variance: float) -> Array:
     sea: variance [m²]; slope_variance: of the surface in one direction.
     """
     step = design.wavelength * design.ranges / (design.coarse * design.baseline)
-    allowed = 0.5 - _ODDS * _STRAY / step**2
+    allowed = 0.5 - np.log(LEAST_ODDS) * ASTRAY / step**2
     stray = _NEIGHBOURHOOD * np.sqrt(slope_variance) / step
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(allowed > 0.0, erfc(np.maximum(allowed, 0.0) / (np.sqrt(2.0) * stray)), 1.0)
     if design.coarse == design.paths:  # else neighbours are followed by one way's phases, which turn half as fast
         share = np.where(design.turn(design.paths) > 1.0, 1.0, share)
-    return np.where(0.5 * step < _SIZES * np.sqrt(sea), share, 0.0)
+    return np.where(0.5 * step < BEYOND * np.sqrt(sea), share, 0.0)
 
 
 def score(variance: Array, sea: float) -> Array:

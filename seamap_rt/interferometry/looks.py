@@ -25,7 +25,7 @@ from .phase.ambiguity import Expected
 from .phase.interferogram import Interferogram
 from .phase.uncertainty import Dwelt
 
-_BLURRED_GATES = 0.2  # at most, of all
+BLURRED_GATES = 0.2  # at most, of all
 LASTING = 0.9  # coherence of an antenna's echo with its next one, below which pulses are not compared
 
 
@@ -118,7 +118,7 @@ def interferogram(looks: Looks) -> tuple[Interferogram, tuple[Lag, ...]]:
 def _clear(model: PhaseModel) -> bool:
     """Whether in most gates the phase of mean sea level turns little within a pulse's length: below a high mast that of
     both ways is blurred where that of one way is not."""
-    return bool(np.mean(model.turn_within_pulse > 1.0) < _BLURRED_GATES)
+    return bool(np.mean(model.turn_within_pulse > 1.0) < BLURRED_GATES)
 
 
 def _steady(sums: DwellSums, noise_power: float) -> bool:

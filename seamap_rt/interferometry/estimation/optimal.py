@@ -25,8 +25,8 @@ Map = NDArray[np.float64]
 
 _BLOCK = 3  # gates that share their neighbours, hence a matrix
 _GATES = 3  # neighbouring gates to either side
-_ACROSS_M = 6.5  # neighbouring looks as far as this, one at least
-_MOST_LOOKS = 3
+ACROSS_M = 6.5  # neighbouring looks as far as this, one at least
+MOST_LOOKS = 3
 _WORTHLESS = 6.0  # error variance over the sea's: such a height has no weight
 _GAUSS = 1.0 / np.sqrt(3.0)
 _BLURS = 4  # tables of the covariance, of means over areas as large as the beam's footprint from near to far
@@ -59,7 +59,7 @@ def optimal_heights(
     parts = np.where(usable, measured.errors.parts, np.nan)
     points = np.stack([np.where(lying, each, 0.0) for each in (x, y, east, north)])
     width = cell[1] * ranges
-    looks = np.clip(np.round(_ACROSS_M / np.maximum(width, 1e-9)), 1, _MOST_LOOKS).astype(np.int64)
+    looks = np.clip(np.round(ACROSS_M / np.maximum(width, 1e-9)), 1, MOST_LOOKS).astype(np.int64)
     along = np.ascontiguousarray(measured.errors.along)
     half = 0.5 * _GAUSS * cell[0], 0.5 * _GAUSS * width  # of the cell's four sample points
     blurs = np.linspace(measured.blur.min(), measured.blur.max(), _BLURS)
@@ -155,7 +155,7 @@ def _interpolate(
     """Looks first … last − 1 of found (mean and variance, look, gate)."""
     gates = height.shape[1]
     middle, per_spacing = tables.shape[2] // 2, 1.0 / spacing
-    most = (2 * _MOST_LOOKS + 1) * (_BLOCK + 2 * _GATES)
+    most = (2 * MOST_LOOKS + 1) * (_BLOCK + 2 * _GATES)
     matrix, near, known, part = np.empty((most, most)), np.empty((6, most)), np.empty(most), np.empty(most)
     index = np.empty((2, most), np.int64)
     sea = tables[0, 0]

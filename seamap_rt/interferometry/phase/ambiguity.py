@@ -16,12 +16,13 @@ from .unwrapping import unwrap
 
 Field = NDArray[np.float64]
 
-_LEAST_ODDS = 20.0  # of the cycles taken over the next best ones, below which a cell is flagged
-_BEYOND = 5.0  # of the sea's rms heights; crests rise to a significant wave height and a quarter
+LEAST_ODDS = 20.0  # of the cycles taken over the next best ones, below which a cell is flagged
+BEYOND = 5.0  # of the sea's rms heights; crests rise to a significant wave height and a quarter
 _SLOPE = 0.14  # rms of the sea's slopes as cells of some metres show them, steep wind seas
 _STRAY = 0.001  # m² per m² of distance, by which such seas are let stray from a plane
 _RADIUS = 6.0  # m, of the neighbourhood: an eighth of the length of a wind sea's waves
 _MOST_LOOKS = 6  # to either side
+ASTRAY = (0.5 * _SLOPE * _RADIUS) ** 2  # m², of heights about their neighbourhood's mean
 _SURE_STEPS = 8.0  # standard deviations to a cycle, four to half of one: then neighbours are not used
 _FIRM = 1e9  # precision of what is settled, over that of a whole cycle
 _SAYS_NOTHING = np.pi / np.sqrt(3.0)  # rad, standard deviation of a phase that is uniform over the circle
@@ -95,7 +96,7 @@ def largest_size(residual: Field, gain: Field, known: NDArray[np.bool_]) -> floa
 def needed(gain: Field, known: NDArray[np.bool_], size: float) -> NDArray[np.bool_]:
     """Gates (gate,) in which a sea of that rms height [m] reaches beyond half an ambiguity, π |dz/dφ|."""
     with np.errstate(invalid="ignore"):
-        return np.any(known & (np.pi * np.abs(gain) < _BEYOND * size), axis=0)
+        return np.any(known & (np.pi * np.abs(gain) < BEYOND * size), axis=0)
 
 
 def astray(off: Field, step: Field) -> NDArray[np.bool_]:
@@ -104,15 +105,15 @@ def astray(off: Field, step: Field) -> NDArray[np.bool_]:
     Arrays (look, gate). off: cycles by which the phase differs from the mean's, whole ones do not matter; step: metres
     of a cycle. A steep wind sea strays from the mean over _RADIUS by its slope times half of that. True of NaN.
     """
-    return ~_certain(off, step, (0.5 * _SLOPE * _RADIUS) ** 2)
+    return ~_certain(off, step, ASTRAY)
 
 
 def _certain(off: Field, step: Field, variance: Field | float) -> NDArray[np.bool_]:
-    """Whether the nearest cycle is likelier by _LEAST_ODDS than the next, where heights of that variance [m²] about
+    """Whether the nearest cycle is likelier by LEAST_ODDS than the next, where heights of that variance [m²] about
     what is expected are `off` cycles from it. False of NaN."""
     with np.errstate(invalid="ignore"):
         odds = 0.5 * step**2 * (1.0 - 2.0 * np.abs(off - np.round(off))) / variance
-        return odds >= np.log(_LEAST_ODDS)
+        return odds >= np.log(LEAST_ODDS)
 
 
 def _islands(known: NDArray[np.bool_], spacing: float, across: Field) -> NDArray[np.bool_]:
@@ -173,7 +174,7 @@ def resolve(
     cycles, odds = unwrap(folded, step, noise, height, precision, np.ascontiguousarray(wanted), beside, layout)
     resolved.cycles[:] = -whole
     resolved.cycles[part] += np.where(wanted, np.sign(gain) * (first + cycles), 0.0).astype(np.int64)
-    resolved.ambiguous[part] = wanted & ~sure & (odds < np.log(_LEAST_ODDS))
+    resolved.ambiguous[part] = wanted & ~sure & (odds < np.log(LEAST_ODDS))
     island = wanted & _islands(wanted, spacing, beside)
     if island.any():
         height, precision = _known_beforehand(most, others, gain.shape)

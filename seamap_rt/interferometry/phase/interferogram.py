@@ -25,7 +25,7 @@ Map = NDArray[np.float64]
 PhaseSlopes = tuple[Map, Map, Level | None]
 
 _BESIDE = 4, 1  # gates and looks to either side: 6 m, an eighth of the length of a wind sea's waves
-_AROUND: Weights = (np.ones(5), np.ones(3))  # gates, looks: the window over which the incoherent power is averaged
+AROUND: Weights = (np.ones(5), np.ones(3))  # gates, looks: the window over which the incoherent power is averaged
 
 
 @dataclass(frozen=True)
@@ -80,11 +80,11 @@ class Interferogram:
     def incoherent(self, along: PhaseSlopes) -> Map:
         """Power [W] that the receivers do not share, the noise's apart: of windows that follow the phase's slopes, or
         the waves would count as a lack of coherence."""
-        return incoherent_power(self.windowed(_AROUND, along), self.noise_power, self._around.noise)
+        return incoherent_power(self.windowed(AROUND, along), self.noise_power, self._around.noise)
 
     @cached_property
     def _around(self) -> Samples:
-        return self.dwelt.samples(_AROUND, self.model.radar)
+        return self.dwelt.samples(AROUND, self.model.radar)
 
     def variances(self, cells: Covariance, window: Weights, incoherent: Map) -> tuple[Map, Map]:
         """Variance [rad²] of the phase of windows' means, by speckle and by noise; infinite where nothing is heard."""
@@ -121,7 +121,7 @@ class Interferogram:
     @cached_property
     def power_around(self) -> Map:
         """Power [W] (look, gate) of the echo, without noise: the mean of a cell and its neighbours."""
-        return self.echo_power(_AROUND)
+        return self.echo_power(AROUND)
 
     def resolved(
         self, cells: Covariance, variance: Map, echoing: NDArray[np.bool_]
