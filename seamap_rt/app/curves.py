@@ -65,7 +65,7 @@ def error_graph(told: Mapping[str, ByRange], floor: Prospects | None, dark: bool
             data.append(figures.line(each.centre_m, each.rms, f"rms error{tail}", colour))
         data.append(figures.line(each.centre_m, each.stated, f"stated error{tail}", colour, dash="dash"))
     if floor is not None and floor.ahead is not None:
-        expected = floor.ahead["height_error"].values
+        expected = floor.ahead.profile["height_error"]
         data.append(
             figures.line(floor.ahead_ground_m, expected, "expected before the run", figures.ORANGE, dash="dash")
         )

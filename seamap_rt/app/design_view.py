@@ -29,6 +29,7 @@ class DesignView:
     def __init__(self, page: Page) -> None:
         self.page, self.tab = page, page.tab
         self._asked = 0
+        self._models = False  # loaded, of what a design is likely to do
         with ui.row().classes("w-full items-center gap-2"):
             self._choice = ui.select(self._starts(), value=None, label="Begin with", on_change=self._start)
             self._choice.props("dense outlined options-dense").classes("w-64 max-w-full").mark("start")
@@ -93,15 +94,18 @@ class DesignView:
 
     def _changed(self, key: str) -> None:
         del key
-        draft = self.tab.draft
-        self._command.set_text(draft.command())
-        self._tell_toml()
+        self._tell_file()
         self._asked += 1
         ui.timer(0.01, lambda asked=self._asked: self._look_ahead(asked), once=True)
 
-    def _tell_toml(self) -> None:
+    def _tell_file(self) -> None:
         """While it is looked at: its colours take a tenth of a second."""
         if self._file.value:
+            if not self._file_made:
+                self._file_made = True
+                with self._file:
+                    self._make_file()
+            self._command.set_text(self.tab.draft.command())
             self._toml.set_content(self.tab.draft.toml())
 
     async def _look_ahead(self, asked: int) -> None:
@@ -111,6 +115,10 @@ class DesignView:
             self.prospects.dim(scene is None)
             return
         pinned = self.tab.pinned
+        if not self._models:  # the form first: while they load, nothing else is quick
+            self._answer.set_text("Loading the models: what this design is likely to do follows in some seconds …")
+            await ui.run_javascript("0", timeout=20.0)
+            self._models = True
         prospects = (await asyncio.to_thread(import_module, "seamap_rt.app.prospects")).prospects
         try:
             found = await asyncio.to_thread(prospects, scene)
@@ -129,24 +137,27 @@ class DesignView:
     # ------------------------------------------------------------------------------------------------- as a file
 
     def _scene_file(self) -> None:
-        self._file = ui.expansion("Scene file and command line", on_value_change=lambda _: self._tell_toml())
-        with self._file.classes("w-full section").props("dense").mark("file"):
-            ui.label("The same run on a command line:").classes("text-sm")
-            with ui.row().classes("w-full no-wrap items-center"):
-                self._command = ui.label().classes("font-mono text-xs break-all grow").mark("command")
-                ui.button(icon="content_copy", on_click=lambda: ui.clipboard.write(self._command.text)).props(
-                    'flat dense round aria-label="Copy the command"'
-                )
-            with ui.row().classes("gap-2"):
-                ui.button("Save", icon="download", on_click=self._save).props("flat dense no-caps").mark("save")
-                ui.upload(
-                    label="Load a scene (TOML), or a spectrum, pattern, motion or mesh",
-                    auto_upload=True,
-                    max_file_size=_MOST_FILE,
-                    on_upload=self._uploaded,
-                    on_rejected=lambda: self._said.set_text("That file is too large: 32 MB at most."),
-                ).classes("w-full").props("flat bordered").mark("upload")
-            self._toml = ui.code("", language="toml").classes("w-full text-xs").mark("toml")
+        self._file_made = False
+        self._file = ui.expansion("Scene file and command line", on_value_change=lambda _: self._tell_file())
+        self._file.classes("w-full section").props("dense").mark("file")
+
+    def _make_file(self) -> None:
+        ui.label("The same run on a command line:").classes("text-sm")
+        with ui.row().classes("w-full no-wrap items-center"):
+            self._command = ui.label().classes("font-mono text-xs break-all grow").mark("command")
+            ui.button(icon="content_copy", on_click=lambda: ui.clipboard.write(self._command.text)).props(
+                'flat dense round aria-label="Copy the command"'
+            )
+        with ui.row().classes("gap-2"):
+            ui.button("Save", icon="download", on_click=self._save).props("flat dense no-caps").mark("save")
+            ui.upload(
+                label="Load a scene (TOML), or a spectrum, pattern, motion or mesh",
+                auto_upload=True,
+                max_file_size=_MOST_FILE,
+                on_upload=self._uploaded,
+                on_rejected=lambda: self._said.set_text("That file is too large: 32 MB at most."),
+            ).classes("w-full").props("flat bordered").mark("upload")
+        self._toml = ui.code("", language="toml").classes("w-full text-xs").mark("toml")
 
     def _save(self) -> None:
         name = f"{safe_name(str(self.tab.draft.written('name') or 'scene'))}.toml"

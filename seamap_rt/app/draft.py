@@ -12,6 +12,7 @@ from typing import Any
 from ..errors import InputError, one_line
 from ..io.scenefile import find_scene, list_shipped, read_toml, to_toml, tree_to_toml
 from ..io.toml_text import toml_value
+from ..io.validation import without
 from ..scene import Scene, anchored, load_scene, scene_of
 from .fields import parts_of
 from .safety import Roots
@@ -29,14 +30,16 @@ class Draft:
     name: of the shipped scene or the file where it began.
     """
 
-    def __init__(self, tree: Mapping[str, Any], name: str, roots: Roots) -> None:
+    def __init__(self, tree: Mapping[str, Any], name: str, roots: Roots, known: Scene | None = None) -> None:
+        """known: the scene of the tree, where it is known to stand."""
         self.name, self._roots = name, roots
         self._base: Tree = copy.deepcopy(dict(tree))
         self.tree: Tree = copy.deepcopy(self._base)
         self._before: list[Tree] = []
-        self.scene: Scene | None = None
+        self.scene: Scene | None = known
         self.refused: dict[str, str] = {}  # by key, "" of none: the command line's own words
-        self._check()
+        if known is None:
+            self._check()
 
     @classmethod
     def shipped(cls, name: str, roots: Roots) -> Draft:
@@ -44,7 +47,9 @@ class Draft:
         if name not in list_shipped():
             raise InputError(f"{name}: not a shipped scene; shipped are {', '.join(list_shipped())}")
         path = find_scene(name)
-        return cls(anchored(read_toml(path), path.parent), name, roots)
+        tree = anchored(read_toml(path), path.parent)
+        # That its sections agree is tested; to ask again loads the models, a second in which nobody could type.
+        return cls(tree, name, roots, without(Scene, tree, frozenset()))
 
     @classmethod
     def of_toml(cls, text: str | bytes, roots: Roots, name: str = "scene.toml") -> Draft:

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 from nicegui import ui
 
-from ..io.appendable import part_of
+from ..io.committed_file import part_of
 from ..io.growing_file import read_whole_turns
 from ..settings import QuietSettings
 from . import figures

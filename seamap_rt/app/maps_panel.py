@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -42,7 +43,6 @@ class MapsPanel:
         self._panels: Sequence[Panel] = ()
         self._raster: Raster | None = None
         self._values: list[Array] = []
-        self._frames = 0
         self._drawn = False  # by the browser, which loads the graphs' code first
         self.plot = ui.plotly(figures.figure([], figures.layout(dark), figures.CONFIG)).classes("w-full").mark("maps")
         self.readout = ui.label("Point at a map for its values; click to cut along that look.")
@@ -61,21 +61,11 @@ class MapsPanel:
         if self._raster is None:
             return
         self._values = list(values)
-        self._frames += 1
         sources = self._sources()
         for image, source in zip(self.plot.figure["layout"]["images"], sources, strict=True):  # type: ignore[index]
             image["source"] = source
-        self._change({f"images[{i}].source": each for i, each in enumerate(sources)})
-
-    def mark_look(self, line: Any) -> None:
-        """A line along the look that is cut, drawn in all panels."""
-        self.plot.figure["layout"]["shapes"] = self._shapes(line)
-        self._change({"shapes": self._shapes(line)})
-
-    def _change(self, layout: dict[str, Any]) -> None:
-        """What the figure holds already: alone, or before there is a graph to change with the whole figure."""
         if self._drawn:
-            self.plot.run_plot_method("relayout", layout)
+            self.plot.client.run_javascript(f"showFrame({self.plot.id}, {json.dumps(sources)})")
         else:
             self.plot.update()
 

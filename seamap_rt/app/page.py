@@ -31,8 +31,25 @@ _STYLE = """
 """
 
 
-# NiceGUI asks a plot for its size also while it is hidden, and Plotly refuses.
+# NiceGUI asks a plot for its size also while it is hidden, and Plotly refuses. `showFrame` puts other pictures into a
+# graph's images: Plotly's own way draws the whole graph anew, and a screen shows no more than the last of several.
 _SCRIPT = """
+window.showFrame = (id, sources) => {
+  const graph = getHtmlElement(id);
+  if (!graph?._fullLayout?.images) return;
+  const waits = graph.frame !== undefined;
+  graph.frame = sources;
+  if (waits) return;
+  requestAnimationFrame(() => {
+    const shown = graph.querySelectorAll(".imagelayer image");
+    graph.frame.forEach((source, i) => {
+      for (const images of [graph.layout.images, graph._fullLayout.images]) images[i].source = source;
+      shown[i]?.setAttributeNS("http://www.w3.org/1999/xlink", "href", source);
+      if (shown[i]) shown[i]._imgSrc = source;
+    });
+    graph.frame = undefined;
+  });
+};
 window.addEventListener("unhandledrejection", (event) => {
   if (/displayed plot div/.test(String(event.reason))) event.preventDefault();
 });

@@ -7,11 +7,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from ..conventions import db
-from ..design_outlook import outlook
+from ..design_outlook import Likely, likely
 from ..design_outlook.echo import snr_of_unity
 from ..errors import InputError
 from ..physics import dispersion
@@ -59,10 +58,10 @@ class Spectrum:
 class Prospects:
     """What a scene is likely to do. Arrays (range,) along `ground_m`; figures by name with value, unit and digits.
 
-    ahead: of `sr.outlook`, over its own ranges; None where the outlook refuses the scene, `why_not` says why.
+    ahead: the outlook, over its own ranges; None where the outlook refuses the scene, `why_not` says why.
     """
 
-    ahead: xr.Dataset | None
+    ahead: Likely | None
     why_not: str
     ahead_ground_m: Array  # (range of ahead,)
     figures: tuple[
@@ -107,7 +106,7 @@ def _prospects(scene: Scene) -> Prospects:
     slope = waves.slopes_lost(np.inf) if waves is not None else 0.0
     seen = tuple(_visible(law, slant, radar.height_m, slope) for law in (shadowing_smith67, shadowing_wagner67))
     ahead, why_not = _outlook(scene)
-    far = ahead["range"].values if ahead is not None else slant
+    far = ahead.range if ahead is not None else slant
     elevation = np.linspace(-60.0, 30.0, 181)
     cut = antenna(radar).voltage(0.0, np.radians(elevation)) ** 2
     return Prospects(
@@ -137,9 +136,9 @@ def _visible(law: Callable[[Array], Array], slant: Array, height_m: float, slope
     return law(np.tan(grazing) / (np.sqrt(2.0) * slope))
 
 
-def _outlook(scene: Scene) -> tuple[xr.Dataset | None, str]:
+def _outlook(scene: Scene) -> tuple[Likely | None, str]:
     try:
-        return outlook(scene), ""
+        return likely(scene), ""
     except (InputError, ValueError) as refusal:
         return None, str(refusal)
 
@@ -148,19 +147,19 @@ Figures = Iterator[tuple[str, str, float, str, int, int]]
 
 
 def _figures(
-    scene: Scene, slant: Array, snr: Array, noise: Array, waves: ResolvedWaves | None, ahead: xr.Dataset | None
+    scene: Scene, slant: Array, snr: Array, noise: Array, waves: ResolvedWaves | None, ahead: Likely | None
 ) -> Figures:
-    if ahead is not None and ahead.attrs["reach_m"] is not None:
-        yield "reach", "Measures waves out to", float(ahead.attrs["reach_m"]), "m", 0, 1
-        yield "radius", "As a perfect map of radius", float(ahead.attrs["fully_measured_radius_m"]), "m", 0, 1
-        inner = ahead.sel(range=slice(50.0, 200.0))
-        if inner.sizes["range"]:
-            weight = (inner["seen_fraction"] * inner["answered_fraction"]).fillna(0.0).values
-            error = inner["height_error"].fillna(0.0).values
+    if ahead is not None and ahead.figures["reach_m"] is not None:
+        yield "reach", "Measures waves out to", float(ahead.figures["reach_m"]), "m", 0, 1
+        yield "radius", "As a perfect map of radius", float(ahead.figures["fully_measured_radius_m"]), "m", 0, 1
+        inner = (ahead.range >= 50.0) & (ahead.range <= 200.0)
+        if inner.any():
+            weight = np.nan_to_num((ahead.profile["seen_fraction"] * ahead.profile["answered_fraction"])[inner])
+            error = np.nan_to_num(ahead.profile["height_error"][inner])
             rms = float(np.sqrt(np.sum(weight * error**2) / np.sum(weight))) if weight.sum() > 0.0 else float("nan")
             yield "error", "Height error, 50–200 m", rms, "m", 3, -1
-        share = ahead["visible_fraction"].values
-        yield "half_visible", "Half of the sea in sight to", _crossing(ahead["range"].values, share, 0.5), "m", 0, 1
+        share = ahead.profile["visible_fraction"]
+        yield "half_visible", "Half of the sea in sight to", _crossing(ahead.range, share, 0.5), "m", 0, 1
     yield from _of_sea(scene, waves)
     yield from _of_radar(scene, slant, snr, noise)
     yield "facets", "Facets a turn", float(scene.detail.facets or 0), "", 0, 0

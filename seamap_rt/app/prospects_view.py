@@ -26,11 +26,11 @@ class ProspectsView:
     def __init__(self, page: Page, said: ui.label) -> None:
         self.page, self._said = page, said
         self._shown: dict[str, _Tile] = {}
+        self._plots: dict[str, ui.plotly] = {}
         self._body = ui.column().classes("w-full gap-2").mark("prospects")
         with self._body:
             self._tiles = ui.element("div").classes("w-full grid gap-2 grid-cols-2 sm:grid-cols-3 xl:grid-cols-4")
-            with ui.element("div").classes("w-full grid gap-2 grid-cols-1 md:grid-cols-2 2xl:grid-cols-3"):
-                self._plots = {name: ui.plotly(_empty()).classes("w-full").mark(f"graph-{name}") for name in _GRAPHS}
+            self._graphs = ui.element("div").classes("w-full grid gap-2 grid-cols-1 md:grid-cols-2 2xl:grid-cols-3")
             self._more = ui.expansion("All figures").classes("w-full section").props("dense").mark("all-figures")
 
     def dim(self, refused: bool) -> None:
@@ -56,8 +56,13 @@ class ProspectsView:
 
     def draw(self, found: Prospects, scene: Scene, beside: Prospects | None) -> None:
         """Fill the graphs, which take the browser longer than the figures do."""
-        for graph, made in _graphs(found, beside, scene, self.page.dark).items():
-            self._plots[graph].update_figure(made)
+        made = _graphs(found, beside, scene, self.page.dark)
+        if not self._plots:  # not before: the browser loads the graphs' code, and shows no form meanwhile
+            with self._graphs:
+                self._plots = {name: ui.plotly(made[name]).classes("w-full").mark(f"graph-{name}") for name in _GRAPHS}
+            return
+        for graph, figure in made.items():
+            self._plots[graph].update_figure(figure)
 
     def _make_tiles(self, found: Prospects) -> None:
         self._shown.clear()
@@ -104,8 +109,8 @@ def _sentence(found: Prospects, scene: Scene) -> str:
         return found.why_not or "Nothing is told of this design before it is run."
     if told["reach"] <= 0.0:
         return "This radar would hardly measure this sea: its heights are no better than the mean level at any range."
-    more = "more than " if found.ahead is not None and found.ahead.attrs["reach_to_the_end"] else ""
-    left = found.ahead.attrs["left_out"] if found.ahead is not None else ""
+    more = "more than " if found.ahead is not None and found.ahead.figures["reach_to_the_end"] else ""
+    left = found.ahead.left_out if found.ahead is not None else ""
     error = f", their height to about ± {100.0 * told['error']:.0f} cm" if told.get("error", 0.0) > 0.0 else ""
     return (
         f"Likely to measure waves out to {more}{told['reach']:.0f} m{error}: as much as a perfect map of "
@@ -123,10 +128,6 @@ def number(value: float, digits: int) -> str:
 # ------------------------------------------------------------------------------------------------------ graphs
 
 
-def _empty() -> Figure:
-    return figures.figure([], figures.layout(False))
-
-
 def _graphs(found: Prospects, beside: Prospects | None, scene: Scene, dark: bool) -> dict[str, Figure]:
     across = figures.axis("Ground range (m)", dark, range=[0, float(found.ground_m[-1])])
     both = [(found, "solid", ""), *([(beside, "dash", ", kept")] if beside else [])]
@@ -137,7 +138,7 @@ def _graphs(found: Prospects, beside: Prospects | None, scene: Scene, dark: bool
 
     def ahead(name: str, words: str, colour: str, factor: float = 1.0) -> list[Figure]:
         return [
-            figures.line(each.ahead_ground_m, factor * each.ahead[name].values, f"{words}{tail}", colour, dash=dash)
+            figures.line(each.ahead_ground_m, factor * each.ahead.profile[name], f"{words}{tail}", colour, dash=dash)
             for each, dash, tail in both
             if each.ahead is not None
         ]

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..io.appendable import part_of
+from ..io.committed_file import part_of
 from ..io.growing_file import read_whole_turns
 from ..io.scenefile import read_toml
 from ..scene import Scene, scene_of

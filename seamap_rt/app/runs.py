@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from ..io.appendable import part_of
+from ..io.committed_file import part_of
 from ..io.scenefile import read_toml
 
 _DEEPEST = 3

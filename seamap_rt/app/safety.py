@@ -90,19 +90,12 @@ class Guard:
         if b"token=" in scope.get("query_string", b"") and scope["method"] == "GET":
             await self._welcome(scope["path"], send)
             return
-        await self.app(scope, self._bounded(receive), _with_headers(send))
-
-    def _bounded(self, receive: Any) -> Any:
-        """A body that says nothing of its length is cut off where it becomes too long."""
-        seen = 0
-
-        async def read() -> Any:
-            nonlocal seen
-            message = await receive()
-            seen += len(message.get("body", b""))
-            return {"type": "http.disconnect"} if seen > self.most_bytes else message
-
-        return read
+        request = _Request(receive, self.most_bytes)
+        try:
+            await self.app(scope, request.read, _with_headers(send))
+        except RuntimeError:
+            if not request.gone:  # Starlette's own complaint that there was nobody left to answer
+                raise
 
     async def _welcome(self, path: str, send: Any) -> None:
         """The token goes from the address into a cookie, so that it is not in the history, nor passed on."""
@@ -111,6 +104,20 @@ class Guard:
         headers = [(b"location", local.encode("latin-1", "replace")), (b"set-cookie", value.encode()), *_HEADERS]
         await send({"type": "http.response.start", "status": 303, "headers": headers})
         await send({"type": "http.response.body", "body": b""})
+
+
+class _Request:
+    """What a request sends. A body that says nothing of its length is cut off where it becomes too long."""
+
+    def __init__(self, receive: Any, most_bytes: int) -> None:
+        self._receive, self._most_bytes, self._seen = receive, most_bytes, 0
+        self.gone = False  # who asked
+
+    async def read(self) -> Any:
+        message = await self._receive()
+        self._seen += len(message.get("body", b""))
+        self.gone |= message["type"] == "http.disconnect"
+        return {"type": "http.disconnect"} if self._seen > self._most_bytes else message
 
 
 def _stated_length(headers: Iterable[tuple[bytes, bytes]]) -> int:

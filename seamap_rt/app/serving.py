@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import socket
 import threading
@@ -46,6 +47,7 @@ def _server(runs: Path, gate: Gate) -> Any:
 
     from . import design_view  # noqa: F401  what is seen first, in which the time goes
     from .desk import Desk
+    from .fields import scene_schema
     from .files import give_files
     from .page import show
 
@@ -59,6 +61,7 @@ def _server(runs: Path, gate: Gate) -> Any:
     ui.run_with(
         outer, root=root, title="seamap_rt", favicon="🌊", dark=None, show_welcome_message=False, reconnect_timeout=60.0
     )
+    page_app.on_startup(lambda: asyncio.to_thread(scene_schema))  # of the form, while the browser loads the page
     page_app.on_shutdown(partial(_close, desk))
     config = uvicorn.Config(
         Guard(outer, gate),

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from itertools import chain
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-import xarray as xr
 from cyclopts import Parameter
 from numpy.typing import NDArray
 
 from ..errors import InputError
 from .shell import Settings, app, console, section_of
+
+if TYPE_CHECKING:
+    import xarray as xr  # loaded where it is used: it takes half a second
 
 _PRODUCT = "prediction.nc"
 _LONGEST_S, _MOST_LEADS = 60.0, 10_000
@@ -76,6 +78,8 @@ def predict(
 
 
 def _opened(maps: Path) -> xr.DataTree:
+    import xarray as xr
+
     try:
         with xr.open_datatree(maps, engine="h5netcdf") as tree:
             return tree.load()

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-import xarray as xr
 from cyclopts import Parameter
 
-from ..dataset import QUALITY_FLAGS
 from ..errors import InputError
 from .shell import Names, Settings, app, console, overrides_of, section_of
 
 if TYPE_CHECKING:
+    import xarray as xr  # loaded where it is used: it takes half a second
+
     from ..io.exports import Kind
     from ..io.geography import Origin
 
@@ -67,6 +67,8 @@ def retrieve(
     set_
         retrieval.KEY=VALUE, as often as wanted.
     """
+    import xarray as xr
+
     from ..io.exports import export, headings
     from ..io.results_folder import refuse_unfinished, results_folder, write_whole
     from ..report.retrieved_page import RETRIEVED, retrieved_page
@@ -150,6 +152,8 @@ def _opened(echoes: Path, header: Path | None, name: list[str] | None) -> xr.Dat
 
 def _answered(maps: xr.DataTree) -> list[str]:
     """How much of the maps holds heights, and what kept the rest from it, if that is all."""
+    from ..dataset import QUALITY_FLAGS
+
     polar = maps["polar"].to_dataset()
     known = np.isfinite(polar["height"].values)
     if known.any():

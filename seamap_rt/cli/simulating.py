@@ -178,7 +178,7 @@ def sea(
         KEY=VALUE, any key of the scene file. Shadows are found by the horizon; tracing.tracer=facets traces rays.
     """
     loaded = scene_of(scene, ["tracing.tracer=horizon", *(set_ or [])], seed=seed)
-    from ..products import write_sea
+    from ..products.writing import write_sea
 
     say, stop = progress()
     try:

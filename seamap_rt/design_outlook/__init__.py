@@ -6,6 +6,6 @@ any linear filter of such echoes leaves. Cells are scored as those of a run (`se
 measured radius and the reach mean the same. It knows no objects, no motion of the boat and no time.
 """
 
-from .model import outlook
+from .model import Likely, likely, outlook
 
-__all__ = ["outlook"]
+__all__ = ["Likely", "likely", "outlook"]

@@ -36,8 +36,29 @@ sensor's own clock. `seamap_rt.inspection` judges what was recorded: sign of the
 Evidence: validation/README.md, "Accuracy of the maps" and "Recorded data and analytic echoes".
 """
 
-from ..wavefield.sea_state import sea_state
-from .input.recorded import echoes_from_recording, open_recording
-from .retrieval import open_echoes, retrieve, retrieve_one
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ..wavefield.sea_state import sea_state
+    from .input.recorded import echoes_from_recording, open_recording
+    from .retrieval import open_echoes, retrieve, retrieve_one
+
+_HOMES = {  # loaded when first used: who wants a window's weights alone does without the rest
+    "echoes_from_recording": ".input.recorded",
+    "open_echoes": ".retrieval",
+    "open_recording": ".input.recorded",
+    "retrieve": ".retrieval",
+    "retrieve_one": ".retrieval",
+    "sea_state": "..wavefield.sea_state",
+}
 
 __all__ = ["echoes_from_recording", "open_echoes", "open_recording", "retrieve", "retrieve_one", "sea_state"]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name], __name__), name)
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

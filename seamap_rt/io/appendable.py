@@ -18,7 +18,7 @@ import h5py
 import numpy as np
 import xarray as xr
 
-from .committed_file import CommittedFile, journal_of, mend
+from .committed_file import CommittedFile, journal_of, mend, part_of
 from .interrupts import uninterrupted
 
 # Room that HDF5 takes beside the values, at most:
@@ -249,11 +249,6 @@ def _shorten(grows: Iterable[tuple[h5netcdf.Group, str]], length: Mapping[str, i
 
 
 # ------------------------------------------------------------------------------------------------- after a kill
-
-
-def part_of(path: Path) -> Path:
-    """What a file is called until it is whole."""
-    return path.with_name(f".{path.name}.part")
 
 
 def remove_parts(path: Path) -> None:

@@ -23,6 +23,11 @@ _HEAD = struct.Struct("<8sQQQ")  # mark, size of the file, number of pages, byte
 _MARK = b"SEAMAP-1"
 
 
+def part_of(path: Path) -> Path:
+    """What a file is called until it is whole."""
+    return path.with_name(f".{path.name}.part")
+
+
 def journal_of(path: Path) -> Path:
     """The journal of a file."""
     return path.with_name(f"{path.name}.journal")

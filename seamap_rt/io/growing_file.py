@@ -15,8 +15,7 @@ from typing import TypeVar
 
 import h5py
 
-from .appendable import part_of
-from .committed_file import journal_of, pages_of_journal
+from .committed_file import journal_of, pages_of_journal, part_of
 
 Result = TypeVar("Result")
 _TRIES = 20

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import InputError
-from .appendable import part_of, recover_netcdf, recoverable
+from .appendable import recover_netcdf, recoverable
+from .committed_file import part_of
 from .echo_store import is_growing, recover_echoes, recoverable_turns
 from .results_folder import finished, held_folder, remove_hidden, unfinished
 

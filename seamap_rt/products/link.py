@@ -15,12 +15,10 @@ from ..radar import link
 from ..radar.link import LinkBudget
 from ..radar.receiver import noise_power
 from ..radar.waveform import unambiguous_range_m
-from ..report import style
 from ..scattering import MEAN_MODELS, mean_level
 from ..scene import Scene
 from ..scene.checks.scattering import STEEPEST
 from ..settings import RadarSettings
-from .link_figure import draw
 from .link_words import link_lines, link_table
 
 PRODUCTS = ("link.csv", "link.png")
@@ -140,6 +138,9 @@ def write_link(
     lines = link_lines(scene, table, curve)
     if out is None:
         return LinkProducts(lines, ())
+    from ..report import style  # drawing takes half a second to load
+    from .link_figure import draw
+
     folder = Path(out)
     with results_folder(folder, overwrite, PRODUCTS):
         picture = style.png(draw(scene, link_budget(scene, np.geomspace(*window_of(scene), CURVE_POINTS))))

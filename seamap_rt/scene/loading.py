@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ..errors import must_be
 from ..io import scenefile
-from ..io.validation import validate
-from .agreement import disagreements_of_the_rest
+from ..io.validation import Key, validate
 from .model import Scene
 
 SceneLike = Scene | str | os.PathLike[str]  # a scene, the path of its file, or a shipped one's name
@@ -40,7 +38,13 @@ def load_scene(path_or_name: str | os.PathLike[str], overrides: Mapping[str, Any
 
 def scene_of(tree: Mapping[str, Any]) -> Scene:
     """The scene of a tree whose paths are absolute (`anchored`). InputError as `load_scene` raises it."""
-    return validate(Scene, tree, partial(disagreements_of_the_rest, Scene))
+    return validate(Scene, tree, _further)
+
+
+def _further(tree: Mapping[str, Any], wrong: frozenset[Key]) -> list[str]:
+    from .agreement import disagreements_of_the_rest  # loads what computes
+
+    return disagreements_of_the_rest(Scene, tree, wrong)
 
 
 def as_scene(scene: SceneLike) -> Scene:

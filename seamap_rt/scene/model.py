@@ -1,10 +1,13 @@
-"""The scene: its sections, which must agree with each other."""
+"""The scene: its sections, which must agree with each other.
+
+What computes is imported where it is asked: it takes a second to load, and who only wants the keys does without.
+"""
 
 from __future__ import annotations
 
 import math
 import re
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from annotated_types import Ge, Le
 from pydantic import AfterValidator, BeforeValidator, model_validator
@@ -12,8 +15,6 @@ from pydantic import AfterValidator, BeforeValidator, model_validator
 from ..conventions import SPEED_OF_LIGHT
 from ..errors import InputError
 from ..io import scenefile
-from ..mesh.sizing import MeshDetail, mesh_detail
-from ..radar.scan import turn_duration
 from ..settings import (
     GaugeSettings,
     Meaning,
@@ -28,7 +29,9 @@ from ..settings import (
     TracingSettings,
     as_tuple,
 )
-from .agreement import disagreements
+
+if TYPE_CHECKING:
+    from ..mesh.sizing import MeshDetail
 
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._+-]{0,99}"
 
@@ -90,6 +93,8 @@ class Scene(Section):
     @property
     def detail(self) -> MeshDetail:
         """How fine the mesh is made."""
+        from ..mesh.sizing import mesh_detail
+
         return mesh_detail(self.sea, self.radar, self.tracing, self.scattering)
 
     @property
@@ -125,6 +130,8 @@ class Scene(Section):
     @property
     def turn_duration_s(self) -> float:
         """How long one turn of the antenna lasts."""
+        from ..radar.scan import turn_duration
+
         return turn_duration(self.radar)
 
     @property
@@ -138,6 +145,8 @@ class Scene(Section):
 
     @model_validator(mode="after")
     def _sections_agree(self) -> Self:
+        from .agreement import disagreements
+
         if told := disagreements(self):
             raise InputError(*told)
         return self

@@ -89,6 +89,26 @@ def test_a_body_is_bounded_by_what_it_says_and_by_what_it_sends() -> None:
     assert read == [b"1234", b"5678"]  # the third would make twelve of at most ten
 
 
+def test_who_has_gone_is_not_complained_of_and_a_fault_of_ours_is() -> None:
+    async def fails(_: Any, receive: Any, send: Any) -> None:
+        if await receive():
+            raise RuntimeError("No response returned.")
+
+    def asked(message: dict[str, Any]) -> None:
+        async def receive() -> dict[str, Any]:
+            return message
+
+        async def send(_: dict[str, Any]) -> None: ...
+
+        scope = {"type": "http", "method": "GET", "path": "/", "query_string": b"", "headers": [_HOST, _COOKIE]}
+        with ThreadPoolExecutor(1) as pool:
+            pool.submit(lambda: asyncio.run(Guard(fails, _GATE)(scope, receive, send))).result()
+
+    asked({"type": "http.disconnect"})
+    with pytest.raises(RuntimeError):
+        asked({"type": "http.request", "body": b""})
+
+
 def test_the_application_is_not_reached_without_a_token() -> None:
     sent, read = _asked({"headers": [_HOST]}, [b"x"])
     assert (sent[0]["status"], read) == (403, [])

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from seamap_rt.io.appendable import AppendableNetCDF, part_of
-from seamap_rt.io.committed_file import journal_of
+from seamap_rt.io.appendable import AppendableNetCDF
+from seamap_rt.io.committed_file import journal_of, part_of
 from seamap_rt.io.growing_file import read_whole_turns
 
 _SIDE = 40

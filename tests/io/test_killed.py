@@ -23,8 +23,8 @@ from seamap_rt.compute import locks
 from seamap_rt.compute.scratch import scratch_folder
 from seamap_rt.errors import InputError
 from seamap_rt.io import committed_file, echo_store
-from seamap_rt.io.appendable import AppendableNetCDF, part_of
-from seamap_rt.io.committed_file import CommittedFile, mend
+from seamap_rt.io.appendable import AppendableNetCDF
+from seamap_rt.io.committed_file import CommittedFile, mend, part_of
 from seamap_rt.io.echo_store import EchoStore, recover_echoes, recoverable_turns
 from seamap_rt.io.recovery import recover
 from seamap_rt.io.results_folder import clear_folder, growing, results_folder, write_whole

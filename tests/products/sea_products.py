@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 import xarray as xr
 
-from seamap_rt.products import SeaProducts, write_sea, writing
+from seamap_rt.products import writing
+from seamap_rt.products.writing import SeaProducts, write_sea
 from seamap_rt.scene import Scene, load_scene
 
 SIDE, SPACING, STEP = 60.0, 0.25, 0.05  # m, m, s

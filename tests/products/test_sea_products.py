@@ -16,7 +16,7 @@ from sea_products import DRAW, DRAW_FROM_MAST, scene, written
 
 from seamap_rt.cli import main
 from seamap_rt.errors import InputError, NoBackend
-from seamap_rt.products import PRODUCTS, writing
+from seamap_rt.products import writing
 from seamap_rt.products.sampling import square, times_of
 from seamap_rt.products.spectrum import directional_spectrum
 from seamap_rt.scene import Scene, load_scene
@@ -189,7 +189,7 @@ def test_command_writes_everything_and_says_so(call: Any, monkeypatch: pytest.Mo
     assert "0.90 m asked for" in lines[1]
     assert lines[2].startswith("results/sea.nc (with statistics.txt, ")
     left = {path.name for path in Path("results").iterdir()}
-    assert left == set(PRODUCTS) - {"from_mast.png"}
+    assert left == set(writing.PRODUCTS) - {"from_mast.png"}
     with xr.open_dataset("results/sea.nc", decode_times=False) as fields:
         assert_allclose(fields["time"].values, [0.0, 0.4, 1.2])
         assert fields.attrs["seed"] == 5
