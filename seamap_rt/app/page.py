@@ -22,6 +22,11 @@ _STYLE = """
 .changed .q-field__label { font-weight: 700; }
 .help-line { background: var(--q-help, #f3f6f9); padding: 6px 10px; border-top: 1px solid #c8d2dc; }
 .body--dark .help-line { background: #1f2933; border-color: #3a4653; }
+@layer theme {  /* what is important in the first layer is so before all others */
+  .body--dark .text-primary { color: #7cc4f0 !important; }
+  .body--dark .text-negative { color: #ff9a85 !important; }
+}
+.q-loading-bar { display: none; }
 .section > .q-expansion-item__container > .q-item { font-weight: 600; }
 .figure-value { font-variant-numeric: tabular-nums; }
 .nicegui-content { padding: 0; }
@@ -34,6 +39,7 @@ _STYLE = """
 # NiceGUI asks a plot for its size also while it is hidden, and Plotly refuses. `showFrame` puts other pictures into a
 # graph's images: Plotly's own way draws the whole graph anew, and a screen shows no more than the last of several.
 _SCRIPT = """
+document.documentElement.lang = "en";
 window.showFrame = (id, sources) => {
   const graph = getHtmlElement(id);
   if (!graph?._fullLayout?.images) return;

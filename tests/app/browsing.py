@@ -11,6 +11,7 @@ import sys
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 from playwright.sync_api import Browser, ConsoleMessage, Page, Request, Route, TimeoutError, expect
 
@@ -75,9 +76,12 @@ class Watched:
     outside: list[str] = field(default_factory=list)
 
 
-def open_page(browser: Browser, server: Server, width: int = 1400, height: int = 900) -> Watched:
+def open_page(
+    browser: Browser, server: Server, width: int = 1400, height: int = 900, colours: Literal["light", "dark"] = "light"
+) -> Watched:
     """A fresh browser at the page's address. Requests to anything but the server are noted, and not let through."""
-    context = browser.new_context(viewport={"width": width, "height": height}, accept_downloads=True)
+    size = {"width": width, "height": height}
+    context = browser.new_context(viewport=size, accept_downloads=True, color_scheme=colours)
     watched = Watched(context.new_page())
 
     def ask(route: Route, request: Request) -> None:
