@@ -206,7 +206,8 @@ class MapsPanel:
         words = [f"{distance:.0f} m at {bearing:.0f}°"]
         for panel, values in zip(self._panels, self._values, strict=True):
             value = float(values[row, column])
-            shown = f"{value:+.{panel.digits}f} {panel.unit}".strip() if np.isfinite(value) else "not known"
+            sign = "+" if panel.scale.low < 0.0 else ""
+            shown = f"{value:{sign}.{panel.digits}f} {panel.unit}".strip() if np.isfinite(value) else "not known"
             words.append(f"{panel.title.lower()} {shown}")
         return " · ".join(words)
 

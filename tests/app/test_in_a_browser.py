@@ -16,9 +16,9 @@ from playwright.sync_api import Browser, Page, expect
 _MAST = "Antenna height above the sea (m)"
 
 
-def _begin_with_tiny(page: Page, turns: int) -> None:
-    choose(page, "Begin with", "tiny:")
-    expect(page.get_by_label("Range window (m)")).to_have_value("15, 150")
+def _begin_with(page: Page, scene: str, window: str, turns: int) -> None:
+    choose(page, "Begin with", f"{scene}:")
+    expect(page.get_by_label("Range window (m)")).to_have_value(window)
     page.get_by_text("Shadows and mesh").click()
     choose(page, "Tracer", "horizon")
     page.get_by_label("Turns", exact=True).fill(str(turns))
@@ -47,7 +47,7 @@ def _wait_for_state(server: Server, folder: str, *states: str) -> dict:
 
 def test_from_a_scene_to_maps_section_comparison_and_files(watched: Watched, server: Server) -> None:
     page = watched.page
-    _begin_with_tiny(page, 3)
+    _begin_with(page, "choppy_sea", "15, 400", 3)
     page.get_by_role("button", name="Keep to compare").click()
     answer = page.get_by_text(re.compile("Likely to measure waves out to"))
     before = answer.inner_text()
@@ -55,17 +55,17 @@ def test_from_a_scene_to_maps_section_comparison_and_files(watched: Watched, ser
     expect(page.get_by_text("▲ better").first).to_be_visible()  # against the kept design
     assert answer.inner_text() != before
     page.get_by_role("button", name="Run", exact=True).click()
-    expect(page.get_by_text(re.compile(r"tiny-1 · (runs|done)"))).to_be_visible()
+    expect(page.get_by_text(re.compile(r"choppy_sea-1 · (runs|done)"))).to_be_visible()
     # a second design waits behind the first
     _place(page, "Design")
     page.get_by_label(_MAST).fill("5")
     expect(page.get_by_text("▲ better")).to_have_count(0)
     page.get_by_role("button", name="Run", exact=True).click()
-    expect(page.get_by_text(re.compile("tiny-1-2 · (waits|runs)"))).to_be_visible()
+    expect(page.get_by_text(re.compile("choppy_sea-1-2 · (waits|runs)"))).to_be_visible()
 
     # maps arrive while the run goes on, or has just ended
     _place(page, "See")
-    choose(page, "Run", re.compile("^tiny-1$"))
+    choose(page, "Run", re.compile("^choppy_sea-1$"))
     expect(page.get_by_text(re.compile(r"^turn 3 of 3 · "))).to_be_visible()
     images = page.locator(".imagelayer image")
     expect(images).to_have_count(4)
@@ -86,9 +86,9 @@ def test_from_a_scene_to_maps_section_comparison_and_files(watched: Watched, ser
     # the pointer tells values, and a click cuts along that look
     box = page.locator(".js-plotly-plot .nsewdrag").first.bounding_box()
     assert box is not None
-    page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 0.5 * box["height"], steps=4)
+    page.mouse.move(box["x"] + 0.35 * box["width"], box["y"] + 0.5 * box["height"], steps=4)
     expect(page.get_by_text(re.compile(r"\d+ m at 2\d\d° · true height"))).to_be_visible()
-    page.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.5 * box["height"])
+    page.mouse.click(box["x"] + 0.35 * box["width"], box["y"] + 0.5 * box["height"])
     expect(page.get_by_text(re.compile(r"Along 2\d\d°; grey"))).to_be_visible()
     for view in ("Slopes", "Radar cells", "Echo"):
         _view(page, view)
@@ -98,7 +98,7 @@ def test_from_a_scene_to_maps_section_comparison_and_files(watched: Watched, ser
     _view(page, "3-D")
     expect(page.locator(".js-plotly-plot canvas").first).to_be_visible()
 
-    _wait_for_state(server, "tiny-1-2", "done")
+    _wait_for_state(server, "choppy_sea-1-2", "done")
     _view(page, "Sea state")
     expect(page.get_by_text(re.compile(r"Hs \d\.\d+ m"))).to_be_visible()
     expect(page.get_by_text(re.compile("Sees the waves out to"))).to_be_visible()
@@ -151,7 +151,7 @@ def test_a_scene_is_loaded_and_its_command_is_told(watched: Watched, tmp_path: P
 
 def test_a_run_goes_on_while_the_page_is_away_and_is_cancelled_or_killed(watched: Watched, server: Server) -> None:
     page = watched.page
-    _begin_with_tiny(page, 400)
+    _begin_with(page, "tiny", "15, 150", 400)
     page.get_by_role("button", name="Run", exact=True).click()
     folder = max((path.stem.removesuffix(".1") for path in (server.runs / ".jobs").glob("*.1.json")), key=len)
     expect(page.get_by_text(re.compile(r"turn \d+ of 400"))).to_be_visible()
