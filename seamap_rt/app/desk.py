@@ -40,8 +40,7 @@ class Desk:
 
     @classmethod
     def of(cls, runs: Path) -> Desk:
-        """runs: is made if it is not there."""
-        runs.mkdir(parents=True, exist_ok=True)
+        """runs: a folder that is there."""
         shipped = next(iter(list_shipped().values())).parent
         roots = Roots(runs.resolve(), (shipped,))
         return cls(roots, Queue(roots.runs))

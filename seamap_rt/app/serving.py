@@ -23,8 +23,14 @@ def serve(runs: Path, *, port: int, host: str, browser: bool, told: Callable[[st
     """Serve the page until Ctrl-C or SIGTERM.
 
     runs: folder of the runs, made if it is not there. port: 0 takes a free one. told: is given the address.
-    Raises InputError for a port or a host that cannot be listened on, OSError for a folder that cannot be made.
+    Raises InputError for a port or a host that cannot be listened on, and for a folder that cannot be made.
     """
+    try:
+        runs.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"--runs = {runs}: cannot be a folder ({error.strerror or error}); choose another one"
+        ) from None
     listening = _listening(host, port)
     number = listening.getsockname()[1]
     token = os.environ.get("SEAMAP_RT_APP_TOKEN") or new_token()  # given by tests, and by who opens it himself

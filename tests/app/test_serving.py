@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import inspect
 import socket
+from pathlib import Path
 
 import pytest
 
-from seamap_rt.app.serving import _listening, _names
+from seamap_rt.app.serving import _listening, _names, serve
 from seamap_rt.cli.paging import page
 from seamap_rt.errors import InputError
 
@@ -31,3 +32,9 @@ def test_it_listens_on_loopback_unless_told_otherwise() -> None:
     with _listening("127.0.0.1", 0) as listening:
         assert listening.getsockname()[0] == "127.0.0.1"
     assert _names("127.0.0.1", 80) == {"127.0.0.1:80", "localhost:80", "[::1]:80"}
+
+
+def test_a_folder_that_cannot_be_is_refused_by_its_option(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=r"--runs = .*file/runs: cannot be a folder"):
+        serve(tmp_path / "file" / "runs", port=0, host="127.0.0.1", browser=False, told=print)

@@ -29,8 +29,8 @@ PLANTS = (
     Plant(
         "a body is not counted as it comes",
         "seamap_rt/app/safety.py",
-        'seen += len(message.get("body", b""))',
-        'seen = len(message.get("body", b""))',
+        'self._seen += len(message.get("body", b""))',
+        'self._seen = len(message.get("body", b""))',
         "tests/app/test_safety.py::test_a_body_is_bounded_by_what_it_says_and_by_what_it_sends",
     ),
     Plant(
