@@ -33,9 +33,7 @@ from .paths import Chosen, facet_paths, wavenumber
 from .receiving import Received, receive
 from .slow_time import Nodes, choose_nodes, nodes_first, pulses_from_nodes
 from .speckle import StillSpeckle, speckle_basis
-from .summation import Beam, ColumnBatch, Columns, Geometry, ListedFacets, RangeTable, Speckle, sum_columns
-
-_CHUNK = 16  # columns worked on at a time: their sums stay near the cache
+from .summation import Beam, ColumnBatch, Columns, Geometry, Kernel, ListedFacets, RangeTable, Speckle, kernel
 
 
 def turn_voltages(
@@ -80,10 +78,10 @@ def turn_echoes(
         k = wavenumber(radar)
         speckle = MovingSpeckle.over(window, nodes.spacing_s, k, decorrelation_time_s, motion, seed)
     across = pulses.mast.pose(nodes.time).axes[:, 0]
-    sums = ColumnSums(facets, rcs, radar, heard, nodes, window, reach, speckle, two_way_beams(radar), across)
+    sums = ColumnSums(facets, rcs, radar, heard, nodes, window, reach, speckle, two_way_beams(radar), across, kernel())
 
     total = np.zeros((2, len(antenna_array(radar).paths), heard.samples.range.size, nodes.count), dtype=np.float32)
-    edges = [*range(0, facets.grid.columns, _CHUNK), facets.grid.columns]
+    edges = [*range(0, facets.grid.columns, sums.kernel.columns), facets.grid.columns]
     chunks = [slice(a, b) for a, b in pairwise(edges)]
     # BLAS's own threads would compete with these on small products, and could change the bits.
     with threadpool_limits(1, user_api="blas"), pool() as workers:
@@ -124,6 +122,7 @@ class ColumnSums:
     speckle: StillSpeckle | MovingSpeckle
     beams: TwoWayBeams
     across: NDArray[np.float64]  # (node, 3) the aperture's axis in the world
+    kernel: Kernel
 
     def __call__(self, columns: slice) -> tuple[int, NDArray[np.float32]]:
         """First node's number and the columns' sum (component, path, gate, node), real and imaginary."""
@@ -158,7 +157,7 @@ class ColumnSums:
             response=self._response(),
             beam=self._beam(columns, np.clip(heard, 0, self.nodes.count - 1)),  # what lies outside is dropped later
         )
-        return low, sum_columns(batch)
+        return low, self.kernel.sum_columns(batch)
 
     def _speckle(self, columns: slice, begin_s: NDArray[np.float64], chosen: Chosen) -> Speckle:
         kinds = self.speckle.modes(columns, begin_s)

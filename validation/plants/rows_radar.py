@@ -290,4 +290,18 @@ PLANTS = (
         "spawn_key=(int(stream), *member[:1])",
         "tests/test_random_streams.py::test_branches_differ",
     ),
+    Plant(
+        "a graphics processor draws the next facet's numbers",
+        "seamap_rt/echoes/summation/device.py",
+        "types.UInt64(number) + types.UInt64(1)",
+        "types.UInt64(number) + types.UInt64(2)",
+        "tests/echoes/test_summation.py::test_sums_by_the_law",
+    ),
+    Plant(
+        "a graphics processor leaves out the last facet near a gate",
+        "seamap_rt/echoes/summation/device.py",
+        "return begin, np.maximum(begin, end)",
+        "return begin, np.maximum(begin, end - (end > begin))",
+        "tests/echoes/test_summation.py::test_sums_by_the_law",
+    ),
 )

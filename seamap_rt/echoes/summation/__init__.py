@@ -1,19 +1,54 @@
 """The sum over facets, the innermost loop of the echoes: one typed batch in, sums at slow-time nodes out.
 
-`sum_columns(batch)` is the interface: a kernel for another device takes the same `ColumnBatch` and returns the same
-array. The processor's kernel is `processor`; random numbers by counting are in `gaussian`.
+`sum_columns(batch)` is the interface, and there are two of it: the processor's compiled loops (`processor`), and Dr.Jit
+kernels for a graphics processor (`device`). `kernel()` chooses: the environment's SEAMAP_RT_ECHOES is processor or
+device. Random numbers by counting are in `gaussian`; both draw the same ones.
 """
 
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import InputError
 from .batch import Beam, ColumnBatch, Columns, Geometry, ListedFacets, RangeTable, Speckle
-from .processor import sum_columns
+
+VARIABLE = "SEAMAP_RT_ECHOES"
 
 __all__ = [
+    "VARIABLE",
     "Beam",
     "ColumnBatch",
     "Columns",
     "Geometry",
+    "Kernel",
     "ListedFacets",
     "RangeTable",
     "Speckle",
-    "sum_columns",
+    "kernel",
 ]
+
+
+class Kernel(NamedTuple):
+    """sum_columns: a batch to its sums (component, path, gate, node). columns: how many a batch of it best has."""
+
+    sum_columns: Callable[[ColumnBatch], NDArray[np.float32]]
+    columns: int
+
+
+def kernel() -> Kernel:
+    """The one that the environment names; the processor's where it names none. Raises InputError for another name."""
+    name = os.environ.get(VARIABLE, "processor")
+    if name == "processor":
+        from .processor import sum_columns
+
+        return Kernel(sum_columns, 16)  # their sums stay near the cache
+    if name == "device":
+        from .device import sum_columns
+
+        return Kernel(sum_columns, 256)  # lanes for a whole device, in half a gigabyte of it
+    raise InputError(f"{VARIABLE} = {name}: must be processor or device; correct the environment")
