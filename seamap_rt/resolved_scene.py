@@ -18,6 +18,8 @@ from .scene import Scene
 from .sea import Sea, realize
 from .settings import RadarSettings
 
+_LAST_BEAM_S = 0.1  # for which the last pulses hear what the beam has passed
+
 
 class Masts(NamedTuple):
     """The same mast twice: where it is, and where the boat's sensors say it is. `true.radar` is the radar as it looks:
@@ -47,8 +49,21 @@ def resolve(scene: Scene) -> ResolvedScene:
     Raises InputError for a sea that cannot be drawn, or a boat whose motion is not known for the whole of the scene.
     """
     sea = run_sea(scene)
+    _check_record(scene, sea)
     true, sensed = masts(scene, sea)
     return ResolvedScene(scene, true.radar, sea, true, sensed)
+
+
+def _check_record(scene: Scene, sea: Sea) -> None:
+    """A recorded sea lasts as long as the run, and its last beam."""
+    turn = scene.turn_duration_s
+    if scene.turns * turn + _LAST_BEAM_S > sea.ends_s:
+        most = int((sea.ends_s - _LAST_BEAM_S) / turn)
+        last = f"lower turns to {most}, or give a longer one" if most > 0 else "give a longer one"
+        raise InputError(
+            f"turns = {scene.turns}: last {scene.turns * turn:.4g} s, and the record of sea.file goes on for "
+            f"{sea.ends_s:.4g} s; {last}"
+        )
 
 
 def run_sea(scene: Scene) -> Sea:

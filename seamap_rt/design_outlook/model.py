@@ -137,7 +137,7 @@ def _left_out(scene: Scene) -> str:
     left = {
         "objects and the boat's own structure": bool(scene.objects),
         "the boat's motion": scene.platform.motion != "fixed",
-        "sharper crests": scene.sea.model == "choppy",
+        "sharper crests": scene.sea.model != "linear",
         "diffraction": scene.tracing.diffraction != "none",
     }
     return ", ".join(name for name, is_there in left.items() if is_there)

@@ -409,7 +409,7 @@ def _no_sea(case: _Case) -> Iterator[Row]:
     if sea.model == "linear":
         source, says = f"kσ² {_CRESTS}", "waves are linear; sea.model = 'choppy' sharpens them"
         yield _row("sharper crests", resolved.second_order_std, _HEIGHT, source, says)
-    else:
+    elif sea.model == "choppy":
         source, says = f"3kσ {_CRESTS}", "0 at the first Lagrangian order"
         yield _row("skewness of the elevation", resolved.skewness_stokes, "1 of skewness", source, says)
     if facet > resolved.resolution_m:

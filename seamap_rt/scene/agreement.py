@@ -25,6 +25,7 @@ class Check(NamedTuple):
 _SIZE = ("antennas", "overlap", "waveform", "height", "patch", "pulses", "window", "echo memory", "ground map")
 CHECKS = (
     Check("steepness", lambda s: waves.check_steepness(s.sea)),
+    Check("record", lambda s: waves.check_record(s.sea, s.platform)),
     Check("apertures", lambda s: antennas.check_apertures(s.radar)),
     Check("antennas", lambda s: radars.check_antennas(s.radar), ("apertures",)),
     Check("mode", lambda s: radars.check_mode(s.radar), ("antennas",)),

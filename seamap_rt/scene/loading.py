@@ -38,7 +38,26 @@ def load_scene(path_or_name: str | os.PathLike[str], overrides: Mapping[str, Any
 
 def scene_of(tree: Mapping[str, Any]) -> Scene:
     """The scene of a tree whose paths are absolute (`anchored`). InputError as `load_scene` raises it."""
-    return validate(Scene, tree, _further)
+    return validate(Scene, _with_recorded(tree), _further)
+
+
+def _with_recorded(tree: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The tree with what it leaves out of a recorded sea, by its file."""
+    sea = _table(tree.get("sea"))
+    if sea.get("model") != "recorded" or not isinstance(sea.get("file"), str) or not sea["file"]:
+        return tree
+    from ..io.recorded_sea import recorded_sea
+
+    file = recorded_sea(sea["file"])
+    known: dict[str, Any] = {
+        "extent_m": round(2.0 * file.reach_m, 3),
+        "waves": [{"spectrum": "file", "kind": "recorded", "file": sea["file"]}],
+    }
+    if sea.get("energy_fraction") is None:
+        known["resolution_m"] = file.spacing_m
+    if file.depth_m is not None:
+        known["depth_m"] = file.depth_m
+    return {**tree, "sea": {**known, **sea}}
 
 
 def _further(tree: Mapping[str, Any], wrong: frozenset[Key]) -> list[str]:
@@ -59,6 +78,7 @@ def anchored(tree: dict[str, Any], folder: Path) -> dict[str, Any]:
     """The tree with the paths of its files made absolute, so that the scene means the same everywhere."""
     radar = _table(tree.get("radar"))
     holders = [("file", each) for each in _tables(_table(tree.get("sea")).get("waves"))]
+    holders += [("file", _table(tree.get("sea")))]
     holders += [("file", _table(tree.get("platform"))), ("file", _table(radar.get("antenna")))]
     holders += [("file", each) for each in _tables(radar.get("antennas"))]
     holders += [("mesh", each) for each in _tables(tree.get("objects"))]

@@ -6,7 +6,7 @@ spreading of its own; `scenes/wind_and_swell.toml` shows the keys, those of a me
     spectrum     pierson_moskowitz, jonswap, tma (by wind and fetch, or by Hs and Tp), elfouhaily (peak to ripples),
                  file (NDBC, SWAN, WAVEWATCH III, or wavespectra's own), sinusoid, flat
     spreading    cos2s, mitsuyasu, hasselmann, donelan_banner, elfouhaily, long_crested
-    sea.model    linear, or choppy: first-order Lagrangian waves, whose crests are sharper
+    sea.model    linear; choppy: first-order Lagrangian waves, whose crests are sharper; or recorded, see below
     sea.depth_m, sea.current_m_s
                  full dispersion with depth and surface tension; a uniform current carries the waves
     sea.resolution_m or sea.energy_fraction
@@ -22,6 +22,14 @@ Choppy waves are evaluated at fixed places on the ground, by finding the water t
 and mean level stay those that were set, by closed forms. Crests that fold over are counted and flagged, and a scene is
 refused if more than 2 % of its water is folded at time 0. The elevation has no skewness at this order; the report puts
 3kσ, that of a second-order sea, beside it.
+
+Recorded seas. `sea.model = "recorded"` takes the surface of `sea.file`, frame by frame, however large: a nonlinear
+simulation's, or a measured patch (NetCDF or Zarr; `seamap_rt.io.recorded_sea` has the names, axes and units that it
+knows). Spacing, depth and the directional spectrum, by linear dispersion, come from the file where the scene leaves
+them out. What interpolation between frames costs is stated among the resolved facts; where the patch or the record ends
+too early, the scene is refused. A patch that does not repeat is brought to mean level in a rim of 5 % of its side. The
+water's flow is the gradient of the surface potential where the file has it, and that of linear waves else; the sum of
+`components` is such a sea only to first order.
 
     sea = realize(scene.sea, seed=1)
     sea.elevation(x, y, t), sea.slopes(x, y, t), sea.velocity(x, y, t)    # arrays that broadcast; m, m/s

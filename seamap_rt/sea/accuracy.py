@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +12,8 @@ from numpy.typing import NDArray
 from ..physics.dispersion import orbital_ratio
 from .lattice import Lattice
 from .spline import bspline_image_error
+
+ImageError = Callable[[NDArray[np.float64], int], NDArray[np.float64]]
 
 TIME_ORDER = 5
 TIME_STEP_CYCLES = 0.375  # of the fastest wave, at most: beyond ½ a wave and its image agree at the knots
@@ -31,24 +35,28 @@ class InterpolationError:
 
 
 def interpolation_error(
-    lattice: Lattice, folded: NDArray[np.float64], shape: tuple[int, int], order: int, time_step: float
+    lattice: Lattice,
+    folded: NDArray[np.float64],
+    shape: tuple[int, int],
+    order: int,
+    time_step: float,
+    in_time: ImageError | None = None,
 ) -> InterpolationError:
     """Expected errors of a spline on a grid of the given shape. Images in x, y and t are independent waves.
 
-    folded: variance on the lattice's quadrant, as `Lattice.fold` gives it.
+    folded: variance on the lattice's quadrant, as `Lattice.fold` gives it. in_time: what interpolation in time costs a
+    unit wave of some cycles a step, and its derivatives; the spline's where it is left out.
     """
     rows, columns = lattice.reach
+    along_time = in_time or partial(bspline_image_error, TIME_ORDER)
     east, north = lattice.east[columns:], lattice.north[rows:, None]
     omega, _ = _by_frequency(lattice.omega, folded)
     # Squared images relative to their wave, of its derivatives 0, 1 and 2.
-    in_x, in_y, in_t = (
-        [bspline_image_error(at_order, cycles, derivative) ** 2 for derivative in (0, 1, 2)]
-        for at_order, cycles in (
-            (order, np.arange(columns + 1.0) / shape[1]),
-            (order, np.arange(rows + 1.0) / shape[0]),
-            (TIME_ORDER, omega * time_step / (2.0 * np.pi)),
-        )
+    in_x, in_y = (
+        [bspline_image_error(order, np.arange(most + 1.0) / points, derivative) ** 2 for derivative in (0, 1, 2)]
+        for most, points in ((columns, shape[1]), (rows, shape[0]))
     )
+    in_t = [along_time(omega * time_step / (2.0 * np.pi), derivative) ** 2 for derivative in (0, 1, 2)]
 
     def rms(variance: NDArray[np.float64], x: int = 0, y: int = 0, t: int = 0) -> float:
         """Error of a quantity with this variance of each wave: the spline's derivative of order x, y, t."""

@@ -17,9 +17,9 @@ from collections import OrderedDict, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from threading import Lock
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import scipy.fft
@@ -80,8 +80,8 @@ class MovingField:
         self.order = order
         rows, columns = lattice.reach
         self.shape = (
-            1 if lattice.line else _grid_size(rows, oversampling, order),
-            _grid_size(columns, oversampling, order),
+            1 if lattice.line else grid_size(rows, oversampling, order),
+            grid_size(columns, oversampling, order),
         )
         self._variance = lattice.fold(variance)
         self.time_step = time_step or longest_time_step(lattice, self._variance)
@@ -144,7 +144,8 @@ class MovingField:
             most = max(term.row + term.column for term in terms if term.kind == kind)
             steps = (*self._per_metre, 1.0 / self.time_step)
             scale = np.prod(np.power(steps, DERIVATIVES), axis=1)
-            sums.append((kind, _kernel(0 if self.lattice.line else self.order, self.order, most), scale, output_row))
+            kernel = _kernel(0 if self.lattice.line else self.order, self.order, most, self._time_weights)
+            sums.append((kind, kernel, scale, output_row))
         return sums
 
     @property
@@ -194,17 +195,20 @@ class MovingField:
                 self._cache.popitem(last=False)
         missing = [key for key in wanted if key not in coefficients]
         new = sorted({number for number, _ in missing})
-        phasor = dict(zip(new, pool.map(self._phasor_at, (number * self.time_step for number in new)), strict=True))
-        made = pool.map(lambda key: self._coefficients(key[1], phasor[key[0]]), missing)
+        states = dict(zip(new, pool.map(self._state_at, new), strict=True))
+        made = pool.map(lambda key: self._coefficients(key[1], states[key[0]]), missing)
         coefficients.update(zip(missing, made, strict=True))
         with self._lock:
             for key in wanted:
                 self._cache[key] = coefficients[key]
         return coefficients
 
-    def _phasor_at(self, time: float) -> NDArray[np.complex64]:
-        """exp(−iωt) on the quadrant, the phase reduced in float64: 12 hours lose nothing."""
-        turns = self.lattice.omega * (time / (2.0 * np.pi))
+    _time_weights = staticmethod(partial(bspline_polynomials, TIME_ORDER))  # of the knots around a time
+
+    def _state_at(self, number: int) -> Any:
+        """What the fields at a knot are made of: exp(−iωt) on the quadrant, the phase reduced in float64: 12 hours lose
+        nothing."""
+        turns = self.lattice.omega * (number * self.time_step / (2.0 * np.pi))
         turns -= np.rint(turns)
         phase = (turns * (-2.0 * np.pi)).astype(np.float32)
         phasor = np.empty(phase.shape, dtype=np.complex64)
@@ -212,8 +216,8 @@ class MovingField:
         np.sin(phase, out=phasor.imag)
         return phasor
 
-    def _coefficients(self, kind: Kind, phasor: NDArray[np.complex64]) -> NDArray[np.float32]:
-        """The spline's coefficients of a field, its waves advanced in time, with their halo: by one real FFT.
+    def _half_plane(self, kind: Kind, state: Any) -> NDArray[np.complex64]:
+        """Fourier coefficients of a field at a knot, those of columns i ≥ 0, over the spline's transform.
 
         What makes the field of the elevation is the same for all directions, but for the sign of what is odd in time,
         as flow is: under a wave that runs the other way it is reversed. So those waves take the factor's conjugate.
@@ -221,9 +225,14 @@ class MovingField:
         from .half_plane import half_plane
 
         # A function, not an operator: that would multiply in place where it can, by a loop that rounds otherwise.
-        factor = phasor if kind == "elevation" else np.multiply(phasor, self._per_elevation(kind))
+        factor = state if kind == "elevation" else np.multiply(state, self._per_elevation(kind))
         half = np.empty((self.shape[0], factor.shape[1]), dtype=np.complex64)
         half_plane(self._ahead, self._behind, factor, half)
+        return half
+
+    def _coefficients(self, kind: Kind, state: Any) -> NDArray[np.float32]:
+        """The spline's coefficients of a field at a knot, with their halo: by one real FFT."""
+        half = self._half_plane(kind, state)
         half = np.asarray(scipy.fft.ifft(half, axis=0, norm="forward", overwrite_x=True))
         rows, columns = self.shape
         grid = np.empty(self._grid_shape, dtype=np.float32)
@@ -277,20 +286,20 @@ class MovingField:
         return (omega / (omega + 1j * kind.rate) * shift).astype(np.complex64)
 
 
-def _grid_size(reach: int, oversampling: float, order: int) -> int:
+def grid_size(reach: int, oversampling: float, order: int) -> int:
     """A size of small prime factors for the FFT, large enough for the waves and for the spline's support."""
     least = max(int(np.ceil(oversampling * (2 * reach + 2))), 2 * (order + 1))
     return int(scipy.fft.next_fast_len(least, real=True))  # type: ignore[arg-type]
 
 
 @cache
-def _kernel(row_order: int, column_order: int, most: int) -> Callable[..., None]:
+def _kernel(
+    row_order: int, column_order: int, most: int, time_weights: Callable[[], NDArray[np.float64]]
+) -> Callable[..., None]:
     from .spline_kernel import spline_kernel
 
-    rows, columns, time = (
-        bspline_polynomials(order).astype(np.float32) for order in (row_order, column_order, TIME_ORDER)
-    )
-    return spline_kernel(rows, columns, time, most)
+    rows, columns = (bspline_polynomials(order).astype(np.float32) for order in (row_order, column_order))
+    return spline_kernel(rows, columns, time_weights().astype(np.float32), most)
 
 
 @cache

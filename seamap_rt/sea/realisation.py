@@ -46,6 +46,10 @@ def realize(settings: SeaSettings, seed: int | np.random.SeedSequence) -> Sea:
         if isinstance(waves, SinusoidWaves) and waves.height_m > 0.0
     ]
     spacing = resolution(settings)
+    if settings.model == "recorded":
+        from .recorded import realize_recorded
+
+        return realize_recorded(settings, spacing, next(iter(systems.values())))
     random = _draw(settings, systems, spacing, seed)
     scale = 1.0
     if settings.model == "choppy":

@@ -35,12 +35,15 @@ class Sea:
         surface: Surface,
         resolved: Resolved,
         current: tuple[float, float] = (0.0, 0.0),
+        ends_s: float = np.inf,
     ) -> None:
-        """current: m/s east, north. Waves ride on it: the whole surface is carried along (Doppler shift)."""
+        """current: m/s east, north. Waves ride on it: the whole surface is carried along (Doppler shift). ends_s: time
+        after which nothing is known of it."""
         self.trains = tuple(trains)
         self.surface = surface
         self.resolved = resolved
         self.current = current
+        self.ends_s = ends_s
 
     def elevation(self, x: ArrayLike, y: ArrayLike, t: ArrayLike) -> NDArray[np.float64]:
         """Height above mean sea level, (…) m."""

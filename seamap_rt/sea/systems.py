@@ -204,6 +204,10 @@ def _elfouhaily_age(waves: ElfouhailyWaves) -> float:
 
 
 def _table(waves: FileWaves, depth: float) -> TabulatedSpectrum:
+    if waves.kind == "recorded":
+        from .recorded import recorded_spectrum
+
+        return recorded_spectrum(waves.file, depth)
     frequency, direction, density = _file_content(waves.file, waves.kind, waves.time, waves.site)
     table = TabulatedSpectrum(frequency, direction, density, depth, waves.tail_exponent)
     with np.errstate(over="ignore"):

@@ -55,17 +55,21 @@ class ForecastSink:
 
     def verified(self) -> Verified | None:
         """The forecasts beside the sea that came; None where no turn showed a sea."""
-        if self._last is None or not self._issued:
+        judged = self._judged()
+        if self._last is None or not judged:
             return None
-        truth = np.concatenate([came(self._simulator.sea, made) for _, made in self._issued])
-        return Verified(self._forecasts(), truth, self._field(*self._last))
+        truth = np.concatenate([came(self._simulator.sea, made) for made in judged])
+        return Verified(_together(judged), truth, self._field(*self._last))
 
     def windows(self) -> Windows | None:
         """Quiet windows beside the sea that came; None where none were forecast, or not of the water's height alone."""
-        return windows_that_came(self._simulator.sea, self._forecasts()) if self._issued else None
+        judged = self._judged()
+        return windows_that_came(self._simulator.sea, _together(judged)) if judged else None
 
-    def _forecasts(self) -> xr.Dataset:
-        return xr.concat([made for _, made in self._issued], "issue", data_vars="minimal", coords="minimal")
+    def _judged(self) -> list[xr.Dataset]:
+        """Forecasts of times at which the sea is known: a recorded one ends."""
+        ends = self._simulator.sea.ends_s
+        return [made for _, made in self._issued if float(made["issued"].max() + made["lead"].max()) <= ends]
 
     def _field(self, field: WaveField, ground: xr.Dataset) -> xr.Dataset:
         x, y = ground["x"].values.astype(np.float64), ground["y"].values.astype(np.float64)
@@ -90,3 +94,7 @@ class ForecastSink:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> bool | None:
         return self._file.__exit__(kind, error, trace)
+
+
+def _together(forecasts: list[xr.Dataset]) -> xr.Dataset:
+    return xr.concat(forecasts, "issue", data_vars="minimal", coords="minimal")

@@ -25,12 +25,19 @@ class SeaSettings(Section):
     """
 
     model: Annotated[
-        Literal["linear", "choppy"],
+        Literal["linear", "choppy", "recorded"],
         Meaning(
             "`linear` waves, or `choppy`: first-order Lagrangian waves, whose crests are sharper; a scene of which "
-            "more than 2 % of the water folds over at time 0 is refused."
+            "more than 2 % of the water folds over at time 0 is refused. `recorded`: the surface of `file`."
         ),
     ] = "linear"
+    file: Annotated[
+        str,
+        Meaning(
+            "Of a recorded sea: NetCDF or Zarr of the elevation over time, y and x (metres east and north of the "
+            "antenna). Side, spacing, depth and spectrum are the file's where they are left out.",
+        ),
+    ] = ""
     depth_m: Annotated[
         float,
         Ge(0.05),
@@ -94,6 +101,17 @@ class SeaSettings(Section):
     def _one_resolution(self) -> Self:
         if self.resolution_m is not None and self.energy_fraction is not None:
             raise ValueError("give resolution_m or energy_fraction, not both: one follows from the other")
+        return self
+
+    @model_validator(mode="after")
+    def _recorded_somewhere(self) -> Self:
+        if self.model == "recorded" and not self.file:
+            raise ValueError("model = 'recorded': needs `file`, the recorded sea; name it")
+        if self.model == "recorded" and self.current_m_s:
+            raise ValueError(
+                f"current_m_s = {self.current_m_s:g}: must be 0 where model = 'recorded' (the record holds what the "
+                "current did to its waves); tell it to the retrieval, as retrieval.current_m_s"
+            )
         return self
 
     @model_validator(mode="after")

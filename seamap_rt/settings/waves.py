@@ -212,8 +212,11 @@ class FileWaves(RandomWaves):
     spectrum: Annotated[Literal["file"], Meaning("A spectrum from a file.")]
     file: Annotated[str, Meaning("Path of the file; a relative one counts from the scene file's folder.")]
     kind: Annotated[
-        Literal["auto", "ndbc", "swan", "ww3", "wavespectra"],
-        Meaning("Format: NDBC, SWAN, WAVEWATCH III or wavespectra's own NetCDF; `auto` recognises it."),
+        Literal["auto", "ndbc", "swan", "ww3", "wavespectra", "recorded"],
+        Meaning(
+            "Format: NDBC, SWAN, WAVEWATCH III or wavespectra's own NetCDF; `auto` recognises them. `recorded`: the "
+            "spectrum of a recorded sea (`sea.file`)."
+        ),
     ] = "auto"
     time: Annotated[
         str | None,

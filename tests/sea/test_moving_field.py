@@ -194,7 +194,7 @@ def test_coefficients_round_alike_whoever_made_their_factor(kind, monkeypatch):
     sea: Any = realize(SeaSettings(waves=(waves,), extent_m=200.0, resolution_m=0.5), 1)
     (part,) = sea.trains
     field = part.field
-    phasor = field._phasor_at(1.0)
+    phasor = field._state_at(3)
     assert phasor.nbytes > 2**18
     kept = field._coefficients(kind, phasor)
     monkeypatch.setattr(field, "_per_elevation", field._make_per_elevation)

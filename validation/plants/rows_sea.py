@@ -391,4 +391,32 @@ PLANTS = (
         "np.sqrt(1.0 * wavelength_m",
         "tests/physics/test_propagation.py::test_an_edge_fades_where_its_detour_is_a_quarter_wave",
     ),
+    Plant(
+        "a recorded sea a frame late",
+        _SEA + "recorded.py",
+        "frame = number + self._first",
+        "frame = number + self._first - 1",
+        "tests/sea/test_recorded.py::test_a_recorded_sea_is_the_one_that_was_drawn",
+    ),
+    Plant(
+        "a recorded sea flows against its waves",
+        _SEA + "recorded.py",
+        "- (factor.imag / omega) * state.rate",
+        "+ (factor.imag / omega) * state.rate",
+        "tests/sea/test_recorded.py::test_a_recorded_sea_is_the_one_that_was_drawn",
+    ),
+    Plant(
+        "a recorded sea's waves come from where they go",
+        _SEA + "recorded.py",
+        "np.degrees(np.arctan2(-east, -north))",
+        "np.degrees(np.arctan2(east, north))",
+        "tests/sea/test_recorded.py::test_its_spectrum_is_that_of_the_waves_that_were_drawn",
+    ),
+    Plant(
+        "a recorded patch is read upside down",
+        "seamap_rt/io/recorded_sea.py",
+        'values = values[:: _direction(opened, axes["y"]), ::',
+        'values = values[:: -_direction(opened, axes["y"]), ::',
+        "tests/sea/test_recorded.py::test_the_layout_of_the_file_changes_nothing",
+    ),
 )

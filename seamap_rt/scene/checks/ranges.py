@@ -26,12 +26,18 @@ def check_patch(radar: RadarSettings, sea: SeaSettings) -> None:
     """The range circle fits in the periodic patch, if the waves repeat."""
     margin = max(LEAST_MARGIN_M, RangeResponse.of(radar).support_m)
     needed, extent = 2.0 * (radar.range_m[1] + margin), sea.extent_m
-    repeats = any(
+    recorded = sea.model == "recorded"
+    repeats = recorded or any(
         isinstance(waves, RandomWaves) and getattr(waves, "spreading", None) != "long_crested" for waves in sea.waves
     )
     if repeats and extent < needed:
         room = 0.5 * extent - margin
         nearer = f" or lower the far end of radar.range_m to {rounded_down(room)}" if room > 0.0 else ""
+        if recorded:
+            raise ValueError(
+                f"sea.file reaches {0.5 * extent:.10g} m from the antenna: must reach {rounded_up(0.5 * needed)} (the "
+                f"far end of radar.range_m + {margin:.10g} m); give a larger record{nearer}"
+            )
         raise ValueError(
             f"sea.extent_m = {extent:.10g}: must be at least {rounded_up(needed)} (the range circle, 2 × (far "
             f"end of radar.range_m + {margin:.10g} m), must fit in the periodic patch, or the same "

@@ -7,9 +7,18 @@ from collections.abc import Iterator
 
 from ...conventions import GRAVITY
 from ...errors import refuse
-from ...settings import SeaSettings
+from ...settings import PlatformSettings, SeaSettings
 
 STEEPEST = 0.142  # significant wave height over the peak's wavelength: of the steepest regular wave (Michell 1893)
+
+
+def check_record(sea: SeaSettings, platform: PlatformSettings) -> None:
+    """A boat follows waves that are known one by one."""
+    if sea.model == "recorded" and platform.motion == "wave_following":
+        raise ValueError(
+            "platform.motion = 'wave_following': must be fixed, sinusoidal or file where sea.model = 'recorded' (the "
+            "boat follows waves that are known one by one); choose one of them"
+        )
 
 
 def check_steepness(sea: SeaSettings) -> None:

@@ -1,0 +1,279 @@
+"""A sea that is read, not drawn: the surface of a file between its frames and points, as a train of waves.
+
+In space each frame becomes a B-spline by one FFT, as a drawn sea's knots do. In time six frames are interpolated by
+their polynomial (Lagrange), and a frame's rate of change is that of the polynomial through seven. The water's flow is
+from the surface potential where the file has it, else from linear theory: of a wave that runs along k with ω(k) the
+elevation η and its rate η̇ tell its amplitude apart from that of the wave that runs against it, ½(η + iη̇/ω).
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict, deque
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property, lru_cache
+from threading import Lock
+from typing import NamedTuple
+
+import numpy as np
+import scipy.fft
+from numpy.polynomial import polynomial
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from ..io.recorded_sea import RecordedSea, recorded_sea
+from ..physics.dispersion import angular_frequency, group_speed
+from ..settings import SeaSettings
+from .accuracy import InterpolationError, interpolation_error
+from .facts import resolved_facts
+from .lattice import Lattice
+from .linear import LinearSurface
+from .moving_field import TAPS, Kind, MovingField, Term, grid_size
+from .spline import bspline_transform
+from .surface import Sea
+from .systems import SpectralSystem
+from .tabulated import TabulatedSpectrum
+from .wave_trains import PlaneTrain
+
+_ORDER, _OVERSAMPLING = 7, 1.25  # of the spline in space, as of a drawn sea
+_SLOPE_TAPS = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / 60.0  # of frames −3 … 3, per step
+_BESIDE = len(_SLOPE_TAPS) // 2
+_BEFORE_S = 0.5  # of the record before time 0: what a beam hears before it points at a place
+_AVERAGED = 12  # frames from which the spectrum is taken
+_DIRECTIONS = 24
+_FINE_RINGS, _WIDER = 10, 1.08  # rings of wavenumbers one step wide, and by how much the next ones grow
+_PHASES = 16  # places between two frames at which the interpolation in time is judged
+
+
+class Frame(NamedTuple):
+    """Fourier coefficients of a frame (row j in an FFT's order, column i ≥ 0): elevation [m], its rate [m/s], and the
+    surface potential [m²/s] where there is one."""
+
+    elevation: NDArray[np.complex64]
+    rate: NDArray[np.complex64]
+    potential: NDArray[np.complex64] | None
+
+
+class RecordedField(MovingField):
+    """The spline of a recorded sea. Knot n is the frame at n steps of the file, counted from the scene's time 0."""
+
+    def __init__(self, file: RecordedSea, lattice: Lattice, variance: NDArray[np.float64]) -> None:
+        """variance: of each wave of the lattice, as the frames have it: what the errors are taken from."""
+        self.file, self.lattice, self.order = file, lattice, _ORDER
+        rows, columns = lattice.reach
+        self.shape = grid_size(rows, _OVERSAMPLING, _ORDER), grid_size(columns, _OVERSAMPLING, _ORDER)
+        self._variance = lattice.fold(variance)
+        self.time_step = file.step_s
+        transform = (
+            bspline_transform(_ORDER, np.arange(columns + 1) / self.shape[1])
+            * (bspline_transform(_ORDER, np.arange(rows + 1) / self.shape[0])[:, None])
+        )
+        # The patch's first point lies where it lies: waves are shifted there.
+        turn = np.exp(
+            -1j * self.lattice.step * (file.west_m * np.arange(columns + 1) + file.south_m * self._rows[:, None])
+        )
+        self._sharpen = (turn / transform[self._row_order()]).astype(np.complex64)
+        self._cache: OrderedDict = OrderedDict()
+        self._recent: deque = deque(maxlen=8)
+        self._lock = Lock()
+        self._factors = {}
+        self._spectra: OrderedDict[tuple[str, int], NDArray[np.complex64]] = OrderedDict()
+        self._first = first_frame(file)
+
+    @property
+    def _rows(self) -> NDArray[np.int64]:
+        """j of the rows in the order of an FFT."""
+        most = self.lattice.reach[0]
+        return np.concatenate((np.arange(most + 1), np.arange(-most, 0)))
+
+    @cached_property
+    def error(self) -> InterpolationError:
+        """Expected rms errors against the band-limited sea of which the frames are samples."""
+        return interpolation_error(
+            self.lattice, self._variance, self.shape, self.order, self.time_step, in_time=lagrange_error
+        )
+
+    def evaluate(
+        self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64], terms: Sequence[Term]
+    ) -> NDArray[np.float64]:
+        """As of a drawn sea; NaN before the record, and beyond its end."""
+        number = np.floor(t / self.time_step)
+        first, last = TAPS[0] - _BESIDE, TAPS[-1] + _BESIDE
+        known = (number + self._first + first >= 0) & (number + self._first + last < self.file.frames)
+        if known.all():
+            return super().evaluate(x, y, t, terms)
+        found = np.full((len(terms), t.size), np.nan)
+        if known.any():
+            found[:, known] = super().evaluate(x[known], y[known], t[known], terms)
+        return found
+
+    def _state_at(self, number: int) -> Frame:
+        frame = number + self._first
+        around = [self._spectrum("elevation", frame + n) for n in range(-_BESIDE, _BESIDE + 1)]
+        rate = sum((weight / self.time_step) * each for weight, each in zip(_SLOPE_TAPS, around, strict=True) if weight)
+        potential = self._spectrum("potential", frame) if self.file.potential else None
+        return Frame(around[_BESIDE], np.asarray(rate, dtype=np.complex64), potential)
+
+    def _spectrum(self, name: str, frame: int) -> NDArray[np.complex64]:
+        with self._lock:
+            kept = self._spectra.get((name, frame))
+        if kept is None:
+            read = self.file.elevation if name == "elevation" else self.file.surface_potential
+            kept = half_plane_of(read(frame), self.lattice)
+            with self._lock:
+                self._spectra[name, frame] = kept
+                while len(self._spectra) > 4 * len(_SLOPE_TAPS):
+                    self._spectra.popitem(last=False)
+        return kept
+
+    def _half_plane(self, kind: Kind, state: Frame) -> NDArray[np.complex64]:
+        rows, columns = self.lattice.reach
+        half = np.zeros((self.shape[0], columns + 1), dtype=np.complex64)
+        made = self._field_of(kind, state) * self._sharpen
+        half[: rows + 1], half[-rows:] = made[: rows + 1], made[rows + 1 :]
+        return half
+
+    def _field_of(self, kind: Kind, state: Frame) -> NDArray[np.complex64]:
+        if kind == "elevation":
+            return state.elevation
+        if kind == "potential" and state.potential is not None:
+            return state.potential
+        # Waves along k take the factor, those against it its conjugate.
+        factor = self._per_elevation(kind)[self._row_order()]
+        omega = self.lattice.omega[self._row_order()]
+        omega = np.where(omega > 0.0, omega, np.inf).astype(np.float32)
+        made = factor.real * state.elevation - (factor.imag / omega) * state.rate
+        return np.asarray(made, dtype=np.complex64)
+
+    _time_weights = staticmethod(lambda: lagrange_polynomials())
+
+
+def first_frame(file: RecordedSea) -> int:
+    """The frame of the scene's time 0: those before it are what is interpolated from, and heard, before."""
+    return -TAPS[0] + _BESIDE + int(np.ceil(_BEFORE_S / file.step_s))
+
+
+def duration_s(file: RecordedSea) -> float:
+    """From the scene's time 0 to the last that is known."""
+    return (file.frames - 1 - first_frame(file) - TAPS[-1] - _BESIDE + 1) * file.step_s
+
+
+def half_plane_of(values: NDArray[np.float64], lattice: Lattice) -> NDArray[np.complex64]:
+    """Fourier coefficients (row in an FFT's order, column ≥ 0) of a patch, those of the lattice."""
+    most = lattice.reach[0]
+    whole = np.asarray(scipy.fft.rfft2(values, norm="forward"))[:, : most + 1]
+    return np.concatenate((whole[: most + 1], whole[-most:])).astype(np.complex64)
+
+
+@lru_cache(maxsize=1)
+def lagrange_polynomials() -> NDArray[np.float64]:
+    """Weights of the frames TAPS around an interval as polynomials of the place in it: (derivative, power, tap)."""
+    taps = np.array(TAPS, dtype=np.float64)
+    value = np.zeros((taps.size, taps.size))
+    for tap, node in enumerate(taps):
+        others = np.delete(taps, tap)
+        value[:, tap] = polynomial.polyfromroots(others) / np.prod(node - others)
+    result = np.zeros((3, taps.size, taps.size))
+    for derivative in range(3):
+        result[derivative, : taps.size - derivative] = polynomial.polyder(value, derivative)
+    return result
+
+
+def lagrange_error(cycles: ArrayLike, derivative: int = 0) -> NDArray[np.float64]:
+    """Rms error of the interpolation between frames, of a unit wave of so many cycles a step, or of its derivative to
+    the wave's own: by the polynomials themselves, over places between two frames."""
+    turn = 2.0 * np.pi * np.asarray(cycles, dtype=np.float64)[..., None]
+    place = (np.arange(_PHASES) + 0.5) / _PHASES
+    weights = polynomial.polyval(place, lagrange_polynomials()[min(derivative, 2)])  # (tap, place)
+    made = np.exp(1j * turn * np.array(TAPS)) @ weights
+    own = (1j * turn) ** derivative * np.exp(1j * turn * place)
+    size = np.where(turn > 0.0, turn, 1.0)[..., 0] ** derivative
+    return np.sqrt(np.mean(np.abs(made - own) ** 2, axis=-1)) / size
+
+
+# ------------------------------------------------------------------------------------------------- the whole sea
+
+
+def realize_recorded(settings: SeaSettings, spacing: float, system: SpectralSystem) -> Sea:
+    """The sea of a file. spacing [m]: of the waves that are kept; system: their spectrum. Raises InputError."""
+    file = recorded_sea(settings.file)
+    train, variance = _train(file, spacing, settings.depth_m)
+    resolved = resolved_facts([train], [system], spacing)
+    deviation = float(np.sqrt(variance))
+    resolved = replace(
+        resolved,
+        variance=variance,
+        elevation_std=deviation,
+        mean_square_slope_share=min(1.0, resolved.mean_square_slope_share),
+        variance_share=min(1.0, variance / resolved.total_variance) if resolved.total_variance > 0.0 else 1.0,
+        significant_steepness=resolved.significant_steepness * deviation / max(resolved.elevation_std, 1e-12),
+    )
+    return Sea([train], LinearSurface((train,)), resolved, ends_s=duration_s(file))
+
+
+def _train(file: RecordedSea, spacing: float, depth: float) -> tuple[PlaneTrain, float]:
+    lattice = Lattice(file.side_m, np.pi / max(spacing, file.spacing_m), depth)
+    amplitude, variance = _waves(file, lattice)
+    return PlaneTrain(lattice, variance, amplitude, RecordedField(file, lattice, variance)), float(variance.sum())
+
+
+def _waves(file: RecordedSea, lattice: Lattice) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+    """Amplitudes of the lattice's waves at time 0, and the variance of each over the record, in all the surface's."""
+    rows, columns = lattice.reach
+    omega = lattice.unfold(np.where(lattice.omega > 0.0, lattice.omega, np.inf))
+    first, last = first_frame(file), file.frames - 1 - _BESIDE
+    chosen = np.unique(np.linspace(first, last, _AVERAGED).astype(int))
+    power, whole, amplitude = np.zeros(omega.shape), 0.0, np.zeros(omega.shape, complex)
+    for frame in chosen:
+        made = [_whole_plane(file.elevation(int(frame) + n), lattice) for n in range(-_BESIDE, _BESIDE + 1)]
+        middle = made[_BESIDE]
+        rate = sum(weight / file.step_s * each for weight, each in zip(_SLOPE_TAPS, made, strict=True))
+        ahead = middle + 1j * np.asarray(rate) / omega
+        ahead[rows, columns] = 0.0
+        middle[rows, columns] = 0.0
+        power += 0.5 * np.abs(ahead) ** 2 / chosen.size
+        whole += float(np.sum(np.abs(middle) ** 2)) / chosen.size
+        if frame == first:
+            shift = np.exp(-1j * (lattice.east * file.west_m + lattice.north[:, None] * file.south_m))
+            amplitude = ahead * shift
+    total = float(power.sum())
+    if total <= 0.0:
+        raise InputError(f"sea.file = '{file.path}': is flat at all frames; there is nothing to see")
+    return amplitude, power * (whole / total)
+
+
+def _whole_plane(values: NDArray[np.float64], lattice: Lattice) -> NDArray[np.complex128]:
+    """Fourier coefficients (row, column), from −m to m."""
+    most = lattice.reach[0]
+    whole = np.fft.fftshift(np.asarray(scipy.fft.fft2(values, norm="forward")))
+    middle = np.array(values.shape) // 2
+    return whole[middle[0] - most : middle[0] + most + 1, middle[1] - most : middle[1] + most + 1]
+
+
+def recorded_spectrum(path: str, depth: float) -> TabulatedSpectrum:
+    """E(f, θ) of a recorded sea, by linear dispersion of its wavenumbers: rings of the plane, in directions."""
+    file = recorded_sea(path)
+    return _spectrum(file, depth if file.depth_m is None else file.depth_m)
+
+
+@lru_cache(maxsize=4)
+def _spectrum(file: RecordedSea, depth: float) -> TabulatedSpectrum:
+    lattice = Lattice(file.side_m, np.pi / file.spacing_m, depth)
+    _, variance = _waves(file, lattice)
+    east, north = lattice.east[None, :], lattice.north[:, None]
+    k = np.hypot(east, north)
+    edges = [0.5, *(0.5 + np.arange(1, _FINE_RINGS + 1))]
+    while edges[-1] * lattice.step * _WIDER < lattice.limit:
+        edges.append(edges[-1] * _WIDER)
+    rings = lattice.step * np.array(edges)
+    ring = np.searchsorted(rings, k) - 1
+    from_deg = np.degrees(np.arctan2(-east, -north)) % 360.0
+    sector = np.rint(from_deg * (_DIRECTIONS / 360.0)).astype(int) % _DIRECTIONS
+    inside = (ring >= 0) & (ring < rings.size - 1)
+    number = (ring * _DIRECTIONS + sector)[inside]
+    energy = np.bincount(number, variance[inside], minlength=(rings.size - 1) * _DIRECTIONS)
+    middle = 0.5 * (rings[1:] + rings[:-1])
+    per_hz = np.diff(rings) * group_speed(middle, depth) / (2.0 * np.pi)
+    density = energy.reshape(-1, _DIRECTIONS) / (per_hz[:, None] * 360.0 / _DIRECTIONS)
+    frequency = np.asarray(angular_frequency(middle, depth)) / (2.0 * np.pi)
+    return TabulatedSpectrum(frequency, 360.0 / _DIRECTIONS * np.arange(_DIRECTIONS, dtype=np.float64), density, depth)
