@@ -1,4 +1,7 @@
-"""A recorded sea: its surface over a square patch, frame by frame, from a NetCDF file or a Zarr store of any size.
+"""A recorded sea: its surface over a square patch, frame by frame, from a file of any size.
+
+NetCDF or Zarr by the rules below; the `3d.dat` of HOS-ocean (`hos_ocean`); and the grids of WASS, a stereo camera's:
+`Z` over frames, with its places in `X_grid` and `Y_grid`, in mm.
 
 The variable of the elevation has the axes time, y and x in any order, evenly spaced; its name is one of `NAMES`, or its
 standard_name one of CF's for the height of the sea surface. Lengths may be in m, cm or km, times in seconds or dates.
@@ -19,12 +22,23 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from .hos_ocean import is_hos_ocean, open_hos_ocean
 
 NAMES = ("elevation", "eta", "sea_surface_elevation", "surface_elevation", "zeta", "ssh", "height")
 POTENTIAL = "surface_potential"
 _STANDARD = "sea_surface_height"
 _AXES = {"time": ("time", "t"), "y": ("y", "north", "northing"), "x": ("x", "east", "easting")}
-_LENGTHS = {"m": 1.0, "metre": 1.0, "meter": 1.0, "metres": 1.0, "meters": 1.0, "cm": 0.01, "km": 1000.0}
+_LENGTHS = {
+    "mm": 0.001,
+    "millimeter": 0.001,
+    "m": 1.0,
+    "metre": 1.0,
+    "meter": 1.0,
+    "metres": 1.0,
+    "meters": 1.0,
+    "cm": 0.01,
+    "km": 1000.0,
+}
 _SECONDS = ("s", "sec", "second", "seconds", "")
 _UNEVEN = 1e-3  # of a step, by which the points of an axis may stray
 _HIGHEST_M = 30.0
@@ -213,7 +227,24 @@ def _version(path: str) -> tuple[int, int]:
 def _opened(path: str, _: tuple[int, int]) -> xr.Dataset:
     if Path(path).is_dir():
         return xr.open_zarr(path, chunks=None, consolidated=False)
-    return xr.open_dataset(path, chunks=None, cache=False)
+    if is_hos_ocean(Path(path)):
+        return open_hos_ocean(Path(path))
+    opened = xr.open_dataset(path, chunks=None, cache=False)
+    return _with_axes(opened) if {"X_grid", "Y_grid", "Z"} <= set(opened.variables) else opened
+
+
+def _with_axes(opened: xr.Dataset) -> xr.Dataset:
+    """WASS's grid with one axis each instead of the places of all points."""
+    frames, rows, columns = opened["Z"].dims
+    x, y = (np.asarray(opened[name].values, dtype=np.float64) for name in ("X_grid", "Y_grid"))
+    if np.ptp(x, axis=0).max() > np.ptp(x, axis=1).max():  # along rows, not columns
+        x, y, rows, columns = x.T, y.T, columns, rows
+    named = {frames: "time", rows: "y", columns: "x", "Z": "elevation"}
+    values = opened[["Z"]].rename({old: new for old, new in named.items() if old != new})
+    times = {"time": ("time", np.asarray(opened["time"].values, dtype=np.float64).ravel(), {"units": "s"})}
+    return values.drop_vars(["x", "y", "time"], errors="ignore").assign_coords(
+        {**times, "x": ("x", x[0], {"units": "mm"}), "y": ("y", y[:, 0], {"units": "mm"})}
+    )
 
 
 def _elevation_of(opened: xr.Dataset) -> str | None:

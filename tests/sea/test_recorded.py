@@ -160,6 +160,62 @@ def test_a_zarr_store_is_read_too(sea: Sea, data: xr.Dataset, tmp_path: Path) ->
     assert rms(again.elevation(*places) - sea.elevation(*places)) < sea.resolved.elevation_error
 
 
+def _hos_ocean(data: xr.Dataset, path: Path, zones: int) -> str:
+    """As its output routine writes it: x fastest, places in the first zone alone, times to a hundredth."""
+    eta, (columns, rows) = data["elevation"].values, (data["x"].size, data["y"].size)
+    east, north = np.meshgrid(data["x"].values + 64.0, data["y"].values + 64.0)
+    with path.open("w") as file:
+        file.write('#Restart previous computation :: 0\nTITLE=" 3D free surface elevation "\n')
+        file.write('VARIABLES="x","y","eta","phis"\n')
+        for zone in range(zones):
+            shared = "" if zone == 0 else ", D=(1,2)"
+            file.write(f"ZONE SOLUTIONTIME = {STEP_S * zone:9.2f}{shared}, I={columns:5d}, J={rows:5d}\n")
+            row = [eta[zone].ravel(), np.zeros(eta[zone].size)]
+            np.savetxt(
+                file, np.stack(([east.ravel(), north.ravel(), *row] if zone == 0 else row), axis=1), fmt="%12.5E"
+            )
+    return str(path)
+
+
+def test_hos_oceans_own_file_is_read(sea: Sea, data: xr.Dataset, tmp_path: Path) -> None:
+    """Places from 0: the antenna stands at its corner, and the patch repeats. Six digits of the height are written."""
+    path = _hos_ocean(data, tmp_path / "3d.dat", 24)
+    file = recorded_sea(path)
+    assert (file.frames, file.points, file.periodic, file.step_s) == (24, 128, True, pytest.approx(STEP_S))
+    again = realize(scene_like(path).sea, 1)
+    x, y, _ = somewhere(30.0)
+    t = np.random.default_rng(3).uniform(0.0, again.ends_s - 0.01, x.size)
+    assert rms(again.elevation(x, y, t) - sea.elevation(x - 64.0, y - 64.0, t)) < 2.0 * sea.resolved.elevation_error
+    np.testing.assert_allclose(again.velocity(x, y, t)[:, :2], 0.0, atol=1e-9)  # its potential was written as 0
+
+
+def test_hos_oceans_file_that_is_cut_off_ends_with_its_last_whole_zone(data: xr.Dataset, tmp_path: Path) -> None:
+    path = tmp_path / "3d.dat"
+    _hos_ocean(data, path, 16)
+    path.write_bytes(path.read_bytes()[:-1000])
+    assert recorded_sea(str(path)).frames == 15
+
+
+def test_a_stereo_cameras_grid_is_read(sea: Sea, data: xr.Dataset, tmp_path: Path) -> None:
+    """As WASS has it: places of all points and heights in mm, frames by number, times beside them."""
+    east, north = np.meshgrid(1000.0 * data["x"].values, 1000.0 * data["y"].values)
+    grid = xr.Dataset(
+        {
+            "X_grid": (("X", "Y"), east, {"units": "millimeter"}),
+            "Y_grid": (("X", "Y"), north, {"units": "millimeter"}),
+            "Z": (("count", "X", "Y"), 1000.0 * data["elevation"].values, {"units": "millimeter"}),
+            "time": ("count", data["time"].values),
+        }
+    )
+    path = write(grid, tmp_path / "wass.nc")
+    file = recorded_sea(path)
+    assert (file.periodic, file.reach_m) == (False, pytest.approx(64.0 - 0.05 * 128.0))
+    waves = FileWaves(spectrum="file", kind="recorded", file=path)
+    again = realize(SeaSettings(model="recorded", file=path, extent_m=115.0, resolution_m=1.0, waves=(waves,)), 1)
+    places = somewhere(55.0)
+    assert rms(again.elevation(*places) - sea.elevation(*places)) < 0.02 * sea.resolved.elevation_std
+
+
 def test_the_antenna_stands_in_the_middle_of_a_patch_that_does_not_hold_it(sea: Sea, tmp_path: Path) -> None:
     again, (x, y, t) = read(dataset_of(sea, west_m=1000.0), tmp_path / "sea.nc"), somewhere()
     middle = 1000.0 + 0.5 * (SIDE_M - 1.0)
