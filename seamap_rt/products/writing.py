@@ -9,7 +9,7 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.image import imsave
 
-from ..errors import NoBackend
+from ..errors import InputError, NoBackend
 from ..io.appendable import AppendableNetCDF
 from ..io.interrupts import uninterrupted
 from ..io.results_folder import clear_folder, growing, results_folder, write_whole
@@ -86,6 +86,11 @@ def write_sea(
         say("preparing the sea")
         simulator, drawn = Simulator(scene), Moments()
         sea = simulator.sea
+        if seconds[-1] > sea.ends_s:
+            raise InputError(
+                f"--times {times}: must end at {sea.ends_s:.4g} s or before, where the record of sea.file ends; give "
+                f"--times 0:{sea.ends_s:.3g}:0.5"
+            )
         trace = tracer(scene.tracing.tracer, scene.radar, scene.scattering, diffraction=scene.tracing.diffraction)
         camera = Camera(scene, sea, trace, points, simulator.surface)
         spectrum = directional_spectrum(scene, sea)
