@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
@@ -14,7 +14,9 @@ from ..io.committed_file import part_of
 from ..io.growing_file import read_whole_turns
 from ..settings import QuietSettings
 from . import figures
+from .verified_view import VerifiedPanel
 from .views import Source
+from .what_came import Came
 from .words import label_of
 
 if TYPE_CHECKING:
@@ -76,7 +78,7 @@ def _array(file: h5py.File, name: str) -> h5py.Dataset:
 def _ahead(issue: int, told: dict[str, np.ndarray], source: Source) -> Ahead:
     quiet = source.scene.prediction.quiet if source.scene is not None else QuietSettings()
     lead = told["lead"].astype(float)
-    limits = [f"{words_of(f'prediction.quiet.{key}')} {value:g}" for key, value in _given(quiet)]
+    limits = [f"{words_of(f'prediction.quiet.{key}')} {value:g} {unit}" for key, value, unit in _given(quiet)]
     return Ahead(
         issue=issue,
         lead_s=lead,
@@ -91,9 +93,9 @@ def _ahead(issue: int, told: dict[str, np.ndarray], source: Source) -> Ahead:
     )
 
 
-def _given(quiet: QuietSettings) -> list[tuple[str, float]]:
-    names = ("elevation_m", "velocity_z_m_s", "heave_m", "roll_deg", "pitch_deg")
-    return [(name, float(value)) for name in names if (value := getattr(quiet, name)) is not None]
+def _given(quiet: QuietSettings) -> list[tuple[str, float, str]]:
+    units = {"elevation_m": "m", "velocity_z_m_s": "m/s", "heave_m": "m", "roll_deg": "°", "pitch_deg": "°"}
+    return [(name, float(value), unit) for name, unit in units.items() if (value := getattr(quiet, name)) is not None]
 
 
 def words_of(key: str) -> str:
@@ -111,7 +113,8 @@ class ForecastPanel:
         blank = figures.figure([], figures.layout(view.page.dark))
         self.ahead = ui.plotly(blank).classes("w-full").mark("forecast")
         self.windows = ui.plotly(blank).classes("w-full")
-        self.past = ui.column().classes("w-full")
+        with ui.column().classes("w-full min-w-0 gap-2") as self.past:
+            self.verified = VerifiedPanel(view)
 
     async def show(self, source: Source, turn: int) -> None:
         """The last forecast up to a turn."""
@@ -119,6 +122,7 @@ class ForecastPanel:
         there = found is not None
         self.ahead.set_visibility(there)
         self.windows.set_visibility(found is not None and bool(np.isfinite(found.chance).any()))
+        self.past.set_visibility(there)
         if found is None:
             self.said.set_text(
                 "This run made no forecast yet. Tick “forecast too” beside Run; the first comes when maps show a sea."
@@ -127,25 +131,9 @@ class ForecastPanel:
         self.said.set_text(_words(found))
         self.ahead.update_figure(_curve(found, self.view.page.dark))
         self.windows.update_figure(_chances(found, self.view.page.dark))
-        self._past(await asyncio.to_thread(source.results.metrics))
-
-    def _past(self, metrics: dict[str, Any]) -> None:
-        self.past.clear()
-        rows = [row for row in metrics.get("prediction") or [] if isinstance(row, dict)]
-        if not rows:
-            return
-        names = [name for name in rows[0] if isinstance(rows[0][name], int | float | str)]
-        with (
-            self.past,
-            ui.expansion("How past forecasts of this run came out").classes("w-full section").props("dense"),
-        ):
-            columns = [{"name": name, "label": name.replace("_", " "), "field": name} for name in names]
-            shown = [{name: _short(row.get(name)) for name in names} for row in rows]
-            ui.table(rows=shown, columns=columns, pagination=10).props("dense flat").classes("w-full")
-
-
-def _short(value: Any) -> Any:
-    return f"{value:.3g}" if isinstance(value, float) else value
+        came = await self.verified.show(source, turn)
+        if came is not None:
+            self.ahead.update_figure(_curve(found, self.view.page.dark, came))
 
 
 def _words(ahead: Ahead) -> str:
@@ -166,7 +154,8 @@ def _words(ahead: Ahead) -> str:
     return f"{window}. {crest}"
 
 
-def _curve(ahead: Ahead, dark: bool) -> figures.Figure:
+def _curve(ahead: Ahead, dark: bool, came: Came | None = None) -> figures.Figure:
+    """came: what came of it, where that is known."""
     wide = 1.96 * ahead.std_m
     data = [
         *figures.band(
@@ -174,6 +163,9 @@ def _curve(ahead: Ahead, dark: bool) -> figures.Figure:
         ),
         figures.line(ahead.lead_s, ahead.elevation_m, "water at the boat", figures.BLUE),
     ]
+    held = came.at(ahead.issue) if came is not None else None
+    if came is not None and held is not None:
+        data.append(figures.line(came.lead, came.true[held], "what came", figures.ink(dark), dash="dot"))
     at = ahead.highest
     data.append({
         "type": "scatter", "mode": "markers", "x": [float(ahead.lead_s[at])], "y": [float(ahead.elevation_m[at])],

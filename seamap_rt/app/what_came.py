@@ -1,0 +1,244 @@
+"""What came of a run's forecasts: the sea of its scene at the moments and places that they were made for.
+
+A sea of a million waves takes memory that a page should not hold: `python -m seamap_rt.app.what_came FOLDER` draws it
+again in a process of its own, from the scene and its seed, and prints what came as JSON; `what_came` asks for that.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections import OrderedDict
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError, one_line
+
+Array = NDArray[np.float64]
+
+_LONGEST_S = 300.0
+_MOST_KEPT = 8
+_KEPT: OrderedDict[tuple[str, int], Came] = OrderedDict()
+
+
+@dataclass(frozen=True)
+class Class:
+    """Windows of nearly one stated chance: stated, and share that was quiet."""
+
+    stated: float
+    found: float
+    count: int
+
+
+@dataclass(frozen=True)
+class CameWindows:
+    """Quiet windows that were forecast at the boat, and which came.
+
+    lead: s, (lead,), at which windows are told. judged: places of the issues that are judged. chance, quiet: of those,
+    (issue, lead). curves: by name, share of the other windows and of the quiet ones that score above a falling
+    threshold, and the area under that. classes: by stated chance. figures: as metrics.json has them.
+    """
+
+    lead: Array
+    judged: NDArray[np.intp]
+    chance: Array
+    quiet: Array
+    curves: dict[str, tuple[Array, Array, float]]
+    classes: tuple[Class, ...]
+    figures: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Came:
+    """Forecasts at the boat beside the sea that came; arrays (issue, lead) in m, issues by their turns from 0.
+
+    warm: (issue,) which rest on turns enough to be judged.
+    """
+
+    issue: NDArray[np.intp]
+    issued: Array
+    lead: Array
+    mean: Array
+    std: Array
+    true: Array
+    warm: NDArray[np.bool_]
+    windows: CameWindows | None
+
+    def nearest(self, lead_s: float) -> int:
+        """Of the leads, the place of the one that is nearest."""
+        return int(np.argmin(np.abs(self.lead - lead_s)))
+
+    def at(self, turn: int) -> int | None:
+        """Of the issues, the place of the last one up to a turn."""
+        held = np.flatnonzero(self.issue <= turn)
+        return int(held[-1]) if held.size else None
+
+    def sea(self) -> tuple[Array, Array]:
+        """Times [s] and the height that came, of all forecasts together."""
+        time, first = np.unique(np.round(self.issued[:, None] + self.lead, 3).ravel(), return_index=True)
+        return time, self.true.ravel()[first]
+
+    def by_lead(self) -> dict[str, Array]:
+        """(lead,) of the forecasts that are judged: rms of the error (`found`), of what was stated and of persistence,
+        over the standard deviation of the sea that came, and the correlation with it. NaN where not defined."""
+        mean, std, true = (each[self.warm] for each in (self.mean, self.std, self.true))
+        sigma = float(np.std(true)) or np.nan
+        rms = {
+            name: np.sqrt(np.mean(values**2, axis=0)) / sigma
+            for name, values in (("found", mean - true), ("stated", std), ("persistence", mean[:, :1] - true))
+        }
+        return rms | {"correlation": _correlation(mean, true)}
+
+
+def _correlation(a: Array, b: Array) -> Array:
+    """Of columns, about their means over the rows; NaN of fewer than three rows, or of what never changes."""
+    if a.shape[0] < 3:
+        return np.full(a.shape[1], np.nan)
+    a, b = a - a.mean(axis=0), b - b.mean(axis=0)
+    spread = np.sqrt(np.sum(a**2, axis=0) * np.sum(b**2, axis=0))
+    return np.divide(np.sum(a * b, axis=0), spread, out=np.full(a.shape[1], np.nan), where=spread > 0.0)
+
+
+def what_came(folder: Path) -> Came:
+    """Of a finished run that forecast; some seconds the first time, then kept. Safe in threads.
+
+    Raises InputError where there is nothing to tell of, or the sea cannot be drawn again.
+    """
+    try:
+        key = str(folder), (folder / "prediction.nc").stat().st_mtime_ns
+    except OSError:
+        raise InputError("no finished forecasts are here") from None
+    if key not in _KEPT:
+        _KEPT[key] = _parsed(_asked(folder))
+        while len(_KEPT) > _MOST_KEPT:
+            _KEPT.popitem(last=False)
+    return _KEPT[key]
+
+
+def _asked(folder: Path) -> Any:
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", __name__, str(folder)],
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=_LONGEST_S,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise InputError(f"the sea that came takes longer than {_LONGEST_S:.0f} s to draw again") from None
+    if done.returncode:
+        said = done.stderr.decode("utf-8", "replace").strip().splitlines()
+        raise InputError(one_line(said[-1]) if said else f"ended with exit code {done.returncode}")
+    return json.loads(done.stdout)
+
+
+def _parsed(told: Any) -> Came:
+    windows = told["windows"]
+    return Came(
+        issue=np.array(told["issue"], dtype=np.intp),
+        warm=np.array(told["warm"], dtype=bool),
+        windows=None if windows is None else _windows(windows),
+        **{name: _numbers(told[name]) for name in ("issued", "lead", "mean", "std", "true")},
+    )
+
+
+def _windows(told: Any) -> CameWindows:
+    return CameWindows(
+        lead=_numbers(told["lead"]),
+        judged=np.array(told["judged"], dtype=np.intp),
+        chance=_numbers(told["chance"]),
+        quiet=_numbers(told["quiet"]),
+        curves={
+            name: (_numbers(each["alarms"]), _numbers(each["hits"]), float(each["area"]))
+            for name, each in told["curves"].items()
+        },
+        classes=tuple(Class(**each) for each in told["classes"]),
+        figures=dict(told["figures"]),
+    )
+
+
+def _numbers(values: Any) -> Array:
+    return np.array(values, dtype=np.float64)  # null is NaN
+
+
+# ------------------------------------------------------------------------------------------------ the other process
+
+
+def told_of(folder: Path) -> dict[str, Any]:
+    """All that is told of a folder, as plain values. InputError where there is nothing to tell of."""
+    import xarray as xr
+
+    from ..forecast_errors import came, warm
+    from ..io.scenefile import read_toml
+    from ..resolved_scene import run_sea
+    from ..scene import scene_of
+
+    if not (folder / "scene.toml").is_file():
+        raise InputError("the scene is not known, and so nobody knows what came")
+    scene = scene_of(read_toml(folder / "scene.toml"))
+    with xr.open_dataset(folder / "prediction.nc", engine="h5netcdf") as opened:
+        forecasts = opened.isel(place=[0]).load()
+    if not forecasts.sizes["issue"]:
+        raise InputError("no turn showed a sea, so that nothing was forecast")
+    sea = run_sea(scene)
+    here = forecasts.isel(place=0)
+    return {
+        "issue": here["issue"].values,
+        "issued": here["issued"].values,
+        "lead": here["lead"].values,
+        "mean": here["elevation"].values,
+        "std": here["elevation_std"].values,
+        "true": came(sea, forecasts)[:, :, 0],
+        "warm": warm(forecasts),
+        "windows": _windows_told(sea, forecasts, scene.prediction.quiet.confidence),
+    }
+
+
+def _windows_told(sea: Any, forecasts: Any, confidence: float) -> dict[str, Any] | None:
+    from ..forecast_errors import warm
+    from ..window_errors import area, hits_and_alarms, judge_windows, reliability, windows_that_came
+
+    windows = windows_that_came(sea, forecasts)
+    if windows is None:
+        return None
+    judged = np.flatnonzero(warm(forecasts))
+    stated = forecasts["quiet"].values[judged]
+    told = np.isfinite(stated).all(axis=(0, 2))
+    scores = {"forecast": windows.chance, **windows.others}
+    both = bool(windows.quiet.any() and not windows.quiet.all())
+    curves = {}
+    for name, score in scores.items() if both else ():
+        hits, alarms = hits_and_alarms(score, windows.quiet)
+        curves[name] = {"alarms": alarms, "hits": hits, "area": area(score, windows.quiet)}
+    return {
+        "lead": forecasts["lead"].values[told],
+        "judged": judged,
+        "chance": windows.chance.reshape(judged.size, -1),
+        "quiet": windows.quiet.reshape(judged.size, -1).astype(float),
+        "curves": curves,
+        "classes": [
+            {"stated": each.stated, "found": each.found, "count": each.count} for each in reliability([windows])
+        ],
+        "figures": judge_windows(windows, confidence),
+    }
+
+
+def main() -> int:
+    """Print what came of the folder that is named."""
+    from ..io.plain_json import to_json
+
+    try:
+        print(to_json(told_of(Path(sys.argv[1]))))
+    except (InputError, OSError, KeyError, ValueError) as error:
+        print(one_line(str(error)), file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
