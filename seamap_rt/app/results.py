@@ -143,6 +143,12 @@ class Results:
         except OSError:
             return False
 
+    def attributes(self, name: str) -> dict[str, Any]:
+        """Of a group, named as "maps/polar". OSError, KeyError where there is none."""
+        tree, path = name.split("/", 1)
+        file = {"maps": self.maps, "truth": self.truth}[tree]
+        return self._read(file, lambda opened: {key: _plain(each) for key, each in opened[path].attrs.items()})
+
     def time(self, index: int) -> float:
         """When a turn began, s."""
         if index >= self._times.size:
@@ -166,6 +172,13 @@ class Results:
             for file in self._open.values():
                 file.close()
             self._open.clear()
+
+
+def _plain(value: Any) -> Any:
+    """NetCDF keeps a number as an array of one."""
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value.ravel()[0]
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
 
 
 def _array(file: h5py.File, name: str) -> h5py.Dataset:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,13 +13,10 @@ import numpy as np
 from nicegui import ui
 
 from ..errors import InputError
-from . import curves
 from .files import products_of
-from .forecast_view import ForecastPanel
 from .maps_panel import MapsPanel
 from .results import Results
 from .runs import find_runs, headline_of
-from .sea_view import SeaPanel
 from .views import MAP_VIEWS, Shown, Source
 
 if TYPE_CHECKING:
@@ -29,6 +27,7 @@ VIEWS = {
     "section": "Section",
     "range": "By range",
     "state": "Sea state",
+    "gauges": "Gauges",
     "forecast": "Forecast",
     "sea": "3-D",
 }
@@ -212,6 +211,8 @@ class SeeView:
         dark = self.page.dark
         key = (self.tab.run, view, dark)
         fresh = key != self._shown_key
+        module, name = _PANELS[view]
+        made = getattr(await asyncio.to_thread(import_module, f"seamap_rt.app.{module}"), name)
         self._empty.set_visibility(False)
         self._maps_place.set_visibility(False)
         self._curves_place.set_visibility(True)
@@ -219,7 +220,7 @@ class SeeView:
             self._shown_key = key
             self._curves_place.clear()
             with self._curves_place:
-                self._panel: Any = _PANELS[view](self)
+                self._panel: Any = made(self)
         await self._panel.show(source, turn)
 
     # ------------------------------------------------------------------------------------------------- the time
@@ -310,68 +311,11 @@ def _opened(folder: Path) -> Source | None:
     return Source(results) if results.turns() else None
 
 
-class _SectionPanel:
-    """The section, with the look to be chosen."""
-
-    def __init__(self, view: SeeView) -> None:
-        self.view = view
-        with ui.row().classes("w-full items-center gap-2 no-wrap"):
-            ui.label("Look").classes("text-sm")
-            self.slider = ui.slider(min=0, max=359, step=1, value=round(view.azimuth) % 360)
-            self.slider.props('label aria-label="Azimuth of the look"').classes("grow").mark("azimuth")
-            self.slider.on_value_change(lambda e: view.set_azimuth(float(e.value or 0.0)))
-        self.plot = ui.plotly(curves.figures.figure([], curves.figures.layout(view.page.dark))).classes("w-full")
-        self.plot.mark("section")
-
-    async def show(self, source: Source, turn: int) -> None:
-        section = await asyncio.to_thread(source.section, self.view.azimuth, turn)
-        heights = np.abs(np.concatenate([section.true, section.retrieved]))
-        limit = max(float(np.nanmax(heights)) if np.isfinite(heights).any() else 1.0, 0.2)
-        self.plot.update_figure(curves.section_graph(section, limit, self.view.page.dark))
-
-
-class _RangePanel:
-    """Error and visibility against range."""
-
-    def __init__(self, view: SeeView) -> None:
-        self.view = view
-        with ui.element("div").classes("w-full grid gap-2 grid-cols-1 lg:grid-cols-2"):
-            self.error, self.visible = (
-                ui.plotly(curves.figures.figure([], curves.figures.layout(view.page.dark))).classes("w-full").mark(name)
-                for name in ("error-by-range", "visible-by-range")
-            )
-
-    async def show(self, source: Source, turn: int) -> None:
-        told = await asyncio.to_thread(source.by_range, turn)
-        law = await asyncio.to_thread(source.expected)
-        dark = self.view.page.dark
-        self.error.update_figure(curves.error_graph({"": told}, law, dark))
-        self.visible.update_figure(curves.visible_graph({"": told}, law, dark))
-
-
-class _StatePanel:
-    """The sea state by the maps."""
-
-    def __init__(self, view: SeeView) -> None:
-        self.view, self._place = view, ui.column().classes("w-full")
-
-    async def show(self, source: Source, turn: int) -> None:
-        del turn
-        metrics = await asyncio.to_thread(source.results.metrics)
-        self._place.clear()
-        with self._place:
-            graph = curves.sea_state_graph(metrics, self.view.page.dark)
-            if graph is None:
-                ui.label("The sea state is worked out when the run has ended.").classes("text-sm")
-            else:
-                ui.label(str(metrics.get("sea_state_in_words", ""))).classes("font-bold").mark("sea-state")
-                ui.plotly(graph).classes("w-full")
-
-
-_PANELS: dict[str, Any] = {
-    "section": _SectionPanel,
-    "range": _RangePanel,
-    "state": _StatePanel,
-    "forecast": ForecastPanel,
-    "sea": SeaPanel,
+_PANELS = {  # and what shows them: loaded when a view is first chosen
+    "section": ("curve_panels", "SectionPanel"),
+    "range": ("curve_panels", "RangePanel"),
+    "state": ("curve_panels", "StatePanel"),
+    "gauges": ("gauge_view", "GaugePanel"),
+    "forecast": ("forecast_view", "ForecastPanel"),
+    "sea": ("sea_view", "SeaPanel"),
 }
