@@ -51,6 +51,7 @@ class RangePanel:
         told = await asyncio.to_thread(source.by_range, turn)
         law = await asyncio.to_thread(source.expected)
         dark = self.view.page.dark
+        self.error.set_visibility(bool(np.isfinite(told.rms).any() or np.isfinite(told.stated).any()))
         self.error.update_figure(curves.error_graph({"": told}, law, dark))
         self.visible.update_figure(curves.visible_graph({"": told}, law, dark))
 
@@ -68,12 +69,16 @@ class StatePanel:
         with self._place:
             graph = curves.sea_state_graph(metrics, self.view.page.dark)
             if graph is None:
-                ui.label(
-                    "The wave height, turn by turn, is worked out when a run has ended."
-                    if source.scene is not None
-                    else "The wave height of recorded echoes stands in their page (Take away, retrieval.html)."
-                ).classes("text-sm")
+                ui.label(_why_no_state(source)).classes("text-sm")
             else:
                 ui.label(str(metrics.get("sea_state_in_words", ""))).classes("font-bold").mark("sea-state")
                 ui.plotly(graph).classes("w-full")
         await self._spectrum.show(source, turn)
+
+
+def _why_no_state(source: Source) -> str:
+    if not source.results.has_maps:
+        return "Nothing was retrieved of these echoes yet: press Retrieve beside them in Runs."
+    if source.results.growing or source.scene is not None:
+        return "The wave height, turn by turn, is worked out when a run has ended."
+    return "The wave height of these echoes stands in their own page: Take away, retrieval.html."

@@ -21,10 +21,13 @@ def section_graph(section: Section, limit_m: float, dark: bool) -> Figure:
     ground = section.ground_m
     order = np.argsort(section.placed_m)
     placed = section.placed_m[order]
-    data = [
-        *figures.band(placed, section.low[order], section.high[order], "± 1.96 stated errors", figures.VERMILION, 0.2),
-        figures.line(placed, section.retrieved[order], "retrieved", figures.VERMILION),
-    ]
+    data: list[Figure] = []
+    if np.isfinite(section.retrieved).any():
+        low, high = section.low[order], section.high[order]
+        data = [
+            *figures.band(placed, low, high, "± 1.96 stated errors", figures.VERMILION, 0.2),
+            figures.line(placed, section.retrieved[order], "retrieved", figures.VERMILION),
+        ]
     if np.isfinite(section.true).any():
         data.insert(0, figures.line(ground, section.true, "true", figures.ink(dark)))
     top = max(limit_m, section.antenna_m) * 1.1
@@ -63,7 +66,8 @@ def error_graph(told: Mapping[str, ByRange], floor: Prospects | None, dark: bool
         tail = f", {name}" if len(told) > 1 else ""
         if np.isfinite(each.rms).any():
             data.append(figures.line(each.centre_m, each.rms, f"rms error{tail}", colour))
-        data.append(figures.line(each.centre_m, each.stated, f"stated error{tail}", colour, dash="dash"))
+        if np.isfinite(each.stated).any():
+            data.append(figures.line(each.centre_m, each.stated, f"stated error{tail}", colour, dash="dash"))
     if floor is not None and floor.ahead is not None:
         expected = floor.ahead.profile["height_error"]
         data.append(
@@ -90,7 +94,8 @@ def visible_graph(told: Mapping[str, ByRange], law: Prospects | None, dark: bool
         tail = f", {name}" if len(told) > 1 else ""
         if np.isfinite(each.visible).any():
             data.append(figures.line(each.centre_m, 100.0 * each.visible, f"in sight{tail}", colour))
-        data.append(figures.line(each.centre_m, 100.0 * each.answered, f"answered{tail}", colour, dash="dot"))
+        if np.nansum(each.answered) > 0.0:
+            data.append(figures.line(each.centre_m, 100.0 * each.answered, f"answered{tail}", colour, dash="dot"))
     if law is not None:
         data.append(figures.line(law.ground_m, 100.0 * law.smith, "Smith 1967", figures.GREY, dash="dash"))
     look = figures.layout(

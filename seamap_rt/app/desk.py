@@ -25,6 +25,7 @@ class Tab:
     pinned: tuple[str, Scene] | None = None  # a design to hold the draft against, with its name
     run: str = ""  # that is looked at
     other: str = ""  # that it is compared with
+    trade: str = ""  # that is looked at
     turn: int = 0
     view: str = "heights"
     place: str = "Design"  # of the page

@@ -27,6 +27,12 @@ PRODUCTS = {  # that may be taken away, with their types; a page of ours is show
     "shadowing.csv": "text/csv; charset=utf-8",
     "metrics.json": "application/json",
     "scene.toml": "text/plain; charset=utf-8",
+    "sea.nc": "application/x-netcdf",
+    "statistics.txt": "text/plain; charset=utf-8",
+    "from_mast.png": "image/png",
+    "sea_surface.png": "image/png",
+    "directional_spectrum.png": "image/png",
+    "sea.gif": "image/gif",
 }
 
 

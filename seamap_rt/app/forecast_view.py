@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import h5py
@@ -15,12 +16,12 @@ from ..io.growing_file import read_whole_turns
 from ..settings import QuietSettings
 from . import figures
 from .verified_view import VerifiedPanel
-from .views import Source
 from .what_came import Came
 from .words import label_of
 
 if TYPE_CHECKING:
     from .see_view import SeeView
+    from .views import Source
 
 
 @dataclass(frozen=True)
@@ -46,12 +47,11 @@ class Ahead:
         return int(np.argmax(self.elevation_m))
 
 
-def read_ahead(source: Source, turn: int) -> Ahead | None:
-    """The last forecast that was issued up to a turn; None where there is none."""
-    path = source.results.folder / "prediction.nc"
+def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> Ahead | None:
+    """The last forecast that was issued up to a turn by its number; None where there is none. quiet: as was asked."""
+    path = folder / "prediction.nc"
     if not path.exists() and not part_of(path).exists():
         return None
-    last = source.results.turns()[turn]
 
     def read(file: h5py.File) -> tuple[int, dict[str, np.ndarray]] | None:
         issues = np.asarray(_array(file, "issue")[:])
@@ -66,7 +66,7 @@ def read_ahead(source: Source, turn: int) -> Ahead | None:
         return int(issues[at]), found
 
     told = read_whole_turns(path, read)
-    return None if told is None else _ahead(*told, source)
+    return None if told is None else _ahead(*told, quiet)
 
 
 def _array(file: h5py.File, name: str) -> h5py.Dataset:
@@ -75,8 +75,7 @@ def _array(file: h5py.File, name: str) -> h5py.Dataset:
     return found
 
 
-def _ahead(issue: int, told: dict[str, np.ndarray], source: Source) -> Ahead:
-    quiet = source.scene.prediction.quiet if source.scene is not None else QuietSettings()
+def _ahead(issue: int, told: dict[str, np.ndarray], quiet: QuietSettings) -> Ahead:
     lead = told["lead"].astype(float)
     limits = [f"{words_of(f'prediction.quiet.{key}')} {value:g} {unit}" for key, value, unit in _given(quiet)]
     return Ahead(
@@ -118,22 +117,34 @@ class ForecastPanel:
 
     async def show(self, source: Source, turn: int) -> None:
         """The last forecast up to a turn."""
-        found = await asyncio.to_thread(read_ahead, source, turn)
-        there = found is not None
-        self.ahead.set_visibility(there)
+        quiet = source.scene.prediction.quiet if source.scene is not None else QuietSettings()
+        number = source.results.turns()[turn]
+        found = await self._show(source.results.folder, number, quiet)
+        self.past.set_visibility(found is not None)
+        if found is None:
+            return
+        came = await self.verified.show(source, turn)
+        if came is not None:
+            self.ahead.update_figure(_curve(found, self.view.page.dark, came))
+
+    async def show_issue(self, folder: Path, number: int) -> None:
+        """Of a folder that has no maps, and so nothing that came."""
+        self.past.set_visibility(False)
+        await self._show(folder, number, QuietSettings())
+
+    async def _show(self, folder: Path, number: int, quiet: QuietSettings) -> Ahead | None:
+        found = await asyncio.to_thread(read_ahead, folder, number, quiet)
+        self.ahead.set_visibility(found is not None)
         self.windows.set_visibility(found is not None and bool(np.isfinite(found.chance).any()))
-        self.past.set_visibility(there)
         if found is None:
             self.said.set_text(
                 "This run made no forecast yet. Tick “forecast too” beside Run; the first comes when maps show a sea."
             )
-            return
+            return None
         self.said.set_text(_words(found))
         self.ahead.update_figure(_curve(found, self.view.page.dark))
         self.windows.update_figure(_chances(found, self.view.page.dark))
-        came = await self.verified.show(source, turn)
-        if came is not None:
-            self.ahead.update_figure(_curve(found, self.view.page.dark, came))
+        return found
 
 
 def _words(ahead: Ahead) -> str:

@@ -49,18 +49,17 @@ class MapSpectra:
 
 def map_spectra(source: Source, turn: int) -> MapSpectra:
     """Of the last turns up to one, by its place. OSError where a turn is not there."""
-    attributes = source.results.attributes("maps/polar")
-    turns = range(max(0, turn + 1 - MOST_TURNS), turn + 1)
-    retrieved = _mean([_polar(source, each, attributes, true=False) for each in turns])
-    true = (
-        _mean([_polar(source, each, attributes, true=True) for each in turns], as_it_is=True)
-        if source.results.has_truth
-        else None
-    )
-    why = ""
-    if retrieved is None:
+    results, turns = source.results, range(max(0, turn + 1 - MOST_TURNS), turn + 1)
+    attributes = results.attributes("maps/polar" if results.has_maps else "truth/polar")
+    told = {
+        true: _mean([_polar(source, each, attributes, true=true) for each in turns], as_it_is=true) if there else None
+        for true, there in ((False, results.has_maps), (True, results.has_truth))
+    }
+    retrieved, true = told[False], told[True]
+    why, shown = "", retrieved if results.has_maps else true
+    if shown is None:
         why = "Too little of the sea is in sight for a spectrum."
-    elif retrieved.directional is None:
+    elif shown.directional is None:
         why = (
             f"The looks span less than {_LEAST_SPAN:.0f}°, or nothing tells which way the waves run: directions are "
             "left out."
@@ -71,9 +70,9 @@ def map_spectra(source: Source, turn: int) -> MapSpectra:
 def _polar(source: Source, turn: int, attributes: dict[str, Any], *, true: bool) -> xr.Dataset:
     """What the estimator reads of a turn: as retrieved, or the true heights of all cells."""
     field, shape = source.results.field, (source.layout.azimuth.size, source.layout.range.size)
-    fields: dict[str, Any] = {
-        name: field(f"maps/polar/{name}", turn) for name in _FIELDS if source.results.has(f"maps/polar/{name}")
-    }
+    tree = "maps" if source.results.has_maps else "truth"
+    names = [name for name in _FIELDS if source.results.has(f"{tree}/polar/{name}")]
+    fields: dict[str, Any] = {name: field(f"{tree}/polar/{name}", turn) for name in names}
     if true:
         fields.pop("visible_share", None)
         fields["height"] = field("truth/polar/height", turn)
@@ -82,7 +81,7 @@ def _polar(source: Source, turn: int, attributes: dict[str, Any], *, true: bool)
         fields["quality"] = np.zeros(shape)
     variables: dict[str, Any] = {name: (("azimuth", "range"), values) for name, values in fields.items()}
     variables["quality"] = ("azimuth", "range"), np.nan_to_num(fields["quality"]).astype(np.int16)
-    variables["time"] = ("azimuth",), np.asarray(field("maps/polar/time", turn), dtype=np.float64)
+    variables["time"] = ("azimuth",), np.asarray(field(f"{tree}/polar/time", turn), dtype=np.float64)
     coordinates = {"azimuth": source.layout.azimuth, "range": source.layout.range}
     return xr.Dataset(variables, coordinates, attributes)
 

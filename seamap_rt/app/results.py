@@ -68,15 +68,25 @@ class Results:
         return self.truth.exists() or part_of(self.truth).exists()
 
     @property
+    def has_maps(self) -> bool:
+        """Whether anything was retrieved: a simulation alone has the true sea and the echoes."""
+        return self.maps.exists() or part_of(self.maps).exists()
+
+    @property
+    def _main(self) -> Path:
+        """What there is in any case."""
+        return self.maps if self.has_maps else self.truth
+
+    @property
     def growing(self) -> bool:
-        """Whether the maps are not finished."""
-        return not self.maps.exists()
+        """Whether the maps, or what there is instead, are not finished."""
+        return not self._main.exists()
 
     def turns(self) -> list[int]:
         """Numbers of the turns that are whole in the maps, and in the truth if there is one; none before the first."""
         try:
-            numbers = [int(each) for each in self._read(self.maps, lambda file: _array(file, "polar/turn")[:])]
-            if self.has_truth:
+            numbers = [int(each) for each in self._read(self._main, lambda file: _array(file, "polar/turn")[:])]
+            if self.has_truth and self.has_maps:
                 held = self._read(self.truth, lambda file: _array(file, "polar/turn").shape[0])
                 numbers = numbers[:held]
         except OSError:
@@ -90,7 +100,7 @@ class Results:
             names = ("polar/azimuth", "polar/range", "ground/x", "ground/y")
             return Layout(*(np.asarray(_array(file, name)[:], dtype=np.float64) for name in names))
 
-        return self._read(self.maps, read)
+        return self._read(self._main, read)
 
     def scene(self) -> Scene | None:
         """That was run; None of a retrieval, which knows none, and of a scene of another version."""
@@ -152,7 +162,7 @@ class Results:
     def time(self, index: int) -> float:
         """When a turn began, s."""
         if index >= self._times.size:
-            self._times = self._read(self.maps, lambda file: np.min(_array(file, "polar/time")[:], axis=1))
+            self._times = self._read(self._main, lambda file: np.min(_array(file, "polar/time")[:], axis=1))
         return float(self._times[index])
 
     def _read(self, path: Path, read: Callable[[h5py.File], Result]) -> Result:

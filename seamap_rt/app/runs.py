@@ -14,18 +14,21 @@ from ..io.scenefile import read_toml
 
 _DEEPEST = 3
 _MOST = 2000  # folders that are looked into
-_KINDS = {  # a product: what wrote it
-    "trade.nc": "trade",
-    "shadowing.nc": "shadowing",
-    "retrieval.html": "retrieval",
-    "truth.nc": "run",
-    "maps.nc": "retrieval",
+KINDS = {  # what wrote a folder: products of which all are there; the first that fits counts
+    "trade": ("trade.json",),
+    "shadowing": ("shadowing.nc",),
+    "run": ("truth.nc", "maps.nc"),
+    "retrieval": ("maps.nc",),
+    "simulation": ("truth.nc",),
+    "sea": ("sea.nc",),
+    "forecast": ("prediction.nc",),
 }
+MAPPED = ("run", "retrieval", "simulation")  # kinds that are seen turn by turn
 
 
 @dataclass(frozen=True)
 class RunEntry:
-    """A folder of results. name: relative to the runs. kind: run, retrieval, trade or shadowing. when: Unix time."""
+    """A folder of results. name: relative to the runs. kind: of KINDS. when: Unix time."""
 
     name: str
     kind: str
@@ -57,8 +60,8 @@ def find_runs(runs: Path) -> list[RunEntry]:
 def kind_of(folder: Path, files: set[str] | None = None) -> str | None:
     """What wrote a folder; None for one that holds no results."""
     there = files if files is not None else {path.name for path in folder.iterdir()}
-    for product, kind in _KINDS.items():
-        if product in there or part_of(folder / product).name in there:
+    for kind, products in KINDS.items():
+        if all(product in there or part_of(folder / product).name in there for product in products):
             return kind
     return None
 

@@ -11,7 +11,7 @@ from nicegui import ui
 
 from .files import products_of
 from .jobs import Job
-from .runs import RunEntry, find_runs
+from .runs import RunEntry, find_runs, free_name
 
 if TYPE_CHECKING:
     from .page import Page
@@ -92,13 +92,30 @@ class RunsView:
                 )
                 if entry.headline:
                     ui.label(entry.headline).classes("text-sm")
-            if entry.kind in ("run", "retrieval"):
-                ui.button("See", icon="visibility", on_click=lambda: self.page.see(entry.name)).props(
-                    "dense no-caps flat"
-                ).mark(f"see-{entry.name}")
+            if entry.kind == "simulation":
+                again = ui.button("Retrieve", icon="travel_explore", on_click=lambda: self._retrieve(entry.name))
+                again.props(f'dense no-caps flat aria-label="Retrieve {entry.name}"')
+            see = ui.button("See", icon="visibility", on_click=lambda: open_folder(self.page, entry.name, entry.kind))
+            see.props(f'dense no-caps flat aria-label="See {entry.name}"').mark(f"see-{entry.name}")
             with ui.button(icon="download").props('flat dense round aria-label="Take away"'), ui.menu():
                 for name in products_of(folder):
                     ui.menu_item(name, on_click=partial(ui.navigate.to, f"/files/{entry.name}/{name}", new_tab=True))
+
+    def _retrieve(self, name: str) -> None:
+        """Maps from the echoes of a simulation, in a folder beside it."""
+        taken = {job.folder for job in self.queue.jobs() if not job.over}
+        folder = free_name(self.page.desk.roots.runs, f"{name}-maps", taken)
+        echoes = self.page.desk.roots.run(name) / "echoes.zarr"
+        self.queue.add(f"maps from the echoes of {name}", folder, "", ["retrieve", str(echoes), "--out", "{out}"])
+
+
+def open_folder(page: Page, name: str, kind: str | None) -> None:
+    """A folder of results where it is seen: a trade in its own place, all else in See."""
+    if kind == "trade":
+        page.tab.trade = name
+        page.go("Trade")
+    else:
+        page.see(name)
 
 
 class _Row:
@@ -122,8 +139,10 @@ class _Row:
                     ui.button(icon="close", on_click=lambda: page.desk.queue.forget(job.name)).props(
                         'flat dense round aria-label="Take off the list"'
                     )
-                if job.state != "queued" and job.words[0] == "run":
-                    ui.button("See", icon="visibility", on_click=lambda: page.see(job.folder)).props("dense no-caps")
+                if job.state != "queued":
+                    kind = "trade" if job.words[0] == "trade" else None
+                    see = ui.button("See", icon="visibility", on_click=lambda: open_folder(page, job.folder, kind))
+                    see.props(f'dense no-caps aria-label="See {job.folder}"')
             if not job.over:
                 self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress" rounded size=8px')
 

@@ -26,9 +26,10 @@ def sea_surface(source: Source, turn: int, retrieved: bool) -> tuple[NDArray, ND
     """East (x,), north (y,), height (y, x) [m], whether in sight (y, x), and the half span of the heights."""
     step = max(1, -(-max(source.layout.x.size, source.layout.y.size) // _MOST))
     x, y = source.layout.x[::step], source.layout.y[::step]
-    name = "maps/ground/height" if retrieved or not source.results.has_truth else "truth/ground/height"
+    mapped = source.results.has_maps
+    name = "maps/ground/height" if mapped and (retrieved or not source.results.has_truth) else "truth/ground/height"
     height = source.results.field(name, turn)[::step, ::step].astype(np.float64)
-    seen = np.isfinite(source.results.field("maps/ground/time", turn))[::step, ::step]
+    seen = source.seen(turn)[::step, ::step]
     height = np.where(seen, height, np.nan)
     rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
     down, along = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
@@ -70,6 +71,7 @@ class SeaPanel:
     async def show(self, source: Source, turn: int) -> None:
         """The sea of a turn."""
         self._source = source, turn
+        self._retrieved.set_visibility(source.results.has_maps and source.results.has_truth)
         made = await asyncio.to_thread(sea_surface, source, turn, bool(self._retrieved.value))
         self.plot.update_figure(self._figure(*made, source.height_m))
 

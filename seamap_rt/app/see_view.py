@@ -16,7 +16,7 @@ from ..errors import InputError
 from .files import products_of
 from .maps_panel import MapsPanel
 from .results import Results
-from .runs import find_runs, headline_of
+from .runs import MAPPED, find_runs, headline_of, kind_of
 from .views import MAP_VIEWS, Shown, Source
 
 if TYPE_CHECKING:
@@ -46,6 +46,9 @@ class SeeView:
         self._playing = False
         self._azimuth: float | None = None
         self._shown_key: tuple[Any, ...] = ()
+        self._study = ""  # a folder without turns that is shown
+        self._headed = False  # whether the headline of a finished run was looked for
+        self._kinds: dict[str, str] = {}
         self._head()
         self._bar()
         self._views: Any = ui.tabs().props("dense no-caps outside-arrows mobile-arrows align=left")
@@ -58,6 +61,7 @@ class SeeView:
         with ui.column().classes("w-full min-w-0") as self._maps_place:
             self.maps = MapsPanel(page.width, page.dark, self._cut)
         self._curves_place = ui.column().classes("w-full min-w-0")
+        self._study_place = ui.column().classes("w-full min-w-0")
         ui.timer(_LOOK_S, self._look)
         ui.timer(_PLAY_S, self._play)
 
@@ -88,25 +92,36 @@ class SeeView:
 
     async def _enter(self) -> None:
         entries = await asyncio.to_thread(find_runs, self.page.desk.roots.runs)
-        queued = [job.folder for job in self.page.desk.queue.jobs() if job.words[0] == "run"]
-        found = [entry.name for entry in entries if entry.kind in ("run", "retrieval")]
-        names: list[str] = list(dict.fromkeys([*([self.tab.run] if self.tab.run else []), *queued, *found]))
-        chosen = self.tab.run or next(iter(names), "")
-        self.tab.run = chosen
-        self._choice.set_options({name: name for name in names}, value=chosen or None)
+        queued = [job.folder for job in self.page.desk.queue.jobs() if job.words[0] != "trade"]
+        self._kinds = {entry.name: entry.kind for entry in entries}
+        names: list[str] = list(dict.fromkeys([*([self.tab.run] if self.tab.run else []), *queued, *self._kinds]))
+        mapped = (name for name in names if self._kinds.get(name, "run") in MAPPED)
+        self.tab.run = self.tab.run or next(mapped, "") or next(iter(names), "")
+        self._choice.set_options({name: self._named(name) for name in names}, value=self.tab.run or None)
         if not names:
             self._tell("No run yet. Choose a scene in Design and press Run; its maps appear here, turn by turn.")
-        self.source = None
-        self._shown_key = ()
-        self._headline.set_text("")
+        self._forget()
         await self._look()
 
+    def _named(self, name: str) -> str:
+        kind = self._kinds.get(name, "run")
+        return name if kind == "run" else f"{name} · {kind}"
+
     def _choose(self, name: str | None) -> None:
-        if name and name != self.tab.run:
-            self.tab.run, self.tab.turn, self.source = name, -1, None
-            self._headline.set_text("")
-            self._shown_key = ()
-            self._azimuth = None
+        if not name or name == self.tab.run:
+            return
+        if self._kinds.get(name) == "trade":
+            self._choice.value = self.tab.run
+            self.tab.trade = name
+            self.page.go("Trade")
+            return
+        self.tab.run, self.tab.turn, self._azimuth = name, -1, None
+        self._forget()
+
+    def _forget(self) -> None:
+        """What is shown, so that it is opened anew."""
+        self.source, self._study, self._shown_key, self._headed = None, "", (), False
+        self._headline.set_text("")
 
     async def _look(self) -> None:
         """Whether the run has more turns than before; it is opened when the first is there."""
@@ -114,7 +129,10 @@ class SeeView:
             return
         try:
             if self.source is None:
-                opened = await asyncio.to_thread(_opened, self.page.desk.roots.run(self.tab.run))
+                folder = self.page.desk.roots.run(self.tab.run)
+                if await self._is_study(folder):
+                    return
+                opened = await asyncio.to_thread(_opened, folder)
                 if opened is None:
                     self._wait_for_it()
                     return
@@ -125,7 +143,8 @@ class SeeView:
             self.source = None
             self._wait_for_it(str(refusal))
             return
-        if not self._headline.text and not self.source.results.growing:
+        if not self._headed and not self.source.results.growing:
+            self._headed = True
             self._headline.set_text(headline_of(self.source.results.folder))
             self._fill_menu()
         if turns != self._turns or not self._shown_key:
@@ -139,11 +158,42 @@ class SeeView:
             self._slider.value = self.tab.turn
             await self._draw()
 
+    async def _is_study(self, folder: Path) -> bool:
+        """Whether a folder has no turns but is shown all the same; then it is."""
+        if self._study == self.tab.run:
+            return True
+        kind, job = kind_of(folder), self.page.desk.queue.of_folder(self.tab.run)
+        if kind not in _STUDIES or (job is not None and not job.over):
+            return False
+        self._study = self.tab.run
+        module, name = _STUDIES[kind]
+        made = getattr(await asyncio.to_thread(import_module, f"seamap_rt.app.{module}"), name)
+        self._fill_menu()
+        self._study_place.clear()
+        with self._study_place:
+            panel = made(self)
+        self._place_shown(self._study_place)
+        try:
+            await panel.show_folder(folder)
+        except _GONE as error:
+            self._tell(f"{self.tab.run}: cannot be read: {error}")
+        return True
+
+    def _place_shown(self, shown: Any) -> None:
+        """One of the places, alone; turns and views where there are any."""
+        for place in (self._empty, self._maps_place, self._curves_place, self._study_place):
+            place.set_visibility(place is shown)
+        turns = self.source is not None and shown is not self._study_place
+        for part in (self._controls, self._views):
+            part.set_visibility(turns)
+
     def _wait_for_it(self, why: str = "") -> None:
         job = self.page.desk.queue.of_folder(self.tab.run)
         if job is not None and not job.over:
             line = self.page.desk.queue.progress(job).line
-            self._tell(f"{self.tab.run}: {line}. Its maps appear here when the first turn is whole.")
+            turns = job.words[0] in ("run", "retrieve", "simulate")
+            when = "Its maps appear here when the first turn is whole." if turns else "It appears here when it is done."
+            self._tell(f"{self.tab.run}: {line}. {when}")
         elif job is not None and job.state in ("failed", "cancelled"):
             self._tell(f"{self.tab.run}: {job.state}: {job.reason}")
         else:
@@ -152,9 +202,7 @@ class SeeView:
     def _tell(self, words: str) -> None:
         """Instead of a view."""
         self._empty.set_text(words)
-        self._empty.set_visibility(True)
-        self._maps_place.set_visibility(False)
-        self._curves_place.set_visibility(False)
+        self._place_shown(self._empty)
 
     # ------------------------------------------------------------------------------------------------- drawing
 
@@ -197,9 +245,7 @@ class SeeView:
         return max(source.scene.turns if source.scene is not None else 0, len(self._turns))
 
     def _show_maps(self, shown: Shown, view: str) -> None:
-        self._empty.set_visibility(False)
-        self._maps_place.set_visibility(True)
-        self._curves_place.set_visibility(False)
+        self._place_shown(self._maps_place)
         key = (self.tab.run, view, self.page.dark)
         if key == self._shown_key:
             self.maps.frame(shown.values)
@@ -213,9 +259,7 @@ class SeeView:
         fresh = key != self._shown_key
         module, name = _PANELS[view]
         made = getattr(await asyncio.to_thread(import_module, f"seamap_rt.app.{module}"), name)
-        self._empty.set_visibility(False)
-        self._maps_place.set_visibility(False)
-        self._curves_place.set_visibility(True)
+        self._place_shown(self._curves_place)
         if fresh:
             self._shown_key = key
             self._curves_place.clear()
@@ -318,4 +362,9 @@ _PANELS = {  # and what shows them: loaded when a view is first chosen
     "gauges": ("gauge_view", "GaugePanel"),
     "forecast": ("forecast_view", "ForecastPanel"),
     "sea": ("sea_view", "SeaPanel"),
+}
+_STUDIES = {  # kinds of folders without turns, and what shows them
+    "shadowing": ("shadowing_view", "ShadowingPanel"),
+    "sea": ("pictured_view", "PicturedPanel"),
+    "forecast": ("issues_view", "IssuesPanel"),
 }

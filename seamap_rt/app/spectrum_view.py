@@ -48,11 +48,12 @@ class SpectrumPanel:
             return
         law = await asyncio.to_thread(source.expected)
         dark = self.view.page.dark
-        self._body.set_visibility(found.retrieved is not None)
+        there = found.retrieved is not None or found.true is not None
+        self._body.set_visibility(there)
         turns = f"the last {found.turns} turns" if found.turns > 1 else "this turn"
-        of = f"Of {turns}, in the frame of the water. {found.why}" if found.retrieved is not None else found.why
+        of = f"Of {turns}, in the frame of the water. {found.why}" if there else found.why
         self._said.set_text(of)
-        if found.retrieved is None:
+        if not there:
             return
         self._density.update_figure(_by_frequency(found, law, dark))
         told = [each.directional for each in (found.true, found.retrieved) if each is not None]
@@ -83,8 +84,8 @@ def _by_frequency(found: MapSpectra, law: Prospects | None, dark: bool) -> Figur
                 dash="dash",
             )
         )
-    assert found.retrieved is not None
-    data.append(figures.line(found.retrieved.frequency, found.retrieved.density, "by the maps", figures.VERMILION))
+    if found.retrieved is not None:
+        data.append(figures.line(found.retrieved.frequency, found.retrieved.density, "by the maps", figures.VERMILION))
     look = figures.layout(
         dark, "Wave spectrum by frequency", 340, margin=_MARGIN,
         xaxis=figures.axis("Frequency (Hz)", dark, rangemode="tozero"),

@@ -13,6 +13,7 @@ from . import figures
 from .files import products_of
 from .prospects import run_seconds
 from .runs import find_runs, free_name
+from .trade_point import folder_of_point, scene_of_point, words_of_point
 from .trading import MEASURES, Point, count_of, graph, numeric_fields, read_points, words_of
 
 if TYPE_CHECKING:
@@ -45,7 +46,16 @@ class TradeView:
                 self._menu = ui.menu()
         self._plot = ui.plotly(figures.figure([], figures.layout(page.dark))).classes("w-full").mark("trade-graph")
         self._plot.on("plotly_click", self._clicked, args=["points"])
-        self._note = ui.label("Click a point to take its value into the design.").classes("text-xs opacity-80")
+        self._note = ui.label().classes("text-xs opacity-80")
+        with ui.row().classes("w-full items-center gap-2") as self._chosen_row:
+            self._point = ui.select({}, label="Point", on_change=self._point_chosen)
+            self._point.props("dense outlined options-dense").classes("w-96 max-w-full").mark("trade-point")
+            self._maps = ui.button("Run this point", icon="map", on_click=self._open_maps)
+            self._maps.props("no-caps dense").mark("trade-maps")
+            ui.button("Into the design", icon="edit", on_click=self._into_design).props("flat no-caps dense").mark(
+                "trade-design"
+            )
+        self._point_said = ui.label().classes("text-sm").props("role=status").mark("trade-point-said")
         ui.timer(_LOOK_S, self._look)
 
     def _key(self, number: int) -> Any:
@@ -70,7 +80,9 @@ class TradeView:
         names = [entry.name for entry in entries if entry.kind == "trade"]
         queued = [job.folder for job in self.page.desk.queue.jobs() if job.words[0] == "trade"]
         names = list(dict.fromkeys([*queued, *names]))
-        chosen = self._choice.value if self._choice.value in names else next(iter(names), None)
+        wanted = self.tab.trade or self._choice.value
+        chosen = wanted if wanted in names else next(iter(names), None)
+        self.tab.trade = ""
         self._choice.set_options({name: name for name in names}, value=chosen)
         await self._look()
 
@@ -133,6 +145,7 @@ class TradeView:
         if not name:
             self._note.set_text("No trade yet: choose a key and its values, and press Trade.")
             self._plot.set_visibility(False)
+            self._chosen_row.set_visibility(False)
             return
         folder = self.page.desk.roots.runs / str(name)
         points = await asyncio.to_thread(read_points, folder)
@@ -149,25 +162,81 @@ class TradeView:
         if made is not None:
             self._plot.update_figure(made)
         self._note.set_text(_words(points))
+        self._fill_points()
         self._menu.clear()
         with self._menu:
             for product in products_of(folder):
                 target = f"/files/{name}/{product}"
                 ui.menu_item(product, on_click=partial(ui.navigate.to, target, new_tab=True))
 
+    # ------------------------------------------------------------------------------------------------ one point
+
+    def _fill_points(self) -> None:
+        """The points that are done, to be chosen by the keyboard too."""
+        done = {i: words_of_point(each) for i, each in enumerate(self._points) if each.status == "done"}
+        self._chosen_row.set_visibility(bool(done))
+        value = self._point.value if self._point.value in done else next(iter(done), None)
+        self._point.set_options(done, value=value)
+        self._point_chosen()
+
     def _clicked(self, event: events.GenericEventArguments) -> None:
-        """The design with the point's value; where the point has other keys, with theirs too."""
+        """A point of the graph becomes the chosen one: of several seeds the one that is nearest to what was clicked."""
         try:
             at = event.args["points"][0]
             place, value = at["x"], float(at["y"])
         except (KeyError, IndexError, TypeError, ValueError):
             return
         measure = str(self._measure.value)
-        near = [each for each in self._points if each.status == "done" and next(iter(each.keys.values())) == place]
-        if not near:
+        near = [
+            i
+            for i, each in enumerate(self._points)
+            if each.status == "done" and next(iter(each.keys.values())) == place
+        ]
+        if near:
+            self._point.value = min(near, key=lambda i: abs(self._points[i].metrics.get(measure, float("inf")) - value))
+
+    @property
+    def _chosen_point(self) -> Point | None:
+        number = self._point.value
+        return self._points[number] if isinstance(number, int) and number < len(self._points) else None
+
+    def _point_chosen(self) -> None:
+        """What can be done with it."""
+        point, trade = self._chosen_point, str(self._choice.value)
+        if point is None:
+            self._point_said.set_text("")
             return
-        chosen = min(near, key=lambda each: abs(each.metrics.get(measure, float("inf")) - value))
-        for key, each in chosen.keys.items():
+        roots, name = self.page.desk.roots, folder_of_point(trade, point)
+        there = (roots.runs / name).is_dir() or self.page.desk.queue.of_folder(name) is not None
+        self._maps.set_text("See its maps" if there else "Run this point")
+        self._point_said.set_text(
+            "Its maps are there." if there else
+            "A trade keeps the figures of its points, not their maps. Run this point: the same scene with the same "
+            "seed gives the same maps, and they open here turn by turn."
+        )  # fmt: skip
+
+    def _open_maps(self) -> None:
+        """Of a run of the point: the one that is there, else one that is queued now."""
+        point, trade, desk = self._chosen_point, str(self._choice.value), self.page.desk
+        if point is None:
+            return
+        name = folder_of_point(trade, point)
+        if not (desk.roots.runs / name).is_dir() and desk.queue.of_folder(name) is None:
+            try:
+                scene = scene_of_point(desk.roots.runs / trade, point, desk.roots)
+            except InputError as refusal:
+                self._point_said.set_text(str(refusal))
+                return
+            title = f"{trade}: {words_of_point(point)}"
+            desk.queue.add(title, name, scene.to_toml(), ["run", "{scene}", "--out", "{out}"], run_seconds(scene))
+        self.page.see(name)
+
+    def _into_design(self) -> None:
+        """The design with the point's values."""
+        point = self._chosen_point
+        if point is None:
+            return
+        for key, each in point.keys.items():
             self.tab.draft.set(key, each)
         self.page.go("Design")
         self.page.redraw_design()
@@ -176,5 +245,5 @@ class TradeView:
 def _words(points: list[Point]) -> str:
     done = sum(each.status == "done" for each in points)
     refused = next((each.reason for each in points if each.status != "done"), "")
-    told = f"{done} points are there. Click one to take its values into the design."
+    told = f"{done} points are there. Click one, or choose it below, to see its maps or take its values."
     return told + (f" {len(points) - done} came to nothing, as: {refused}" if refused else "")

@@ -100,8 +100,8 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
         })  # fmt: skip
         data.append({
             "type": "scatter", "mode": "markers", "x": [place for place in places for _ in values[place]],
-            "y": figures.plain([each for place in places for each in values[place]]), "hoverinfo": "skip",
-            "showlegend": False, "marker": {"color": colour, "size": 5, "opacity": 0.5},
+            "y": figures.plain([each for place in places for each in values[place]]), "name": "one seed",
+            "hoverinfo": "x+y+name", "showlegend": False, "marker": {"color": colour, "size": 6, "opacity": 0.5},
         })  # fmt: skip
     unit = shown_unit_of(first)
     look = figures.layout(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -48,9 +49,19 @@ class Source:
         self._scales: dict[str, Scale] = {}
         self._echoes: xr.Dataset | None = None
 
-    @property
+    @cached_property
     def height_m(self) -> float:
-        return self.scene.radar.height_m if self.scene is not None else 0.0
+        """Of the antennas: by the scene, else as the maps have slant and ground ranges, else as the echoes say."""
+        if self.scene is not None:
+            return self.scene.radar.height_m
+        try:
+            if self.results.has_maps:
+                square = self.layout.range**2 - self.results.field("maps/polar/ground_range", 0).astype(np.float64) ** 2
+                known = square[np.isfinite(square)]
+                return float(np.sqrt(max(np.median(known), 0.0))) if known.size else 0.0
+            return float(open_echoes(self.results.folder / "echoes.zarr").attrs["height_m"])
+        except (InputError, SchemaError, OSError, KeyError, IndexError, ValueError):
+            return 0.0
 
     @property
     def ground_m(self) -> NDArray[np.float64]:
@@ -75,18 +86,26 @@ class Source:
             if kind == "polar":
                 self._rasters[kind] = polar_raster(self.layout.azimuth, self.layout.range, self.height_m)
             else:
-                seen = np.isfinite(self.results.field("maps/ground/time", index))
+                seen = self.seen(index)
                 self._rasters[kind] = ground_raster(self.layout.x, self.layout.y, seen)
         return self._rasters[kind]
 
+    def seen(self, index: int) -> NDArray[np.bool_]:
+        """(row, column) of the ground cells that the beam passed in a turn."""
+        tree = "maps" if self.results.has_maps else "truth"
+        return np.isfinite(self.results.field(f"{tree}/ground/time", index))
+
     def _heights(self, index: int) -> tuple[list[Panel], list[Array]]:
         field = self.results.field
+        if not self.results.has_maps:
+            true = np.where(self.seen(index), field("truth/ground/height", index), np.nan)
+            return [Panel("True height", self._scale("height", lambda: _signed(true, true, "height")))], [true]
         retrieved, spread = field("maps/ground/height", index), field("maps/ground/height_std", index)
         panels = [Panel("Stated error", self._scale("spread", lambda: _spread(spread)), 3)]
         if not self.results.has_truth:
             height = self._scale("height", lambda: _signed(retrieved, retrieved, "height"))
             return [Panel("Retrieved height", height), *panels], [retrieved, spread]
-        true = np.where(np.isfinite(field("maps/ground/time", index)), field("truth/ground/height", index), np.nan)
+        true = np.where(self.seen(index), field("truth/ground/height", index), np.nan)
         error = retrieved - true
         height = self._scale("height", lambda: _signed(true, retrieved, "height"))
         wrong = self._scale("error", lambda: _errors(error, "Error (m)", style.HEIGHT_COLOURS))
@@ -95,8 +114,12 @@ class Source:
 
     def _slopes(self, index: int) -> tuple[list[Panel], list[Array]]:
         names = (("slope_x", "east"), ("slope_y", "north"))
+        seen = self.seen(index)
+        if not self.results.has_maps:
+            fields = [np.where(seen, self.results.field(f"truth/ground/{name}", index), np.nan) for name, _ in names]
+            scale = self._scale("slope", lambda: _signed(np.stack(fields), np.stack(fields), "slope"))
+            return [Panel(f"True slope to {to}", scale, 3) for _, to in names], fields
         retrieved = [self.results.field(f"maps/ground/{name}", index) for name, _ in names]
-        seen = np.isfinite(self.results.field("maps/ground/time", index))
         true = (
             [np.where(seen, self.results.field(f"truth/ground/{name}", index), np.nan) for name, _ in names]
             if self.results.has_truth
@@ -106,7 +129,7 @@ class Source:
         if not self.results.has_truth:
             return [Panel(f"Retrieved slope to {to}", scale, 3) for _, to in names], retrieved
         panels: list[Panel] = []
-        fields: list[Array] = []
+        fields = []
         for (_, to), t, r in zip(names, true, retrieved, strict=True):
             wrong = self._scale(f"error {to}", lambda t=t, r=r: _errors(r - t, "Error", style.SLOPE_COLOURS))
             panels += [
@@ -120,6 +143,11 @@ class Source:
 
     def _polar(self, index: int) -> tuple[list[Panel], list[Array]]:
         field = self.results.field
+        if not self.results.has_maps:
+            true, share = field("truth/polar/height", index), field("truth/polar/visible_fraction", index)
+            height = self._scale("polar height", lambda: _signed(true, true, "height"))
+            seen = Scale(0.0, 1.0, "cividis", "Share in sight")
+            return [Panel("True height", height), Panel("In sight of both antennas", seen)], [true, share]
         retrieved = field("maps/polar/height", index)
         true = field("truth/polar/height", index) if self.results.has_truth else retrieved
         height = self._scale("polar height", lambda: _signed(true, retrieved, "height"))
@@ -135,12 +163,14 @@ class Source:
         ]
 
     def _echo(self, index: int) -> tuple[list[Panel], list[Array]]:
-        phase = self.results.field("maps/polar/phase", index)
-        turn = Scale(-np.pi, np.pi, "twilight", "Phase (rad)")
         power, words = self._power(index)
         finite = power[np.isfinite(power)]
         low, high = (float(each) for each in np.quantile(finite, (0.02, 0.98))) if finite.size else (0.0, 1.0)
         strength = self._scale(f"echo {words}", lambda: Scale(low, max(high, low + 1.0), style.POWER_COLOURS, words))
+        if not self.results.has_maps:
+            return [Panel("Echo power", strength, 1)], [power]
+        phase = self.results.field("maps/polar/phase", index)
+        turn = Scale(-np.pi, np.pi, "twilight", "Phase (rad)")
         coherence = Scale(0.0, 1.0, "cividis", "Coherence")
         panels = [Panel("Echo power", strength, 1), Panel("Interferometric phase", turn), Panel("Coherence", coherence)]
         return panels, [power, phase, self.results.field("maps/polar/coherence", index)]
@@ -173,17 +203,17 @@ class Source:
         """The look that is nearest to an azimuth."""
         look = int(np.argmin(np.abs(wrap_degrees(self.layout.azimuth - azimuth_deg))))
         field, ground = self.results.field, self.ground_m
-        placed = field("maps/polar/ground_range", index)[look]
         missing = np.full(ground.size, np.nan)
-        known = self.results.has_truth
+        known, mapped = self.results.has_truth, self.results.has_maps
+        placed = field("maps/polar/ground_range", index)[look] if mapped else missing
         return Section(
             azimuth_deg=float(self.layout.azimuth[look] % 360.0),
             ground_m=ground,
             true=field("truth/polar/height", index)[look].astype(np.float64) if known else missing,
             visible=field("truth/polar/visible_fraction", index)[look].astype(np.float64) if known else missing,
             placed_m=np.where(np.isfinite(placed), placed, ground).astype(np.float64),
-            retrieved=field("maps/polar/height", index)[look].astype(np.float64),
-            spread=field("maps/polar/height_std", index)[look].astype(np.float64),
+            retrieved=field("maps/polar/height", index)[look].astype(np.float64) if mapped else missing,
+            spread=field("maps/polar/height_std", index)[look].astype(np.float64) if mapped else missing,
             antenna_m=self.height_m,
         )
 
@@ -192,7 +222,11 @@ class Source:
     def by_range(self, index: int) -> ByRange:
         """Errors of a turn by ground range, what it states of them, and how much is seen."""
         field, ground = self.results.field, self.ground_m
-        spread, retrieved = field("maps/polar/height_std", index), field("maps/polar/height", index)
+        blank_map = np.full((self.layout.azimuth.size, ground.size), np.nan)
+        spread, retrieved = (
+            field(f"maps/polar/{name}", index) if self.results.has_maps else blank_map
+            for name in ("height_std", "height")
+        )
         edges = np.arange(0.0, ground[-1] + _BIN_M, _BIN_M)
         place = np.searchsorted(edges, ground, side="right") - 1
         centres = 0.5 * (edges[1:] + edges[:-1])

@@ -1,0 +1,174 @@
+"""Folders of any kind are known by what is in them, and seen as far as they go; a trade's point is run as it was."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from seamap_rt.app.files import products_of
+from seamap_rt.app.results import Results
+from seamap_rt.app.runs import find_runs, kind_of
+from seamap_rt.app.safety import Roots
+from seamap_rt.app.sea_view import sea_surface
+from seamap_rt.app.trade_point import folder_of_point, scene_of_point, words_of_point
+from seamap_rt.app.trading import Point
+from seamap_rt.app.views import MAP_VIEWS, Source
+from seamap_rt.errors import InputError
+from seamap_rt.io.appendable import part_of
+from seamap_rt.scene import load_scene
+from seamap_rt.studies.sweep import Sweep
+
+_KINDS = {
+    "run": ("maps.nc", "truth.nc", "prediction.nc", "scene.toml"),
+    "retrieval": ("maps.nc", "retrieval.html"),
+    "simulation": ("truth.nc",),
+    "shadowing": ("shadowing.nc", "scene.toml"),
+    "trade": ("trade.json",),
+    "sea": ("sea.nc", "from_mast.png"),
+    "forecast": ("prediction.nc",),
+}
+
+
+@pytest.mark.parametrize("kind", _KINDS)
+def test_a_folder_is_known_by_what_is_in_it(tmp_path: Path, kind: str) -> None:
+    folder = tmp_path / "runs" / "one"
+    folder.mkdir(parents=True)
+    for name in _KINDS[kind]:
+        (folder / name).touch()
+    assert kind_of(folder) == kind
+    assert [(each.name, each.kind) for each in find_runs(tmp_path / "runs")] == [("one", kind)]
+
+
+def test_a_run_is_one_from_its_first_turn_on(tmp_path: Path) -> None:
+    assert kind_of(tmp_path) is None
+    for name in ("truth.nc", "maps.nc"):
+        part_of(tmp_path / name).touch()
+    assert kind_of(tmp_path) == "run"
+
+
+# --------------------------------------------------------------------------------------- maps without truth, and back
+
+
+def _tree(retrieved: bool) -> xr.DataTree:
+    """A turn of a sector of 60°: a slope to the east, to 0.1 m; what lies beyond 60 m is in shadow."""
+    looks, slant = np.arange(240.5, 300.0, 1.0), np.arange(15.0, 90.0, 1.5)
+    angle, ground = np.radians(looks)[:, None], np.sqrt(slant**2 - 36.0)
+    height = 0.01 * ground * np.sin(angle)
+    lit = np.broadcast_to(ground < 60.0, height.shape)
+    x = y = np.arange(-90.0, 91.0, 3.0)
+    east, north = np.meshgrid(x, y)
+    bearing = np.degrees(np.arctan2(east, north)) % 360.0
+    passed = (bearing > 240.0) & (bearing < 300.0) & (np.hypot(east, north) < 90.0)
+    time = np.where(passed, 0.5, np.nan)
+    polar = {"height": height, "ground_range": np.broadcast_to(ground, height.shape)}
+    grounds = {"height": np.where(passed, 0.01 * east, np.nan), "slope_x": np.full(east.shape, 0.01)}
+    grounds |= {"slope_y": np.zeros(east.shape), "time": time, "height_std": np.full(east.shape, 0.1)}
+    polar |= {"height_std": np.full(height.shape, 0.1), "phase": 0.1 * height, "coherence": 0.9 * np.ones(height.shape)}
+    polar |= {"snr_db": 20.0 * np.ones(height.shape), "quality": np.zeros(height.shape, np.int16)}
+    if retrieved:
+        polar["height"] = np.where(lit, height + 0.1, np.nan)
+    else:
+        polar["visible_fraction"] = lit.astype(float)
+    groups = {
+        "/polar": xr.Dataset(
+            {n: (("turn", "azimuth", "range"), v[None]) for n, v in polar.items()}
+            | {"time": (("turn", "azimuth"), np.linspace(0.0, 1.0, looks.size)[None])},
+            {"turn": [0], "azimuth": looks, "range": slant},
+        ),
+        "/ground": xr.Dataset(
+            {n: (("turn", "y", "x"), v[None]) for n, v in grounds.items()}, {"turn": [0], "x": x, "y": y}
+        ),
+    }
+    return xr.DataTree.from_dict(groups)
+
+
+def _source(folder: Path, *products: str) -> Source:
+    for name in products:
+        _tree(name == "maps").to_netcdf(folder / f"{name}.nc", engine="h5netcdf")
+    return Source(Results(folder))
+
+
+def test_a_retrieval_shows_what_it_has_and_no_error(tmp_path: Path) -> None:
+    source = _source(tmp_path, "maps")
+    titles = {view: [panel.title for panel in source.view(view, 0).panels] for view in MAP_VIEWS}
+    assert titles["heights"] == ["Retrieved height", "Stated error"]
+    assert titles["slopes"] == ["Retrieved slope to east", "Retrieved slope to north"]
+    assert titles["polar"] == ["Retrieved height", "Stated error"]
+    assert titles["echo"] == ["Echo power", "Interferometric phase", "Coherence"]
+    assert source.height_m == pytest.approx(6.0)  # by its own ranges: no scene says it
+    assert np.isnan(source.section(270.0, 0).true).all()
+    told = source.by_range(0)
+    assert np.isnan(told.rms).all()
+    assert np.nanmedian(told.stated) == pytest.approx(0.1)
+
+
+def test_a_simulation_shows_the_true_sea_alone(tmp_path: Path) -> None:
+    source = _source(tmp_path, "truth")
+    assert source.results.turns() == [0]
+    assert not source.results.growing
+    titles = {view: [panel.title for panel in source.view(view, 0).panels] for view in ("heights", "slopes", "polar")}
+    assert titles["heights"] == ["True height"]
+    assert titles["slopes"] == ["True slope to east", "True slope to north"]
+    assert titles["polar"] == ["True height", "In sight of both antennas"]
+    section = source.section(270.0, 0)
+    assert np.isnan(section.retrieved).all()
+    np.testing.assert_allclose(section.true, -0.01 * np.sqrt(source.layout.range**2 - 36.0), rtol=1e-3)
+    told = source.by_range(0)
+    assert np.isnan(told.rms).all()
+    assert (told.visible[1], told.visible[7]) == (1.0, 0.0)
+    x, _, height, lit, _ = sea_surface(source, 0, retrieved=True)
+    assert np.isfinite(height).any()
+    assert lit.any()
+    assert x.max() <= 3.0  # the west alone is looked at
+
+
+def test_a_run_has_both_and_their_difference(tmp_path: Path) -> None:
+    source = _source(tmp_path, "maps", "truth")
+    assert [panel.title for panel in source.view("heights", 0).panels][:3] == [
+        "True height",
+        "Retrieved height",
+        "Error",
+    ]
+    assert np.nanmax(source.by_range(0).rms) == pytest.approx(0.1, rel=1e-4)
+
+
+def test_pictures_of_the_sea_may_be_taken_away(tmp_path: Path) -> None:
+    for name in ("from_mast.png", "statistics.txt", "other.png"):
+        (tmp_path / name).touch()
+    assert set(products_of(tmp_path)) == {"from_mast.png", "statistics.txt"}
+
+
+# --------------------------------------------------------------------------------------------------- a trade's point
+
+
+def test_a_point_is_run_with_the_scene_and_the_seed_that_the_trade_gave_it(tmp_path: Path) -> None:
+    scene = load_scene("tiny")
+    vary = {"radar.height_m": [4.0, 8], "radar.antenna.azimuth_beamwidth_deg": [1.8, 2.5]}
+    sweep = Sweep.of(scene, vary, 2, tmp_path)
+    (tmp_path / "trade.json").write_text(json.dumps(sweep.manifest))
+    roots = Roots(tmp_path)
+    names = set()
+    for each, wanted in zip(sweep.points, sweep.scenes, strict=True):
+        point = Point(each.keys, each.seed, "done", "", {})
+        assert scene_of_point(tmp_path, point, roots) == wanted
+        names.add(folder_of_point("trade", point))
+    assert len(names) == 8
+    last = Point({"radar.height_m": 8}, 2, "done", "", {})
+    assert words_of_point(last) == "antenna height above the sea 8 m, seed 2"
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", '{"scene": 3}', '{"scene": "a = ["}'])
+def test_a_damaged_trade_is_refused_in_a_line(tmp_path: Path, content: str) -> None:
+    (tmp_path / "trade.json").write_text(content)
+    with pytest.raises(InputError, match=r"trade\.json cannot be read"):
+        scene_of_point(tmp_path, Point({"radar.height_m": 8}, 2, "done", "", {}), Roots(tmp_path))
+
+
+def test_a_points_folder_stays_beside_its_trade(tmp_path: Path) -> None:
+    point = Point({"sea.waves.0.file": "../../etc/x y"}, 1, "done", "", {})
+    assert "/" not in folder_of_point("trade", point)
+    assert (tmp_path / folder_of_point("trade", point)).resolve().parent == tmp_path
