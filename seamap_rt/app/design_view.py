@@ -15,6 +15,7 @@ from .form import Form
 from .prospects_view import ProspectsView
 from .runs import free_name
 from .safety import safe_name
+from .uploads import keep
 
 if TYPE_CHECKING:
     from .page import Page
@@ -151,7 +152,7 @@ class DesignView:
         with ui.row().classes("gap-2"):
             ui.button("Save", icon="download", on_click=self._save).props("flat dense no-caps").mark("save")
             ui.upload(
-                label="Load a scene (TOML), or a spectrum, pattern, motion or mesh",
+                label="Load a scene (TOML), or a file that another needs beside it",
                 auto_upload=True,
                 max_file_size=_MOST_FILE,
                 on_upload=self._uploaded,
@@ -176,11 +177,8 @@ class DesignView:
                 self._take(Draft.of_toml(content, self.page.desk.roots, name))
                 self._said.set_text(f"{name} is loaded.")
                 return
-            uploads = self.page.desk.roots.uploads
-            uploads.mkdir(exist_ok=True)
-            path = uploads / name
-            await asyncio.to_thread(path.write_bytes, content)
-            self._said.set_text(f"Kept as {path}: name it in the field of the file.")
+            path = await asyncio.to_thread(keep, self.page.desk.roots, "beside", name, content)
+            self._said.set_text(f"Kept as {path}: name it in a field, or leave it beside the file that needs it.")
         except (InputError, OSError) as refusal:
             self._said.set_text(str(refusal))
 

@@ -32,7 +32,7 @@ class Draft:
 
     def __init__(self, tree: Mapping[str, Any], name: str, roots: Roots, known: Scene | None = None) -> None:
         """known: the scene of the tree, where it is known to stand."""
-        self.name, self._roots = name, roots
+        self.name, self.roots = name, roots
         self._base: Tree = copy.deepcopy(dict(tree))
         self.tree: Tree = copy.deepcopy(self._base)
         self._before: list[Tree] = []
@@ -158,7 +158,7 @@ class Draft:
 
     def _check(self) -> None:
         try:
-            self._roots.check_files(self.tree)
+            self.roots.check_files(self.tree)
             self.scene, lines = scene_of(self.tree), ()
         except InputError as refusal:
             self.scene, lines = None, refusal.problems

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from nicegui import ui
@@ -11,7 +12,9 @@ from nicegui import ui
 from . import words
 from .draft import Draft
 from .fields import Field, Part, growing_lists, parts_of
+from .file_field import upload_button
 from .relevance import matters, switches
+from .uploads import kind_of_field
 
 _OPEN = ("", "sea.waves.0", "radar")
 _FIRST = {  # what is asked first; the rest of a section is behind "more"
@@ -139,7 +142,9 @@ class Form:
                 ).props("flat dense size=sm no-caps")
 
     def _restructure(self, change: Callable[..., None], *arguments: str) -> None:
+        before = {part.path for part in parts_of(self.draft.tree)}
         change(*arguments)
+        self._open |= {part.path for part in parts_of(self.draft.tree)} - before  # what was added is asked for now
         self.rebuild()
         self._changed(arguments[0])
 
@@ -164,12 +169,25 @@ class Form:
             element.props("dense outlined hide-bottom-space debounce=120 spellcheck=false autocomplete=off stack-label")
             if field.kind in ("number",):
                 element.props("inputmode=decimal")
+        kind = kind_of_field(field.key)
+        if kind is not None:
+            with element.add_slot("append"):
+                self._upload(element, kind)
         if field.kind != "switch":
             element.without_auto_validation()  # which would clear, after each change, what is refused
         element.classes("w-full").mark(field.key)
         element.props(f'data-key="{field.key}"')
         element.on("focusin", lambda: self._help.set_text(field.help))
         self._fields[field.key] = (field, element)
+
+    def _upload(self, element: Any, kind: str) -> None:
+        def said(line: str) -> None:
+            element.error = line or None
+
+        def taken(path: Path) -> None:
+            element.value = str(path)
+
+        upload_button(self.draft.roots, kind, said, taken)
 
     def _typed(self, field: Field, text: str | None) -> None:
         if field.kind in ("number", "list"):

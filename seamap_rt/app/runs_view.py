@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import time
 from functools import partial
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
@@ -35,12 +36,26 @@ class RunsView:
         self._rows: dict[str, _Row] = {}
         ui.label("Queue").classes("text-base font-bold")
         self._jobs = ui.column().classes("w-full gap-1").mark("jobs")
+        self._recordings: Any = None
+        self._recorded = ui.expansion("Recorded echoes", on_value_change=self._opened)
+        self._recorded.classes("w-full section").props("dense").mark("recordings")
         with ui.row().classes("w-full items-center"):
             ui.label("Results").classes("text-base font-bold")
             ui.label(f"in {page.desk.roots.runs}").classes("text-xs opacity-80 break-all")
             ui.button(icon="refresh", on_click=self._find).props('flat dense round aria-label="Look again"')
         self._results = ui.column().classes("w-full gap-1").mark("results")
         ui.timer(_LOOK_S, self._look)
+
+    async def _opened(self, event: Any) -> None:
+        """What takes recordings, which is loaded when it is first wanted."""
+        if not event.value:
+            return
+        module = await asyncio.to_thread(import_module, "seamap_rt.app.recordings_view")
+        if self._recordings is None:
+            with self._recorded:
+                self._recordings = module.RecordingsPanel(self.page)
+        else:
+            self._recordings.fill()
 
     async def enter_async(self) -> None:
         self._look()

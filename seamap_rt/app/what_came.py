@@ -7,7 +7,6 @@ again in a process of its own, from the scene and its seed, and prints what came
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 from collections import OrderedDict
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError, one_line
+from .child import asked
 
 Array = NDArray[np.float64]
 
@@ -114,27 +114,10 @@ def what_came(folder: Path) -> Came:
     except OSError:
         raise InputError("no finished forecasts are here") from None
     if key not in _KEPT:
-        _KEPT[key] = _parsed(_asked(folder))
+        _KEPT[key] = _parsed(json.loads(asked(__name__, str(folder), longest_s=_LONGEST_S)))
         while len(_KEPT) > _MOST_KEPT:
             _KEPT.popitem(last=False)
     return _KEPT[key]
-
-
-def _asked(folder: Path) -> Any:
-    try:
-        done = subprocess.run(
-            [sys.executable, "-m", __name__, str(folder)],
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            timeout=_LONGEST_S,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        raise InputError(f"the sea that came takes longer than {_LONGEST_S:.0f} s to draw again") from None
-    if done.returncode:
-        said = done.stderr.decode("utf-8", "replace").strip().splitlines()
-        raise InputError(one_line(said[-1]) if said else f"ended with exit code {done.returncode}")
-    return json.loads(done.stdout)
 
 
 def _parsed(told: Any) -> Came:

@@ -1,0 +1,122 @@
+"""Files that a browser gives: bounded, named safely, read by the program's own readers, and kept below the runs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from .child import asked
+from .safety import Roots, safe_name
+
+MB = 2**20
+_LONGEST_S = 150.0
+_MOST_NAMES = 1000  # of one file, each with another content
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What may be uploaded: in words, endings, and most bytes."""
+
+    words: str
+    endings: tuple[str, ...]
+    most: int
+
+
+KINDS = {
+    "spectrum": Kind(
+        "a wave spectrum",
+        (".nc", ".txt", ".spec", ".spc", ".sp2", ".swn", ".data_spec", ".swdir", ".swdir2", ".swr1", ".swr2", ".gz"),
+        32 * MB,
+    ),
+    "pattern": Kind("an antenna pattern", (".csv", ".msi", ".pln", ".ant"), 4 * MB),
+    "motion": Kind("a boat's motion", (".csv", ".txt"), 32 * MB),
+    "vessel": Kind("a vessel of Capytaine", (".nc",), 32 * MB),
+    "mesh": Kind("a mesh", (".stl", ".glb", ".obj", ".ply"), 32 * MB),  # glTF as text may name any other file
+    "recording": Kind("a recording", (".npz", ".mat", ".h5", ".hdf5", ".nc"), 60 * MB),
+    "header": Kind("a recording's header", (".toml", ".json"), MB),
+    "beside": Kind(  # which only who names it in a field reads
+        "a file that another one needs beside it",
+        (".nc", ".txt", ".data_spec", ".swdir", ".swdir2", ".swr1", ".swr2", ".csv", ".stl", ".glb", ".obj", ".ply"),
+        32 * MB,
+    ),
+}
+_OF_FIELDS = (  # which file a key of a scene names
+    (r"sea\.waves\.\d+\.file", "spectrum"),
+    (r"radar\.antenna\.file|radar\.antennas\.\d+\.file", "pattern"),
+    (r"platform\.file", "motion"),
+    (r"prediction\.vessel\.file", "vessel"),
+    (r"objects\.\d+\.mesh", "mesh"),
+)
+Check = Callable[[str, Path, Mapping[str, str]], Any]
+
+
+def kind_of_field(key: str) -> str | None:
+    """The kind of file that a key of a scene names; None of a key that names none."""
+    return next((kind for pattern, kind in _OF_FIELDS if re.fullmatch(pattern, key)), None)
+
+
+def checked_apart(kind: str, path: Path, names: Mapping[str, str]) -> None:
+    """As `checking.check`, in a process of its own."""
+    told = [f"{array}={name}" for array, name in names.items()]
+    asked("seamap_rt.app.checking", kind, str(path), *told, longest_s=_LONGEST_S)
+
+
+def keep(
+    roots: Roots,
+    kind: str,
+    name: str,
+    content: bytes,
+    names: Mapping[str, str] | None = None,
+    check: Check = checked_apart,
+) -> Path:
+    """Keep what a browser gave under a name, if it is what it is to be: its path.
+
+    A file of the same name with another content stays as it is, since a run may read it; this one gets a number. names:
+    of a recording's arrays that it calls otherwise. Raises InputError of one line, and keeps nothing, for what is too
+    large, has another ending, or is refused by its reader.
+    """
+    wanted, safe = KINDS[kind], safe_name(name)
+    if Path(safe).suffix.lower() not in wanted.endings:
+        raise InputError(
+            f"{safe}: is not {wanted.words}: must end in {', '.join(wanted.endings)}; save it as one of them"
+        )
+    if len(content) > wanted.most:
+        raise InputError(
+            f"{safe}: has {len(content) / MB:.1f} MB: must have at most {wanted.most / MB:.0f}; make it smaller"
+        )
+    roots.uploads.mkdir(exist_ok=True)
+    path, fresh = _place(roots.uploads, safe, content)
+    try:
+        if kind != "beside":
+            check(kind, path, dict(names or {}))
+    except InputError as refusal:
+        if fresh:
+            path.unlink(missing_ok=True)
+        raise InputError(str(refusal).replace(f"{path}", safe)) from None
+    return path
+
+
+def _place(folder: Path, name: str, content: bytes) -> tuple[Path, bool]:
+    """Where a content lies now, and whether it was put there just now."""
+    stem, ending = Path(name).stem, Path(name).suffix
+    for number in range(1, _MOST_NAMES):
+        path = folder / (name if number == 1 else f"{stem}-{number}{ending}")
+        try:
+            with path.open("xb") as file:
+                file.write(content)
+            return path, True
+        except FileExistsError:
+            if path.is_file() and path.stat().st_size == len(content) and path.read_bytes() == content:
+                return path, False
+    raise InputError(f"{name}: has too many other files of its name in {folder}; take some away")
+
+
+def kept(roots: Roots, kind: str) -> list[Path]:
+    """What of a kind's endings lies among the uploads, by name."""
+    if not roots.uploads.is_dir():
+        return []
+    return sorted(each for each in roots.uploads.iterdir() if each.suffix.lower() in KINDS[kind].endings)
