@@ -1,8 +1,9 @@
-"""The sea itself in three dimensions, lit where the radar sees it and dark where crests hide it."""
+"""The sea itself in three dimensions, in the sun's light and the radar's shadow, or as one sees it from the mast."""
 
 from __future__ import annotations
 
 import asyncio
+import base64
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..report import style
 from . import figures
+from .sea_light import SUN_ELEVATION_DEG, lambert, mast_picture, sun
 from .views import Source
 
 if TYPE_CHECKING:
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
 
 _MOST = 101  # points a side
 _DARKENED = 0.45  # of a colour in the shadow
+_EXAGGERATED = 3.0  # heights, but for those that are seen from the mast
+_SUN_FROM_DEG = 225.0
 _VIEWS = {"above": "From above", "side": "From the side", "mast": "From the mast"}
 
 
@@ -54,34 +58,87 @@ def _in_sight(source: Source, turn: int, x: NDArray, y: NDArray) -> NDArray[np.b
 
 
 class SeaPanel:
-    """A surface that is turned by the pointer, or looked at from three places."""
+    """A surface that is turned by the pointer, or what one sees from the mast."""
 
     def __init__(self, view: SeeView) -> None:
         self.view = view
         self._camera = "above"
         self._source: tuple[Source, int] | None = None
         with ui.row().classes("w-full items-center gap-3"):
-            ui.toggle(_VIEWS, value="above", on_change=self._turned).props("dense no-caps").mark("camera")
+            toggle = ui.toggle(_VIEWS, value="above", on_change=self._turned).props("dense no-caps").mark("camera")
+            toggle.props('aria-label="Where one looks from"')
             self._retrieved = ui.checkbox("as retrieved", on_change=self._again).props("dense")
         self.plot = ui.plotly(figures.figure([], figures.layout(view.page.dark))).classes("w-full").mark("sea-3d")
-        ui.label(
-            "Bright: in sight of both antennas. Dark: hidden behind crests. Heights are drawn three times too large."
-        ).classes("text-xs opacity-80")
+        with ui.column().classes("w-full gap-1") as self._mast:
+            self._picture = ui.element("img").classes("w-full max-w-5xl rounded").mark("from-mast")
+            self._picture.props('alt="The sea as one sees it from the mast"')
+            with ui.row().classes("w-full max-w-5xl items-center no-wrap gap-2"):
+                ui.label("Look").classes("text-sm")
+                self._look = ui.slider(min=0, max=359, step=1, value=round(view.azimuth) % 360, on_change=self._looked)
+                self._look.props('label aria-label="Azimuth of the look"').classes("grow mx-2").mark("mast-look")
+        self._mast.set_visibility(False)
+        self._said = ui.label().classes("text-xs opacity-80").mark("sea-words")
+        with ui.row().classes("w-full items-center gap-2") as self._render:
+            ui.button("Render from the mast", icon="photo_camera", on_click=self._queue).props(
+                "flat dense no-caps"
+            ).mark("render")
+            ui.label(
+                "Some seconds: the run's own sea at this moment, with waves that no map resolves, by a ray tracer."
+            ).classes("text-xs opacity-80")
 
     async def show(self, source: Source, turn: int) -> None:
         """The sea of a turn."""
         self._source = source, turn
         self._retrieved.set_visibility(source.results.has_maps and source.results.has_truth)
-        made = await asyncio.to_thread(sea_surface, source, turn, bool(self._retrieved.value))
-        self.plot.update_figure(self._figure(*made, source.height_m))
+        self._render.set_visibility(source.scene is not None)
+        mast = self._camera == "mast"
+        self.plot.set_visibility(not mast)
+        self._mast.set_visibility(mast)
+        retrieved = bool(self._retrieved.value)
+        if mast:
+            azimuth = float(self._look.value or 0.0)
+            made = await asyncio.to_thread(from_mast, source, turn, retrieved, azimuth)
+            self._picture.props(f'src="data:image/jpeg;base64,{base64.b64encode(made).decode("ascii")}"')
+            self._said.set_text(
+                f"From {source.height_m:.1f} m, towards {azimuth:.0f}°, the sun {SUN_ELEVATION_DEG:.0f}° high. "
+                "Heights are true; waves shorter than the map's cells are left out, and beyond it the sea is flat."
+                + (" Grey: no height was retrieved." if retrieved or not source.results.has_truth else "")
+            )
+            return
+        surface = await asyncio.to_thread(sea_surface, source, turn, retrieved)
+        self.plot.update_figure(self._figure(*surface, source.height_m))
+        self._said.set_text(
+            "Lit by a sun that stands low in the south-west. "
+            + ("Dark: hidden from the antennas behind crests. " if source.results.has_truth else "")
+            + "Heights are drawn three times too large."
+        )
 
     async def _turned(self, event) -> None:
         self._camera = event.value
         await self._again()
 
+    async def _looked(self) -> None:
+        if self._camera == "mast":
+            await self._again()
+
     async def _again(self) -> None:
         if self._source is not None:
             await self.show(*self._source)
+
+    def _queue(self) -> None:
+        """The sea on file at this moment, by the command line in a process of its own; seen when it is done."""
+        if self._source is None or self._source[0].scene is None:
+            return
+        source, turn = self._source
+        scene, desk = source.scene, self.view.page.desk
+        assert scene is not None
+        number = source.results.turns()[turn]
+        name = source.results.folder.relative_to(desk.roots.runs).as_posix()
+        folder = f"{name}_sea_turn{number + 1}"
+        if not (desk.roots.runs / folder).is_dir() and desk.queue.of_folder(folder) is None:
+            words = ["sea", "{scene}", "--out", "{out}", f"--times={source.results.time(turn):.3f}"]
+            desk.queue.add(f"the sea of {name} from the mast", folder, scene.to_toml(), words, 15.0)
+        self.view.page.see(folder)
 
     def _figure(self, x, y, height, lit, limit: float, mast_m: float) -> figures.Figure:
         dark = self.view.page.dark
@@ -101,53 +158,48 @@ class SeaPanel:
         ratio = {
             "x": float(np.ptp(x)) / wide * 1.6,
             "y": float(np.ptp(y)) / wide * 1.6,
-            "z": 3.0 * 1.6 * (1.2 * limit + 1.1 * top) / wide,
+            "z": _EXAGGERATED * 1.6 * (1.2 * limit + 1.1 * top) / wide,
         }
-        scene = {**axes, "aspectmode": "manual", "aspectratio": ratio, "camera": self._eye(x, y, ratio)}
+        scene = {**axes, "aspectmode": "manual", "aspectratio": ratio, "camera": self._eye()}
         look = figures.layout(
             dark, "", 560, scene=scene, margin={"l": 0, "r": 0, "t": 0, "b": 0}, uirevision=self._camera
         )
         return figures.figure([surface, mast], look, figures.CONFIG)
 
-    def _eye(self, x, y, ratio) -> figures.Figure:
+    def _eye(self) -> figures.Figure:
         """Where one looks from, in units of the box that is drawn, whose middle is 0."""
-        if self._camera == "above":
-            return {"eye": {"x": 0.0, "y": -0.75, "z": 1.95}, "up": {"x": 0, "y": 0, "z": 1}}
-        if self._camera == "side":
-            return {"eye": {"x": 0.9, "y": -0.95, "z": 0.35}, "up": {"x": 0, "y": 0, "z": 1}}
-        east = -float(np.mean([x[0], x[-1]])) / max(float(np.ptp(x)), 1.0) * ratio["x"]
-        north = -float(np.mean([y[0], y[-1]])) / max(float(np.ptp(y)), 1.0) * ratio["y"]
-        ahead = np.radians(self.view.azimuth)
-        eye = {"x": east, "y": north, "z": 0.5 * ratio["z"]}
-        centre = {
-            "x": east + 0.5 * float(np.sin(ahead)),
-            "y": north + 0.5 * float(np.cos(ahead)),
-            "z": 0.5 * ratio["z"] - 0.12,
-        }
-        return {"eye": eye, "center": centre, "up": {"x": 0, "y": 0, "z": 1}}
+        eye = {"x": 0.0, "y": -0.75, "z": 1.95} if self._camera == "above" else {"x": 0.9, "y": -0.95, "z": 0.35}
+        return {"eye": eye, "up": {"x": 0, "y": 0, "z": 1}}
+
+
+def from_mast(source: Source, turn: int, retrieved: bool, azimuth_deg: float) -> bytes:
+    """What one sees at the antennas' height, a JPEG: of all cells, not of every second one."""
+    mapped = source.results.has_maps
+    true = source.results.has_truth and not (retrieved and mapped)
+    height = source.results.field("truth/ground/height" if true else "maps/ground/height", turn).astype(np.float64)
+    known = np.isfinite(height) | ~source.seen(turn)
+    return mast_picture(height, source.layout.x, source.layout.y, known, max(source.height_m, 1.0), azimuth_deg)
 
 
 def _mesh(x: NDArray, y: NDArray, height: NDArray, lit: NDArray[np.bool_], limit: float) -> figures.Figure:
-    """Two triangles a cell, each in the colour of its height, darkened where it is hidden."""
+    """Two triangles a cell. Each point has the colour of its height, as bright as the sun makes it, and dark where it
+    is hidden from the antennas."""
     rows, columns = height.shape
     number = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]
     corners = np.concatenate([np.stack(each, axis=-1).reshape(-1, 3) for each in ((a, b, c), (b, d, c))])
     flat = height.ravel()
-    whole = np.isfinite(flat[corners]).all(axis=1)
-    quad = 0.25 * (height[:-1, :-1] + height[:-1, 1:] + height[1:, :-1] + height[1:, 1:]).ravel()
-    light = (lit[:-1, :-1] + 1.0 * lit[:-1, 1:] + lit[1:, :-1] + lit[1:, 1:]).ravel()
-    level, shone = np.tile(quad, 2)[whole], np.tile(light, 2)[whole]
-    corners = corners[whole]
-    share = np.clip(np.where(np.isfinite(level), level, flat[corners].mean(axis=1)) / (2.0 * limit) + 0.5, 0.0, 1.0)
-    seen = shone > 2.0
-    colour = mpl.colormaps[style.HEIGHT_COLOURS](share)[:, :3] * np.where(seen, 1.0, _DARKENED)[:, None]
+    corners = corners[np.isfinite(flat[corners]).all(axis=1)]
+    share = np.clip(np.nan_to_num(flat) / (2.0 * limit) + 0.5, 0.0, 1.0)
+    bright = lambert(height, x, y, sun(_SUN_FROM_DEG), _EXAGGERATED) * np.where(lit, 1.0, _DARKENED)
+    bright = np.clip(bright / lambert(np.zeros((2, 2)), x[:2], y[:2], sun(_SUN_FROM_DEG))[0, 0], 0.0, 1.35)
+    colour = np.clip(mpl.colormaps[style.HEIGHT_COLOURS](share)[:, :3] * bright.reshape(-1, 1), 0.0, 1.0)
     levels = np.rint(255.0 * colour).astype(int)
     east, north = np.meshgrid(x, y)
     return {
         "type": "mesh3d", "x": figures.plain(east.ravel(), 4), "y": figures.plain(north.ravel(), 4),
         "z": figures.plain(np.nan_to_num(flat), 3), "i": corners[:, 0].tolist(), "j": corners[:, 1].tolist(),
-        "k": corners[:, 2].tolist(), "facecolor": [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in levels],
-        "lighting": {"ambient": 0.75, "diffuse": 0.6, "specular": 0.1, "roughness": 0.7}, "flatshading": False,
+        "k": corners[:, 2].tolist(), "vertexcolor": [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in levels],
+        "lighting": {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0}, "flatshading": False,
         "hovertemplate": "%{x:.0f} m east, %{y:.0f} m north: %{z:.2f} m<extra></extra>",
     }  # fmt: skip

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
+from made_folders import maps_tree
 
 from seamap_rt.app.files import products_of
 from seamap_rt.app.results import Results
@@ -53,42 +53,9 @@ def test_a_run_is_one_from_its_first_turn_on(tmp_path: Path) -> None:
 # --------------------------------------------------------------------------------------- maps without truth, and back
 
 
-def _tree(retrieved: bool) -> xr.DataTree:
-    """A turn of a sector of 60°: a slope to the east, to 0.1 m; what lies beyond 60 m is in shadow."""
-    looks, slant = np.arange(240.5, 300.0, 1.0), np.arange(15.0, 90.0, 1.5)
-    angle, ground = np.radians(looks)[:, None], np.sqrt(slant**2 - 36.0)
-    height = 0.01 * ground * np.sin(angle)
-    lit = np.broadcast_to(ground < 60.0, height.shape)
-    x = y = np.arange(-90.0, 91.0, 3.0)
-    east, north = np.meshgrid(x, y)
-    bearing = np.degrees(np.arctan2(east, north)) % 360.0
-    passed = (bearing > 240.0) & (bearing < 300.0) & (np.hypot(east, north) < 90.0)
-    time = np.where(passed, 0.5, np.nan)
-    polar = {"height": height, "ground_range": np.broadcast_to(ground, height.shape)}
-    grounds = {"height": np.where(passed, 0.01 * east, np.nan), "slope_x": np.full(east.shape, 0.01)}
-    grounds |= {"slope_y": np.zeros(east.shape), "time": time, "height_std": np.full(east.shape, 0.1)}
-    polar |= {"height_std": np.full(height.shape, 0.1), "phase": 0.1 * height, "coherence": 0.9 * np.ones(height.shape)}
-    polar |= {"snr_db": 20.0 * np.ones(height.shape), "quality": np.zeros(height.shape, np.int16)}
-    if retrieved:
-        polar["height"] = np.where(lit, height + 0.1, np.nan)
-    else:
-        polar["visible_fraction"] = lit.astype(float)
-    groups = {
-        "/polar": xr.Dataset(
-            {n: (("turn", "azimuth", "range"), v[None]) for n, v in polar.items()}
-            | {"time": (("turn", "azimuth"), np.linspace(0.0, 1.0, looks.size)[None])},
-            {"turn": [0], "azimuth": looks, "range": slant},
-        ),
-        "/ground": xr.Dataset(
-            {n: (("turn", "y", "x"), v[None]) for n, v in grounds.items()}, {"turn": [0], "x": x, "y": y}
-        ),
-    }
-    return xr.DataTree.from_dict(groups)
-
-
 def _source(folder: Path, *products: str) -> Source:
     for name in products:
-        _tree(name == "maps").to_netcdf(folder / f"{name}.nc", engine="h5netcdf")
+        maps_tree(name == "maps").to_netcdf(folder / f"{name}.nc", engine="h5netcdf")
     return Source(Results(folder))
 
 

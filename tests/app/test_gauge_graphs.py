@@ -7,30 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from made_folders import TURNS, gauge_series
 
 from seamap_rt.app.gauge_graphs import has_gauges, pairs, read_gauges, record, spectra_of, spectrum
 from seamap_rt.app.results import Results
 from seamap_rt.gauges import GaugeSpectra, NoSpectrum
 from seamap_rt.io.appendable import AppendableNetCDF
-
-_TURNS, _RATE = 64, 8
-
-
-def _series(turn: int, turns: int = 1) -> xr.Dataset:
-    """Some turns of a gauge in a wave of 0.5 m and 6.4 s, which the map follows to 0.9."""
-    seen = turn + np.arange(turns) + 0.5
-    time = turn + np.arange(turns * _RATE) / _RATE
-
-    def wave(t: np.ndarray) -> np.ndarray:
-        return 0.5 * np.sin(2.0 * np.pi * t / 6.4)
-
-    of_turn = {"height": 0.9 * wave(seen), "height_std": np.full(turns, 0.05), "seen_time": seen}
-    of_turn |= {"quality": np.zeros(turns, np.int16), "seen_true_height": wave(seen), "seen_cell_height": wave(seen)}
-    values = {name: (("gauge", "turn"), each[None]) for name, each in of_turn.items()}
-    values |= {"true_height": (("gauge", "sample"), wave(time)[None])}
-    values |= {name: (("gauge",), np.array([each])) for name, each in (("east", -60.0), ("north", 0.0))}
-    coordinates = {"gauge": ["west"], "turn": turn + np.arange(turns), "time": ("sample", time)}
-    return xr.Dataset(values, coordinates)
 
 
 @pytest.fixture(scope="module")
@@ -38,8 +20,8 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
     folder = tmp_path_factory.mktemp("gauged")
     (folder / "maps.nc").touch()
     with AppendableNetCDF(folder / "gauges.nc", ("turn", "sample")) as file:
-        for turn in range(0, _TURNS, 16):
-            file.append(_series(turn, 16))
+        for turn in range(0, TURNS, 16):
+            file.append(gauge_series(turn, 16))
     return Results(folder)
 
 
@@ -56,8 +38,8 @@ def test_a_record_that_grows_is_read_as_far_as_it_is_whole(tmp_path: Path) -> No
     results = Results(tmp_path)
     assert not has_gauges(results)
     with AppendableNetCDF(tmp_path / "gauges.nc", ("turn", "sample")) as file:
-        file.append(_series(0))
-        file.append(_series(1))
+        file.append(gauge_series(0))
+        file.append(gauge_series(1))
         assert has_gauges(results)
         assert read_gauges(results).sizes["turn"] == 2
 

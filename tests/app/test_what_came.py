@@ -6,42 +6,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
+from made_folders import OFFSET_M, STATED_M, forecasts
 
 from seamap_rt.app.what_came import Came, told_of, what_came
-from seamap_rt.dataset import build
 from seamap_rt.errors import InputError
-from seamap_rt.forecast_errors import came
-from seamap_rt.resolved_scene import run_sea
 from seamap_rt.scene import load_scene
-
-_OFFSET_M, _STATED_M = 0.1, 0.2
-
-
-def _forecasts(quiet: bool = False) -> xr.Dataset:
-    """Of `tiny`, at rest: the sea itself and 0.1 m above it, stated as ± 0.2 m."""
-    scene = load_scene("tiny")
-    lead, issue = np.arange(0.0, 11.0), np.arange(12)
-    shape = issue.size, lead.size, 1
-    names = ("elevation", "slope_x", "slope_y", "velocity_z")
-    values = {name: np.zeros(shape) for name in names} | {f"{name}_std": np.full(shape, _STATED_M) for name in names}
-    values |= {"predictable": np.ones(shape), "issued": 1.0 + issue, "turns": np.minimum(issue + 1, 10)}
-    values |= {"significant_wave_height": np.full(issue.size, 1.4), "peak_period": np.full(issue.size, 5.5)}
-    attributes = {"heading_deg": 0.0, "speed_m_s": 0.0}
-    if quiet:
-        values["quiet"] = np.where(lead[None, :, None] <= 8.0, 0.5, np.nan) * np.ones(shape)
-        attributes |= {"limit_elevation": 0.3, "duration_s": 2.0, "confidence": 0.9}
-    places = {"east": np.zeros((issue.size, 1)), "north": np.zeros((issue.size, 1))}
-    made = build("prediction", values, {"issue": issue, "lead": lead, "place": [0], **places}, attributes)
-    made["elevation"] = made["elevation"] + came(run_sea(scene), made) + _OFFSET_M
-    return made
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("forecast")
     (made / "scene.toml").write_text(load_scene("tiny").to_toml())
-    _forecasts(quiet=True).to_netcdf(made / "prediction.nc", engine="h5netcdf")
+    forecasts(quiet=True).to_netcdf(made / "prediction.nc", engine="h5netcdf")
     return made
 
 
@@ -53,14 +29,14 @@ def found(folder: Path) -> Came:
 def test_the_sea_is_the_runs_own_and_an_offset_is_found_as_such(found: Came) -> None:
     """A forecast that is 0.1 m too high everywhere is wrong by 0.1 m at each lead, and correlates by one. To the bits
     of the file's float32."""
-    np.testing.assert_allclose(found.mean - found.true, _OFFSET_M, atol=1e-6)
+    np.testing.assert_allclose(found.mean - found.true, OFFSET_M, atol=1e-6)
     told = found.by_lead()
     sigma = float(np.std(found.true[found.warm]))
-    np.testing.assert_allclose(told["found"], _OFFSET_M / sigma, rtol=1e-4)
-    np.testing.assert_allclose(told["stated"], _STATED_M / sigma, rtol=1e-5)
+    np.testing.assert_allclose(told["found"], OFFSET_M / sigma, rtol=1e-4)
+    np.testing.assert_allclose(told["stated"], STATED_M / sigma, rtol=1e-5)
     np.testing.assert_allclose(told["correlation"], 1.0, atol=1e-6)
     assert found.warm.sum() == 8  # of five turns and more
-    assert told["persistence"][0] == pytest.approx(_OFFSET_M / sigma, rel=1e-4)
+    assert told["persistence"][0] == pytest.approx(OFFSET_M / sigma, rel=1e-4)
     assert told["persistence"][1:].min() > 2.0 * told["found"].max()  # the sea moves on
 
 
