@@ -204,8 +204,9 @@ def _chances(ahead: Ahead, dark: bool) -> figures.Figure:
         "type": "bar", "x": figures.plain(ahead.lead_s), "y": figures.plain(100.0 * ahead.chance),
         "marker": {"color": colours}, "name": "chance",
     }  # fmt: skip
+    of = f"{ahead.duration_s:g} s with {ahead.limits}" if ahead.limits else "a quiet window"
     look = figures.layout(
-        dark, f"Chance of {ahead.duration_s:g} s with {ahead.limits}; green: called",
+        dark, f"Chance of {of}; green: called",
         220, showlegend=False, bargap=0.1, xaxis=figures.axis("Begins in (s)", dark),
         yaxis=figures.axis("%", dark, range=[0, 102]),
     )  # fmt: skip

@@ -105,9 +105,7 @@ class VerifiedPanel:
         held = np.flatnonzero(windows.judged == at) if windows is not None and at is not None else np.array([])
         self._plots["issue"].set_visibility(bool(held.size))
         if windows is not None and held.size:
-            title = (
-                f"Quiet windows forecast after turn {came.issue[at] + 1}, and which came; dotted: called from here on"
-            )
+            title = f"Quiet windows after turn {came.issue[at] + 1}, and which came"
             graph = verified_graphs.windows_of_issue(
                 windows, int(held[0]), float(windows.figures["confidence"]), title, dark
             )
