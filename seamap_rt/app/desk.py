@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..io.scenefile import list_shipped
 from .jobs import Queue
+from .runs import kind_of
 from .safety import Roots
 
 if TYPE_CHECKING:
@@ -45,6 +46,11 @@ class Desk:
         shipped = next(iter(list_shipped().values())).parent
         roots = Roots(runs.resolve(), (shipped,))
         return cls(roots, Queue(roots.runs))
+
+    def awaited(self, folder: str) -> bool:
+        """Whether results of a folder's name are there, or come; not those of a job that came to nothing."""
+        job, path = self.queue.of_folder(folder), self.roots.runs / folder
+        return (job is not None and not job.over) or (path.is_dir() and kind_of(path) is not None)
 
     def tab(self, name: str) -> Tab:
         """Of a browser tab by the name that it gives itself; a new one begins with choppy_sea."""

@@ -24,7 +24,8 @@ _STYLE = """
 .body--dark .help-line { background: #1f2933; border-color: #3a4653; }
 @layer theme {  /* what is important in the first layer is so before all others */
   .body--dark .text-primary { color: #7cc4f0 !important; }
-  .body--dark .text-negative { color: #ff9a85 !important; }
+  .body--dark .text-negative, .body--dark .q-field--error .q-field__bottom { color: #ff9a85 !important; }
+  .body--dark .q-field--highlighted .q-field__label { color: #7cc4f0 !important; }
 }
 .q-loading-bar { display: none; }
 .section > .q-expansion-item__container > .q-item { font-weight: 600; }

@@ -157,7 +157,7 @@ class _Row:
                 if job.state != "queued":
                     kind = "trade" if job.words[0] == "trade" else None
                     see = ui.button("See", icon="visibility", on_click=lambda: open_folder(page, job.folder, kind))
-                    see.props(f'dense no-caps aria-label="See {job.folder}"')
+                    see.props("dense no-caps")
             if not job.over:
                 self._bar = ui.linear_progress(0.0, show_value=False).props('aria-label="Progress" rounded size=8px')
 

@@ -135,7 +135,7 @@ class SeaPanel:
         number = source.results.turns()[turn]
         name = source.results.folder.relative_to(desk.roots.runs).as_posix()
         folder = f"{name}_sea_turn{number + 1}"
-        if not (desk.roots.runs / folder).is_dir() and desk.queue.of_folder(folder) is None:
+        if not desk.awaited(folder):
             words = ["sea", "{scene}", "--out", "{out}", f"--times={source.results.time(turn):.3f}"]
             desk.queue.add(f"the sea of {name} from the mast", folder, scene.to_toml(), words, 15.0)
         self.view.page.see(folder)

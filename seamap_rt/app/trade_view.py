@@ -206,11 +206,10 @@ class TradeView:
         if point is None:
             self._point_said.set_text("")
             return
-        roots, name = self.page.desk.roots, folder_of_point(trade, point)
-        there = (roots.runs / name).is_dir() or self.page.desk.queue.of_folder(name) is not None
+        there = self.page.desk.awaited(folder_of_point(trade, point))
         self._maps.set_text("See its maps" if there else "Run this point")
         self._point_said.set_text(
-            "Its maps are there." if there else
+            "Its maps are there, or come." if there else
             "A trade keeps the figures of its points, not their maps. Run this point: the same scene with the same "
             "seed gives the same maps, and they open here turn by turn."
         )  # fmt: skip
@@ -221,7 +220,7 @@ class TradeView:
         if point is None:
             return
         name = folder_of_point(trade, point)
-        if not (desk.roots.runs / name).is_dir() and desk.queue.of_folder(name) is None:
+        if not desk.awaited(name):
             try:
                 scene = scene_of_point(desk.roots.runs / trade, point, desk.roots)
             except InputError as refusal:
