@@ -47,7 +47,7 @@ class SeeView:
         self._azimuth: float | None = None
         self._shown_key: tuple[Any, ...] = ()
         self._study = ""  # a folder without turns that is shown
-        self._headed = False  # whether the headline of a finished run was looked for
+        self._products: list[str] = []  # that may be taken away
         self._kinds: dict[str, str] = {}
         self._head()
         self._bar()
@@ -120,7 +120,7 @@ class SeeView:
 
     def _forget(self) -> None:
         """What is shown, so that it is opened anew."""
-        self.source, self._study, self._shown_key, self._headed = None, "", (), False
+        self.source, self._study, self._shown_key, self._products = None, "", (), []
         self._headline.set_text("")
 
     async def _look(self) -> None:
@@ -143,8 +143,9 @@ class SeeView:
             self.source = None
             self._wait_for_it(str(refusal))
             return
-        if not self._headed and not self.source.results.growing:
-            self._headed = True
+        products = products_of(self.source.results.folder)
+        if products != self._products and not self.source.results.growing:
+            self._products = products
             self._headline.set_text(headline_of(self.source.results.folder))
             self._fill_menu()
         if turns != self._turns or not self._shown_key:
@@ -183,7 +184,7 @@ class SeeView:
         """One of the places, alone; turns and views where there are any."""
         for place in (self._empty, self._maps_place, self._curves_place, self._study_place):
             place.set_visibility(place is shown)
-        turns = self.source is not None and shown is not self._study_place
+        turns = shown in (self._maps_place, self._curves_place) or (shown is self._empty and self.source is not None)
         for part in (self._controls, self._views):
             part.set_visibility(turns)
 
@@ -235,7 +236,8 @@ class SeeView:
             self._clock.set_text(f"turn {self._turns[turn] + 1} of {self._of(source)} · {when:.1f} s")
             if view in MAP_VIEWS:
                 shown = await asyncio.to_thread(source.view, view, turn)
-                self._show_maps(shown, view)
+                if source is self.source:  # else another run was chosen meanwhile
+                    self._show_maps(shown, view)
             else:
                 await self._show_curves(source, view, turn)
         except _GONE as error:
@@ -259,6 +261,8 @@ class SeeView:
         fresh = key != self._shown_key
         module, name = _PANELS[view]
         made = getattr(await asyncio.to_thread(import_module, f"seamap_rt.app.{module}"), name)
+        if source is not self.source:
+            return
         self._place_shown(self._curves_place)
         if fresh:
             self._shown_key = key
