@@ -29,6 +29,10 @@ def check(kind: str, path: Path, names: Mapping[str, str] | None = None) -> None
         from ..io.spectrumfile import read_directional_spectrum
 
         read_directional_spectrum(path)
+    elif kind == "sea":
+        from ..io.recorded_sea import recorded_sea
+
+        recorded_sea(str(path)).elevation(0)
     elif kind == "pattern":
         from ..io.patternfile import read_pattern
 

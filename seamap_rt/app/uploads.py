@@ -32,6 +32,7 @@ KINDS = {
         (".nc", ".txt", ".spec", ".spc", ".sp2", ".swn", ".data_spec", ".swdir", ".swdir2", ".swr1", ".swr2", ".gz"),
         32 * MB,
     ),
+    "sea": Kind("a recorded sea", (".nc", ".dat"), 60 * MB),  # a larger one is put below the runs by hand
     "pattern": Kind("an antenna pattern", (".csv", ".msi", ".pln", ".ant"), 4 * MB),
     "motion": Kind("a boat's motion", (".csv", ".txt"), 32 * MB),
     "vessel": Kind("a vessel of Capytaine", (".nc",), 32 * MB),
@@ -45,6 +46,7 @@ KINDS = {
     ),
 }
 _OF_FIELDS = (  # which file a key of a scene names
+    (r"sea\.file", "sea"),
     (r"sea\.waves\.\d+\.file", "spectrum"),
     (r"radar\.antenna\.file|radar\.antennas\.\d+\.file", "pattern"),
     (r"platform\.file", "motion"),
