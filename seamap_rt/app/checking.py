@@ -25,6 +25,15 @@ _ANY_RADAR = {  # beside which the arrays of a recording are read: its own heade
 def check(kind: str, path: Path, names: Mapping[str, str] | None = None) -> None:
     """Read a file as what it is to be; InputError of one line where it is not. names: of a recording's arrays that it
     calls otherwise."""
+    try:
+        _read(kind, path, names)
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:  # libraries that read such files raise exceptions of many types
+        raise InputError(f"{path}: cannot be read ({type(error).__name__}: {error}); save it anew") from None
+
+
+def _read(kind: str, path: Path, names: Mapping[str, str] | None) -> None:
     if kind == "spectrum":
         from ..io.spectrumfile import read_directional_spectrum
 

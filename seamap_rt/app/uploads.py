@@ -87,8 +87,10 @@ def keep(
             f"{safe}: is not {wanted.words}: must end in {', '.join(wanted.endings)}; save it as one of them"
         )
     if len(content) > wanted.most:
+        size, most = f"{len(content) / MB:.1f} MB", f"{wanted.most / MB:.0f}"
         raise InputError(
-            f"{safe}: has {len(content) / MB:.1f} MB: must have at most {wanted.most / MB:.0f}; make it smaller"
+            f"{safe}: has {size}: must have at most {most}; make it smaller, or copy it below {roots.runs} and name it "
+            "there"
         )
     roots.uploads.mkdir(exist_ok=True)
     path, fresh = _place(roots.uploads, safe, content)

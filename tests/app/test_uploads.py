@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 import scipy.io
 import trimesh
+import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -66,6 +67,14 @@ def _h5() -> bytes:
     return file.getvalue()
 
 
+def _sea() -> bytes:
+    """A wave of 1 m that runs east."""
+    time, y, x = np.arange(16.0)[:, None, None], np.arange(0.0, 64.0, 2.0)[:, None], np.arange(0.0, 64.0, 2.0)
+    height = np.cos(2.0 * np.pi / 64.0 * x - 0.6 * time) + 0.0 * y
+    named = {"time": np.arange(16.0), "y": y[:, 0], "x": x}
+    return bytes(xr.Dataset({"elevation": (("time", "y", "x"), height)}, named).to_netcdf(engine="h5netcdf"))
+
+
 def _pattern() -> str:
     rows = [f"azimuth,{angle},{-12 * (angle / 2) ** 2}" for angle in np.arange(-8, 8.1, 0.5)]
     rows += [f"elevation,{angle},{-12 * (angle / 24) ** 2}" for angle in np.arange(-90, 91, 3)]
@@ -91,7 +100,7 @@ _VALID: dict[str, tuple[str, bytes]] = {  # in plain bytes; what HDF5 reads is b
     "header.toml": ("header", _HEADER.encode()),
     "header.json": ("header", json.dumps({"frequency_hz": 1e10}).encode()),
 }
-_HDF5 = {"ww3.nc": "spectrum", "boat.nc": "vessel", "night.h5": "recording", "night.nc": "recording"}
+_HDF5 = {"ww3.nc": "spectrum", "sea.nc": "sea", "boat.nc": "vessel", "night.h5": "recording", "night.nc": "recording"}
 
 
 @pytest.fixture
@@ -193,7 +202,13 @@ for line in Path(sys.argv[1]).read_text().splitlines():
 def test_damaged_hdf5_is_a_file_or_a_line(tmp_path: Path) -> None:
     """In a process of its own, as the page reads it: a library in C may end it."""
     dice, lines, whole = random.Random(1), [], []
-    contents = {"ww3.nc": (_SPECTRA / "ww3.nc").read_bytes(), "boat.nc": _h5(), "night.h5": _h5(), "night.nc": _h5()}
+    contents = {
+        "ww3.nc": (_SPECTRA / "ww3.nc").read_bytes(),
+        "sea.nc": _sea(),
+        "boat.nc": _h5(),
+        "night.h5": _h5(),
+        "night.nc": _h5(),
+    }
     for name, kind in _HDF5.items():
         for number in range(12):
             damaged = bytearray(contents[name])
