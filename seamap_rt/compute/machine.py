@@ -6,10 +6,12 @@ import contextlib
 import os
 import resource
 import sys
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 _MOST_THREADS = 16  # more gain nothing on blocks as short as ours
+_BLOCK = 32  # rows
 
 
 def cores() -> list[int]:
@@ -27,6 +29,12 @@ def threads() -> int:
 def pool() -> ThreadPoolExecutor:
     """A pool of `threads()`. Whoever maps work on it must give the same bits for any number of them."""
     return ThreadPoolExecutor(threads())
+
+
+def in_blocks(work: Callable[[int, int], None], rows: int) -> None:
+    """Call work(begin, end) for blocks of so many rows, in threads. Each row must have the same bits in any block."""
+    with pool() as workers:
+        list(workers.map(work, range(0, rows, _BLOCK), (*range(_BLOCK, rows, _BLOCK), rows)))
 
 
 def peak_memory() -> int:

@@ -2,21 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 
 from ..compute.compiled import compiled
-from ..compute.machine import threads
-
-_COLUMNS = 32  # a block
-
-
-def in_blocks(work: Callable[[int, int], None], columns: int) -> None:
-    """Call work(begin, end) for blocks of columns, in threads."""
-    with ThreadPoolExecutor(threads()) as pool:
-        list(pool.map(work, range(0, columns, _COLUMNS), (*range(_COLUMNS, columns, _COLUMNS), columns)))
 
 
 @compiled

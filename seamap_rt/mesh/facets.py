@@ -20,8 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..compute.machine import in_blocks
 from ..conventions import unit_from_azimuth
-from .facet_kernel import fill_facets, fill_strain, in_blocks
+from .facet_kernel import fill_facets, fill_strain
 from .grid import PolarGrid
 
 FAR_FRACTION, NEAR_FRACTION = 1.0 / 3.0, 2.0 / 3.0

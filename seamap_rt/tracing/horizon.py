@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compute.compiled import compiled_strict
-from ..mesh.facet_kernel import in_blocks
+from ..compute.machine import in_blocks
 from ..mesh.facets import FAR_FRACTION, NEAR_FRACTION, Plane
 from ..mesh.surface import SurfaceMesh
 from .illumination import Illumination
