@@ -16,6 +16,7 @@ from .radar.sensors import Sensors
 from .random_streams import Stream, branch
 from .scene import Scene
 from .sea import Sea, realize
+from .sea.systems import file_versions
 from .settings import RadarSettings
 
 _LAST_BEAM_S = 0.1  # for which the last pulses hear what the beam has passed
@@ -43,12 +44,13 @@ class ResolvedScene:
     sensed: Mast
 
 
-def resolve(scene: Scene) -> ResolvedScene:
+def resolve(scene: Scene, sea: Sea | None = None) -> ResolvedScene:
     """The run's sea, drawn from the scene's seed, and the mast that rides on it.
 
+    sea: the run's own, where one with the same `sea_key` was drawn before.
     Raises InputError for a sea that cannot be drawn, or a boat whose motion is not known for the whole of the scene.
     """
-    sea = run_sea(scene)
+    sea = sea or run_sea(scene)
     _check_record(scene, sea)
     true, sensed = masts(scene, sea)
     return ResolvedScene(scene, true.radar, sea, true, sensed)
@@ -64,6 +66,11 @@ def _check_record(scene: Scene, sea: Sea) -> None:
             f"turns = {scene.turns}: last {scene.turns * turn:.4g} s, and the record of sea.file goes on for "
             f"{sea.ends_s:.4g} s; {last}"
         )
+
+
+def sea_key(scene: Scene) -> tuple[object, ...]:
+    """What a run's sea is drawn from: runs of equal keys have the same sea."""
+    return scene.sea, scene.seed, file_versions(scene.sea)
 
 
 def run_sea(scene: Scene) -> Sea:

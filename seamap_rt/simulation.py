@@ -25,9 +25,10 @@ from .mesh.grid import PolarGrid
 from .mesh.surface import sea_on_grid, submerged_lines
 from .radar.array import antenna_array
 from .radar.scan import Pulses, pulses
-from .resolved_scene import resolve
+from .resolved_scene import resolve, sea_key
 from .scene import Scene, SceneLike, as_scene
-from .tracing import Illumination, tracer
+from .sea import Sea
+from .tracing import Illumination, RayScenes, tracer
 from .tracing.circle import circle_grid
 from .truth import ground_truth, polar_truth
 
@@ -73,19 +74,29 @@ class Simulator:
     so shares no random number with speckle and noise: `sea.realize(scene.sea, scene.seed)` is another one.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, sea: Sea | None = None, ray_scenes: RayScenes | None = None) -> None:
+        """sea, ray_scenes: of another run in this process that is over, to be used again instead of being made anew:
+        its sea, if it has the sea of this scene too, and the scenes that it traced. They change no bit."""
         if any(element.antenna.everywhere for element in antenna_array(scene.radar).elements):
             raise InputError(
                 "radar.antenna.pattern = 'isotropic': an isotropic antenna hears the whole circle at every pulse; "
                 "it serves from_scatterers only. Choose slotted_waveguide, gaussian or file to simulate a sea"
             )
-        resolved = resolve(scene)
+        self._sea_key = sea_key(scene)
+        resolved = resolve(scene, sea)
         self.scene, self.radar, self.sea = scene, resolved.radar, resolved.sea
         self.mast, self.sensed = resolved.mast, resolved.sensed
-        self._trace = tracer(scene.tracing.tracer, scene.radar, scene.scattering, diffraction=scene.tracing.diffraction)
+        self.ray_scenes: RayScenes = {} if ray_scenes is None else ray_scenes
+        self._trace = tracer(
+            scene.tracing.tracer, scene.radar, scene.scattering, scene.tracing.diffraction, self.ray_scenes
+        )
         self._scattering = SeaSurface(scene.scattering, scene.radar, self.sea.resolved.wavenumber_limit)
         self.scenery = Scenery(scene, self.mast)
         self._refuse_if_under_water()
+
+    def has_sea_of(self, scene: Scene) -> bool:
+        """Whether the scene's sea is this run's, waves and all."""
+        return self._sea_key == sea_key(scene)
 
     def mesh(self, turn: int, clock: Stopwatch | None = None) -> SurfaceMesh:
         """The meshed sea of a turn."""

@@ -20,7 +20,6 @@ import socket
 import uuid
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
-from itertools import islice
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -34,6 +33,7 @@ from ..compute.asyncio_log import silence_the_overheard
 from ..compute.machine import cores
 from ..compute.scratch import scratch_folder
 from ..errors import InputError
+from .by_sea import BySea
 from .point import Outcome, SchedulerLost, Task, compute, ended
 
 _KEYS = (
@@ -242,24 +242,31 @@ def answers_from(client: Client, tasks: Iterable[Task]) -> Iterator[tuple[Task, 
     """What comes of the tasks, in the order in which workers finish them.
 
     No more tasks are with the scheduler than there are workers: one that crashes takes no other point with it, and an
-    interruption leaves nothing behind. Raises SchedulerLost if it is gone.
+    interruption leaves nothing behind. Each worker is given tasks of one sea as long as there are any, for it keeps
+    that sea. Raises SchedulerLost if the scheduler is gone.
     """
-    running: dict[str, Task] = {}
-    waiting = iter(tasks)
+    running: dict[str, tuple[Task, str]] = {}
+    waiting = BySea(tasks)
     completed = as_completed(loop=client.loop)
     run = uuid.uuid4().hex[:8]  # a cluster may still know the tasks of an earlier sweep
 
     def refill() -> None:
-        room = max(1, _workers(client)) - len(running)
-        for task in islice(waiting, max(0, room)):
-            future = client.submit(compute, task, key=f"{task.name}-{run}", pure=False)
-            running[str(future.key)] = task
+        busy = {worker for _, worker in running.values()}
+        idle = [worker for worker in _workers(client) if worker not in busy]
+        for worker in idle if idle or running else [""]:  # without any the scheduler waits for one
+            task = waiting.take(worker)
+            if task is None:
+                break
+            # Another may take it: this one may end meanwhile.
+            where = {"workers": [worker], "allow_other_workers": True} if worker else {}
+            future = client.submit(compute, task, key=f"{task.name}-{run}", pure=False, **where)
+            running[str(future.key)] = task, worker
             completed.add(future)
 
     try:
         refill()
         for future in completed:
-            task = running.pop(str(future.key))
+            task, _ = running.pop(str(future.key))
             yield task, _outcome_of(future, task)
             refill()
     except _LOST:
@@ -268,8 +275,9 @@ def answers_from(client: Client, tasks: Iterable[Task]) -> Iterator[tuple[Task, 
         completed.clear()
 
 
-def _workers(client: Client) -> int:
-    return len(client.nthreads())  # pyright: ignore[reportArgumentType]
+def _workers(client: Client) -> list[str]:
+    """Their addresses."""
+    return list(client.nthreads())  # pyright: ignore[reportArgumentType]
 
 
 def _outcome_of(future: Future, task: Task) -> Outcome:

@@ -30,7 +30,8 @@ from ..measured import Rings
 from ..metrics import BIN_M, error_figures
 from ..scene import Scene
 from ..session import iterate
-from ..simulation import Simulator, Stopwatch
+from ..simulation import Stopwatch
+from .kept import Kept
 
 MANIFEST, POINTS = "trade.json", "points"
 
@@ -44,6 +45,7 @@ class SchedulerLost(RuntimeError):
 
 # Dr.Jit is not safe for several simulations in the threads of one process: a worker with more waits.
 _ONE_AT_A_TIME = threading.Lock()
+KEPT = Kept()  # of this process
 _LONGEST_REASON = 400
 _BY_RANGE = {
     "range_m",
@@ -66,6 +68,7 @@ class Task:
     keys: dict[str, Any]
     seed: int
     folder: str  # of the sweep
+    sea: str = ""  # the same for tasks whose seas are the same
     version: str = __version__
 
     @property
@@ -82,7 +85,6 @@ def compute(task: Task) -> Outcome:
     """
     # BLAS splits its sums by the number of its threads, which may change the bits.
     with _ONE_AT_A_TIME, threadpool_limits(1, user_api="blas"):
-        gc.collect()  # the sea of the point before refers to itself, and the collector does not see how large it is
         clock = Stopwatch()
         forget_peak_memory()
         with clock("total"):
@@ -101,11 +103,13 @@ def _outcome(task: Task, clock: Stopwatch) -> Outcome:
     try:
         return ended(task, "done", "") | judged(validate(Scene, tomllib.loads(task.scene)), clock)
     except InputError as refusal:
-        return ended(task, "refused", "; ".join(refusal.problems))
+        outcome = ended(task, "refused", "; ".join(refusal.problems))
     except MemoryError as error:
-        return ended(task, "failed", f"out of memory ({error}); fewer workers leave each of them more")
+        outcome = ended(task, "failed", f"out of memory ({error}); fewer workers leave each of them more")
     except Exception as error:
-        return ended(task, "failed", f"{type(error).__name__}: {error}")
+        outcome = ended(task, "failed", f"{type(error).__name__}: {error}")
+    gc.collect()  # a sea refers to itself, and the collector does not see how large it is
+    return outcome
 
 
 def ended(task: Task, status: Status, reason: str) -> Outcome:
@@ -162,7 +166,7 @@ def _are_numbers(values: list[Any]) -> bool:
 def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
     """`metrics` (50 to 200 m), `by_range` and `facts` of a scene, all its turns together; memory holds one turn."""
     with clock("sea"):
-        simulator = Simulator(scene)
+        simulator = KEPT.simulator(scene)
     maps, truths, facets, folded = [], [], 0.0, 0.0
     sigma, rings = float(simulator.sea.resolved.elevation_std), None
     for turn in iterate(scene, simulator=simulator):
@@ -177,6 +181,7 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
         facets, folded = turn.counts["facets"], max(folded, turn.counts["folded_share"])
     with clock("compare"):
         metrics = error_figures(_all_turns(maps), _all_turns(truths))
+    KEPT.finished(simulator)
     overall, (near, far) = metrics.pop("overall"), scene.radar.range_m
     cells = _cells(truths[0]["range"].values) * truths[0].sizes["azimuth"] * scene.turns
     edges = np.asarray(metrics["range_m"]) - 0.5 * BIN_M

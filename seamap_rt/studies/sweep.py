@@ -142,8 +142,11 @@ class Sweep:
 
     def task(self, point: Point, scene: Scene | InputError) -> Task:
         """What a worker computes at a point."""
-        text = scene.to_toml() if isinstance(scene, Scene) else ""
-        return Task(point.name, text, point.keys, point.seed, str(self.folder))
+        text, sea = "", ""
+        if isinstance(scene, Scene):
+            text = scene.to_toml()
+            sea = hashlib.sha256(f"{scene.seed} {scene.sea.model_dump_json()}".encode()).hexdigest()
+        return Task(point.name, text, point.keys, point.seed, str(self.folder), sea)
 
     def missing(self) -> list[Task]:
         """Points to compute: those without a result, and those that failed. What the scene refuses is noted at once."""

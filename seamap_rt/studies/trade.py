@@ -21,9 +21,10 @@ from ..compute.scratch import scratch_folder
 from ..errors import InputError
 from ..scene import SceneLike, as_scene
 from ..session.pace import duration
+from .by_sea import BySea
 from .choices import headline, least_confidence
 from .enough import Goal
-from .point import Outcome, SchedulerLost, Task, compute, keep, kept
+from .point import KEPT, Outcome, SchedulerLost, Task, compute, keep, kept
 from .sweep import PRODUCTS, Sweep
 from .usable import Criterion
 
@@ -156,8 +157,12 @@ def _answers(client: Client | None, scheduler: str | None, workers: int | None) 
 
 def _here(tasks: Iterable[Task]) -> Iterator[tuple[Task, Outcome]]:
     """One after another, in this process."""
-    for task in tasks:
-        yield task, compute(task)
+    waiting = BySea(tasks)
+    try:
+        while (task := waiting.take("here")) is not None:
+            yield task, compute(task)
+    finally:
+        KEPT.forget()
 
 
 def _swept(

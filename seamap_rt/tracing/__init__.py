@@ -23,6 +23,7 @@ How fine the mesh is: `seamap_rt.mesh.sizing`. Evidence: validation/README.md, "
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from ..conventions import SPEED_OF_LIGHT
 from ..mesh import SurfaceMesh
@@ -30,13 +31,21 @@ from ..settings import RadarSettings, ScatteringSettings
 from .illumination import Illumination
 
 Tracer = Callable[[SurfaceMesh], Illumination]
+RayScenes = dict[Any, Any]  # the scenes of `facets`, kept from mesh to mesh
 
 
-def tracer(name: str, radar: RadarSettings, water: ScatteringSettings, diffraction: str = "none") -> Tracer:
+def tracer(
+    name: str,
+    radar: RadarSettings,
+    water: ScatteringSettings,
+    diffraction: str = "none",
+    scenes: RayScenes | None = None,
+) -> Tracer:
     """The tracer of that name: `facets` (rays through a Sionna scene), `horizon` (running maximum, float64) or `paths`
     (Sionna's PathSolver, the slow reference).
 
-    diffraction: `none`, or `knife_edge` for the field over the shadows' edges on top. Raises ValueError for an unknown
+    diffraction: `none`, or `knife_edge` for the field over the shadows' edges on top. scenes: those of a
+    tracer `facets` that is not used any more; this one goes on with them. Raises ValueError for an unknown
     name or diffraction.
     """
     if diffraction not in ("none", "knife_edge"):
@@ -44,7 +53,7 @@ def tracer(name: str, radar: RadarSettings, water: ScatteringSettings, diffracti
     if name == "facets":
         from .rays import RayTracer
 
-        trace: Tracer = RayTracer(radar, water)
+        trace: Tracer = RayTracer(radar, water, scenes)
     elif name == "horizon":
         from .horizon import trace_horizon
 
@@ -64,4 +73,4 @@ def _over_edges(trace: Tracer, wavelength_m: float) -> Tracer:
     return lambda mesh: diffract(trace(mesh), mesh, wavelength_m)
 
 
-__all__ = ["Illumination", "Tracer", "tracer"]
+__all__ = ["Illumination", "RayScenes", "Tracer", "tracer"]

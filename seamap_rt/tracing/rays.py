@@ -25,16 +25,20 @@ from .shadow_rays import ShadowRays, shadow_rays
 from .shapes import mitsuba, mitsuba_mesh, set_triangles
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m
+_MOST_SCENES = 4  # that are kept: a turn has three at most
 
 
 class RayTracer:
     """Traces meshes one after another; the Sionna scenes are kept, and their triangles replaced."""
 
-    def __init__(self, radar: RadarSettings, water: ScatteringSettings) -> None:
+    def __init__(
+        self, radar: RadarSettings, water: ScatteringSettings, scenes: dict[Any, SeaScene] | None = None
+    ) -> None:
+        """scenes: of an earlier tracer, to go on with."""
         self.radar = radar
         model = PERMITTIVITIES[water.permittivity]
         self.permittivity = complex(model(radar.frequency_hz, water.temperature_c, water.salinity_psu))
-        self.scenes: dict[tuple[tuple[int, int], ...], SeaScene] = {}  # by the columns of their sheets
+        self.scenes = {} if scenes is None else scenes  # by water, number of antennas and the columns of their sheets
         prepare()  # now, before anything is computed or replaced: without a backend no ray can be traced
 
     def __call__(self, mesh: SurfaceMesh) -> Illumination:
@@ -52,11 +56,16 @@ class RayTracer:
 
     def _scene(self, sheet: tuple[slice, ...], surface: Trimesh, antennas: NDArray[np.float64]) -> SeaScene:
         """The sheet's own scene, with the surface in it."""
-        key = tuple((columns.start, columns.stop) for columns in sheet)
-        kept = self.scenes.get(key)
+        columns = tuple((columns.start, columns.stop) for columns in sheet)
+        key = self.radar.frequency_hz, self.permittivity, len(antennas), columns
+        kept = self.scenes.pop(key, None)
         if kept is None or not kept.update(surface):
             kept = SeaScene(surface, antennas, self.radar.frequency_hz, self.permittivity)
-            self.scenes[key] = kept
+        else:
+            kept.place(antennas)
+        self.scenes[key] = kept
+        while len(self.scenes) > _MOST_SCENES:  # those that have not been used for longest
+            self.scenes.pop(next(iter(self.scenes)))
         return kept
 
 
@@ -84,12 +93,19 @@ class SeaScene:
         watertight = {"embree_use_robust_intersections": True} if backend.kind == "llvm" else {}
         self.scene: Any = rt.Scene(self._mi.load_dict({"type": "scene", **watertight, "sea": shape}))
         self.scene.frequency = frequency_hz
-        positions = [[float(value) for value in (x, y, z)] for y, x, z in antennas]
-        count = len(positions)
+        positions, count = _positions(antennas), len(antennas)
         names = ("lower", "upper") if count == 2 else [f"antenna-{number}" for number in range(count)]
         self.scene.add(rt.Transmitter(f"{names[0]}-transmitter", position=positions[0]))
         for name, position in zip(names, positions, strict=True):
             self.scene.add(rt.Receiver(name, position=position))
+
+    def place(self, antennas: NDArray[np.float64]) -> None:
+        """Move the radio devices to as many antennas (antenna, 3)."""
+        positions = _positions(antennas)
+        for device, position in zip(self.scene.receivers.values(), positions, strict=True):
+            device.position = position
+        for device in self.scene.transmitters.values():
+            device.position = positions[0]
 
     def update(self, surface: Trimesh) -> bool:
         """Hold another surface; False if it has not as many vertices, and the scene has to be made anew."""
@@ -107,6 +123,11 @@ class SeaScene:
     def stopped(self, rays: Any) -> NDArray[np.bool_]:
         """(ray,): Mitsuba's ray hits something."""
         return np.array(self.scene.mi_scene.ray_test(rays, coherent=True))
+
+
+def _positions(antennas: NDArray[np.float64]) -> list[list[float]]:
+    """Of antennas (antenna, 3) along a column, across it and up: as Sionna takes them, the column along y."""
+    return [[float(value) for value in (x, y, z)] for y, x, z in antennas]
 
 
 def occluding_surface(mesh: SurfaceMesh, sheet: tuple[slice, ...], facing_away: NDArray[np.bool_]) -> Trimesh:

@@ -306,19 +306,19 @@ def test_a_refused_point_is_a_row() -> None:
 class Faulty(Simulator):
     """Fails for a mast of 5 m, and is refused by the sea for seed 2."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, *taken_over: Any) -> None:
         if scene.radar.height_m == 5.0:
             raise MemoryError("no room") if scene.seed == 1 else ZeroDivisionError("two\nlines")
         if scene.seed == 2:
             raise InputError("radar.height_m: the antenna is under water")
-        super().__init__(scene)
+        super().__init__(scene, *taken_over)
 
 
 def test_an_error_is_a_row_and_resume_mends_it(
     whole: tuple[Path, xr.Dataset], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as faulty:
-        faulty.setattr(point, "Simulator", Faulty)
+        faulty.setattr("seamap_rt.studies.kept.Simulator", Faulty)
         table = write_trade(small(), tmp_path, VARY, 2, workers=0).table
     assert table["status"].values.tolist() == [["done", "refused"], ["failed", "failed"]]
     assert table["reason"].values[1, 0].startswith("out of memory (no room)")
@@ -335,18 +335,18 @@ def test_interrupted_and_resumed_in_one_process(
     started: list[int] = []
 
     class Stopped(Simulator):
-        def __init__(self, scene: Scene) -> None:
+        def __init__(self, scene: Scene, *taken_over: Any) -> None:
             started.append(scene.seed)
             if len(started) == 3:
                 raise KeyboardInterrupt
-            super().__init__(scene)
+            super().__init__(scene, *taken_over)
 
     with monkeypatch.context() as stopped:
-        stopped.setattr(point, "Simulator", Stopped)
+        stopped.setattr("seamap_rt.studies.kept.Simulator", Stopped)
         with pytest.raises(KeyboardInterrupt, match="2 of 4 points are done and stay; --resume goes on"):
             write_trade(small(), tmp_path, VARY, 2, workers=0)
     with xr.open_dataset(tmp_path / "trade.nc") as part:
-        assert part["status"].values.tolist() == [["done", "done"], ["missing", "missing"]]
+        assert part["status"].values.tolist() == [["done", "missing"], ["done", "missing"]]  # sea by sea
     assert bits(write_trade(small(), tmp_path, VARY, 2, workers=0, resume=True).table).identical(bits(whole[1]))
 
 
@@ -369,7 +369,7 @@ def test_a_full_disk_loses_nothing_that_was_done(
 
 
 def test_nothing_is_computed_twice(whole: tuple[Path, xr.Dataset], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(point, "Simulator", None)
+    monkeypatch.setattr("seamap_rt.studies.kept.Simulator", None)
     folder, table = whole
     assert write_trade(small(), folder, VARY, 2, resume=True).table.identical(table)
 
@@ -395,11 +395,11 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[tuple[float, int]]:
     begun: list[tuple[float, int]] = []
 
     class Counted(Simulator):
-        def __init__(self, scene: Scene) -> None:
+        def __init__(self, scene: Scene, *taken_over: Any) -> None:
             begun.append((scene.radar.height_m, scene.seed))
-            super().__init__(scene)
+            super().__init__(scene, *taken_over)
 
-    monkeypatch.setattr(point, "Simulator", Counted)
+    monkeypatch.setattr("seamap_rt.studies.kept.Simulator", Counted)
     return begun
 
 
