@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import gaussian_filter1d, map_coordinates
-from scipy.signal import find_peaks
 
 from ..physics.dispersion import DEEP_WATER, Water
 from ..wavefield.sea_state import TurnSpectrum
@@ -127,6 +126,8 @@ def spectrum_of_turns(turns: Sequence[TurnSpectrum], water: Water) -> Spectrum |
 
 def _last_peak(power: Field) -> int:
     """The ring of the shortest waves that are a system of their own."""
+    from scipy.signal import find_peaks  # takes a third of a second to import: only where waves are fitted
+
     least = _STRONG * power.max()
     level = np.log(np.maximum(np.concatenate(([0.0], power, [0.0])), 0.5 * least))
     return int(find_peaks(level, height=np.log(least), prominence=np.log(_STANDS_OUT))[0][-1]) - 1

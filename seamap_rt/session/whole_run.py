@@ -25,7 +25,6 @@ from ..io.results_folder import clear_folder, growing, results_folder, write_who
 from ..measured import Rings
 from ..metrics import error_figures
 from ..radar.scan import sector_width, turn_duration
-from ..report import write_report
 from ..report.facts import run_facts
 from ..scene import Scene, SceneLike, as_scene
 from ..simulation import Simulator
@@ -100,6 +99,8 @@ def run(
             metrics["run_s"] = time.perf_counter() - start
             say("report: drawing")
             echoes = open_echoes(folder / "echoes.zarr")
+            from ..report import write_report  # loads matplotlib
+
             write_report(folder, scene, maps, truth, metrics, echoes, gauges, verified, windows)
         metrics["run_s"] = time.perf_counter() - start
         metrics["peak_memory_bytes"] = peak_memory()

@@ -12,7 +12,6 @@ import xarray as xr
 from ..measured import LEVEL
 from .key_words import words_of
 from .paired import WITHIN, Choice, choose, means
-from .trade_figures import layout
 
 FULLY_MEASURED = (
     "fully measured radius: of a disc of perfect heights that holds as much as all cells' scores; reach: where their "
@@ -87,6 +86,8 @@ def least_confidence(table: xr.Dataset) -> float:
 
 def _along(table: xr.Dataset) -> str:
     """The antenna's height where it varies, else the key with the most numbers; empty where there is none."""
+    from .trade_figures import layout  # loads matplotlib, which workers do without
+
     key = "radar.height_m" if table.sizes.get("radar.height_m", 1) > 1 else layout(table).along
     return key if table[key].dtype.kind == "f" else ""
 

@@ -20,15 +20,12 @@ from ..errors import InputError
 from ..io.interrupts import uninterrupted
 from ..io.results_folder import results_folder
 from ..mesh import polar_grid
-from ..report import style
 from ..report.reduce import main_waves
 from ..resolved_scene import masts
 from ..scene import Scene, SceneLike, as_scene
 from ..sea import Sea
 from ..session.pace import Pace
 from ..settings import TracingSettings
-from .shadowing_figures import draw_seen, draw_shadowing
-from .shadowing_page import shadowing_page
 from .visible_dataset import OUTSIDE, MastView, Window, shadowing_dataset
 from .visible_light import Light, common_meshing, lights, realised, with_keys
 from .visible_tally import Looks, tally
@@ -165,6 +162,10 @@ def write_shadowing(
     the page that holds them, each whole or not at all.
     Raises InputError for bad input, and where the folder holds another study and `overwrite` is not given.
     """
+    from ..report import style  # it and the next two load matplotlib, which a trade's workers do without
+    from .shadowing_figures import draw_seen, draw_shadowing
+    from .shadowing_page import shadowing_page
+
     scene = as_scene(scene)
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-shadowing"
     with results_folder(folder, overwrite, PRODUCTS):

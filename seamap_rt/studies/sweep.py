@@ -24,12 +24,9 @@ from ..errors import InputError, must_be
 from ..io.interrupts import uninterrupted
 from ..io.results_folder import clear_folder, remove_hidden, results_folder, write_whole
 from ..io.scenefile import apply_overrides
-from ..report import style
 from ..scene import Scene
 from .outlooks import outlook_columns
 from .point import MANIFEST, POINTS, Outcome, Task, ended, keep, kept
-from .trade_figures import draw_trade
-from .trade_page import trade_page
 from .trade_table import rows, trade_table
 from .usable import Criterion
 from .vary import Point, Vary, grid, scenes_of, seeds_of
@@ -185,6 +182,11 @@ class Sweep:
 
     def write(self, table: xr.Dataset) -> None:
         """The table and its figure, as files."""
+        # Matplotlib takes its time to load, and workers draw nothing.
+        from ..report import style
+        from .trade_figures import draw_trade
+        from .trade_page import trade_page
+
         with uninterrupted():
             write_whole(self.folder / "trade.csv", rows(table))
             # By way of memory: HDF5 itself may crash on a full disk.
