@@ -9,9 +9,23 @@ from ...compute.compiled import compiled
 
 @compiled
 def window_sums(
-    cross, lower, upper, known, range_weights, look_weights, per_gate, per_look, here, there, sums, powers, weights
+    begin,
+    end,
+    cross,
+    lower,
+    upper,
+    known,
+    range_weights,
+    look_weights,
+    per_gate,
+    per_look,
+    here,
+    there,
+    sums,
+    powers,
+    weights,
 ):
-    """Adds to sums (look, gate) complex, powers (2, look, gate) and weights (look, gate).
+    """Fills looks begin … end of sums (look, gate) complex, powers (2, look, gate) and weights (look, gate).
 
     per_gate, per_look (look, gate) complex: what turns the phase of the neighbour one gate or one look on to the
     cell's; here (offset, look, gate), there (look, gate) complex: as well, the level of the sea n gates on as seen from
@@ -21,7 +35,7 @@ def window_sums(
     half_range, half_look = range_weights.size // 2, look_weights.size // 2
     rows, columns = per_gate.shape
     looks_in, gates_in = per_look.shape
-    for look in range(looks):
+    for look in range(begin, end):
         for gate in range(gates):
             along = per_gate[look if rows > 1 else 0, gate if columns > 1 else 0]
             aside = per_look[look if looks_in > 1 else 0, gate if gates_in > 1 else 0]

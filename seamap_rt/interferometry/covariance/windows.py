@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...compute.machine import in_blocks
 from .window_kernel import window_sums
 
 Level = Callable[[int], NDArray[np.float64]]
@@ -53,20 +54,9 @@ class Covariance:
             half = range_weights.size // 2
             here = np.exp(1j * np.stack([level(gate) for gate in range(-half, half + 1)]))
             there = np.exp(-1j * level(0))
-        window_sums(
-            cross,
-            lower,
-            upper,
-            known,
-            range_weights,
-            look_weights,
-            *(np.exp(-1j * np.atleast_2d(phase)) for phase in (phase_per_gate, phase_per_look)),
-            here,
-            there,
-            sums,
-            powers,
-            weights,
-        )
+        along, aside = (np.exp(-1j * np.atleast_2d(phase)) for phase in (phase_per_gate, phase_per_look))
+        given = cross, lower, upper, known, range_weights, look_weights, along, aside, here, there
+        in_blocks(lambda *looks: window_sums(*looks, *given, sums, powers, weights), shape[0])
         with np.errstate(invalid="ignore"):
             return Covariance(sums / weights, powers[0] / weights, powers[1] / weights)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,16 +35,21 @@ class GateMoments:
 
     def echo(self, lag: Map) -> Map:
         """A = ⟨y₁ y₂*⟩, 1 at lag 0."""
-        return self._sum(self._second(lag)[1], self.heard)
+        return _means(self.response, lag)[0]
 
     def moved(self, lag: Map) -> Map:
         """X = ⟨y'₁ y₂*⟩ [m], odd in the lag."""
-        return self._sum(self._second(lag)[1], self.offset * self.heard)
+        return _means(self.response, lag)[1]
 
     def both_moved(self, lag: Map) -> Map:
         """Q = ⟨y'₁ y'₂*⟩ [m²]."""
+        return _means(self.response, lag)[2]
+
+    def means(self, lag: Map) -> Map:
+        """(3, …): A, X and Q."""
         offset, heard = self._second(lag)
-        return self._sum(offset * heard, self.offset * self.heard)
+        moved = self.offset * self.heard
+        return np.stack([self._sum(heard, self.heard), self._sum(heard, moved), self._sum(offset * heard, moved)])
 
     def _second(self, lag: Map) -> tuple[Map, Map]:
         """The second gate's offsets, and its response: of the main lobe alone as well, or moments of several gates
@@ -53,3 +59,16 @@ class GateMoments:
 
     def _sum(self, other: Map, own: Map) -> Map:
         return np.asarray(other @ own / (self.heard @ self.heard))
+
+
+def _means(response: RangeResponse, lag: Map) -> Map:
+    """The means of a response at lags, known from turn to turn."""
+    lags = np.asarray(lag, dtype=np.float64)
+    return _known_means(response, lags.tobytes(), lags.shape)
+
+
+@lru_cache(maxsize=64)
+def _known_means(response: RangeResponse, lags: bytes, shape: tuple[int, ...]) -> Map:
+    means = GateMoments.of(response).means(np.frombuffer(lags).reshape(shape))
+    means.flags.writeable = False
+    return means

@@ -93,8 +93,8 @@ def _at(table, middle, per_spacing, dx, dy):
 
 
 @compiled
-def _factor(matrix, count, error):
-    """Cholesky's factor, in place, in the lower half.
+def _factor(matrix, count, error, inverse):
+    """Cholesky's factor, in place, in the lower half, and one over its diagonal: divisions take long.
 
     What is left of a height's variance when all before it are known is at least its own error's, less what goes
     together with its neighbours' errors. A height of which less than half of that is left, by the table's steps and its
@@ -107,8 +107,9 @@ def _factor(matrix, count, error):
                 total -= matrix[i, k] * matrix[j, k]
             if i == j:
                 matrix[i, i] = np.sqrt(total) if total > 0.5 * error[i] ** 2 else np.inf
+                inverse[i] = 1.0 / matrix[i, i]
             else:
-                matrix[i, j] = total / matrix[j, j]
+                matrix[i, j] = total * inverse[j]
 
 
 @compiled
@@ -157,7 +158,7 @@ def _interpolate(
     middle, per_spacing = tables.shape[2] // 2, 1.0 / spacing
     most = (2 * MOST_LOOKS + 1) * (_BLOCK + 2 * _GATES)
     matrix, near, known, part = np.empty((most, most)), np.empty((6, most)), np.empty(most), np.empty(most)
-    index = np.empty((2, most), np.int64)
+    inverse, index = np.empty(most), np.empty((2, most), np.int64)
     sea = tables[0, 0]
     # Between its entries the table is linear: of an arc of curvature κ the middle of a chord of length h lies κ h²/8
     # away, a quarter of what the covariance loses over h.
@@ -170,11 +171,11 @@ def _interpolate(
             towards, pairs = tables[level[start], 1], tables[level[start], 2]
             count = _neighbours(height, parts, points, looks, look, start, stop, rounding, near, index, known)
             _covariances(matrix, near, index, count, pairs, spacing, together, beside, rounding)
-            _factor(matrix, count, near[2])
+            _factor(matrix, count, near[2], inverse)
             for i in range(count):
                 for k in range(i):
                     known[i] -= matrix[i, k] * known[k]
-                known[i] /= matrix[i, i]
+                known[i] *= inverse[i]
             for gate in range(start, stop):
                 if not wanted[look, gate]:
                     continue
@@ -188,7 +189,7 @@ def _interpolate(
                             total += 0.25 * _at(towards, middle, per_spacing, dx, dy)
                     for k in range(i):
                         total -= matrix[i, k] * part[k]
-                    part[i] = total / matrix[i, i]
+                    part[i] = total * inverse[i]
                     mean += part[i] * known[i]
                     explained += part[i] ** 2
                 prior = 0.0  # variance of the cell's mean itself

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...compute.machine import in_blocks
 from ...radar.grid import GroundGrid, LookFan
 from .ground_kernel import mean_of_samples, resample_rows
 
@@ -76,5 +77,5 @@ def square_means(
     sweep = np.degrees(np.arctan2(x, y[:, None])) - fan.start_deg
     polar = fan.sweep[0], fan.spacing, float(fan.closed), distance[0], distance[1] - distance[0]
     means = np.full((laid.shape[2], *middle.shape), np.nan)
-    mean_of_samples(laid, polar, middle, x, y, sweep, means)
+    in_blocks(lambda *rows: mean_of_samples(*rows, laid, polar, middle, x, y, sweep, means), len(middle))
     return means

@@ -42,8 +42,8 @@ def resample_rows(position, fields, at, widest_gap, result):
 
 
 @compiled
-def mean_of_samples(laid, fan, middle, x, y, sweep, result):
-    """Write into result (field, row, column) the mean of each square's bilinear values, if more than half are known.
+def mean_of_samples(begin, end, laid, fan, middle, x, y, sweep, result):
+    """Write into rows begin … end of result (field, row, column) the mean of each square's bilinear values, if more than half are known.
 
     laid (look, distance, field); fan: the first look's angle and the spacing [deg], whether it closes, the first
     distance and their spacing [m]. middle (row, column): angle of the squares' centres [deg]; x and y [m] from the
@@ -52,7 +52,7 @@ def mean_of_samples(laid, fan, middle, x, y, sweep, result):
     pieces = laid.shape[2]
     high, wide = sweep.shape[0] // middle.shape[0], sweep.shape[1] // middle.shape[1]
     total, count, value = np.empty(pieces), np.empty(pieces, np.int64), np.empty(pieces)
-    for row in range(middle.shape[0]):
+    for row in range(begin, end):
         for column in range(middle.shape[1]):
             total[:] = 0.0
             count[:] = 0
