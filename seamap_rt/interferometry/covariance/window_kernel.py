@@ -9,22 +9,9 @@ from ...compute.compiled import compiled
 
 @compiled
 def window_sums(
-    begin,
-    end,
-    cross,
-    lower,
-    upper,
-    known,
-    range_weights,
-    look_weights,
-    per_gate,
-    per_look,
-    here,
-    there,
-    sums,
-    powers,
-    weights,
-):
+    begin, end, cross, lower, upper, known, range_weights, look_weights, per_gate, per_look, here, there,
+    sums, powers, weights,
+):  # fmt: skip
     """Fills looks begin … end of sums (look, gate) complex, powers (2, look, gate) and weights (look, gate).
 
     per_gate, per_look (look, gate) complex: what turns the phase of the neighbour one gate or one look on to the

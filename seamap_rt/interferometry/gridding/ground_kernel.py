@@ -43,7 +43,8 @@ def resample_rows(position, fields, at, widest_gap, result):
 
 @compiled
 def mean_of_samples(begin, end, laid, fan, middle, x, y, sweep, result):
-    """Write into rows begin … end of result (field, row, column) the mean of each square's bilinear values, if more than half are known.
+    """Write into rows begin … end of result (field, row, column) the mean of each square's bilinear values, if more
+    than half are known.
 
     laid (look, distance, field); fan: the first look's angle and the spacing [deg], whether it closes, the first
     distance and their spacing [m]. middle (row, column): angle of the squares' centres [deg]; x and y [m] from the
