@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from .components import Components
 from .facts import Resolved, spectrum_dataset
 from .linear import Surface
+from .memory import Memory
 from .wave_trains import Quantity, WaveTrain
 
 
@@ -44,6 +45,11 @@ class Sea:
         self.resolved = resolved
         self.current = current
         self.ends_s = ends_s
+        self._memory: Memory | None = None
+
+    def remember(self, most_bytes: float) -> None:
+        """From here on keep the values that were asked for last, in so many bytes. They stay what they are."""
+        self._memory = Memory(most_bytes)
 
     def elevation(self, x: ArrayLike, y: ArrayLike, t: ArrayLike) -> NDArray[np.float64]:
         """Height above mean sea level, (…) m."""
@@ -118,7 +124,12 @@ class Sea:
     ) -> NDArray[np.float64]:
         """Quantities (quantity, …) in the world's frame; rate: μ of the relaxed ones, 1/s."""
         east, north, time, shape = self._riding(x, y, t)
-        values = self.surface.sample(east, north, time, quantities, rate)
+
+        def make() -> NDArray[np.float64]:
+            return self.surface.sample(east, north, time, quantities, rate)
+
+        memory, what = self._memory, (tuple(quantities), rate)
+        values = make() if memory is None else memory.recall(what, (east, north, time), make)
         for name, speed in zip(("flow_east", "flow_north"), self.current, strict=True):
             if speed != 0.0 and name in quantities:
                 values[quantities.index(name)] += speed

@@ -1,7 +1,8 @@
 """What a point of a sweep leaves for the next one in the same process: its sea and its traced scenes.
 
 Drawing a sea and transforming it to the times of a turn takes longer than to look at it. Where the radar's height or
-power varies over one sea of one seed, it is drawn once. Results do not depend on it.
+power varies over one sea of one seed, it is drawn once, and evaluated once where the same points are asked for again.
+Results do not depend on it.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from threading import Lock, Timer
 from ..scene import Scene
 from ..simulation import Simulator
 
+_REMEMBERED_BYTES = 100e6  # of a sea's values: a turn of `choppy_sea` and its calibration are 50
 IDLE_S = 60.0  # after which a process that is given no other point frees what it has kept
 
 
@@ -26,12 +28,18 @@ class Kept:
         """The scene's own. It is kept once it is `finished`, and so never one that failed."""
         before = self._taken()
         if before is None:
-            return Simulator(scene)
+            return self._remembering(Simulator(scene))
         sea, rays = before.sea if before.has_sea_of(scene) else None, before.ray_scenes
         if sea is None:
             del before
             gc.collect()  # before the next sea takes memory: a sea refers to itself
+            return self._remembering(Simulator(scene, ray_scenes=rays))
         return Simulator(scene, sea, rays)
+
+    @staticmethod
+    def _remembering(simulator: Simulator) -> Simulator:
+        simulator.sea.remember(_REMEMBERED_BYTES)
+        return simulator
 
     def finished(self, simulator: Simulator) -> None:
         """Keep it for the next point, if that comes soon."""

@@ -419,4 +419,25 @@ PLANTS = (
         'values = values[:: -_direction(opened, axes["y"]), ::',
         "tests/sea/test_recorded_seas.py::test_the_layout_of_the_file_changes_nothing",
     ),
+    Plant(
+        "a remembered sea's points",
+        "seamap_rt/sea/memory.py",
+        "key = what, points[0].size, digest.digest()",
+        "key = what, points[0].size",
+        "tests/sea/test_memory.py::test_it_says_what_it_says_anyway",
+    ),
+    Plant(
+        "a remembered sea's rates",
+        "seamap_rt/sea/surface.py",
+        "what = self._memory, (tuple(quantities), rate)",
+        "what = self._memory, tuple(quantities)",
+        "tests/sea/test_memory.py::test_it_says_what_it_says_anyway",
+    ),
+    Plant(
+        "a kept sea's seed",
+        "seamap_rt/resolved_scene.py",
+        "return scene.sea, scene.seed, file_versions(scene.sea)",
+        "return scene.sea, file_versions(scene.sea)",
+        "tests/studies/test_kept.py::test_other_waves_another_seed_or_a_file_written_anew_are_another_sea",
+    ),
 )
