@@ -33,7 +33,7 @@ class Kept:
         if sea is None:
             del before
             gc.collect()  # before the next sea takes memory: a sea refers to itself
-            return self._remembering(Simulator(scene, ray_scenes=rays))
+            return self._remembering(Simulator(scene, None, rays))
         return Simulator(scene, sea, rays)
 
     @staticmethod

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -232,7 +231,7 @@ def test_a_study_that_cannot_end_leaves_the_one_before(
         raise stop
 
     if stop is KeyboardInterrupt:
-        monkeypatch.setattr(sys.modules[write_shadowing.__module__], "draw_seen", fail)
+        monkeypatch.setattr("seamap_rt.studies.shadowing_figures.draw_seen", fail)
         with pytest.raises(KeyboardInterrupt, match="nothing of this study is kept; what the folder held before stays"):
             write_shadowing(scene, tmp_path, [5.0], 1, overwrite=True)
     else:
