@@ -228,23 +228,28 @@ def _table(waves: FileWaves, depth: float) -> TabulatedSpectrum:
 
 
 def _file_content(file: str, kind: str, time: str | None, site: int) -> tuple[NDArray[np.float64], ...]:
-    return _read_content(*_located(file, kind, time, site))
-
-
-def _located(file: str, kind: str, time: str | None, site: int) -> tuple[str, str, str | None, int, tuple[int, int]]:
-    """The arguments of `_read_content`."""
     try:
         path = Path(file).resolve()
         result = path.stat()
     except (OSError, ValueError):  # the reader says what is wrong
-        return file, kind, time, site, (0, 0)
-    return str(path), kind, time, site, (result.st_mtime_ns, result.st_size)
+        return _read_content(file, kind, time, site, (0, 0))
+    return _read_content(str(path), kind, time, site, (result.st_mtime_ns, result.st_size))
 
 
 def file_versions(settings: SeaSettings) -> tuple[object, ...]:
-    """What tells the files of a sea's spectra from those of the same names that are written later."""
-    files = (waves for waves in settings.waves if isinstance(waves, FileWaves))
-    return tuple(_located(waves.file, waves.kind, waves.time, waves.site) for waves in files)
+    """What tells the files that a sea is made of from those of the same names that are written later."""
+    files = [waves.file for waves in settings.waves if isinstance(waves, FileWaves)]
+    return tuple(_version(Path(file)) for file in (*files, settings.file) if file)
+
+
+def _version(path: Path) -> tuple[object, ...]:
+    """Of a file, or of all that a folder holds."""
+    try:
+        members = sorted(path.rglob("*")) if path.is_dir() else [path]
+        states = [(member, member.stat()) for member in members]
+    except OSError:
+        return (path,)
+    return path, *((str(member), state.st_mtime_ns, state.st_size) for member, state in states)
 
 
 @lru_cache(maxsize=8)
