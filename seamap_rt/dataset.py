@@ -234,6 +234,15 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "nrcs_db": Variable(_MOMENT, "float32", "dB", "normalised radar cross section towards the radar, where lit"),
         "visible": Variable(_MOMENT, "int8", "1", "antennas that see the sea; -1 where the radar does not look"),
     },
+    "recorded_sea": {
+        "time": Variable(("time",), "float64", "seconds since 2000-01-01 00:00:00", "time of the scene", "time"),
+        "y": _GROUND_COORDS["y"],
+        "x": _GROUND_COORDS["x"],
+        "elevation": Variable(_MOMENT, "float32", "m", "height of the sea surface", _SEA_HEIGHT),
+        "surface_potential": Variable(
+            _MOMENT, "float32", "m2 s-1", "velocity potential of the waves, at the surface; a current is not in it"
+        ),
+    },
     "sea/spectrum": {
         "frequency": Variable(("frequency",), "float64", "Hz", "frequency in the water's frame", "wave_frequency"),
         "direction": Variable(

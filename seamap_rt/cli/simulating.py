@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
 
+from ..errors import InputError
 from .shell import Settings, Whole, app, console, progress, scene_of
+
+if TYPE_CHECKING:
+    from ..scene import Scene
 
 
 def _headline(metrics: dict[str, Any]) -> str:
@@ -149,14 +153,20 @@ def sea(
     scene: str,
     *,
     out: Path,
-    times: str = "0:5:0.5",
+    times: str | None = None,
     side: float | None = None,
     spacing: float | None = None,
+    nonlinear: bool = False,
+    order: Whole | None = None,
+    resume: bool = False,
     seed: Whole | None = None,
     overwrite: bool = False,
     set_: Settings | None = None,
 ) -> int:
     """Write a scene's sea itself: heights, slopes, velocities and radar cross-sections in time, and pictures of them.
+
+    With --nonlinear: heights and surface potential of a nonlinear sea that begins as the scene's waves, to be used as a
+    recorded sea as often as wanted.
 
     Parameters
     ----------
@@ -165,11 +175,19 @@ def sea(
     out
         Folder for the results.
     times
-        START:STOP:STEP or T,T,… in seconds; write --times=-5:0:1 for times before 0.
+        START:STOP:STEP or T,T,… in seconds, default 0:5:0.5; write --times=-5:0:1 for times before 0. Of a nonlinear
+        sea even ones, default 0:60:0.25.
     side
-        Of the square of points around the antenna, m; default the range circle.
+        Of the square of points around the antenna, m; default the range circle. A nonlinear sea has the whole patch.
     spacing
-        Of the points, m; default what is resolved, at most 512 points a side.
+        Of the points, m; default what is resolved, at most 512 points a side. Of a nonlinear sea: half the shortest
+        wave, m; default 8 wavenumbers of the steepest system's peak, or what is resolved where that is coarser.
+    nonlinear
+        Write recorded_sea.nc, a nonlinear sea by the high-order spectral method.
+    order
+        Of the nonlinear sea in the steepness, 1 (linear) to 5; default 3.
+    resume
+        Go on with a nonlinear sea that a kill or Ctrl-C stopped.
     seed
         Of all random numbers.
     overwrite
@@ -177,12 +195,28 @@ def sea(
     set_
         KEY=VALUE, any key of the scene file. Shadows are found by the horizon; tracing.tracer=facets traces rays.
     """
+    if nonlinear and side is not None:
+        raise InputError("--side: a nonlinear sea fills its patch; leave it out, or set sea.extent_m")
+    if not nonlinear and (order is not None or resume):
+        raise InputError(f"{'--order' if order is not None else '--resume'}: is of a nonlinear sea; give --nonlinear")
     loaded = scene_of(scene, ["tracing.tracer=horizon", *(set_ or [])], seed=seed)
-    from ..products.writing import write_sea
+    if nonlinear:
+        return _nonlinear_sea(
+            loaded, out, times=times, order=order, spacing=spacing, overwrite=overwrite, resume=resume
+        )
+    from ..products.writing import DEFAULT_TIMES, write_sea
 
     say, stop = progress()
     try:
-        made = write_sea(loaded, out, times=times, side=side, spacing=spacing, overwrite=overwrite, progress=say)
+        made = write_sea(
+            loaded,
+            out,
+            times=DEFAULT_TIMES if times is None else times,
+            side=side,
+            spacing=spacing,
+            overwrite=overwrite,
+            progress=say,
+        )
     finally:
         stop()
     for note in made.notes:
@@ -190,6 +224,22 @@ def sea(
     console.print(made.headline())
     first, *others = made.files
     console.print(f"{made.folder / first} (with {', '.join(others)})")
+    return 0
+
+
+def _nonlinear_sea(scene: Scene, out: Path, **options: Any) -> int:
+    from ..products.recorded_sea import write_recorded_sea
+
+    say, stop = progress()
+    try:
+        given = {name: value for name, value in options.items() if value is not None}
+        made = write_recorded_sea(scene, out, progress=say, **given)
+    finally:
+        stop()
+    for note in made.notes:
+        console.print(note)
+    console.print(made.headline())
+    console.print(str(made.file))
     return 0
 
 

@@ -37,6 +37,14 @@ def in_blocks(work: Callable[[int, int], None], rows: int) -> None:
         list(workers.map(work, range(0, rows, _BLOCK), (*range(_BLOCK, rows, _BLOCK), rows)))
 
 
+def free_memory() -> float:
+    """Bytes that the system can still give without paging (Linux; elsewhere without a limit)."""
+    with contextlib.suppress(OSError, StopIteration, ValueError):
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+        return 1024.0 * int(next(line for line in lines if line.startswith("MemAvailable:")).split()[1])
+    return float("inf")
+
+
 def peak_memory() -> int:
     """Most memory [bytes] that this process has held, since `forget_peak_memory` where the system supports it."""
     with contextlib.suppress(OSError, StopIteration, ValueError):

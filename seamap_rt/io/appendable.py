@@ -39,7 +39,8 @@ class AppendableNetCDF:
     path: the file's own name. growing: names of the dimensions that grow; a variable has one of them at most, and one
     that has none is written with the first turn. constant: groups that do not grow, by name. compressed: fields (a
     growing first dimension and others) are packed by zlib. rounding: by unit, the step to whose multiples fields are
-    rounded, and say so in their `comment`.
+    rounded, and say so in their `comment`. whole: go on after so many turns of what a kill or an interruption has left
+    of the file (one dimension grows); OSError, ValueError, KeyError where they are not there. Else it begins anew.
     """
 
     def __init__(
@@ -50,17 +51,21 @@ class AppendableNetCDF:
         constant: Mapping[str, xr.Dataset] | None = None,
         compressed: bool = False,
         rounding: Mapping[str, float] | None = None,
+        whole: int = 0,
     ) -> None:
         self.path = path
         self.length = self._before = dict.fromkeys(growing, 0)
         self._constant, self._compressed, self._rounding = constant or {}, compressed, rounding or {}
         self._part = part_of(path)
-        remove_parts(path)
+        if not whole:
+            remove_parts(path)
         self._disk: CommittedFile | None = None
         self._hdf5: h5py.File | None = None
         self._file: h5netcdf.File | None = None
         self._grows: list[tuple[h5netcdf.Group, str]] = []  # groups and the dimensions that grow in them
         self._arrays: dict[tuple[str, str], h5py.Dataset] = {}  # by group and name: looking them up takes long
+        if whole:
+            self._reopen(whole)
 
     @property
     def complete(self) -> int:
@@ -81,7 +86,7 @@ class AppendableNetCDF:
         if new:
             for name, dataset in (groups | dict(self._constant)).items():
                 self._create(file.create_group(name) if name else file, dataset)
-                self._find_arrays(name, dataset)
+                self._find_arrays(name, dataset.variables)
             file.flush()  # ties dimensions to variables
         sizes = {name: next((d.sizes[name] for d in groups.values() if name in d.sizes), 0) for name in self.length}
         end = {name: length + sizes[name] for name, length in self.length.items()}
@@ -95,6 +100,11 @@ class AppendableNetCDF:
                     at = tuple(beyond if dim == dimension else slice(None) for dim in variable.dims)
                     self._arrays[group_name, str(name)][at] = self._rounded(variable)
         self._count(end)
+
+    def annotate(self, attributes: Mapping[str, Any]) -> None:
+        """Set attributes of the file, which has a turn; whole with the next turn, or when it is closed."""
+        assert self._file is not None
+        self._file.attrs.update(dict(attributes))
 
     def take_back(self) -> None:
         """Forget what was appended last."""
@@ -198,9 +208,34 @@ class AppendableNetCDF:
         if coordinates:
             group.attrs["coordinates"] = " ".join(coordinates)
 
-    def _find_arrays(self, group: str, dataset: xr.Dataset) -> None:
+    def _reopen(self, whole: int) -> None:
+        """Go on with what is there; turns beyond `whole` go. It is given up as it is found where it is damaged."""
+        if self._part.exists():
+            mend(self._part)
+        else:
+            os.replace(self.path, self._part)
+        self._disk = CommittedFile(self._part, existing=True)
+        try:
+            self._hdf5 = h5py.File(self._disk, "r+")
+            self._file = h5netcdf.File(self._hdf5, "r+")
+            groups = {"": self._file, **self._file.groups}
+            self._grows = [
+                (group, name) for group in groups.values() for name in self.length if name in group.dimensions
+            ]
+            if not self._grows or min(group.dimensions[name].size for group, name in self._grows) < whole:
+                raise ValueError(f"{self._part} does not hold {whole} whole turns")
+        except BaseException:
+            self._disk.close()
+            raise
+        for name, group in groups.items():
+            self._find_arrays(name, group.variables)
+        self._before = self.length = dict.fromkeys(self.length, whole)
+        _shorten(self._grows, self.length)
+        self._count(self.length)
+
+    def _find_arrays(self, group: str, variables: Iterable[Any]) -> None:
         assert self._hdf5 is not None
-        for name in map(str, dataset.variables):
+        for name in map(str, variables):
             array = self._hdf5[f"{group}/{name}"]
             assert isinstance(array, h5py.Dataset)
             self._arrays[group, name] = array

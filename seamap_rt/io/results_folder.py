@@ -25,7 +25,15 @@ KINDS = {
         ("shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png", "shadowing.html")
     ),
     "a sea's": frozenset(
-        ("sea.nc", "statistics.txt", "directional_spectrum.png", "sea_surface.png", "sea.gif", "from_mast.png")
+        (
+            "sea.nc",
+            "recorded_sea.nc",
+            "statistics.txt",
+            "directional_spectrum.png",
+            "sea_surface.png",
+            "sea.gif",
+            "from_mast.png",
+        )
     ),
     "a link budget's": frozenset(("link.csv", "link.png")),
     "a validation's": frozenset(("validation.html",)),

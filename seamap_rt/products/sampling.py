@@ -75,11 +75,11 @@ def step(points: NDArray[np.float64]) -> float:
     return float(points[1] - points[0])
 
 
-def refuse_if_too_large(folder: Path, times: int, points: int) -> None:
-    """InputError where so many times of points × points do not fit the disk."""
+def refuse_if_too_large(folder: Path, times: int, points: int, name: str = "sea.nc") -> None:
+    """InputError where so many times of points × points do not fit the disk. name: of the file."""
     needed, free = _BYTES_ON_FILE * times * points**2, shutil.disk_usage(folder).free
     if needed > min(_MOST_FILE_BYTES, free):
         raise InputError(
-            f"sea.nc: {times} times of {points} × {points} points take up to {needed / 1e9:.3g} GB, and may take "
+            f"{name}: {times} times of {points} × {points} points take up to {needed / 1e9:.3g} GB, and may take "
             f"{_MOST_FILE_BYTES / 1e9:g} ({free / 1e9:.3g} are free); ask for fewer --times or a wider --spacing"
         )

@@ -369,6 +369,7 @@ def test_breaking_takes_energy_and_is_all_that_does() -> None:
     assert 0.05 < lost < 0.5
     assert_allclose((end.broken - begin.broken) / energies[0], lost, rtol=0.1)
 
+    assert plan.breaking is not None
     gentle = LowPass(8.0 * plan.steepest.wavenumber, plan.breaking.rate)
     left = gentle.share_left(plan.band, plan.steepest.period)
     assert left.min() < 1e-12

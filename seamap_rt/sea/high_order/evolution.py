@@ -20,6 +20,7 @@ from .breaking import LowPass
 from .rates import Rates
 
 RELAXING_POWER = 4
+_MOST_GROWTH = 2.0  # of the energy in a step: it is kept, so more is the end of a sea that was too steep
 
 
 @dataclass(frozen=True)
@@ -67,9 +68,10 @@ class Evolution:
         return None if self.breaking is None else self.breaking.share_left(self.band, self.step)
 
     def advanced(self, state: State, steps: int = 1) -> State:
-        """The state so many steps later. Raises FloatingPointError where the sea has no finite future."""
-        for _ in range(steps):
-            state = self._step(state)
+        """The state so many steps later. Raises FloatingPointError where the sea has no future."""
+        with np.errstate(over="ignore", invalid="ignore"):  # a sea without a future is told by its energy
+            for _ in range(steps):
+                state = self._step(state)
         return state
 
     def energy(self, state: State) -> float:
@@ -92,8 +94,8 @@ class Evolution:
         h, turn, time = self.step, self._half, state.time
         start = self.rates(state.elevation, state.potential)
         energy = self._energy(state, start[0])
-        if not np.isfinite(energy):
-            raise FloatingPointError(f"at {time:g} s the sea's energy is not finite")
+        if not (np.isfinite(energy) and (np.isnan(state.energy) or energy < _MOST_GROWTH * state.energy)):
+            raise FloatingPointError(f"at {time:.4g} s its energy has no bounds")
         first = _scaled(start, self._share(time))
         middle = turn(state.elevation, state.potential)
         turned = turn(*first)

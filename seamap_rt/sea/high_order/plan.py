@@ -105,9 +105,10 @@ class Plan:
         return self.start.band(self.spacing)
 
     @property
-    def breaking(self) -> LowPass:
-        """The filter cuts where the waves end: at 8 wavenumbers of the peak, if the spacing is the default."""
-        return LowPass(math.pi / self.spacing, PER_PERIOD / self.steepest.period)
+    def breaking(self) -> LowPass | None:
+        """The filter cuts where the waves end: at 8 wavenumbers of the peak, if the spacing is the default. None for
+        linear waves."""
+        return None if self.order == 1 else LowPass(math.pi / self.spacing, PER_PERIOD / self.steepest.period)
 
     @property
     def longest_step(self) -> float:

@@ -1,0 +1,326 @@
+"""A scene's nonlinear sea, worked out once and written frame by frame as a recorded sea.
+
+recorded_sea.nc holds η and φs on even points of the square on which the sea repeats, from its south-west corner on, the
+antenna in its middle. A sea of waves along one axis has alike rows or columns, and its square is as long as the line.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..compute.machine import free_memory
+from ..conventions import unit_from_azimuth
+from ..dataset import build
+from ..errors import InputError
+from ..io.appendable import AppendableNetCDF
+from ..io.interrupts import uninterrupted
+from ..io.results_folder import clear_folder, growing, held_folder, results_folder
+from ..resolved_scene import run_sea
+from ..scene import Scene
+from ..sea.high_order import Band, Evolution, Plan, State
+from ..sea.high_order.basin import fast_size
+from .recorded_progress import Kept, keep, kept, state_file
+from .sampling import refuse_if_too_large, times_of
+from .writing import Progress
+
+RECORD = "recorded_sea.nc"
+PRODUCTS = (RECORD,)
+DEFAULT_TIMES = "0:60:0.25"
+DEFAULT_ORDER = 3
+ROUNDING = {"m": 2.0**-13, "m2 s-1": 2.0**-13}
+_KEEP_EVERY = 30.0  # s of work before the record begins, after which the state is kept
+_UNEVEN = 1e-9
+_MOST_GROWN = 8.0  # significant height over the linear waves' standard deviation, of which it is 4 times
+
+
+@dataclass(frozen=True)
+class RecordedSea:
+    """What was left behind: the file, what it says of itself, and what one should know of it."""
+
+    file: Path
+    attributes: dict[str, Any]
+    notes: tuple[str, ...]
+
+    def headline(self) -> str:
+        """Height, energy and breaking in one line."""
+        told = self.attributes
+        return (
+            f"Hs {told['significant_wave_height_m']:.3f} m over the record, "
+            f"{told['significant_wave_height_asked_m']:.3f} m of the linear waves that it began as; "
+            f"skewness {told['elevation_skewness']:.3f}; energy changed by {told['energy_change']:.2%} in the record, "
+            f"breaking took {told['energy_broken']:.2%} ({told['energy_broken_since_start']:.2%} since its start), "
+            f"{told['energy_drift']:.1e} is neither"
+        )
+
+
+@dataclass(frozen=True)
+class _Frames:
+    """Where and when a record stands."""
+
+    plan: Plan
+    seconds: NDArray[np.float64]
+    current: tuple[float, float]
+
+    @property
+    def interval(self) -> float:
+        return float(self.seconds[1] - self.seconds[0])
+
+    @property
+    def side(self) -> float:
+        return max(self.plan.start.lengths)
+
+    @property
+    def points(self) -> int:
+        """A side: even, and enough for the shortest wave."""
+        most = max(self.plan.band.most_x, self.plan.band.most_y)
+        count = fast_size(2 * most + 2)
+        while count % 2:
+            count = fast_size(count + 1)
+        return count
+
+    @property
+    def along(self) -> NDArray[np.float64]:
+        """x or y of the points, m."""
+        return self.side / self.points * (np.arange(self.points, dtype=np.float64) - self.points // 2)
+
+    def frame(self, state: State, number: int) -> xr.Dataset:
+        """The sea at a time of the record, where a current has carried it. FloatingPointError for one beyond reason."""
+        band, seconds = self.plan.band, float(self.seconds[number])
+        carried = np.exp(-1j * (band.east * self.current[0] + band.north * self.current[1]) * seconds)
+        moved = carried * _centred(band)
+        height = state.significant_height
+        if not height < _MOST_GROWN * self.plan.sea.resolved.elevation_std:
+            raise FloatingPointError(f"at {seconds:.4g} s its significant height is {height:.3g} m")
+        fields = {"elevation": state.elevation, "surface_potential": state.potential}
+        return build(
+            "recorded_sea",
+            {name: self._on_points(moved * waves)[None] for name, waves in fields.items()},
+            {"time": [seconds], "x": self.along, "y": self.along},
+        )
+
+    def _on_points(self, waves: NDArray[np.complex128]) -> NDArray[np.float32]:
+        band = self.plan.band
+        shape = self.points if band.most_y else 1, self.points if band.most_x else 1
+        return np.broadcast_to(band.to_points(waves, shape), (self.points, self.points)).astype(np.float32)
+
+
+def _centred(band: Band) -> NDArray[np.float64]:
+    """What moves the origin from the antenna to half a side south-west of it: exp(i k·x) there, 1 or −1."""
+    column = np.arange(band.most_x + 1.0)[None, :]
+    row = np.concatenate((np.arange(band.most_y + 1.0), np.arange(-band.most_y, 0.0)))[:, None]
+    return 1.0 - 2.0 * np.remainder(column + row, 2.0)
+
+
+def write_recorded_sea(
+    scene: Scene,
+    out: str | Path,
+    *,
+    times: str = DEFAULT_TIMES,
+    order: int = DEFAULT_ORDER,
+    spacing: float | None = None,
+    overwrite: bool = False,
+    resume: bool = False,
+    progress: Progress | None = None,
+) -> RecordedSea:
+    """Write a scene's nonlinear sea into a folder: recorded_sea.nc, which grows frame by frame.
+
+    times: START:STOP:STEP [s]. order: 1 … 5. spacing: half the shortest wave [m], see `Plan`. resume: go on where a
+    kill or Ctrl-C has left the same command; the bits are those of a run that was never stopped.
+    Raises InputError for bad input, too little memory or disk, and a sea that comes to no finite state.
+    """
+    say, folder = progress or (lambda _: None), Path(out)
+    say("preparing the sea")
+    frames = _frames(scene, times, order, spacing)
+    told = _told(scene, frames, times)
+    if resume:
+        with held_folder(_existing(folder), "--out"):
+            return _written(folder, frames, told, kept(folder, told), say)
+    if state_file(folder).exists() and not overwrite:
+        raise InputError(
+            f"--out = '{folder}': holds a recorded sea that was not finished; --resume goes on with it, --overwrite "
+            "removes it"
+        )
+    with results_folder(folder, overwrite, PRODUCTS):
+        refuse_if_too_large(folder, frames.seconds.size, frames.points, RECORD)
+        clear_folder(folder, PRODUCTS)
+        state_file(folder).unlink(missing_ok=True)
+        return _written(folder, frames, told, None, say)
+
+
+def _frames(scene: Scene, times: str, order: int, spacing: float | None) -> _Frames:
+    """InputError for times that are not even, and for what `Plan` and the memory refuse."""
+    seconds = times_of(times)
+    even = seconds.size > 1 and np.ptp(np.diff(seconds)) <= _UNEVEN * max(1.0, float(np.abs(seconds).max()))
+    if not even:
+        raise InputError(f"--times = '{times}': a recorded sea has even times, two at least; write START:STOP:STEP")
+    if scene.sea.model not in ("linear", "choppy"):
+        raise InputError(f"sea.model = '{scene.sea.model}': has no waves to begin with; must be linear or choppy")
+    linear = scene.model_copy(update={"sea": scene.sea.model_copy(update={"model": "linear"})})
+    plan = Plan(scene.sea, run_sea(linear), order, spacing)
+    if plan.memory > free_memory():
+        raise InputError(
+            f"--spacing = {plan.spacing:.4g}: order {order} takes {plan.memory / 1e9:.3g} GB of memory, and "
+            f"{free_memory() / 1e9:.3g} GB are free; raise --spacing, or lower --order or sea.extent_m"
+        )
+    east, north = unit_from_azimuth(scene.sea.current_toward_deg)
+    current = scene.sea.current_m_s * float(east), scene.sea.current_m_s * float(north)
+    return _Frames(plan, seconds, current)
+
+
+def _existing(folder: Path) -> Path:
+    if not state_file(folder).exists():
+        raise InputError(f"--out = '{folder}': holds no recorded sea that was stopped; leave --resume out")
+    return folder
+
+
+def _told(scene: Scene, frames: _Frames, times: str) -> dict[str, Any]:
+    """What the file says from the beginning. A record goes on only with the same."""
+    plan = frames.plan
+    evolution = plan.evolution(float(frames.seconds[0]), frames.interval)
+    return {
+        "title": f"{scene.name}: nonlinear sea",
+        "model": "high-order spectral (Dommermuth & Yue 1987; West et al. 1987)",
+        "order": plan.order,
+        "seed": scene.seed,
+        "depth_m": scene.sea.depth_m,
+        "periodic": 1,
+        "length_m": frames.side,
+        "spacing_m": frames.side / frames.points,
+        "first_x_m": float(frames.along[0]),
+        "first_y_m": float(frames.along[0]),
+        "shortest_wave_m": 2.0 * plan.spacing,
+        "current_east_m_s": frames.current[0],
+        "current_north_m_s": frames.current[1],
+        "times": times,
+        "time_step_s": evolution.step,
+        "relaxed_from_s": evolution.relaxed_from,
+        "relaxing_s": plan.relaxing,
+        "breaking": "none" if plan.breaking is None else "low-pass filter exp(-(k/k_c)^30) (Xiao et al. 2013)",
+        "breaking_cut_off_rad_m": np.inf if plan.breaking is None else plan.breaking.cut_off,
+        "breaking_rate_s": 0.0 if plan.breaking is None else plan.breaking.rate,
+        "significant_wave_height_asked_m": plan.beginning(evolution).significant_height,
+        "scene": scene.to_toml(),
+    }
+
+
+@dataclass
+class _Pace:
+    """Tells how far the work is, and how long it will take from what it took."""
+
+    say: Progress
+    first: float
+    last: float
+    began: float = field(default_factory=clock.perf_counter)
+
+    def tell(self, now: float, words: str) -> None:
+        done = (now - self.first) / max(self.last - self.first, 1e-9)
+        spent = clock.perf_counter() - self.began
+        left = f", {_duration(spent * (1.0 - done) / done)} left" if done > 0.0 and spent > 1.0 else ""
+        self.say(f"{words}: {now:.4g} s of {self.last:.4g} s{left}")
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def _written(folder: Path, frames: _Frames, told: dict[str, Any], begun: Kept | None, say: Progress) -> RecordedSea:
+    """All frames that are missing, one by one, each with the state from which the next can go on."""
+    evolution = frames.plan.evolution(float(frames.seconds[0]), frames.interval)
+    at = begun or Kept(frames.plan.beginning(evolution))
+    pace = _Pace(say, at.state.time, float(frames.seconds[-1]))
+    path = folder / RECORD
+    try:
+        with (
+            growing(folder, PRODUCTS, "times"),
+            AppendableNetCDF(path, ("time",), compressed=True, rounding=ROUNDING, whole=at.frames) as file,
+        ):
+            try:
+                at = _recorded(file, folder, frames, told, at, pace)
+                file.annotate(_found(at, evolution))
+            except KeyboardInterrupt:
+                whole = f"{file.complete} of {frames.seconds.size} times are complete"
+                raise KeyboardInterrupt(f"{whole}; --resume goes on from there") from None
+    except FloatingPointError as error:
+        state_file(folder).unlink(missing_ok=True)
+        raise InputError(
+            f"the sea breaks beyond what the model bears ({error}); raise --spacing above {frames.plan.spacing:.4g}, "
+            f"lower --order, or lower the waves; {RECORD} holds what came before"
+        ) from None
+    except (ValueError, KeyError) as error:
+        if begun is None or isinstance(error, InputError):
+            raise
+        raise InputError(
+            f"--out = '{folder}': what is there cannot be gone on with ({error}); run it again with --overwrite"
+        ) from None
+    state_file(folder).unlink(missing_ok=True)
+    return RecordedSea(path, told | _found(at, evolution), _notes(frames))
+
+
+def _recorded(
+    file: AppendableNetCDF, folder: Path, frames: _Frames, told: dict[str, Any], at: Kept, pace: _Pace
+) -> Kept:
+    evolution = frames.plan.evolution(float(frames.seconds[0]), frames.interval)
+    steps = round(frames.interval / evolution.step)
+    if not at.frames:
+        at = _before(evolution, folder, frames, told, at, pace)
+    while at.frames < frames.seconds.size:
+        state = evolution.advanced(at.state, steps) if at.frames else at.state
+        frame = frames.frame(state, at.frames)
+        at = at.with_frame(state, frame["elevation"].values, evolution)
+        with uninterrupted():
+            file.append(frame.assign_attrs(told))
+            keep(folder, told, at)
+        pace.tell(float(frames.seconds[at.frames - 1]), f"order {frames.plan.order}, recorded")
+    return at
+
+
+def _before(evolution: Evolution, folder: Path, frames: _Frames, told: dict[str, Any], at: Kept, pace: _Pace) -> Kept:
+    """The slow beginning, up to the record's first time."""
+    first = float(frames.seconds[0])
+    stored = clock.perf_counter()
+    for _ in range(round((first - at.state.time) / evolution.step)):
+        at = replace(at, state=evolution.advanced(at.state))
+        if clock.perf_counter() - stored > _KEEP_EVERY:
+            with uninterrupted():
+                keep(folder, told, at)
+            stored = clock.perf_counter()
+        pace.tell(at.state.time, f"order {frames.plan.order}, nonlinear terms set in")
+    return at
+
+
+def _found(at: Kept, evolution: Evolution) -> dict[str, Any]:
+    """What the record came to."""
+    change = at.state_energy(evolution) / at.energy_first - 1.0
+    broken = (at.state.broken - at.broken_first) / at.energy_first
+    return {
+        "significant_wave_height_m": 4.0 * float(np.sqrt(at.variance / at.frames)),
+        "elevation_skewness": float(at.skewness / at.frames),
+        "energy_change": change,
+        "energy_broken": broken,
+        "energy_broken_since_start": at.state.broken / at.energy_first,
+        "energy_drift": change + broken,
+    }
+
+
+def _notes(frames: _Frames) -> tuple[str, ...]:
+    plan = frames.plan
+    notes = [
+        f"{frames.seconds.size} times of {frames.points} × {frames.points} points, {frames.side / frames.points:.3g} m "
+        f"apart, waves down to {2.0 * plan.spacing:.3g} m; step {plan.evolution(0.0, frames.interval).step:.3g} s"
+    ]
+    finest = plan.sea.resolved.resolution_m
+    if plan.spacing > 1.01 * finest:
+        notes.append(
+            f"the scene's waves between {2.0 * finest:.3g} m and {2.0 * plan.spacing:.3g} m are left out: breaking "
+            f"takes waves beyond 8 wavenumbers of the steepest system's peak; --spacing {finest:.3g} keeps them"
+        )
+    return tuple(notes)
