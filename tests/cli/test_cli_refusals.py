@@ -12,7 +12,7 @@ from command_line import DROWNED, PRODUCTS, assert_refused, ended, settings, sta
 
 from seamap_rt.interferometry import open_echoes
 from seamap_rt.io.results_folder import KINDS
-from seamap_rt.products import link, writing
+from seamap_rt.products import link, recorded_sea, writing
 from seamap_rt.session import simulating, whole_run
 from seamap_rt.studies import sweep
 from seamap_rt.studies.shadowing import PRODUCTS as OF_SHADOWING
@@ -255,7 +255,7 @@ def test_the_kinds_of_folders_know_all_products() -> None:
         "a run's": {*whole_run.PRODUCTS, *simulating.PRODUCTS},
         "a trade's": {*sweep.PRODUCTS},
         "a shadowing study's": {*OF_SHADOWING},
-        "a sea's": {*writing.PRODUCTS},
+        "a sea's": {*writing.PRODUCTS, *recorded_sea.PRODUCTS},
         "a link budget's": {*link.PRODUCTS},
         "a validation's": {*runner.PRODUCTS},
     }

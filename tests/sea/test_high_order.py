@@ -133,8 +133,8 @@ def test_perturbations_grow_as_mclean_found() -> None:
     """Benjamin & Feir (1967): five waves of ka = 0.1, with sidebands at 4/5 and 6/5 that grow as the linearised exact
     equations have it (McLean 1982), 0.00389 a radian; Schrödinger's equation has 0.0050, Dysthe's 0.00387.
 
-    Started as that perturbation, 1e-4 of the wave, so it grows from the first period on. Order 5 lacks 1e-3 of the
-    rate, order 3 (ka)² of it and a few times that.
+    Started as that perturbation, 1e-4 of the wave, so it grows from the first period on. Order 3 lacks (ka)² = 1 %
+    of the rate, order 5 (ka)⁴; found are 0.8 % and 0.01 %.
     """
     steepness, waves = 0.1, 5
     wave = steady_wave(steepness)
@@ -151,7 +151,7 @@ def test_perturbations_grow_as_mclean_found() -> None:
         elevation=begin.elevation + small / K * added[0],
         potential=begin.potential + small * SPEED / K * added[1],
     )
-    for order, allowed in ((5, 0.005), (3, 0.06)):
+    for order, allowed in ((5, 1e-3), (3, 0.02)):
         evolution = Evolution(band, order, PERIOD / 40)
         state, sides = begin, []
         for _ in range(3):

@@ -88,17 +88,15 @@ class Rates:
         powers = [np.ones(1), self.band.to_points(elevation, self.points)]
         for n in range(2, self.order):
             powers.append(powers[-1] * powers[1] / n)
-        zero = np.zeros(self.points)
-        rise = [zero] + [np.zeros(self.points) for _ in range(self.order)]
-        below = [zero, zero] + [np.zeros(self.points) for _ in range(self.order - 1)]
+        rise, below = [powers[0]], [powers[0], powers[0]]  # of indices that are not used
         band, waves = self.band, potential
         for m in range(1, self.order):
             for n, derivative in enumerate(self._derivatives(band, waves, self.order - m + 1), start=1):
-                rise[m + n - 1] += powers[n - 1] * derivative
+                _add(rise, m + n - 1, powers[n - 1] * derivative if n > 1 else derivative)
                 if m + n <= self.order:
-                    below[m + n] -= powers[n] * derivative
+                    _add(below, m + n, powers[n] * derivative)
             band = self._band(m + 1)
-            waves = band.to_waves(below[m + 1])
+            waves = -band.to_waves(below[m + 1])
         return rise, band.rise * waves
 
     def _derivatives(self, band: Band, waves: Waves, count: int) -> Iterator[Points]:
@@ -120,9 +118,17 @@ class Rates:
         return widened(self.band, reach)
 
 
+def _add(fields: list[Points], number: int, added: Points) -> None:
+    """Add to a field of the list, or begin it: large fields that are made anew cost as much as an FFT."""
+    if number == len(fields):
+        fields.append(added)
+    else:
+        fields[number] += added
+
+
 def _squares(rise: list[Points], order: int) -> Points:
     """W² up to an order: Σ W^(m) W^(n), m + n ≤ order."""
-    total = np.zeros_like(rise[1])
-    for m in range(1, order):
+    total = rise[1] * sum(rise[2:order], start=rise[1])
+    for m in range(2, order):
         total += rise[m] * sum(rise[2 : order - m + 1], start=rise[1])
     return total
