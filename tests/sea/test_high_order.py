@@ -314,24 +314,6 @@ def test_order_one_is_the_linear_sea() -> None:
     assert_allclose(rates[y, x], exact.elevation_rate, atol=1e-11)
 
 
-@pytest.mark.parametrize("from_deg", [270.0, 90.0, 180.0, 0.0])
-def test_long_crested_waves_are_one_line(from_deg: float) -> None:
-    settings = sea_of(
-        jonswap(spreading="long_crested", wave_from_deg=from_deg),
-        sinusoid(height_m=0.3, wavelength_m=32.0, wave_from_deg=from_deg),
-        extent_m=128.0,
-    )
-    sea = realize(settings, 2)
-    plan = Plan(settings, sea, 3, 1.0)
-    assert 1 in (plan.band.shape[0], plan.band.most_x + 1)
-    state = plan.start.state(plan.band, 7.0)
-    side = 512  # a point a metre: a line repeats after four sides
-    heights = plan.band.to_points(state.elevation, (side if plan.band.most_y else 1, side if plan.band.most_x else 1))
-    x, y = np.array([0, 30, 401]), np.array([0, 77, 500])
-    exact = direct_sum(sea.components(), 1.0 * x, 1.0 * y, 7.0).elevation
-    assert_allclose(np.broadcast_to(heights, (side, side))[y, x], exact, atol=1e-11)
-
-
 def test_a_slow_beginning_sheds_no_free_waves() -> None:
     """A regular wave begun as linear: the second harmonic, which should stand still, swings by half if the nonlinear
     rates begin at once, and by 1e-3 of itself at most if they set in over five periods (Dommermuth 2000)."""
@@ -398,18 +380,3 @@ def test_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
         ends.append(Rates(band, 3)(state.elevation, state.potential))
     for other in ends[1:]:
         assert_array_equal(np.array(other), np.array(ends[0]))
-
-
-@pytest.mark.parametrize(
-    ("settings", "options", "said"),
-    [
-        (sea_of(), {}, "has no waves"),
-        (sea_of(jonswap(spreading="long_crested", wave_from_deg=230.0)), {}, "wave_from_deg to 270"),
-        (sea_of(sinusoid(wavelength_m=21.0, wave_from_deg=270.0)), {}, "whole number of times"),
-        (sea_of(jonswap()), {"order": 6}, "--order = 6"),
-        (sea_of(jonswap()), {"asked": 40.0}, "--spacing = 40"),
-    ],
-)
-def test_seas_that_cannot_be_are_refused(settings: SeaSettings, options: dict, said: str) -> None:
-    with pytest.raises(ValueError, match=said):
-        Plan(settings, realize(settings, 1), **options)

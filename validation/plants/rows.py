@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
-from . import rows_app, rows_begin, rows_maps, rows_prediction, rows_radar, rows_sea, rows_transmitter
+from . import (
+    rows_app,
+    rows_begin,
+    rows_maps,
+    rows_nonlinear_sea,
+    rows_prediction,
+    rows_radar,
+    rows_sea,
+    rows_transmitter,
+)
 
 PLANTS = (
     *rows_sea.PLANTS,
+    *rows_nonlinear_sea.PLANTS,
     *rows_radar.PLANTS,
     *rows_transmitter.PLANTS,
     *rows_maps.PLANTS,
