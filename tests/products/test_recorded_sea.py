@@ -16,11 +16,13 @@ from numpy.testing import assert_allclose, assert_array_equal
 from seamap_rt.cli import main
 from seamap_rt.dataset import check
 from seamap_rt.errors import InputError
+from seamap_rt.io.recorded_sea import recorded_sea as recorded_sea_file
 from seamap_rt.io.recovery import recover
 from seamap_rt.products import recorded_sea
 from seamap_rt.products.recorded_sea import RecordedSea, write_recorded_sea
 from seamap_rt.resolved_scene import run_sea
 from seamap_rt.scene import Scene
+from seamap_rt.sea.recorded import first_frame
 
 TIMES, SPACING, SIDE = "1:3.4:0.4", 3.0, 84.0  # s, m, m
 
@@ -118,6 +120,29 @@ def test_long_crested_sea_has_alike_rows(tmp_path: Path) -> None:
     assert_allclose(
         height[0, 0], sea.elevation(fields["x"].values, 7.0, 0.0), atol=1e-4 + 6.0 * sea.resolved.elevation_error
     )
+
+
+def test_a_scene_takes_the_record(tmp_path: Path) -> None:
+    """Its water stands where the file has it, to what the reader states of its spline."""
+    drawn = scene()
+    made = write_recorded_sea(drawn, tmp_path, times="0:6:0.25", order=2, spacing=SPACING)
+    fields = opened(tmp_path)
+    again = sea_products.scene(
+        sea__model="recorded",
+        sea__file=str(made.file),
+        **{f"sea__{name}": None for name in ("waves", "extent_m", "resolution_m", "current_m_s", "current_toward_deg")},
+        radar__range_m=[5.0, 12.0],
+        radar__height_m=2.0,
+    )
+    sea, frames = run_sea(again), recorded_sea_file(str(made.file))
+    assert frames.periodic
+    assert frames.potential
+    assert_allclose(frames.side_m, SIDE)
+    number = first_frame(frames) + 4
+    x, y = fields["x"].values, fields["y"].values[:, None]
+    error = sea.resolved.elevation_error
+    assert_allclose(sea.elevation(x, y, 1.0), fields["elevation"][number], atol=6.0 * error + 1e-3)
+    assert error < 0.02 * np.std(fields["elevation"][number])
 
 
 # ------------------------------------------------------------------------------------------------- it goes on
