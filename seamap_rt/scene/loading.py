@@ -57,7 +57,8 @@ def _with_recorded(tree: Mapping[str, Any]) -> Mapping[str, Any]:
         known["resolution_m"] = file.spacing_m
     if file.depth_m is not None:
         known["depth_m"] = file.depth_m
-    return {**tree, "sea": {**known, **sea}}
+    given = {name: value for name, value in sea.items() if name != "waves" or value}  # none is left out
+    return {**tree, "sea": {**known, **given}}
 
 
 def _further(tree: Mapping[str, Any], wrong: frozenset[Key]) -> list[str]:

@@ -29,7 +29,7 @@ names, axes and units that it knows). Spacing, depth and the directional spectru
 file where the scene leaves them out. What interpolation between frames costs is stated among the resolved facts; where
 the patch or the record ends too early, the scene is refused. A patch that does not repeat is brought to mean level in a
 rim of 5 % of its side. The water's flow is the gradient of the surface potential where the file has it, and that of
-linear waves else; the sum of `components` is such a sea only to first order.
+linear waves else: both to first order, as is the sum of `components`.
 
     sea = realize(scene.sea, seed=1)
     sea.elevation(x, y, t), sea.slopes(x, y, t), sea.velocity(x, y, t)    # arrays that broadcast; m, m/s

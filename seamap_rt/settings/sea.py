@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, model_validator
 
 from .limits import Meaning
 from .section import Direction, Section, as_tuple, compass
-from .waves import WaveSystem
+from .waves import RandomWaves, WaveSystem
 
 DEFAULT_RESOLUTION_M = 0.8
 MOST_POINTS_A_SIDE = 4096
@@ -107,6 +107,11 @@ class SeaSettings(Section):
     def _recorded_somewhere(self) -> Self:
         if self.model == "recorded" and not self.file:
             raise ValueError("model = 'recorded': needs `file`, the recorded sea; name it")
+        if self.model == "recorded" and not any(isinstance(waves, RandomWaves) for waves in self.waves):
+            raise ValueError(
+                "waves: must hold the spectrum of the recorded sea, from which the mesh is sized; leave `waves` out, "
+                "and it is taken from the file"
+            )
         if self.model == "recorded" and self.current_m_s:
             raise ValueError(
                 f"current_m_s = {self.current_m_s:g}: must be 0 where model = 'recorded' (the record holds what the "

@@ -331,6 +331,15 @@ def test_a_run_that_outlasts_the_record_is_refused(data: xr.Dataset, tmp_path: P
         Simulator(scene)
 
 
+def test_a_scene_without_waves_takes_the_records_and_one_with_others_alone_is_refused(
+    data: xr.Dataset, tmp_path: Path
+) -> None:
+    path = write(data, tmp_path / "sea.nc")
+    assert scene_like(path, waves=[]) == scene_like(path)
+    with pytest.raises(InputError, match="must hold the spectrum of the recorded sea"):
+        scene_like(path, waves=[{"spectrum": "flat"}])
+
+
 def test_a_boat_does_not_follow_waves_of_a_record(data: xr.Dataset, tmp_path: Path) -> None:
     path = write(data, tmp_path / "sea.nc")
     with pytest.raises(InputError, match=r"must be fixed, sinusoidal or file where sea\.model = 'recorded'"):
