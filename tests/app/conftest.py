@@ -31,7 +31,7 @@ def browser() -> Iterator[Browser]:
     assert path, "no Chromium: apt-get install -y chromium"
     with sync_playwright() as player:
         opened = player.chromium.launch(
-            executable_path=path, args=["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+            executable_path=path, args=["--no-sandbox", "--disable-gpu-compositing", "--enable-unsafe-swiftshader"]
         )
         yield opened
         opened.close()

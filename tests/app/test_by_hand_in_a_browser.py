@@ -9,6 +9,8 @@ from axe_playwright_python.sync_playwright import Axe
 from browsing import Server, Watched, choose, open_page
 from playwright.sync_api import Browser, Page, expect
 
+pytestmark = pytest.mark.browser
+
 _MAST = "Antenna height above the sea (m)"
 _PLACES = ("Design", "Runs", "See", "Compare", "Trade")
 _FOCUSED = """() => { const e = document.activeElement; const box = e.getBoundingClientRect();
@@ -48,6 +50,14 @@ def test_by_the_keyboard_alone_from_a_scene_to_its_maps(watched: Watched, server
     page.keyboard.type("9")
     expect(page.get_by_text("of a radar")).to_have_count(0)
     expect(page.get_by_label(_MAST)).to_have_value("9")
+    _tab_to(page, 'Expand "Shadows and mesh"')
+    page.keyboard.press("Enter")
+    expect(page.get_by_label("Tracer", exact=True)).to_be_visible()
+    _tab_to(page, "Tracer")
+    page.keyboard.press("ArrowDown")
+    expect(page.get_by_role("option", name="horizon")).to_be_visible()
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
     _tab_to(page, "Run", backwards=True)
     page.keyboard.press("Enter")
     expect(page.get_by_text(re.compile(r"tiny-1.* · done"))).to_be_visible()
@@ -87,20 +97,21 @@ def test_two_tabs_have_a_design_each_and_the_runs_together(browser: Browser, ser
     assert first.outside == []
 
 
-@pytest.mark.parametrize("colours", ["light", "dark"])
-def test_axe_finds_nothing_serious_in_any_place(browser: Browser, server: Server, colours: str) -> None:
-    opened = open_page(browser, server, colours=colours)
-    page = opened.page
+def test_axe_finds_nothing_serious_in_any_place_light_or_dark(watched: Watched) -> None:
+    page = watched.page
     page.locator(".js-plotly-plot").first.wait_for()
     found = []
-    for place in _PLACES:
-        _place(page, place)
-        page.wait_for_timeout(700)
-        told = Axe().run(page).response["violations"]
-        found += [
-            (place, each["id"], each["nodes"][0]["html"]) for each in told if each["impact"] in ("serious", "critical")
-        ]
-    page.context.close()
+    for colours in ("light", "dark"):
+        for place in _PLACES:
+            _place(page, place)
+            page.wait_for_timeout(500)
+            told = Axe().run(page).response["violations"]
+            found += [
+                (colours, place, each["id"], each["nodes"][0]["html"])
+                for each in told
+                if each["impact"] in ("serious", "critical")
+            ]
+        page.get_by_role("button", name="Light or dark").click()
     assert found == []
 
 

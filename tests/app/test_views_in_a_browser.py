@@ -13,6 +13,8 @@ from playwright.sync_api import Page, expect
 
 from seamap_rt.io.scenefile import list_shipped
 
+pytestmark = pytest.mark.browser
+
 _BUOY = next(iter(list_shipped().values())).parent / "objects" / "buoy.stl"
 
 
