@@ -80,8 +80,9 @@ def open_page(
     browser: Browser, server: Server, width: int = 1400, height: int = 900, colours: Literal["light", "dark"] = "light"
 ) -> Watched:
     """A fresh browser at the page's address. Requests to anything but the server are noted, and not let through."""
-    size = {"width": width, "height": height}
-    context = browser.new_context(viewport=size, accept_downloads=True, color_scheme=colours)
+    context = browser.new_context(
+        viewport={"width": width, "height": height}, accept_downloads=True, color_scheme=colours
+    )
     watched = Watched(context.new_page())
 
     def ask(route: Route, request: Request) -> None:
