@@ -63,8 +63,8 @@ def _check_record(scene: Scene, sea: Sea) -> None:
         most = int((sea.ends_s - _LAST_BEAM_S) / turn)
         last = f"lower turns to {most}, or give a longer one" if most > 0 else "give a longer one"
         raise InputError(
-            f"turns = {scene.turns}: last {scene.turns * turn:.4g} s, and the record of sea.file goes on for "
-            f"{sea.ends_s:.4g} s; {last}"
+            f"turns = {scene.turns}: last {scene.turns * turn:.4g} s, and {_LAST_BEAM_S:g} s more are heard; the "
+            f"record of sea.file goes on for {sea.ends_s:.4g} s; {last}"
         )
 
 

@@ -24,6 +24,7 @@ from seamap_rt.tracing import Illumination
 from seamap_rt.tracing.horizon import trace_horizon
 from seamap_rt.truth import ground_truth, polar_truth
 from seamap_rt.truth import polar as truth
+from seamap_rt.truth.kernel import AREA, ECHO, QUANTITIES, Band, Bins, Surface, fill_cells
 
 WAVELENGTH, AMPLITUDE, PHASE_DEG, FROM_DEG = 20.0, 0.4, 35.0, 60.0
 
@@ -355,3 +356,14 @@ def test_two_halves_of_a_facet_have_its_second_moment() -> None:
     # Away from the antenna, not along the column's middle: the cosine of a third of a degree, and a far corner.
     np.testing.assert_allclose(np.mean(halves**2, axis=1), moment, rtol=1e-2)
     np.testing.assert_allclose(halves.sum(axis=1), 0.0, atol=1e-12)
+    # Together they have the facets' whole area and echo: in one cell that holds all bins.
+    count, far = facets.height.shape, float(facets.distance.max())
+    one, bins = np.ones(count, np.float32), Bins(400, 0.0, 2.0 * far / 400)
+    everywhere = Band(np.zeros(1, np.int64), np.ones((1, bins.size)))
+    flat = np.zeros(count, np.float32)
+    area, lit = facets.horizontal_area / 2.0, np.ones(count, bool)
+    surface = Surface(facets.distance, halves, area, np.zeros(count[0]), flat.astype(float), flat, flat, lit, one, one)
+    cells, heard = np.empty((count[0], 1, QUANTITIES)), np.empty((count[0], 1, 2))
+    fill_cells(0, count[0], surface, bins, everywhere, everywhere, cells, heard)
+    assert cells[..., AREA].sum() == pytest.approx(count[0] * facets.horizontal_area.sum(), rel=1e-12)
+    assert cells[..., ECHO].sum() == pytest.approx(facets.height.size)

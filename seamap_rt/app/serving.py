@@ -51,7 +51,7 @@ def _server(runs: Path, gate: Gate) -> Any:
     from nicegui import app as page_app
     from nicegui import ui
 
-    from . import design_view  # noqa: F401  what is seen first, in which the time goes
+    from . import design_view  # noqa: F401  what is seen first: it is ready when the browser comes
     from .desk import Desk
     from .fields import scene_schema
     from .files import give_files

@@ -183,10 +183,10 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
         periodic=periodic,
         depth_m=None if depth is None else float(depth),
         potential=POTENTIAL in opened and set(opened[POTENTIAL].dims) == set(opened[name].dims),
-        _first=tuple(
-            n if _direction(opened, axes[each]) > 0 else size - points - n
-            for n, each, size in zip(first, ("y", "x"), (y.size, x.size), strict=True)
-        ),  # type: ignore[arg-type]
+        _first=(
+            first[0] if _direction(opened, axes["y"]) > 0 else y.size - points - first[0],
+            first[1] if _direction(opened, axes["x"]) > 0 else x.size - points - first[1],
+        ),
         _scale=scale,
     )
 
