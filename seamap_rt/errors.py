@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 
 _LONGEST_WORD = 200  # characters: a path that one reads
 _LONGEST_LINE = 1000
@@ -66,3 +67,22 @@ class SchemaError(ValueError):
 
 class NoBackend(RuntimeError):
     """Nothing here can run Dr.Jit. The message is one line and names the command that mends it."""
+
+
+def is_interruption(error: BaseException) -> bool:
+    """Whether an exception is Ctrl-C, or what compiled code has made of it: Python calls that a SystemError."""
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, KeyboardInterrupt):
+        cause = cause.__cause__ or cause.__context__
+    return cause is not None
+
+
+@contextmanager
+def telling_what_is_left(words: Callable[[], str]) -> Iterator[None]:
+    """An interruption's message says what is left. words: called then."""
+    try:
+        yield
+    except BaseException as error:
+        if not is_interruption(error):
+            raise
+        raise KeyboardInterrupt(words()) from None

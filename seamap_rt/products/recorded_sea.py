@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..compute.machine import free_memory
 from ..conventions import unit_from_azimuth
 from ..dataset import build
-from ..errors import InputError
+from ..errors import InputError, telling_what_is_left
 from ..io.appendable import AppendableNetCDF
 from ..io.interrupts import uninterrupted
 from ..io.results_folder import clear_folder, growing, held_folder, results_folder
@@ -243,12 +243,10 @@ def _written(folder: Path, frames: _Frames, told: dict[str, Any], begun: Kept | 
             growing(folder, PRODUCTS, "times"),
             AppendableNetCDF(path, ("time",), compressed=True, rounding=ROUNDING, whole=at.frames) as file,
         ):
-            try:
+            whole = f"of {frames.seconds.size} times are complete; --resume goes on from there"
+            with telling_what_is_left(lambda: f"{file.complete} {whole}"):
                 at = _recorded(file, folder, frames, told, at, pace)
                 file.annotate(_found(at, evolution))
-            except KeyboardInterrupt:
-                whole = f"{file.complete} of {frames.seconds.size} times are complete"
-                raise KeyboardInterrupt(f"{whole}; --resume goes on from there") from None
     except FloatingPointError as error:
         state_file(folder).unlink(missing_ok=True)
         raise InputError(

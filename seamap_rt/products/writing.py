@@ -9,7 +9,7 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.image import imsave
 
-from ..errors import InputError, NoBackend
+from ..errors import InputError, NoBackend, telling_what_is_left
 from ..io.appendable import AppendableNetCDF
 from ..io.interrupts import uninterrupted
 from ..io.results_folder import clear_folder, growing, results_folder, write_whole
@@ -95,18 +95,17 @@ def write_sea(
         camera = Camera(scene, sea, trace, points, simulator.surface)
         spectrum = directional_spectrum(scene, sea)
         clear_folder(folder, PRODUCTS)
-        with growing(folder, ("sea.nc",), "times"), sea_file(folder / "sea.nc", spectrum) as file:
-            try:
-                for number, t in enumerate(seconds):
-                    say(f"time {number + 1} of {seconds.size}: {t:g} s")
-                    moment = camera.moment(float(t))
-                    with uninterrupted():
-                        file.append(moment)
-                    drawn.add(*(moment[name].values for name in ("sea_surface_height", "slope_x", "slope_y")))
-            except KeyboardInterrupt:
-                rest = "and stay readable in sea.nc; the pictures are missing"
-                whole = f"{file.complete} of {seconds.size} times are complete"
-                raise KeyboardInterrupt(f"{whole}, {rest if file.complete else 'no results are left'}") from None
+        with (
+            growing(folder, ("sea.nc",), "times"),
+            sea_file(folder / "sea.nc", spectrum) as file,
+            telling_what_is_left(lambda: _left(file.complete, seconds.size)),
+        ):
+            for number, t in enumerate(seconds):
+                say(f"time {number + 1} of {seconds.size}: {t:g} s")
+                moment = camera.moment(float(t))
+                with uninterrupted():
+                    file.append(moment)
+                drawn.add(*(moment[name].values for name in ("sea_surface_height", "slope_x", "slope_y")))
         say("drawing")
         write_whole(folder / "statistics.txt", statistics_table(scene, sea, drawn, points.size * step(points)))
         notes = _draw(scene, sea, spectrum, folder)
@@ -114,6 +113,11 @@ def write_sea(
         notes += _draw_from_mast(scene, sea, folder / "from_mast.png", float(seconds[0]))
         files = tuple(name for name in PRODUCTS if (folder / name).exists())
         return SeaProducts(folder, files, sea, drawn, points.size * step(points), (*_coarse(sea, step(points)), *notes))
+
+
+def _left(complete: int, times: int) -> str:
+    rest = "and stay readable in sea.nc; the pictures are missing" if complete else "no results are left"
+    return f"{complete} of {times} times are complete, {rest}"
 
 
 def sea_file(path: Path, spectrum: xr.Dataset) -> AppendableNetCDF:

@@ -14,7 +14,7 @@ from typing import Any
 import xarray as xr
 
 from ..compute.machine import peak_memory
-from ..errors import must_be
+from ..errors import is_interruption, must_be
 from ..forecast_errors import judge_forecasts
 from ..gauges import judge
 from ..interferometry import open_echoes
@@ -148,7 +148,7 @@ def _stating_what_is_left(file: AppendableNetCDF, turns: int) -> Iterator[None]:
         if not file.complete:  # a scene without results would look like another run's folder
             file.path.with_name("scene.toml").unlink(missing_ok=True)
             rest = "no results are left"
-        if isinstance(error, KeyboardInterrupt):
+        if is_interruption(error):
             raise KeyboardInterrupt(f"{whole}, {rest}") from None
         if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
             raise OSError(error.errno, f"{error.strerror}; {whole}, {rest}", error.filename) from None

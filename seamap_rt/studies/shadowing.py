@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..errors import InputError
+from ..errors import InputError, telling_what_is_left
 from ..io.interrupts import uninterrupted
 from ..io.results_folder import results_folder
 from ..mesh import polar_grid
@@ -169,7 +169,7 @@ def write_shadowing(
     scene = as_scene(scene)
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-shadowing"
     with results_folder(folder, overwrite, PRODUCTS):
-        try:
+        with telling_what_is_left(lambda: "nothing of this study is kept; what the folder held before stays"):
             data = shadowing(scene, heights_m, seeds, tracer=scene.tracing.tracer, bin_m=bin_m, progress=progress)
             if progress:
                 progress("writing and drawing")
@@ -183,8 +183,6 @@ def write_shadowing(
                 "shadowing_seen.png": seen,
                 "shadowing.html": shadowing_page(data, lines, shares, seen, seeds, scene.to_toml()).encode("utf-8"),
             }
-        except KeyboardInterrupt:
-            raise KeyboardInterrupt("nothing of this study is kept; what the folder held before stays") from None
         with uninterrupted():
             _write_all(folder, made)
     return lines

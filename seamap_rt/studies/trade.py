@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from ..compute.scratch import scratch_folder
-from ..errors import InputError
+from ..errors import InputError, is_interruption
 from ..scene import SceneLike, as_scene
 from ..session.pace import duration
 from .by_sea import BySea
@@ -206,16 +206,18 @@ def _computed(
         if keep_table:
             say("drawing")
             sweep.write(table)
-    except (KeyboardInterrupt, SchedulerLost) as stop:
-        if keep_table:
+    except BaseException as error:
+        interrupted = is_interruption(error)
+        if keep_table and (interrupted or isinstance(error, SchedulerLost)):
             sweep.write(sweep.table(criterion))
-        if isinstance(stop, SchedulerLost):
+        if interrupted:
+            raise KeyboardInterrupt(f"{_settled(sweep)}; --resume goes on") from None
+        if isinstance(error, SchedulerLost):
             raise InputError(f"--scheduler: does not answer any more; {_settled(sweep)}, --resume goes on") from None
-        raise KeyboardInterrupt(f"{_settled(sweep)}; --resume goes on") from None
-    except OSError as error:
-        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
-            raise
-        raise OSError(error.errno, f"{error.strerror}; {_settled(sweep)}, --resume goes on", error.filename) from None
+        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+            told = f"{error.strerror}; {_settled(sweep)}, --resume goes on"
+            raise OSError(error.errno, told, error.filename) from None
+        raise
     return table
 
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from ..errors import is_interruption
 from ..io.interrupts import uninterrupted
 from ..io.results_folder import clear_folder, results_folder, write_whole
 from ..report import style
@@ -69,6 +70,8 @@ def _run(case: Case, full: bool) -> CaseResult:
         seconds, words = time.perf_counter() - start, (outcome.verdict, outcome.assumption, outcome.caption)
         return CaseResult(case, tuple(outcome.checks), seconds, *words, drawn)
     except (Exception, SystemExit) as error:
+        if is_interruption(error):
+            raise KeyboardInterrupt from None
         reason = " ".join(f"{type(error).__name__}: {error}".split())
         trace = "\n".join("".join(traceback.format_exception(error)).splitlines()[-_TRACE_LINES:])
         stopped = Check("the case runs to its end", reason, "no exception", False)

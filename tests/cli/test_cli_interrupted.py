@@ -22,6 +22,7 @@ from numpy.testing import assert_array_equal
 from seamap_rt.cli.stops import Stops
 from seamap_rt.interferometry import open_echoes, retrieve
 from seamap_rt.io.results_folder import growing, held_folder
+from seamap_rt.simulation import Simulator
 
 call, elsewhere = command_line.call, command_line.elsewhere  # fixtures
 pytestmark = pytest.mark.usefixtures("elsewhere")
@@ -128,6 +129,23 @@ def test_run_that_is_stopped_before_its_first_turn_leaves_no_half_file(call: Any
     monkeypatch.setattr("seamap_rt.simulation.Simulator.turn", stop)
     assert_refused(call("run", "tiny", *settings(), "--out", "cut"), "interrupted", code=130)
     assert {path.name for path in Path("cut").iterdir()} <= {"scene.toml", "echoes.zarr"}
+
+
+def test_an_interruption_that_compiled_code_hides_is_one_all_the_same(call: Any, monkeypatch: Any) -> None:
+    """Ctrl-C inside a compiled function comes out as Python's SystemError: the line says what is left nevertheless."""
+    turn = Simulator.turn
+
+    def stop(simulator: Simulator, number: int, *more: Any) -> Any:
+        if number == 0:
+            return turn(simulator, number, *more)
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as hidden:
+            raise SystemError("returned a result with an exception set") from hidden
+
+    monkeypatch.setattr("seamap_rt.simulation.Simulator.turn", stop)
+    answer = call("run", "tiny", *settings(), "--turns", "3", "--out", "hidden")
+    assert_refused(answer, "interrupted: 1 of 3 turns are complete, and stay readable", code=130)
 
 
 STARTING = """
