@@ -19,6 +19,7 @@ from .echoes.dataset import echo_dataset
 from .echoes.radar_cross_section import Returns, SeaSurface
 from .echoes.scenery import Scenery
 from .echoes.turn import turn_echoes
+from .echoes.unheard import share_unheard
 from .errors import InputError
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
 from .mesh.grid import PolarGrid
@@ -163,6 +164,7 @@ class Simulator:
                 scene.scattering.decorrelation_time_s,
                 motion=returns.motion,
                 objects=objects,
+                unheard=share_unheard(self.sea.resolved.elevation_std, scene.tracing.height_error_m),
             )
             under_water = _submerged_pulses(submerged, facets, fired)
             received.voltage[under_water] = np.nan

@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..radar.antenna import pattern_stamps
 from ..radar.array import Array, antenna_array
@@ -28,6 +28,15 @@ class TwoWayBeams:
     tables: NDArray[np.float32]  # (path or 1, leg, entry) voltage; 0 at both ends, and beyond
     aside: NDArray[np.float64]  # (path or 1, leg) m that the leg's antenna stands off the array's axis
     scale: float  # entries per unit of direction cosine; 0 lies half an entry beyond the middle
+
+    def share_beyond(self, cosine: ArrayLike) -> NDArray[np.float64]:
+        """Share of the two-way power from beyond such direction cosines to either side, of the path with the most."""
+        power = np.square(self.tables.astype(np.float64).prod(axis=1))
+        aside = np.abs(np.arange(power.shape[1]) - 0.5 * (power.shape[1] - 1)) / self.scale
+        order = np.argsort(aside)
+        summed = np.cumsum(power[:, order], axis=1)
+        within = summed[:, np.clip(np.searchsorted(aside[order], cosine) - 1, 0, None)]
+        return np.max(1.0 - within / summed[:, -1:], axis=0)
 
 
 def two_way_beams(radar: RadarSettings) -> TwoWayBeams:

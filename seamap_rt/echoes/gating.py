@@ -66,16 +66,28 @@ class Tabulated:
     step: float = _STEP  # m
 
 
-def tabulated(radar: RadarSettings) -> Tabulated:
-    """The samples that the radar's receiver is given, and their response."""
-    return _tabulated(cast(Hashable, radar), pattern_stamps(radar))  # frozen, and so hashable
+def tabulated(radar: RadarSettings, unheard: float = 0.0) -> Tabulated:
+    """The samples that the radar's receiver is given, and their response, but for that share of the power that comes
+    from farthest off their middles; of a chirp's, which are still to be compressed, all."""
+    return _tabulated(cast(Hashable, radar), pattern_stamps(radar), unheard)  # frozen, and so hashable
 
 
 @lru_cache(maxsize=8)
-def _tabulated(settings: Hashable, _: Hashable) -> Tabulated:
+def _tabulated(settings: Hashable, _: Hashable, unheard: float) -> Tabulated:
     samples = received_samples(cast(RadarSettings, settings))
     tables = _tables(samples)
-    return Tabulated(samples, np.array(tables[:1] if all(table is tables[0] for table in tables) else tables))
+    table = np.array(tables[:1] if all(table is tables[0] for table in tables) else tables)
+    return Tabulated(samples, table if samples.compress is not None else _without_flanks(table, unheard))
+
+
+def _without_flanks(table: NDArray[np.float32], share: float) -> NDArray[np.float32]:
+    """The table (path, entry) up to where no path has more than that share of its power beyond; the last entry is 0."""
+    power = np.square(table.astype(np.float64))
+    beyond = 1.0 - np.cumsum(power, axis=1) / power.sum(axis=1, keepdims=True)
+    kept = int(np.argmax((beyond <= share).all(axis=0))) + 2 if share > 0.0 else table.shape[1]
+    cut = np.array(table[:, :kept])
+    cut[:, -1] = 0.0
+    return cut
 
 
 def _plain(

@@ -23,7 +23,7 @@ from ..conventions import unit_from_azimuth
 from ..mesh import Facets
 from ..radar.array import antenna_array
 from ..radar.mast import column_frame
-from ..radar.scan import Pulses
+from ..radar.scan import BEAMS_BEYOND, Pulses
 from ..settings import RadarSettings
 from ..tracing import Illumination
 from .beams import TwoWayBeams, two_way_beams
@@ -34,6 +34,7 @@ from .receiving import Received, receive
 from .slow_time import Nodes, choose_nodes, nodes_first, pulses_from_nodes
 from .speckle import StillSpeckle, speckle_basis
 from .summation import Beam, ColumnBatch, Columns, Geometry, Kernel, ListedFacets, RangeTable, Speckle, kernel
+from .unheard import beams_heard
 
 
 def turn_voltages(
@@ -58,19 +59,21 @@ def turn_echoes(
     decorrelation_time_s: float,
     motion: Motion | None = None,
     objects: NDArray[np.complex64] | None = None,
+    unheard: float = 0.0,
 ) -> Received:
     """What the receivers record in one turn, with speckle and (if radar.noise) thermal noise.
 
     rcs (column, facet) [m²]; decorrelation_time_s: τc of the speckle, may be infinite; motion: of the scatterers
     relative to the water, none if left out; objects: voltages (pulse, receiver, sample) [√W] of the scene's objects,
-    added before the receiver. Receivers that the mode does not sample on a pulse are NaN. The same seed gives the same
+    added before the receiver; unheard: share of the power that may be left out aside, and as much in range (see
+    `unheard.share_unheard`). Receivers that the mode does not sample on a pulse are NaN. The same seed gives the same
     bits for any number of threads. Raises ValueError if motion does not fit the facets.
     """
     if motion is not None:
         motion.check(facets)
-    heard = tabulated(radar)
+    heard, beams = tabulated(radar, unheard), beams_heard(radar, unheard)
     nodes = choose_nodes(facets, radar, pulses, decorrelation_time_s, motion)
-    reach = _reach_s(facets, pulses)
+    reach = _reach_s(facets, pulses, facets.grid.reach_deg - (BEAMS_BEYOND - beams) * antenna_array(radar).beam_deg)
     window = int(np.floor(2.0 * reach / nodes.spacing_s)) + 1 if np.isfinite(reach) else nodes.count
     if motion is None:
         speckle = StillSpeckle(speckle_basis(window, nodes.spacing_s, decorrelation_time_s), seed)
@@ -97,15 +100,15 @@ def turn_echoes(
     return receive(voltages, radar, pulses, seed, objects)
 
 
-def _reach_s(facets: Facets, pulses: Pulses) -> float:
-    """Seconds to either side of the time when the boresight passes a column, within which the beam hears of it; all of
-    them for a staring antenna."""
+def _reach_s(facets: Facets, pulses: Pulses, reach_deg: float) -> float:
+    """Seconds to either side of the time when the boresight passes a column, within which the beam, so far to either
+    side, hears of it; all of them for a staring antenna."""
     rate, grid = pulses.mast.rate, facets.grid
     if rate == 0.0:
         return np.inf
     # A boat that yaws against the turntable slows the beam.
     slowest = grid.spacing_deg / float(np.diff(grid.time).max())
-    return grid.reach_deg / (slowest if slowest < rate * (1.0 - 1e-6) else rate)
+    return reach_deg / (slowest if slowest < rate * (1.0 - 1e-6) else rate)
 
 
 @dataclass(frozen=True)

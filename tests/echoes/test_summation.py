@@ -56,7 +56,7 @@ def batch_of(window: int = 13, kinds: int = 2, alike: bool = False, seed: int = 
         ),
         facets=ListedFacets(
             number=np.array([3, 7, 11, 2, 5, 6]),
-            range_m=np.array([28.0, 31.3, 33.0, 36.1, 40.2, 43.0]),
+            range_m=np.array([28.003, 31.303, 33.003, 36.103, 40.203, 43.003]),  # within the table's entries
             difference_m=np.concatenate((np.zeros((1, count)), rng.normal(0.0, 0.1, (2, count)))),
             radial_velocity=np.repeat(velocity[:1], antennas, axis=0) if alike else velocity,
             amplitude=(rng.normal(size=(3, count)) + 1j * rng.normal(size=(3, count))).astype(np.complex64),

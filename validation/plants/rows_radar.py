@@ -304,4 +304,32 @@ PLANTS = (
         "return begin, np.maximum(begin, end - (end > begin))",
         "tests/echoes/test_summation.py::test_sums_by_the_law",
     ),
+    Plant(
+        "echoes: what other water does to the phase",
+        "seamap_rt/echoes/unheard.py",
+        "height_error_m / max(elevation_std_m, 1e-9)) ** 2",
+        "height_error_m / max(elevation_std_m, 1e-9))",
+        "tests/echoes/test_unheard.py::test_the_share_follows_the_error_that_is_allowed",
+    ),
+    Plant(
+        "echoes: a beam that is cut too near",
+        "seamap_rt/echoes/unheard.py",
+        "_BEAMS[enough[0]]",
+        "0.8 * _BEAMS[enough[0]]",
+        "tests/echoes/test_unheard.py::test_the_beam_is_cut_where_that_share_lies_beyond",
+    ),
+    Plant(
+        "echoes: flanks that are cut too near",
+        "seamap_rt/echoes/gating.py",
+        "(beyond <= share)",
+        "(beyond <= 4.0 * share)",
+        "tests/echoes/test_unheard.py::test_the_flanks_are_cut_where_that_share_lies_beyond",
+    ),
+    Plant(
+        "echoes: a cut that moves what is left",
+        "seamap_rt/echoes/turn.py",
+        "(BEAMS_BEYOND - beams) * antenna_array(radar).beam_deg",
+        "2.0 * (BEAMS_BEYOND - beams) * antenna_array(radar).beam_deg",
+        "tests/echoes/test_unheard.py::test_what_is_heard_stays_as_it_was",
+    ),
 )

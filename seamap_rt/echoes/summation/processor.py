@@ -5,6 +5,9 @@
 Nodes are the innermost axis everywhere: a processor's lanes take them together. Real and imaginary components are kept
 in separate arrays for the same reason. A facet's phase is reduced to one cycle in float64, and advances from node to
 node by a constant factor (a rotation of some 50 steps in float32 errs by 1e-5 rad).
+
+Facets are worked on some at a time: what each needs once (its random numbers, its phases, the gates that hear it) is
+computed for all of them by the processor's lanes. A column is summed in a place of its own, which stays in the cache.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ from .gaussian import count_bits, key_of, normals, unit_phasor
 
 _ALIKE = 1e-3  # rad by which the phases of paths may drift apart while a facet is heard, and share a phasor
 _CYCLES_PER_RAD = 1.0 / (2.0 * np.pi)
+_FACETS = 32  # worked on at a time
 
 
 def sum_columns(batch: ColumnBatch) -> NDArray[np.float32]:
@@ -26,172 +30,231 @@ def sum_columns(batch: ColumnBatch) -> NDArray[np.float32]:
 
     Serial, with the same bits for the same batch; it releases Python's lock, so that batches run in threads.
     """
-    lanes = -(-batch.window // LANES) * LANES  # whole groups: zeros behind the window
+    lanes = _whole(batch.window)  # whole groups: zeros behind the window
     source = batch.speckle.modes
     modes = np.zeros((batch.columns.number.size, 2, source.shape[1], lanes), dtype=np.float32)
     modes[:, 0, :, : batch.window], modes[:, 1, :, : batch.window] = source.real, source.imag
-    paths, gates = len(batch.geometry.antennas), batch.beam.level.size
+    paths, gates, taps = len(batch.geometry.antennas), batch.beam.level.size, _most_gates(batch)
     out = np.zeros((2, paths, gates, batch.nodes - batch.window + lanes), dtype=np.float32)
-    _add_columns(batch, modes, out)
+    _add_columns(batch, modes, np.zeros((paths, gates + 2 * taps, 2, lanes), dtype=np.float32), taps, out)
     return out[..., : batch.nodes]
 
 
+def _most_gates(batch: ColumnBatch) -> int:
+    """Gates that can hear a reflector."""
+    table = batch.response
+    return int(2.0 * (table.table.shape[1] - 1) / (table.entries_per_m * table.gate_spacing_m)) + 1
+
+
 @compiled
-def _add_columns(batch, modes, out):
+def _whole(count):
+    """So many in whole groups of lanes."""
+    return (count + LANES - 1) // LANES * LANES
+
+
+@compiled
+def _add_columns(batch, modes, column_sum, taps, out):
     """Add a batch to out (component, path, gate, node), by its modes (column, component, mode, node): 0 beyond the
-    window, in whole groups of lanes, for which `out` has room behind its last node."""
-    columns, facets, speckle, geometry = batch.columns, batch.facets, batch.speckle, batch.geometry
-    window, beam, table = batch.window, batch.beam, batch.response
-    numbers, first_facet, antennas, amplitudes = (
-        columns.number,
-        columns.first_facet,
-        geometry.antennas,
-        facets.amplitude,
-    )
-    paths, gates, count, whole = out.shape[1], out.shape[2], modes.shape[2], modes.shape[3]
-    middle = 0.5 * (window - 1)  # of the nodes at which a column is heard
-    room = (count + LANES - 1) // LANES * LANES
-    bits, real, imag = np.zeros(room, np.uint64), np.empty(room, np.float32), np.empty(room, np.float32)
+    window, in whole groups of lanes, for which `out` has room behind its last node. column_sum (path, gate, component,
+    node): zeros, with room for `taps` gates before the first and behind the last."""
+    columns, speckle, table = batch.columns, batch.speckle, batch.response
+    window, paths, gates, whole = batch.window, out.shape[1], out.shape[2], modes.shape[3]
+    of_first, of_second = speckle.first_kind_modes, modes.shape[2] - speckle.first_kind_modes
+    drawn = _FACETS * (_whole(of_first) + _whole(of_second))
+    bits, unit = np.empty(drawn, np.uint64), np.empty((2, drawn), np.float32)
+    numbers = np.empty((_FACETS, 2, of_first + of_second), np.float32)
+    step, phase = np.empty((paths, _FACETS)), np.empty((paths, _FACETS))
+    constant, turn = np.empty((paths, 2, _FACETS), np.float32), np.empty((paths, 2, _FACETS), np.float32)
+    phasor_of, heard = np.empty((paths, _FACETS), np.int64), np.empty((3, paths, _FACETS), np.int64)
     phasor = np.empty((paths, 2, whole), np.float32)
-    phasor_of = np.empty(paths, np.int64)
-    step = np.empty(paths)
-    constant = np.empty((paths, 2), np.float32)
-    heard = np.zeros((paths, 3), np.int64)
-    longest = 2 * int(table.table.shape[1] / (table.entries_per_m * table.gate_spacing_m)) + 3
-    response = np.empty((paths, longest), np.float32)
-    weight = np.zeros((beam.table.shape[0], gates, whole), np.float32)
-    for column in range(first_facet.size - 1):
-        _weigh(column, window, beam, weight)
-        for n in range(first_facet[column], first_facet[column + 1]):
-            _draw_modes(speckle, numbers[column], facets.number[n], n, bits, real, imag, count)
-            for path in range(paths):
-                begin, step[path], longer = _phase_of(
-                    geometry, facets, antennas[path, 0], antennas[path, 1], n, columns.begin_s[column]
-                )
-                phasor_of[path] = path
-                for other in range(path):
-                    if phasor_of[other] == other and abs(step[path] - step[other]) * window <= _ALIKE:
-                        phasor_of[path] = other
-                        break
-                if phasor_of[path] == path:
-                    _fill_phasor(step[path], phasor, path)
-                # Paths that share a phasor agree in the middle, where the beam is.
-                shared = step[phasor_of[path]]
-                value = amplitudes[path, n]
-                cosine, sine = _cosine_and_sine(-(begin + (step[path] - shared) * middle))
-                constant[path, 0] = value.real * cosine - value.imag * sine
-                constant[path, 1] = value.real * sine + value.imag * cosine
-                beyond = facets.range_m[n] + 0.5 * longer - table.first_gate_m
-                low, high = _fill_response(beyond, table, path, gates, response)
-                heard[path, 0], heard[path, 1] = low, high if value != 0.0 else low
-                heard[path, 2] = min(max(int(beyond / table.gate_spacing_m + 0.5), 0), gates - 1)
-            start = columns.first_node[column]
-            _add_facet(modes, column, real, imag, phasor, phasor_of, constant, heard, response, weight, start, out)
+    by_phase = _gates_by_phase(table, taps)
+    response = by_phase.ravel()
+    weight = np.zeros((batch.beam.table.shape[0], gates, whole), np.float32)
+    for column in range(columns.number.size):
+        _weigh(column, window, batch.beam, weight)
+        end = columns.first_facet[column + 1]
+        for first in range(columns.first_facet[column], end, _FACETS):
+            count = min(end - first, _FACETS)
+            _draw_modes(speckle, columns.number[column], batch.facets.number, first, count, bits, unit, numbers)
+            _find_phases(batch, first, count, columns.begin_s[column], by_phase.shape, step, phase, phasor_of, heard)
+            _turn(batch.facets.amplitude, first, count, step, phase, constant, turn)
+            for n in range(count):
+                for path in range(paths):
+                    if phasor_of[path, n] == path:
+                        _fill_phasor(turn[path, 0, n], turn[path, 1, n], phasor, path)
+                _add_facet(n, modes, column, numbers, phasor, phasor_of, constant, heard, response, weight, column_sum)
+        _add_column(column_sum, taps, columns.first_node[column], out)
 
 
 @compiled
-def _phase_of(geometry, facets, i, j, n, begin_s):
-    """Phase k(R_i + R_j) [rad] of facet n's path from antenna i to j at the window's first node, by what it advances to
-    the next, and by how much R_i + R_j is longer than twice the range from the first antenna [m]."""
-    difference, velocity = facets.difference_m, facets.radial_velocity
-    longer, along = difference[i, n] + difference[j, n], velocity[i, n] + velocity[j, n]
-    phase = geometry.wavenumber * (2.0 * facets.range_m[n] + longer + along * begin_s)
-    return phase, geometry.wavenumber * geometry.node_spacing_s * along, longer
+def _draw_modes(speckle, column, facets, first, count, bits, unit, numbers):
+    """Fill numbers (facet, component, mode) of `count` facets from `first` on, those of each kind times its strength.
+    column, facets (facet,): their keys in the random source. bits, unit (component, number): room for whole groups of
+    lanes of each kind."""
+    streams, strength, kinds = speckle.streams, speckle.strength, speckle.strength.shape[1]
+    of_first, modes, drawn = speckle.first_kind_modes, numbers.shape[2], bits.size // _FACETS
+    gap = _whole(of_first)
+    key, other = key_of(streams[0], column), key_of(streams[kinds - 1], column)
+    for n in range(count):
+        row, facet = bits[n * drawn : (n + 1) * drawn], facets[first + n]
+        count_bits(key_of(key, facet), row[:gap])
+        count_bits(key_of(other, facet), row[gap:])
+    real, imag = unit[0], unit[1]
+    normals(bits[: count * drawn], real, imag)
+    for n in range(count):
+        root, start = strength[first + n, 0], n * drawn
+        for mode in range(of_first):
+            numbers[n, 0, mode], numbers[n, 1, mode] = root * real[start + mode], root * imag[start + mode]
+        root, start = strength[first + n, kinds - 1], n * drawn + gap - of_first
+        for mode in range(of_first, modes):
+            numbers[n, 0, mode], numbers[n, 1, mode] = root * real[start + mode], root * imag[start + mode]
 
 
 @compiled
-def _draw_modes(speckle, column, facet, n, bits, real, imag, count):
-    """Fill real and imag (mode,) with the numbers of facet n, those of each kind times its strength. column, facet:
-    their keys in the random source."""
-    streams, strength, of_first = speckle.streams, speckle.strength[n], speckle.first_kind_modes
-    count_bits(key_of(key_of(streams[0], column), facet), bits[:of_first])
-    if strength.size > 1:
-        count_bits(key_of(key_of(streams[1], column), facet), bits[of_first:count])
-    normals(bits, real, imag)
-    for mode in range(count):
-        root = strength[0] if mode < of_first else strength[1]
-        real[mode] *= root
-        imag[mode] *= root
+def _find_phases(batch, first, count, begin_s, by_phase, step, phase, phasor_of, heard):
+    """Of `count` facets from `first` on, of each path (path, facet): fill in by what the phase k(R_i + R_j) [rad]
+    advances from node to node, the phase at the window's first node, and the path whose phasor it uses; and heard, what
+    hears the facet: the first gate, counted from `taps` before the first that there is, its own gate, and where
+    by_phase, of that shape, holds the response. A facet that no gate hears has the last one negative."""
+    facets, geometry, table, gates = batch.facets, batch.geometry, batch.response, batch.beam.level.size
+    rows, taps = by_phase[1], by_phase[2]
+    difference, velocity, antennas = facets.difference_m, facets.radial_velocity, geometry.antennas
+    spacing, support = table.gate_spacing_m, (table.table.shape[1] - 1) / table.entries_per_m
+    middle = 0.5 * (batch.window - 1)  # of the nodes at which a column is heard
+    for path in range(antennas.shape[0]):
+        i, j, row_of = antennas[path, 0], antennas[path, 1], path if by_phase[0] > 1 else 0
+        for n in range(count):
+            facet = first + n
+            longer, along = difference[i, facet] + difference[j, facet], velocity[i, facet] + velocity[j, facet]
+            phase[path, n] = geometry.wavenumber * (2.0 * facets.range_m[facet] + longer + along * begin_s)
+            step[path, n] = geometry.wavenumber * geometry.node_spacing_s * along
+            beyond = facets.range_m[facet] + 0.5 * longer - table.first_gate_m
+            nearest = np.ceil((beyond - support) / spacing)
+            row = min(int((nearest * spacing - (beyond - support)) * table.entries_per_m), rows - 1)
+            gate = int(nearest)
+            heard[0, path, n] = gate + taps
+            heard[1, path, n] = min(max(int(beyond / spacing + 0.5), 0), gates - 1)
+            heard[2, path, n] = (row_of * rows + row) * taps if -taps < gate < gates else -1
+        for n in range(count):
+            phasor_of[path, n] = path
+            for other in range(path):
+                if phasor_of[other, n] == other and abs(step[path, n] - step[other, n]) * batch.window <= _ALIKE:
+                    phasor_of[path, n] = other
+                    # Paths that share a phasor agree in the middle, where the beam is.
+                    phase[path, n] += (step[path, n] - step[other, n]) * middle
+                    break
 
 
 @compiled
-def _fill_response(beyond, range_table, path, gates, response):
-    """Fill response[path] with that of the gates that hear a reflector, and give the first of them and the last + 1.
-    beyond [m]: of the reflector from the first gate."""
-    table, entries_per_m, spacing = range_table.table, range_table.entries_per_m, range_table.gate_spacing_m
-    row, last = path if table.shape[0] > 1 else 0, table.shape[1] - 1
-    support = last / entries_per_m
-    low = max(int(np.ceil((beyond - support) / spacing)), 0)
-    high = min(int(np.floor((beyond + support) / spacing)), gates - 1) + 1
-    for gate in range(low, high):
-        response[path, gate - low] = table[row, min(int(abs(beyond - gate * spacing) * entries_per_m), last)]
-    return low, max(high, low)
+def _turn(amplitude, first, count, step, phase, constant, turn):
+    """Fill constant (path, component, facet) with a exp(−j phase) and turn with exp(−j step), of `count` facets from
+    `first` on. Angles are reduced in float64."""
+    for path in range(step.shape[0]):
+        for n in range(count):
+            cycles = -phase[path, n] * _CYCLES_PER_RAD
+            cosine, sine = unit_phasor(np.float32(cycles - np.rint(cycles)))
+            value = amplitude[path, first + n]
+            constant[path, 0, n] = value.real * cosine - value.imag * sine
+            constant[path, 1, n] = value.real * sine + value.imag * cosine
+        for n in range(count):
+            cycles = -step[path, n] * _CYCLES_PER_RAD
+            turn[path, 0, n], turn[path, 1, n] = unit_phasor(np.float32(cycles - np.rint(cycles)))
 
 
 @compiled
-def _add_facet(modes, column, real, imag, phasor, phasor_of, constant, heard, response, weight, start, out):
-    """Add one facet to out (component, path, gate, node) from node `start` on.
+def _gates_by_phase(table, taps):
+    """Response (path or 1, row, tap) of the `taps` gates that can hear a reflector, the nearest first: row n for one
+    that lies n + ½ entries nearer than where the first of them ceases to hear."""
+    entries, last = table.table, table.table.shape[1] - 1
+    spacing = table.gate_spacing_m * table.entries_per_m
+    made = np.empty((entries.shape[0], int(np.ceil(spacing)), taps), np.float32)
+    for path in range(made.shape[0]):
+        for row in range(made.shape[1]):
+            for tap in range(taps):
+                made[path, row, tap] = entries[path, min(int(abs(row + 0.5 + tap * spacing - last)), last)]
+    return made
 
-    Its numbers real and imag (mode,) times the column's modes, rotated by the phasors (path, component, node), the one
-    that each path uses (path,), times each path's constant (path, component), the weight (path or 1, gate, node) of the
-    beam at the facet's own gate, and the response (path, gate) of the gates that hear it: heard (path, 3) holds the
-    first of them, the last + 1, and the facet's own.
+
+@compiled
+def _add_facet(n, modes, column, numbers, phasor, phasor_of, constant, heard, response, weight, column_sum):
+    """Add facet n of those at work to column_sum (path, gate, component, node).
+
+    Its numbers (facet, component, mode) times the column's modes, rotated by the phasors (path, component, node), the
+    one that each path uses (path, facet), times each path's constant (path, component, facet), the weight (path or 1,
+    gate, node) of the beam at the facet's own gate, and the response of the gates that hear it (see _find_phases).
     """
-    count, whole = modes.shape[2], modes.shape[3]
-    gates, nodes = out.shape[2], out.shape[3]
-    imaginary = out.shape[1] * gates * nodes
-    first_mode = column * 2 * count * whole
+    count, whole, real, imag = modes.shape[2], modes.shape[3], numbers[n, 0], numbers[n, 1]
+    gates, rows, weights, paths = weight.shape[1], column_sum.shape[1], weight.shape[0], phasor_of.shape[0]
+    taps = np.uint64((rows - gates) // 2)
     for node in range(0, whole, LANES):
         xa = yb = xb = ya = zeros()  # separate sums: no addition waits for another
+        index = column * 2 * count * whole + node
         for mode in range(count):
             x, y = real[mode], imag[mode]
-            index = first_mode + mode * whole + node
             a, b = load(modes, index), load(modes, index + count * whole)
             xa, yb, xb, ya = add(xa, x, a), add(yb, y, b), add(xb, x, b), add(ya, y, a)
+            index += whole
         re, im = less(xa, yb), plus(xb, ya)
         rotated_re, rotated_im = re, im
         last = -1
-        for path in range(heard.shape[0]):
-            if phasor_of[path] != last:
-                last = phasor_of[path]
+        for path in range(paths):
+            if heard[2, path, n] < 0:
+                continue
+            if phasor_of[path, n] != last:
+                last = phasor_of[path, n]
                 c, d = load(phasor, 2 * last * whole + node), load(phasor, (2 * last + 1) * whole + node)
                 rotated_re = less(product(re, c), product(im, d))
                 rotated_im = plus(product(re, d), product(im, c))
-            u, v = constant[path, 0], constant[path, 1]
-            row = path if weight.shape[0] > 1 else 0
-            pattern = load(weight, (row * gates + heard[path, 2]) * whole + node)
+            u, v = constant[path, 0, n], constant[path, 1, n]
+            row = path if weights > 1 else 0
+            pattern = load(weight, (row * gates + heard[1, path, n]) * whole + node)
             echo_re = product(pattern, add(add(zeros(), u, rotated_re), -v, rotated_im))
             echo_im = product(pattern, add(add(zeros(), u, rotated_im), v, rotated_re))
-            index = (path * gates + heard[path, 0]) * nodes + start + node
-            for n in range(heard[path, 1] - heard[path, 0]):
-                height = response[path, n]
-                store(out, index, add(load(out, index), height, echo_re))
-                store(out, index + imaginary, add(load(out, index + imaginary), height, echo_im))
-                index += nodes
+            index = (path * rows + heard[0, path, n]) * 2 * whole + node
+            first = np.uint64(heard[2, path, n])  # unsigned: an index that is not looked at for its sign
+            for tap in range(taps):
+                height = response[first + tap]
+                store(column_sum, index, add(load(column_sum, index), height, echo_re))
+                store(column_sum, index + whole, add(load(column_sum, index + whole), height, echo_im))
+                index += 2 * whole
 
 
 @compiled
-def _cosine_and_sine(phase):
-    """Of a phase [rad], reduced in float64."""
-    cycles = phase * _CYCLES_PER_RAD
-    return unit_phasor(np.float32(cycles - np.rint(cycles)))
+def _add_column(column_sum, taps, start, out):
+    """Add a column's sum (path, gate, component, node) to out (component, path, gate, node) from node `start` on, and
+    make it zero again."""
+    whole, nodes = column_sum.shape[3], out.shape[3]
+    paths, gates = out.shape[1], out.shape[2]
+    for path in range(paths):
+        for gate in range(gates):
+            for component in range(2):
+                place = ((component * paths + path) * gates + gate) * nodes + start
+                index = ((path * column_sum.shape[1] + taps + gate) * 2 + component) * whole
+                for node in range(0, whole, LANES):
+                    store(out, place + node, plus(load(out, place + node), load(column_sum, index + node)))
+    column_sum[:] = 0.0
 
 
 @compiled
-def _fill_phasor(phase, phasor, path):
-    """Fill phasor[path] (component, node) with exp(−j n phase): one group of lanes, then each from the group before."""
-    cycles = -phase * _CYCLES_PER_RAD
-    for node in range(LANES):
-        each = node * cycles
-        phasor[path, 0, node], phasor[path, 1, node] = unit_phasor(np.float32(each - np.rint(each)))
+def _fill_phasor(cosine, sine, phasor, path):
+    """Fill phasor[path] (component, node) with the powers of a unit phasor: those of one group of lanes by doubling,
+    then each group from the one before."""
+    real, imag = phasor[path, 0], phasor[path, 1]
+    real[0], imag[0] = 1.0, 0.0
+    re, im, known = cosine, sine, 1
+    while known < LANES:  # so many powers are known, and re + j im is the next
+        for node in range(known):
+            a, b = real[node], imag[node]
+            real[known + node], imag[known + node] = a * re - b * im, a * im + b * re
+        re, im = re * re - im * im, re * im + im * re
+        known *= 2
     whole = phasor.shape[2]
     index = path * 2 * whole
-    re, im = load(phasor, index), load(phasor, index + whole)
-    cosine, sine = _cosine_and_sine(-phase * LANES)
+    a, b = load(phasor, index), load(phasor, index + whole)
     for node in range(LANES, whole, LANES):
-        re, im = add(add(zeros(), cosine, re), -sine, im), add(add(zeros(), cosine, im), sine, re)
-        store(phasor, index + node, re)
-        store(phasor, index + whole + node, im)
+        a, b = add(add(zeros(), re, a), -im, b), add(add(zeros(), re, b), im, a)
+        store(phasor, index + node, a)
+        store(phasor, index + whole + node, b)
 
 
 @compiled

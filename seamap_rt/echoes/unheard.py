@@ -1,0 +1,42 @@
+"""How much of the beam's sides and of the pulse's flanks a sum over facets may leave out, by the errors allowed.
+
+What is left out, a share p of the power, comes from other water, which stands σ higher or lower. It turns the
+interferometric phase of a sample as √p σ of height does, and of N samples as √(p/N) σ. So far aside, or in range, that
+√p σ is a tenth of the error that the mesh may make, a facet need not be summed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..radar.array import antenna_array
+from ..radar.scan import BEAMS_BEYOND
+from ..settings import RadarSettings
+from .beams import two_way_beams
+
+_WITHIN = 0.1  # of the height error allowed, for a single sample: cells have tens
+_MOST = 1e-4  # of the power, however flat the sea: in deep shadow nothing else may be heard
+_BEAMS = np.arange(20, round(20 * BEAMS_BEYOND) + 1) / 20.0
+
+
+def share_unheard(elevation_std_m: float, height_error_m: float) -> float:
+    """The share p of the power that may be left out, of a sea that stands σ = elevation_std_m high, rms."""
+    return float(min(_MOST, (_WITHIN * height_error_m / max(elevation_std_m, 1e-9)) ** 2))
+
+
+def beams_heard(radar: RadarSettings, share: float) -> float:
+    """Beam widths to either side of the boresight, 1 to 3, beyond which no more than that share of the power lies."""
+    enough = np.flatnonzero(_beyond(radar, _BEAMS) <= share) if share > 0.0 else np.empty(0, dtype=int)
+    return float(_BEAMS[enough[0]]) if enough.size else BEAMS_BEYOND
+
+
+def unheard_error_m(radar: RadarSettings, elevation_std_m: float, height_error_m: float) -> float:
+    """√p σ [m] of what is left out aside."""
+    beams = beams_heard(radar, share_unheard(elevation_std_m, height_error_m))
+    return float(np.sqrt(max(0.0, _beyond(radar, np.array([beams]))[0]))) * elevation_std_m
+
+
+def _beyond(radar: RadarSettings, beams: NDArray[np.float64]) -> NDArray[np.float64]:
+    aside = np.radians(np.minimum(beams * antenna_array(radar).beam_deg, 90.0))
+    return two_way_beams(radar).share_beyond(np.sin(aside))
