@@ -125,12 +125,54 @@ def test_without_retrieval_there_are_no_maps_and_the_echoes_are_the_same(finishe
     assert progress == [f"turn 1 of {TURNS}: {stage}, … left" for stage in stages]
 
 
-def test_memory_holds_one_turn() -> None:
-    """Neither the driver nor the delivery keeps a turn, or its arrays, when the next one is there."""
+def test_turns_ahead_are_the_same_and_one_by_one(finished: list[FinishedTurn], monkeypatch: pytest.MonkeyPatch) -> None:
+    simulated, turn = [], Simulator.turn
+
+    def noted(self: Simulator, number: int, *told: Any) -> Any:
+        simulated.append(number)
+        return turn(self, number, *told)
+
+    monkeypatch.setattr(Simulator, "turn", noted)
+    for number, made in enumerate(iterate(scene(), ahead=True)):
+        assert made.number == number
+        assert simulated == list(range(min(number + 2, TURNS)))
+        assert made.maps is not None
+        alone = finished[number].maps
+        assert alone is not None
+        for group in ("polar", "ground"):
+            xr.testing.assert_equal(made.maps[group].to_dataset(), alone[group].to_dataset())
+        assert made.echoes["voltage"].values.tobytes() == finished[number].echoes["voltage"].values.tobytes()
+        assert made.counts == finished[number].counts
+        assert {*made.timing} == {*finished[number].timing}
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), RuntimeError("a turn"), SystemError("exception set")])
+def test_a_turn_that_is_whole_comes_before_the_error_of_the_next(
+    error: BaseException, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    turn = Simulator.turn
+
+    def stopped(self: Simulator, number: int, *told: Any) -> Any:
+        if number == 2:
+            raise error
+        return turn(self, number, *told)
+
+    monkeypatch.setattr(Simulator, "turn", stopped)
+    sink = Failing(TURNS, RuntimeError())
+    with pytest.raises(type(error)) as raised:
+        deliver(iterate(scene(), ahead=True), [sink])
+    assert raised.value is error
+    assert sink.taken == 2
+
+
+@pytest.mark.parametrize("retrieved", [False, True])
+def test_memory_holds_one_turn(retrieved: bool) -> None:
+    """Neither the driver nor the delivery keeps a turn, or its arrays, when the next one is there; ahead, that one is
+    simulated already."""
     alive: list[list[weakref.ref[Any]]] = []
 
     def watched() -> Iterator[FinishedTurn]:
-        for turn in iterate(scene(), retrieved=False):
+        for turn in iterate(scene(), retrieved=retrieved, ahead=retrieved):
             gc.collect()  # a tree and its groups refer to one another
             assert not [ref for before in alive for ref in before if ref() is not None]
             alive.append([weakref.ref(turn), weakref.ref(turn.echoes["voltage"].values)])

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from ..conventions import db, unit_from_azimuth
 from ..dataset import QUALITY_FLAGS, build, check
@@ -81,6 +82,8 @@ def retrieve_one(echoes: xr.Dataset, settings: RetrievalSettings | None = None) 
     return _one(checked_echoes(echoes), settings or RetrievalSettings())
 
 
+# BLAS's own threads would slow down small products, and could change the bits.
+@threadpool_limits.wrap(limits=1, user_api="blas")
 def _one(echoes: xr.Dataset, settings: RetrievalSettings) -> xr.DataTree:
     radar = RadarDescription.of(echoes)
     turn = int(echoes["turn"].values[0])

@@ -87,7 +87,7 @@ def run(
         with _stating_what_is_left(truth_file, scene.turns), growing(folder, _growing_files(scene, predict)):
             write_whole(folder / "scene.toml", scene.to_toml())
             sinks = _file_sinks(folder, simulator, truth_file, ahead)
-            figures = deliver(iterate(scene, simulator=simulator, progress=progress), sinks)
+            figures = deliver(iterate(scene, simulator=simulator, ahead=True, progress=progress), sinks)
         say("compare: maps with the truth")
         gauges = _read_gauges(folder) if scene.gauges else None
         with _read(folder / "maps.nc") as maps, _read(folder / "truth.nc") as truth:
