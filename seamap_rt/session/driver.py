@@ -112,27 +112,28 @@ def _ahead(simulator: Simulator, pace: Pace) -> Iterator[FinishedTurn]:
     on.
     """
     last: Turn | None = None
-    for number in range(simulator.scene.turns):
-        pace.begin()
-        turn, coming, stopped = None, None, None
-        # BLAS has one thread throughout: either side asks for that, and gives it back, as if it were alone.
-        with ThreadPoolExecutor(1) as beside, threadpool_limits(1, user_api="blas"):
-            try:
-                coming = beside.submit(_retrieved, simulator, last) if last is not None else None
-                turn = simulator.turn(number, pace.stage)
-            except BaseException as error:
-                stopped = error
-            if coming is not None:
-                wait([coming])
-        if last is not None and coming is not None:
-            done = _finished(last, coming.result())
-            last = coming = None
-            yield done
-            del done
-        if stopped is not None:
-            raise stopped
-        last = turn
-        del turn
+    with ThreadPoolExecutor(1) as beside:
+        for number in range(simulator.scene.turns):
+            pace.begin()
+            turn, coming, stopped = None, None, None
+            # BLAS has one thread throughout: either side asks for that, and gives it back, as if it were alone.
+            with threadpool_limits(1, user_api="blas"):
+                try:
+                    coming = beside.submit(_retrieved, simulator, last) if last is not None else None
+                    turn = simulator.turn(number, pace.stage)
+                except BaseException as error:
+                    stopped = error
+                if coming is not None:
+                    wait([coming])
+            if last is not None and coming is not None:
+                done = _finished(last, coming.result())
+                last = coming = None
+                yield done
+                del done
+            if stopped is not None:
+                raise stopped
+            last = turn
+            del turn
     if last is not None:
         yield _finished(last, _retrieved(simulator, last, pace.stage))
 
