@@ -150,6 +150,8 @@ class Simulator:
         scene, clock = self.scene, Stopwatch(told=told)
         start = time.perf_counter()
         fired = pulses(self.radar, number, self.mast)
+        with clock("calibrate"):
+            _ = self.surface  # of the whole circle, of which a sector's sea is then a part that is known
         mesh = self.mesh(number, clock)
         facets, returns, submerged = self.light(number, clock, mesh)
         with clock("objects"):

@@ -42,14 +42,16 @@ class Relaxed:
 
 Kind = Literal["elevation", "potential", "shift"] | Relaxed  # η [m], Φ [m²/s], χ [m²], ψ [m²]
 Knot = tuple[int, Kind]  # number of the time step, field
-Coefficients = dict[Knot, NDArray[np.float32]]
+Coefficients = dict[Knot, NDArray[np.float32]]  # the rows of one strip
 Run = tuple[int, int, int]  # time interval, first and last + 1 of its points
+_Sum = tuple[Kind, Callable[..., None], NDArray[np.float64], NDArray[np.int64]]  # field, kernel, scale, output row
 
 TAPS = range((1 - TIME_ORDER) // 2, (TIME_ORDER + 3) // 2)  # the knots around an interval that its points take from
 CACHE_BYTES = 400_000_000  # twelve knots of three fields of the default sea; one turn takes ten
 _REMEMBERED = 8  # calls, some two turns of them: a knot that none of them used is of a past time
 _CHUNK = 1 << 14  # points per task
 _ROWS = 64  # transformed at a time: few enough to stay in the cache
+_NEARLY_ALL = 0.7  # of the rows: from here on a strip is no longer worth its while
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,22 @@ class Term:
     row: int = 0
     column: int = 0
     time: int = 0
+
+
+@dataclass(frozen=True)
+class Strip:
+    """Rows of a periodic grid from `first` on, over its end where there are more: those that points lie between.
+
+    Strips begin and end where the FFT's rows are parted (`_ROWS`), so that a row's bits are the same in all of them.
+    """
+
+    first: int
+    count: int
+
+    def within(self, other: Strip, period: int) -> slice | None:
+        """Where these rows lie among another strip's, if they do."""
+        start = (self.first - other.first) % period
+        return slice(start, start + self.count) if start + self.count <= other.count else None
 
 
 class MovingField:
@@ -86,7 +104,7 @@ class MovingField:
         self._variance = lattice.fold(variance)
         self.time_step = time_step or longest_time_step(lattice, self._variance)
         self._ahead, self._behind = self._coefficient_amplitudes(amplitude)
-        self._cache: OrderedDict[Knot, NDArray[np.float32]] = OrderedDict()
+        self._cache: OrderedDict[Knot, tuple[Strip, NDArray[np.float32]]] = OrderedDict()
         self._recent: deque[frozenset[Knot]] = deque(maxlen=_REMEMBERED)
         self._lock = Lock()
         self._factors: dict[Kind, NDArray[np.complex64]] = {}
@@ -112,26 +130,32 @@ class MovingField:
         runs: list[Run] = list(zip(in_order[starts].tolist(), starts, [*starts[1:], t.size], strict=True))
         result = np.empty((len(terms), t.size))
         sums = self._sums(terms)
+        strip = self._strip_of(y)
+        rows = strip.first, self.shape[0]
 
-        def work(first: int, points: NDArray[np.int64], knots: Coefficients) -> None:
-            for kind, kernel, scale, output_row in sums:
+        def work(first: int, points: NDArray[np.int64], knots: Coefficients, chosen: Sequence[_Sum]) -> None:
+            for kind, kernel, scale, output_row in chosen:
                 grids = tuple(knots[first + tap, kind] for tap in TAPS)
-                kernel(grids, x, y, knot_time, self._per_metre, points, scale, output_row, result)
+                kernel(grids, x, y, knot_time, self._per_metre, rows, points, scale, output_row, result)
 
         pool = _pool()
-        for batch in self._batches(runs, len(sums)):
-            numbers = sorted({first + tap for first, _, _ in batch for tap in TAPS})
-            knots = self._knots(numbers, tuple(kind for kind, *_ in sums), pool)
-            tasks = [
-                pool.submit(work, first, order[at : min(at + _CHUNK, stop)], knots)
-                for first, start, stop in batch
-                for at in range(start, stop, _CHUNK)
-            ]
-            for task in tasks:
-                task.result()
+        # Fields that do not fit into memory together come one after the other.
+        together = len(TAPS) * self._field_bytes(strip) * len(sums) <= 2 * CACHE_BYTES
+        for chosen in [sums] if together else [[each] for each in sums]:
+            for batch in self._batches(runs, len(chosen), strip):
+                numbers = sorted({first + tap for first, _, _ in batch for tap in TAPS})
+                knots = self._knots(numbers, tuple(kind for kind, *_ in chosen), strip, pool)
+                tasks = [
+                    pool.submit(work, first, order[at : min(at + _CHUNK, stop)], knots, chosen)
+                    for first, start, stop in batch
+                    for at in range(start, stop, _CHUNK)
+                ]
+                for task in tasks:
+                    task.result()
+                del knots, tasks  # before the next ones take memory
         return result
 
-    def _sums(self, terms: Sequence[Term]) -> list[tuple[Kind, Callable, NDArray[np.float64], NDArray[np.int64]]]:
+    def _sums(self, terms: Sequence[Term]) -> list[_Sum]:
         """For each field: its kernel, and the scale and output row of each of its derivatives."""
         from .spline_kernel import DERIVATIVES  # numba takes half a second to import: only where it is used
 
@@ -154,20 +178,38 @@ class MovingField:
         return self.shape[0] / self.lattice.length, self.shape[1] / self.lattice.length
 
     @cached_property
-    def _grid_shape(self) -> tuple[int, int]:
-        """Rows and columns of a field at one knot, with the halo that the kernel asks for."""
+    def _whole(self) -> Strip:
+        """All rows of a field at one knot, with the halo that the kernel asks for."""
+        return Strip(0, self.shape[0] + (0 if self.lattice.line else self.order))
+
+    @cached_property
+    def _columns(self) -> int:
+        """Columns of a field at one knot, with their halo."""
         from ..compute.lanes import LANES
 
-        return self.shape[0] + (0 if self.lattice.line else self.order), self.shape[1] + LANES - 1
+        return self.shape[1] + LANES - 1
 
-    @property
-    def _field_bytes(self) -> int:
+    def _strip_of(self, y: NDArray[np.float64]) -> Strip:
+        """The rows that points at these y (n,) m take from."""
+        if self.lattice.line or not y.size:
+            return self._whole
+        rows, per_metre, order = self.shape[0], self._per_metre[0], self.order
+        low = int(np.floor(y.min() * per_metre)) - (order - 1) // 2
+        span = int(np.floor(y.max() * per_metre)) + (order + 1) // 2 + 1 - low
+        if span > _NEARLY_ALL * rows:
+            return self._whole
+        first = low % rows // _ROWS * _ROWS
+        end = low % rows + span
+        over = 0 if end <= rows else rows
+        return Strip(first, over + min(-(-(end - over) // _ROWS) * _ROWS, rows) - first)
+
+    def _field_bytes(self, strip: Strip) -> int:
         """Size of one field at one knot."""
-        return 4 * self._grid_shape[0] * self._grid_shape[1]
+        return 4 * strip.count * self._columns
 
-    def _batches(self, runs: list[Run], kinds: int) -> Iterator[list[Run]]:
+    def _batches(self, runs: list[Run], kinds: int, strip: Strip) -> Iterator[list[Run]]:
         """Runs of neighbouring intervals whose knots fit into memory together."""
-        room = max(len(TAPS), CACHE_BYTES // (self._field_bytes * kinds))
+        room = max(len(TAPS), CACHE_BYTES // (self._field_bytes(strip) * kinds))
         batch: list[Run] = []
         needed: set[int] = set()
         for run in runs:
@@ -182,26 +224,42 @@ class MovingField:
 
     # ------------------------------------------------------------------------------------------------- knots
 
-    def _knots(self, numbers: Sequence[int], kinds: tuple[Kind, ...], pool: ThreadPoolExecutor) -> Coefficients:
-        """Coefficients of the given knots, from the cache or made now; the cache then keeps the latest used."""
+    def _knots(
+        self, numbers: Sequence[int], kinds: tuple[Kind, ...], strip: Strip, pool: ThreadPoolExecutor
+    ) -> Coefficients:
+        """A strip's coefficients at the given knots, from the cache or made now; the cache keeps the latest used."""
         wanted: list[Knot] = [(number, kind) for number in numbers for kind in kinds]
         with self._lock:
-            coefficients = {key: self._cache.pop(key) for key in wanted if key in self._cache}
+            known = {key: self._cache.pop(key) for key in wanted if key in self._cache}
             self._recent.append(frozenset(wanted))
             for key in self._cache.keys() - set().union(*self._recent):
                 del self._cache[key]
-            room = max(CACHE_BYTES // self._field_bytes, len(wanted))
-            while len(self._cache) + len(wanted) > room:  # before the new ones take memory, not after
-                self._cache.popitem(last=False)
+            held = sum(rows.nbytes for _, rows in self._cache.values()) + len(wanted) * self._field_bytes(strip)
+            while self._cache and held > CACHE_BYTES:  # before the new ones take memory, not after
+                held -= self._cache.popitem(last=False)[1][1].nbytes
+        coefficients = {
+            key: part for key, (has, rows) in known.items() if (part := self._part(strip, has, rows)) is not None
+        }
         missing = [key for key in wanted if key not in coefficients]
         new = sorted({number for number, _ in missing})
         states = dict(zip(new, pool.map(self._state_at, new), strict=True))
-        made = pool.map(lambda key: self._coefficients(key[1], states[key[0]]), missing)
+        made = pool.map(lambda key: self._coefficients(key[1], states[key[0]], strip), missing)
         coefficients.update(zip(missing, made, strict=True))
         with self._lock:
             for key in wanted:
-                self._cache[key] = coefficients[key]
+                self._cache[key] = known[key] if key not in missing else (strip, coefficients[key])
         return coefficients
+
+    def _part(self, strip: Strip, has: Strip, rows: NDArray[np.float32]) -> NDArray[np.float32] | None:
+        """A strip's rows from those of another, if they are there."""
+        at = strip.within(has, self.shape[0])
+        if at is not None:
+            return rows[at]
+        if has == self._whole:  # over the end of the grid
+            return np.concatenate(
+                (rows[strip.first : self.shape[0]], rows[: strip.first + strip.count - self.shape[0]])
+            )
+        return None
 
     _time_weights = staticmethod(partial(bspline_polynomials, TIME_ORDER))  # of the knots around a time
 
@@ -230,17 +288,21 @@ class MovingField:
         half_plane(self._ahead, self._behind, factor, half)
         return half
 
-    def _coefficients(self, kind: Kind, state: Any) -> NDArray[np.float32]:
-        """The spline's coefficients of a field at a knot, with their halo: by one real FFT."""
+    def _coefficients(self, kind: Kind, state: Any, strip: Strip) -> NDArray[np.float32]:
+        """The spline's coefficients of a field at a knot, in a strip, with their halo: by one real FFT."""
         half = self._half_plane(kind, state)
         half = np.asarray(scipy.fft.ifft(half, axis=0, norm="forward", overwrite_x=True))
         rows, columns = self.shape
-        grid = np.empty(self._grid_shape, dtype=np.float32)
+        grid = np.empty((strip.count, self._columns), dtype=np.float32)
         for start in range(0, rows, _ROWS):
             part = slice(start, min(start + _ROWS, rows))
-            grid[part, :columns] = np.asarray(scipy.fft.irfft(half[part], n=columns, axis=1, norm="forward"))
-        grid[:rows, columns:] = grid[:rows, : grid.shape[1] - columns]
-        grid[rows:] = grid[: grid.shape[0] - rows]
+            to = (start - strip.first) % rows
+            if to < strip.count:
+                made = np.asarray(scipy.fft.irfft(half[part], n=columns, axis=1, norm="forward"))
+                grid[to : to + len(made), :columns] = made
+        if strip == self._whole:
+            grid[rows:, :columns] = grid[: grid.shape[0] - rows, :columns]
+        grid[:, columns:] = grid[:, : grid.shape[1] - columns]
         return grid
 
     def _row_order(self) -> NDArray[np.int64]:

@@ -39,21 +39,22 @@ def spline_kernel(
     )
 
     # The loops have constant lengths and keep their sums in registers: that is what makes the compiled code fast.
-    def kernel(grids, x, y, knot_time, per_metre, points, scale, output_row, result):
+    def kernel(grids, x, y, knot_time, per_metre, periodic_rows, points, scale, output_row, result):
         """Write the values of `points` times `scale` into the rows `output_row` of the result; −1 leaves one out.
 
         grids: one (row, column) with its halo for each knot around the points' time interval. x, y in metres,
-        per_metre: grid points along rows and columns; knot_time: t in time steps. scale and output_row: one for each of
+        per_metre: grid points along rows and columns; periodic_rows: the number of the grids' first row, and how many
+        there are until they come again; knot_time: t in time steps. scale and output_row: one for each of
         DERIVATIVES.
         """
         row_weight = np.empty((most + 1, LANES), np.float32)
         time_weight = np.empty((2, LANES), np.float32)
         stride = grids[0].shape[1]
-        row_count, column_count = grids[0].shape[0] - (rows - 1), stride - (LANES - 1)
+        column_count = stride - (LANES - 1)
         starts = np.empty(points.size, np.int64)
         for number, n in enumerate(points):
-            row = _first(y[n] * per_metre[0], rows, row_count)
-            starts[number] = row * stride + _first(x[n] * per_metre[1], columns, column_count)
+            row = _first(y[n] * per_metre[0], rows, periodic_rows[0], periodic_rows[1])
+            starts[number] = row * stride + _first(x[n] * per_metre[1], columns, 0, column_count)
         for number, n in enumerate(points):
             start, later = starts[number], starts[min(number + _AHEAD, points.size - 1)]
             for tap in range(time_taps):
@@ -98,9 +99,9 @@ def spline_kernel(
 
 
 @njit(inline="always")
-def _first(position, taps, count):
-    """First of the grid points around a position on a periodic axis."""
-    return (np.int64(np.floor(position)) - (taps - 1) // 2) % count
+def _first(position, taps, origin, count):
+    """First of the grid points around a position on a periodic axis, counted from `origin`."""
+    return (np.int64(np.floor(position)) - (taps - 1) // 2 - origin) % count
 
 
 @njit(inline="always")

@@ -196,9 +196,9 @@ def test_coefficients_round_alike_whoever_made_their_factor(kind, monkeypatch):
     field = part.field
     phasor = field._state_at(3)
     assert phasor.nbytes > 2**18
-    kept = field._coefficients(kind, phasor)
+    kept = field._coefficients(kind, phasor, field._whole)
     monkeypatch.setattr(field, "_per_elevation", field._make_per_elevation)
-    np.testing.assert_array_equal(field._coefficients(kind, phasor), kept)
+    np.testing.assert_array_equal(field._coefficients(kind, phasor, field._whole), kept)
 
 
 @pytest.mark.parametrize("name", ["plane", "line"])
@@ -208,10 +208,10 @@ def test_values_know_nothing_of_other_points_threads_or_memory(name, monkeypatch
     found = part.sample(x, y, t, QUANTITIES)
     monkeypatch.setattr(moving_field, "_pool", lambda: ThreadPoolExecutor(1))
     monkeypatch.setattr(moving_field, "_CHUNK", 77)
-    monkeypatch.setattr(moving_field, "CACHE_BYTES", 20 * part.field._field_bytes)
+    monkeypatch.setattr(moving_field, "CACHE_BYTES", 20 * part.field._field_bytes(part.field._whole))
     again = part_of(name)
     np.testing.assert_array_equal(again.sample(x, y, t, QUANTITIES), found)
-    assert sum(knot.nbytes for knot in again.field._cache.values()) <= moving_field.CACHE_BYTES
+    assert sum(rows.nbytes for _, rows in again.field._cache.values()) <= moving_field.CACHE_BYTES
     some = np.random.default_rng(5).permutation(x.size)[:50]
     for few in (some, some[:1]):
         np.testing.assert_array_equal(again.sample(x[few], y[few], t[few], QUANTITIES), found[:, few])
@@ -228,6 +228,26 @@ def test_the_plane_repeats_and_its_seam_is_smooth():
     there = part.sample(x + 256.0, y - 512.0, t, QUANTITIES)
     # The place between grid points is rounded to single precision: 6e-8 of a step of 0.8 m, with slopes of order 1.
     np.testing.assert_allclose(there, here, rtol=0.0, atol=3e-6)
+
+
+@pytest.mark.parametrize("middle", [0.0, 100.0, 128.0, -1000.0])  # the grid's rows begin anew at multiples of 256 m
+@pytest.mark.parametrize("first", ["none", "wide", "beside", "over"])
+def test_a_strip_of_the_grid_gives_the_bits_of_the_whole(middle, first):
+    """Whatever strip was asked for at the same times before."""
+    part, whole = part_of("plane"), part_of("plane")
+    rng = np.random.default_rng(3)
+    x, y, t = rng.uniform(-200.0, 200.0, 300), middle + rng.uniform(-9.0, 9.0, 300), rng.uniform(0.0, 1.0, 300)
+    before = {"none": (0.0, 0.0), "wide": (-128.0, 128.0), "beside": (middle + 60.0, middle + 70.0)}
+    low, high = before.get(first, (middle - 30.0, middle + 30.0))
+    if first != "none":
+        part.sample(x, np.linspace(low, high, 300), t, QUANTITIES)
+    found = part.sample(x, y, t, QUANTITIES)
+    strip = part.field._strip_of(y)
+    assert strip.count < 0.5 * part.field.shape[0]
+    far = np.concatenate((y, y + 200.0))  # these need all rows
+    assert whole.field._strip_of(far) == whole.field._whole
+    twice = whole.sample(np.tile(x, 2), far, np.tile(t, 2), QUANTITIES)[:, :300]
+    np.testing.assert_array_equal(found, twice)
 
 
 # ------------------------------------------------------------------------------------------------- the spline
@@ -256,7 +276,7 @@ def test_the_kernel_is_the_sum_of_weights_times_grid_points_across_every_seam():
     grids = tuple(np.pad(grid, ((0, 3), (0, LANES - 1)), mode="wrap") for grid in plain)
     x, y, t = rng.uniform(-30.0, 30.0, 200), rng.uniform(-30.0, 30.0, 200), rng.uniform(2.0, 3.0, 200)
     found, scale = np.empty((len(DERIVATIVES), 200)), np.arange(1.0, 1.0 + len(DERIVATIVES))
-    kernel(grids, x, y, t, (1.0, 1.0), np.arange(200), scale, np.arange(len(DERIVATIVES)), found)
+    kernel(grids, x, y, t, (1.0, 1.0), (0, 9), np.arange(200), scale, np.arange(len(DERIVATIVES)), found)
 
     def weights(order, position):
         """(derivative, tap) of one axis, and the grid points."""
@@ -287,7 +307,7 @@ def test_the_kernel_runs_where_compiled_code_cannot_be_kept(monkeypatch):
     result = np.zeros((1, 2))
     place = np.where(np.arange(len(DERIVATIVES)) == 0, 0, -1)
     x, y, t = np.array([0.5, 3.5]), np.array([1.0, 2.5]), np.array([0.25, 0.0])
-    kernel((grid, grid + 1.0), x, y, t, (1.0, 1.0), np.arange(2), np.ones(len(DERIVATIVES)), place, result)
+    kernel((grid, grid + 1.0), x, y, t, (1.0, 1.0), (0, 3), np.arange(2), np.ones(len(DERIVATIVES)), place, result)
     np.testing.assert_allclose(result[0], [4.75, (8.0 + 11.0 + 0.0 + 3.0) / 4.0], rtol=1e-6)
 
 

@@ -440,4 +440,18 @@ PLANTS = (
         "return scene.sea, file_versions(scene.sea)",
         "tests/studies/test_kept.py::test_other_waves_another_seed_or_a_file_written_anew_are_another_sea",
     ),
+    Plant(
+        "sea: a strip over the end of the grid",
+        "seamap_rt/sea/moving_field.py",
+        "rows[: strip.first + strip.count - self.shape[0]]",
+        "rows[self.shape[0] - strip.first :][: strip.first + strip.count - self.shape[0]]",
+        "tests/sea/test_moving_field.py::test_a_strip_of_the_grid_gives_the_bits_of_the_whole",
+    ),
+    Plant(
+        "sea: a strip that begins a tap too late",
+        "seamap_rt/sea/moving_field.py",
+        "low % rows // _ROWS * _ROWS",
+        "(low % rows // _ROWS + 1) * _ROWS",
+        "tests/sea/test_moving_field.py::test_a_strip_of_the_grid_gives_the_bits_of_the_whole",
+    ),
 )
