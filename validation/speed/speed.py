@@ -1,19 +1,25 @@
-"""How fast a turn is: seconds per stage of warm turns of a scene, medians over turns, each tracer in turn, and how far
-each stage is from its floor: the time of the unavoidable work alone. `processor`: of all threads, for the whole turn.
+"""How fast a turn is: seconds of wall and of the processor per stage of warm turns of a scene, medians over turns, each
+tracer in turn, and how far each stage is from its floor: the time of the unavoidable work alone.
 
 python -m validation.speed.speed [--scene choppy_sea] [--turns 5] [--set sea.model=choppy]
 
 Floors, measured in the same run: the sea's FFTs alone; shadow rays and tree as `validation/speed/peers.py` has them (a
 bare tree of the triangles that can be hit, and ray_test on arrays that lie ready); of the echoes the multiply-adds
 at the rate at which BLAS does them, and the random numbers that the lit facets and the noise need.
+
+Last a turn of a whole run, from one that is in its files to the next: retrieved beside the next one's simulation, and
+echoes, maps and truth written.
 """
 
 from __future__ import annotations
 
 import argparse
 import statistics
+import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,11 +30,14 @@ from seamap_rt import random_streams
 from seamap_rt.compute.machine import peak_memory
 from seamap_rt.echoes.summation.gaussian import gaussians
 from seamap_rt.interferometry import retrieve_one
+from seamap_rt.io.appendable import AppendableNetCDF
+from seamap_rt.io.echo_store import EchoStore
 from seamap_rt.random_streams import Stream
+from seamap_rt.session import FileSink, FinishedTurn, deliver, iterate
 from seamap_rt.simulation import Simulator
 
-STAGES = ("sea", "mesh", "trace", "echoes", "truth", "retrieve", "total", "processor")
-MODES, NODES, GATES, TAPS = 20, 38, 7, 16  # of choppy_sea: speckle's modes, nodes a column is heard at, gates a facet
+STAGES = ("sea", "mesh", "trace", "echoes", "truth", "retrieve", "total")
+MODES, NODES, GATES, TAPS = 14, 21, 5, 16  # of choppy_sea: speckle's modes, nodes a column is heard at, gates a facet
 
 
 def main() -> None:
@@ -38,37 +47,80 @@ def main() -> None:
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="any key of the scene")
     arguments = parser.parse_args()
     changes = dict(pair.split("=", 1) for pair in arguments.set)
-    print(f"{'tracer':8} {'turn':>6} " + " ".join(f"{stage:>9}" for stage in STAGES) + f" {'real time':>10}")
-    floors: dict[str, float] = {}
     for tracer in ("facets", "horizon"):
         scene = sr.load_scene(arguments.scene, overrides={**changes, "tracing.tracer": tracer})
         simulator = Simulator(scene)
         rows = turn_times(simulator, arguments.turns + 1)
-        for label, chosen in (("first", rows[:1]), ("warm", rows[1:])):
-            middle = {stage: statistics.median(row[stage] for row in chosen) for stage in STAGES}
-            factor = real_time_factor(scene, middle)
-            shown = " ".join(f"{middle[stage]:9.3f}" for stage in STAGES)
-            print(f"{tracer:8} {label:>6} {shown} {factor:10.2f}")
-        if tracer == "facets":
-            floors = _floors(simulator)
-            words = ", ".join(f"{stage} {middle[stage] / floor:.1f} × {floor:.3f} s" for stage, floor in floors.items())
-            print(f"from the floor: {words}")
+        warm = {
+            stage: statistics.median(row[stage] for row in rows[1:]) for stage in (*STAGES, *map(of_processor, STAGES))
+        }
+        floors = _floors(simulator) if tracer == "facets" else {}
+        print(f"\n{tracer:10} {'wall':>8} {'processor':>10} {'floor':>8} {'ratio':>6}   first turn")
+        for stage in STAGES:
+            floor = f"{floors[stage]:8.3f} {warm[stage] / floors[stage]:6.1f}" if stage in floors else f"{'':8} {'':6}"
+            print(f"{stage:10} {warm[stage]:8.3f} {warm[of_processor(stage)]:10.3f} {floor} {rows[0][stage]:12.3f}")
+        print(f"real time {real_time_factor(scene, warm):.2f} (the turn's duration over sea + mesh + trace + echoes)")
+        print(f"a turn of a run, with files: {_run_seconds(scene, simulator, arguments.turns + 3):.3f} s")
     print(f"peak memory {peak_memory() / 2**30:.2f} GiB")
 
 
+def of_processor(stage: str) -> str:
+    """The name of a stage's processor seconds among the times of a turn."""
+    return f"{stage}, processor"
+
+
 def turn_times(simulator: Simulator, turns: int) -> list[dict[str, float]]:
-    """Seconds by stage of turns and their retrievals; the first is not warm."""
+    """Seconds by stage of turns and their retrievals, of wall and of the processor; the first is not warm."""
     rows = []
     for number in range(turns):
-        processor = time.process_time()
-        turn = simulator.turn(number)
+        meter = _Meter()
+        turn = simulator.turn(number, meter)
+        meter("retrieve")
         start = time.perf_counter()
         retrieve_one(turn.echoes, simulator.scene.retrieval)
         timing = {**turn.timing, "retrieve": time.perf_counter() - start}
         timing["total"] += timing["retrieve"]
-        timing["processor"] = time.process_time() - processor
-        rows.append(timing)
+        rows.append({**timing, **meter.read()})
     return rows
+
+
+class _Meter:
+    """Processor seconds from each step that is told to the next."""
+
+    def __init__(self) -> None:
+        self._began = self._last = time.process_time()
+        self._step = ""
+        self._seconds: dict[str, float] = dict.fromkeys(STAGES, 0.0)
+
+    def __call__(self, step: str) -> None:
+        now, stage = time.process_time(), "echoes" if self._step == "scattering" else self._step
+        self._seconds[stage] = self._seconds.get(stage, 0.0) + now - self._last
+        self._step, self._last = step, now
+
+    def read(self) -> dict[str, float]:
+        self("")
+        self._seconds["total"] = self._last - self._began
+        return {of_processor(stage): seconds for stage, seconds in self._seconds.items()}
+
+
+def _run_seconds(scene: sr.Scene, simulator: Simulator, turns: int) -> float:
+    """Seconds of a turn of a run of several, the median of those after the second."""
+    ends: list[float] = []
+
+    def noted(made: Iterable[FinishedTurn]) -> Iterator[FinishedTurn]:
+        for turn in made:
+            ends.append(time.perf_counter())
+            yield turn
+
+    with tempfile.TemporaryDirectory() as folder:
+        sinks = [
+            FileSink(AppendableNetCDF(Path(folder, "truth.nc")), lambda turn: turn.truth),
+            FileSink(AppendableNetCDF(Path(folder, "maps.nc")), lambda turn: turn.maps),
+            FileSink(EchoStore(Path(folder, "echoes.zarr")), lambda turn: turn.echoes),
+        ]
+        simulator.scene = scene.model_copy(update={"turns": turns})
+        deliver(noted(iterate(simulator.scene, simulator=simulator, ahead=True)), sinks)
+    return statistics.median(end - begin for begin, end in pairwise(ends[1:-1]))
 
 
 def real_time_factor(scene: sr.Scene, seconds: dict[str, float]) -> float:
