@@ -118,9 +118,7 @@ class Simulator:
         self, turn: int, clock: Stopwatch | None = None, mesh: SurfaceMesh | None = None
     ) -> tuple[Illumination, Returns, NDArray[np.bool_]]:
         """Lit facets of a turn, what they return, and the lines at which the antenna is under water."""
-        clock = clock or Stopwatch()
-        with clock("calibrate"):
-            surface = self.surface
+        clock, surface = clock or Stopwatch(), self.surface
         mesh = mesh or self.mesh(turn, clock)
         with clock("mesh"):
             levelled = mesh.levelled
@@ -131,6 +129,10 @@ class Simulator:
         with clock("sea"):
             submerged = submerged_lines(mesh, self.sea)
         return lit.on(mesh.facets), returns, submerged
+
+    @property
+    def _is_calibrated(self) -> bool:
+        return "surface" in self.__dict__ or not self._scattering.needs_calibration
 
     @cached_property
     def surface(self) -> SeaSurface:
@@ -150,8 +152,10 @@ class Simulator:
         scene, clock = self.scene, Stopwatch(told=told)
         start = time.perf_counter()
         fired = pulses(self.radar, number, self.mast)
-        with clock("calibrate"):
-            _ = self.surface  # of the whole circle, of which a sector's sea is then a part that is known
+        clock.seconds["calibrate"] = 0.0
+        if not self._is_calibrated:
+            with clock("calibrate"):
+                _ = self.surface  # of the whole circle, of which a sector's sea is then a part that is known
         mesh = self.mesh(number, clock)
         facets, returns, submerged = self.light(number, clock, mesh)
         with clock("objects"):

@@ -55,11 +55,11 @@ def test_a_stage_is_told_once_by_its_own_name() -> None:
     said: list[str] = []
     pace = Pace("turn", 1, said.append)
     pace.begin()
-    steps = ("mesh", "sea", "mesh", "mesh", "calibrate", "mesh", "trace", "scattering", "sea", "echoes", "truth", "sea")
+    steps = ("calibrate", "mesh", "sea", "mesh", "mesh", "trace", "scattering", "sea", "echoes", "truth", "sea")
     for step in (*steps, "retrieve"):
         pace.stage(step)
     told = [line.split(": ")[1].split(",")[0] for line in said]
-    assert told == ["mesh", "sea", "mesh", "trace", "echoes", "truth", "retrieve"]
+    assert told == ["calibrate", "mesh", "sea", "mesh", "trace", "echoes", "truth", "retrieve"]
 
 
 @pytest.mark.parametrize(("seconds", "words"), [(0.4, "0 s"), (89.4, "89 s"), (90.0, "2 min"), (3600.0, "60 min")])

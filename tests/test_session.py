@@ -121,7 +121,7 @@ def test_without_retrieval_there_are_no_maps_and_the_echoes_are_the_same(finishe
     assert "retrieve" not in turn.timing
     assert "ground_cells" not in turn.counts
     assert turn.echoes["voltage"].values.tobytes() == finished[0].echoes["voltage"].values.tobytes()
-    stages = ("mesh", "sea", "mesh", "trace", "echoes", "truth")
+    stages = ("calibrate", "mesh", "sea", "mesh", "trace", "echoes", "truth")
     assert progress == [f"turn 1 of {TURNS}: {stage}, … left" for stage in stages]
 
 

@@ -9,7 +9,7 @@ _ENOUGH_S = 90.0  # from here on in minutes
 STAGES = {  # what a step of the simulation's clock is a part of; sea and mesh take turns, then nothing comes again
     "sea": "sea",
     "mesh": "mesh",
-    "calibrate": "trace",
+    "calibrate": "calibrate",
     "trace": "trace",
     "objects": "echoes",
     "echoes": "echoes",
