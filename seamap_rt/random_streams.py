@@ -21,6 +21,7 @@ class Stream(IntEnum):
     SENSORS = 7  # errors of the boat's motion sensors
     OBJECTS = 8  # where the scattering points of an object lie, by object
     TRANSMITTER = 9  # of a magnetron's pulses: starting phase, carrier, and the error of the measured phase
+    SPIKES = 11  # of breakers, by class of their waves
 
 
 def branch(seed: int, stream: Stream, *member: int) -> np.random.SeedSequence:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from .echoes import expected_look_gates
 from .echoes.dataset import echo_dataset
 from .echoes.radar_cross_section import Returns, SeaSurface
 from .echoes.scenery import Scenery
+from .echoes.spike_field import SpikeField
 from .echoes.turn import turn_echoes
 from .echoes.unheard import share_unheard
 from .errors import InputError
@@ -27,6 +28,7 @@ from .mesh.surface import sea_on_grid, submerged_lines
 from .radar.array import antenna_array
 from .radar.scan import Pulses, pulses
 from .resolved_scene import resolve, sea_key
+from .scattering.sea_spikes import sea_spikes
 from .scene import Scene, SceneLike, as_scene
 from .sea import Sea
 from .tracing import Illumination, RayScenes, tracer
@@ -91,7 +93,9 @@ class Simulator:
         self._trace = tracer(
             scene.tracing.tracer, scene.radar, scene.scattering, scene.tracing.diffraction, self.ray_scenes
         )
-        self._scattering = SeaSurface(scene.scattering, scene.radar, self.sea.resolved.wavenumber_limit)
+        self._scattering = SeaSurface(
+            scene.scattering, scene.radar, self.sea.resolved.wavenumber_limit, spikes=_spikes(scene, self.sea)
+        )
         self.scenery = Scenery(scene, self.mast)
         self._refuse_if_under_water()
 
@@ -161,8 +165,11 @@ class Simulator:
         with clock("objects"):
             objects = self.scenery.voltages(mesh, fired)
         with clock("echoes"):
+            moving = facets
+            if returns.running is not None:
+                moving = replace(facets, velocity_look=facets.velocity_look + returns.running)
             received = turn_echoes(
-                facets,
+                moving,
                 returns.rcs,
                 self.radar,
                 fired,
@@ -213,11 +220,25 @@ class Simulator:
             )
 
 
-def expected(scene: SceneLike, turn: int = 0) -> xr.Dataset:
+def _spikes(scene: Scene, sea: Sea) -> SpikeField | None:
+    """The run's breakers as single events, where its scene has them."""
+    settings = scene.scattering
+    if not (settings.sea_spikes and settings.breaking and settings.nrcs == "two_scale"):
+        return None
+    found = sea_spikes(settings.wind_speed_m_s, settings.inverse_wave_age, scene.radar.frequency_hz)
+    return None if found is None else SpikeField(found, scene.seed, settings.wind_from_deg, sea.current)
+
+
+def expected(scene: SceneLike, turn: int = 0, spikes: bool = False) -> xr.Dataset:
     """Noise-free, speckle-averaged `power(transmitter, receiver, azimuth, range)` and `covariance(azimuth, range)` [W]
     of one turn, each look averaged over its dwell: what tracers and facet sizes are compared on. It is the sea's echo:
-    objects shadow it, but what they echo themselves is not in it."""
+    objects shadow it, but what they echo themselves is not in it. It is the mean over breakers too, unless spikes
+    asks for the run's own, where `scattering.sea_spikes` has them."""
     scene = as_scene(scene)
+    if not spikes:
+        scene = scene.model_copy(
+            update={"scattering": scene.scattering.model_copy(update={"sea_spikes": False})}
+        )
     simulator = Simulator(scene)
     facets, returns, _ = simulator.light(turn)
     gates = expected_look_gates(facets, returns.rcs, simulator.radar, scene.retrieval.cell_azimuth_deg)

@@ -19,6 +19,7 @@ from seamap_rt.random_streams import Stream, branch, key
         (Stream.SENSORS, 7),
         (Stream.OBJECTS, 8),
         (Stream.TRANSMITTER, 9),
+        (Stream.SPIKES, 11),
     ],
 )
 def test_a_stream_keeps_its_number(stream: Stream, number: int) -> None:
@@ -29,7 +30,7 @@ def test_a_stream_keeps_its_number(stream: Stream, number: int) -> None:
 
 
 def test_all_streams_are_listed() -> None:
-    assert len(Stream) == 6
+    assert len(Stream) == 7
 
 
 def test_branches_differ() -> None:

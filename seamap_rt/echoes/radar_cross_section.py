@@ -26,6 +26,7 @@ from ..scattering.permittivity import permittivity_of
 from ..settings import RadarSettings, ScatteringSettings
 from ..tracing import Illumination
 from .motion import Motion
+from .spike_field import SpikeField
 
 _NEAREST = 0.8  # of the near gate's range, from which on facets count for the calibration
 _DEGREE = 5  # of the scale in log grazing: within 0.3 dB of the mean over two decades (`validation/scattering/nrcs.py`)
@@ -36,6 +37,7 @@ class Returns(NamedTuple):
 
     rcs: NDArray[np.float32]  # (column, facet) m², of facets that some ray reaches, else 0
     motion: Motion | None  # of the scatterers relative to the water; None where they move with it
+    running: NDArray[np.float32] | None = None  # (column, facet) m/s outward, of a facet's scatterers beside `motion`
 
 
 class Terms(NamedTuple):
@@ -55,6 +57,7 @@ class SeaSurface:
     resolved_below: float  # rad/m, where the waves of the mesh end and those on its facets begin
     scale: Scale | None = None
     strain_variance: float = 0.0
+    spikes: SpikeField | None = None  # None: breakers are a share of each facet
 
     def __call__(self, facets: Illumination, strain: NDArray[np.float32] | None) -> Returns:
         """Radar cross-sections and motion of traced facets. strain (column, facet): of their mesh."""
@@ -65,12 +68,18 @@ class SeaSurface:
         if self.scattering.nrcs != "two_scale":
             return Returns(self._scaled(facets, self._mean_power(facets)), self._motion(facets, None))
         terms = self.terms(facets, strain)
+        lit = None if self.spikes is None else self.spikes.on(facets)
+        if lit is not None:
+            terms = terms._replace(breaking=terms.breaking * lit.factor)
         total = terms.bragg + terms.specular + terms.breaking
         least = np.float32(1e-30)
         breaking = np.divide(terms.breaking, np.maximum(total, least), dtype=np.float32)
-        return Returns(
-            self._scaled(facets, total), self._motion(facets, breaking if self.scattering.breaking else None)
-        )
+        motion = self._motion(facets, breaking if self.scattering.breaking else None)
+        running = None
+        if lit is not None and motion is not None:
+            # A spike runs at its own speed. The facet as a whole is given what its mean speed then differs by.
+            running = breaking * (lit.speed - motion.breaker_speed[:, None].astype(np.float32))
+        return Returns(self._scaled(facets, total), motion, running)
 
     @property
     def needs_calibration(self) -> bool:
@@ -190,6 +199,8 @@ class SeaSurface:
         speed, spread = breaker_motion(
             self.scattering.wind_speed_m_s, self.scattering.inverse_wave_age, self.radar.frequency_hz
         )
+        if self.spikes is not None:
+            speed, spread = self.spikes.spikes.left_speed, self.spikes.spikes.left_spread
         return Motion(
             bragg_speed=bragg_speed(self.radar.frequency_hz),
             approaching=approaching_share(wind),

@@ -17,12 +17,12 @@ from seamap_rt.conventions import GRAVITY, SPEED_OF_LIGHT, WATER_DENSITY
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.sea.elfouhaily import elfouhaily97_peak_wavenumber, friction_velocity
 
+COVERAGE = 10.5  # c_q, a zone's length along its way times the breaking wave's k
 FRONT_POWER = 6.0  # n + 1: the fronts' length is proportional to that power of the breaking waves' spectrum, n = 5
 
 _ROUGHNESS = 0.19  # s², the mean square slope of a breaking zone
 _WALL = 0.005  # ε, thickness of a breaking zone over its length: what its side returns at any incidence
 _LEAN = 0.05  # rad, mean tilt of the breaking zones towards where they run
-_COVERAGE = 10.5  # c_q, a zone's length along its way against the breaking wave's
 _MOST = 0.9  # of the sea may break; only hurricanes come there
 _SHORTEST = 2.0 * np.pi / 0.3  # rad/m; shorter waves ripple instead of breaking
 _AIR_DENSITY = 1.225  # kg/m³ at 15 °C
@@ -49,25 +49,34 @@ def breakers(wind_speed: float, inverse_wave_age: float, frequency_hz: float) ->
     q = ½ c_q ∫∫ β^(1+1/n) dφ dln k whatever spectrum the scattering takes. By area most breakers are the shortest, with
     k near the upper limit. Raises ValueError as `elfouhaily97`.
     """
-    peak = elfouhaily97_peak_wavenumber(wind_speed, inverse_wave_age)
-    limit = min(_SHORTEST, 0.2 * np.pi * frequency_hz / SPEED_OF_LIGHT)
-    if limit <= peak:
+    k, angle, area = breaking_area(wind_speed, inverse_wave_age, frequency_hz)
+    if not area.any():
         return Breakers(0.0, 0.0, 0.0, 0.0)
-    k = np.geomspace(peak, limit, 400)[:, None]
-    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 181)[None, :]  # no wave grows against the wind
-    front: NDArray[np.float64] = _growth(k, angle, friction_velocity(wind_speed)) ** (FRONT_POWER / (FRONT_POWER - 1.0))
-    downwind = angular_frequency(k) / k * np.cos(angle)
+    downwind = angular_frequency(k)[:, None] / k[:, None] * np.cos(angle)
 
     def total(values: NDArray[np.float64]) -> float:
-        over_angles: NDArray[np.float64] = np.trapezoid(front * values, angle[0], axis=1)
-        return float(np.trapezoid(over_angles, np.log(k[:, 0])))
+        over_angles: NDArray[np.float64] = np.trapezoid(area * values, angle, axis=1)
+        return float(np.trapezoid(over_angles, np.log(k)))
 
-    area = total(np.ones(()))
-    if area == 0.0:
-        return Breakers(0.0, 0.0, 0.0, 0.0)
-    speed, square = total(downwind) / area, total(downwind**2) / area
+    whole = total(np.ones(()))
+    speed, square = total(downwind) / whole, total(downwind**2) / whole
     spread = float(np.sqrt(square - speed**2))
-    return Breakers(min(0.5 * _COVERAGE * area, _MOST), total(np.cos(angle)) / area, speed, spread)
+    return Breakers(min(whole, _MOST), total(np.cos(angle)) / whole, speed, spread)
+
+
+def breaking_area(
+    wind_speed: float, inverse_wave_age: float, frequency_hz: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Wavenumbers k (n,) rad/m, angles φ from the wind's way (m,) rad, and the breaking share of the sea's area per
+    ln k and φ (n, m) [1/rad]; 0 where no wave that is long enough breaks. `breakers` is its integrals."""
+    peak = elfouhaily97_peak_wavenumber(wind_speed, inverse_wave_age)
+    limit = min(_SHORTEST, 0.2 * np.pi * frequency_hz / SPEED_OF_LIGHT)
+    k = np.geomspace(min(peak, limit), limit, 400)
+    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 181)  # no wave grows against the wind
+    growth = _growth(k[:, None], angle[None, :], friction_velocity(wind_speed))
+    if limit <= peak:
+        return k, angle, np.zeros(growth.shape)
+    return k, angle, 0.5 * COVERAGE * growth ** (FRONT_POWER / (FRONT_POWER - 1.0))
 
 
 def breaker_motion(wind_speed: float, inverse_wave_age: float, frequency_hz: float) -> tuple[float, float]:

@@ -38,6 +38,13 @@ class ScatteringSettings(Section):
         Meaning("Whether a measured model may be used beyond the winds, frequencies and grazing angles of its paper."),
     ] = False
     breaking: Annotated[bool, Meaning("Breakers, which know no polarization and so raise HH.")] = True
+    sea_spikes: Annotated[
+        bool,
+        Meaning(
+            "Breakers are single events that run with their wave, grow and fade: sea spikes; `false`: a share of each "
+            "facet, with the same mean."
+        ),
+    ] = False
     hydrodynamic_modulation: Annotated[bool, Meaning("Short waves are gathered by the strain of the long ones.")] = True
     doppler: Annotated[
         Literal["full", "orbital"],
