@@ -44,6 +44,7 @@ from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scattering.breaking import COVERAGE, breaking_area
 
 CREST_LENGTH = 0.1  # r, of a breaker over its wave's length
+LEAST_WIND = 1.68  # the wind's speed over that of the fastest waves that break as single events
 LIFE_PERIODS = 0.3  # mean life over the wave's period
 LONGEST_LIFE = 4.0  # over the scale of the exponential
 BURST_SQUARE = 1.2  # ⟨g²⟩ of g(s) = 6 s (1 − s)
@@ -108,8 +109,11 @@ def sea_spikes(wind_speed: float, inverse_wave_age: float, frequency_hz: float) 
         return None
     length, celerity = 2.0 * np.pi / k, angular_frequency(k) / k
     zone = COVERAGE * CREST_LENGTH * 2.0 * np.pi / k**2
-    clumps = np.cumsum((by_wave * zone)[::-1])[::-1]  # of this wave and all shorter ones
-    single = clumps > _LEFT * clumps[0]
+    slow = celerity <= wind_speed / LEAST_WIND
+    clumps = np.cumsum((slow * by_wave * zone)[::-1])[::-1]  # of this wave and all shorter ones
+    single = slow & (clumps > _LEFT * clumps[0])
+    if not single.any():
+        return None
     number = np.floor(np.log2(length / length[single].min()) / _OCTAVE).astype(int)
     members = [single & (number == each) & (by_wave > 0.0) for each in range(int(number.max()) + 1)]
     members = [each for each in members if each.any()]
