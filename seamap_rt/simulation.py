@@ -94,7 +94,7 @@ class Simulator:
             scene.tracing.tracer, scene.radar, scene.scattering, scene.tracing.diffraction, self.ray_scenes
         )
         self._scattering = SeaSurface(
-            scene.scattering, scene.radar, self.sea.resolved.wavenumber_limit, spikes=_spikes(scene, self.sea)
+            scene.scattering, scene.radar, self.sea.resolved.wavenumber_limit, spikes=spikes_of(scene, self.sea)
         )
         self.scenery = Scenery(scene, self.mast)
         self._refuse_if_under_water()
@@ -220,7 +220,7 @@ class Simulator:
             )
 
 
-def _spikes(scene: Scene, sea: Sea) -> SpikeField | None:
+def spikes_of(scene: Scene, sea: Sea) -> SpikeField | None:
     """The run's breakers as single events, where its scene has them."""
     settings = scene.scattering
     if not (settings.sea_spikes and settings.breaking and settings.nrcs == "two_scale"):
@@ -236,9 +236,7 @@ def expected(scene: SceneLike, turn: int = 0, spikes: bool = False) -> xr.Datase
     asks for the run's own, where `scattering.sea_spikes` has them."""
     scene = as_scene(scene)
     if not spikes:
-        scene = scene.model_copy(
-            update={"scattering": scene.scattering.model_copy(update={"sea_spikes": False})}
-        )
+        scene = scene.model_copy(update={"scattering": scene.scattering.model_copy(update={"sea_spikes": False})})
     simulator = Simulator(scene)
     facets, returns, _ = simulator.light(turn)
     gates = expected_look_gates(facets, returns.rcs, simulator.radar, scene.retrieval.cell_azimuth_deg)
