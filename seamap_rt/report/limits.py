@@ -33,9 +33,10 @@ from ..scattering.bragg import bragg_speed, radar_wavenumber
 from ..scattering.composite import Facing, facing_facets
 from ..scattering.mean_models import models_spread_db, wind_contrast_db
 from ..scattering.modulation import modulation_db, relaxation_rate
+from ..scattering.sea_spikes import sea_spikes
 from ..scene import Scene
 from ..sea import Resolved, ResolvedWaves
-from ..settings import PlatformSettings
+from ..settings import PlatformSettings, ScatteringSettings
 
 Row = dict[str, Any]  # in the keys of metrics.json: what, why, error, value, unit, source
 Rows = Sequence[Mapping[str, Any]]
@@ -46,6 +47,7 @@ _MIRROR_PATHS = 16.0  # (1 + |ρ|)⁴, |ρ| = 1: a direct and a reflected path, 
 _HEIGHT, _CYCLES = "m rms of height", "cycles of phase in a dwell"  # units and errors
 _MEAN_ECHO, _OWN_ECHO = "dB of the mean echo", "dB of facets' own echo"
 _STILL = "√2 σ √(1 − ρ), against the sea half-way through (Longuet-Higgins 1957)"  # sources
+_BURSTS = "1 is the shape of measured bursts' K-distribution"
 _PATTERN = "integral of the two-way azimuth pattern"
 _TWO_SCALE = "two-scale theory over slopes that face the antenna and over winds"
 _TILT = "range × tilt along the look, {:.2g}° rms"
@@ -79,6 +81,16 @@ class _Case:
     def grazing(self) -> float:
         """rad, there."""
         return float(link.grazing_angle(self.scene.radar, self.middle_m))
+
+    @cached_property
+    def cell_m2(self) -> float:
+        """Area of a cell there."""
+        return float(link.cell_area(self.scene.radar, self.middle_m))
+
+    @property
+    def clutter_shape(self) -> float:
+        """Shape that measured seas' echoes have there; NaN beyond the law."""
+        return clutter_shape_watts_wicks90(math.degrees(self.grazing), self.cell_m2, self.scene.scattering.polarization)
 
     @cached_property
     def waves(self) -> ResolvedWaves:
@@ -124,6 +136,10 @@ def _row(name: str, value: float, error: str, source: str, says: str) -> Row:
     return {"what": name, "why": says, "error": told, "value": value, "unit": unit, "source": source}
 
 
+def _spikes(scattering: ScatteringSettings) -> bool:
+    return scattering.nrcs == "two_scale" and scattering.breaking and scattering.sea_spikes
+
+
 def _said(words: Mapping[str, bool]) -> str:
     return "; ".join(each for each, holds in words.items() if holds)
 
@@ -163,6 +179,7 @@ def _echoes(case: _Case) -> Iterator[Row]:
         "Bragg waves and mirrors on each facet, tilted by it and by the waves that the mesh does not carry": theory,
         "their height modulated by the strain of the resolved waves": theory and scattering.hydrodynamic_modulation,
         "breakers, most of them where the resolved waves converge": theory and scattering.breaking,
+        "each a burst that runs with its wave, grows and fades": _spikes(scattering),
         f"mean calibrated to {paper}, shadowing counted once": theory and model is not None,
         "theory's own mean": theory and model is None,
     }
@@ -171,6 +188,12 @@ def _echoes(case: _Case) -> Iterator[Row]:
     else:
         level, error, source = -float(db(case.level(case.middle_m))), _MEAN_ECHO, f"σ0 of {scattering.nrcs} below 1"
     yield _row("scattering", level, f"{error} {case.at}", source, f"{scattering.polarization}: {_said(says)}")
+
+    if _spikes(scattering):
+        spikes = sea_spikes(scattering.wind_speed_m_s, scattering.inverse_wave_age, radar.frequency_hz)
+        own = math.inf if spikes is None else float(spikes.shape(case.cell_m2))
+        says = f"a Poisson process of breakers, whose texture on a level sea has the shape {own:.2g} {case.at}"
+        yield _row("sea spikes", case.clutter_shape, f"{_BURSTS} {case.at}", "Watts & Wicks (1990)", says)
 
     time = scattering.decorrelation_time_s
     looks, says = precision.looks(radar, time), f"complex Gaussian per facet, decorrelation time {1e3 * time:g} ms"
@@ -381,12 +404,10 @@ def _no_scattering(case: _Case) -> Iterator[Row]:
     hidden = 100.0 * (link.shadowed_share(radar, slopes + tilts) - link.shadowed_share(radar, slopes))
     name, error = "shadows of waves that are not resolved", "% of the window would be hidden"
     yield _row(name, hidden, error, "Smith (1967), their slopes", "the mesh does not carry them; a tilt may turn away")
-    if scattering.breaking:
-        area, error = float(link.cell_area(radar, case.middle_m)), "1 is the shape of measured bursts' K-distribution"
-        shape = clutter_shape_watts_wicks90(math.degrees(case.grazing), area, scattering.polarization)
-        says = "breakers are a share of each facet, not bursts that grow and fade"
-        yield _row("a breaker's life", shape, f"{error} {case.at}", "Watts & Wicks (1990)", says)
-    else:
+    if scattering.breaking and not scattering.sea_spikes:
+        says = "breakers are a share of each facet; scattering.sea_spikes = true makes them bursts that grow and fade"
+        yield _row("a breaker's life", case.clutter_shape, f"{_BURSTS} {case.at}", "Watts & Wicks (1990)", says)
+    elif not scattering.breaking:
         says = "scattering.breaking = false: HH owes its mean to the calibration"
         yield _row("breakers", case.facing.breaking_db, f"dB of theory's mean echo {case.at}", _TWO_SCALE, says)
     if not scattering.hydrodynamic_modulation:

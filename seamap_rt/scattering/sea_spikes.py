@@ -1,34 +1,40 @@
-"""Sea spikes: breakers as single events that run with their wave, grow and fade, and carry the breaking share's echo.
+"""Sea spikes: breakers as single events that run with their wave, grow, fade, and carry the breaking share's echo.
 
-`breaking` gives the share q of the sea that breaks and how it is made up of waves of all lengths λ: fronts of a length Λ
-per area, each with a zone c_q/k long along its way. Here the fronts are cut into breakers of a length r λ. They are a
-Poisson process in space and time. A breaker of a wave with the phase speed c
+`breaking` gives the share q of the sea that breaks and how waves of all lengths λ make it up: fronts of a length Λ per
+area, each with a zone c_q/k long along its way. Here the fronts are cut into breakers of a length r λ: a Poisson process
+in space and time. A breaker of waves with the phase speed c
 
-    is born anywhere, with a way about the wind's that is drawn from the model's own distribution,
-    lives for a time that is exponentially distributed about 0.3 of the wave's period 2πc/g (Korinenko, Malinovsky,
-    Dulov & Kudryavtsev, "lifetime of whitecaps", Black Sea platform), cut off at four times that,
-    grows and fades as g(s) = 6 s (1 − s), s the share of its life that is over, with a mean of 1,
-    runs at c, on the water's own current, and echoes from its crest, a line r λ long across its way,
-    as a zone of the area a = c_q r 2π/k² would: the crest's bulge returns 9/10 of HH (West et al. 2002, Radio Sci. 37).
+    is born anywhere, at any time, and runs a way about the wind's that is drawn from the model's own distribution;
+    lives for 0.3 of the wave's period 2πc/g in the mean, exponentially distributed, as whitecaps do (Korinenko,
+    Malinovsky, Dulov & Kudryavtsev, from a platform in the Black Sea), cut off at four times the scale;
+    grows and fades as g(s) = 6 s (1 − s), s the share of its life that is over, with the mean 1;
+    runs at c, on the water's own current, and its echo has the Doppler of c (Lee et al. 1995: fast scatterers);
+    echoes as a zone of the area a = c_q r 2π/k² would, all of it from its crest, a line r λ long across its way: the
+    bulge at the crest of a spilling breaker returns 9/10 of its HH (Radio Sci. 2003, 10.1029/2002RS002716).
 
-At any time there are n = q η/a of a class of waves per area, η its share of the breaking area. So the sum over breakers
-of a g, per area, has the mean q: the factor that it puts on a facet's breaking echo has the mean 1, whatever the
-facet's size, and the mean echo and its calibration are those without spikes. Where the resolved waves gather the short
-ones, breakers are as much brighter as the breaking share is larger there (`modulation.breaking_share`: Kudryavtsev's
-spectrum to the power of 6), so that crests and forward faces break and troughs do not.
+At any time n = q η/a of a class of waves live per area, η its share of the breaking area. So the sum over breakers of
+a g, per area, has the mean q, and the factor that it puts on a facet's breaking echo the mean 1 whatever the facet's
+size: the mean echo and its calibration stay as they are. Places and times on the resolved waves are Kudryavtsev's
+criterion, saturation to the power of 6 (`modulation.breaking_share`): a breaker is as much brighter as the breaking
+share of its place is larger than the sea's, so that crests and forward faces break and troughs do not.
 
-**How spiky that is.** A cell weighs points of the sea by W; A = (∫W)²/∫W² is its area. By Campbell's theorem the sum of
-a g W over a Poisson process has the mean ∫W Σ n a ⟨g⟩ and the variance ∫W² Σ n a² ⟨g²⟩, with ⟨g⟩ = 1, ⟨g²⟩ = 6/5. The
-gamma distribution with the same two moments has the shape
+How spiky that is. A cell weighs the sea by W and has the area A = (∫W)²/∫W². By Campbell's theorem the sum over the
+process of a g W has the mean ∫W Σ n a⟨g⟩ and the variance ∫W² Σ n a²⟨g²⟩, ⟨g⟩ = 1, ⟨g²⟩ = 6/5. A gamma distribution with
+these moments has the shape
 
-    ν = mean²/variance = A q / (6/5 Σ η a),
+    ν = mean²/variance = A q/(6/5 Σ η a)
 
-for cells that are longer than a crest. Smaller is spikier; ν grows with the cell, and falls with wind, since the
-breaking area grows faster than the zone that an average part of it belongs to. A cell's whole texture adds the resolved waves'
-own: 1/ν_all = 1/ν_waves + ⟨s²⟩/⟨s⟩² b²/ν for a breaking share s of the sea's places, and b of the mean echo.
+for cells longer than a crest; smaller is spikier. On waves 1/ν_all = 1/ν_waves + b² (⟨s²⟩/⟨s⟩²)/ν, s the breaking share
+from place to place as it is lit, b the breakers' part of the mean echo.
 
-Waves too short to matter stay a share of each facet: the shortest whose a add up to 2 % of Σ η a. r = 0.1 (see below).
-Compare: Λ(c) of Phillips (1985) falls as c⁻⁶; Kudryavtsev's falls as c⁻⁵·⁸ from 1 to 2 m/s, more steeply beyond.
+What was chosen. r = 0.1 brings the texture of HH of one sea (`choppy_sea`, seeds 1 to 6) to the law of Watts & Wicks
+(1990); it is the one number that was. Waves that run faster than U10/1.68 break as no single events: half the peak's
+speed in a developed sea, and all of it in a young one, is the fastest that Korinenko, Malinovsky & Kudryavtsev (2018)
+saw break. Nor do those so short that they add less than 2 % to Σ η a. Both stay a share of each facet.
+
+Λ(c) falls as c^−5.4 from 1 to 2 m/s and c^−6.0 from 3 to 4 (8 m/s of wind), as Phillips' (1985) c⁻⁶. Its level is
+Kudryavtsev's, whose few fronts are fitted to radars' echoes: foam that lives as long covers 1/40 of Monahan covers 1/30 of Monahan &
+O'Muircheartaigh's (1980) whitecaps above 2 m/s. With more fronts of the same total echo HH would be as much smoother than at sea.
 """
 
 from __future__ import annotations

@@ -188,7 +188,8 @@ def test_the_surface_takes_them_and_the_expectation_does_not() -> None:
             "tracing.tracer": "horizon",
             "scattering.polarization": "HH",
             "radar.sector_deg": [250.0, 290.0],
-            "radar.range_m": [15.0, 120.0],
+            "radar.range_m": [15.0, 80.0],
+            "sea.extent_m": 256.0,
             "scattering.sea_spikes": True,
         },
     )

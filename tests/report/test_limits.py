@@ -46,6 +46,7 @@ def row(rows: list[dict[str, Any]], what: str) -> dict[str, Any]:
     ("keys", "done", "missing"),
     [
         ({}, "breakers, most of them where the resolved waves converge", "a breaker's life"),
+        ({"scattering__sea_spikes": True}, "a Poisson process of breakers", "shadows of waves that are not resolved"),
         ({"scattering__breaking": False}, "strain of the resolved waves", "scattering.breaking = false"),
         ({"scattering__hydrodynamic_modulation": False}, "breakers", "tilt alone modulates"),
         ({"scattering__doppler": "orbital"}, "follows its water particle", "the scatterers' own velocity"),
@@ -84,6 +85,10 @@ def test_what_is_modelled_is_not_called_missing() -> None:
     _, default = account()
     for word in ("scattering.breaking = false", "own velocity", "tilt alone", "own range", "diffraction does"):
         assert word not in default
+    spiky, without = account(scattering__sea_spikes=True)
+    assert "sea spikes" in spiky
+    assert "a breaker's life" not in without
+    assert "sea spikes" not in account(scattering__sea_spikes=True, scattering__breaking=False)[0]
     _, diffracted = account(tracing__diffraction="knife_edge")
     assert "diffraction at shadow edges" not in diffracted
     _, whole = account(radar__sector_deg=[0.0, 360.0])
