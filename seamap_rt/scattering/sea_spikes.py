@@ -1,8 +1,8 @@
 """Sea spikes: breakers as single events that run with their wave, grow, fade, and carry the breaking share's echo.
 
 `breaking` gives the share q of the sea that breaks and how waves of all lengths λ make it up: fronts of a length Λ per
-area, each with a zone c_q/k long along its way. Here the fronts are cut into breakers of a length r λ: a Poisson process
-in space and time. A breaker of waves with the phase speed c
+area, each with a zone c_q/k long along its way. Here the fronts are cut into breakers of a length r λ, a Poisson
+process in space and time. A breaker of waves with the phase speed c
 
     is born anywhere, at any time, and runs a way about the wind's that is drawn from the model's own distribution;
     lives for 0.3 of the wave's period 2πc/g in the mean, exponentially distributed, as whitecaps do (Korinenko,
@@ -19,7 +19,7 @@ criterion, saturation to the power of 6 (`modulation.breaking_share`): a breaker
 share of its place is larger than the sea's, so that crests and forward faces break and troughs do not.
 
 How spiky that is. A cell weighs the sea by W and has the area A = (∫W)²/∫W². By Campbell's theorem the sum over the
-process of a g W has the mean ∫W Σ n a⟨g⟩ and the variance ∫W² Σ n a²⟨g²⟩, ⟨g⟩ = 1, ⟨g²⟩ = 6/5. A gamma distribution with
+process of a g W has the mean ∫W Σ n a⟨g⟩ and the variance ∫W² Σ n a²⟨g²⟩, ⟨g⟩ = 1, ⟨g²⟩ = 6/5. The gamma distribution of
 these moments has the shape
 
     ν = mean²/variance = A q/(6/5 Σ η a)
@@ -33,8 +33,8 @@ speed in a developed sea, and all of it in a young one, is the fastest that Kori
 saw break. Nor do those so short that they add less than 2 % to Σ η a. Both stay a share of each facet.
 
 Λ(c) falls as c^−5.4 from 1 to 2 m/s and c^−6.0 from 3 to 4 (8 m/s of wind), as Phillips' (1985) c⁻⁶. Its level is
-Kudryavtsev's, whose few fronts are fitted to radars' echoes: foam that lives as long covers 1/40 of Monahan covers 1/30 of Monahan &
-O'Muircheartaigh's (1980) whitecaps above 2 m/s. With more fronts of the same total echo HH would be as much smoother than at sea.
+Kudryavtsev's, whose few fronts are fitted to radars' echoes: foam that lives as long would cover 1/40 of what Monahan &
+O'Muircheartaigh (1980) saw, taken from 2 m/s on. Of more fronts with the same echo in all HH would be smoother.
 """
 
 from __future__ import annotations
