@@ -19,8 +19,8 @@ criterion, saturation to the power of 6 (`modulation.breaking_share`): a breaker
 share of its place is larger than the sea's, so that crests and forward faces break and troughs do not.
 
 How spiky that is. A cell weighs the sea by W and has the area A = (∫W)²/∫W². By Campbell's theorem the sum over the
-process of a g W has the mean ∫W Σ n a⟨g⟩ and the variance ∫W² Σ n a²⟨g²⟩, ⟨g⟩ = 1, ⟨g²⟩ = 6/5. The gamma distribution of
-these moments has the shape
+process of a g W has the mean ∫W Σ n a⟨g⟩ and the variance ∫W² Σ n a²⟨g²⟩, ⟨g⟩ = 1, ⟨g²⟩ = 6/5. A gamma distribution so
+spread has the shape
 
     ν = mean²/variance = A q/(6/5 Σ η a)
 

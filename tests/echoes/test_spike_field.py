@@ -25,9 +25,10 @@ WIND = 270.0
 
 
 @cache
-def level_sea(turn: int = 0, sector: tuple[float, float] = (0.0, 360.0)) -> Facets:
+def level_sea(turn: int = 0, sector: tuple[float, float] = (0.0, 360.0), height_error_m: float = 0.02) -> Facets:
     """Facets of a sea at rest, to 60 m from the mast."""
-    scene = load_scene("choppy_sea", {"radar.range_m": [15.0, 60.0], "radar.sector_deg": list(sector)})
+    keys = {"radar.sector_deg": list(sector), "tracing.height_error_m": height_error_m}
+    scene = load_scene("choppy_sea", {"radar.range_m": [15.0, 60.0], **keys})
     grid = polar_grid(scene.radar, scene.meshing, turn)
     still = np.zeros((grid.sweep.size, grid.ground_range.size))
     return surface_mesh(grid, still, np.zeros((*still.shape, 3), dtype=np.float32)).facets
@@ -88,6 +89,26 @@ def test_the_spread_is_that_of_the_closed_form() -> None:
     area = cells(np.ones(level_sea().height.shape), 34, 20)[1]
     wanted = one_class().shape(area)
     assert np.mean(np.square(np.array(draws) - 1.0) * wanted) == pytest.approx(1.0, abs=0.1)
+
+
+def test_each_lies_in_its_own_triangle() -> None:
+    """Where breakers are is seen on a mesh whose rungs stand closer: to a third of a column. Nearly all light the coarse
+    facet in which they are, before the diagonal or beyond it: 93 %, where 7 % would by chance."""
+    still = one_class(speed=np.array([1e-6]), life_s=np.array([1e4]), fraction=0.006, wavelength=np.array([0.1]))
+    coarse, fine = level_sea(), level_sea(height_error_m=0.003)
+    column, facet = np.nonzero(lit(still, 5, fine).factor[: fine.grid.per_circle])
+    away = fine.distance[facet]
+    angle = fine.grid.column_azimuth[column] + np.degrees(fine.angle[facet])
+    rung = (away - coarse.grid.ground_range[0]) / np.diff(coarse.grid.ground_range[:2])
+    place = (angle - coarse.grid.azimuth[0]) / coarse.grid.spacing_deg
+    near = np.mod(rung, 1.0) - np.mod(place, 1.0)
+    inside = [np.abs(np.mod(each + 0.5, 1.0) - 0.5) > 0.2 for each in (rung, place)]
+    sure = inside[0] & inside[1] & (np.abs(near) > 0.2) & (away > 20.0) & (away < 60.0)
+    assert sure.sum() > 50
+    light = lit(still, 5, coarse).factor
+    number = np.floor(place[sure]).astype(int) % coarse.grid.per_circle
+    lights = light[number, 2 * np.floor(rung[sure]).astype(int) + (near[sure] > 0.0)] > 0.0
+    assert np.mean(lights) > 0.85
 
 
 def later(facets: Facets, seconds: float, sailed: tuple[float, float] = (0.0, 0.0)) -> Facets:

@@ -10,11 +10,13 @@ from . import (
     rows_prediction,
     rows_radar,
     rows_sea,
+    rows_spikes,
     rows_transmitter,
 )
 
 PLANTS = (
     *rows_sea.PLANTS,
+    *rows_spikes.PLANTS,
     *rows_nonlinear_sea.PLANTS,
     *rows_radar.PLANTS,
     *rows_transmitter.PLANTS,
