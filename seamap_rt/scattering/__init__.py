@@ -7,6 +7,7 @@ Settings (`[scattering]`):
     calibrated_to   the measured model that sets the mean of two_scale, or none
     breaking, hydrodynamic_modulation
                     breakers; short waves that the strain of the long ones gathers
+    sea_spikes      breakers are bursts that run with their wave, grow and fade (`scattering.sea_spikes`)
     doppler         full: Bragg waves of both directions and breakers move on the water at their own speeds;
                     orbital: they move with it
     permittivity    meissner_wentz12, meissner_wentz04, klein_swift77
@@ -30,7 +31,8 @@ Calibration is one smooth scale by grazing and wind direction, found once a run 
 single turns and narrow sectors keep their own random variation.
 
 Speckle is complex Gaussian for each facet. Its correlation is exp(−(τ/τc)²) times that of the scatterers' own motion.
-The spread of power from cell to cell comes from the resolved waves alone; no random texture is added.
+The spread of power from cell to cell comes from the resolved waves, and from sea spikes where they are asked for; no
+random texture is added.
 
 Evidence: validation/README.md, "Scattering" and "Scattering options".
 """

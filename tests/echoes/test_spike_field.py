@@ -92,8 +92,8 @@ def test_the_spread_is_that_of_the_closed_form() -> None:
 
 
 def test_each_lies_in_its_own_triangle() -> None:
-    """Where breakers are is seen on a mesh whose rungs stand closer: to a third of a column. Nearly all light the coarse
-    facet in which they are, before the diagonal or beyond it: 93 %, where 7 % would by chance."""
+    """Where breakers are is seen on a mesh whose rungs stand closer: to a third of a column. Nearly all light
+    the coarse facet in which they are, before the diagonal or beyond it: 93 %, where 7 % would by chance."""
     still = one_class(speed=np.array([1e-6]), life_s=np.array([1e4]), fraction=0.006, wavelength=np.array([0.1]))
     coarse, fine = level_sea(), level_sea(height_error_m=0.003)
     column, facet = np.nonzero(lit(still, 5, fine).factor[: fine.grid.per_circle])
