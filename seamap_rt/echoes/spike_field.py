@@ -51,7 +51,7 @@ class SpikeField:
         east, north = unit_from_azimuth(grid.column_azimuth)
         wind = np.radians(self.wind_from_deg + 180.0)  # they run with it
         along = np.sin(wind) * east + np.cos(wind) * north
-        speed = np.repeat((left * spikes.left_speed * along).astype(np.float32)[:, None], factor.shape[1], axis=1)
+        speed = np.repeat((left * spikes.left_speed * along).astype(np.float32)[:, None], facets.distance.size, axis=1)
         ranges = grid.ground_range
         for number, density in enumerate(spikes.density):
             scale = spikes.life_s[number] / _MEAN_LIFE

@@ -49,34 +49,35 @@ def breakers(wind_speed: float, inverse_wave_age: float, frequency_hz: float) ->
     q = ½ c_q ∫∫ β^(1+1/n) dφ dln k whatever spectrum the scattering takes. By area most breakers are the shortest, with
     k near the upper limit. Raises ValueError as `elfouhaily97`.
     """
-    k, angle, area = breaking_area(wind_speed, inverse_wave_age, frequency_hz)
-    if not area.any():
-        return Breakers(0.0, 0.0, 0.0, 0.0)
-    downwind = angular_frequency(k)[:, None] / k[:, None] * np.cos(angle)
+    k, angle, front = breaking_fronts(wind_speed, inverse_wave_age, frequency_hz)
+    downwind = (angular_frequency(k) / k)[:, None] * np.cos(angle)
 
     def total(values: NDArray[np.float64]) -> float:
-        over_angles: NDArray[np.float64] = np.trapezoid(area * values, angle, axis=1)
-        return float(np.trapezoid(over_angles, np.log(k)))
+        return float(np.trapezoid(np.asarray(np.trapezoid(front * values, angle, axis=1)), np.log(k)))
 
-    whole = total(np.ones(()))
-    speed, square = total(downwind) / whole, total(downwind**2) / whole
+    area = total(np.ones(()))
+    if area == 0.0:
+        return Breakers(0.0, 0.0, 0.0, 0.0)
+    speed, square = total(downwind) / area, total(downwind**2) / area
     spread = float(np.sqrt(square - speed**2))
-    return Breakers(min(whole, _MOST), total(np.cos(angle)) / whole, speed, spread)
+    return Breakers(min(0.5 * COVERAGE * area, _MOST), total(np.cos(angle)) / area, speed, spread)
 
 
-def breaking_area(
+def breaking_fronts(
     wind_speed: float, inverse_wave_age: float, frequency_hz: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Wavenumbers k (n,) rad/m, angles φ from the wind's way (m,) rad, and the breaking share of the sea's area per
-    ln k and φ (n, m) [1/rad]; 0 where no wave that is long enough breaks. `breakers` is its integrals."""
+    """Wavenumbers k (n,) rad/m, angles φ from the wind's way (m,) rad, and (B/α)^(n+1) (n, m), twice the fronts' Λ k.
+
+    Times ½ c_q it is the breaking share of the sea's area per ln k and φ. 0 where no wave that is long enough breaks.
+    """
     peak = elfouhaily97_peak_wavenumber(wind_speed, inverse_wave_age)
     limit = min(_SHORTEST, 0.2 * np.pi * frequency_hz / SPEED_OF_LIGHT)
     k = np.geomspace(min(peak, limit), limit, 400)
     angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 181)  # no wave grows against the wind
-    growth = _growth(k[:, None], angle[None, :], friction_velocity(wind_speed))
     if limit <= peak:
-        return k, angle, np.zeros(growth.shape)
-    return k, angle, 0.5 * COVERAGE * growth ** (FRONT_POWER / (FRONT_POWER - 1.0))
+        return k, angle, np.zeros((k.size, angle.size))
+    growth = _growth(k[:, None], angle[None, :], friction_velocity(wind_speed))
+    return k, angle, growth ** (FRONT_POWER / (FRONT_POWER - 1.0))
 
 
 def breaker_motion(wind_speed: float, inverse_wave_age: float, frequency_hz: float) -> tuple[float, float]:

@@ -47,7 +47,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from seamap_rt.conventions import GRAVITY
 from seamap_rt.physics.dispersion import angular_frequency
-from seamap_rt.scattering.breaking import COVERAGE, breaking_area
+from seamap_rt.scattering.breaking import COVERAGE, breaking_fronts
 
 CREST_LENGTH = 0.1  # r, of a breaker over its wave's length
 LEAST_WIND = 1.68  # the wind's speed over that of the fastest waves that break as single events
@@ -104,7 +104,8 @@ class SeaSpikes:
 @lru_cache(maxsize=32)
 def sea_spikes(wind_speed: float, inverse_wave_age: float, frequency_hz: float) -> SeaSpikes | None:
     """Breakers of a wind [m/s at 10 m], from the waves' peak down; None where nothing breaks. Raises as `breakers`."""
-    k, angle, area = breaking_area(wind_speed, inverse_wave_age, frequency_hz)
+    k, angle, front = breaking_fronts(wind_speed, inverse_wave_age, frequency_hz)
+    area = 0.5 * COVERAGE * front  # the breaking share per ln k and angle
     step = np.log(k[1] / k[0])
     # The trapezoidal rule in ln k, as a sum: its weights on the wavenumbers.
     rule = np.full(k.size, step)

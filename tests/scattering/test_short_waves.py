@@ -93,9 +93,9 @@ def facts_of(simulator):
 def test_a_simulation_hands_over_where_its_sea_ends(monkeypatch):
     asked = []
 
-    def recorded(scattering, radar, resolved_below):
+    def recorded(scattering, radar, resolved_below, **others):
         asked.append(resolved_below)
-        return SeaSurface(scattering, radar, resolved_below)
+        return SeaSurface(scattering, radar, resolved_below, **others)
 
     monkeypatch.setattr(simulation, "SeaSurface", recorded)
     changes = {"tracing.tracer": "horizon", "sea.resolution_m": 1.3, "radar.sector_deg": [0.0, 10.0]}
