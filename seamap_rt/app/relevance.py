@@ -17,7 +17,7 @@ _RULES: dict[str, tuple[tuple[str, tuple[Any, ...]], ...]] = {  # all conditions
     "scattering.nrcs_db": (("scattering.nrcs", ("constant",)),),
     "scattering.calibrated_to": (("scattering.nrcs", ("two_scale",)),),
     "scattering.breaking": (("scattering.nrcs", ("two_scale",)),),
-    "scattering.sea_spikes": (("scattering.nrcs", ("two_scale",)), ("scattering.breaking", (True,))),
+    "scattering.sea_spikes": (("scattering.nrcs", ("two_scale",)),),
     "scattering.hydrodynamic_modulation": (("scattering.nrcs", ("two_scale",)),),
     "radar.chirp_bandwidth_hz": (("radar.waveform", ("chirp",)),),
     "radar.compression_window": (("radar.waveform", ("chirp",)),),
