@@ -83,8 +83,8 @@ def test_a_window_that_adapts_itself_beats_fixed_ones(noise: bool) -> None:
 @pytest.mark.parametrize("noise", [False, True])
 def test_the_stated_error_holds(noise: bool) -> None:
     # Asked are 0.9 to 1.1, which the mean over seeds keeps (0.92 without noise, of six). One seed's ratio scatters by
-    # 0.07 about that, for a turn shows a few dozen waves. The share's lower bound is what was asked less its 1 %: errors
-    # of partly hidden cells have a long tail upwards, for crests are seen, troughs not.
+    # 0.07 about that, for a turn shows a few dozen waves. The share's lower bound is what was asked less its 1 %:
+    # errors of partly hidden cells have a long tail upwards, for crests are seen, troughs not.
     got, true = maps(noise)["polar"].to_dataset(), turn(noise).truth["polar"].to_dataset()
     headline = (got["range"] >= HEADLINE_M[0]) & (got["range"] <= HEADLINE_M[1]) & (got["quality"] == 0)
     ratio = ((got["height"] - true["height"]) / got["height_std"]).where(headline).values
