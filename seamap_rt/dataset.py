@@ -142,7 +142,7 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "height_weighted": Variable(_POLAR, "float32", "m", "true height weighted by beam and gate"),
         "height_visible": Variable(_POLAR, "float32", "m", "true mean height of the cell's lit part"),
         "visible_fraction": Variable(
-            _POLAR, "float32", "1", "share of the cell's horizontal area lit for both antennas"
+            _POLAR, "float32", "1", "share of the cell's horizontal area that both antennas see"
         ),
         "illumination": Variable(
             _POLAR, "float32", "1", "diffraction's two-way power on the cell over that without shadow", required=False

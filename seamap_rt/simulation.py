@@ -31,7 +31,7 @@ from .resolved_scene import resolve, sea_key
 from .scattering.sea_spikes import sea_spikes
 from .scene import Scene, SceneLike, as_scene
 from .sea import Sea
-from .tracing import Illumination, RayScenes, tracer
+from .tracing import Illumination, RayScenes, UnresolvedWaves, tracer
 from .tracing.circle import circle_grid
 from .truth import ground_truth, polar_truth
 
@@ -96,6 +96,7 @@ class Simulator:
         self._scattering = SeaSurface(
             scene.scattering, scene.radar, self.sea.resolved.wavenumber_limit, spikes=spikes_of(scene, self.sea)
         )
+        self.unresolved = UnresolvedWaves.of(scene, self.sea.resolved.wavenumber_limit)
         self.scenery = Scenery(scene, self.mast)
         self._refuse_if_under_water()
 
@@ -128,6 +129,9 @@ class Simulator:
             levelled = mesh.levelled
         with clock("trace"):
             lit = self.scenery.hide(self._trace(levelled))
+            if self.unresolved is not None:
+                with clock("shade"):
+                    lit = self.shaded(lit)
         with clock("echoes"), clock("scattering"):
             returns = surface(lit, mesh.strain)
         with clock("sea"):
@@ -146,7 +150,11 @@ class Simulator:
         grid, columns = circle_grid(self.scene.radar, self.scene.meshing)
         light = tracer("horizon", self.scene.radar, self.scene.scattering, diffraction=self.scene.tracing.diffraction)
         mesh = self._mesh(grid, Stopwatch())
-        return self._scattering.calibrated(light(mesh.levelled), mesh.strain, columns)
+        return self._scattering.calibrated(self.shaded(light(mesh.levelled)), mesh.strain, columns)
+
+    def shaded(self, light: Illumination) -> Illumination:
+        """What tracers give, less what the scene has waves hide that the mesh does not carry."""
+        return light if self.unresolved is None else self.unresolved.shade(light)
 
     def turn(self, number: int, told: Callable[[str], object] | None = None) -> Turn:
         """Simulate one turn: every pulse, both receivers, and the truth in the cells of the maps.

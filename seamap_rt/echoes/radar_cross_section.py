@@ -62,7 +62,7 @@ class SeaSurface:
     def __call__(self, facets: Illumination, strain: NDArray[np.float32] | None) -> Returns:
         """Radar cross-sections and motion of traced facets. strain (column, facet): of their mesh."""
         if self.scattering.nrcs == "constant":
-            area = facets.horizontal_area.astype(np.float32)
+            area = _in_sight(facets, facets.horizontal_area.astype(np.float32))
             rcs = np.where(_reached(facets), np.float32(from_db(self.scattering.nrcs_db)) * area, np.float32(0.0))
             return Returns(np.ascontiguousarray(rcs), self._motion(facets, None))
         if self.scattering.nrcs != "two_scale":
@@ -142,6 +142,8 @@ class SeaSurface:
         )
         # A local σ0 multiplies the facet's true area.
         area = np.sqrt(np.float32(1.0) + look**2 + cross**2) * facets.horizontal_area[facet].astype(np.float32)
+        if facets.facing_in_sight is not None:  # tilts that turn away are among those that σ0 is the mean of
+            area *= facets.facing_in_sight[reached]
         power = [np.zeros(reached.shape, dtype=np.float32) for _ in sigma]
         for whole, each in zip(power, sigma, strict=True):
             whole[reached] = each * area
@@ -167,7 +169,8 @@ class SeaSurface:
         )
 
     def _mean_power(self, facets: Illumination) -> NDArray[np.float32]:
-        return np.where(_reached(facets), (self.mean(facets) * facets.horizontal_area).astype(np.float32), 0.0)
+        power = _in_sight(facets, (self.mean(facets) * facets.horizontal_area).astype(np.float32))
+        return np.where(_reached(facets), power, 0.0)
 
     def _scaled(self, facets: Facets, power: NDArray[np.float32]) -> NDArray[np.float32]:
         if self.scale is None:
@@ -214,6 +217,11 @@ def two_way_power(facets: Illumination) -> NDArray[np.float32]:
     """Share (column, facet) of the power that reaches a facet and comes back, the mean over the pairs of antennas."""
     light = facets.lit.astype(np.float32) if facets.field is None else np.square(np.abs(facets.field))
     return np.square(light.mean(axis=0, dtype=np.float32))
+
+
+def _in_sight(facets: Illumination, whole: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Of what would come from whole facets that part which waves on them do not hide."""
+    return whole if facets.in_sight is None else whole * facets.in_sight
 
 
 def _reached(facets: Illumination) -> NDArray[np.bool_]:

@@ -18,8 +18,15 @@ def shadowing_smith67(v: ArrayLike) -> NDArray[np.float64]:
     ψ: grazing angle; σ: rms slope along the look. Smith, IEEE Trans. Antennas Propag. 15(5), 668–671 (1967). 0 at
     v = 0; ValueError for a negative v.
     """
-    v = _not_negative(v)
-    return 0.5 * (1.0 + erf(v)) / (1.0 + _smith_lambda(v))
+    return 0.5 * (1.0 + erf(_not_negative(v))) * facing_share_smith67(v)
+
+
+def facing_share_smith67(v: ArrayLike) -> NDArray[np.float64]:
+    """Share 1/(1 + Λ) in sight of those parts of a Gaussian sea that face the ray; v as for `shadowing_smith67`.
+
+    Smith takes what hides a point to be independent of its slope, so that it holds for each slope that faces the ray.
+    """
+    return 1.0 / (1.0 + _smith_lambda(_not_negative(v)))
 
 
 def shadowing_wagner67(v: ArrayLike) -> NDArray[np.float64]:

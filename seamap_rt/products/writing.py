@@ -92,7 +92,7 @@ def write_sea(
                 f"--times 0:{sea.ends_s:.3g}:0.5"
             )
         trace = tracer(scene.tracing.tracer, scene.radar, scene.scattering, diffraction=scene.tracing.diffraction)
-        camera = Camera(scene, sea, trace, points, simulator.surface)
+        camera = Camera(scene, sea, lambda mesh: simulator.shaded(trace(mesh)), points, simulator.surface)
         spectrum = directional_spectrum(scene, sea)
         clear_folder(folder, PRODUCTS)
         with (

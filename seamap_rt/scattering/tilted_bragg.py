@@ -64,7 +64,8 @@ def tilted_bragg(frequency_hz: float, permittivity: complex, polarization: str, 
 
     s_hh = A² g_hh + B² g_vv, s_vv = A² g_vv + B² g_hh, s_hv = A B (g_vv − g_hh), with the A and B of that tilt; its
     weight is that of the tilt, its true area, and the spectrum of roughness in its direction. Tilts that turn away
-    from the ray count 0. They cast no shadow on each other: their shadows are shorter than a Fresnel zone.
+    from the ray count 0. They cast no shadow on each other: their shadows are shorter than a Fresnel
+    zone (`tracing.unresolved_shadowing` casts them as light would).
     The wind's harmonics beyond 2φ are left out: 4φ has up to 4 % of the mean.
     """
     divide = waves.divide(radar_wavenumber(frequency_hz))

@@ -34,6 +34,15 @@ class TracingSettings(Section):
             "and antenna."
         ),
     ] = "none"
+    unresolved_shadowing: Annotated[
+        Literal["none", "smith"],
+        Meaning(
+            "Shadows of waves that the mesh does not carry. `none`: they cast none, for to a radar they are nearly "
+            "smooth and their shadows soft; `smith`: they hide what they would hide from light. Of each lit facet "
+            "that share is in sight and echoes which Smith (1967) gives for the slopes of the wind's short waves and "
+            "the facet's own grazing angle."
+        ),
+    ] = "none"
     height_error_m: Annotated[
         float,
         Ge(1e-4),

@@ -12,6 +12,9 @@ Three tracers, which must agree where all apply (`tracing.tracer`):
 Shadows are geometric unless `tracing.diffraction = "knife_edge"`: then each facet and antenna has the field over up to
 two crests, taken for black straight edges, with its phase.
 
+Whichever tracer lit it, with `tracing.unresolved_shadowing = "smith"` the waves that the mesh does not carry hide a
+share of each lit facet (`unresolved_waves`).
+
 `bounces.path_echo` asks the PathSolver for diffuse and mirror paths of one, two and three bounces, with rays only
 towards the sector. It shows what a second bounce would add; the simulated echoes have one.
 
@@ -29,6 +32,7 @@ from ..conventions import SPEED_OF_LIGHT
 from ..mesh import SurfaceMesh
 from ..settings import RadarSettings, ScatteringSettings
 from .illumination import Illumination
+from .unresolved_waves import UnresolvedWaves
 
 Tracer = Callable[[SurfaceMesh], Illumination]
 RayScenes = dict[Any, Any]  # the scenes of `facets`, kept from mesh to mesh
@@ -73,4 +77,4 @@ def _over_edges(trace: Tracer, wavelength_m: float) -> Tracer:
     return lambda mesh: diffract(trace(mesh), mesh, wavelength_m)
 
 
-__all__ = ["Illumination", "RayScenes", "Tracer", "tracer"]
+__all__ = ["Illumination", "RayScenes", "Tracer", "UnresolvedWaves", "tracer"]

@@ -15,13 +15,16 @@ class Illumination(Facets):
     """Facets, and which of them each antenna lights. Plain arrays, free of Mitsuba's.
 
     Light is geometric, or bends over the edges of shadows: then `field` and `ray_slope` are there, `lit` stays
-    geometric, and what reaches a facet is the field alone.
+    geometric, and what reaches a facet is the field alone. Where waves that the mesh does not carry cast shadows
+    (`unresolved_waves`), a facet that is reached is in sight in part.
     """
 
     lit: NDArray[np.bool_]  # (antenna, column, facet)
     rays: int = 0  # that were traced to find it
     field: NDArray[np.complex64] | None = None  # (antenna, column, facet) over that of free space, one way
     ray_slope: NDArray[np.float32] | None = None  # (column, facet) tan of the angle by which the arriving ray falls
+    in_sight: NDArray[np.float32] | None = None  # (column, facet) share of its water; None: all of it
+    facing_in_sight: NDArray[np.float32] | None = None  # (column, facet) of those parts of it that face the ray
 
     @classmethod
     def of(cls, facets: Facets, lit: NDArray[np.bool_], rays: int = 0) -> Illumination:

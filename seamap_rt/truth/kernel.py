@@ -24,7 +24,7 @@ class Surface(NamedTuple):
     height: NDArray[np.float64]
     slope_look: NDArray[np.float32]
     slope_cross: NDArray[np.float32]
-    lit: NDArray[np.bool_]
+    lit: NDArray[np.float32]  # share of it that is seen
     arriving: NDArray[np.float32]  # share of the power, out and back
     rcs: NDArray[np.float32]  # m²
 
@@ -94,7 +94,7 @@ def _gather(column, surface, bins, sums):
     origin = surface.origin[column]
     for facet in range(surface.distance.size):
         area, lean = surface.area[facet], surface.slope_look[column, facet]
-        lit = 1.0 if surface.lit[column, facet] else 0.0
+        lit = surface.lit[column, facet]
         value[AREA], value[SEEN] = area, lit * area
         value[SLOPE_LOOK], value[SLOPE_CROSS] = area * lean, area * surface.slope_cross[column, facet]
         arriving = surface.arriving[column, facet]

@@ -104,7 +104,7 @@ def _column_cells(
         height=_mean_heights(facets),
         slope_look=np.ascontiguousarray(facets.slope_look),
         slope_cross=np.ascontiguousarray(facets.slope_cross),
-        lit=np.ascontiguousarray(facets.lit_both),
+        lit=_seen(facets),
         arriving=np.ascontiguousarray(two_way_power(facets)),
         rcs=np.ascontiguousarray(rcs),
     )
@@ -112,6 +112,12 @@ def _column_cells(
     weighted = np.empty((facets.grid.columns, ranges.size, 2))
     in_blocks(lambda *block: fill_cells(*block, surface, bins, box, response, cells, weighted), facets.grid.columns)
     return cells, weighted
+
+
+def _seen(facets: Illumination) -> NDArray[np.float32]:
+    """Share (column, facet) of a facet's water that both antennas see."""
+    lit = facets.lit_both.astype(np.float32, order="C")
+    return lit if facets.in_sight is None else lit * facets.in_sight
 
 
 def _added(weight: NDArray[np.float64], columns: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -28,7 +28,7 @@ def test_facets_are_geometry_alone_and_no_illumination_is_without_light(fan: Sur
     """What has not been traced is of another type, so that nothing can be asked of it that only light tells."""
     geometry = {field.name for field in fields(Facets)}
     light = {field.name for field in fields(Illumination)} - geometry
-    assert light == {"lit", "rays", "field", "ray_slope"}
+    assert light == {"lit", "rays", "field", "ray_slope", "in_sight", "facing_in_sight"}
     assert type(fan.facets) is Facets
     assert not any(hasattr(fan.facets, name) for name in (*light, "lit_both", "reached", "strain"))
     with pytest.raises(TypeError, match="lit"):
