@@ -18,10 +18,11 @@ from ..radar import link
 from ..radar.array import as_it_looks
 from ..scene import Scene, SceneLike, as_scene
 from ..settings.sea import DEFAULT_RESOLUTION_M
+from ..tracing.unresolved_waves import UnresolvedWaves
 from .design import Design
 from .echo import calibrated, echo_by_grazing, snr_of_unity
 from .error import Spectrum, ambiguous_share, error_variance, information, score
-from .sight import STARTS, Sight, sight
+from .sight import STARTS, TABLE, Sight, sight, table_grazing
 from .strips import LOOKS, ROW_M, ROWS, strips, waves_of
 
 Array = NDArray[np.float64]
@@ -94,7 +95,8 @@ def likely(scene: Scene) -> Likely:
         _at_ground(design.ranges + 0.5 * design.cell_m, radar.height_m),
     )
     table = echo_by_grazing(scene.scattering, radar.frequency_hz, limit, np.sqrt(slope), surface.azimuth)
-    seen = sight(surface, radar.height_m - 0.5 * design.baseline, edges, table)
+    in_sight, facing = _unhidden(scene, limit, surface.azimuth)
+    seen = sight(surface, radar.height_m - 0.5 * design.baseline, edges, table * facing, in_sight)
     nrcs = calibrated(scene.scattering, radar.frequency_hz, seen.echo, link.grazing_angle(radar, design.ranges), looks)
     cell, dwell, window = (_across(width) for width in _widths(design))
     unity = snr_of_unity(radar, design.ranges)
@@ -124,6 +126,16 @@ def likely(scene: Scene) -> Likely:
         _radii(design.ranges, quality),
         _left_out(scene),
     )
+
+
+def _unhidden(scene: Scene, limit: float, looks: Array) -> tuple[Array, Array]:
+    """By local grazing angle (look, TABLE), of ground that the strips light and of its echo, what waves beyond `limit`
+    [rad/m] leave in sight."""
+    unresolved = UnresolvedWaves.of(scene, limit)
+    if unresolved is None:
+        return np.ones((looks.size, TABLE)), np.ones((looks.size, TABLE))
+    in_sight, facing = unresolved.shares(np.tan(table_grazing()), looks[:, None])
+    return in_sight, facing if scene.scattering.nrcs == "two_scale" else in_sight
 
 
 def _radii(ranges: Array, quality: Array) -> dict[str, Any]:

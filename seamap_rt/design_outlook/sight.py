@@ -31,11 +31,12 @@ def table_grazing() -> Array:
     return np.arctan2(even, 1.0 - even)
 
 
-def sight(strips: Strips, eye_m: float, edges: tuple[Array, Array], echo: Array) -> Sight:
+def sight(strips: Strips, eye_m: float, edges: tuple[Array, Array], echo: Array, in_sight: Array) -> Sight:
     """What a mast sees that stands at several places of each strip, one after the other along the first axis.
 
     eye_m: height of the lower antenna over mean sea level. edges: ground ranges [m] at which gates begin and end,
-    (gate,). echo: σ0 (look, TABLE) per ground, at the grazing angles of `table_grazing`. Strips repeat.
+    (gate,). echo: σ0 (look, TABLE) per ground, at the grazing angles of `table_grazing`; in_sight: likewise, the
+    share of what the strips light that shorter waves leave in sight. Strips repeat.
     """
     steps = strips.distance.size
     first, last = (np.clip(np.rint(each / strips.step), 0, steps - 1).astype(np.int64) for each in edges)
@@ -43,7 +44,8 @@ def sight(strips: Strips, eye_m: float, edges: tuple[Array, Array], echo: Array)
     starts = np.arange(STARTS) * (steps // STARTS)
     shape = (STARTS * LOOKS, ROWS, first.size)
     made = Sight(*(np.empty(shape, np.float32) for _ in Sight._fields))
-    _look(strips.height, strips.step, eye_m, starts, first, last, np.ascontiguousarray(echo, dtype=np.float32), *made)
+    tables = np.stack((echo, in_sight), axis=-1).astype(np.float32)
+    _look(strips.height, strips.step, eye_m, starts, first, last, tables, *made)
     return made
 
 
@@ -68,12 +70,13 @@ def _look(height, step, eye, starts, first, last, table, visible, mean, lit_mean
                 view = (middle - eye) / (near + 0.5 * step)
                 lit = 1.0 if view > horizon else 0.0
                 strength = 0.0
-                if lit:
+                if lit > 0.0:
                     up = max(rise - view, 0.0)  # over 1 + rise · view, as tangents subtract
                     at = entries * up / (up + max(1.0 + rise * view, 1e-6))
                     entry = min(int(at), entries - 1)
                     part = at - entry
-                    strength = table[look, entry] * (1.0 - part) + table[look, entry + 1] * part
+                    strength = table[look, entry, 0] * (1.0 - part) + table[look, entry + 1, 0] * part
+                    lit = table[look, entry, 1] * (1.0 - part) + table[look, entry + 1, 1] * part
                 sums[0, n + 1] = sums[0, n] + lit
                 sums[1, n + 1] = sums[1, n] + middle
                 sums[2, n + 1] = sums[2, n] + lit * middle

@@ -42,6 +42,7 @@ Row = dict[str, Any]  # in the keys of metrics.json: what, why, error, value, un
 Rows = Sequence[Mapping[str, Any]]
 _WELL_SAMPLED = 0.97  # share of a system's variance from which on the patch's wavenumbers hold it
 _STEEPEST, _HIGHEST = 0.06, 0.6  # of real seas, about: Hs over the length of the peak, Hs over the depth
+_RAYLEIGH = 0.5 * math.pi  # rad of phase by heights, from which on a surface is rough
 _MIRROR_PATHS = 16.0  # (1 + |ρ|)⁴, |ρ| = 1: a direct and a reflected path, there and back
 
 _HEIGHT, _CYCLES = "m rms of height", "cycles of phase in a dwell"  # units and errors
@@ -51,6 +52,7 @@ _BURSTS = "1 is the shape of measured bursts' K-distribution"
 _PATTERN = "integral of the two-way azimuth pattern"
 _TWO_SCALE = "two-scale theory over slopes that face the antenna and over winds"
 _TILT = "range × tilt along the look, {:.2g}° rms"
+_UNRESOLVED, _TILTS = "shadowing by waves that are not resolved", "Smith (1967), their slopes"
 _CRESTS = "of a narrow-banded sea (Longuet-Higgins 1963)"
 
 
@@ -105,6 +107,25 @@ class _Case:
         """Rms hydrodynamic modulation."""
         rate = relaxation_rate(self.scene.radar.frequency_hz, self.scene.scattering.wind_speed_m_s)
         return modulation_db(self.waves.strain_std(rate))
+
+    @property
+    def hides_unresolved(self) -> bool:
+        return self.scene.tracing.unresolved_shadowing != "none"
+
+    @cached_property
+    def tilting(self) -> tuple[float, float]:
+        """Rms height [m] and slope along the look of the waves that tilt the facets, over all looks."""
+        short = ShortWaves.of(self.scene.scattering, self.resolved.wavenumber_limit)
+        divide = short.divide(radar_wavenumber(self.scene.radar.frequency_hz))
+        height = short.variance - short.roughness_variance(divide)
+        return math.sqrt(max(height, 0.0)), math.sqrt(0.5 * sum(short.tilt_variances(divide)))
+
+    @cached_property
+    def hidden_by_tilts(self) -> float:
+        """% of the window that these waves hide on top of the resolved ones."""
+        radar, slopes = self.scene.radar, self.resolved.look_slope_variance
+        both = link.shadowed_share(radar, slopes + self.tilting[1] ** 2)
+        return 100.0 * (both - link.shadowed_share(radar, slopes))
 
     @cached_property
     def boat_tilt(self) -> float:
@@ -167,6 +188,9 @@ def _sea(case: _Case) -> Iterator[Row]:
     hidden = 100.0 * link.shadowed_share(radar, case.resolved.look_slope_variance)
     error, source = "% of the window would answer from the shade", "Smith (1967), slopes of the resolved waves"
     yield _row("shadowing", hidden, error, source, says)
+    if case.hides_unresolved:
+        says = "of each lit facet the share that its own grazing angle leaves in sight, for both antennas alike"
+        yield _row(_UNRESOLVED, case.hidden_by_tilts, error, _TILTS, says)
 
 
 def _echoes(case: _Case) -> Iterator[Row]:
@@ -386,6 +410,23 @@ def _no_boat(case: _Case) -> Iterator[Row]:
         name, error = "what diffraction does to heights", f"m of height {case.at} beside an edge, at most"
         says = "a shadow answers with its crest's height, and fringes pull heights down; the stated error knows neither"
     yield _row(name, blur, error, source, says)
+    yield _unresolved_shadows(case)
+
+
+def _unresolved_shadows(case: _Case) -> Row:
+    """What they hide, or that a shadow so short is not sharp."""
+    height, slope = case.tilting
+    if not case.hides_unresolved:
+        name, error = "shadows of waves that are not resolved", "% of the window would be hidden"
+        phase = 2.0 * radar_wavenumber(case.scene.radar.frequency_hz) * height * slope
+        rough = "rough to it too" if phase > _RAYLEIGH else f"smooth to it, {phase:.2g} rad of Rayleigh's π/2"
+        says = f"light's measure; met at their own slope they are {rough}; tracing.unresolved_shadowing = 'smith'"
+        return _row(name, case.hidden_by_tilts, error, _TILTS, says)
+    length = height / slope if slope > 0.0 else 0.0
+    name, error = "diffraction at shadows of waves that are not resolved", f"m of height, of waves {height:.2g} m high"
+    source = f"knife edge (ITU-R P.526), {length:.2g} m before the shade: rms height over rms slope"
+    says = "they hide what they would hide from light; the mean echo is that of the calibration all the same"
+    return _row(name, edge_blur_m(case.scene.wavelength_m, case.middle_m, length), error, source, says)
 
 
 def _no_scattering(case: _Case) -> Iterator[Row]:
@@ -399,11 +440,6 @@ def _no_scattering(case: _Case) -> Iterator[Row]:
         says = "what is seen has the mean; scattering.nrcs = 'two_scale' has them, and alone uses their keys"
         yield _row("tilt, strain and breakers", spread, own_echo, source, says)
         return
-    slopes, short = case.resolved.look_slope_variance, ShortWaves.of(scattering, case.resolved.wavenumber_limit)
-    tilts = 0.5 * sum(short.tilt_variances(short.divide(radar_wavenumber(radar.frequency_hz))))
-    hidden = 100.0 * (link.shadowed_share(radar, slopes + tilts) - link.shadowed_share(radar, slopes))
-    name, error = "shadows of waves that are not resolved", "% of the window would be hidden"
-    yield _row(name, hidden, error, "Smith (1967), their slopes", "the mesh does not carry them; a tilt may turn away")
     if scattering.breaking and not scattering.sea_spikes:
         says = "breakers are a share of each facet; scattering.sea_spikes = true makes them bursts that grow and fade"
         yield _row("a breaker's life", case.clutter_shape, f"{_BURSTS} {case.at}", "Watts & Wicks (1990)", says)
@@ -466,7 +502,12 @@ def _no_sea(case: _Case) -> Iterator[Row]:
 # ----------------------------------------------------------------------------------------- costs, and the lines
 
 _TURN = ("sea", "mesh", "trace", "objects", "echoes")  # what a simulated turn waits for
-_STAGES = {"sea": ("sea", "mesh"), "shadowing": ("trace",), "receiver": ("receive",)}  # others by their own names
+_STAGES = {  # others by their own names
+    "sea": ("sea", "mesh"),
+    "shadowing": ("trace",),
+    _UNRESOLVED: ("shade",),
+    "receiver": ("receive",),
+}
 _WITHIN = {"scan": "sea", "boat": "sea", "analogue-to-digital conversion": "receive"}  # others: within the echoes
 _ONCE = {"scattering": "calibrate"}
 

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 import seamap_rt as sr
-from seamap_rt.analytic import sinusoid_shadowed_fraction
+from seamap_rt.analytic import shadowing_smith67, sinusoid_shadowed_fraction
 from seamap_rt.design_outlook.design import Design
 from seamap_rt.design_outlook.error import Spectrum, ambiguous_share, error_variance, information, score
 from seamap_rt.design_outlook.sight import TABLE, sight
 from seamap_rt.design_outlook.strips import LOOKS, Waves, azimuths, directions, strips, waves_of
 from seamap_rt.products.link import link_budget
+from seamap_rt.scattering import ShortWaves
+from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scene import Scene
 
 CHOPPY = "choppy_sea"
@@ -60,7 +62,7 @@ def test_shadows_of_a_regular_wave_are_those_of_the_closed_form(grazing_over_slo
     middle = 800.0 - length
     eye = grazing_over_slope * steepness * middle
     whole = np.array([middle - length]), np.array([middle + length])
-    seen = sight(made, eye, whole, np.ones((LOOKS, TABLE)))
+    seen = sight(made, eye, whole, *np.ones((2, LOOKS, TABLE)))
     # The mast is 25 wavelengths away: grazing changes by 1/25 to either side of the two waves' middle.
     share = seen.visible[0::LOOKS].mean()
     assert share == pytest.approx(1.0 - sinusoid_shadowed_fraction(grazing_over_slope), abs=0.03)
@@ -130,6 +132,19 @@ def test_a_flat_sea_is_all_seen_and_has_no_radius() -> None:
     found = sr.outlook("flat")
     assert found["visible_fraction"].min() == pytest.approx(1.0, abs=1e-6)
     assert found.attrs["fully_measured_radius_m"] is None
+
+
+def test_waves_that_are_not_resolved_hide_of_a_flat_sea_what_smith_s_law_says() -> None:
+    """To 1 %: shares are linear between grazing angles of the table, and a cell is 3 m long."""
+    made = scene(sea__waves=[], tracing__unresolved_shadowing="smith")
+    short = ShortWaves.of(made.scattering, np.pi / 0.8)
+    along, across = short.tilt_variances(short.divide(radar_wavenumber(made.radar.frequency_hz)))
+    away = np.radians(azimuths() - made.scattering.wind_from_deg)[:, None]
+    slope = np.sqrt(along * np.cos(away) ** 2 + across * np.sin(away) ** 2)
+    found = sr.outlook(made)["visible_fraction"].sel(range=slice(50.0, 400.0))
+    eye = made.radar.height_m - 0.5 * made.radar.baseline_m
+    law = shadowing_smith67(eye / np.sqrt(found["range"].values ** 2 - eye**2) / (np.sqrt(2.0) * slope)).mean(axis=0)
+    np.testing.assert_allclose(found, law, rtol=0.01)
 
 
 def test_a_sector_counts_its_own_looks() -> None:

@@ -235,6 +235,29 @@ def test_unresolved_waves_hide_by_half_of_their_tilts_along_the_look() -> None:
     assert found == pytest.approx(100.0 * more, rel=1e-9)  # the same sums in another order
 
 
+def test_shadows_of_unresolved_waves_are_told_with_their_time_where_they_are_cast() -> None:
+    """What leaving them out would cost stays the same number; what is left out then is that their edges are soft."""
+    plain, cast = small(), small(tracing__unresolved_shadowing="smith")
+    name = "shadowing by waves that are not resolved"
+    done = costed(modelled(*cast), {"first": {**TIMING, "shade": 0.01}, "warm": None})
+    missing = row(left_out(*plain), "shadows of waves that are not resolved")
+    assert row(done, name)["value"] == missing["value"]
+    assert row(done, name)["cost_s"] == 0.01
+    assert not [each for each in modelled(*plain) if each["what"] == name]
+    assert not [each for each in left_out(*cast) if each["what"] == missing["what"]]
+    soft = row(left_out(*cast), "diffraction at shadows of waves that are not resolved")
+    short = ShortWaves.of(cast[0].scattering, cast[1].wavenumber_limit)
+    assert soft["value"] > math.sqrt(short.variance)  # edges fade over more than these waves are high
+
+
+def test_short_waves_are_called_smooth_by_rayleigh_s_phase() -> None:
+    """2khσ grows as the waves do that a coarser mesh leaves out: some 0.4 rad beyond 1.6 m, over π/2 beyond 8 m."""
+    fine, coarse = (small(sea__resolution_m=spacing) for spacing in (0.8, 4.0))
+    why = [row(left_out(*each), "shadows of waves that are not resolved")["why"] for each in (fine, coarse)]
+    assert "smooth" in why[0]
+    assert "rough" in why[1]
+
+
 def test_a_phase_read_with_the_other_mode_s_paths_is_off_by_the_height_or_half_of_it() -> None:
     # z ∝ φ/p: phases of p = 1 read with 2 give half the height, those of p = 2 read with 1 twice the height.
     for keys, share in (({}, 0.5), ({"radar__interferogram": "alternating_pulse", "radar__transmit": "switched"}, 1.0)):
