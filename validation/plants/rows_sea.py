@@ -364,6 +364,57 @@ PLANTS = (
         "tests/tracing/test_diffraction.py::test_one_ridge",
     ),
     Plant(
+        "unresolved waves' slopes under a ray",
+        "seamap_rt/tracing/unresolved_waves.py",
+        "_STEPS + 1) / np.sqrt(2.0)",
+        "_STEPS + 1) / 2.0",
+        "tests/tracing/test_unresolved_waves.py::test_a_level_sea_is_seen_by_smith_s_law_of_the_look_s_own_slopes",
+    ),
+    Plant(
+        "unresolved waves' wind",
+        "seamap_rt/tracing/unresolved_waves.py",
+        "np.sqrt(along * square + across * (1.0 - square))",
+        "np.sqrt(across * square + along * (1.0 - square))",
+        "tests/tracing/test_unresolved_waves.py::test_a_level_sea_is_seen_by_smith_s_law_of_the_look_s_own_slopes",
+    ),
+    Plant(
+        "unresolved waves on a leaning facet",
+        "seamap_rt/tracing/unresolved_waves.py",
+        "at = (falls[column, facet] + slope_look[column, facet]) * scale",
+        "at = (falls[column, facet] - slope_look[column, facet]) * scale",
+        "tests/tracing/test_unresolved_waves.py::test_each_facet_is_seen_under_its_own_grazing_angle",
+    ),
+    Plant(
+        "tilts that turn away are taken off twice",
+        "seamap_rt/echoes/radar_cross_section.py",
+        "area *= facets.facing_in_sight[reached]",
+        "area *= facets.in_sight[reached]",
+        "tests/tracing/test_unresolved_waves.py::"
+        "test_theory_echoes_from_what_faces_the_ray_and_a_mean_model_from_all[two_scale-facing_in_sight]",
+    ),
+    Plant(
+        "a calibration without unresolved waves' shadows",
+        "seamap_rt/simulation.py",
+        "calibrated(self.shaded(light(mesh.levelled)), ",
+        "calibrated(light(mesh.levelled), ",
+        "tests/tracing/test_unresolved_waves.py::test_the_mean_echo_stays_where_small_waves_hide",
+    ),
+    Plant(
+        "truth without unresolved waves' shadows",
+        "seamap_rt/truth/polar.py",
+        "return lit if facets.in_sight is None else lit * facets.in_sight",
+        "return lit",
+        "tests/tracing/test_unresolved_waves.py::test_a_scene_s_small_waves_hide_what_truth_says_they_do",
+    ),
+    Plant(
+        "the outlook's unresolved waves",
+        "seamap_rt/design_outlook/sight.py",
+        "lit = table[look, entry, 1] *",
+        "lit = table[look, entry, 0] *",
+        "tests/design_outlook/test_outlook.py::"
+        "test_waves_that_are_not_resolved_hide_of_a_flat_sea_what_smith_s_law_says",
+    ),
+    Plant(
         "Smith's shadows",
         "seamap_rt/physics/shadowing.py",
         "return 0.5 * np.exp(-np.square(v))",
