@@ -1,7 +1,9 @@
-"""A current that nobody told, by what it does to forecasts: a turn later the waves lie where it has carried them.
+"""How waves run otherwise than was told, by what it does to forecasts: a turn later they lie elsewhere.
 
 Of a fit whose observations are from about t₀, a current U that it does not have leaves −(t − t₀) U·∇η of what comes at
-t. Residuals of each new turn are regressed on that. What is told of the current is where the search begins.
+t, and so does amplitude dispersion with Δω in place of k·U for each wave (`physics.amplitude_dispersion`). Residuals of
+each new turn are regressed on both together, for a current does to waves of one length what the other does, and the
+lengths tell them apart. What is told of the current is where the search begins.
 """
 
 from __future__ import annotations
@@ -9,6 +11,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..physics.dispersion import Water
 from .fit import Fit
@@ -19,14 +22,30 @@ _SURE = 6.0  # standard errors of residuals that err independently; neighbouring
 _RIDGE = 0.02  # of the evidence along the waves: the current across them is told by few of them
 _FEWEST = 6  # turns that a fit rests on, before which it knows too little of waves between the places it saw
 _FASTEST = 3.0  # m/s, that currents are looked for
+_MOST = 1.5  # of amplitude dispersion: a spectrum that is told a third too low is put right too
+_STEP = 0.1  # of it, that is worth a new fit: a hundredth of the frequency's hundredth
+_UNKNOWN = 0.5  # of it, either way of what is expected: what a first turn should not overturn
+_EXPECTED = 0.0
 
 
 class Drift:
-    """What is known of a current beside the one that was told, m/s east and north."""
+    """What is known of a current beside the one that was told, m/s east and north, and of the share of amplitude
+    dispersion that waves run by. amplitude_dispersion: that share, where it is known."""
 
-    def __init__(self) -> None:
-        self.current = np.zeros(2)
-        self._matrix, self._vector = np.zeros((2, 2)), np.zeros(2)
+    def __init__(self, amplitude_dispersion: float | None = None) -> None:
+        self._known = amplitude_dispersion is not None
+        self._ways = np.array([0.0, 0.0, _EXPECTED if amplitude_dispersion is None else amplitude_dispersion])
+        self._matrix, self._vector = np.zeros((3, 3)), np.zeros(3)
+
+    @property
+    def current(self) -> NDArray[np.float64]:
+        """m/s (2,), beside the one that was told."""
+        return self._ways[:2]
+
+    @property
+    def amplitude_dispersion(self) -> float:
+        """The share that waves run by."""
+        return float(self._ways[2])
 
     def water(self, told: Water) -> Water:
         """The water as it runs."""
@@ -39,14 +58,20 @@ class Drift:
             return False
         matrix, vector = fit.drift_evidence(number)
         self._matrix = _FORGOTTEN * self._matrix + matrix
-        self._vector = _FORGOTTEN * self._vector + vector + matrix @ self.current
-        ridge = _RIDGE * float(np.trace(self._matrix))
+        self._vector = _FORGOTTEN * self._vector + vector + matrix @ self._ways
+        ridge = _RIDGE * float(np.trace(self._matrix[:2, :2]))
         if not ridge > 0.0:
             return False
-        found = np.linalg.solve(self._matrix + ridge * np.eye(2), self._vector)
-        found = np.clip(found, -_FASTEST, _FASTEST)
-        change = found - self.current
-        if float(np.hypot(*change)) < _TELLING or float(change @ self._matrix @ change) < _SURE**2:
+        asked = slice(0, 2 if self._known else 3)
+        loose = np.diag([ridge, ridge, _UNKNOWN**-2])[asked, asked]
+        rest = self._vector[asked] - self._matrix[asked, 2] * (self._ways[2] if self._known else 0.0)
+        rest = rest + loose @ np.array([0.0, 0.0, _EXPECTED])[asked]
+        found = self._ways.copy()
+        found[asked] = np.linalg.solve(self._matrix[asked, asked] + loose, rest)
+        found = np.clip(found, [-_FASTEST, -_FASTEST, 0.0], [_FASTEST, _FASTEST, _MOST])
+        change = found - self._ways
+        small = float(np.hypot(*change[:2])) < _TELLING and abs(change[2]) < _STEP
+        if small or float(change @ self._matrix @ change) < _SURE**2:
             return False
-        self.current = found
+        self._ways = found
         return True

@@ -51,10 +51,10 @@ class Fit:
 
     def shares(self, field: WaveField) -> bool:
         """Whether a field's amplitudes are those of these lattices' waves."""
-        if field.spectrum.water != self.spectrum.water:
-            return False
-        sides = [(each.k.shape, each.spacing) for each in self.lattices]
-        return sides == [(each.k.shape, each.spacing) for each in field.lattices]
+        pairs = zip(self.lattices, field.lattices, strict=False)
+        return len(self.lattices) == len(field.lattices) and all(
+            one.spacing == other.spacing and np.array_equal(one.omega, other.omega) for one, other in pairs
+        )
 
     def suits(self, spectrum: Spectrum, centre: tuple[float, float]) -> bool:
         """Whether the lattices are right for a spectrum too, and what was seen is not left behind."""
@@ -151,10 +151,11 @@ class Fit:
         return total
 
     def drift_evidence(self, number: int) -> tuple[Field, Field]:
-        """Σ w d dᵀ (2, 2) and Σ w r d (2,) of residuals r of one turn's elevations by d, what they change by for each
-        m/s of a current towards east and north that the waves do not have, which were fitted to other turns."""
+        """Σ w d dᵀ (3, 3) and Σ w r d (3,) of residuals r of one turn's elevations by d, what they change by for each
+        m/s of a current towards east and north, and for the whole of amplitude dispersion, that the waves do not have,
+        which were fitted to other turns."""
         others = [batch for key, parts in self.batches.items() if key != number for batch in parts]
-        matrix, vector = np.zeros((2, 2)), np.zeros(2)
+        matrix, vector = np.zeros((3, 3)), np.zeros(3)
         if not others:
             return matrix, vector
         told = sum(float(batch.weight.sum()) for batch in others)
@@ -163,11 +164,18 @@ class Fit:
             if not len(batch.seen) or not np.all(batch.seen.kind == "elevation"):
                 continue
             rest = batch.seen.value - self._values(batch, "elevation")
-            slopes = np.stack([self._values(batch, f"slope_{axis}") for axis in "xy"])
-            change = -(batch.seen.time - middle) * slopes
+            rates = [-self._values(batch, f"slope_{axis}") for axis in "xy"] + [self._hastened(batch)]
+            change = (batch.seen.time - middle) * np.stack(rates)
             matrix += (batch.weight * change) @ change.T
             vector += change @ (batch.weight * rest)
         return matrix, vector
+
+    def _hastened(self, batch: Batch) -> Field:
+        """m/s (n,) by which elevations change at the places of a batch as the waves there get ahead of others of the
+        same amplitudes that the amplitudes do not hasten."""
+        shifts = [self.spectrum.amplitude_shift(each.kx, each.ky) for each in self.lattices]
+        waves = [(-1j * shift * a).astype(np.complex64) for shift, a in zip(shifts, self.amplitudes, strict=True)]
+        return batch.sum.values(waves).astype(np.float64)
 
     def relabel(self, sharpness: float, number: int | None = None) -> None:
         """Moves places to where the water there is at home, and rounds areas, of one turn's batches or of all."""

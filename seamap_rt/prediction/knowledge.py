@@ -64,7 +64,7 @@ class Groups:
         water = spectrum.water
         speed, (drift_east, drift_north) = water.group_speed(k), water.current
         frequency = water.frequency(k)
-        omega = frequency + water.doppler_shift(k * np.sin(toward), k * np.cos(toward))
+        omega = spectrum.omega(k * np.sin(toward), k * np.cos(toward), k)
         return cls(
             k,
             toward,

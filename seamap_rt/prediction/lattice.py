@@ -42,7 +42,7 @@ class Lattice:
         k = np.hypot(kx, ky)
         moving = np.where(k > 0.0, k, spacing)
         frequency = np.where(k > 0.0, spectrum.water.frequency(moving), 0.0)
-        omega = frequency + spectrum.water.doppler_shift(kx, ky)
+        omega = np.where(k > 0.0, spectrum.omega(kx, ky, moving), 0.0)
         return cls(spacing, kx, ky, k, frequency, omega, np.zeros(k.shape), band, radius).rescaled(spectrum)
 
     def rescaled(self, spectrum: Spectrum) -> Lattice:

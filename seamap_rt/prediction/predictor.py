@@ -42,16 +42,23 @@ class _Turn:
 class Predictor:
     """Keeps what was seen in the last turns, and the waves that fit it.
 
-    turns: how many; lead_s: how far ahead [s] forecasts are wanted. sharpness: see WaveField; None: as the maps show.
+    turns: how many; lead_s: how far ahead [s] forecasts are wanted. sharpness: see WaveField; amplitude_dispersion: see
+    Spectrum; None: as the maps show.
     """
 
-    def __init__(self, turns: int = 10, lead_s: float = 30.0, sharpness: float | None = None) -> None:
+    def __init__(
+        self,
+        turns: int = 10,
+        lead_s: float = 30.0,
+        sharpness: float | None = None,
+        amplitude_dispersion: float | None = None,
+    ) -> None:
         self._most, self._lead = turns, lead_s
         self._turns: list[_Turn] = []
         self._fit: Fit | None = None
         self._ensemble: Ensemble | None = None
         self._sharpness, self._issued = sharpness, 0.0
-        self._drift = Drift()
+        self._drift = Drift(amplitude_dispersion)
         self._before: deque[WaveField] = deque(maxlen=_AGO)
         self._errors = _TRUSTED * np.array([_MODEL_ERROR, 0.0, 1.0])
         self._stream = np.random.default_rng(0)
@@ -68,6 +75,7 @@ class Predictor:
         if spectrum is None:
             self._fit, self._turns = None, []
             return None
+        spectrum = replace(spectrum, amplitude_dispersion=self._drift.amplitude_dispersion)
         seen = of_turn(polar, np.sqrt(spectrum.variance))
         self._turns.append(_Turn(number, seen, shown))
         if not any(len(turn.seen) for turn in self._turns):
@@ -80,7 +88,8 @@ class Predictor:
                 self._fit.keep({t.number for t in self._turns})
                 self._fit.add([seen], [number])
                 if self._drift.learn(self._fit, number):
-                    spectrum = replace(spectrum, water=self._drift.water(water_of(polar.attrs)))
+                    water, share = self._drift.water(water_of(polar.attrs)), self._drift.amplitude_dispersion
+                    spectrum = replace(spectrum, water=water, amplitude_dispersion=share)
                     self._fit = None
             if self._fit is None or self._ensemble is None or not self._fit.suits(spectrum, centre):
                 seconds = self._lead + self._most * float(np.ptp(polar["time"].values))

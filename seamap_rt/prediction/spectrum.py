@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import gaussian_filter1d, map_coordinates
 
+from ..physics.amplitude_dispersion import DEEP_ENOUGH, sea_shift
 from ..physics.dispersion import DEEP_WATER, Water
 from ..wavefield.sea_state import TurnSpectrum
 
@@ -27,12 +29,16 @@ _STANDS_OUT, _STRONG = 1.25, 0.15  # over the valley beside it, and of the great
 @dataclass(frozen=True)
 class Spectrum:
     """Variance density by wavevector on rings of k (ring,) [rad/m], evenly spaced in its logarithm, and directions
-    (direction,) [rad] that waves run to, even over the circle: density (ring, direction) [m⁴]."""
+    (direction,) [rad] that waves run to, even over the circle: density (ring, direction) [m⁴].
+
+    amplitude_dispersion: the share of what this sea's own amplitudes add to the waves' frequencies that they run by.
+    """
 
     k: Field
     toward: Field
     table: Field
     water: Water = DEEP_WATER
+    amplitude_dispersion: float = 0.0
 
     @classmethod
     def even(cls, water: Water = DEEP_WATER) -> tuple[Field, Field]:
@@ -81,10 +87,31 @@ class Spectrum:
 
     def density(self, kx: Field, ky: Field) -> Field:
         """m⁴ at wavevectors east and north [rad/m]; 0 beyond the rings."""
+        return self._at(self.table, kx, ky)
+
+    def amplitude_shift(self, kx: Field, ky: Field) -> Field:
+        """rad/s that this sea's amplitudes add to the frequencies of waves of some wavevectors [rad/m] in all; 0 where
+        the water is not deep (`physics.amplitude_dispersion`), and beyond the rings."""
+        return self._at(self._shift, kx, ky)
+
+    def omega(self, kx: Field, ky: Field, k: Field) -> Field:
+        """rad/s over ground of waves of some wavevectors east and north, and their length, above 0 [rad/m]."""
+        shift = self.water.doppler_shift(kx, ky)
+        if self.amplitude_dispersion:
+            shift = shift + self.amplitude_dispersion * self.amplitude_shift(kx, ky)
+        return self.water.frequency(k) + shift
+
+    @cached_property
+    def _shift(self) -> Field:
+        peak = float(self.water.wavenumber(2.0 * np.pi / self.peak_period))
+        deep = peak * self.water.depth >= DEEP_ENOUGH
+        return sea_shift(self.k, self.variances) if deep else np.zeros_like(self.table)
+
+    def _at(self, table: Field, kx: Field, ky: Field) -> Field:
         k = np.hypot(kx, ky)
         ring = np.log(np.maximum(k, 1e-12) / self.k[0]) / np.log(self.k[1] / self.k[0])
         way = np.arctan2(kx, ky) % (2.0 * np.pi) / (2.0 * np.pi) * self.toward.size
-        around = np.concatenate((self.table, self.table[:, :1]), axis=1)
+        around = np.concatenate((table, table[:, :1]), axis=1)
         return map_coordinates(around, [ring, way], order=1, cval=0.0)
 
 

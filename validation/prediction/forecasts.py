@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, cast
 from unittest import mock
@@ -78,32 +79,52 @@ def scene_of(name: str, seed: int, turns: int, **more: Any) -> Scene:
     return sr.load_scene("choppy_sea", SEAS[name] | {"seed": seed, "turns": turns, "tracing.tracer": "horizon"} | more)
 
 
+@dataclass(frozen=True)
+class Mapped:
+    """One turn's polar map, and the truth in its cells."""
+
+    polar: xr.Dataset
+    truth: xr.Dataset
+
+
+def mapped(simulator: Simulator) -> Iterator[Mapped]:
+    """The scene's turns, simulated and retrieved."""
+    for number in range(simulator.scene.turns):
+        turn = simulator.turn(number)
+        polar = sr.retrieve(turn.echoes, simulator.scene.resolved_retrieval)["polar"].to_dataset().isel(turn=0)
+        yield Mapped(polar, turn.truth["polar"].to_dataset().isel(turn=0))
+
+
 def run(scene: Scene, turns: int = 10) -> tuple[dict[str, Compared], list[float], float]:
     """What one seed gives: the comparisons, seconds of each warm update, and the sharpness found."""
-    simulator = Simulator(scene)
-    predictor, stream = Predictor(turns), np.random.default_rng(scene.seed)
-    upwave = np.array([-100.0, 0.0])
+    simulator, predictor = Simulator(scene), Predictor(turns)
     sigma = np.sqrt(sum(each["significant_wave_height_m"] ** 2 for each in _systems(scene))) / 4.0
-    places = {"boat": (0.0, 0.0), "100 m up-wave": tuple(upwave)}
+    compared, seconds = followed(mapped(simulator), simulator.sea, sigma, predictor, scene.seed)
+    return compared, seconds, predictor.sharpness
+
+
+def followed(
+    turns: Iterable[Mapped], sea: Any, sigma: float, predictor: Predictor, seed: int
+) -> tuple[dict[str, Compared], list[float]]:
+    """What a predictor makes of some turns of a sea of a standard deviation [m]: the comparisons, and seconds of each
+    warm update. seed: of the hidden places that are looked at."""
+    stream = np.random.default_rng(seed)
+    places = {"boat": (0.0, 0.0), "100 m up-wave": (-100.0, 0.0)}
     compared = {name: Compared() for name in (*places, "hidden 30–150 m", "hidden 150–200 m")}
     seconds: list[float] = []
     lead = np.arange(0.0, LEADS["21–30 s"][1] + 1.0)
-    wave_field = None
-    for number in range(scene.turns):
-        turn = simulator.turn(number)
-        polar = sr.retrieve(turn.echoes, scene.resolved_retrieval)["polar"].to_dataset().isel(turn=0)
+    for number, turn in enumerate(turns):
         begin = time.perf_counter()
-        wave_field = predictor.turn(polar)
+        wave_field = predictor.turn(turn.polar)
         seconds.append(time.perf_counter() - begin)
         if wave_field is None or number < FIRST or (number - FIRST) % EACH:
             continue
         for name, (x, y) in places.items():
             at = np.full(lead.size, x), np.full(lead.size, y)
-            compared[name].add(wave_field, simulator.sea, sigma, *at, wave_field.issued + lead)
-        truth = turn.truth["polar"].to_dataset().isel(turn=0)
+            compared[name].add(wave_field, sea, sigma, *at, wave_field.issued + lead)
         for name, ends in (("hidden 30–150 m", (30.0, 150.0)), ("hidden 150–200 m", (150.0, 200.0))):
-            compared[name].add(wave_field, simulator.sea, sigma, *_hidden(truth, ends, wave_field.issued, stream))
-    return compared, seconds[FIRST + 1 :], wave_field.sharpness if wave_field else np.nan
+            compared[name].add(wave_field, sea, sigma, *_hidden(turn.truth, ends, wave_field.issued, stream))
+    return compared, seconds[FIRST + 1 :]
 
 
 def run_told(scene: Scene) -> tuple[dict[str, Compared], list[float], float]:
