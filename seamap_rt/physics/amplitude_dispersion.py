@@ -49,7 +49,7 @@ def sea_shift(k: Field, variance: Field) -> Field:
 
 @lru_cache(maxsize=4)
 def _table(rings: int, step: float, ways: int) -> NDArray[np.complex128]:
-    """`mutual_shift` of waves of 1 rad/m upon others, by the ratio (2 rings − 1) of these and harmonics of the angle."""
+    """`mutual_shift` of waves of 1 rad/m upon others, (ratio of these, harmonic of the angle)."""
     ratio = np.exp(step * np.arange(1 - rings, rings))
     angle = 2.0 * np.pi * np.arange(ways) / ways
     return np.fft.rfft(mutual_shift(ratio[:, None], 1.0, angle), axis=1)
@@ -60,9 +60,7 @@ def _kernel(a: Field, b: Field, dot: Field) -> Field:
     together = np.sqrt(np.maximum(a * a + b * b + 2.0 * dot, 0.0))  # of k₁ + k₂
     apart = np.sqrt(np.maximum(a * a + b * b - 2.0 * dot, 0.0))  # of k₂ − k₁
     root = np.sqrt(a * b)
-    quartic = 4.0 * root**2 * (together - apart) - root * (
-        4.0 * (a * a + b * b) - 2.0 * (a + b) * (together + apart)
-    )
+    quartic = 4.0 * root**2 * (together - apart) - root * (4.0 * (a * a + b * b) - 2.0 * (a + b) * (together + apart))
     # Each bound wave by its three wavenumbers and scalar products, and the frequency by which it is off resonance.
     plus, minus = np.sqrt(together), np.sqrt(apart)
     sum_wave = _bound(together, a, b, a * a + dot - together * a, b * b + dot - together * b, dot + a * b)

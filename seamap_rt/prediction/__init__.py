@@ -9,7 +9,7 @@ from .field import WaveField
 from .forecast import forecast
 from .observations import Observations
 from .predictor import Predictor
-from .reconstruction import forecasts, issue, reconstruct, vessel_of
+from .reconstruction import forecasts, issue, predictor_of, reconstruct, vessel_of
 from .spectrum import Spectrum
 from .vessel import Box, Disc, Follower
 from .windows import highest_wave, quiet_windows
@@ -26,6 +26,7 @@ __all__ = [
     "forecasts",
     "highest_wave",
     "issue",
+    "predictor_of",
     "quiet_windows",
     "read_capytaine",
     "reconstruct",

@@ -24,8 +24,7 @@ _FEWEST = 6  # turns that a fit rests on, before which it knows too little of wa
 _FASTEST = 3.0  # m/s, that currents are looked for
 _MOST = 1.5  # of amplitude dispersion: a spectrum that is told a third too low is put right too
 _STEP = 0.1  # of it, that is worth a new fit: a hundredth of the frequency's hundredth
-_UNKNOWN = 0.5  # of it, either way of what is expected: what a first turn should not overturn
-_EXPECTED = 0.0
+_DOUBT = 0.01  # of its evidence: a current explains nearly the same, and is what is believed where either would do
 
 
 class Drift:
@@ -34,7 +33,7 @@ class Drift:
 
     def __init__(self, amplitude_dispersion: float | None = None) -> None:
         self._known = amplitude_dispersion is not None
-        self._ways = np.array([0.0, 0.0, _EXPECTED if amplitude_dispersion is None else amplitude_dispersion])
+        self._ways = np.array([0.0, 0.0, amplitude_dispersion or 0.0])
         self._matrix, self._vector = np.zeros((3, 3)), np.zeros(3)
 
     @property
@@ -62,13 +61,12 @@ class Drift:
         ridge = _RIDGE * float(np.trace(self._matrix[:2, :2]))
         if not ridge > 0.0:
             return False
-        asked = slice(0, 2 if self._known else 3)
-        loose = np.diag([ridge, ridge, _UNKNOWN**-2])[asked, asked]
-        rest = self._vector[asked] - self._matrix[asked, 2] * (self._ways[2] if self._known else 0.0)
-        rest = rest + loose @ np.array([0.0, 0.0, _EXPECTED])[asked]
+        loose = np.diag([ridge, ridge, _DOUBT * float(self._matrix[2, 2])])
         found = self._ways.copy()
-        found[asked] = np.linalg.solve(self._matrix[asked, asked] + loose, rest)
-        found = np.clip(found, [-_FASTEST, -_FASTEST, 0.0], [_FASTEST, _FASTEST, _MOST])
+        if not self._known:
+            found[2] = np.clip(np.linalg.solve(self._matrix + loose, self._vector)[2], 0.0, _MOST)
+        rest = self._vector[:2] - self._matrix[:2, 2] * found[2]
+        found[:2] = np.clip(np.linalg.solve((self._matrix + loose)[:2, :2], rest), -_FASTEST, _FASTEST)
         change = found - self._ways
         small = float(np.hypot(*change[:2])) < _TELLING and abs(change[2]) < _STEP
         if small or float(change @ self._matrix @ change) < _SURE**2:

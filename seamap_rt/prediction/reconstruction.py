@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -52,7 +53,7 @@ def reconstruct(
             raise InputError("reconstruct: give maps, or observations and the spectrum that is expected")
         return _of_observations(observations, spectrum, settings)
     polar = group_of(maps, "maps/polar", _NEEDED)
-    predictor = Predictor(settings.turns, settings.lead_s, settings.sharpness)
+    predictor = predictor_of(settings)
     field = None
     for turn in range(max(0, polar.sizes["turn"] - settings.turns), polar.sizes["turn"]):
         field = predictor.turn(polar.isel(turn=turn))
@@ -74,7 +75,7 @@ def forecasts(
     """
     settings = settings or PredictionSettings()
     polar = group_of(maps, "maps/polar", _NEEDED)
-    predictor, vessel = Predictor(settings.turns, settings.lead_s, settings.sharpness), vessel_of(settings.vessel)
+    predictor, vessel = predictor_of(settings), vessel_of(settings.vessel)
     for turn in range(polar.sizes["turn"]):
         field = predictor.turn(polar.isel(turn=turn))
         if field is not None:
@@ -105,6 +106,11 @@ def issue(
     return made.assign_coords(issue=np.array([number], np.int32))
 
 
+def predictor_of(settings: PredictionSettings) -> Predictor:
+    """What follows maps from turn to turn by some settings."""
+    return Predictor(settings.turns, settings.lead_s, settings.sharpness, settings.amplitude_dispersion)
+
+
 def vessel_of(settings: VesselSettings) -> Vessel | None:
     """The vessel of some settings, if there is one. Raises InputError for sizes and files that are of none."""
     try:
@@ -128,6 +134,8 @@ def _of_observations(seen: Observations, spectrum: Spectrum, settings: Predictio
         raise InputError("observations: there are none; give one at least")
     centre = float(seen.x.mean()), float(seen.y.mean())
     sharpness = _REAL if settings.sharpness is None else settings.sharpness
+    if settings.amplitude_dispersion is not None:
+        spectrum = replace(spectrum, amplitude_dispersion=settings.amplitude_dispersion)
     # Forecasts may be asked for as far beyond the instruments as waves run from them.
     fit = Fit.anew(spectrum, [seen], float(np.ptp(seen.time)) + 2.0 * settings.lead_s, centre)
     fit.add([seen], [0])

@@ -121,6 +121,18 @@ class PredictionSettings(Section):
             left_out="as the maps show it",
         ),
     ] = None
+    amplitude_dispersion: Annotated[
+        float | None,
+        Ge(0.0),
+        Le(1.0),
+        Meaning(
+            "How far waves run faster by the sea's own height: 0 for waves of Airy, 1 for the whole of what the third "
+            "order in steepness adds on deep water.",
+            unit="1",
+            reason="from linear to third-order waves",
+            left_out="as the maps show it",
+        ),
+    ] = None
     heading_deg: Annotated[
         Direction | None,
         compass("Heading of the vessel while it runs on", left_out="the heading of the boat; north for maps alone"),

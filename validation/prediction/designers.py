@@ -48,7 +48,8 @@ def scene_of(seed: int, turns: int = TURNS, **changed: Any) -> Scene:
 def errors(scene: Scene, memories: Iterable[int] = (10,)) -> dict[int, dict[str, np.ndarray]]:
     """For each number of turns in the fit: `mean`, `std`, `kept` (as now) and `truth` (forecast, lead) by `lead`."""
     simulator, settings = Simulator(scene), scene.resolved_prediction
-    predictors = {number: Predictor(number, sharpness=settings.sharpness) for number in memories}
+    told = settings.sharpness, settings.amplitude_dispersion
+    predictors = {number: Predictor(number, settings.lead_s, *told) for number in memories}
     rows: dict[int, dict[str, list[np.ndarray]]] = {
         number: {"mean": [], "std": [], "kept": [], "truth": []} for number in predictors
     }

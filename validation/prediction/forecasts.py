@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, cast
 from unittest import mock
@@ -38,6 +38,7 @@ Field = NDArray[np.float64]
 
 FIRST, EACH = 9, 3  # turns before the first forecast, and from one to the next
 LEADS = {"now": (0, 0), "1–4 s": (1, 4), "5–10 s": (5, 10), "11–20 s": (11, 20), "21–30 s": (21, 30)}
+PLACES = {"boat": (0.0, 0.0), "100 m up-wave": (-100.0, 0.0)}
 SEAS: dict[str, dict[str, Any]] = {
     "choppy_sea": {},
     "choppy_sea, sharp crests": {"sea.model": "choppy"},
@@ -104,12 +105,16 @@ def run(scene: Scene, turns: int = 10) -> tuple[dict[str, Compared], list[float]
 
 
 def followed(
-    turns: Iterable[Mapped], sea: Any, sigma: float, predictor: Predictor, seed: int
+    turns: Iterable[Mapped],
+    sea: Any,
+    sigma: float,
+    predictor: Predictor,
+    seed: int,
+    places: Mapping[str, tuple[float, float]] = PLACES,
 ) -> tuple[dict[str, Compared], list[float]]:
     """What a predictor makes of some turns of a sea of a standard deviation [m]: the comparisons, and seconds of each
     warm update. seed: of the hidden places that are looked at."""
     stream = np.random.default_rng(seed)
-    places = {"boat": (0.0, 0.0), "100 m up-wave": (-100.0, 0.0)}
     compared = {name: Compared() for name in (*places, "hidden 30–150 m", "hidden 150–200 m")}
     seconds: list[float] = []
     lead = np.arange(0.0, LEADS["21–30 s"][1] + 1.0)

@@ -1,60 +1,202 @@
 """Maps, forecasts, shadows and echoes on nonlinear seas, beside linear seas of the same spectrum and seed.
 
-    python -m validation.prediction.nonlinear_seas RECORDS [--seeds 801 802] [--turns 30] [--told SHARE]
+    python -m validation.prediction.nonlinear_seas RECORDS [--seeds 801 802] [--turns 30] [--looking-for WHAT] [--light]
 
-RECORDS: a folder of recorded seas `<seed>-<Hs>-<order>/recorded_sea.nc`, Hs 0.944, 1.574 and 2.361 m (Hs/λ 1/50, 1/30 and
-1/20 at 5.5 s), of order 3 (nonlinear) and 1 (linear), each made by
+RECORDS: a folder of recorded seas SEED-HS-ORDER/recorded_sea.nc, of Hs 0.944, 1.574 and 2.361 m (Hs/λ 1/50, 1/30 and
+1/20 at 5.5 s), of order 3 (nonlinear) and 1 (linear), each made in four minutes of a core by
 
-    seamap-rt sea choppy_sea --nonlinear --order ORDER --set sea.waves.0.significant_wave_height_m=HS --set seed=SEED
-        --set sea.extent_m=900 --times=-2:66:0.25 --out RECORDS/SEED-HS-ORDER
+    seamap-rt sea choppy_sea --nonlinear --order ORDER --set sea.waves.0.significant_wave_height_m=HS
+        --set seed=SEED --set sea.extent_m=900 --times=-2:66:0.25 --out RECORDS/SEED-HS-ORDER
 
-(four minutes of a core each). `choppy_sea`'s radar maps each of them for 30 turns by the horizon tracer (a minute; kept
-beside the record as turns.pkl). Maps: 50–200 m, cells more than half visible; error over error bar is 1.4826 MAD, of
-unflagged cells. Forecasts: as `validation.prediction.forecasts` compares them, at the boat, over the standard deviation
-of the record. Light: the range at which half of the sea is in sight, in bins of 25 m; mean power of the echo times range
-cubed in dB about the linear sea of the same height; and ν, the shape of single looks' mean power along the waves
-(`validation.scattering.texture`), of a speckle-free turn in four. --told: in place of what the predictor finds of the
-share of amplitude dispersion, this one.
+`choppy_sea`'s radar maps each of them by the horizon tracer (half a minute for 30 turns, kept beside the record).
+Maps: 50–200 m, all turns; error over error bar is 1.4826 MAD, of unflagged cells. Forecasts: as
+`validation.prediction.forecasts` compares them, over the record's standard deviation, at the boat and at eight places
+40 m around it together; `found`: the current [m/s] and the share of amplitude dispersion that the fit came to.
+--looking-for: for both (the default), for a current alone, or for nothing, whatever new turns say. --light: the range where half of the sea is in sight, mean echo and
+texture instead. Mean echo: over 100–200 m, of the theory that is not scaled to a model, in dB over that of the linear
+sea. Texture: ν of single looks and gates within 30° of along the waves (`validation.scattering.texture`), 100–200 m.
 """
 
 from __future__ import annotations
 
 import argparse
 import pickle
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+import xarray as xr
 
 import seamap_rt as sr
+from seamap_rt.conventions import unit_from_azimuth, wrap_degrees
 from seamap_rt.metrics import counted_cells, headline_gates
-from seamap_rt.prediction import Predictor
+from seamap_rt.prediction import Predictor, WaveField
+from seamap_rt.resolved_scene import run_sea
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
-from validation.prediction.forecasts import LEADS, Compared, Mapped, followed, joined, mapped
+from validation.prediction.forecasts import LEADS, PLACES, Compared, Mapped, followed, joined, mapped
 
 HEIGHTS_M = {"1/50": "0.944", "1/30": "1.574", "1/20": "2.361"}
 ORDERS = {"linear": 1, "nonlinear": 3}
 AHEAD = ("5–10 s", "11–20 s", "21–30 s")
+AROUND_M = 40.0
 BIN_M = 25.0
+WAVES_FROM_DEG = 270.0
+LIT = (0, 10, 20)  # turns, of the echo's mean and texture
 
 
-def scene_of(record: Path, seed: int, turns: int) -> Scene:
+def scene_of(record: Path, seed: int, turns: int, **more: Any) -> Scene:
     """`choppy_sea`'s radar on a recorded sea."""
     of_record = {"model": "recorded", "file": str(record.resolve())}  # side, spacing and spectrum are the file's
     return sr.load_scene(
-        "choppy_sea", {"sea": of_record, "seed": seed, "turns": turns, "tracing.tracer": "horizon"}
+        "choppy_sea", {"sea": of_record, "seed": seed, "turns": turns, "tracing.tracer": "horizon"} | more
     )
 
 
-def turns_of(folder: Path, seed: int, turns: int) -> tuple[list[Mapped], Simulator]:
-    """The turns, simulated once, and the simulator whose sea they are of."""
-    simulator, kept = Simulator(scene_of(folder / "recorded_sea.nc", seed, turns)), folder / "turns.pkl"
-    if kept.is_file():
-        made = pickle.loads(kept.read_bytes())
-        if len(made) == turns:
-            return made, simulator
-    made = [Mapped(turn.polar.load(), turn.truth.load()) for turn in mapped(simulator)]
-    kept.write_bytes(pickle.dumps(made))
-    return made, simulator
+def turns_of(folder: Path, scene: Scene) -> list[Mapped]:
+    """A scene's turns, simulated once."""
+    kept = folder / "turns.pkl"
+    made = pickle.loads(kept.read_bytes()) if kept.is_file() else []
+    if len(made) != scene.turns:
+        made = [Mapped(turn.polar.load(), turn.truth.load()) for turn in mapped(Simulator(scene))]
+        kept.write_bytes(pickle.dumps(made))
+    return made
+
+
+class Looking(Predictor):
+    """A predictor that looks for both, for a `current` alone, or for `nothing`; keeps its last field."""
+
+    def __init__(self, what: str) -> None:
+        super().__init__(amplitude_dispersion=None if what == "both" else 0.0)
+        self.last: WaveField | None = None
+        if what == "nothing":
+            self._drift.learn = lambda *_: False
+
+    def turn(self, polar: xr.Dataset) -> WaveField | None:
+        self.last = super().turn(polar)
+        return self.last
+
+
+def maps_of(turns: list[Mapped]) -> dict[str, float]:
+    """Accuracy of the heights at 50–200 m."""
+    error, stated, height, true, sure = [], [], [], [], []
+    for turn in turns:
+        cells = counted_cells(turn.polar, turn.truth) & headline_gates(turn.polar["range"].values)
+        height.append(turn.polar["height"].values[cells].astype(np.float64))
+        true.append(turn.truth["height"].values[cells])
+        error.append(height[-1] - true[-1])
+        stated.append(turn.polar["height_std"].values[cells])
+        sure.append(turn.polar["quality"].values[cells] == 0)
+    e, s, h, t, ok = (np.concatenate(each) for each in (error, stated, height, true, sure))
+    ratio = (e / s)[ok]
+    return {
+        "rms": float(np.sqrt(np.mean(e**2))),
+        "robust": float(1.4826 * np.median(np.abs(e - np.median(e)))),
+        "bias": float(e.mean()),
+        "corr": float(np.corrcoef(h, t)[0, 1]),
+        "ratio": float(1.4826 * np.median(np.abs(ratio - np.median(ratio)))),
+        "within": float(np.mean(np.abs(ratio) < 1.96)),
+    }
+
+
+def half_visible(turns: list[Mapped]) -> float:
+    """m: where the visible share, of all looks in bins of range, passes a half."""
+    share = np.mean([turn.truth["visible_fraction"].values.mean(axis=0) for turn in turns], axis=0)
+    number = (turns[0].truth["range"].values / BIN_M).astype(int)
+    mean = np.bincount(number, share) / np.maximum(np.bincount(number), 1)
+    middle = (np.arange(mean.size) + 0.5) * BIN_M
+    last = int(np.flatnonzero(mean >= 0.5)[-1])
+    return float(np.interp(0.5, mean[[last + 1, last]], middle[[last + 1, last]]))
+
+
+def echo(scene: Scene) -> tuple[float, float]:
+    """Mean power times range cubed over 100–200 m, and ν of single looks along the waves there."""
+    made, weights = [], []
+    for turn in LIT:
+        power = sr.expected(scene, turn)["power"]
+        ranges, levels = power["range"].values, power.values[0, 0]
+        gates = (ranges >= 100.0) & (ranges < 200.0)
+        levels = levels[:, gates] * ranges[gates] ** 3
+        away = wrap_degrees(power["azimuth"].values - WAVES_FROM_DEG)
+        along = np.minimum(np.abs(away), 180.0 - np.abs(away)) <= 30.0
+        made.append((levels[along] / levels[along].mean(axis=0)).ravel())
+        weights.append(levels.mean())
+    looks = np.concatenate(made)
+    return float(np.mean(weights)), 1.0 / float(np.mean(looks**2) / looks.mean() ** 2 - 1.0)
+
+
+def forecast_of(turns: list[Mapped], scene: Scene, what: str) -> tuple[dict[str, Compared], tuple[float, float], float]:
+    """The comparisons at the boat, up-wave and around the boat, and the current [m/s] and the share that were found."""
+    sea, predictor = run_sea(scene), Looking(what)
+    side = np.arange(-300.0, 300.0, 3.0)
+    x, y = (each.ravel() for each in np.meshgrid(side, side))
+    sigma = float(np.std(sea.elevation(x, y, np.full(x.size, 0.5 * scene.turns))))
+    ring = {f"at {angle}°": tuple(AROUND_M * part for part in unit_from_azimuth(angle)) for angle in range(0, 360, 45)}
+    compared, _ = followed(turns, sea, sigma, predictor, scene.seed, PLACES | ring)
+    around = joined([compared["boat"], *(compared[name] for name in ring)])
+    assert predictor.last is not None
+    spectrum = predictor.last.spectrum
+    return compared | {"around": around}, spectrum.water.current, spectrum.amplitude_dispersion
+
+
+def each_record(
+    records: Path, seeds: list[int], turns: int, **more: Any
+) -> Iterator[tuple[str, int, str, Path, Scene]]:
+    for steepness, height in HEIGHTS_M.items():
+        for seed in seeds:
+            for name, order in ORDERS.items():
+                folder = records / f"{seed}-{height}-{order}"
+                if not (folder / "recorded_sea.nc").is_file():
+                    raise SystemExit(f"{folder}/recorded_sea.nc: is not there; make it as `--help` says")
+                yield steepness, seed, name, folder, scene_of(folder / "recorded_sea.nc", seed, turns, **more)
+
+
+def print_light(records: Path, seeds: list[int], turns: int) -> None:
+    print("Hs/λ  seed sea        half visible m   echo dB      ν")
+    linear = np.nan
+    for steepness, seed, name, folder, scene in each_record(
+        records, seeds, turns, **{"scattering.calibrated_to": "none", "radar.noise": False}
+    ):
+        level, shape = echo(scene)
+        linear = level if name == "linear" else linear
+        half = half_visible(turns_of(folder, scene))
+        print(
+            f"{steepness:5} {seed} {name:10} {half:13.0f} {10 * np.log10(level / linear):9.2f} {shape:8.2f}", flush=True
+        )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("records", type=Path)
+    parser.add_argument("--seeds", type=int, nargs="+", default=[801, 802])
+    parser.add_argument("--turns", type=int, default=30)
+    parser.add_argument("--looking-for", choices=["both", "current", "nothing"], default="both")
+    parser.add_argument("--orders", nargs="+", choices=list(ORDERS), default=list(ORDERS))
+    parser.add_argument("--light", action="store_true")
+    given = parser.parse_args()
+    if given.light:
+        print_light(given.records, given.seeds, given.turns)
+        return
+    print(
+        "Hs/λ  seed sea        | rms m robust bias corr ratio within | boat: corr; around: corr rms stated within | found"
+    )
+    for steepness, seed, name, folder, scene in each_record(given.records, given.seeds, given.turns):
+        if name not in given.orders:
+            continue
+        turns = turns_of(folder, scene)
+        compared, current, share = forecast_of(turns, scene, given.looking_for)
+        row = [
+            f"{steepness:5} {seed} {name:10}",
+            "{rms:.3f} {robust:.3f} {bias:+.3f} {corr:.3f} {ratio:.2f} {within:.1%}".format(**maps_of(turns)),
+        ]
+        for ahead in AHEAD:
+            part = slice(LEADS[ahead][0], LEADS[ahead][1] + 1)
+            boat, around = (compared[place].figures(part) for place in ("boat", "around"))
+            row.append("{:.3f} {corr:.3f} {rms:.3f} {stated:.3f} {within:.0%}".format(boat["corr"], **around))
+        row.append(f"{current[0]:+.2f} {current[1]:+.2f} m/s {share:.2f}")
+        print(" | ".join(row), flush=True)
+
+
+if __name__ == "__main__":
+    main()
