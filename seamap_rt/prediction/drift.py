@@ -23,7 +23,8 @@ _RIDGE = 0.02  # of the evidence along the waves: the current across them is tol
 _FEWEST = 6  # turns that a fit rests on, before which it knows too little of waves between the places it saw
 _FASTEST = 3.0  # m/s, that currents are looked for
 _MOST = 1.5  # of amplitude dispersion: a spectrum that is told a third too low is put right too
-_STEP = 0.1  # of it, that is worth a new fit: a hundredth of the frequency's hundredth
+_STEP = 0.1  # of it, that is worth a new fit: on a sea of Hs/λ 1/20 0.04 rad in half a minute
+_UNKNOWN = 0.5  # of it, before any turn has told: on gentle seas and shallow water none ever does
 _DOUBT = 0.01  # of its evidence: a current explains nearly the same, and is what is believed where either would do
 
 
@@ -52,7 +53,7 @@ class Drift:
         return replace(told, current=(east, north))
 
     def learn(self, fit: Fit, number: int) -> bool:
-        """Takes up what a turn that the fit does not rest on yet says; whether the current is another now."""
+        """Takes up what a turn that the fit does not rest on yet says; whether the waves run otherwise now."""
         if fit.turns <= _FEWEST:  # the new one too
             return False
         matrix, vector = fit.drift_evidence(number)
@@ -61,7 +62,7 @@ class Drift:
         ridge = _RIDGE * float(np.trace(self._matrix[:2, :2]))
         if not ridge > 0.0:
             return False
-        loose = np.diag([ridge, ridge, _DOUBT * float(self._matrix[2, 2])])
+        loose = np.diag([ridge, ridge, _DOUBT * float(self._matrix[2, 2]) + _UNKNOWN**-2])
         found = self._ways.copy()
         if not self._known:
             found[2] = np.clip(np.linalg.solve(self._matrix + loose, self._vector)[2], 0.0, _MOST)

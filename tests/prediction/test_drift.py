@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
@@ -52,8 +53,9 @@ def test_residuals_tell_the_current(current: tuple[float, float]) -> None:
     with ThreadPoolExecutor(1) as workers:
         fit.settle(workers)
     fit.add(seen[7:], [7])
-    drift = Drift()
+    drift = Drift(amplitude_dispersion=0.0)
     assert drift.learn(fit, 7) == any(current)
+    assert drift.amplitude_dispersion == 0.0
     np.testing.assert_allclose(drift.current, current, atol=0.05)
     np.testing.assert_allclose(drift.water(Water(current=(1.0, 2.0))).current, drift.current + np.array([1.0, 2.0]))
 
@@ -71,6 +73,73 @@ def test_few_turns_tell_nothing() -> None:
 @pytest.mark.parametrize(("error", "believed"), [(0.03, False), (0.01, True)])
 def test_a_current_within_some_of_its_errors_is_not_believed(error: float, believed: bool) -> None:
     # 0.1 m/s told to 0.03 m/s by residuals as if they erred independently: they do not. Told to 0.01 m/s it is there.
-    matrix = np.eye(2) / error**2
-    fit = SimpleNamespace(turns=10, drift_evidence=lambda _: (matrix, matrix @ np.array([0.1, 0.0])))
+    matrix = np.eye(3) / error**2
+    fit = SimpleNamespace(turns=10, drift_evidence=lambda _: (matrix, matrix @ np.array([0.1, 0.0, 0.0])))
     assert Drift().learn(cast("Fit", fit), 9) == believed
+
+
+def steep_sea() -> Spectrum:
+    """Hs 2.2 m at 5.5 s from the west, with short waves on it that tell a current from amplitude dispersion."""
+    omega = np.linspace(0.3, 4.0, 400)
+    shape = np.exp(-(((omega - 1.14) / 0.22) ** 2) / 2.0) + 0.15 * np.exp(-(((omega - 1.9) / 0.22) ** 2) / 2.0)
+    return Spectrum.of_frequency(omega, 0.55**2 * shape / np.trapezoid(shape, omega), 270.0, 20.0)
+
+
+def steep_turns(sea: Spectrum, current: tuple[float, float], share: float, count: int) -> list[Observations]:
+    """What turns of a second see within 100 m, 1000 places each, of such a sea on a current, of waves that run by a
+    share of its amplitude dispersion."""
+    stream = np.random.default_rng(3)
+    omega = np.concatenate([at + 0.15 * stream.standard_normal(40) for at in (1.14, 1.9)])
+    toward, k = np.radians(90.0 + 25.0 * stream.standard_normal(80)), DEEP.wavenumber(omega)
+    kx, ky = k * np.sin(toward), k * np.cos(toward)
+    waves = np.repeat(np.array((0.115, 0.045)), 40) * np.exp(2j * np.pi * stream.random(80))
+    runs = omega + kx * current[0] + ky * current[1] + share * sea.amplitude_shift(kx, ky)
+    made = []
+    for number in range(count):
+        x, y = 100.0 * stream.uniform(-1.0, 1.0, (2, 1000))
+        time = number + stream.random(1000)
+        phase = np.multiply.outer(x, kx) + np.multiply.outer(y, ky) - np.multiply.outer(time, runs)
+        value = np.real(np.exp(1j * phase) @ waves) + 0.05 * stream.standard_normal(1000)
+        made.append(Observations(x, y, time, value, np.array([0.05]), np.array(["elevation"])))
+    return made
+
+
+@pytest.mark.parametrize(("current", "share"), [((0.0, 0.0), 0.0), ((0.25, 0.0), 0.0), ((0.1, 0.05), 1.0)])
+def test_a_current_and_amplitude_dispersion_are_told_apart(current: tuple[float, float], share: float) -> None:
+    # What both do to the waves of the peak is told to a fifth, as a current alone is. Which of them does it is told to
+    # a half of either: they differ by what short waves have more of amplitude dispersion, half as much again.
+    sea, drift, seen = steep_sea(), Drift(), steep_turns(steep_sea(), current, share, 12)
+    with ThreadPoolExecutor(1) as workers:
+        for last in range(7, 12):
+            now = replace(sea, water=drift.water(DEEP), amplitude_dispersion=drift.amplitude_dispersion)
+            fit = Fit.anew(now, seen, 20.0, (0.0, 0.0))
+            fit.add(seen[last - 7 : last], range(last - 7, last))
+            fit.settle(workers)
+            fit.add([seen[last]], [last])
+            drift.learn(fit, last)
+    k = np.array([0.1325])
+    of_amplitudes = float(sea.amplitude_shift(k, np.zeros(1))[0] / k[0])
+    found = drift.current[0] + drift.amplitude_dispersion * of_amplitudes
+    right = current[0] + share * of_amplitudes
+    assert abs(found - right) < 0.05
+    assert abs(drift.amplitude_dispersion - share) < 0.5
+
+
+def test_waves_run_by_their_amplitudes_on_deep_water_alone() -> None:
+    sea, k = steep_sea(), np.array([0.1325])
+    told = replace(sea, amplitude_dispersion=0.5)
+    shift = sea.amplitude_shift(k, np.zeros(1))
+    assert shift[0] > 0.0
+    np.testing.assert_allclose(told.omega(k, np.zeros(1), k) - sea.omega(k, np.zeros(1), k), 0.5 * shift, rtol=1e-12)
+    np.testing.assert_array_equal(replace(sea, water=Water(depth=8.0)).amplitude_shift(k, np.zeros(1)), 0.0)
+
+
+def test_shallow_water_tells_of_a_current_alone() -> None:
+    # Amplitudes change nothing there: the regression has two unknowns left, and finds what it finds of them alone.
+    matrix = np.diag([1e4, 1e4, 0.0])
+    fit = SimpleNamespace(turns=10, drift_evidence=lambda _: (matrix, matrix @ np.array([0.1, 0.0, 0.0])))
+    free, told = Drift(), Drift(amplitude_dispersion=0.0)
+    assert free.learn(cast("Fit", fit), 9)
+    assert told.learn(cast("Fit", fit), 9)
+    np.testing.assert_array_equal(free.current, told.current)
+    assert free.amplitude_dispersion == 0.0

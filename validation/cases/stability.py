@@ -13,6 +13,7 @@ from seamap_rt.validate import Case, Check, Group, Outcome
 from validation.hard_cases import extreme as hard_cases_extreme
 from validation.hard_cases import far as hard_cases_far
 from validation.hard_cases import light as hard_cases_light
+from validation.hard_cases import nonlinear as hard_cases_nonlinear
 from validation.hard_cases.case import Effort, Finding
 
 RAYS = {False: 1_000_000, True: 10_000_000}  # by full
@@ -115,6 +116,13 @@ CASES: list[Case] = [
         "Seas that come over the antenna",
         "Pulses are lost in the middle of a turn.",
         "Lost pulses are NaN and flagged, all else is finite, and no cell is without a height or a reason.",
+    ),
+    case_of(
+        hard_cases_nonlinear.nonlinear_seas,
+        "numerical stability",
+        "Steep seas that go on",
+        "A nonlinear sea that is too steep for its waves, or in shallow water, may blow up after minutes.",
+        "It lives, loses to breaking alone, to 0.3 % of its energy, and from its middle goes on with the same bits.",
     ),
     case_of(
         hard_cases_extreme.choppy_wall,

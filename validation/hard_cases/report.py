@@ -22,6 +22,7 @@ from validation.hard_cases.case import Effort, Finding
 from validation.hard_cases.extreme import choppy_wall, crest, level, storm, ten_million
 from validation.hard_cases.far import baselines, far_from_origin, far_phases, half_a_day
 from validation.hard_cases.light import along_the_ray, one_facet, rays_against_horizon, slivers, terminator, watertight
+from validation.hard_cases.nonlinear import nonlinear_seas
 
 CASES: tuple[Callable[[Effort], list[Finding]], ...] = (
     terminator,
@@ -37,6 +38,7 @@ CASES: tuple[Callable[[Effort], list[Finding]], ...] = (
     far_phases,
     half_a_day,
     storm,
+    nonlinear_seas,
     one_facet,
     forecasts,
     ten_million,

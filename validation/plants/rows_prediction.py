@@ -8,6 +8,8 @@ _HOME = "seamap_rt/prediction/"
 _FIT = "tests/prediction/test_fit.py::"
 _SEEN = "tests/prediction/test_forecast.py::"
 _TURNS = "tests/prediction/test_predictor.py::"
+_DRIFT = "tests/prediction/test_drift.py::"
+_SHIFTS = "tests/physics/test_amplitude_dispersion.py::"
 
 PLANTS = (
     Plant(
@@ -44,6 +46,41 @@ PLANTS = (
         "float(change @ self._matrix @ change) < _SURE**2",
         "float(change @ self._matrix @ change) < 1.0",
         "tests/prediction/test_drift.py::test_a_current_within_some_of_its_errors_is_not_believed",
+    ),
+    Plant(
+        "amplitude dispersion: kernel of bound waves",
+        "seamap_rt/physics/amplitude_dispersion.py",
+        "return (quartic - cubic) / 16.0",
+        "return (quartic - 0.98 * cubic) / 16.0",
+        _SHIFTS + "test_a_strong_wave_shifts_weak_ones_as_in_the_nonlinear_sea",
+    ),
+    Plant(
+        "amplitude dispersion: a wave's amplitude by its variance",
+        "seamap_rt/physics/amplitude_dispersion.py",
+        "np.fft.rfft(2.0 * variance",
+        "np.fft.rfft(variance",
+        _SHIFTS + "test_a_sea_shifts_each_wave_as_all_of_its_waves_together",
+    ),
+    Plant(
+        "amplitude dispersion: told by residuals the other way",
+        _HOME + "fit.py",
+        "waves = [(-1j * shift * a)",
+        "waves = [(1j * shift * a)",
+        _DRIFT + "test_a_current_and_amplitude_dispersion_are_told_apart",
+    ),
+    Plant(
+        "amplitude dispersion: a current beside a share that is held at an end",
+        _HOME + "drift.py",
+        "rest = self._vector[:2] - self._matrix[:2, 2] * found[2]",
+        "rest = self._vector[:2]",
+        _DRIFT + "test_a_current_and_amplitude_dispersion_are_told_apart",
+    ),
+    Plant(
+        "amplitude dispersion in shallow water",
+        _HOME + "spectrum.py",
+        "peak * self.water.depth >= DEEP_ENOUGH",
+        "peak * self.water.depth >= 0.0",
+        _DRIFT + "test_waves_run_by_their_amplitudes_on_deep_water_alone",
     ),
     Plant(
         "a wind sea below a swell runs as the swell does",

@@ -12,9 +12,10 @@ RECORDS: a folder of recorded seas SEED-HS-ORDER/recorded_sea.nc, of Hs 0.944, 1
 Maps: 50–200 m, all turns; error over error bar is 1.4826 MAD, of unflagged cells. Forecasts: as
 `validation.prediction.forecasts` compares them, over the record's standard deviation, at the boat and at eight places
 40 m around it together; `found`: the current [m/s] and the share of amplitude dispersion that the fit came to.
---looking-for: for both (the default), for a current alone, or for nothing, whatever new turns say. --light: the range where half of the sea is in sight, mean echo and
-texture instead. Mean echo: over 100–200 m, of the theory that is not scaled to a model, in dB over that of the linear
-sea. Texture: ν of single looks and gates within 30° of along the waves (`validation.scattering.texture`), 100–200 m.
+--looking-for: for both (the default), for a current alone, or for nothing, whatever new turns say. --light: the range
+where half of the sea is in sight, mean echo and texture instead. Mean echo: over 100–200 m, of the theory that is not
+scaled to a model, in dB over that of the linear sea. Texture: ν of single looks and gates within 30° of along the waves
+(`validation.scattering.texture`), 100–200 m.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ import seamap_rt as sr
 from seamap_rt.conventions import unit_from_azimuth, wrap_degrees
 from seamap_rt.metrics import counted_cells, headline_gates
 from seamap_rt.prediction import Predictor, WaveField
+from seamap_rt.prediction.drift import Drift
+from seamap_rt.prediction.fit import Fit
 from seamap_rt.resolved_scene import run_sea
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
@@ -64,6 +67,13 @@ def turns_of(folder: Path, scene: Scene) -> list[Mapped]:
     return made
 
 
+class Still(Drift):
+    """What is told is believed, whatever new turns say."""
+
+    def learn(self, fit: Fit, number: int) -> bool:
+        return False
+
+
 class Looking(Predictor):
     """A predictor that looks for both, for a `current` alone, or for `nothing`; keeps its last field."""
 
@@ -71,7 +81,7 @@ class Looking(Predictor):
         super().__init__(amplitude_dispersion=None if what == "both" else 0.0)
         self.last: WaveField | None = None
         if what == "nothing":
-            self._drift.learn = lambda *_: False
+            self._drift = Still(0.0)
 
     def turn(self, polar: xr.Dataset) -> WaveField | None:
         self.last = super().turn(polar)
@@ -132,7 +142,10 @@ def forecast_of(turns: list[Mapped], scene: Scene, what: str) -> tuple[dict[str,
     side = np.arange(-300.0, 300.0, 3.0)
     x, y = (each.ravel() for each in np.meshgrid(side, side))
     sigma = float(np.std(sea.elevation(x, y, np.full(x.size, 0.5 * scene.turns))))
-    ring = {f"at {angle}°": tuple(AROUND_M * part for part in unit_from_azimuth(angle)) for angle in range(0, 360, 45)}
+    ring: dict[str, tuple[float, float]] = {}
+    for angle in range(0, 360, 45):
+        east, north = unit_from_azimuth(angle)
+        ring[f"at {angle}°"] = AROUND_M * float(east), AROUND_M * float(north)
     compared, _ = followed(turns, sea, sigma, predictor, scene.seed, PLACES | ring)
     around = joined([compared["boat"], *(compared[name] for name in ring)])
     assert predictor.last is not None
@@ -179,7 +192,7 @@ def main() -> None:
         print_light(given.records, given.seeds, given.turns)
         return
     print(
-        "Hs/λ  seed sea        | rms m robust bias corr ratio within | boat: corr; around: corr rms stated within | found"
+        "Hs/λ  seed sea       | rms m robust bias corr ratio within | boat: corr; around: corr rms stated within| found"
     )
     for steepness, seed, name, folder, scene in each_record(given.records, given.seeds, given.turns):
         if name not in given.orders:
