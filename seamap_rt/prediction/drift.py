@@ -56,7 +56,7 @@ class Drift:
         """Takes up what a turn that the fit does not rest on yet says; whether the waves run otherwise now."""
         if fit.turns <= _FEWEST:  # the new one too
             return False
-        matrix, vector = fit.drift_evidence(number)
+        matrix, vector = fit.drift_evidence(number, amplitudes=not self._known)
         self._matrix = _FORGOTTEN * self._matrix + matrix
         self._vector = _FORGOTTEN * self._vector + vector + matrix @ self._ways
         ridge = _RIDGE * float(np.trace(self._matrix[:2, :2]))

@@ -150,10 +150,10 @@ class Fit:
             total += [np.sum(batch.weight * rest * shift), np.sum(batch.weight * shift**2)]
         return total
 
-    def drift_evidence(self, number: int) -> tuple[Field, Field]:
+    def drift_evidence(self, number: int, amplitudes: bool) -> tuple[Field, Field]:
         """Σ w d dᵀ (3, 3) and Σ w r d (3,) of residuals r of one turn's elevations by d, what they change by for each
-        m/s of a current towards east and north, and for the whole of amplitude dispersion, that the waves do not have,
-        which were fitted to other turns."""
+        m/s of a current towards east and north, and for the whole of amplitude dispersion (0 where `amplitudes` are not
+        asked), that the waves do not have, which were fitted to other turns."""
         others = [batch for key, parts in self.batches.items() if key != number for batch in parts]
         matrix, vector = np.zeros((3, 3)), np.zeros(3)
         if not others:
@@ -164,7 +164,8 @@ class Fit:
             if not len(batch.seen) or not np.all(batch.seen.kind == "elevation"):
                 continue
             rest = batch.seen.value - self._values(batch, "elevation")
-            rates = [-self._values(batch, f"slope_{axis}") for axis in "xy"] + [self._hastened(batch)]
+            rates = [-self._values(batch, f"slope_{axis}") for axis in "xy"]
+            rates.append(self._hastened(batch) if amplitudes else np.zeros(len(batch.seen)))
             change = (batch.seen.time - middle) * np.stack(rates)
             matrix += (batch.weight * change) @ change.T
             vector += change @ (batch.weight * rest)

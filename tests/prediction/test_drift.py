@@ -74,7 +74,7 @@ def test_few_turns_tell_nothing() -> None:
 def test_a_current_within_some_of_its_errors_is_not_believed(error: float, believed: bool) -> None:
     # 0.1 m/s told to 0.03 m/s by residuals as if they erred independently: they do not. Told to 0.01 m/s it is there.
     matrix = np.eye(3) / error**2
-    fit = SimpleNamespace(turns=10, drift_evidence=lambda _: (matrix, matrix @ np.array([0.1, 0.0, 0.0])))
+    fit = SimpleNamespace(turns=10, drift_evidence=lambda _, amplitudes: (matrix, matrix @ np.array([0.1, 0.0, 0.0])))
     assert Drift().learn(cast("Fit", fit), 9) == believed
 
 
@@ -137,7 +137,7 @@ def test_waves_run_by_their_amplitudes_on_deep_water_alone() -> None:
 def test_shallow_water_tells_of_a_current_alone() -> None:
     # Amplitudes change nothing there: the regression has two unknowns left, and finds what it finds of them alone.
     matrix = np.diag([1e4, 1e4, 0.0])
-    fit = SimpleNamespace(turns=10, drift_evidence=lambda _: (matrix, matrix @ np.array([0.1, 0.0, 0.0])))
+    fit = SimpleNamespace(turns=10, drift_evidence=lambda _, amplitudes: (matrix, matrix @ np.array([0.1, 0.0, 0.0])))
     free, told = Drift(), Drift(amplitude_dispersion=0.0)
     assert free.learn(cast("Fit", fit), 9)
     assert told.learn(cast("Fit", fit), 9)
