@@ -1,6 +1,6 @@
 """Maps, forecasts, shadows and echoes on nonlinear seas, beside linear seas of the same spectrum and seed.
 
-    python -m validation.prediction.nonlinear_seas RECORDS [--seeds 801 802] [--turns 30] [--looking-for WHAT] [--light]
+    python -m validation.prediction.nonlinear_seas RECORDS [--seeds 802] [--looking-for WHAT] [--light]
 
 RECORDS: a folder of recorded seas SEED-HS-ORDER/recorded_sea.nc, of Hs 0.944, 1.574 and 2.361 m (Hs/λ 1/50, 1/30 and
 1/20 at 5.5 s), of order 3 (nonlinear) and 1 (linear), each made in four minutes of a core by
@@ -14,7 +14,7 @@ Maps: 50–200 m, all turns; error over error bar is 1.4826 MAD, of unflagged ce
 40 m around it together; `found`: the current [m/s] and the share of amplitude dispersion that the fit came to.
 --looking-for: for both (the default), for a current alone, or for nothing, whatever new turns say. --light: the range
 where half of the sea is in sight, mean echo and texture instead. Mean echo: over 100–200 m, of the theory that is not
-scaled to a model, in dB over that of the linear sea. Texture: ν of single looks and gates within 30° of along the waves
+scaled to a model, in dB of one unit. Texture: ν of single looks and gates within 30° of along the waves
 (`validation.scattering.texture`), 100–200 m.
 """
 
@@ -23,6 +23,7 @@ from __future__ import annotations
 import argparse
 import pickle
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -153,50 +154,41 @@ def forecast_of(turns: list[Mapped], scene: Scene, what: str) -> tuple[dict[str,
     return compared | {"around": around}, spectrum.water.current, spectrum.amplitude_dispersion
 
 
-def each_record(
-    records: Path, seeds: list[int], turns: int, **more: Any
-) -> Iterator[tuple[str, int, str, Path, Scene]]:
-    for steepness, height in HEIGHTS_M.items():
-        for seed in seeds:
-            for name, order in ORDERS.items():
-                folder = records / f"{seed}-{height}-{order}"
-                if not (folder / "recorded_sea.nc").is_file():
-                    raise SystemExit(f"{folder}/recorded_sea.nc: is not there; make it as `--help` says")
-                yield steepness, seed, name, folder, scene_of(folder / "recorded_sea.nc", seed, turns, **more)
+def each_record(given: argparse.Namespace, **more: Any) -> Iterator[tuple[str, int, str, Path, Scene]]:
+    """Steepness, seed, kind of sea, folder and scene of each record that is asked for."""
+    for steepness, seed, name in product(given.steepness, given.seeds, given.seas):
+        folder = given.records / f"{seed}-{HEIGHTS_M[steepness]}-{ORDERS[name]}"
+        if not (folder / "recorded_sea.nc").is_file():
+            raise SystemExit(f"{folder}/recorded_sea.nc: is not there; make it as `--help` says")
+        yield steepness, seed, name, folder, scene_of(folder / "recorded_sea.nc", seed, given.turns, **more)
 
 
-def print_light(records: Path, seeds: list[int], turns: int) -> None:
+def print_light(given: argparse.Namespace) -> None:
     print("Hs/λ  seed sea        half visible m   echo dB      ν")
-    linear = np.nan
-    for steepness, seed, name, folder, scene in each_record(
-        records, seeds, turns, **{"scattering.calibrated_to": "none", "radar.noise": False}
-    ):
+    unscaled = {"scattering.calibrated_to": "none", "radar.noise": False}
+    for steepness, seed, name, folder, scene in each_record(given, **unscaled):
         level, shape = echo(scene)
-        linear = level if name == "linear" else linear
         half = half_visible(turns_of(folder, scene))
-        print(
-            f"{steepness:5} {seed} {name:10} {half:13.0f} {10 * np.log10(level / linear):9.2f} {shape:8.2f}", flush=True
-        )
+        print(f"{steepness:5} {seed} {name:10} {half:13.0f} {10 * np.log10(level):9.2f} {shape:8.2f}", flush=True)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("records", type=Path)
     parser.add_argument("--seeds", type=int, nargs="+", default=[801, 802])
+    parser.add_argument("--steepness", nargs="+", choices=list(HEIGHTS_M), default=list(HEIGHTS_M))
+    parser.add_argument("--seas", nargs="+", choices=list(ORDERS), default=list(ORDERS))
     parser.add_argument("--turns", type=int, default=30)
     parser.add_argument("--looking-for", choices=["both", "current", "nothing"], default="both")
-    parser.add_argument("--orders", nargs="+", choices=list(ORDERS), default=list(ORDERS))
     parser.add_argument("--light", action="store_true")
     given = parser.parse_args()
     if given.light:
-        print_light(given.records, given.seeds, given.turns)
+        print_light(given)
         return
     print(
-        "Hs/λ  seed sea       | rms m robust bias corr ratio within | boat: corr; around: corr rms stated within| found"
+        "Hs/λ seed sea       | rms m robust bias corr ratio within | boat: corr; around: corr rms stated within | found"
     )
-    for steepness, seed, name, folder, scene in each_record(given.records, given.seeds, given.turns):
-        if name not in given.orders:
-            continue
+    for steepness, seed, name, folder, scene in each_record(given):
         turns = turns_of(folder, scene)
         compared, current, share = forecast_of(turns, scene, given.looking_for)
         row = [
