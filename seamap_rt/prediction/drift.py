@@ -3,7 +3,8 @@
 Of a fit whose observations are from about t₀, a current U that it does not have leaves −(t − t₀) U·∇η of what comes at
 t, and so does amplitude dispersion with Δω in place of k·U for each wave (`physics.amplitude_dispersion`). Residuals of
 each new turn are regressed on both together, for a current does to waves of one length what the other does, and the
-lengths tell them apart. What is told of the current is where the search begins.
+lengths tell them apart; where a current alone is far off it is put right first. What is told of the current is where
+the search begins.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ _SURE = 6.0  # standard errors of residuals that err independently; neighbouring
 _RIDGE = 0.02  # of the evidence along the waves: the current across them is told by few of them
 _FEWEST = 6  # turns that a fit rests on, before which it knows too little of waves between the places it saw
 _FASTEST = 3.0  # m/s, that currents are looked for
+_FAR = 0.2  # m/s: waves that lay so far off were fitted badly, short ones worst: what they said is of no use any more
 _MOST = 1.5  # of amplitude dispersion: a spectrum that is told a third too low is put right too
 _STEP = 0.1  # of it, that is worth a new fit: on a sea of Hs/λ 1/20 0.04 rad in half a minute
 _UNKNOWN = 0.5  # of it, before any turn has told: on gentle seas and shallow water none ever does
@@ -63,11 +65,25 @@ class Drift:
         if not ridge > 0.0:
             return False
         loose = np.diag([ridge, ridge, _DOUBT * float(self._matrix[2, 2]) + _UNKNOWN**-2])
-        found = self._ways.copy()
-        if not self._known:
-            found[2] = np.clip(np.linalg.solve(self._matrix + loose, self._vector)[2], 0.0, _MOST)
-        rest = self._vector[:2] - self._matrix[:2, 2] * found[2]
-        found[:2] = np.clip(np.linalg.solve((self._matrix + loose)[:2, :2], rest), -_FASTEST, _FASTEST)
+        alone = self._beside(float(self._ways[2]), loose)
+        if self._known:
+            return self._believed(alone)
+        if float(np.hypot(*(alone - self._ways)[:2])) > _FAR and self._believed(alone):
+            self._matrix, self._vector = np.zeros((3, 3)), np.zeros(3)
+            return True
+        # Drawn to the current of now, not to none: what that holds of it back would be taken for amplitude dispersion.
+        likely = self._vector + loose @ np.append(self._ways[:2], 0.0)
+        share = float(np.clip(np.linalg.solve(self._matrix + loose, likely)[2], 0.0, _MOST))
+        return self._believed(self._beside(share, loose))
+
+    def _beside(self, share: float, loose: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The current that is likely beside a share of amplitude dispersion, and that share, (3,)."""
+        rest = self._vector[:2] - self._matrix[:2, 2] * share
+        current = np.linalg.solve((self._matrix + loose)[:2, :2], rest)
+        return np.append(np.clip(current, -_FASTEST, _FASTEST), share)
+
+    def _believed(self, found: NDArray[np.float64]) -> bool:
+        """Takes it up where it is worth a new fit and sure enough; whether it did."""
         change = found - self._ways
         small = float(np.hypot(*change[:2])) < _TELLING and abs(change[2]) < _STEP
         if small or float(change @ self._matrix @ change) < _SURE**2:

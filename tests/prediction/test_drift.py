@@ -106,8 +106,9 @@ def steep_turns(sea: Spectrum, current: tuple[float, float], share: float, count
 
 @pytest.mark.parametrize(("current", "share"), [((0.0, 0.0), 0.0), ((0.25, 0.0), 0.0), ((0.1, 0.05), 1.0)])
 def test_a_current_and_amplitude_dispersion_are_told_apart(current: tuple[float, float], share: float) -> None:
-    # What both do to the waves of the peak is told to a fifth, as a current alone is. Which of them does it is told to
-    # a half of either: they differ by what short waves have more of amplitude dispersion, half as much again.
+    # What both do to the waves of the peak is told to a fifth, as a current alone is. They differ by what short waves
+    # have more of amplitude dispersion, half as much again: where there is none none is believed, and of all of it a
+    # fourth at least.
     sea, drift, seen = steep_sea(), Drift(), steep_turns(steep_sea(), current, share, 12)
     with ThreadPoolExecutor(1) as workers:
         for last in range(7, 12):
@@ -122,7 +123,7 @@ def test_a_current_and_amplitude_dispersion_are_told_apart(current: tuple[float,
     found = drift.current[0] + drift.amplitude_dispersion * of_amplitudes
     right = current[0] + share * of_amplitudes
     assert abs(found - right) < 0.05
-    assert abs(drift.amplitude_dispersion - share) < 0.5
+    assert drift.amplitude_dispersion > 0.25 if share else drift.amplitude_dispersion < 0.1
 
 
 def test_waves_run_by_their_amplitudes_on_deep_water_alone() -> None:

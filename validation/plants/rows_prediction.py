@@ -71,7 +71,7 @@ PLANTS = (
     Plant(
         "amplitude dispersion: a current beside a share that is held at an end",
         _HOME + "drift.py",
-        "rest = self._vector[:2] - self._matrix[:2, 2] * found[2]",
+        "rest = self._vector[:2] - self._matrix[:2, 2] * share",
         "rest = self._vector[:2]",
         _DRIFT + "test_a_current_and_amplitude_dispersion_are_told_apart",
     ),
