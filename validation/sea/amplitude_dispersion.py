@@ -47,7 +47,8 @@ class Record:
         east, north = (2.0 * np.pi * np.fft.fftfreq(n, self.file.spacing_m) for n in (columns, rows))
         kx, ky = np.meshgrid(east, north)
         length = np.hypot(kx, ky)
-        return np.asarray(kx), np.asarray(ky), np.where(length > 0.0, length, 1.0)
+        away = np.where(length > 0.0, length, 1.0)
+        return np.asarray(kx, np.float64), np.asarray(ky, np.float64), np.asarray(away, np.float64)
 
     @cached_property
     def omega(self) -> NDArray[np.float64]:
