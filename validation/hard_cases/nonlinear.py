@@ -25,8 +25,7 @@ SEAS: dict[str, tuple[float, dict[str, Any]]] = {
 
 
 def nonlinear_seas(effort: Effort) -> list[Finding]:
-    """Short-crested seas of 5.5 s on 95 m, 32 points a side, order 3, for ten minutes (two, with few rays), and again
-    from the middle."""
+    """Short-crested seas of 5.5 s on 95 m for ten minutes (two, with few rays), and again from the middle."""
     rows, minutes = [], MINUTES[0] if effort.rays >= ALL else MINUTES[1]
     for name, (depth, waves) in SEAS.items():
         settings = SeaSettings.model_validate(
