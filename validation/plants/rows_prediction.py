@@ -232,8 +232,8 @@ PLANTS = (
     Plant(
         "a current the other way",
         _HOME + "fit.py",
-        "change = -(batch.seen.time - middle) * slopes",
-        "change = (batch.seen.time - middle) * slopes",
+        'rates = [-self._values(batch, f"slope_{axis}")',
+        'rates = [self._values(batch, f"slope_{axis}")',
         "tests/prediction/test_drift.py::test_residuals_tell_the_current",
     ),
     Plant(

@@ -244,8 +244,8 @@ PLANTS = (
     Plant(
         "short waves' tilt",
         "seamap_rt/report/limits.py",
-        "tilts = 0.5 * sum(",
-        "tilts = 1.0 * sum(",
+        "math.sqrt(0.5 * sum(short.tilt_variances",
+        "math.sqrt(1.0 * sum(short.tilt_variances",
         "tests/report/test_limits.py::test_unresolved_waves_hide_by_half_of_their_tilts_along_the_look",
     ),
     Plant(
