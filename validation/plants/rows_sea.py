@@ -389,8 +389,7 @@ PLANTS = (
         "seamap_rt/echoes/radar_cross_section.py",
         "area *= facets.facing_in_sight[reached]",
         "area *= facets.in_sight[reached]",
-        "tests/tracing/test_unresolved_waves.py::"
-        "test_theory_echoes_from_what_faces_the_ray_and_a_mean_model_from_all[two_scale-facing_in_sight]",
+        "tests/tracing/test_unresolved_waves.py::test_theory_echoes_from_what_faces_the_ray_and_a_mean_model_from_all",
     ),
     Plant(
         "a calibration without unresolved waves' shadows",
