@@ -170,7 +170,7 @@ class Look:
 
 def look_spectra(scene: Scene, seeds: int) -> Look:
     """Simulated and predicted spectra; the seeds draw other speckle over the same sea."""
-    facets, (rcs, motion), _ = Simulator(scene).light(0)
+    facets, (rcs, motion, _), _ = Simulator(scene).light(0)
     assert motion is not None  # scattering.doppler = "full"
     radar, fired = scene.radar, pulses(scene.radar, 0)
     frequency = np.arange(-(SEGMENT // 2), SEGMENT // 2, dtype=np.float64) * (radar.prf_hz / SEGMENT)
