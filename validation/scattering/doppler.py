@@ -108,7 +108,7 @@ CASES = (
 def correlations(seeds: int) -> tuple[NDArray[np.float64], dict[str, NDArray[np.complex128]], Scene]:
     """Lags [s] and each case's autocorrelation over the gates and pulses of a flat sea at rest, the beam taken out."""
     scene = slow_scene(UP_WAVE, **{"sea.waves": [], "scattering.nrcs": "constant", "radar.rotation_rpm": 3.0})
-    facets, (rcs, _), _ = Simulator(scene).light(0)
+    facets, (rcs, _, _), _ = Simulator(scene).light(0)
     fired, lags, tau = pulses(scene.radar, 0), np.arange(25), scene.scattering.decorrelation_time_s
 
     def correlation(decorrelation_time_s: float, motion: Motion | None) -> NDArray[np.complex128]:
