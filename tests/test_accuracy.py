@@ -25,8 +25,13 @@ SECTOR = {"VV": [0.0, 360.0], "HH": [210.0, 330.0]}
 
 @cache
 def turn(noise: bool, polarization: str = "VV") -> Turn:
+    return turn_of(noise, polarization, seed=1)
+
+
+def turn_of(noise: bool, polarization: str, seed: int) -> Turn:
     changes = {"radar.noise": noise, "radar.sector_deg": SECTOR[polarization], "tracing.tracer": "horizon"}
-    return Simulator(load_scene("choppy_sea", {**changes, "scattering.polarization": polarization})).turn(0)
+    changes |= {"scattering.polarization": polarization, "seed": seed}
+    return Simulator(load_scene("choppy_sea", changes)).turn(0)
 
 
 @cache
@@ -82,15 +87,20 @@ def test_a_window_that_adapts_itself_beats_fixed_ones(noise: bool) -> None:
 
 @pytest.mark.parametrize("noise", [False, True])
 def test_the_stated_error_holds(noise: bool) -> None:
-    # Asked are 0.9 to 1.1, which the mean over seeds keeps (0.92 without noise, of six). One seed's ratio scatters by
-    # 0.07 about that, for a turn shows a few dozen waves. The share's lower bound is what was asked less its 1 %:
-    # errors of partly hidden cells have a long tail upwards, for crests are seen, troughs not.
-    got, true = maps(noise)["polar"].to_dataset(), turn(noise).truth["polar"].to_dataset()
-    headline = (got["range"] >= HEADLINE_M[0]) & (got["range"] <= HEADLINE_M[1]) & (got["quality"] == 0)
-    ratio = ((got["height"] - true["height"]) / got["height_std"]).where(headline).values
-    ratio = ratio[np.isfinite(ratio)]
-    assert 0.83 < 1.4826 * np.median(np.abs(ratio - np.median(ratio))) < 1.17
-    assert 0.92 < np.mean(np.abs(ratio) < 1.96) < 0.97
+    # The bounds are those that were asked, the share's less its 1 %: errors of partly hidden cells have a long tail
+    # upwards, for crests are seen, troughs not. A turn shows a few dozen waves: its ratio scatters by 0.07 over seeds,
+    # its share by 2 %, the means of six by 0.03 and 0.8 %.
+    ratios, shares = [], []
+    for seed in range(1, 7):
+        made = turn(noise) if seed == 1 else turn_of(noise, "VV", seed)
+        got, true = retrieve(made.echoes)["polar"].to_dataset(), made.truth["polar"].to_dataset()
+        headline = (got["range"] >= HEADLINE_M[0]) & (got["range"] <= HEADLINE_M[1]) & (got["quality"] == 0)
+        ratio = ((got["height"] - true["height"]) / got["height_std"]).where(headline).values
+        ratio = ratio[np.isfinite(ratio)]
+        ratios.append(1.4826 * np.median(np.abs(ratio - np.median(ratio))))
+        shares.append(np.mean(np.abs(ratio) < 1.96))
+    assert 0.9 < np.mean(ratios) < 1.1
+    assert 0.92 < np.mean(shares) < 0.97
 
 
 def system(height: float, period: float, toward: float = 270.0, exponent: float = 10.0) -> dict[str, Any]:

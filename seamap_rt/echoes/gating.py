@@ -63,6 +63,7 @@ class Tabulated:
 
     samples: Samples
     response: NDArray[np.float32]  # (path or 1, entry), that at (n + ½) steps; 0 from the last entry on
+    left_out: float = 0.0  # share of the power, of the path that loses most
     step: float = _STEP  # m
 
 
@@ -77,17 +78,14 @@ def _tabulated(settings: Hashable, _: Hashable, unheard: float) -> Tabulated:
     samples = received_samples(cast(RadarSettings, settings))
     tables = _tables(samples)
     table = np.array(tables[:1] if all(table is tables[0] for table in tables) else tables)
-    return Tabulated(samples, table if samples.compress is not None else _without_flanks(table, unheard))
-
-
-def _without_flanks(table: NDArray[np.float32], share: float) -> NDArray[np.float32]:
-    """The table (path, entry) up to where no path has more than that share of its power beyond; the last entry is 0."""
+    if samples.compress is not None or unheard == 0.0:
+        return Tabulated(samples, table)
     power = np.square(table.astype(np.float64))
     beyond = 1.0 - np.cumsum(power, axis=1) / power.sum(axis=1, keepdims=True)
-    kept = int(np.argmax((beyond <= share).all(axis=0))) + 2 if share > 0.0 else table.shape[1]
-    cut = np.array(table[:, :kept])
+    last = int(np.argmax((beyond <= unheard).all(axis=0)))
+    cut = np.array(table[:, : last + 2])
     cut[:, -1] = 0.0
-    return cut
+    return Tabulated(samples, cut, max(0.0, float(beyond[:, last].max())))
 
 
 def _plain(

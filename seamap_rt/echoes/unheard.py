@@ -7,13 +7,19 @@ interferometric phase of a sample as √p σ of height does, and of N samples as
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Hashable
+from functools import lru_cache
+from typing import cast
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..radar.antenna import pattern_stamps
 from ..radar.array import antenna_array
 from ..radar.scan import BEAMS_BEYOND
 from ..settings import RadarSettings
 from .beams import two_way_beams
+from .gating import tabulated
 
 _WITHIN = 0.1  # of the height error allowed, for a single sample: cells have tens
 _MOST = 1e-4  # of the power, however flat the sea: in deep shadow nothing else may be heard
@@ -27,16 +33,22 @@ def share_unheard(elevation_std_m: float, height_error_m: float) -> float:
 
 def beams_heard(radar: RadarSettings, share: float) -> float:
     """Beam widths to either side of the boresight, 1 to 3, beyond which no more than that share of the power lies."""
-    enough = np.flatnonzero(_beyond(radar, _BEAMS) <= share) if share > 0.0 else np.empty(0, dtype=int)
-    return float(_BEAMS[enough[0]]) if enough.size else BEAMS_BEYOND
+    return _beams_heard(cast(Hashable, radar), pattern_stamps(radar), share)  # frozen, and so hashable
 
 
-def unheard_error_m(radar: RadarSettings, elevation_std_m: float, height_error_m: float) -> float:
-    """√p σ [m] of what is left out aside."""
-    beams = beams_heard(radar, share_unheard(elevation_std_m, height_error_m))
-    return float(np.sqrt(max(0.0, _beyond(radar, np.array([beams]))[0]))) * elevation_std_m
+@lru_cache(maxsize=8)
+def _beams_heard(settings: Hashable, _: Hashable, share: float) -> float:
+    enough = np.flatnonzero(share_aside(cast(RadarSettings, settings), _BEAMS) <= share)
+    return float(_BEAMS[enough[0]]) if share > 0.0 and enough.size else BEAMS_BEYOND
 
 
-def _beyond(radar: RadarSettings, beams: NDArray[np.float64]) -> NDArray[np.float64]:
-    aside = np.radians(np.minimum(beams * antenna_array(radar).beam_deg, 90.0))
-    return two_way_beams(radar).share_beyond(np.sin(aside))
+def share_aside(radar: RadarSettings, beams: ArrayLike) -> NDArray[np.float64]:
+    """Share of the two-way power from more than so many beam widths to either side, of the path that has most."""
+    aside = np.radians(np.minimum(np.asarray(beams) * antenna_array(radar).beam_deg, 90.0))
+    return np.maximum(two_way_beams(radar).share_beyond(np.sin(aside)), 0.0)
+
+
+def unheard_error_m(radar: RadarSettings, elevation_std_m: float, share: float) -> float:
+    """√p σ [m] of what is left out aside and in range; a staring antenna hears all that is aside."""
+    aside = 0.0 if radar.scan == "staring" else float(share_aside(radar, [beams_heard(radar, share)])[0])
+    return float(np.sqrt(aside + tabulated(radar, share).left_out)) * elevation_std_m

@@ -340,8 +340,7 @@ def _no_geometry(case: _Case) -> Iterator[Row]:
     cost = f"{detail.power_error_db:.2g} dB of power, {detail.visible_error:.1%} of what is visible"
     says = f"rungs {detail.facet_m:g} m apart, {detail.columns_per_beam} columns a beam; lower tracing.height_error_m"
     yield _row(name, detail.height_error_m, f"m rms of the maps' heights, {cost}", source, says)
-    if radar.scan == "turning":
-        yield _beam_sides(case)
+    yield _unheard(case)
     error, source = f"m of height at {far:.0f} m", "d²/2R, 4/3 of the Earth's radius"
     yield _row("Earth curvature", earth_drop_m(far), error, source, "the Earth is flat")
     if radar.scan == "turning" and width < 360.0:
@@ -363,13 +362,15 @@ def _no_geometry(case: _Case) -> Iterator[Row]:
         yield _row("the sea's motion within a map", still, _HEIGHT, _STILL, f"it stands still {says}")
 
 
-def _beam_sides(case: _Case) -> Row:
-    """What the beam hears from further aside than facets are summed."""
-    radar, sigma, allowed = case.scene.radar, case.resolved.elevation_std, case.scene.tracing.height_error_m
-    beams = beams_heard(radar, share_unheard(sigma, allowed))
-    says = f"facets are summed within {beams:.3g} beams to either side; lower tracing.height_error_m"
-    error, source = "m rms of height, of a single sample", "√p σ, p of the two-way azimuth pattern's power"
-    return _row("the beam's outer sides", unheard_error_m(radar, sigma, allowed), error, source, says)
+def _unheard(case: _Case) -> Row:
+    """What comes from further aside, or in range, than facets are summed."""
+    radar, sigma = case.scene.radar, case.resolved.elevation_std
+    share = share_unheard(sigma, case.scene.tracing.height_error_m)
+    aside = "" if radar.scan == "staring" else f" within {beams_heard(radar, share):.3g} beams to either side"
+    says = f"facets are summed{aside} up to {float(db(share)):.2g} dB of the power; lower tracing.height_error_m"
+    error, source = "m rms of height, of a single sample", "√p σ, p of the power (`echoes.unheard`)"
+    name = "the beam's outer sides and the pulse's flanks"
+    return _row(name, unheard_error_m(radar, sigma, share), error, source, says)
 
 
 def _no_boat(case: _Case) -> Iterator[Row]:

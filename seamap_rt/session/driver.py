@@ -121,10 +121,10 @@ def _ahead(simulator: Simulator, pace: Pace) -> Iterator[FinishedTurn]:
                 try:
                     coming = beside.submit(_retrieved, simulator, last) if last is not None else None
                     turn = simulator.turn(number, pace.stage)
+                    wait([] if coming is None else [coming])
                 except BaseException as error:
                     stopped = error
-                if coming is not None:
-                    wait([coming])
+                    wait([] if coming is None else [coming])
             if last is not None and coming is not None:
                 done = _finished(last, coming.result())
                 last = coming = None

@@ -138,12 +138,15 @@ def test_either_receiver_may_come_first() -> None:
 def test_antennas_on_either_side_of_the_axis_see_a_flat_sea_flat(aside: float) -> None:
     """2a²/b_z = 0.4 m at a = 0.2 m is what a plane through one of them would make of it."""
     antennas = [{"offset_m": [-aside, 0.0, -0.1]}, {"offset_m": [aside, 0.0, 0.1]}]
-    # Speckle that lasts a millisecond, all around: the mean of 4400 cells errs by 0.02 m over seeds.
+    # Speckle that lasts a millisecond, all around: a mean of 4400 cells scatters by 0.02 m, four draws by 0.01.
     speckle = {"scattering__decorrelation_time_s": 1e-3, "scattering__doppler": "orbital"}
     keys = {"radar__noise": False, "radar__sector_deg": [0.0, 360.0], "sea__waves": [], "scattering__nrcs": "constant"}
-    made = scene(radar__antennas=antennas, **keys, **speckle)
-    height = polar(retrieve(sr.simulate(made).echoes, made.retrieval))["height"].values
-    assert abs(np.nanmean(height[..., 15:])) < 0.06
+    means = []
+    for seed in range(1, 5):
+        made = scene(radar__antennas=antennas, seed=seed, **keys, **speckle)
+        height = polar(retrieve(sr.simulate(made).echoes, made.retrieval))["height"].values
+        means.append(np.nanmean(height[..., 15:]))
+    assert abs(np.mean(means)) < 0.03
 
 
 def test_antennas_beside_the_mast_look_along_lines_of_their_own() -> None:

@@ -321,8 +321,8 @@ PLANTS = (
     Plant(
         "echoes: flanks that are cut too near",
         "seamap_rt/echoes/gating.py",
-        "(beyond <= share)",
-        "(beyond <= 4.0 * share)",
+        "(beyond <= unheard)",
+        "(beyond <= 4.0 * unheard)",
         "tests/echoes/test_unheard.py::test_the_flanks_are_cut_where_that_share_lies_beyond",
     ),
     Plant(

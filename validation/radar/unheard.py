@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.echoes import turn as summing
-from seamap_rt.echoes import unheard
 from seamap_rt.echoes.beams import TwoWayBeams, two_way_beams
+from seamap_rt.echoes.unheard import share_aside
 from seamap_rt.interferometry import retrieve_one
 from seamap_rt.metrics import HALF_VISIBLE
 from seamap_rt.radar.array import antenna_array
@@ -50,9 +50,9 @@ def main() -> None:
         said = ", ".join((name, *(f"{key.split('.')[-1]} = {value:g}" for key, value in changes.items())))
         for beams in map(float, arguments.reach.split(",")):
             heights, cut_error = _heights(simulator, beams)
-            share = unheard._beyond(simulator.radar, np.array([beams]))[0]
+            share = float(share_aside(simulator.radar, [beams])[0])
             cells = " | ".join(_change(simulator, heights - whole, near, far) for near, far in RANGES_M)
-            law = 1e3 * np.sqrt(max(share, 0.0)) * sigma
+            law = 1e3 * np.sqrt(share) * sigma
             print(
                 f"| {said} | {beams:g} | {law:.1f} | {cells} | {1e3 * cut_error:.1f} ({1e3 * error:.1f}) |", flush=True
             )
