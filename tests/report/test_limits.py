@@ -31,8 +31,10 @@ def small(**keys: Any) -> tuple[Scene, Resolved]:
 
 def account(**keys: Any) -> tuple[str, str]:
     """All that is said to be modelled, and to be left out, of a small scene with other keys."""
-    tables = (modelled(*small(**keys)), left_out(*small(**keys)))
-    return tuple("; ".join(f"{row['what']}: {row['why']}" for row in rows) for rows in tables)  # type: ignore[return-value]
+    said, not_said = (
+        "; ".join(f"{row['what']}: {row['why']}" for row in rows(*small(**keys))) for rows in (modelled, left_out)
+    )
+    return said, not_said
 
 
 def row(rows: list[dict[str, Any]], what: str) -> dict[str, Any]:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from . import (
     rows_app,
     rows_begin,
+    rows_light,
     rows_maps,
     rows_nonlinear_sea,
     rows_prediction,
     rows_radar,
+    rows_scattering,
     rows_sea,
     rows_spikes,
     rows_transmitter,
@@ -16,6 +18,8 @@ from . import (
 
 PLANTS = (
     *rows_sea.PLANTS,
+    *rows_scattering.PLANTS,
+    *rows_light.PLANTS,
     *rows_spikes.PLANTS,
     *rows_nonlinear_sea.PLANTS,
     *rows_radar.PLANTS,

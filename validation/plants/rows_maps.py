@@ -332,14 +332,14 @@ PLANTS = (
     ),
     Plant(
         "limits' mode",
-        "seamap_rt/report/limits.py",
+        "seamap_rt/report/limits/modelling.py",
         '(sigma, "doubled")',
         '(2.0 * sigma, "doubled")',
         "tests/report/test_limits.py::test_a_phase_read_with_the_other_mode_s_paths_is_off_by_the_height_or_half_of_it",
     ),
     Plant(
         "limits' waveform",
-        "seamap_rt/report/limits.py",
+        "seamap_rt/report/limits/modelling.py",
         "mean_square_slope / 24.0)",
         "mean_square_slope / 12.0)",
         "tests/report/test_limits.py::test_all_heights_within_a_gate_are_those_of_a_plane",

@@ -1,0 +1,216 @@
+"""What a run leaves out, why or by which key it would be modelled, and the error that this costs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from ...conventions import db
+from ...echoes.unheard import beams_heard, share_unheard, unheard_error_m
+from ...physics.propagation import earth_drop_m, edge_blur_m
+from ...physics.shadowing import second_bounce_share
+from ...radar import link, precision
+from ...radar.array import antenna_array
+from ...radar.scan import BEAMS_BEYOND, sector_width
+from ...radar.transmitter import stray_within_pulse
+from ...scattering import MEAN_MODELS, sea_state_from_wind
+from ...scattering.bragg import bragg_speed, radar_wavenumber
+from ...scattering.mean_models import models_spread_db, wind_contrast_db
+from ...settings import PlatformSettings
+from .case import Case
+from .modelling import converter
+from .rows import (
+    BURSTS,
+    CYCLES,
+    HEIGHT,
+    MEAN_ECHO,
+    OWN_ECHO,
+    PATTERN,
+    STILL,
+    TILT,
+    TILTS,
+    TWO_SCALE,
+    Row,
+    row,
+)
+
+_WELL_SAMPLED = 0.97  # share of a system's variance from which on the patch's wavenumbers hold it
+_STEEPEST, _HIGHEST = 0.06, 0.6  # of real seas, about: Hs over the length of the peak, Hs over the depth
+_RAYLEIGH = 0.5 * math.pi  # rad of phase by heights, from which on a surface is rough
+_MIRROR_PATHS = 16.0  # (1 + |ρ|)⁴, |ρ| = 1: a direct and a reflected path, there and back
+_CRESTS = "of a narrow-banded sea (Longuet-Higgins 1963)"
+
+
+def _no_geometry(case: Case) -> Iterator[Row]:
+    radar, detail, array = case.scene.radar, case.scene.detail, antenna_array(case.scene.radar)
+    far, width, bounced = radar.range_m[1], sector_width(radar), second_bounce_share(case.resolved.mean_square_slope)
+    error, source = "% of what scatters evenly meets the sea again", "view factors of resolved waves"
+    says = "the second bounce is not traced, and that of mirrors not estimated"
+    yield row("multiple scattering", 100.0 * bounced, error, source, says)
+    name, source = "slopes of resolved waves that the mesh is too coarse for", "the mesh sizing model (`mesh.sizing`)"
+    cost = f"{detail.power_error_db:.2g} dB of power, {detail.visible_error:.1%} of what is visible"
+    says = f"rungs {detail.facet_m:g} m apart, {detail.columns_per_beam} columns a beam; lower tracing.height_error_m"
+    yield row(name, detail.height_error_m, f"m rms of the maps' heights, {cost}", source, says)
+    yield _unheard(case)
+    error, source = f"m of height at {far:.0f} m", "d²/2R, 4/3 of the Earth's radius"
+    yield row("Earth curvature", earth_drop_m(far), error, source, "the Earth is flat")
+    if radar.scan == "turning" and width < 360.0:
+        beyond, error = 100.0 * array.first_antenna.share_beyond(BEAMS_BEYOND), "% of the echo, from further aside"
+        unseen = f"{100.0 - width / 3.6:.2g} % of the circle is neither meshed nor traced"
+        says = f"radar.sector_deg is {width:g}° wide: {unseen}, beyond {BEAMS_BEYOND:g} beams beside it"
+        yield row("the rest of the circle", beyond, error, PATTERN, says)
+    if radar.receiver.chain == "baseband":
+        yield converter(case)
+    if radar.transmitter == "magnetron" and radar.frequency_jitter_hz:
+        lost, error = stray_within_pulse(radar) ** 2, "1 of the coherence between pulses"
+        says = "phases that the carrier's jitter turns across a pulse: a gate's facets take that of its middle"
+        yield row("a magnetron's jitter within a pulse", lost, error, "(2π δ s)², s of a gate's delays", says)
+    if radar.scan == "staring":
+        kept = math.exp(-((radar.stare_s / case.scene.scattering.decorrelation_time_s) ** 2))
+        name, source = "speckle from one map to the next", "exp(−(τ/τc)²) of two pulses one map apart"
+        yield row(name, kept, "1 of correlation", source, "each map of a staring antenna has speckle of its own")
+        still, says = case.waves.still_sea_error(radar.stare_s), f"for the {1e3 * radar.stare_s:g} ms of a map"
+        yield row("the sea's motion within a map", still, HEIGHT, STILL, f"it stands still {says}")
+
+
+def _unheard(case: Case) -> Row:
+    """What comes from further aside, or in range, than facets are summed."""
+    radar, sigma = case.scene.radar, case.resolved.elevation_std
+    share = share_unheard(sigma, case.scene.tracing.height_error_m)
+    aside = "" if radar.scan == "staring" else f" within {beams_heard(radar, share):.3g} beams to either side"
+    says = f"facets are summed{aside} up to {float(db(share)):.2g} dB of the power; lower tracing.height_error_m"
+    error, source = "m rms of height, of a single sample", "√p σ, p of the power (`echoes.unheard`)"
+    name = "the beam's outer sides and the pulse's flanks"
+    return row(name, unheard_error_m(radar, sigma, share), error, source, says)
+
+
+def _no_boat(case: Case) -> Iterator[Row]:
+    scene, boat, tilt = case.scene, case.scene.platform, case.boat_tilt
+    if boat == PlatformSettings():
+        error, source = f"{HEIGHT} {case.at}, were it unknown", TILT.format(math.degrees(tilt))
+        says = "it lies still; platform.motion = 'wave_following' lets it ride"
+        yield row("the boat's own motion", case.middle_m * tilt, error, source, says)
+    elif boat.motion == "wave_following":
+        error, source = "° rms of tilt without them; with them not known", "least-squares plane of the waves"
+        yield row("the boat's dynamics", math.degrees(tilt), error, source, "it follows the waves without resonance")
+    if boat.motion != "fixed" or boat.list_deg or boat.trim_deg:
+        name, source = "the waves' effect on where a leaning beam meets the sea", "σ × tan of the lean"
+        off, says = case.resolved.elevation_std * math.tan(tilt), "the fan is laid on the mean sea"
+        yield row(name, off, "m rms of position", source, says)
+    sailed = boat.speed_m_s * scene.turns * scene.turn_duration_s
+    if sailed > 0.5 * scene.radar.range_m[1]:
+        says = "they stay centred on the origin"
+        yield row("ground maps around the boat", sailed, "m of position at the end", "speed × time", says)
+
+    objects, width = scene.objects, scene.radar.antenna.width_m
+    nearest = min((float(np.linalg.norm(each.position_m)) for each in objects), default=0.0)
+    if nearest > 0.0:
+        behind, error = width * max(0.0, case.middle_m / nearest - 1.0), f"m of half shadow {case.at}"
+        source = f"aperture of {width:g} m past an object at {nearest:.2g} m"
+        yield row("the antennas' width", behind, error, source, "an object hides what lies behind it from a point")
+    if any(each.rcs_dbsm is not None for each in objects):
+        name, error = "echoes between objects and the sea", "dB of an object's echo, at most"
+        says = "an object echoes by its own cross-section alone"
+        yield row(name, float(db(_MIRROR_PATHS)), error, "bound of a mirror (Kerr 1951)", says)
+
+    to_shade = 0.5 * case.resolved.peak_length  # from a crest: at most a wave, half of one in the mean
+    blur = edge_blur_m(scene.wavelength_m, case.middle_m, to_shade)
+    source = f"knife edge (ITU-R P.526), {to_shade:.2g} m before the shade: half the peak's length"
+    name, error = "diffraction at shadow edges", f"m of height {case.at}, over which an edge fades"
+    says = "geometric shadows; tracing.diffraction = 'knife_edge'"
+    if scene.tracing.diffraction != "none":
+        name, error = "what diffraction does to heights", f"m of height {case.at} beside an edge, at most"
+        says = "a shadow answers with its crest's height, and fringes pull heights down; the stated error knows neither"
+    yield row(name, blur, error, source, says)
+    yield _unresolved_shadows(case)
+
+
+def _unresolved_shadows(case: Case) -> Row:
+    """What they hide, or that a shadow so short is not sharp."""
+    height, slope = case.tilting
+    if not case.hides_unresolved:
+        name, error = "shadows of waves that are not resolved", "% of the window would be hidden"
+        phase = 2.0 * radar_wavenumber(case.scene.radar.frequency_hz) * height * slope
+        rough = "rough to it too" if phase > _RAYLEIGH else f"smooth to it, {phase:.2g} rad of Rayleigh's π/2"
+        says = f"light's measure; met at their own slope they are {rough}; tracing.unresolved_shadowing = 'smith'"
+        return row(name, case.hidden_by_tilts, error, TILTS, says)
+    length = height / slope if slope > 0.0 else 0.0
+    name, error = "diffraction at shadows of waves that are not resolved", f"m of height, of waves {height:.2g} m high"
+    source = f"knife edge (ITU-R P.526), {length:.2g} m before the shade: rms height over rms slope"
+    says = "they hide what they would hide from light; the mean echo is that of the calibration all the same"
+    return row(name, edge_blur_m(case.scene.wavelength_m, case.middle_m, length), error, source, says)
+
+
+def _no_scattering(case: Case) -> Iterator[Row]:
+    scattering, radar, own_echo = case.scene.scattering, case.scene.radar, f"{OWN_ECHO} {case.at}"
+    if scattering.doppler == "orbital":
+        speed, says = bragg_speed(radar.frequency_hz), "facets move with the water only; scattering.doppler = 'full'"
+        cycles, source = precision.doppler_cycles(radar, speed), f"2vT/λ, v = {speed:.2g} m/s of Bragg waves"
+        yield row("the scatterers' own velocity", cycles, CYCLES, source, says)
+    if scattering.nrcs != "two_scale":
+        spread, source = math.hypot(case.facing.modulation_db, case.strain_db), f"{TWO_SCALE}; 4.5 × rms strain"
+        says = "what is seen has the mean; scattering.nrcs = 'two_scale' has them, and alone uses their keys"
+        yield row("tilt, strain and breakers", spread, own_echo, source, says)
+        return
+    if scattering.breaking and not scattering.sea_spikes:
+        says = "breakers are a share of each facet; scattering.sea_spikes = true makes them bursts that grow and fade"
+        yield row("a breaker's life", case.clutter_shape, f"{BURSTS} {case.at}", "Watts & Wicks (1990)", says)
+    elif not scattering.breaking:
+        says = "scattering.breaking = false: HH owes its mean to the calibration"
+        yield row("breakers", case.facing.breaking_db, f"dB of theory's mean echo {case.at}", TWO_SCALE, says)
+    if not scattering.hydrodynamic_modulation:
+        source = "4.5 × rms strain (Alpers & Hasselmann 1978)"
+        says = "scattering.hydrodynamic_modulation = false: tilt alone modulates"
+        yield row("hydrodynamic modulation", case.strain_db, own_echo, source, says)
+
+
+def _no_mean(case: Case) -> Iterator[Row]:
+    scattering, radar = case.scene.scattering, case.scene.radar
+    if scattering.mean_model is None:
+        return
+    model, middle = MEAN_MODELS[scattering.mean_model], (scattering, math.degrees(case.grazing), radar.frequency_hz)
+    error, (low, high) = f"{MEAN_ECHO} {case.at}", model.grazing_deg
+    if scattering.extrapolate:
+        here = f"sea state {float(sea_state_from_wind(scattering.wind_speed_m_s)):.2g} at {1e-9 * middle[2]:g} GHz"
+        name, source = "the clutter model's own range", "spread of the mean models, extrapolated alike"
+        says = f"scattering.extrapolate = true: {model.paper} holds for {model.range_words}; this scene is {here}"
+        yield row(name, models_spread_db(*middle), error, source, says)
+    if not model.knows_wind_direction:
+        name, error = "wind-direction contrast of the mean echo", f"{error}, up-wind over down-wind"
+        says = f"{model.paper} is an average over directions; git, tsc and hybrid know them"
+        yield row(name, wind_contrast_db(*middle), error, "mean of models", says)
+    outside, source = 100.0 * link.share_outside(radar, low, high), f"grazing angles of {model.paper}"
+    name, says = f"the mean outside {low:g}–{high:g}° grazing", "facets beyond take the value at the edge of its range"
+    yield row(name, outside, "% of the window", source, says)
+
+
+def _no_sea(case: Case) -> Iterator[Row]:
+    sea, resolved, facet = case.scene.sea, case.resolved, case.scene.detail.facet_m
+    height, carried = 4.0 * resolved.elevation_std, resolved.carried_share
+    if sea.model == "linear":
+        source, says = f"kσ² {_CRESTS}", "waves are linear; sea.model = 'choppy' sharpens them"
+        yield row("sharper crests", resolved.second_order_std, HEIGHT, source, says)
+    elif sea.model == "choppy":
+        source, says = f"3kσ {_CRESTS}", "0 at the first Lagrangian order"
+        yield row("skewness of the elevation", resolved.skewness_stokes, "1 of skewness", source, says)
+    if facet > resolved.resolution_m:
+        name = f"slopes of resolved waves shorter than {2.0 * facet:g} m along the look"
+        says = "neither the mesh nor the scattering has all of them; lower tracing.facet_m or coarsen sea.resolution_m"
+        yield row(name, case.waves.slopes_lost(facet), "1 rms of slope", "the sea's spectrum", says)
+    if carried < _WELL_SAMPLED:
+        name, elsewhere = "the longest waves' place in the spectrum", 0.25 * height * math.sqrt(1.0 - carried)
+        says = f"the periodic patch samples {carried:.0%} of a system's variance; raise sea.extent_m"
+        yield row(name, elsewhere, f"{HEIGHT} at other wavelengths", "σ √(1 − share)", says)
+    for name, of, length, most in (
+        ("breaking, which this sea would do", "the peak's length", resolved.peak_length, _STEEPEST),
+        ("breaking on the bed, which this sea would do", "the depth", sea.depth_m, _HIGHEST),
+    ):
+        if height > most * length:
+            error, source = "m of significant height too much", "height over that limit"
+            says = f"significant height is {height / length:.2g} of {of}; real seas stay below {most:g}"
+            yield row(name, height - most * length, error, source, says)
+
+
+GROUPS = (_no_geometry, _no_boat, _no_scattering, _no_mean, _no_sea)  # in the order of the account
