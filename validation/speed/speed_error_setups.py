@@ -20,6 +20,7 @@ from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes import expected_look_gates
 from seamap_rt.echoes.dataset import echo_dataset
 from seamap_rt.echoes.turn import turn_echoes
+from seamap_rt.echoes.unheard import share_unheard
 from seamap_rt.metrics import HALF_VISIBLE, HEADLINE_M
 from seamap_rt.radar.scan import pulses
 from seamap_rt.resolved_scene import run_sea
@@ -276,6 +277,7 @@ def _turn(setup: Timed, light: dict[str, Callable[..., Any]], number: int, *, ec
     """A turn as `Simulator.turn` makes it, but for the truth; lit by either tracer."""
     simulator, clock = setup.simulator, Stopwatch()
     scene, radar = simulator.scene, simulator.radar
+    _ = simulator.surface  # calibrated once, as for all turns of a run
     mesh = simulator.mesh(number, clock)
     with clock("horizon"):
         light["horizon"](mesh)
@@ -283,13 +285,14 @@ def _turn(setup: Timed, light: dict[str, Callable[..., Any]], number: int, *, ec
         lit = light["facets"](mesh)
     simulator._trace = lambda _: lit
     facets, returns, _ = simulator.light(number, clock, mesh)
-    del clock.seconds["calibrate"], clock.seconds["trace"]
+    del clock.seconds["trace"]
     setup.facets = facets.height.size
     if echoes:
         with clock("echoes"):
             fired = pulses(radar, number, simulator.mast)
             speckle = scene.seed, scene.scattering.decorrelation_time_s
-            heard = turn_echoes(facets, returns.rcs, radar, fired, *speckle, motion=returns.motion)
+            share = share_unheard(simulator.sea.resolved.elevation_std, scene.tracing.height_error_m)
+            heard = turn_echoes(facets, returns.rcs, radar, fired, *speckle, motion=returns.motion, unheard=share)
             echo_dataset(radar, [fired], [heard], scene.scattering.polarization, None, number)
     return clock
 
