@@ -70,13 +70,13 @@ def _check_record(scene: Scene, sea: Sea) -> None:
 
 def sea_key(scene: Scene) -> tuple[object, ...]:
     """What a run's sea is drawn from: runs of equal keys have the same sea."""
-    return scene.sea, scene.seed, file_versions(scene.sea)
+    return scene.sea, scene.seed, scene.tracing.height_error_m, file_versions(scene.sea)
 
 
 def run_sea(scene: Scene) -> Sea:
     """The sea of a run, drawn from its own branch of the scene's seed. Raises InputError for one that cannot be."""
     try:
-        return realize(scene.sea, branch(scene.seed, Stream.SEA))
+        return realize(scene.sea, branch(scene.seed, Stream.SEA), scene.tracing.height_error_m)
     except ValueError as error:
         raise InputError(f"sea: {error}") from None
 

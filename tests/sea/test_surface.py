@@ -255,6 +255,28 @@ def test_fast_path_agrees_with_the_exact_sum_even_after_12_hours(name):
         assert np.sqrt(np.mean((elevation - exact.elevation) ** 2)) < 2.0 * sea.resolved.elevation_error + 1e-6
 
 
+def test_the_waves_grid_is_as_coarse_as_the_heights_may_err():
+    finest, allowed = realize(SEAS["plane"], seed=1), 0.02
+    coarse = realize(SEAS["plane"], seed=1, height_error_m=allowed)
+    waves = finest.components()
+    np.testing.assert_array_equal(coarse.components().amplitude, waves.amplitude)  # the same sea
+    assert 2.0 * finest.resolved.elevation_error < coarse.resolved.elevation_error <= 0.05 * allowed
+    assert coarse.resolved.slope_error <= 0.05 * max(coarse.resolved.slope_std_east, coarse.resolved.slope_std_north)
+    x, y, t = scattered(400, seed=3)
+    exact = direct_sum(waves, x, y, t)
+    found = np.sqrt(np.mean((coarse.elevation(x, y, t) - exact.elevation) ** 2))
+    # An rms of 400 points, ±4 %, whose images are those of one realisation.
+    assert found == pytest.approx(coarse.resolved.elevation_error, rel=0.25)
+    assert realize(SEAS["plane"], seed=1, height_error_m=0.1 * allowed).resolved == finest.resolved
+
+
+def test_a_sea_of_waves_as_short_as_its_grid_keeps_their_slopes():
+    """However much the heights may err: of waves near two points a length a coarse grid's images are as steep."""
+    short = sea_of(jonswap(significant_wave_height_m=0.1, peak_period_s=1.7), resolution_m=2.0)
+    finest = realize(short, seed=1)
+    assert realize(short, seed=1, height_error_m=10.0).resolved == finest.resolved
+
+
 @pytest.mark.parametrize("name", SEAS)
 def test_slopes_and_rate_are_the_elevations_derivatives(name):
     sea = realize(SEAS[name], seed=1)

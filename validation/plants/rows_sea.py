@@ -210,4 +210,18 @@ PLANTS = (
         "(3.0 if is_regular else 3.0)",
         "tests/sea/test_systems.py::test_skewness_of_a_regular_stokes_wave",
     ),
+    Plant(
+        "a grid of waves too coarse for the heights",
+        _SEA + "realisation.py",
+        "_WITHIN[0] * height_error_m",
+        "20.0 * _WITHIN[0] * height_error_m",
+        "tests/sea/test_surface.py::test_the_waves_grid_is_as_coarse_as_the_heights_may_err",
+    ),
+    Plant(
+        "a grid of waves too coarse for their slopes",
+        _SEA + "realisation.py",
+        "return bool(heights and ",
+        "return bool(heights or ",
+        "tests/sea/test_surface.py::test_a_sea_of_waves_as_short_as_its_grid_keeps_their_slopes",
+    ),
 )

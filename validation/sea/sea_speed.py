@@ -54,7 +54,7 @@ from seamap_rt.sea.moving_field import TAPS, MovingField
 from seamap_rt.sea.spline import bspline_polynomials, bspline_transform
 from seamap_rt.sea.spline_kernel import DERIVATIVES, spline_kernel
 from seamap_rt.sea.wave_trains import PlaneTrain, Quantity
-from seamap_rt.settings import JonswapWaves, SeaSettings
+from seamap_rt.settings import JonswapWaves, SeaSettings, TracingSettings
 from validation import FIGURES
 
 finufft: Any = importlib.import_module("finufft") if importlib.util.find_spec("finufft") else None
@@ -127,7 +127,7 @@ def median_seconds(work: Callable[[], object], times: int = 3) -> float:
 
 def spline_methods(plane: PlaneTrain, mesh: Mesh) -> Iterator[Method]:
     """The package's own method: orders × oversampling × knots a second, and the sea's own choice."""
-    choices = [(order, over, steps) for order in (3, 5, 7) for over in (1.25, 1.5) for steps in (3, 4, 5, 6)]
+    choices = [(order, over, steps) for order in (3, 5, 7) for over in (1.125, 1.25, 1.5) for steps in (3, 4, 5, 6)]
     chosen = plane.field
     for order, oversampling, steps in choices:
         field = MovingField(
@@ -350,7 +350,7 @@ def main() -> None:
     chosen = options.parse_args()
 
     waves = JonswapWaves(spectrum="jonswap", significant_wave_height_m=1.4, peak_period_s=5.5)
-    sea = realize(SeaSettings(waves=(waves,)), seed=1)
+    sea = realize(SeaSettings(waves=(waves,)), seed=1, height_error_m=TracingSettings().height_error_m)
     (plane,) = (part for part in sea.trains if isinstance(part, PlaneTrain))
     x, y, t = (np.ravel(value) for value in polar_mesh())
     picked = np.random.default_rng(1).choice(x.size, chosen.points, replace=False)

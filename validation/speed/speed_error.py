@@ -68,7 +68,7 @@ class Plan:
     finer: bool = False  # whether the reference is held against a finer one
 
 
-SPLINES = (Spline(3, 1.25), Spline(5, 1.25), Spline(7, 1.25, 2.0), FINE_SPLINE)  # beside the sea's own
+SPLINES = (Spline(3, 1.25), Spline(7, 1.25), Spline(7, 1.25, 2.0), FINE_SPLINE)  # beside the sea's own
 QUICK = Plan(
     [Mesh(0.5, 4), Mesh(0.8, 3), Mesh(0.8, 6), Mesh(1.25, 4)], Mesh(0.25, 12), (SPLINES[0], FINE_SPLINE), (1, 4), 1
 )

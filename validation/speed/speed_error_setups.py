@@ -63,7 +63,7 @@ class Spline(NamedTuple):
         return f"order {self.order}, {self.oversampling:g} ×" + (f", steps × {self.steps:g}" if self.steps != 1 else "")
 
 
-OWN_SPLINE = Spline(realisation.SPLINE_ORDER, realisation.OVERSAMPLING)
+OWN_SPLINE = Spline(*realisation.FASTER)  # which the scene's height error allows
 FINE_SPLINE = Spline(7, 2.0, 0.5)  # 7 is as high as the kernel goes
 
 # --------------------------------------------------------------------------------------------------- simulators
@@ -109,14 +109,14 @@ class Bench:
 @contextmanager
 def _interpolated(spline: Spline, time_step: float) -> Iterator[None]:
     """Seas that are drawn meanwhile are interpolated so."""
-    known = realisation.SPLINE_ORDER, realisation.OVERSAMPLING, realisation.MovingField
-    realisation.SPLINE_ORDER, realisation.OVERSAMPLING = spline.order, spline.oversampling
+    known = realisation.SPLINE_ORDER, realisation.OVERSAMPLING, realisation.FASTER, realisation.MovingField
+    realisation.SPLINE_ORDER, realisation.OVERSAMPLING = realisation.FASTER = spline.order, spline.oversampling
     if spline.steps != 1.0:
-        realisation.MovingField = partial(known[2], time_step=spline.steps * time_step)  # pyright: ignore
+        realisation.MovingField = partial(known[3], time_step=spline.steps * time_step)  # pyright: ignore
     try:
         yield
     finally:
-        realisation.SPLINE_ORDER, realisation.OVERSAMPLING, realisation.MovingField = known
+        realisation.SPLINE_ORDER, realisation.OVERSAMPLING, realisation.FASTER, realisation.MovingField = known
 
 
 # ------------------------------------------------------------------------------------------------------- errors

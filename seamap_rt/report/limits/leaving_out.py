@@ -40,6 +40,7 @@ _WELL_SAMPLED = 0.97  # share of a system's variance from which on the patch's w
 _STEEPEST, _HIGHEST = 0.06, 0.6  # of real seas, about: Hs over the length of the peak, Hs over the depth
 _RAYLEIGH = 0.5 * math.pi  # rad of phase by heights, from which on a surface is rough
 _MIRROR_PATHS = 16.0  # (1 + |ρ|)⁴, |ρ| = 1: a direct and a reflected path, there and back
+_IMAGES = "mean square of the spline's images (Unser 1999)"
 _CRESTS = "of a narrow-banded sea (Longuet-Higgins 1963)"
 
 
@@ -195,6 +196,9 @@ def _no_sea(case: Case) -> Iterator[Row]:
     elif sea.model == "choppy":
         source, says = f"3kσ {_CRESTS}", "0 at the first Lagrangian order"
         yield row("skewness of the elevation", resolved.skewness_stokes, "1 of skewness", source, says)
+    if resolved.elevation_error > 0.0:
+        says = f"splines, whose slopes err by {resolved.slope_error:.2g} rms; lower tracing.height_error_m"
+        yield row("waves between the points of their grid", resolved.elevation_error, HEIGHT, _IMAGES, says)
     if facet > resolved.resolution_m:
         name = f"slopes of resolved waves shorter than {2.0 * facet:g} m along the look"
         says = "neither the mesh nor the scattering has all of them; lower tracing.facet_m or coarsen sea.resolution_m"
