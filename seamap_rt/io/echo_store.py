@@ -23,7 +23,7 @@ import zarr
 from .results_folder import write_whole
 from .stored_chunks import EVERY_CHUNK
 
-_PULSES_A_CHUNK = 2000
+_PULSES_A_CHUNK, _READINGS_A_CHUNK = 2000, 20000  # of voltages, and of what else a pulse has: a file each takes 1 ms
 PULSES = "complete_pulses"
 _DESCRIPTION = "zarr.json"
 _EVERY: Any = {"write_empty_chunks": True}  # zeros too: a chunk that is not there is lost
@@ -39,6 +39,7 @@ class EchoStore:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._group: zarr.Group | None = None
+        self._arrays: dict[str, zarr.Array] = {}  # those that grow
         self._begun = False
         self._length = self._before = (0, 0)  # turns and pulses that are complete, and were before the last turn
 
@@ -50,7 +51,7 @@ class EchoStore:
         rolling = {str(n): v.values for n, v in turn.variables.items() if v.dims[0] == "pulse"}
         try:
             for name, values in rolling.items():
-                array = self._group[name].with_config(_EVERY)  # type: ignore[union-attr]
+                array = self._arrays[name]
                 array.resize((start + values.shape[0], *array.shape[1:]))
                 array[start:] = values
         except BaseException:  # interrupted, or no space left: arrays of unlike length could not be read any more
@@ -86,7 +87,8 @@ class EchoStore:
         for name, variable in turn.variables.items():
             rolling = variable.dims[0] == "pulse"
             shape = (0, *variable.shape[1:]) if rolling else variable.shape
-            chunks = (_PULSES_A_CHUNK, *variable.shape[1:]) if rolling else variable.shape
+            rows = _PULSES_A_CHUNK if name == "voltage" else _READINGS_A_CHUNK
+            chunks = (rows, *variable.shape[1:]) if rolling else variable.shape
             array = group.create_array(
                 str(name),
                 shape=shape,
@@ -97,7 +99,9 @@ class EchoStore:
                 dimension_names=[str(d) for d in variable.dims],
                 attributes={k: (v.tolist() if isinstance(v, np.ndarray) else v) for k, v in variable.attrs.items()},
             )
-            if not rolling:
+            if rolling:
+                self._arrays[str(name)] = array
+            else:
                 array[...] = variable.values
         attributes = {"complete_turns": 0, "coordinates": _COORDINATES, PULSES: 0, EVERY_CHUNK: 1}
         group.update_attributes({**turn.attrs, **attributes})
