@@ -201,7 +201,8 @@ class MovingField:
         first = low % rows // _ROWS * _ROWS
         end = low % rows + span
         over = 0 if end <= rows else rows
-        return Strip(first, over + min(-(-(end - over) // _ROWS) * _ROWS, rows) - first)
+        count = over + min(-(-(end - over) // _ROWS) * _ROWS, rows) - first
+        return Strip(first, count) if count <= rows else self._whole
 
     def _field_bytes(self, strip: Strip) -> int:
         """Size of one field at one knot."""

@@ -250,6 +250,25 @@ def test_a_strip_of_the_grid_gives_the_bits_of_the_whole(middle, first):
     np.testing.assert_array_equal(found, twice)
 
 
+@pytest.mark.parametrize(
+    "resolution", [1.5, 2.5, 5.0, 12.0, 30.0]
+)  # grids of 216 to 24 rows: some blocks of 64, or less
+def test_strips_of_a_small_grid_hold_what_its_points_take(resolution):
+    """Wherever points lie, over the end of the grid too, and however wide a strip they are in."""
+    rng = np.random.default_rng(4)
+    swell = JonswapWaves(spectrum="jonswap", significant_wave_height_m=1.0, peak_period_s=9.0)
+    part = realize(SeaSettings(waves=(swell,), resolution_m=resolution, extent_m=256.0), seed=1).trains[0]
+    assert isinstance(part, PlaneTrain)
+    everywhere = rng.uniform(-256.0, 512.0, (2, 400))
+    expected = part.sample(*everywhere, np.zeros(400), QUANTITIES)
+    for _ in range(40):
+        low, width = rng.uniform(-256.0, 512.0), rng.uniform(0.0, 200.0)
+        few = (everywhere[1] >= low) & (everywhere[1] <= low + width)
+        part.field._cache.clear()
+        found = part.sample(*everywhere[:, few], np.zeros(few.sum()), QUANTITIES)
+        np.testing.assert_array_equal(found, expected[:, few])
+
+
 # ------------------------------------------------------------------------------------------------- the spline
 
 

@@ -224,4 +224,11 @@ PLANTS = (
         "return bool(heights or ",
         "tests/sea/test_surface.py::test_a_sea_of_waves_as_short_as_its_grid_keeps_their_slopes",
     ),
+    Plant(
+        "a strip longer than its grid",
+        _SEA + "moving_field.py",
+        "if count <= rows else self._whole",
+        "if count <= 9 * rows else self._whole",
+        "tests/sea/test_moving_field.py::test_strips_of_a_small_grid_hold_what_its_points_take",
+    ),
 )
