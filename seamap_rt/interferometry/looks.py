@@ -81,7 +81,8 @@ class Looks:
         """Phase (pulse, gate) of mean sea level on each pulse, of one way."""
         each = Dwells.of_single_pulses(self.pulses.time.size)
         poses = LookPoses.of(self.pulses, each, self.antennas, senders, self.radar.sector[0])
-        return np.nan_to_num(PhaseModel(self.radar, poses, 1).flat)
+        flat = np.nan_to_num(PhaseModel(self.radar, poses, 1).flat)  # one row where the antennas stand still
+        return np.broadcast_to(flat, (self.pulses.time.size, flat.shape[1]))
 
     def senders(self, pairs: PulsePairs, paths: int) -> tuple[int, ...]:
         """The antennas that send what is compared."""

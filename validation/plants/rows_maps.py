@@ -590,4 +590,12 @@ PLANTS = (
         "os._exit(0)",
         "tests/cli/test_cli_interrupted.py::test_a_signal_while_modules_are_loaded_is_a_line",
     ),
+    Plant(
+        "one level for all pulses of an antenna that leans and stands still",
+        "seamap_rt/interferometry/looks.py",
+        "return np.broadcast_to(flat, (self.pulses.time.size, flat.shape[1]))",
+        "return flat",
+        "tests/interferometry/test_looks.py::"
+        "test_each_pulse_has_a_level_of_its_own_though_a_leaning_antenna_stands_still",
+    ),
 )
