@@ -56,7 +56,7 @@ _SPACINGS_M, _STEPS_S = (1e-3, 100.0), (1e-3, 10.0)  # those of any sea that a r
 _FEWEST_POINTS, _FEWEST_FRAMES = 16, 14
 _LOOKED_AT = 12  # frames from which the mean level is taken, and what is never seen
 _MOST_MISSING = 0.5  # of a frame
-RIM = 0.05  # of a patch's side that does not repeat, at its edges: what is there is not judged
+_RIM = 0.05  # of a patch's side that does not repeat, at its edges
 
 
 @dataclass(frozen=True)
@@ -96,9 +96,20 @@ class RecordedSea:
         return west, west + self.side_m, south, south + self.side_m
 
     @property
+    def rim(self) -> int:
+        """Points at its edges in which a patch that does not repeat may be brought to its mean level."""
+        return 0 if self.periodic else max(4, round(_RIM * self.points))
+
+    @property
     def rim_m(self) -> float:
-        """How wide at its edges a patch that does not repeat is not judged."""
-        return 0.0 if self.periodic else RIM * self.side_m
+        """How wide at its edges a patch that does not repeat is not judged: its rim, and a point."""
+        return 0.0 if self.periodic else (self.rim + 1) * self.spacing_m
+
+    @property
+    def judged_m(self) -> tuple[float, float, float, float]:
+        """West, east, south and north, from the antenna, of what may be judged: `edges_m` less the rim."""
+        west, east, south, north = self.edges_m
+        return west + self.rim_m, east - self.rim_m, south + self.rim_m, north - self.rim_m
 
     @property
     def reach_m(self) -> float:
@@ -106,16 +117,15 @@ class RecordedSea:
         the antenna stands in the rim."""
         if self.periodic:
             return 0.5 * self.side_m
-        west, east, south, north = self.edges_m
-        return min(-west, east, -south, north) - self.rim_m
+        west, east, south, north = self.judged_m
+        return min(-west, east, -south, north)
 
     def holds(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which places, m from the antenna, lie in the patch and not in its rim; all, where it repeats."""
         if self.periodic:
             return np.ones(np.broadcast(x, y).shape, dtype=bool)
-        west, east, south, north = self.edges_m
-        rim = self.rim_m
-        return (x >= west + rim) & (x <= east - rim) & (y >= south + rim) & (y <= north - rim)
+        west, east, south, north = self.judged_m
+        return (x >= west) & (x <= east) & (y >= south) & (y <= north)
 
     def elevation(self, frame: int) -> NDArray[np.float64]:
         """(row, column) m above its mean, rows to the north; see `elevation_and_gap`."""
@@ -135,7 +145,7 @@ class RecordedSea:
             share = float(np.mean(gap))
             if share > _MOST_MISSING:
                 raise InputError(f"{wrong}has gaps ({share:.1%}), and at most {_MOST_MISSING:.0%} may be; leave it out")
-            middle = slice(round(RIM * self.points), self.points - round(RIM * self.points))
+            middle = slice(self.rim, self.points - self.rim)
             if unseen_edges(gap)[middle, middle].any():
                 raise InputError(f"{wrong}has gaps from the edge of the patch inwards ({share:.1%}); cut them off")
             wide = half_width(gap) * self.spacing_m

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..io.recorded_sea import RIM, RecordedSea
+from ..io.recorded_sea import RecordedSea
 
 Beyond = Literal["refused", "level", "mirrored"]
 
@@ -44,7 +44,7 @@ class Continued:
     def _fading(self) -> NDArray[np.float64]:
         """Weight of a point along one axis (points,): from 0 at the edge to 1 behind the rim."""
         weight = np.ones(self.file.points)
-        rim = max(4, round(RIM * weight.size))
+        rim = self.file.rim
         weight[:rim] = 0.5 - 0.5 * np.cos(np.pi * np.arange(rim) / rim)
         weight[-rim:] = weight[:rim][::-1]
         return weight

@@ -27,7 +27,7 @@ def check_patch(radar: RadarSettings, sea: SeaSettings) -> None:
     margin = max(LEAST_MARGIN_M, RangeResponse.of(radar).support_m)
     needed, extent = 2.0 * (radar.range_m[1] + margin), sea.extent_m
     if sea.model == "recorded":
-        check_reach(sea, 0.5 * needed, margin)
+        check_reach(sea, radar, margin)
         return
     repeats = any(
         isinstance(waves, RandomWaves) and getattr(waves, "spreading", None) != "long_crested" for waves in sea.waves
@@ -42,8 +42,9 @@ def check_patch(radar: RadarSettings, sea: SeaSettings) -> None:
         )
 
 
-def check_reach(sea: SeaSettings, needed: float, margin: float) -> None:
-    """A recorded patch reaches as far [m] as needed, or is to be continued beyond; one that repeats is not."""
+def check_reach(sea: SeaSettings, radar: RadarSettings, margin: float) -> None:
+    """A recorded patch holds the range circle and a margin [m], or is to be continued beyond; one that repeats is
+    not."""
     from ...io.recorded_sea import recorded_sea  # loads what reads files
 
     file = recorded_sea(sea.file)
@@ -51,13 +52,14 @@ def check_reach(sea: SeaSettings, needed: float, margin: float) -> None:
         raise ValueError(
             f"sea.beyond = '{sea.beyond}': must be refused, for the patch of sea.file repeats (no edge); leave it out"
         )
-    if sea.beyond == "refused" and file.reach_m < needed:
+    near, far = radar.range_m
+    if sea.beyond == "refused" and file.reach_m < far + margin:
         room = file.reach_m - margin
-        nearer = f", or lower the far end of radar.range_m to {rounded_down(room)}" if room > 0.0 else ""
+        nearer = f", or lower the far end of radar.range_m to {rounded_down(room)}" if room > near else ""
         more = "" if file.periodic else ", or have it continued beyond (sea.beyond = 'level' or 'mirrored')"
         raise ValueError(
-            f"sea.file reaches {file.reach_m:.10g} m from the antenna: must reach {rounded_up(needed)} (the far end of "
-            f"radar.range_m + {margin:.10g} m); give a larger record{nearer}{more}"
+            f"sea.file reaches {file.reach_m:.10g} m from the antenna: must reach {rounded_up(far + margin)} (the far "
+            f"end of radar.range_m + {margin:.10g} m); give a larger record{nearer}{more}"
         )
 
 
