@@ -65,7 +65,7 @@ class RecordedSea:
 
     spacing_m, points: of the square patch, a side; west_m, south_m: of its first point from the antenna; step_s,
     frames: in time; depth_m: None where the file does not say; cut: of the file's own points, those of the patch are
-    fewer.
+    fewer; level_m: the file's mean level, which is taken off, 0 where the patch repeats.
     """
 
     path: str
@@ -80,9 +80,9 @@ class RecordedSea:
     depth_m: float | None
     potential: bool
     cut: bool
+    level_m: float
     _first: tuple[int, int]  # row and column of the patch in the file
     _scale: float  # to metres, of the elevation
-    _level: float  # m, of the elevation: 0 where the patch repeats
 
     @property
     def side_m(self) -> float:
@@ -138,7 +138,7 @@ class RecordedSea:
         the patch's edge into what is judged.
         """
         wrong = f"sea.file = '{self.path}': frame {frame} "
-        values = self._read(self.name, frame) * self._scale - self._level
+        values = self._read(self.name, frame) * self._scale - self.level_m
         gap = ~np.isfinite(values)
         wide = 0.0
         if gap.any():
@@ -247,7 +247,7 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
         cut=points < max(x.size, y.size),
         _first=first,
         _scale=scale,
-        _level=level,
+        level_m=level,
     )
 
 

@@ -205,9 +205,7 @@ def _of_record(case: Case) -> Iterator[Row]:
         circle = np.hypot(x, y) <= far
         unknown = 100.0 * float(np.mean(~file.holds(x[circle], y[circle])))
         goes_on = {"level": "the sea goes on level", "mirrored": "the patch goes on mirrored"}
-        says = (
-            f"{goes_on.get(case.scene.sea.beyond, 'it ends')} beyond {max(file.reach_m, 0.0):.3g} m, unjudged"
-        )
+        says = f"{goes_on.get(case.scene.sea.beyond, 'it ends')} beyond {max(file.reach_m, 0.0):.3g} m, unjudged"
         source, error = "the record's own edges, less a rim", "% of the circle is not the record's sea"
         yield row("the sea beyond the record", unknown, error, source, says)
 
