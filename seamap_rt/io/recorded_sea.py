@@ -4,8 +4,8 @@ NetCDF or Zarr by the rules below, and the other layouts of `recorded_layouts`. 
 axes time, y and x in any order, evenly spaced; its name is one of `NAMES`, or its standard_name one of CF's for the
 height of the sea surface. Axes are known by their names, or by CF's `axis` or standard_name (a map projection's
 coordinates). Lengths may be in mm, cm, m or km, times in seconds or dates. `surface_potential` [m² s⁻¹], where it is
-there, is the velocity potential at the surface. Global attributes: periodic (1: the patch repeats), depth_m. One frame
-is read at a time.
+there, is the velocity potential at the surface; else the water's velocity there may be given by `FLOWS`, or CF's names.
+Global attributes: periodic (1: the patch repeats), depth_m. One frame is read at a time.
 
 Cameras do not see all of their grid. What is missing at the patch's edges in most frames is cut off: the patch is the
 largest square without. Other gaps are filled (`gaps`), and how wide they are is told with each frame.
@@ -29,6 +29,15 @@ from .recorded_layouts import open_layout
 
 NAMES = ("elevation", "eta", "sea_surface_elevation", "surface_elevation", "zeta", "ssh", "height", "z", "zgrid")
 POTENTIAL = "surface_potential"
+FLOWS = (  # names of the water's horizontal velocity at the surface, east and north
+    ("velocity_east", "velocity_north"),
+    ("u", "v"),
+)
+_FLOW_STANDARDS = (
+    ("sea_water_x_velocity", "sea_water_y_velocity"),
+    ("eastward_sea_water_velocity", "northward_sea_water_velocity"),
+)
+_SPEEDS = ("m/s", "m s-1", "m s^-1", "m.s-1", "meter/second", "metre/second")
 _STANDARD = "sea_surface_height"
 _AXES = {
     "time": ("time", "t"),
@@ -64,9 +73,9 @@ class RecordedSea:
     """What a file of a recorded sea holds; frames are read as they are asked for. Safe in threads.
 
     spacing_m, points: of the square patch, a side; west_m, south_m: of its first point from the antenna; step_s,
-    frames: in time; depth_m: None where the file does not say; cut: of the file's own points, those of the patch are
-    fewer; level_m: the file's mean level, which is taken off, 0 where the patch repeats.
-    """
+    frames: in time; depth_m: None where the file does not say; flow: names of its velocities, where it has them; cut:
+    of the file's own points, those of the patch are fewer; level_m: the file's mean level, which is taken off, 0 where
+    the patch repeats. """
 
     path: str
     name: str
@@ -79,6 +88,7 @@ class RecordedSea:
     periodic: bool
     depth_m: float | None
     potential: bool
+    flow: tuple[str, str] | None
     cut: bool
     level_m: float
     _first: tuple[int, int]  # row and column of the patch in the file
@@ -164,6 +174,16 @@ class RecordedSea:
         gap = ~np.isfinite(values)
         return filled(values, gap) if gap.any() and not gap.all() else np.nan_to_num(values)
 
+    def surface_flow(self, frame: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The water's velocity at the surface to east and north, each (row, column) m/s, gaps filled."""
+        assert self.flow is not None
+        made = []
+        for name in self.flow:
+            values = self._read(name, frame)
+            gap = ~np.isfinite(values)
+            made.append(filled(values, gap) if gap.any() and not gap.all() else np.nan_to_num(values))
+        return made[0], made[1]
+
     def _read(self, name: str, frame: int) -> NDArray[np.float64]:
         if not 0 <= frame < self.frames:
             raise InputError(f"sea.file = '{self.path}': holds frames 0 to {self.frames - 1}, asked for {frame}")
@@ -244,6 +264,7 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
         periodic=periodic,
         depth_m=None if depth is None else float(depth),
         potential=POTENTIAL in opened and set(opened[POTENTIAL].dims) == set(opened[name].dims),
+        flow=_flow_of(opened, opened[name], wrong),
         cut=points < max(x.size, y.size),
         _first=first,
         _scale=scale,
@@ -329,6 +350,21 @@ def _elevation_of(opened: xr.Dataset) -> str | None:
     named = [name for wanted in NAMES for name in there if name.lower() == wanted]
     standard = [name for name in there if str(opened[name].attrs.get("standard_name", "")).startswith(_STANDARD)]
     return next(iter([*named, *standard]), None)
+
+
+def _flow_of(opened: xr.Dataset, elevation: xr.DataArray, wrong: str) -> tuple[str, str] | None:
+    """The names of both velocities over the elevation's axes, if the file has them."""
+    there = {str(name): each for name, each in opened.data_vars.items() if set(each.dims) == set(elevation.dims)}
+    standard = {str(each.attrs.get("standard_name", "")): name for name, each in there.items()}
+    for known, held in ((FLOWS, {name: name for name in there}), (_FLOW_STANDARDS, standard)):
+        for east, north in known:
+            if east in held and north in held:
+                for name in (held[east], held[north]):
+                    unit = str(there[name].attrs.get("units", "m/s")).strip().lower()
+                    if unit not in _SPEEDS:
+                        raise InputError(f"{wrong}{name}: is in '{unit}': must be in m/s; convert it")
+                return held[east], held[north]
+    return None
 
 
 def _axes(values: xr.DataArray) -> dict[str, str]:

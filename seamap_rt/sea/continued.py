@@ -66,6 +66,14 @@ class Continued:
         """(row, column) m²/s."""
         return self._whole(self.file.surface_potential(frame))
 
+    def surface_flow(self, frame: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Velocity to east and north, each (row, column) m/s; in the mirror that across the edge changes its sign."""
+        east, north = (self._whole(each) for each in self.file.surface_flow(frame))
+        if self._is_mirrored:
+            east[:, self.file.points :] *= -1.0
+            north[self.file.points :] *= -1.0
+        return east, north
+
     def _whole(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         if self.file.periodic:
             return values

@@ -2,8 +2,9 @@
 
 In space each frame becomes a B-spline by one FFT, as a drawn sea's knots do. In time six frames are interpolated by
 their polynomial (Lagrange), and a frame's rate of change is that of the polynomial through seven. The water's flow is
-from the surface potential where the file has it, else from linear theory: of a wave that runs along k with ω(k) the
-elevation η and its rate η̇ tell its amplitude apart from that of the wave that runs against it, ½(η + iη̇/ω).
+from the surface potential or the velocities where the file has them, else from linear theory: of a wave that runs along
+k with ω(k) the elevation η and its rate η̇ tell its amplitude apart from that of the wave that runs against it, ½(η +
+iη̇/ω).
 
 What is made up, between frames and across gaps, has an expected error, and a record of which it is more than a tenth of
 the waves is refused. Beyond a patch that ends the sea is continued (`continued`), and not known.
@@ -132,19 +133,32 @@ class RecordedField(MovingField):
         frame = number + self._first
         around = [self._spectrum("elevation", frame + n) for n in range(-_BESIDE, _BESIDE + 1)]
         rate = sum((weight / self.time_step) * each for weight, each in zip(_SLOPE_TAPS, around, strict=True) if weight)
-        potential = self._spectrum("potential", frame) if self.file.potential else None
+        given = self.file.potential or self.file.flow is not None
+        potential = self._spectrum("potential", frame) if given else None
         return Frame(around[_BESIDE], np.asarray(rate, dtype=np.complex64), potential)
 
     def _spectrum(self, name: str, frame: int) -> NDArray[np.complex64]:
         with self._lock:
             kept = self._spectra.get((name, frame))
         if kept is None:
-            kept = half_plane_of(self._points(name, frame), self.lattice)
+            if name == "potential" and not self.file.potential:
+                kept = self._potential_of_flow(frame)
+            else:
+                kept = half_plane_of(self._points(name, frame), self.lattice)
             with self._lock:
                 self._spectra[name, frame] = kept
                 while len(self._spectra) > 4 * len(_SLOPE_TAPS):
                     self._spectra.popitem(last=False)
         return kept
+
+    def _potential_of_flow(self, frame: int) -> NDArray[np.complex64]:
+        """Φ with ∇Φ nearest to the velocities given: −i k·û/k². A mean flow and eddies are left out."""
+        east, north = (half_plane_of(each, self.lattice) for each in self.source.surface_flow(frame))
+        k_east = self.lattice.step * np.arange(self.lattice.reach[1] + 1)
+        k_north = self.lattice.step * self._rows[:, None]
+        square = k_east**2 + k_north**2
+        square[0, 0] = np.inf
+        return (-1j * (k_east * east + k_north * north) / square).astype(np.complex64)
 
     def _points(self, name: str, frame: int) -> NDArray[np.float64]:
         if name == "potential":

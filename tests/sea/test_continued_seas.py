@@ -70,6 +70,24 @@ def test_a_known_wave_comes_back(beyond: str, path: str) -> None:
     assert sea.resolved.elevation_std == pytest.approx(WAVE.amplitude / np.sqrt(2.0), rel=0.01)
 
 
+@pytest.mark.parametrize("beyond", ["level", "mirrored"])
+@pytest.mark.parametrize("named", [("u", "v"), ("a", "b")])
+def test_velocities_of_the_file_are_used_where_it_has_them(beyond: str, named: tuple[str, str], tmp_path: Path) -> None:
+    """Twice those of linear waves, to tell them from what the elevation says; by name, or by CF's."""
+    data = dataset_of()
+    t, y, x = np.meshgrid(data["time"], data["y"], data["x"], indexing="ij")
+    flow = 2.0 * WAVE.velocity(x, y, t)[..., :2].astype(np.float32)
+    for axis, name, way in ((0, named[0], "eastward"), (1, named[1], "northward")):
+        attributes = {"units": "m s-1", "standard_name": f"{way}_sea_water_velocity"}
+        data[name] = (("time", "y", "x"), flow[..., axis], attributes)
+    path = write(data, tmp_path / "flow.nc")
+    sea = sea_of(path, beyond)
+    x, y, t = places(sea, 0.4 * REACH_M)
+    made, true = sea.velocity(x, y, t), WAVE.velocity(x, y, t + start(recorded_sea(path)))
+    assert rms(made[:, :2] - 2.0 * true[:, :2]) < 0.02 * 2.0 * WAVE.amplitude * WAVE.omega
+    assert rms(made[:, 2] - true[:, 2]) < 1e-3 * WAVE.amplitude * WAVE.omega
+
+
 def test_a_mirrored_sea_goes_on_without_a_step_and_its_slopes_change_sign(path: str) -> None:
     """η(2e − x) = η(x): slopes and flow across the edge change sign, those along it do not; in single precision."""
     sea = sea_of(path, "mirrored")
