@@ -75,7 +75,7 @@ class RecordedSea:
     spacing_m, points: of the square patch, a side; west_m, south_m: of its first point from the antenna; step_s,
     frames: in time; depth_m: None where the file does not say; flow: names of its velocities, where it has them; cut:
     of the file's own points, those of the patch are fewer; level_m: the file's mean level, which is taken off, 0 where
-    the patch repeats. """
+    the patch repeats."""
 
     path: str
     name: str

@@ -214,7 +214,7 @@ def _sea_state(maps: xr.DataTree) -> dict[str, Any]:
 
 def _where_true(maps: xr.DataTree, truth: xr.DataTree) -> xr.DataTree:
     """The polar map with heights where there is a truth: not beyond a record that was continued."""
-    polar, known = maps["polar"].to_dataset(), np.isfinite(truth["polar"]["height"].values)
+    polar, known = maps["polar"].to_dataset(), np.isfinite(truth["polar"].to_dataset()["height"].values)
     return xr.DataTree.from_dict({"/polar": polar.assign(height=polar["height"].where(known))})
 
 

@@ -24,7 +24,9 @@ def where_known(polar: xr.Dataset, sea: Sea, mast: Mast, retrieval: RetrievalSet
     slant = np.maximum(polar["range"].values[:, None] + ends, 0.0)
     ground = np.sqrt(np.maximum(slant**2 - origin[:, None, None, 2] ** 2, 0.0))[:, None]  # (look, 1, gate, end)
     azimuth = np.asarray(polar["azimuth"].values[:, None] + half)
-    toward = np.stack(unit_from_azimuth(azimuth))[..., None, None]  # (east north, look, place across, 1, 1)
+    toward = np.stack(unit_from_azimuth(azimuth)).reshape(
+        2, *azimuth.shape, 1, 1
+    )  # (east north, look, place across, 1, 1)
     east, north = origin[:, :2].T[..., None, None, None] + toward * ground
     known = np.asarray(sea.known(east, north)).all(axis=(1, 3))
     return polar.assign({name: each.where(known[None]) for name, each in polar.data_vars.items() if name != "time"})

@@ -31,7 +31,9 @@ def expected(file: RecordedSea, frame: int, at: tuple[float, float] = (0.0, 0.0)
 # ---------------------------------------------------------------------------------------------------- WASS
 
 
-def wass(path: Path, fps: float = 12.0, frames: int = 20, begin: float = 0.0, mask: bool = True) -> Path:
+def wass(
+    path: Path, fps: float = 12.0, frames: int = 20, begin: float = 0.0, mask: bool = True, turned: bool = False
+) -> Path:
     """As its gridding program lays it out: Z over count, X, Y in mm, chunks of 8 frames; places of all points; time in
     single precision; a trapezoid of the cameras' view, the rest missing; images, and a group with the cameras'
     facts."""
@@ -42,6 +44,8 @@ def wass(path: Path, fps: float = 12.0, frames: int = 20, begin: float = 0.0, ma
     seen = np.abs(x) < 8000.0 + 0.2 * (y - axis_y[0])
     if mask:
         z = np.where(seen, z, np.nan)
+    if turned:
+        x, y = 0.8 * x - 0.6 * y, 0.6 * x + 0.8 * y
     with h5py.File(path, "w") as file:
         for name, size in (("X", 70), ("Y", 60), ("count", frames)):
             scale = file.create_dataset(name, data=np.arange(size, dtype="u4" if name == "count" else "f4"))
@@ -96,10 +100,7 @@ def test_times_of_single_precision_are_even(tmp_path: Path) -> None:
 
 
 def test_a_grid_that_is_turned_is_refused(tmp_path: Path) -> None:
-    path = wass(tmp_path / "turned.nc", mask=False)
-    with h5py.File(path, "a") as file:
-        x, y = file["X_grid"][:], file["Y_grid"][:]
-        file["X_grid"][:], file["Y_grid"][:] = 0.8 * x - 0.6 * y, 0.6 * x + 0.8 * y
+    path = wass(tmp_path / "turned.nc", mask=False, turned=True)
     with pytest.raises(InputError, match=r"do not lie in rows and columns along x and y"):
         recorded_sea(str(path))
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import GRAVITY
 
-Array = NDArray[np.float64]
+Array = NDArray
 POINTS, SPACING_M, STEP_S, FRAMES, WEST_M = 120, 1.0, 0.1, 50, -60.0
 
 

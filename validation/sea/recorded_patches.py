@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
+from itertools import pairwise
 from pathlib import Path
 
 import h5py
@@ -33,7 +34,7 @@ _SEEDS = range(1, 6)
 _LARGE = 6000, 1024  # frames, points a side
 
 
-def written(sea: Sea, axis: NDArray[np.float64], path: Path, periodic: bool) -> str:
+def written(sea: Sea, axis: NDArray, path: Path, periodic: bool) -> str:
     """Frames of a sea from its time 0 on."""
     east, north = np.meshgrid(axis, axis)
     times = _STEP_S * np.arange(_FRAMES)
@@ -83,7 +84,7 @@ def main() -> None:
                 _flow(made)
             _judged(made, errors)
     print("height errors of the maps, m rms, by metres to what is not judged")
-    print("sea       ", *(f"{low:g}-{high:g}" for low, high in zip(_EDGES_M, _EDGES_M[1:], strict=False)))
+    print("sea       ", *(f"{low:g}-{high:g}" for low, high in pairwise(_EDGES_M)))
     for name, rows in errors.items():
         print(
             f"{name:10}", *(f"{np.sqrt(np.nanmean(np.concatenate(each) ** 2)):.4f}" for each in zip(*rows, strict=True))
@@ -98,10 +99,8 @@ def _flow(made: dict[str, Scene]) -> None:
     true = seas["whole"].everything(x, y, t)
     for name in ("level", "mirrored"):
         away, made_ = _inside(seas[name], x, y), seas[name].everything(x, y, t)
-        print(
-            f"{name}: elevation, slope and horizontal flow, rms error over the sea's own, by metres to what is not judged"
-        )
-        for low, high in zip(_EDGES_M, _EDGES_M[1:], strict=False):
+        print(f"{name}: errors of elevation, slope and flow, rms over their own, by metres to what is not judged")
+        for low, high in pairwise(_EDGES_M):
             here = (away >= low) & (away < high)
             parts = [(m[here], w[here]) for m, w in ((made_[0], true[0]), (made_[1], true[1]))]
             parts.append((made_[2][here, :2], true[2][here, :2]))
@@ -127,9 +126,7 @@ def _judged(made: dict[str, Scene], errors: dict[str, list[list[NDArray]]]) -> N
         if known is None:
             known = np.isfinite(truth["height"].values)
         counts = known & (truth["visible_fraction"].values > 0.5) & (slant > 25.0)
-        rows = [
-            error[counts & (away >= low) & (away < high)] for low, high in zip(_EDGES_M, _EDGES_M[1:], strict=False)
-        ]
+        rows = [error[counts & (away >= low) & (away < high)] for low, high in pairwise(_EDGES_M)]
         errors.setdefault(name, []).append(rows)
 
 
