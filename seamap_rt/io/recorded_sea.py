@@ -75,7 +75,8 @@ class RecordedSea:
     spacing_m, points: of the square patch, a side; west_m, south_m: of its first point from the antenna; step_s,
     frames: in time; depth_m: None where the file does not say; flow: names of its velocities, where it has them; cut:
     of the file's own points, those of the patch are fewer; level_m: the file's mean level, which is taken off, 0 where
-    the patch repeats."""
+    the patch repeats; long_share: of the variance, by which a patch that ends rises and falls as a whole: waves that it
+    is too small for."""
 
     path: str
     name: str
@@ -91,6 +92,7 @@ class RecordedSea:
     flow: tuple[str, str] | None
     cut: bool
     level_m: float
+    long_share: float
     _first: tuple[int, int]  # row and column of the patch in the file
     _scale: float  # to metres, of the elevation
 
@@ -241,9 +243,9 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
     if periodic and x.size != y.size:
         raise InputError(f"{wrong}is {x.size} × {y.size} points: a patch that repeats must be square; resample it")
     x, y = np.sort(x), np.sort(y)
-    free, level = np.ones((y.size, x.size), dtype=bool), 0.0
+    free, level, long_share = np.ones((y.size, x.size), dtype=bool), 0.0, 0.0
     if not periodic:
-        free, level = _looked_at(opened, name, times.size, scale, wrong)
+        free, level, long_share = _looked_at(opened, name, times.size, scale, wrong)
     first, points = _square(x, y, free)
     if points < _FEWEST_POINTS:
         raise InputError(
@@ -269,15 +271,19 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
         _first=first,
         _scale=scale,
         level_m=level,
+        long_share=min(long_share, 1.0),
     )
 
 
-def _looked_at(opened: xr.Dataset, name: str, frames: int, scale: float, wrong: str) -> tuple[NDArray[np.bool_], float]:
+def _looked_at(
+    opened: xr.Dataset, name: str, frames: int, scale: float, wrong: str
+) -> tuple[NDArray[np.bool_], float, float]:
     """Which points (row, column), rows to the north, are not cut off: those that reach the edge through points missing
-    in most frames are; and the mean level of the others, m."""
+    in most frames are; the mean level of the others, m; and the share of the variance by which whole frames rise and
+    fall."""
     axes = _axes(opened[name])
     size = opened[name].sizes[axes["y"]], opened[name].sizes[axes["x"]]
-    seen, total = np.zeros(size), np.zeros(size)
+    seen, total, square, means = np.zeros(size), np.zeros(size), 0.0, []
     chosen = np.unique(np.linspace(0, frames - 1, _LOOKED_AT).astype(int))
     for frame in chosen:
         with _LOCK:
@@ -285,12 +291,14 @@ def _looked_at(opened: xr.Dataset, name: str, frames: int, scale: float, wrong: 
         known = np.isfinite(values)
         seen += known
         total += np.where(known, values, 0.0)
-    if not seen.any():
-        raise InputError(
-            f"{wrong}{name} is missing everywhere in the frames that were looked at; give one with heights"
-        )
+        square += float(np.sum(np.square(values[known])))
+        means += [float(values[known].mean())] if known.any() else []
+    if not means:
+        raise InputError(f"{wrong}{name} is missing everywhere in the frames that were looked at; give others")
     free = ~unseen_edges(seen <= 0.5 * chosen.size)
-    return free, scale * float(total[free].sum() / max(seen[free].sum(), 1.0))
+    level = float(total[free].sum() / max(seen[free].sum(), 1.0))
+    variance = square / float(seen.sum()) - level**2
+    return free, scale * level, float(np.var(means) / variance) if variance > 0.0 else 0.0
 
 
 def _square(x: NDArray, y: NDArray, free: NDArray[np.bool_]) -> tuple[tuple[int, int], int]:

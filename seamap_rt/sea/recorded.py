@@ -294,7 +294,7 @@ def _train(source: Continued, spacing: float, depth: float) -> tuple[PlaneTrain,
             f"{MOST_POINTS_A_SIDE}; set sea.beyond = 'level', or give fewer points"
         )
     lattice = Lattice(source.side_m, np.pi / max(spacing, file.spacing_m), depth)
-    amplitude, variance, gap = _waves(source, lattice)
+    amplitude, variance, level, gap = _waves(source, lattice)
     if np.sqrt(variance.sum()) < _LOWEST_M:
         raise InputError(
             f"sea.file = '{file.path}': waves of {np.sqrt(variance.sum()):.2g} m rms: must be at least {_LOWEST_M:g}; "
@@ -302,7 +302,7 @@ def _train(source: Continued, spacing: float, depth: float) -> tuple[PlaneTrain,
         )
     widest = widest_gap(lattice, variance)
     field = RecordedField(source, lattice, variance, widest)
-    return PlaneTrain(lattice, variance, amplitude, field), float(variance.sum()), gap
+    return PlaneTrain(lattice, variance, amplitude, field), float(variance.sum()) + level, gap
 
 
 def gap_error(lattice: Lattice, variance: NDArray[np.float64], half_width: float) -> float:
@@ -322,15 +322,15 @@ def widest_gap(lattice: Lattice, variance: NDArray[np.float64]) -> float:
     return low
 
 
-def _waves(source: Continued, lattice: Lattice) -> tuple[NDArray[np.complex128], NDArray[np.float64], float]:
-    """Amplitudes of the lattice's waves at time 0, the variance of each over the record, in all the surface's, and the
-    half-width [m] of the widest gap that was filled."""
+def _waves(source: Continued, lattice: Lattice) -> tuple[NDArray[np.complex128], NDArray[np.float64], float, float]:
+    """Amplitudes of the lattice's waves at time 0; the variance of each over the record, in all the surface's; that of the
+    mean level of a patch that ends, which longer waves raise and lower; the half-width [m] of the widest gap filled."""
     file = source.file
     rows, columns = lattice.reach
     omega = lattice.unfold(np.where(lattice.omega > 0.0, lattice.omega, np.inf))
     first, last = first_frame(file), file.frames - 1 - _BESIDE
     chosen = np.unique(np.linspace(first, last, _AVERAGED).astype(int))
-    power, whole, amplitude, widest = np.zeros(omega.shape), 0.0, np.zeros(omega.shape, complex), 0.0
+    power, whole, amplitude, widest, level = np.zeros(omega.shape), 0.0, np.zeros(omega.shape, complex), 0.0, 0.0
     for frame in chosen:
         read = [source.elevation_and_gap(int(frame) + n) for n in range(-_BESIDE, _BESIDE + 1)]
         widest = max(widest, *(gap for _, gap in read))
@@ -339,6 +339,8 @@ def _waves(source: Continued, lattice: Lattice) -> tuple[NDArray[np.complex128],
         rate = sum(weight / file.step_s * each for weight, each in zip(_SLOPE_TAPS, made, strict=True))
         ahead = middle + 1j * np.asarray(rate) / omega
         ahead[rows, columns] = 0.0
+        if not file.periodic:
+            level += float(np.abs(middle[rows, columns]) ** 2) / chosen.size / source.kept
         middle[rows, columns] = 0.0
         power += 0.5 * np.abs(ahead) ** 2 / chosen.size
         whole += float(np.sum(np.abs(middle) ** 2)) / chosen.size
@@ -348,7 +350,7 @@ def _waves(source: Continued, lattice: Lattice) -> tuple[NDArray[np.complex128],
     total = float(power.sum())
     if total <= 0.0:
         raise InputError(f"sea.file = '{file.path}': is flat at all frames; there is nothing to see")
-    return amplitude, power * (whole / total / source.kept), widest
+    return amplitude, power * (whole / total / source.kept), level, widest
 
 
 def _whole_plane(values: NDArray[np.float64], lattice: Lattice) -> NDArray[np.complex128]:
@@ -368,7 +370,7 @@ def recorded_spectrum(path: str, depth: float) -> TabulatedSpectrum:
 @lru_cache(maxsize=4)
 def _spectrum(file: RecordedSea, depth: float) -> TabulatedSpectrum:
     lattice = Lattice(file.side_m, np.pi / file.spacing_m, depth)
-    _, variance, _ = _waves(Continued(file, "level"), lattice)  # a mirrored sea's waves also come from elsewhere
+    _, variance, *_ = _waves(Continued(file, "level"), lattice)  # a mirrored sea's waves also come from elsewhere
     east, north = lattice.east[None, :], lattice.north[:, None]
     k = np.hypot(east, north)
     edges = [0.5, *(0.5 + np.arange(1, _FINE_RINGS + 1))]

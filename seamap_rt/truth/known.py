@@ -28,5 +28,5 @@ def where_known(polar: xr.Dataset, sea: Sea, mast: Mast, retrieval: RetrievalSet
         2, *azimuth.shape, 1, 1
     )  # (east north, look, place across, 1, 1)
     east, north = origin[:, :2].T[..., None, None, None] + toward * ground
-    known = np.asarray(sea.known(east, north)).all(axis=(1, 3))
+    known = np.all(sea.known(east, north), axis=(1, 3), keepdims=True)[:, 0, :, 0]
     return polar.assign({name: each.where(known[None]) for name, each in polar.data_vars.items() if name != "time"})

@@ -201,6 +201,9 @@ def _of_record(case: Case) -> Iterator[Row]:
         says = f"gaps of up to {resolved.filled_m:.2g} m, of the frames looked at, are filled, bent as little as can be"
         yield row(name, resolved.filled_error, error, "a thin plate across a strip, wave by wave", says)
     if not file.periodic:
+        says = f"the water of waves longer than the patch of {file.side_m:.4g} m flows to and fro by none of it"
+        source, error = "means of its frames", "% of the variance"
+        yield row("the flow of waves longer than a record's patch", 100.0 * file.long_share, error, source, says)
         x, y = np.meshgrid(*2 * (np.linspace(-far, far, _SQUARES),))
         circle = np.hypot(x, y) <= far
         unknown = 100.0 * float(np.mean(~file.holds(x[circle], y[circle])))

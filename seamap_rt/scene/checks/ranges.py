@@ -8,6 +8,7 @@ from ...radar.grid import MOST_GROUND_CELLS, ground_cells, least_ground_side
 from ...radar.waveform import RangeResponse, gate_spacing_m
 from ...settings import RadarSettings, RandomWaves, RetrievalSettings, SeaSettings
 
+_LONG = 0.05  # share of waves too long for a record's patch, from which on it is told
 LEAST_MARGIN_M = 30.0  # beyond the far gate; the mesh itself runs on by the range response's reach
 
 
@@ -76,6 +77,11 @@ def told_of_record(sea: SeaSettings, radar: RadarSettings) -> list[str]:
         told.append(
             f"sea.file = '{sea.file}': {file.points} × {file.points} points of it are used, {file.side_m:.4g} m a "
             "side: the largest square without gaps at its edges"
+        )
+    if file.long_share > _LONG:
+        told.append(
+            f"sea.file = '{sea.file}': {file.long_share:.0%} of the variance are waves longer than its patch of "
+            f"{file.side_m:.4g} m: their heights are kept, how the water flows to and fro in them is not known"
         )
     if not file.periodic and file.reach_m < radar.range_m[1]:
         how = {"level": "the sea is level", "mirrored": "the patch is mirrored"}.get(sea.beyond, "it ends")
