@@ -323,8 +323,8 @@ def widest_gap(lattice: Lattice, variance: NDArray[np.float64]) -> float:
 
 
 def _waves(source: Continued, lattice: Lattice) -> tuple[NDArray[np.complex128], NDArray[np.float64], float, float]:
-    """Amplitudes of the lattice's waves at time 0; the variance of each over the record, in all the surface's; that of the
-    mean level of a patch that ends, which longer waves raise and lower; the half-width [m] of the widest gap filled."""
+    """Amplitudes of the lattice's waves at time 0; the variance of each over the record, in all the surface's; that of
+    the mean level of a patch that ends, which longer waves move; the half-width [m] of the widest gap filled."""
     file = source.file
     rows, columns = lattice.reach
     omega = lattice.unfold(np.where(lattice.omega > 0.0, lattice.omega, np.inf))

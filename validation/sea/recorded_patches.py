@@ -1,9 +1,10 @@
-"""What a record that ends within the radar's circle is worth: `python -m validation.sea.recorded_patches [--large]`.
+"""What a record that ends within the radar's circle is worth: `python -m validation.sea.recorded_patches [--large
+FRAMES]`.
 
 The sea of `tiny` is written as frames of a square of 250 m, which ends, and of its whole patch, which repeats. Told
 are: how far flow and slopes are from those of the whole record, by the distance to what is judged; and the height
 errors of the maps there, of the whole record and of the square continued either way. --large: memory and time of a
-record of 25 GB, of which the frames that a run reads are written.
+record of so many frames of 1024 × 1024 points (6000: 25 GB), of which those that a run reads are written.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from seamap_rt.simulation import Simulator
 _SIDE_M, _STEP_S, _FRAMES = 250.0, 0.125, 40
 _EDGES_M = (0.0, 5.0, 10.0, 20.0, 40.0, 80.0)
 _SEEDS = range(1, 6)
-_LARGE = 6000, 1024  # frames, points a side
+_POINTS = 1024  # a side, of a large record
 
 
 def written(sea: Sea, axis: NDArray, path: Path, periodic: bool) -> str:
@@ -72,9 +73,10 @@ def scenes(seed: int, folder: Path) -> dict[str, Scene]:
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--large", action="store_true")
-    if parser.parse_args().large:
-        _large()
+    parser.add_argument("--large", type=int, metavar="FRAMES", help="6000: 25 GB")
+    frames = parser.parse_args().large
+    if frames:
+        _large(frames)
         return
     with tempfile.TemporaryDirectory() as folder:
         errors: dict[str, list[list[NDArray]]] = {}
@@ -130,31 +132,28 @@ def _judged(made: dict[str, Scene], errors: dict[str, list[list[NDArray]]]) -> N
         errors.setdefault(name, []).append(rows)
 
 
-def _large() -> None:
-    """A turn on a record of 25 GB, and on its first 60 frames alone."""
-    for frames in (60, _LARGE[0]):
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "large.nc"
-            _sparse(path, frames)
-            began = time.process_time()
-            scene = scene_of(
-                {
-                    "name": "large",
-                    "sea": {"model": "recorded", "file": str(path), "beyond": "level"},
-                    "radar": {"range_m": [15.0, 200.0], "height_m": 4.0},
-                    "tracing": {"tracer": "horizon"},
-                }
-            )
-            simulator = Simulator(scene)
-            ready = time.process_time() - began
-            simulator.turn(0)
-            size = 4e-9 * frames * _LARGE[1] ** 2
-            print(f"{size:.3g} GB: ready after {ready:.2g} s, peak of memory {peak_memory() / 1e9:.3g} GB")
+def _large(frames: int) -> None:
+    """A turn on a long record."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "large.nc"
+        _sparse(path, frames)
+        began = time.process_time()
+        tree = {
+            "name": "large",
+            "sea": {"model": "recorded", "file": str(path), "beyond": "level"},
+            "radar": {"range_m": [15.0, 200.0], "height_m": 4.0},
+            "tracing": {"tracer": "horizon"},
+        }
+        simulator = Simulator(scene_of(tree))
+        ready = time.process_time() - began
+        simulator.turn(0)
+        size = 4e-9 * frames * _POINTS**2
+        print(f"{size:.3g} GB: ready after {ready:.2g} s, peak of memory {peak_memory() / 1e9:.3g} GB")
 
 
 def _sparse(path: Path, frames: int) -> None:
     """Six waves; frames that no run reads are left out, and take no disk."""
-    points = _LARGE[1]
+    points = _POINTS
     axis, random = 0.5 * (np.arange(points) - points // 2), np.random.default_rng(1)
     waves = [(*random.normal(0.0, 0.12, 2), *random.uniform(0.0, [0.1, 6.28])) for _ in range(6)]
     read = {*np.linspace(0, frames - 1, 12).astype(int), *range(min(45, frames))}
