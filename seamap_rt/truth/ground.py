@@ -36,8 +36,9 @@ def ground_truth(
         time = np.where(inside, turn * antennas.period + retrieval.map_time_s, np.nan)
     step = _GAUSS * retrieval.ground_m
     signs = np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]])  # west–east, south–north
-    half = 0.5 * retrieval.ground_m * signs
-    inside &= sea.known(x[..., None] + half[:, 0], y[..., None] + half[:, 1]).all(axis=-1)
+    if sea.patch is not None:
+        half = 0.5 * retrieval.ground_m * signs
+        inside &= sea.known(x[..., None] + half[:, 0], y[..., None] + half[:, 1]).all(axis=-1)
     corners = (x[inside][:, None] + step * signs[:, 0], y[inside][:, None] + step * signs[:, 1], time[inside][:, None])
     height, slopes = (values.mean(axis=1) for values in sea.elevation_and_slopes(*corners))
 

@@ -54,8 +54,8 @@ PLANTS = (
     Plant(
         "recorded sea: cells beyond it are judged",
         "seamap_rt/truth/known.py",
-        ".all(axis=(1, 3))",
-        ".any(axis=(1, 3))",
+        "np.all(sea.known",
+        "np.any(sea.known",
         _CONTINUED + "test_nothing_beyond_is_judged",
     ),
     Plant(
