@@ -86,6 +86,9 @@ def test_velocities_of_the_file_are_used_where_it_has_them(beyond: str, named: t
     made, true = sea.velocity(x, y, t), WAVE.velocity(x, y, t + start(recorded_sea(path)))
     assert rms(made[:, :2] - 2.0 * true[:, :2]) < 0.02 * 2.0 * WAVE.amplitude * WAVE.omega
     assert rms(made[:, 2] - true[:, 2]) < 1e-3 * WAVE.amplitude * WAVE.omega
+    if beyond == "mirrored":
+        near, far = (sea.velocity(EDGE_M + side * 20.0, y, t) for side in (-1.0, 1.0))
+        np.testing.assert_allclose(far * [-1.0, 1.0, 1.0], near, atol=1e-3 * WAVE.amplitude * WAVE.omega)
 
 
 def test_a_mirrored_sea_goes_on_without_a_step_and_its_slopes_change_sign(path: str) -> None:
