@@ -19,7 +19,7 @@ _BAND = 1.96  # standard errors, within which 95 % of normal errors lie
 
 
 class Sea(Protocol):
-    """What can be compared with: the true elevation [m] at places [m] and times [s], arrays (n,)."""
+    """What can be compared with: the true elevation [m] at places [m] and times [s], arrays (n,); NaN: not known."""
 
     def elevation(self, x: Array, y: Array, t: Array) -> Array: ...
 

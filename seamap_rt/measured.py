@@ -38,8 +38,12 @@ class Rings:
 
     @classmethod
     def of(cls, polar: xr.Dataset, truth: xr.Dataset, sigma: float) -> Rings:
-        """polar, truth: of the same cells (turn, azimuth, range). sigma: m, of the sea: without waves there is no
-        score, and sums of it are NaN."""
+        """polar, truth: of the same cells (turn, azimuth, range); those without truth are not judged, nor rings without
+        any. sigma: m, of the sea: without waves there is no score, and sums of it are NaN."""
+        known = np.isfinite(truth["height"].values)
+        judged = known.any(axis=tuple(range(known.ndim - 1)))
+        if judged.any() and not judged.all():
+            polar, truth, known = polar.isel(range=judged), truth.isel(range=judged), known[..., judged]
         error = polar["height"].values.astype(np.float64) - truth["height"].values
         counts = counted_cells(polar, truth)
         share = np.where(counts, (error / sigma) ** 2 if sigma > 0.0 else np.nan, 1.0)
@@ -47,7 +51,7 @@ class Rings:
         return cls(
             polar["range"].values.astype(np.float64),
             np.sum(1.0 - np.minimum(share, 1.0), axis=around) if sigma > 0.0 else np.full(share.shape[-1], np.nan),
-            np.full(share.shape[-1], share.size / share.shape[-1]),
+            known.sum(axis=around).astype(np.float64),
             counts.sum(axis=around).astype(np.float64),
             np.sum(share > GROSS**2, axis=around).astype(np.float64),
         )

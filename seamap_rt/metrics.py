@@ -92,8 +92,8 @@ def error_figures(maps: xr.DataTree, truth: xr.DataTree) -> dict[str, Any]:
     illumination = true.get("illumination", true["visible_fraction"]).values
     error_to_visible = height - true["height_visible"].values
     slope_error = retrieved["slope_range"].values.astype(np.float64) - true["slope_range"].values
-    # Hs from what a map holds without its truth: cells without a flag, lit or not.
-    unflagged = retrieved["quality"].values == 0
+    # Hs from what a map holds without its truth: cells without a flag, lit or not, where the sea is known at all.
+    unflagged = (retrieved["quality"].values == 0) & np.isfinite(true_height)
     rows = []
     for middle_m, inside in _range_bins(ranges):
         cells = counted[..., inside]

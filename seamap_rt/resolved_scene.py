@@ -57,7 +57,7 @@ def resolve(scene: Scene, sea: Sea | None = None) -> ResolvedScene:
 
 
 def _check_record(scene: Scene, sea: Sea) -> None:
-    """A recorded sea lasts as long as the run, and its last beam."""
+    """A recorded sea lasts as long as the run, and its last beam, and has no gap too wide in that time."""
     turn = scene.turn_duration_s
     if scene.turns * turn + _LAST_BEAM_S > sea.ends_s:
         most = int((sea.ends_s - _LAST_BEAM_S) / turn)
@@ -66,6 +66,10 @@ def _check_record(scene: Scene, sea: Sea) -> None:
             f"turns = {scene.turns}: last {scene.turns * turn:.4g} s, and {_LAST_BEAM_S:g} s more are heard; the "
             f"record of sea.file goes on for {sea.ends_s:.4g} s; {last}"
         )
+    if sea.patch is not None:  # of cameras, which do not see all
+        from .sea.recorded import check_gaps
+
+        check_gaps(sea, scene.turns * turn + _LAST_BEAM_S)
 
 
 def sea_key(scene: Scene) -> tuple[object, ...]:

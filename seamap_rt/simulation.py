@@ -33,7 +33,7 @@ from .scene import Scene, SceneLike, as_scene
 from .sea import Sea
 from .tracing import Illumination, RayScenes, UnresolvedWaves, tracer
 from .tracing.circle import circle_grid
-from .truth import ground_truth, polar_truth
+from .truth import ground_truth, polar_truth, where_known
 
 _FOLD_LINES = 8  # one line of the mesh in so many is searched for folds
 
@@ -195,7 +195,12 @@ class Simulator:
         with clock("truth"):
             truth = xr.DataTree.from_dict(
                 {
-                    "/polar": polar_truth(facets, returns.rcs, self.radar, scene.retrieval, number),
+                    "/polar": where_known(
+                        polar_truth(facets, returns.rcs, self.radar, scene.retrieval, number),
+                        self.sea,
+                        self.mast,
+                        scene.retrieval,
+                    ),
                     "/ground": ground_truth(self.sea, self.radar, scene.retrieval, number, self.mast),
                 }
             )

@@ -64,12 +64,13 @@ def windows_that_came(sea: Sea, forecasts: xr.Dataset) -> Windows | None:
         for begin in lead
     ]
     before = -height[:, fine <= 0.5 * _FINE_S].max(axis=1)[:, None]
-    quiet = np.stack(held, axis=1) < float(forecasts.attrs["limit_elevation"])
-    return Windows(
-        chance[:, told].ravel(),
-        quiet.ravel(),
-        {"persistence": np.broadcast_to(before, quiet.shape).ravel()},
-    )
+    highest = np.stack(held, axis=1)
+    known = np.isfinite(highest)  # not so beyond a record
+    if not known.any():
+        return None
+    persistence = np.broadcast_to(before, highest.shape)[known]
+    quiet = highest[known] < float(forecasts.attrs["limit_elevation"])
+    return Windows(chance[:, told][known], quiet, {"persistence": persistence})
 
 
 def hits_and_alarms(score: Array, quiet: NDArray[np.bool_]) -> tuple[Array, Array]:

@@ -176,7 +176,7 @@ def told_of(folder: Path) -> dict[str, Any]:
         "lead": here["lead"].values,
         "mean": here["elevation"].values,
         "std": here["elevation_std"].values,
-        "true": came(sea, forecasts)[:, :, 0],
+        "true": came(sea.judge, forecasts)[:, :, 0],
         "warm": warm(forecasts),
         "windows": _windows_told(sea, forecasts, scene.prediction.quiet.confidence),
     }

@@ -49,6 +49,15 @@ def _warn(metrics: dict[str, Any]) -> None:
         console.print(f"flag: {warning}")
 
 
+def tell_of_record(scene: Scene) -> None:
+    """Before anything runs, how far a recorded sea reaches."""
+    if scene.sea.model == "recorded":
+        from ..scene.checks.ranges import told_of_record
+
+        for line in told_of_record(scene.sea, scene.radar):
+            console.print(line)
+
+
 @app.command
 def run(
     scene: str,
@@ -83,6 +92,7 @@ def run(
         KEY=VALUE, any key of the scene file, as often as wanted.
     """
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
+    tell_of_record(loaded)
     from ..report.headline import forecast_line, verdict, window_line
     from ..session import run as run_scene
 
@@ -136,6 +146,7 @@ def simulate(
         KEY=VALUE, any key of the scene file, as often as wanted.
     """
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
+    tell_of_record(loaded)
     from ..session import simulate as simulate_scene
 
     say, stop = progress()

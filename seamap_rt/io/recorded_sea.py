@@ -1,12 +1,14 @@
 """A recorded sea: its surface over a square patch, frame by frame, from a file of any size.
 
-NetCDF or Zarr by the rules below; the `3d.dat` of HOS-ocean (`hos_ocean`); and the grids of WASS, a stereo camera's:
-`Z` over frames, with its places in `X_grid` and `Y_grid`, in mm.
+NetCDF or Zarr by the rules below, and the other layouts of `recorded_layouts`. The variable of the elevation has the
+axes time, y and x in any order, evenly spaced; its name is one of `NAMES`, or its standard_name one of CF's for the
+height of the sea surface. Axes are known by their names, or by CF's `axis` or standard_name (a map projection's
+coordinates). Lengths may be in mm, cm, m or km, times in seconds or dates. `surface_potential` [m² s⁻¹], where it is
+there, is the velocity potential at the surface; else the water's velocity there may be given by `FLOWS`, or CF's names.
+Global attributes: periodic (1: the patch repeats), depth_m. One frame is read at a time.
 
-The variable of the elevation has the axes time, y and x in any order, evenly spaced; its name is one of `NAMES`, or its
-standard_name one of CF's for the height of the sea surface. Lengths may be in m, cm or km, times in seconds or dates.
-`surface_potential` [m² s⁻¹], where it is there, is the velocity potential at the surface. Global attributes: periodic
-(1: the patch repeats), depth_m. One frame is read at a time.
+Cameras do not see all of their grid. What is missing at the patch's edges in most frames is cut off: the patch is the
+largest square without. Other gaps are filled (`gaps`), and how wide they are is told with each frame.
 """
 
 from __future__ import annotations
@@ -22,15 +24,31 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .hos_ocean import is_hos_ocean, open_hos_ocean
+from .gaps import filled, half_width, largest_square, unseen_edges
+from .recorded_layouts import open_layout
 
-NAMES = ("elevation", "eta", "sea_surface_elevation", "surface_elevation", "zeta", "ssh", "height")
+NAMES = ("elevation", "eta", "sea_surface_elevation", "surface_elevation", "zeta", "ssh", "height", "z", "zgrid")
 POTENTIAL = "surface_potential"
+FLOWS = (  # names of the water's horizontal velocity at the surface, east and north
+    ("velocity_east", "velocity_north"),
+    ("u", "v"),
+)
+_FLOW_STANDARDS = (
+    ("sea_water_x_velocity", "sea_water_y_velocity"),
+    ("eastward_sea_water_velocity", "northward_sea_water_velocity"),
+)
+_SPEEDS = ("m/s", "m s-1", "m s^-1", "m.s-1", "meter/second", "metre/second")
 _STANDARD = "sea_surface_height"
-_AXES = {"time": ("time", "t"), "y": ("y", "north", "northing"), "x": ("x", "east", "easting")}
+_AXES = {
+    "time": ("time", "t"),
+    "y": ("y", "north", "northing", "lat", "latitude"),
+    "x": ("x", "east", "easting", "lon", "longitude"),
+}
+_CF_AXES = {"time": ("T", "time"), "y": ("Y", "projection_y_coordinate"), "x": ("X", "projection_x_coordinate")}
 _LENGTHS = {
     "mm": 0.001,
     "millimeter": 0.001,
+    "millimetre": 0.001,
     "m": 1.0,
     "metre": 1.0,
     "meter": 1.0,
@@ -40,10 +58,14 @@ _LENGTHS = {
     "km": 1000.0,
 }
 _SECONDS = ("s", "sec", "second", "seconds", "")
-_UNEVEN = 1e-3  # of a step, by which the points of an axis may stray
+_UNEVEN = 1e-3  # of a step, by which the points of an axis may stray; and the rounding of how they are stored
+_ROUNDED = 0.1  # of a step, at most that rounding
 _HIGHEST_M = 30.0
+_SPACINGS_M, _STEPS_S = (1e-3, 100.0), (1e-3, 10.0)  # those of any sea that a radar maps
 _FEWEST_POINTS, _FEWEST_FRAMES = 16, 14
-RIM = 0.05  # of a patch's side that does not repeat, within which it is brought to mean level
+_LOOKED_AT = 12  # frames from which the mean level is taken, and what is never seen
+_MOST_MISSING = 0.5  # of a frame
+_RIM = 0.05  # of a patch's side that does not repeat, at its edges
 
 
 @dataclass(frozen=True)
@@ -51,8 +73,10 @@ class RecordedSea:
     """What a file of a recorded sea holds; frames are read as they are asked for. Safe in threads.
 
     spacing_m, points: of the square patch, a side; west_m, south_m: of its first point from the antenna; step_s,
-    frames: in time; depth_m: None where the file does not say.
-    """
+    frames: in time; depth_m: None where the file does not say; flow: names of its velocities, where it has them; cut:
+    of the file's own points, those of the patch are fewer; level_m: the file's mean level, which is taken off, 0 where
+    the patch repeats; long_share: of the variance, by which a patch that ends rises and falls as a whole: waves that it
+    is too small for."""
 
     path: str
     name: str
@@ -65,59 +89,109 @@ class RecordedSea:
     periodic: bool
     depth_m: float | None
     potential: bool
+    flow: tuple[str, str] | None
+    cut: bool
+    level_m: float
+    long_share: float
     _first: tuple[int, int]  # row and column of the patch in the file
     _scale: float  # to metres, of the elevation
 
     @property
     def side_m(self) -> float:
-        """After which the patch repeats, or is made to."""
+        """Of the patch, a cell around each of its points: after which it repeats, if it does."""
         return self.points * self.spacing_m
 
     @property
+    def edges_m(self) -> tuple[float, float, float, float]:
+        """West, east, south and north of the cells of its points, from the antenna."""
+        west, south = self.west_m - 0.5 * self.spacing_m, self.south_m - 0.5 * self.spacing_m
+        return west, west + self.side_m, south, south + self.side_m
+
+    @property
+    def rim(self) -> int:
+        """Points at its edges in which a patch that does not repeat may be brought to its mean level."""
+        return 0 if self.periodic else max(4, round(_RIM * self.points))
+
+    @property
+    def rim_m(self) -> float:
+        """How wide at its edges a patch that does not repeat is not judged: its rim, and a point."""
+        return 0.0 if self.periodic else (self.rim + 1) * self.spacing_m
+
+    @property
+    def judged_m(self) -> tuple[float, float, float, float]:
+        """West, east, south and north, from the antenna, of what may be judged: `edges_m` less the rim."""
+        west, east, south, north = self.edges_m
+        return west + self.rim_m, east - self.rim_m, south + self.rim_m, north - self.rim_m
+
+    @property
     def reach_m(self) -> float:
-        """How far around the antenna the sea is that of the file: half the side of a patch that repeats."""
+        """How far around the antenna the sea is that of the file: half the side of a patch that repeats; below 0 where
+        the antenna stands in the rim."""
         if self.periodic:
             return 0.5 * self.side_m
-        rim = RIM * self.side_m
-        edges = -self.west_m, self.west_m + self.side_m, -self.south_m, self.south_m + self.side_m
-        return min(edges) - rim
+        west, east, south, north = self.judged_m
+        return min(-west, east, -south, north)
+
+    def holds(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which places, m from the antenna, lie in the patch and not in its rim; all, where it repeats."""
+        if self.periodic:
+            return np.ones(np.broadcast(x, y).shape, dtype=bool)
+        west, east, south, north = self.judged_m
+        return (x >= west) & (x <= east) & (y >= south) & (y <= north)
 
     def elevation(self, frame: int) -> NDArray[np.float64]:
-        """(row, column) m above its mean, rows to the north. Raises InputError for a frame with gaps."""
-        values = self._read(self.name, frame) * self._scale
-        if not np.isfinite(values).all():
-            share = float(np.mean(~np.isfinite(values)))
+        """(row, column) m above its mean, rows to the north; see `elevation_and_gap`."""
+        return self.elevation_and_gap(frame)[0]
+
+    def elevation_and_gap(self, frame: int) -> tuple[NDArray[np.float64], float]:
+        """(row, column) m above its mean, rows to the north, gaps filled; and the half-width [m] of the widest gap.
+
+        Raises InputError for a frame that is not a sea's, and for gaps that cannot be filled: of most of it, or from
+        the patch's edge into what is judged.
+        """
+        wrong = f"sea.file = '{self.path}': frame {frame} "
+        values = self._read(self.name, frame) * self._scale - self.level_m
+        gap = ~np.isfinite(values)
+        wide = 0.0
+        if gap.any():
+            share = float(np.mean(gap))
+            if share > _MOST_MISSING:
+                raise InputError(f"{wrong}has gaps ({share:.1%}), and at most {_MOST_MISSING:.0%} may be; leave it out")
+            middle = slice(self.rim, self.points - self.rim)
+            if unseen_edges(gap)[middle, middle].any():
+                raise InputError(f"{wrong}has gaps from the edge of the patch inwards ({share:.1%}); cut them off")
+            wide = half_width(gap) * self.spacing_m
+            values = filled(values, gap)
+        highest = float(np.abs(values).max())
+        if highest > _HIGHEST_M:
             raise InputError(
-                f"sea.file = '{self.path}': frame {frame} has gaps ({share:.1%}); fill them, or cut them off"
+                f"{wrong}holds {highest:.4g} m: must be at most {_HIGHEST_M:g} (no sea above 30 m); check the units of "
+                f"{self.name}"
             )
-        if np.abs(values).max() > _HIGHEST_M:
-            raise InputError(
-                f"sea.file = '{self.path}': frame {frame} holds {np.abs(values).max():.4g} m: must be at most "
-                f"{_HIGHEST_M:g} (no sea above 30 m); check the units of {self.name}"
-            )
-        return values
+        return values, wide
 
     def surface_potential(self, frame: int) -> NDArray[np.float64]:
-        """(row, column) m²/s."""
-        return np.nan_to_num(self._read(POTENTIAL, frame))
+        """(row, column) m²/s, gaps filled."""
+        values = self._read(POTENTIAL, frame)
+        gap = ~np.isfinite(values)
+        return filled(values, gap) if gap.any() and not gap.all() else np.nan_to_num(values)
+
+    def surface_flow(self, frame: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The water's velocity at the surface to east and north, each (row, column) m/s, gaps filled."""
+        assert self.flow is not None
+        made = []
+        for name in self.flow:
+            values = self._read(name, frame)
+            gap = ~np.isfinite(values)
+            made.append(filled(values, gap) if gap.any() and not gap.all() else np.nan_to_num(values))
+        return made[0], made[1]
 
     def _read(self, name: str, frame: int) -> NDArray[np.float64]:
         if not 0 <= frame < self.frames:
             raise InputError(f"sea.file = '{self.path}': holds frames 0 to {self.frames - 1}, asked for {frame}")
-        row, column = self._first
         with _LOCK:
-            opened = _opened(self.path, _version(self.path))
-            axes = _axes(opened[name])
-            cut = opened[name].isel(
-                {
-                    axes["time"]: frame,
-                    axes["y"]: slice(row, row + self.points),
-                    axes["x"]: slice(column, column + self.points),
-                }
-            )
-            values = cut.transpose(axes["y"], axes["x"]).values.astype(np.float64)
-        values = values[:: _direction(opened, axes["y"]), :: _direction(opened, axes["x"])]
-        return values if self.periodic else _levelled_rim(values)
+            whole = _opened(self.path, _version(self.path))
+            return _cut(whole, whole[name], frame, self._first, (self.points, self.points))
 
 
 _LOCK = threading.Lock()
@@ -144,32 +218,41 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
     wrong = f"sea.file = '{path}': "
     name = _elevation_of(opened)
     if name is None:
-        there = ", ".join(map(str, opened.data_vars)) or "nothing"
+        there = (
+            ", ".join(f"{each} ({', '.join(map(str, opened[each].dims))})" for each in opened.data_vars) or "nothing"
+        )
         raise InputError(
             f"{wrong}holds no elevation over time, y and x (it has {there}); "
-            f"name the variable one of {', '.join(NAMES)}"
+            f"name the variable one of {', '.join(NAMES[:6])}, and its axes time, y and x"
         )
     axes = _axes(opened[name])
     scale = _length(opened[name].attrs.get("units", "m"), f"{wrong}{name}")
-    x, y = (
-        _length(opened[axes[each]].attrs.get("units", "m"), f"{wrong}{axes[each]}")
-        * np.asarray(opened[axes[each]].values, dtype=np.float64)
-        for each in ("x", "y")
-    )
+    x, y = (_places(opened[axes[each]], f"{wrong}{axes[each]}") for each in ("x", "y"))
     spacing = [_even(values, _FEWEST_POINTS, f"{wrong}{axes[each]}") for each, values in (("x", x), ("y", y))]
     if abs(spacing[0] - spacing[1]) > _UNEVEN * spacing[0]:
         raise InputError(
             f"{wrong}x and y are {spacing[0]:.4g} and {spacing[1]:.4g} m apart: must be alike; resample it"
         )
+    _within(spacing[0], _SPACINGS_M, "m", f"{wrong}{axes['x']} and {axes['y']}: points")
     times = _seconds(opened[axes["time"]], wrong)
     step = _even(times, _FEWEST_FRAMES, f"{wrong}{axes['time']}")
     if times[1] < times[0]:
         raise InputError(f"{wrong}{axes['time']} runs backwards; turn it round")
+    _within(step, _STEPS_S, "s", f"{wrong}{axes['time']}: frames")
     periodic = bool(int(opened.attrs.get("periodic", 0)))
     if periodic and x.size != y.size:
         raise InputError(f"{wrong}is {x.size} × {y.size} points: a patch that repeats must be square; resample it")
-    points = min(x.size, y.size)
-    first, corner = _square(np.sort(x), np.sort(y), points)
+    x, y = np.sort(x), np.sort(y)
+    free, level, long_share = np.ones((y.size, x.size), dtype=bool), 0.0, 0.0
+    if not periodic:
+        free, level, long_share = _looked_at(opened, name, times.size, scale, wrong)
+    first, points = _square(x, y, free)
+    if points < _FEWEST_POINTS:
+        raise InputError(
+            f"{wrong}the largest square without gaps at its edges has {points} points a side: must have at least "
+            f"{_FEWEST_POINTS}; give more of it"
+        )
+    corner = _corner(x, y, first, points)
     depth = opened.attrs.get("depth_m")
     return RecordedSea(
         path=path,
@@ -183,36 +266,63 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
         periodic=periodic,
         depth_m=None if depth is None else float(depth),
         potential=POTENTIAL in opened and set(opened[POTENTIAL].dims) == set(opened[name].dims),
-        _first=(
-            first[0] if _direction(opened, axes["y"]) > 0 else y.size - points - first[0],
-            first[1] if _direction(opened, axes["x"]) > 0 else x.size - points - first[1],
-        ),
+        flow=_flow_of(opened, opened[name], wrong),
+        cut=points < max(x.size, y.size),
+        _first=first,
         _scale=scale,
+        level_m=level,
+        long_share=min(long_share, 1.0),
     )
 
 
-def _square(x: NDArray, y: NDArray, points: int) -> tuple[tuple[int, int], tuple[float, float]]:
-    """Where a square of the patch begins, row and column, and its south-west point from the antenna, which stands at
-    0, 0, or where that is not in the patch in its middle."""
-    starts, corner = [], []
+def _looked_at(
+    opened: xr.Dataset, name: str, frames: int, scale: float, wrong: str
+) -> tuple[NDArray[np.bool_], float, float]:
+    """Which points (row, column), rows to the north, are not cut off: those that reach the edge through points missing
+    in most frames are; the mean level of the others, m; and the share of the variance by which whole frames rise and
+    fall."""
+    axes = _axes(opened[name])
+    size = opened[name].sizes[axes["y"]], opened[name].sizes[axes["x"]]
+    seen, total, square, means = np.zeros(size), np.zeros(size), 0.0, []
+    chosen = np.unique(np.linspace(0, frames - 1, _LOOKED_AT).astype(int))
+    for frame in chosen:
+        with _LOCK:
+            values = _cut(opened, opened[name], int(frame), (0, 0), size)
+        known = np.isfinite(values)
+        seen += known
+        total += np.where(known, values, 0.0)
+        square += float(np.sum(np.square(values[known])))
+        means += [float(values[known].mean())] if known.any() else []
+    if not means:
+        raise InputError(f"{wrong}{name} is missing everywhere in the frames that were looked at; give others")
+    free = ~unseen_edges(seen <= 0.5 * chosen.size)
+    level = float(total[free].sum() / max(seen[free].sum(), 1.0))
+    variance = square / float(seen.sum()) - level**2
+    return free, scale * level, float(np.var(means) / variance) if variance > 0.0 else 0.0
+
+
+def _square(x: NDArray, y: NDArray, free: NDArray[np.bool_]) -> tuple[tuple[int, int], int]:
+    """First row and column of the patch, and its points a side: the largest free square, as near as can be to the
+    antenna at 0, 0, or where that is not in the grid to its middle."""
     inside = x[0] <= 0.0 <= x[-1] and y[0] <= 0.0 <= y[-1]
-    for axis in (y, x):
-        antenna = 0.0 if inside else 0.5 * (axis[0] + axis[-1])
-        middle = int(np.argmin(np.abs(axis - antenna)))
-        start = int(np.clip(middle - points // 2, 0, axis.size - points))
-        starts.append(start)
-        corner.append(float(axis[start] - antenna))
-    return (starts[0], starts[1]), (corner[0], corner[1])
+    middle = [float(np.argmin(np.abs(axis))) if inside else 0.5 * (axis.size - 1) for axis in (y, x)]
+    if free.all():
+        points = min(x.size, y.size)
+        row, column = (
+            int(np.clip(round(at) - points // 2, 0, axis.size - points))
+            for at, axis in zip(middle, (y, x), strict=True)
+        )
+        return (row, column), points
+    return largest_square(free, (middle[0], middle[1]))
 
 
-def _levelled_rim(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A patch that does not repeat, brought to its mean level at the rim, so that it can be made to."""
-    mean = float(np.nanmean(values))
-    weight = np.ones(values.shape[0])
-    rim = max(2, round(RIM * weight.size))
-    weight[:rim] = 0.5 - 0.5 * np.cos(np.pi * (np.arange(rim) + 0.5) / rim)
-    weight[-rim:] = weight[:rim][::-1]
-    return (values - mean) * weight[:, None] * weight
+def _corner(x: NDArray, y: NDArray, first: tuple[int, int], points: int) -> tuple[float, float]:
+    """South and west of the patch's first point from the antenna, which stands at 0, 0, or where that is not in the
+    patch in its middle."""
+    parts = [axis[start : start + points] for axis, start in zip((y, x), first, strict=True)]
+    inside = all(part[0] <= 0.0 <= part[-1] for part in parts)
+    antenna = [0.0 if inside else float(0.5 * (part[0] + part[-1])) for part in parts]
+    return float(parts[0][0] - antenna[0]), float(parts[1][0] - antenna[1])
 
 
 # ------------------------------------------------------------------------------------------------------ the file
@@ -225,26 +335,22 @@ def _version(path: str) -> tuple[int, int]:
 
 @lru_cache(maxsize=4)
 def _opened(path: str, _: tuple[int, int]) -> xr.Dataset:
-    if Path(path).is_dir():
-        return xr.open_zarr(path, chunks=None, consolidated=False)
-    if is_hos_ocean(Path(path)):
-        return open_hos_ocean(Path(path))
-    opened = xr.open_dataset(path, chunks=None, cache=False)
-    return _with_axes(opened) if {"X_grid", "Y_grid", "Z"} <= set(opened.variables) else opened
+    return open_layout(Path(path))
 
 
-def _with_axes(opened: xr.Dataset) -> xr.Dataset:
-    """WASS's grid with one axis each instead of the places of all points."""
-    frames, rows, columns = opened["Z"].dims
-    x, y = (np.asarray(opened[name].values, dtype=np.float64) for name in ("X_grid", "Y_grid"))
-    if np.ptp(x, axis=0).max() > np.ptp(x, axis=1).max():  # along rows, not columns
-        x, y, rows, columns = x.T, y.T, columns, rows
-    named = {frames: "time", rows: "y", columns: "x", "Z": "elevation"}
-    values = opened[["Z"]].rename({old: new for old, new in named.items() if old != new})
-    times = {"time": ("time", np.asarray(opened["time"].values, dtype=np.float64).ravel(), {"units": "s"})}
-    return values.drop_vars(["x", "y", "time"], errors="ignore").assign_coords(
-        {**times, "x": ("x", x[0], {"units": "mm"}), "y": ("y", y[:, 0], {"units": "mm"})}
-    )
+def _cut(
+    opened: xr.Dataset, values: xr.DataArray, frame: int, first: tuple[int, int], size: tuple[int, int]
+) -> NDArray[np.float64]:
+    """Points (row, column) of a frame from the first row and column on, rows to the north and columns to the east."""
+    axes = _axes(values)
+    way = {axis: _direction(opened, axes[axis]) for axis in ("y", "x")}
+    taken = {
+        axes[axis]: slice(start, start + count) if way[axis] > 0 else slice(most - start - count, most - start)
+        for axis, start, count in zip(("y", "x"), first, size, strict=True)
+        for most in (values.sizes[axes[axis]],)
+    }
+    cut = values.isel({axes["time"]: frame, **taken}).transpose(axes["y"], axes["x"]).values.astype(np.float64)
+    return cut[:: way["y"], :: way["x"]]
 
 
 def _elevation_of(opened: xr.Dataset) -> str | None:
@@ -254,12 +360,31 @@ def _elevation_of(opened: xr.Dataset) -> str | None:
     return next(iter([*named, *standard]), None)
 
 
+def _flow_of(opened: xr.Dataset, elevation: xr.DataArray, wrong: str) -> tuple[str, str] | None:
+    """The names of both velocities over the elevation's axes, if the file has them."""
+    there = {str(name): each for name, each in opened.data_vars.items() if set(each.dims) == set(elevation.dims)}
+    standard = {str(each.attrs.get("standard_name", "")): name for name, each in there.items()}
+    for known, held in ((FLOWS, {name: name for name in there}), (_FLOW_STANDARDS, standard)):
+        for east, north in known:
+            if east in held and north in held:
+                for name in (held[east], held[north]):
+                    unit = str(there[name].attrs.get("units", "m/s")).strip().lower()
+                    if unit not in _SPEEDS:
+                        raise InputError(f"{wrong}{name}: is in '{unit}': must be in m/s; convert it")
+                return held[east], held[north]
+    return None
+
+
 def _axes(values: xr.DataArray) -> dict[str, str]:
     """Which dimension is which."""
     found = {}
     for axis, names in _AXES.items():
         for dimension in values.dims:
-            if str(dimension).lower() in names and dimension in values.coords:
+            if dimension not in values.coords:
+                continue
+            told = values[dimension].attrs
+            by_cf = {str(told.get("axis", "")), str(told.get("standard_name", ""))}
+            if str(dimension).lower() in names or by_cf & set(_CF_AXES[axis]):
                 found[axis] = str(dimension)
     return found
 
@@ -277,6 +402,23 @@ def _length(unit: Any, what: str) -> float:
     return _LENGTHS[word]
 
 
+def _places(axis: xr.DataArray, what: str) -> NDArray[np.float64]:
+    """The points of an axis in m, in as many digits as the file has."""
+    return _length(axis.attrs.get("units", "m"), what) * _as_stored(axis.values)
+
+
+def _as_stored(values: NDArray) -> NDArray:
+    return np.asarray(values, dtype=np.float64 if values.dtype.kind in "iu" else None)
+
+
+def _within(step: float, limits: tuple[float, float], unit: str, what: str) -> None:
+    if not limits[0] <= step <= limits[1]:
+        raise InputError(
+            f"{what} are {step:.3g} {unit} apart: must be {limits[0]:g} to {limits[1]:g}; check the units of the axis "
+            "(degrees go to local metres)"
+        )
+
+
 def _seconds(times: xr.DataArray, wrong: str) -> NDArray[np.float64]:
     values = times.values
     if np.issubdtype(values.dtype, np.datetime64) or np.issubdtype(values.dtype, np.timedelta64):
@@ -284,16 +426,18 @@ def _seconds(times: xr.DataArray, wrong: str) -> NDArray[np.float64]:
     unit = str(times.attrs.get("units", "s")).strip().lower()
     if unit not in _SECONDS:
         raise InputError(f"{wrong}{times.name}: is in '{unit}': must be in seconds, or dates; convert it")
-    return np.asarray(values, dtype=np.float64)
+    return _as_stored(values)
 
 
-def _even(values: NDArray[np.float64], fewest: int, what: str) -> float:
+def _even(values: NDArray, fewest: int, what: str) -> float:
     """The spacing of an axis. Raises InputError where it is not even, or too short."""
     if values.size < fewest:
         raise InputError(f"{what}: has {values.size} points: must have at least {fewest}; give more of it")
-    steps = np.diff(values)
+    rounding = 2.0 * float(np.finfo(values.dtype).eps) * float(np.abs(values).max())
+    steps = np.diff(values.astype(np.float64))
     step = float(np.median(steps))
-    if not np.isfinite(steps).all() or step == 0.0 or np.abs(steps - step).max() > max(_UNEVEN, 1e-6) * abs(step):
+    stray = max(_UNEVEN * abs(step), min(rounding, _ROUNDED * abs(step)))
+    if not np.isfinite(steps).all() or step == 0.0 or np.abs(steps - step).max() > stray:
         raise InputError(f"{what}: is not evenly spaced (median {step:.4g}, {steps.min():.4g} to {steps.max():.4g}); "
                          "resample it")  # fmt: skip
-    return abs(float(values[-1] - values[0])) / (values.size - 1)
+    return abs(float(values[-1]) - float(values[0])) / (values.size - 1)

@@ -50,6 +50,7 @@ CHECKS = (
     Check("wave on mesh", lambda s: meshing.check_waves(s.detail, s.sea), _SIZE),
     Check("mesh memory", lambda s: meshing.check_memory(s.detail, s.radar), _SIZE),
     Check("gauges", lambda s: gauges.check_names_and_rates(s.gauges)),
+    Check("gauges known", lambda s: gauges.check_known(s.gauges, s.sea), ("patch",)),
     Check("gauges' places", lambda s: gauges.check_positions(s.gauges, s.radar, s.platform, s.retrieval), ("height",)),
 )
 

@@ -50,7 +50,7 @@ def _with_recorded(tree: Mapping[str, Any]) -> Mapping[str, Any]:
 
     file = recorded_sea(sea["file"])
     known: dict[str, Any] = {
-        "extent_m": round(2.0 * file.reach_m, 3),
+        "extent_m": max(round(2.0 * file.reach_m, 3), 10.0),
         "waves": [{"spectrum": "file", "kind": "recorded", "file": sea["file"]}],
     }
     if sea.get("energy_fraction") is None:

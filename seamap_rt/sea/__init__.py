@@ -24,12 +24,14 @@ refused if more than 2 % of its water is folded at time 0. The elevation has no 
 3kσ, that of a second-order sea, beside it.
 
 Recorded seas. `sea.model = "recorded"` takes the surface of `sea.file`, frame by frame, however large: a nonlinear
-simulation's, or a measured patch (NetCDF, Zarr, HOS-ocean's 3d.dat, grids of WASS; `seamap_rt.io.recorded_sea` has the
-names, axes and units that it knows). Spacing, depth and the directional spectrum, by linear dispersion, come from the
-file where the scene leaves them out. What interpolation between frames costs is stated among the resolved facts; where
-the patch or the record ends too early, the scene is refused. A patch that does not repeat is brought to mean level in a
-rim of 5 % of its side. The water's flow is the gradient of the surface potential where the file has it, and that of
-linear waves else: both to first order, as is the sum of `components`.
+simulation's, or a measured patch (NetCDF, Zarr, HOS-ocean's 3d.dat, WASS's grids, Schwendeman & Thomson's Matlab files;
+`seamap_rt.io.recorded_sea` has the names, axes and units that it knows). Spacing, depth and the directional spectrum,
+by linear dispersion, come from the file where the scene leaves them out. What is made up between frames, and across
+gaps that cameras leave, has an error that is stated among the resolved facts; more than a tenth of the waves is
+refused, as is a record that ends too early. A patch that ends within the range circle is refused, or goes on as
+`sea.beyond` says, level or mirrored; it is told beforehand how far it reaches, and nothing beyond is judged
+(`Sea.known`), nor in a rim of 5 % of its side. The water's flow is that of the file's surface potential or velocities,
+and of linear waves where it has none: both to first order, as is the sum of `components`.
 
     sea = realize(scene.sea, seed=1)
     sea.elevation(x, y, t), sea.slopes(x, y, t), sea.velocity(x, y, t)    # arrays that broadcast; m, m/s

@@ -54,6 +54,8 @@ class Resolved:
         float  # 3kσ, of a narrow-banded second-order sea with that peak (Longuet-Higgins 1963); regular: half
     )
     choppy: ChoppyFacts | None = None
+    filled_m: float = 0.0  # width of the widest gap of a record that was filled, of the frames that were looked at
+    filled_error: float = 0.0  # m rms, in the middle of that gap
 
     @property
     def look_slope_variance(self) -> float:

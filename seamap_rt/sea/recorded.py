@@ -2,8 +2,12 @@
 
 In space each frame becomes a B-spline by one FFT, as a drawn sea's knots do. In time six frames are interpolated by
 their polynomial (Lagrange), and a frame's rate of change is that of the polynomial through seven. The water's flow is
-from the surface potential where the file has it, else from linear theory: of a wave that runs along k with ω(k) the
-elevation η and its rate η̇ tell its amplitude apart from that of the wave that runs against it, ½(η + iη̇/ω).
+from the surface potential or the velocities where the file has them, else from linear theory: of a wave that runs along
+k with ω(k) the elevation η and its rate η̇ tell its amplitude apart from that of the wave that runs against it, ½(η +
+iη̇/ω).
+
+What is made up, between frames and across gaps, has an expected error, and a record of which it is more than a tenth of
+the waves is refused. Beyond a patch that ends the sea is continued (`continued`), and not known.
 """
 
 from __future__ import annotations
@@ -21,10 +25,13 @@ from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
+from ..io.gaps import fill_error
 from ..io.recorded_sea import RecordedSea, recorded_sea
 from ..physics.dispersion import angular_frequency, group_speed
 from ..settings import SeaSettings
+from ..settings.sea import MOST_POINTS_A_SIDE
 from .accuracy import InterpolationError, interpolation_error
+from .continued import Continued
 from .facts import resolved_facts
 from .lattice import Lattice
 from .linear import LinearSurface
@@ -42,7 +49,10 @@ _BEFORE_S = 0.5  # of the record before time 0: what a beam hears before it poin
 _AVERAGED = 12  # frames from which the spectrum is taken
 _DIRECTIONS = 24
 _FINE_RINGS, _WIDER = 10, 1.08  # rings of wavenumbers one step wide, and by how much the next ones grow
+_HALVINGS = 40
 _PHASES = 16  # places between two frames at which the interpolation in time is judged
+_MOST_MADE_UP = 0.1  # of the waves' rms height: the error of what is made up, between frames or across a gap
+_LOWEST_M = 1e-3  # rms, below which a sea is none, or in other units
 
 
 class Frame(NamedTuple):
@@ -57,9 +67,14 @@ class Frame(NamedTuple):
 class RecordedField(MovingField):
     """The spline of a recorded sea. Knot n is the frame at n steps of the file, counted from the scene's time 0."""
 
-    def __init__(self, file: RecordedSea, lattice: Lattice, variance: NDArray[np.float64]) -> None:
-        """variance: of each wave of the lattice, as the frames have it: what the errors are taken from."""
-        self.file, self.lattice, self.order = file, lattice, _ORDER
+    def __init__(
+        self, source: Continued, lattice: Lattice, variance: NDArray[np.float64], widest_gap: float = np.inf
+    ) -> None:
+        """variance: of each wave of the lattice, as the frames have it: what the errors are taken from. widest_gap: m,
+        the half-width above which one is refused."""
+        file = source.file
+        self.source, self.file, self.lattice, self.order = source, file, lattice, _ORDER
+        self._widest_gap = widest_gap
         rows, columns = lattice.reach
         self.shape = grid_size(rows, _OVERSAMPLING, _ORDER), grid_size(columns, _OVERSAMPLING, _ORDER)
         self._variance = lattice.fold(variance)
@@ -96,7 +111,14 @@ class RecordedField(MovingField):
     def evaluate(
         self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64], terms: Sequence[Term]
     ) -> NDArray[np.float64]:
-        """As of a drawn sea; NaN before the record, and beyond its end."""
+        """As of a drawn sea; NaN before the record, and beyond its end. Beyond the patch as it is continued."""
+        level = self.source.is_level(x, y)
+        if level.any():
+            found = np.zeros((len(terms), t.size))
+            inside = ~level
+            if inside.any():
+                found[:, inside] = self.evaluate(x[inside], y[inside], t[inside], terms)
+            return found
         number = np.floor(t / self.time_step)
         first, last = TAPS[0] - _BESIDE, TAPS[-1] + _BESIDE
         known = (number + self._first + first >= 0) & (number + self._first + last < self.file.frames)
@@ -111,20 +133,50 @@ class RecordedField(MovingField):
         frame = number + self._first
         around = [self._spectrum("elevation", frame + n) for n in range(-_BESIDE, _BESIDE + 1)]
         rate = sum((weight / self.time_step) * each for weight, each in zip(_SLOPE_TAPS, around, strict=True) if weight)
-        potential = self._spectrum("potential", frame) if self.file.potential else None
+        given = self.file.potential or self.file.flow is not None
+        potential = self._spectrum("potential", frame) if given else None
         return Frame(around[_BESIDE], np.asarray(rate, dtype=np.complex64), potential)
 
     def _spectrum(self, name: str, frame: int) -> NDArray[np.complex64]:
         with self._lock:
             kept = self._spectra.get((name, frame))
         if kept is None:
-            read = self.file.elevation if name == "elevation" else self.file.surface_potential
-            kept = half_plane_of(read(frame), self.lattice)
+            if name == "potential" and not self.file.potential:
+                kept = self._potential_of_flow(frame)
+            else:
+                kept = half_plane_of(self._points(name, frame), self.lattice)
             with self._lock:
                 self._spectra[name, frame] = kept
                 while len(self._spectra) > 4 * len(_SLOPE_TAPS):
                     self._spectra.popitem(last=False)
         return kept
+
+    def _potential_of_flow(self, frame: int) -> NDArray[np.complex64]:
+        """Φ with ∇Φ nearest to the velocities given: −i k·û/k². A mean flow and eddies are left out."""
+        east, north = (half_plane_of(each, self.lattice) for each in self.source.surface_flow(frame))
+        k_east = self.lattice.step * np.arange(self.lattice.reach[1] + 1)
+        k_north = self.lattice.step * self._rows[:, None]
+        square = k_east**2 + k_north**2
+        square[0, 0] = np.inf
+        return (-1j * (k_east * east + k_north * north) / square).astype(np.complex64)
+
+    def _points(self, name: str, frame: int) -> NDArray[np.float64]:
+        if name == "potential":
+            return self.source.surface_potential(frame)
+        values, gap = self.source.elevation_and_gap(frame)
+        if gap > self._widest_gap:
+            raise InputError(
+                f"sea.file = '{self.file.path}': frame {frame} has a gap {2.0 * gap:.3g} m wide, and what is filled in "
+                f"errs by more than {_MOST_MADE_UP:.0%} of these waves above {2.0 * self._widest_gap:.3g} m; cut it "
+                "off, or take frames without"
+            )
+        return values
+
+    def check_gaps(self, until_s: float) -> None:
+        """Read all frames that are needed up to a time. Raises InputError for a gap too wide to be filled."""
+        last = self._first + int(np.ceil(until_s / self.time_step)) + TAPS[-1] + _BESIDE
+        for frame in range(self._first + TAPS[0] - _BESIDE, min(last, self.file.frames - 1) + 1):
+            self._points("elevation", frame)
 
     def _half_plane(self, kind: Kind, state: Frame) -> NDArray[np.complex64]:
         rows, columns = self.lattice.reach
@@ -197,9 +249,11 @@ def lagrange_error(cycles: ArrayLike, derivative: int = 0) -> NDArray[np.float64
 def realize_recorded(settings: SeaSettings, spacing: float, system: SpectralSystem) -> Sea:
     """The sea of a file. spacing [m]: of the waves that are kept; system: their spectrum. Raises InputError."""
     file = recorded_sea(settings.file)
-    train, variance = _train(file, spacing, settings.depth_m)
+    source = Continued(file, settings.beyond)
+    train, variance, gap = _train(source, spacing, settings.depth_m)
     resolved = resolved_facts([train], [system], spacing)
     deviation = float(np.sqrt(variance))
+    _check_frames(file, resolved.elevation_error, deviation)
     resolved = replace(
         resolved,
         variance=variance,
@@ -207,29 +261,86 @@ def realize_recorded(settings: SeaSettings, spacing: float, system: SpectralSyst
         mean_square_slope_share=min(1.0, resolved.mean_square_slope_share),
         variance_share=min(1.0, variance / resolved.total_variance) if resolved.total_variance > 0.0 else 1.0,
         significant_steepness=resolved.significant_steepness * deviation / max(resolved.elevation_std, 1e-12),
+        filled_m=2.0 * gap,
+        filled_error=gap_error(train.lattice, train.variance, gap),
     )
-    return Sea([train], LinearSurface((train,)), resolved, ends_s=duration_s(file))
+    return Sea(
+        [train], LinearSurface((train,)), resolved, ends_s=duration_s(file), patch=None if file.periodic else file
+    )
 
 
-def _train(file: RecordedSea, spacing: float, depth: float) -> tuple[PlaneTrain, float]:
-    lattice = Lattice(file.side_m, np.pi / max(spacing, file.spacing_m), depth)
-    amplitude, variance = _waves(file, lattice)
-    return PlaneTrain(lattice, variance, amplitude, RecordedField(file, lattice, variance)), float(variance.sum())
+def check_gaps(sea: Sea, until_s: float) -> None:
+    """Read the frames of a recorded sea up to a time. Raises InputError for a gap too wide to be filled."""
+    for train in sea.trains:
+        if isinstance(train, PlaneTrain) and isinstance(train.field, RecordedField):
+            train.field.check_gaps(until_s)
 
 
-def _waves(file: RecordedSea, lattice: Lattice) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
-    """Amplitudes of the lattice's waves at time 0, and the variance of each over the record, in all the surface's."""
+def _check_frames(file: RecordedSea, error: float, deviation: float) -> None:
+    if error > _MOST_MADE_UP * deviation:
+        raise InputError(
+            f"sea.file = '{file.path}': frames {file.step_s:.3g} s and points {file.spacing_m:.3g} m apart leave an "
+            f"error of {error:.2g} m rms between them, {error / deviation:.0%} of these waves: must be at most "
+            f"{_MOST_MADE_UP:.0%}; give denser frames, or raise sea.resolution_m, which leaves short waves out"
+        )
+
+
+def _train(source: Continued, spacing: float, depth: float) -> tuple[PlaneTrain, float, float]:
+    """The waves, their variance, and the half-width [m] of the widest gap in the frames that were looked at."""
+    file = source.file
+    if source.points > MOST_POINTS_A_SIDE:
+        raise InputError(
+            f"sea.file = '{file.path}': {file.points} points a side, mirrored {source.points}: must be at most "
+            f"{MOST_POINTS_A_SIDE}; set sea.beyond = 'level', or give fewer points"
+        )
+    lattice = Lattice(source.side_m, np.pi / max(spacing, file.spacing_m), depth)
+    amplitude, variance, level, gap = _waves(source, lattice)
+    if np.sqrt(variance.sum()) < _LOWEST_M:
+        raise InputError(
+            f"sea.file = '{file.path}': waves of {np.sqrt(variance.sum()):.2g} m rms: must be at least {_LOWEST_M:g}; "
+            f"check the units of {file.name}"
+        )
+    widest = widest_gap(lattice, variance)
+    field = RecordedField(source, lattice, variance, widest)
+    return PlaneTrain(lattice, variance, amplitude, field), float(variance.sum()) + level, gap
+
+
+def gap_error(lattice: Lattice, variance: NDArray[np.float64], half_width: float) -> float:
+    """Expected rms error [m] in the middle of a gap of a half-width [m] that was filled, of waves of a lattice."""
+    if half_width == 0.0:
+        return 0.0
+    k = np.hypot(lattice.east, lattice.north[:, None])
+    return float(np.sqrt(np.sum(variance * fill_error(k, half_width) ** 2)))
+
+
+def widest_gap(lattice: Lattice, variance: NDArray[np.float64]) -> float:
+    """Half-width [m] at which what is filled in errs by a tenth of the waves' rms height."""
+    allowed, low, high = _MOST_MADE_UP * np.sqrt(variance.sum()), 0.0, lattice.length
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if gap_error(lattice, variance, middle) < allowed else (low, middle)
+    return low
+
+
+def _waves(source: Continued, lattice: Lattice) -> tuple[NDArray[np.complex128], NDArray[np.float64], float, float]:
+    """Amplitudes of the lattice's waves at time 0; the variance of each over the record, in all the surface's; that of
+    the mean level of a patch that ends, which longer waves move; the half-width [m] of the widest gap filled."""
+    file = source.file
     rows, columns = lattice.reach
     omega = lattice.unfold(np.where(lattice.omega > 0.0, lattice.omega, np.inf))
     first, last = first_frame(file), file.frames - 1 - _BESIDE
     chosen = np.unique(np.linspace(first, last, _AVERAGED).astype(int))
-    power, whole, amplitude = np.zeros(omega.shape), 0.0, np.zeros(omega.shape, complex)
+    power, whole, amplitude, widest, level = np.zeros(omega.shape), 0.0, np.zeros(omega.shape, complex), 0.0, 0.0
     for frame in chosen:
-        made = [_whole_plane(file.elevation(int(frame) + n), lattice) for n in range(-_BESIDE, _BESIDE + 1)]
+        read = [source.elevation_and_gap(int(frame) + n) for n in range(-_BESIDE, _BESIDE + 1)]
+        widest = max(widest, *(gap for _, gap in read))
+        made = [_whole_plane(values, lattice) for values, _ in read]
         middle = made[_BESIDE]
         rate = sum(weight / file.step_s * each for weight, each in zip(_SLOPE_TAPS, made, strict=True))
         ahead = middle + 1j * np.asarray(rate) / omega
         ahead[rows, columns] = 0.0
+        if not file.periodic:
+            level += float(np.abs(middle[rows, columns]) ** 2) / chosen.size / source.kept
         middle[rows, columns] = 0.0
         power += 0.5 * np.abs(ahead) ** 2 / chosen.size
         whole += float(np.sum(np.abs(middle) ** 2)) / chosen.size
@@ -239,7 +350,7 @@ def _waves(file: RecordedSea, lattice: Lattice) -> tuple[NDArray[np.complex128],
     total = float(power.sum())
     if total <= 0.0:
         raise InputError(f"sea.file = '{file.path}': is flat at all frames; there is nothing to see")
-    return amplitude, power * (whole / total)
+    return amplitude, power * (whole / total / source.kept), level, widest
 
 
 def _whole_plane(values: NDArray[np.float64], lattice: Lattice) -> NDArray[np.complex128]:
@@ -259,7 +370,7 @@ def recorded_spectrum(path: str, depth: float) -> TabulatedSpectrum:
 @lru_cache(maxsize=4)
 def _spectrum(file: RecordedSea, depth: float) -> TabulatedSpectrum:
     lattice = Lattice(file.side_m, np.pi / file.spacing_m, depth)
-    _, variance = _waves(file, lattice)
+    _, variance, *_ = _waves(Continued(file, "level"), lattice)  # a mirrored sea's waves also come from elsewhere
     east, north = lattice.east[None, :], lattice.north[:, None]
     k = np.hypot(east, north)
     edges = [0.5, *(0.5 + np.arange(1, _FINE_RINGS + 1))]

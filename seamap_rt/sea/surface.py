@@ -7,7 +7,9 @@ current. Heights in metres above mean sea level, x east, y north, t in seconds.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 import xarray as xr
@@ -18,6 +20,12 @@ from .facts import Resolved, spectrum_dataset
 from .linear import Surface
 from .memory import Memory
 from .wave_trains import Quantity, WaveTrain
+
+
+class Patch(Protocol):
+    """Of a recorded sea that ends: places, m, are known or not."""
+
+    def holds(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]: ...
 
 
 class Sea:
@@ -37,14 +45,17 @@ class Sea:
         resolved: Resolved,
         current: tuple[float, float] = (0.0, 0.0),
         ends_s: float = np.inf,
+        patch: Patch | None = None,
     ) -> None:
         """current: m/s east, north. Waves ride on it: the whole surface is carried along (Doppler shift). ends_s: time
-        after which nothing is known of it."""
+        after which nothing is known of it. patch: beyond which it is continued, and not known; None: it is
+        everywhere."""
         self.trains = tuple(trains)
         self.surface = surface
         self.resolved = resolved
         self.current = current
         self.ends_s = ends_s
+        self.patch = patch
         self._memory: Memory | None = None
 
     def remember(self, most_bytes: float) -> None:
@@ -54,6 +65,21 @@ class Sea:
     def elevation(self, x: ArrayLike, y: ArrayLike, t: ArrayLike) -> NDArray[np.float64]:
         """Height above mean sea level, (…) m."""
         return self._sample(x, y, t, ("elevation",))[0]
+
+    def known(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.bool_]:
+        """Where (…) the surface is that of the sea, and may be judged by: not where a record was continued."""
+        east, north = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64))
+        return np.ones(east.shape, dtype=bool) if self.patch is None else self.patch.holds(east, north)
+
+    def known_elevation(self, x: ArrayLike, y: ArrayLike, t: ArrayLike) -> NDArray[np.float64]:
+        """`elevation`, NaN where it is not known."""
+        height = self.elevation(x, y, t)
+        return height if self.patch is None else np.where(self.known(x, y), height, np.nan)
+
+    @property
+    def judge(self) -> KnownSea:
+        """The sea as forecasts are judged by."""
+        return KnownSea(self)
 
     def elevation_rate(self, x: ArrayLike, y: ArrayLike, t: ArrayLike) -> NDArray[np.float64]:
         """∂η/∂t at a fixed place, (…) m/s."""
@@ -144,6 +170,17 @@ class Sea:
         if self.current != (0.0, 0.0):
             east, north = east - self.current[0] * time, north - self.current[1] * time
         return east, north, time, points[0].shape
+
+
+@dataclass(frozen=True)
+class KnownSea:
+    """A sea whose elevation is NaN where it is not known."""
+
+    sea: Sea
+
+    def elevation(self, x: ArrayLike, y: ArrayLike, t: ArrayLike) -> NDArray[np.float64]:
+        """Height above mean sea level, (…) m."""
+        return self.sea.known_elevation(x, y, t)
 
 
 def _single(values: NDArray[np.float64]) -> NDArray[np.float32]:

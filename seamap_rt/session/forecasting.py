@@ -58,13 +58,13 @@ class ForecastSink:
         judged = self._judged()
         if self._last is None or not judged:
             return None
-        truth = np.concatenate([came(self._simulator.sea, made) for made in judged])
+        truth = np.concatenate([came(self._simulator.sea.judge, made) for made in judged])
         return Verified(_together(judged), truth, self._field(*self._last))
 
     def windows(self) -> Windows | None:
         """Quiet windows beside the sea that came; None where none were forecast, or not of the water's height alone."""
         judged = self._judged()
-        return windows_that_came(self._simulator.sea, _together(judged)) if judged else None
+        return windows_that_came(self._simulator.sea.judge, _together(judged)) if judged else None
 
     def _judged(self) -> list[xr.Dataset]:
         """Forecasts of times at which the sea is known: a recorded one ends."""
@@ -82,7 +82,7 @@ class ForecastSink:
         values = {
             "reconstructed": field.elevation_alone(east, north, moment).reshape(shape),
             "stated": stated,
-            "true": self._simulator.sea.elevation(east, north, moment).reshape(shape),
+            "true": self._simulator.sea.known_elevation(east, north, moment).reshape(shape),
         }
         return xr.Dataset({name: (("y", "x"), each) for name, each in values.items()}, {"x": x, "y": y})
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from ..compute.machine import peak_memory
@@ -178,7 +179,7 @@ def _metrics(
         "seed": scene.seed,
         **error_figures(maps, truth),
         "measured": _measured(simulator, maps, truth),
-        **_sea_state(maps),
+        **_sea_state(maps if simulator.sea.patch is None else _where_true(maps, truth)),
         "gauges": judge(gauges) if gauges is not None else [],
         "timing_s": timing,
         "real_time_factor": _real_time_factor(scene, timing["warm"]),
@@ -209,6 +210,12 @@ def _sea_state(maps: xr.DataTree) -> dict[str, Any]:
         "sea_state": {str(name): values.values.tolist() for name, values in state.data_vars.items()},
         "sea_state_in_words": in_words(state.assign_attrs(depth_given=1)),
     }
+
+
+def _where_true(maps: xr.DataTree, truth: xr.DataTree) -> xr.DataTree:
+    """The polar map with heights where there is a truth: not beyond a record that was continued."""
+    polar, known = maps["polar"].to_dataset(), np.isfinite(truth["polar"].to_dataset()["height"].values)
+    return xr.DataTree.from_dict({"/polar": polar.assign(height=polar["height"].where(known))})
 
 
 def _timing(timings: Sequence[dict[str, float]]) -> dict[str, Any]:

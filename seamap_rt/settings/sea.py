@@ -35,9 +35,17 @@ class SeaSettings(Section):
         str,
         Meaning(
             "Of a recorded sea: NetCDF or Zarr of the elevation over time, y and x (metres east and north of the "
-            "antenna). Side, spacing, depth and spectrum are the file's where they are left out.",
+            "antenna), HOS-ocean's `3d.dat`, a stereo camera's grids. Side, spacing, depth and spectrum are the file's "
+            "where they are left out.",
         ),
     ] = ""
+    beyond: Annotated[
+        Literal["refused", "level", "mirrored"],
+        Meaning(
+            "Beyond a recorded patch that ends within the range circle: `refused`, or the sea goes on `level`, or "
+            "`mirrored` at the patch's edges. Nothing there is judged: no metric, gauge or forecast takes a cell of it."
+        ),
+    ] = "refused"
     depth_m: Annotated[
         float,
         Ge(0.05),
@@ -111,6 +119,10 @@ class SeaSettings(Section):
             raise ValueError(
                 "waves: must hold the spectrum of the recorded sea, from which the mesh is sized; leave `waves` out, "
                 "and it is taken from the file"
+            )
+        if self.model != "recorded" and self.beyond != "refused":
+            raise ValueError(
+                f"beyond = '{self.beyond}': must be refused where model = '{self.model}' (no edge); leave it out"
             )
         if self.model == "recorded" and self.current_m_s:
             raise ValueError(

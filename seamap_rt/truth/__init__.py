@@ -1,6 +1,7 @@
 """The true heights, slopes and visible fractions of the maps' cells: means of the simulated sea over each cell."""
 
 from .ground import ground_truth
+from .known import where_known
 from .polar import polar_truth
 
-__all__ = ["ground_truth", "polar_truth"]
+__all__ = ["ground_truth", "polar_truth", "where_known"]

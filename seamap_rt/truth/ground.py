@@ -21,7 +21,8 @@ _GAUSS = 0.5 / np.sqrt(3.0)  # of a cell's side: two-point Gauss quadrature, exa
 def ground_truth(
     sea: Sea, radar: RadarSettings, retrieval: RetrievalSettings, turn: int, mast: Mast | None = None
 ) -> xr.Dataset:
-    """The schema's `truth/ground` (turn, y, x) of one turn: means of square cells, NaN where the beam does not pass.
+    """The schema's `truth/ground` (turn, y, x) of one turn: means of square cells, NaN where the beam does not pass,
+    and where the sea is not known.
 
     Each cell is taken at the time when the beam passes its centre, or all at retrieval.map_time_s. mast: the antennas'
     motion; without it a boat at rest.
@@ -35,6 +36,9 @@ def ground_truth(
         time = np.where(inside, turn * antennas.period + retrieval.map_time_s, np.nan)
     step = _GAUSS * retrieval.ground_m
     signs = np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]])  # west–east, south–north
+    if sea.patch is not None:
+        half = 0.5 * retrieval.ground_m * signs
+        inside &= sea.known(x[..., None] + half[:, 0], y[..., None] + half[:, 1]).all(axis=-1)
     corners = (x[inside][:, None] + step * signs[:, 0], y[inside][:, None] + step * signs[:, 1], time[inside][:, None])
     height, slopes = (values.mean(axis=1) for values in sea.elevation_and_slopes(*corners))
 

@@ -103,6 +103,7 @@ def test_choppy_sea_is_the_default_scene_and_leaves_little_out() -> None:
     swings = {f"platform.{name}" for motion in ("roll", "pitch", "yaw") for name in (f"{motion}_deg", *swing(motion))}
     assert left_out == {
         "sea.file",
+        "sea.beyond",
         "scattering.nrcs_db",
         "retrieval.min_snr_db",
         "retrieval.ground_m",

@@ -172,8 +172,8 @@ PLANTS = (
     Plant(
         "a recorded patch is read upside down",
         "seamap_rt/io/recorded_sea.py",
-        'values = values[:: _direction(opened, axes["y"]), ::',
-        'values = values[:: -_direction(opened, axes["y"]), ::',
+        'return cut[:: way["y"]',
+        'return cut[:: -way["y"]',
         "tests/sea/test_recorded_seas.py::test_the_layout_of_the_file_changes_nothing",
     ),
     Plant(

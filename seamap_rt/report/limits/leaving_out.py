@@ -38,6 +38,7 @@ from .rows import (
 
 _WELL_SAMPLED = 0.97  # share of a system's variance from which on the patch's wavenumbers hold it
 _STEEPEST, _HIGHEST = 0.06, 0.6  # of real seas, about: Hs over the length of the peak, Hs over the depth
+_SQUARES = 101  # a side, in which the circle is shared out
 _RAYLEIGH = 0.5 * math.pi  # rad of phase by heights, from which on a surface is rough
 _MIRROR_PATHS = 16.0  # (1 + |ρ|)⁴, |ρ| = 1: a direct and a reflected path, there and back
 _IMAGES = "mean square of the spline's images (Unser 1999)"
@@ -187,6 +188,31 @@ def _no_mean(case: Case) -> Iterator[Row]:
     yield row(name, outside, "% of the window", source, says)
 
 
+def _of_record(case: Case) -> Iterator[Row]:
+    """What a record of the sea does not hold."""
+    from ...io.recorded_sea import recorded_sea
+
+    file, resolved, far = recorded_sea(case.scene.sea.file), case.resolved, case.scene.radar.range_m[1]
+    says = f"frames {file.step_s:.3g} s and points {file.spacing_m:.3g} m apart; between them six frames and a spline"
+    source = "Lagrange's and the spline's error, wave by wave"
+    yield row("the sea between a record's frames", resolved.elevation_error, HEIGHT, source, says)
+    if resolved.filled_m:
+        name, error = "the sea in a record's gaps", "m rms of height in the middle of the widest"
+        says = f"gaps of up to {resolved.filled_m:.2g} m, of the frames looked at, are filled, bent as little as can be"
+        yield row(name, resolved.filled_error, error, "a thin plate across a strip, wave by wave", says)
+    if not file.periodic:
+        says = f"the water of waves longer than the patch of {file.side_m:.4g} m flows to and fro by none of it"
+        source, error = "means of its frames", "% of the variance"
+        yield row("the flow of waves longer than a record's patch", 100.0 * file.long_share, error, source, says)
+        x, y = np.meshgrid(*2 * (np.linspace(-far, far, _SQUARES),))
+        circle = np.hypot(x, y) <= far
+        unknown = 100.0 * float(np.mean(~file.holds(x[circle], y[circle])))
+        goes_on = {"level": "the sea goes on level", "mirrored": "the patch goes on mirrored"}
+        says = f"{goes_on.get(case.scene.sea.beyond, 'it ends')} beyond {max(file.reach_m, 0.0):.3g} m, unjudged"
+        source, error = "the record's own edges, less a rim", "% of the circle is not the record's sea"
+        yield row("the sea beyond the record", unknown, error, source, says)
+
+
 def _no_sea(case: Case) -> Iterator[Row]:
     sea, resolved, facet = case.scene.sea, case.resolved, case.scene.detail.facet_m
     height, carried = 4.0 * resolved.elevation_std, resolved.carried_share
@@ -196,7 +222,9 @@ def _no_sea(case: Case) -> Iterator[Row]:
     elif sea.model == "choppy":
         source, says = f"3kσ {_CRESTS}", "0 at the first Lagrangian order"
         yield row("skewness of the elevation", resolved.skewness_stokes, "1 of skewness", source, says)
-    if resolved.elevation_error > 0.0:
+    elif sea.model == "recorded":
+        yield from _of_record(case)
+    if sea.model != "recorded" and resolved.elevation_error > 0.0:
         says = f"splines, whose slopes err by {resolved.slope_error:.2g} rms; lower tracing.height_error_m"
         yield row("waves between the points of their grid", resolved.elevation_error, HEIGHT, _IMAGES, says)
     if facet > resolved.resolution_m:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from ...errors import refuse
 from ...io.numbers import rounded_down, rounded_up
-from ...settings import GaugeSettings, PlatformSettings, RadarSettings, RetrievalSettings
+from ...settings import GaugeSettings, PlatformSettings, RadarSettings, RetrievalSettings, SeaSettings
 
 
 def check_names_and_rates(gauges: Sequence[GaugeSettings]) -> None:
@@ -26,6 +28,25 @@ def _unlike(gauges: Sequence[GaugeSettings]) -> Iterator[str]:
             yield (
                 f"gauges.{number}.sample_hz = {gauge.sample_hz:.10g}: must be {rate:.10g}, that of gauges.0 (all "
                 "gauges are read together); give them one rate"
+            )
+
+
+def check_known(gauges: Sequence[GaugeSettings], sea: SeaSettings) -> None:
+    """Gauges stand where a recorded sea is known."""
+    if sea.model == "recorded" and gauges:
+        refuse(_unknown(gauges, sea))
+
+
+def _unknown(gauges: Sequence[GaugeSettings], sea: SeaSettings) -> Iterator[str]:
+    from ...io.recorded_sea import recorded_sea  # loads what reads files
+
+    file = recorded_sea(sea.file)
+    for number, gauge in enumerate(gauges):
+        if not file.holds(*np.array(gauge.position)[:, None]).all():
+            west, east, south, north = file.judged_m
+            yield (
+                f"gauges.{number}: '{gauge.name}' stands where sea.file is not known, and is not judged there: it must "
+                f"stand {west:.4g} to {east:.4g} m east and {south:.4g} to {north:.4g} m north; move it"
             )
 
 

@@ -8,6 +8,7 @@ from ...radar.grid import MOST_GROUND_CELLS, ground_cells, least_ground_side
 from ...radar.waveform import RangeResponse, gate_spacing_m
 from ...settings import RadarSettings, RandomWaves, RetrievalSettings, SeaSettings
 
+_LONG = 0.05  # share of waves too long for a record's patch, from which on it is told
 LEAST_MARGIN_M = 30.0  # beyond the far gate; the mesh itself runs on by the range response's reach
 
 
@@ -26,23 +27,70 @@ def check_patch(radar: RadarSettings, sea: SeaSettings) -> None:
     """The range circle fits in the periodic patch, if the waves repeat."""
     margin = max(LEAST_MARGIN_M, RangeResponse.of(radar).support_m)
     needed, extent = 2.0 * (radar.range_m[1] + margin), sea.extent_m
-    recorded = sea.model == "recorded"
-    repeats = recorded or any(
+    if sea.model == "recorded":
+        check_reach(sea, radar, margin)
+        return
+    repeats = any(
         isinstance(waves, RandomWaves) and getattr(waves, "spreading", None) != "long_crested" for waves in sea.waves
     )
     if repeats and extent < needed:
         room = 0.5 * extent - margin
         nearer = f" or lower the far end of radar.range_m to {rounded_down(room)}" if room > 0.0 else ""
-        if recorded:
-            raise ValueError(
-                f"sea.file reaches {0.5 * extent:.10g} m from the antenna: must reach {rounded_up(0.5 * needed)} (the "
-                f"far end of radar.range_m + {margin:.10g} m); give a larger record{nearer}"
-            )
         raise ValueError(
             f"sea.extent_m = {extent:.10g}: must be at least {rounded_up(needed)} (the range circle, 2 × (far "
             f"end of radar.range_m + {margin:.10g} m), must fit in the periodic patch, or the same "
             f"waves are seen twice); raise sea.extent_m{nearer}"
         )
+
+
+def check_reach(sea: SeaSettings, radar: RadarSettings, margin: float) -> None:
+    """A recorded patch holds the range circle and a margin [m], or is to be continued beyond; one that repeats is
+    not."""
+    from ...io.recorded_sea import recorded_sea  # loads what reads files
+
+    file = recorded_sea(sea.file)
+    if file.periodic and sea.beyond != "refused":
+        raise ValueError(
+            f"sea.beyond = '{sea.beyond}': must be refused, for the patch of sea.file repeats (no edge); leave it out"
+        )
+    near, far = radar.range_m
+    if sea.beyond == "refused" and file.reach_m < far + margin:
+        room = file.reach_m - margin
+        nearer = f", or lower the far end of radar.range_m to {rounded_down(room)}" if room > near else ""
+        more = "" if file.periodic else ", or have it continued beyond (sea.beyond = 'level' or 'mirrored')"
+        raise ValueError(
+            f"sea.file reaches {file.reach_m:.10g} m from the antenna: must reach {rounded_up(far + margin)} (the far "
+            f"end of radar.range_m + {margin:.10g} m); give a larger record{nearer}{more}"
+        )
+
+
+def told_of_record(sea: SeaSettings, radar: RadarSettings) -> list[str]:
+    """What one should know of a recorded sea before it is run, a line each: how far it reaches, and what comes
+    beyond."""
+    if sea.model != "recorded":
+        return []
+    from ...io.recorded_sea import recorded_sea  # loads what reads files
+
+    file = recorded_sea(sea.file)
+    told = []
+    if file.cut:
+        told.append(
+            f"sea.file = '{sea.file}': {file.points} × {file.points} points of it are used, {file.side_m:.4g} m a "
+            "side: the largest square without gaps at its edges"
+        )
+    if file.long_share > _LONG:
+        told.append(
+            f"sea.file = '{sea.file}': {file.long_share:.0%} of the variance are waves longer than its patch of "
+            f"{file.side_m:.4g} m: their heights are kept, how the water flows to and fro in them is not known"
+        )
+    if not file.periodic and file.reach_m < radar.range_m[1]:
+        how = {"level": "the sea is level", "mirrored": "the patch is mirrored"}.get(sea.beyond, "it ends")
+        reach = f"{file.reach_m:.4g} m from the antenna" if file.reach_m > 0.0 else "not to the antenna"
+        told.append(
+            f"sea.file = '{sea.file}' reaches {reach}, radar.range_m to {radar.range_m[1]:g} m: beyond {how}, and "
+            "nothing there is judged"
+        )
+    return told
 
 
 def check_gates(radar: RadarSettings, retrieval: RetrievalSettings) -> None:
