@@ -17,13 +17,17 @@ from .dataset import build
 from .echoes import expected_look_gates
 from .echoes.dataset import echo_dataset
 from .echoes.radar_cross_section import Returns, SeaSurface
+from .echoes.receiving import Received
+from .echoes.returns_on_device import returns_on_device
 from .echoes.scenery import Scenery
 from .echoes.spike_field import SpikeField
+from .echoes.summation import on_device
 from .echoes.turn import turn_echoes
 from .echoes.unheard import share_unheard
 from .errors import InputError
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
 from .mesh.grid import PolarGrid
+from .mesh.on_device import MeshOnDevice
 from .mesh.surface import sea_on_grid, submerged_lines
 from .radar.array import antenna_array
 from .radar.scan import Pulses, pulses
@@ -33,6 +37,7 @@ from .scene import Scene, SceneLike, as_scene
 from .sea import Sea
 from .tracing import Illumination, RayScenes, UnresolvedWaves, tracer
 from .tracing.circle import circle_grid
+from .tracing.light_on_device import LightOnDevice
 from .truth import ground_truth, polar_truth
 
 _FOLD_LINES = 8  # one line of the mesh in so many is searched for folds
@@ -169,24 +174,9 @@ class Simulator:
             with clock("calibrate"):
                 _ = self.surface  # of the whole circle, of which a sector's sea is then a part that is known
         mesh = self.mesh(number, clock)
-        facets, returns, submerged = self.light(number, clock, mesh)
-        with clock("objects"):
-            objects = self.scenery.voltages(mesh, fired)
+        heard = self._heard_on_device if on_device() else self._heard
+        facets, rcs, submerged, received = heard(number, clock, mesh, fired)
         with clock("echoes"):
-            moving = facets
-            if returns.running is not None:
-                moving = replace(facets, velocity_look=facets.velocity_look + returns.running)
-            received = turn_echoes(
-                moving,
-                returns.rcs,
-                self.radar,
-                fired,
-                scene.seed,
-                scene.scattering.decorrelation_time_s,
-                motion=returns.motion,
-                objects=objects,
-                unheard=share_unheard(self.sea.resolved.elevation_std, scene.tracing.height_error_m),
-            )
             under_water = _submerged_pulses(submerged, facets, fired)
             received.voltage[under_water] = np.nan
             echoes = echo_dataset(
@@ -195,7 +185,7 @@ class Simulator:
         with clock("truth"):
             truth = xr.DataTree.from_dict(
                 {
-                    "/polar": polar_truth(facets, returns.rcs, self.radar, scene.retrieval, number),
+                    "/polar": polar_truth(facets, rcs, self.radar, scene.retrieval, number),
                     "/ground": ground_truth(self.sea, self.radar, scene.retrieval, number, self.mast),
                 }
             )
@@ -205,6 +195,64 @@ class Simulator:
         timing = {**clock.seconds, "total": time.perf_counter() - start}
         slope = float(np.sqrt(np.mean(np.square(facets.slope_look, dtype=np.float64))))
         return Turn(number, echoes, truth, timing, count, facets.rays, slope, folded)
+
+    def _heard(
+        self, number: int, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses
+    ) -> tuple[Illumination, NDArray[np.float32], NDArray[np.bool_], Received]:
+        """Lit facets of a turn, their radar cross-sections (column, facet), the lines at which the antenna is under
+        water, and what the receivers record."""
+        facets, returns, submerged = self.light(number, clock, mesh)
+        objects = self._object_voltages(clock, mesh, fired)
+        with clock("echoes"):
+            moving = facets
+            if returns.running is not None:
+                moving = replace(facets, velocity_look=facets.velocity_look + returns.running)
+            speckle = self.scene.seed, self.scene.scattering.decorrelation_time_s
+            received = turn_echoes(
+                moving, returns.rcs, self.radar, fired, *speckle, returns.motion, objects, self._unheard
+            )
+        return facets, returns.rcs, submerged, received
+
+    def _heard_on_device(
+        self, number: int, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses
+    ) -> tuple[Illumination, NDArray[np.float32], NDArray[np.bool_], Received]:
+        """The same: from light to gates nothing leaves the device. Light and cross-sections come back for the truth."""
+        from .echoes.turn_on_device import turn_echoes_on_device  # Dr.Jit's users load where they are asked for
+
+        surface = self.surface
+        with clock("mesh"):
+            levelled = mesh.levelled
+        with clock("trace"):
+            light = self._light_on_device(levelled)
+        objects = self._object_voltages(clock, mesh, fired)
+        with clock("echoes"):
+            placed = MeshOnDevice.of(mesh)
+            with clock("scattering"):
+                returns = returns_on_device(surface, levelled.facets, placed.levelled, light)
+            speckle = self.scene.seed, self.scene.scattering.decorrelation_time_s
+            received = turn_echoes_on_device(
+                mesh.facets, placed, light, returns, self.radar, fired, *speckle, objects, self._unheard
+            )
+        with clock("sea"):
+            submerged = submerged_lines(mesh, self.sea)
+        with clock("truth"):
+            facets, rcs = light.fetch(mesh.facets), returns.fetch_rcs()
+        return facets, rcs, submerged, received
+
+    def _light_on_device(self, levelled: SurfaceMesh) -> LightOnDevice:
+        from .tracing.rays import RayTracer
+
+        if isinstance(self._trace, RayTracer) and not self.scenery.there and self.unresolved is None:
+            return self._trace.on_device(levelled)
+        return LightOnDevice.of(self.shaded(self.scenery.hide(self._trace(levelled))))
+
+    def _object_voltages(self, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses) -> NDArray[np.complex64] | None:
+        with clock("objects"):
+            return self.scenery.voltages(mesh, fired)
+
+    @property
+    def _unheard(self) -> float:
+        return share_unheard(self.sea.resolved.elevation_std, self.scene.tracing.height_error_m)
 
     def _folded_share(self, facets: Facets) -> float:
         """Share of the mesh's points, on every eighth line, over which choppy waves fold."""
