@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -38,7 +39,7 @@ from .sea import Sea
 from .tracing import Illumination, RayScenes, UnresolvedWaves, tracer
 from .tracing.circle import circle_grid
 from .tracing.light_on_device import LightOnDevice
-from .truth import ground_truth, polar_truth
+from .truth import ground_truth, polar_truth, polar_truth_on_device
 
 _FOLD_LINES = 8  # one line of the mesh in so many is searched for folds
 
@@ -73,6 +74,15 @@ class Turn:
     rays: int
     slope_rms_look: float  # of the facets, along the look
     folded_share: float  # of the mesh's points that lie under a crest which folds over; 0 for linear waves
+
+
+class _Heard(NamedTuple):
+    """What a turn's rays find, and what its receivers record."""
+
+    submerged: NDArray[np.bool_]  # (line,) the antenna is under water
+    received: Received
+    truth: xr.Dataset  # schema `truth/polar`
+    rays: int
 
 
 class Simulator:
@@ -175,7 +185,8 @@ class Simulator:
                 _ = self.surface  # of the whole circle, of which a sector's sea is then a part that is known
         mesh = self.mesh(number, clock)
         heard = self._heard_on_device if on_device() else self._heard
-        facets, rcs, submerged, received = heard(number, clock, mesh, fired)
+        submerged, received, truth, rays = heard(number, clock, mesh, fired)
+        facets = mesh.facets
         with clock("echoes"):
             under_water = _submerged_pulses(submerged, facets, fired)
             received.voltage[under_water] = np.nan
@@ -183,24 +194,17 @@ class Simulator:
                 self.radar, [fired], [received], scene.scattering.polarization, [under_water], number, self.sensed
             )
         with clock("truth"):
-            truth = xr.DataTree.from_dict(
-                {
-                    "/polar": polar_truth(facets, rcs, self.radar, scene.retrieval, number),
-                    "/ground": ground_truth(self.sea, self.radar, scene.retrieval, number, self.mast),
-                }
-            )
+            ground = ground_truth(self.sea, self.radar, scene.retrieval, number, self.mast)
+            both = xr.DataTree.from_dict({"/polar": truth, "/ground": ground})
         with clock("sea"):
             folded = self._folded_share(facets)
         count = int(facets.height.size)
         timing = {**clock.seconds, "total": time.perf_counter() - start}
         slope = float(np.sqrt(np.mean(np.square(facets.slope_look, dtype=np.float64))))
-        return Turn(number, echoes, truth, timing, count, facets.rays, slope, folded)
+        return Turn(number, echoes, both, timing, count, rays, slope, folded)
 
-    def _heard(
-        self, number: int, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses
-    ) -> tuple[Illumination, NDArray[np.float32], NDArray[np.bool_], Received]:
-        """Lit facets of a turn, their radar cross-sections (column, facet), the lines at which the antenna is under
-        water, and what the receivers record."""
+    def _heard(self, number: int, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses) -> _Heard:
+        """What a turn's rays find and its receivers record."""
         facets, returns, submerged = self.light(number, clock, mesh)
         objects = self._object_voltages(clock, mesh, fired)
         with clock("echoes"):
@@ -211,13 +215,14 @@ class Simulator:
             received = turn_echoes(
                 moving, returns.rcs, self.radar, fired, *speckle, returns.motion, objects, self._unheard
             )
-        return facets, returns.rcs, submerged, received
+        with clock("truth"):
+            truth = polar_truth(facets, returns.rcs, self.radar, self.scene.retrieval, number)
+        return _Heard(submerged, received, truth, facets.rays)
 
-    def _heard_on_device(
-        self, number: int, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses
-    ) -> tuple[Illumination, NDArray[np.float32], NDArray[np.bool_], Received]:
-        """The same: from light to gates nothing leaves the device. Light and cross-sections come back for the truth."""
+    def _heard_on_device(self, number: int, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses) -> _Heard:
+        """The same: of the facets and their light nothing leaves the device."""
         from .echoes.turn_on_device import turn_echoes_on_device  # Dr.Jit's users load where they are asked for
+        from .truth.on_device import FacetsOnDevice
 
         surface = self.surface
         with clock("mesh"):
@@ -236,8 +241,9 @@ class Simulator:
         with clock("sea"):
             submerged = submerged_lines(mesh, self.sea)
         with clock("truth"):
-            facets, rcs = light.fetch(mesh.facets), returns.fetch_rcs()
-        return facets, rcs, submerged, received
+            seen = FacetsOnDevice(mesh.facets, placed, light, returns)
+            truth = polar_truth_on_device(seen, self.radar, self.scene.retrieval, number)
+        return _Heard(submerged, received, truth, light.rays)
 
     def _light_on_device(self, levelled: SurfaceMesh) -> LightOnDevice:
         from .tracing.rays import RayTracer

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..compute.device import Device
 from ..mesh import Facets
@@ -27,15 +26,10 @@ class ReturnsOnDevice:
     """`Returns`, flat arrays (column, facet) there."""
 
     device: Device
-    columns: int
     rcs: Any  # m²
     motion: Motion | None  # of the scatterers relative to the water, without the facets' shares of breakers
     breaking: Any = None  # share of the rcs that comes from breakers; None for none
     running: Any = None  # m/s outward, of a facet's scatterers beside `motion`
-
-    def fetch_rcs(self) -> NDArray[np.float32]:
-        """(column, facet), back on the host."""
-        return self.device.fetch(self.rcs, (self.columns, -1))
 
     def fastest(self, mesh: MeshOnDevice) -> Fastest:
         """Greatest speeds of the facets of a mesh: two numbers come back."""
@@ -63,7 +57,7 @@ def returns_on_device(surface: SeaSurface, facets: Facets, mesh: MeshOnDevice, l
         power = power if light.in_sight is None else power * light.in_sight
         rcs = dr.select(reached, _scaled(of, surface, facets, power, column, facet), 0.0)
         dr.eval(rcs)
-        return ReturnsOnDevice(of, mesh.grid.columns, rcs, surface.motion_of(facets, None))
+        return ReturnsOnDevice(of, rcs, surface.motion_of(facets, None))
 
     look, cross = mesh.slopes(column, facet)
     strain = mesh.strain(column, facet)
@@ -87,12 +81,12 @@ def returns_on_device(surface: SeaSurface, facets: Facets, mesh: MeshOnDevice, l
     motion = surface.motion_of(facets, None)
     if motion is None or not surface.scattering.breaking:
         dr.eval(rcs)
-        return ReturnsOnDevice(of, mesh.grid.columns, rcs, motion)
+        return ReturnsOnDevice(of, rcs, motion)
     share, running = breaking / dr.maximum(total, 1e-30), None
     if spikes is not None:
         running = share * (of.place(spikes.speed) - dr.gather(of.Float, of.place_single(motion.breaker_speed), column))
     dr.eval(rcs, share, running)
-    return ReturnsOnDevice(of, mesh.grid.columns, rcs, motion, share, running)
+    return ReturnsOnDevice(of, rcs, motion, share, running)
 
 
 def _lanes(mesh: MeshOnDevice) -> tuple[Any, Any, Any]:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..compute.device import Device, device
-from ..mesh import Facets
 from ..mesh.grid import PolarGrid
 from .illumination import Illumination
 
@@ -21,7 +21,6 @@ class LightOnDevice:
     grid: PolarGrid
     lit: Any  # (antenna, column, facet) truth values
     rays: int = 0
-    host: Illumination | None = None  # the same, where it was found on the host
     field: tuple[Any, Any] | None = None  # (antenna, column, facet) real and imaginary part
     ray_slope: Any = None  # (column, facet)
     in_sight: Any = None
@@ -34,7 +33,7 @@ class LightOnDevice:
         field = None if facets.field is None else tuple(here.place(part(facets.field)) for part in (np.real, np.imag))
         parts = facets.ray_slope, facets.in_sight, facets.facing_in_sight
         placed = (None if each is None else here.place_single(each) for each in parts)
-        return cls(here, facets.grid, here.place(facets.lit), facets.rays, facets, field, *placed)
+        return cls(here, facets.grid, here.place(facets.lit), facets.rays, field, *placed)
 
     @property
     def antennas(self) -> int:
@@ -67,9 +66,6 @@ class LightOnDevice:
             any_antenna |= arrives
         return any_antenna
 
-    def fetch(self, facets: Facets) -> Illumination:
-        """The light of a turn's facets, back on the host, where it is not there already."""
-        if self.host is not None:
-            return self.host.on(facets)
-        lit = self.device.fetch(self.lit, (self.antennas, *facets.height.shape))
-        return Illumination.of(facets, lit, self.rays)
+    def fetch_lit(self) -> NDArray[np.bool_]:
+        """(antenna, column, facet), back on the host: for whoever wants to look; no turn asks."""
+        return self.device.fetch(self.lit, (self.antennas, self.grid.columns, -1))

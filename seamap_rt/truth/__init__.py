@@ -1,6 +1,6 @@
 """The true heights, slopes and visible fractions of the maps' cells: means of the simulated sea over each cell."""
 
 from .ground import ground_truth
-from .polar import polar_truth
+from .polar import polar_truth, polar_truth_on_device
 
-__all__ = ["ground_truth", "polar_truth"]
+__all__ = ["ground_truth", "polar_truth", "polar_truth_on_device"]

@@ -103,4 +103,18 @@ PLANTS = (
         "dr.erf(value)",
         _ALIKE,
     ),
+    Plant(
+        "device: bins that change their shares",
+        "seamap_rt/truth/on_device.py",
+        "dr.select(first == own, 1.0 - share,",
+        "dr.select(first == own, share,",
+        _ALIKE,
+    ),
+    Plant(
+        "device: water that does not bend",
+        "seamap_rt/truth/on_device.py",
+        "mesh.height(column, facet) - of.Float64(bend)",
+        "mesh.height(column, facet)",
+        _ALIKE,
+    ),
 )

@@ -172,7 +172,7 @@ def _near(batch: ColumnBatch, beyond: NDArray[np.float64]) -> tuple[NDArray[np.u
 
 def gate_middles(batch: ColumnBatch) -> NDArray[np.float64]:
     """(gate,) m from the first one's."""
-    return batch.response.gate_spacing_m * np.arange(batch.beam.level.size)
+    return np.asarray(batch.response.gate_spacing_m * np.arange(batch.beam.level.size), dtype=np.float64)
 
 
 def support_m(batch: ColumnBatch) -> float:
