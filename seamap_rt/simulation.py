@@ -226,12 +226,11 @@ class Simulator:
 
         surface = self.surface
         with clock("mesh"):
-            levelled = mesh.levelled
+            levelled, placed = mesh.levelled, MeshOnDevice.of(mesh)
         with clock("trace"):
-            light = self._light_on_device(levelled)
+            light = self._light_on_device(levelled, placed.levelled)
         objects = self._object_voltages(clock, mesh, fired)
         with clock("echoes"):
-            placed = MeshOnDevice.of(mesh)
             with clock("scattering"):
                 returns = returns_on_device(surface, levelled.facets, placed.levelled, light)
             speckle = self.scene.seed, self.scene.scattering.decorrelation_time_s
@@ -245,11 +244,11 @@ class Simulator:
             truth = polar_truth_on_device(seen, self.radar, self.scene.retrieval, number)
         return _Heard(submerged, received, truth, light.rays)
 
-    def _light_on_device(self, levelled: SurfaceMesh) -> LightOnDevice:
+    def _light_on_device(self, levelled: SurfaceMesh, placed: MeshOnDevice) -> LightOnDevice:
         from .tracing.rays import RayTracer
 
         if isinstance(self._trace, RayTracer) and not self.scenery.there and self.unresolved is None:
-            return self._trace.on_device(levelled)
+            return self._trace.on_device(levelled, placed)
         return LightOnDevice.of(self.shaded(self.scenery.hide(self._trace(levelled))))
 
     def _object_voltages(self, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses) -> NDArray[np.complex64] | None:

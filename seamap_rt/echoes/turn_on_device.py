@@ -89,7 +89,9 @@ class SumsOnDevice:
             share = dr.gather(of.Float, self.returns.breaking, place)
             strength = [dr.sqrt(1.0 - share), dr.sqrt(share)]
         made = Heard(within, facet, strength, self._paths(batch, within, column, facet, place, begin, end))
-        dr.eval(made)
+        dr.eval(
+            [made.column, made.number, *made.strength, *(each for path in made.path for each in path)]
+        )  # in one kernel
         return made
 
     def _edges(self, batch: ColumnBatch) -> list[Any]:

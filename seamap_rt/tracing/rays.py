@@ -19,6 +19,7 @@ from trimesh import Trimesh
 from ..compute.backend import prepare
 from ..compute.device import device, moved
 from ..mesh import SurfaceMesh
+from ..mesh.on_device import MeshOnDevice
 from ..mesh.surface import as_trimesh, triangulation, widths
 from ..scattering.permittivity import PERMITTIVITIES
 from ..settings import RadarSettings, ScatteringSettings
@@ -54,8 +55,8 @@ class RayTracer:
             traced += rays.number.size
         return Illumination.of(facets, lit, traced)
 
-    def on_device(self, mesh: SurfaceMesh) -> LightOnDevice:
-        """The same light, which stays there."""
+    def on_device(self, mesh: SurfaceMesh, there: MeshOnDevice) -> LightOnDevice:
+        """The same light, which stays there. there: the mesh on the device."""
         of, shape = device(), (mesh.grid.antenna_positions.shape[1], *mesh.facets.height.shape)
         lit, traced = of.dr.zeros(of.Bool, int(np.prod(shape))), 0
         for rays, scene in self._sheets(mesh):
@@ -64,8 +65,12 @@ class RayTracer:
             number = of.place(rays.number)
             row = number // shape[2]  # antennas times the sheet's columns
             column = of.dr.gather(of.UInt32, of.place(rays.columns.astype(np.uint32)), row % rays.columns.size)
-            place = ((row // rays.columns.size) * shape[1] + column) * shape[2] + number % shape[2]
-            of.dr.scatter(lit, ~scene.stopped_on_device(rays.on_device()), place)
+            antenna, facet = row // rays.columns.size, number % shape[2]
+            origins = mesh.grid.column_height + mesh.grid.antenna_positions[..., 2]
+            origin = of.dr.gather(of.Float64, of.place(origins), column * shape[0] + antenna)
+            rise = of.Float(there.height(column, facet) - origin)
+            place = (antenna * shape[1] + column) * shape[2] + facet
+            of.dr.scatter(lit, ~scene.stopped_on_device(rays.on_device(number, rise)), place)
             of.dr.eval(lit)
             traced += rays.number.size
         return LightOnDevice(of, mesh.grid, lit, traced)

@@ -78,8 +78,8 @@ PLANTS = (
     Plant(
         "device: the other antenna's light",
         "seamap_rt/tracing/rays.py",
-        "((row // rays.columns.size) * shape[1] + column)",
-        "((shape[0] - 1 - row // rays.columns.size) * shape[1] + column)",
+        "place = (antenna * shape[1] + column)",
+        "place = ((shape[0] - 1 - antenna) * shape[1] + column)",
         _TURNS + "::test_rays_whose_answers_stay_there_light_the_same_facets",
     ),
     Plant(

@@ -334,8 +334,8 @@ def _sums(of: Device, batch: ColumnBatch, columns: list[tuple[Any, Any]]) -> NDA
     starts = of.place(first_node.astype(np.int32))
     lane = dr.arange(of.UInt32, gates * nodes)
     gate, node = lane // nodes, lane % nodes
-    out = np.empty((2, len(columns), gates, nodes), dtype=np.float32)
-    for path, (re, im) in enumerate(columns):
+    made = []
+    for re, im in columns:
 
         def add(column: Any, stop: Any, real: Any, imag: Any, re=re, im=im) -> tuple[Any, ...]:
             within = of.Int32(node) - dr.gather(of.Int32, starts, column)
@@ -347,5 +347,9 @@ def _sums(of: Device, batch: ColumnBatch, columns: list[tuple[Any, Any]]) -> NDA
         first, stop = dr.gather(of.UInt32, begin, node), dr.gather(of.UInt32, end, node)
         state = first, stop, dr.zeros(of.Float, dr.width(lane)), dr.zeros(of.Float, dr.width(lane))
         real, imag = dr.while_loop(state, lambda column, stop, real, imag: column < stop, add)[2:]
-        out[0, path], out[1, path] = (of.fetch(each, (gates, nodes)) for each in (real, imag))
+        made.append((real, imag))
+    dr.eval(made)
+    out = np.empty((2, len(columns), gates, nodes), dtype=np.float32)
+    for path, parts in enumerate(made):
+        out[0, path], out[1, path] = (of.fetch(each, (gates, nodes)) for each in parts)
     return out
