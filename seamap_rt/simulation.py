@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -17,13 +18,17 @@ from .dataset import build
 from .echoes import expected_look_gates
 from .echoes.dataset import echo_dataset
 from .echoes.radar_cross_section import Returns, SeaSurface
+from .echoes.receiving import Received
+from .echoes.returns_on_device import returns_on_device
 from .echoes.scenery import Scenery
 from .echoes.spike_field import SpikeField
+from .echoes.summation import on_device
 from .echoes.turn import turn_echoes
 from .echoes.unheard import share_unheard
 from .errors import InputError
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
 from .mesh.grid import PolarGrid
+from .mesh.on_device import MeshOnDevice
 from .mesh.surface import sea_on_grid, submerged_lines
 from .radar.array import antenna_array
 from .radar.scan import Pulses, pulses
@@ -33,7 +38,8 @@ from .scene import Scene, SceneLike, as_scene
 from .sea import Sea
 from .tracing import Illumination, RayScenes, UnresolvedWaves, tracer
 from .tracing.circle import circle_grid
-from .truth import ground_truth, polar_truth, where_known
+from .tracing.light_on_device import LightOnDevice
+from .truth import ground_truth, polar_truth, polar_truth_on_device, where_known
 
 _FOLD_LINES = 8  # one line of the mesh in so many is searched for folds
 
@@ -68,6 +74,15 @@ class Turn:
     rays: int
     slope_rms_look: float  # of the facets, along the look
     folded_share: float  # of the mesh's points that lie under a crest which folds over; 0 for linear waves
+
+
+class _Heard(NamedTuple):
+    """What a turn's rays find, and what its receivers record."""
+
+    submerged: NDArray[np.bool_]  # (line,) the antenna is under water
+    received: Received
+    truth: xr.Dataset  # schema `truth/polar`
+    rays: int
 
 
 class Simulator:
@@ -169,47 +184,81 @@ class Simulator:
             with clock("calibrate"):
                 _ = self.surface  # of the whole circle, of which a sector's sea is then a part that is known
         mesh = self.mesh(number, clock)
-        facets, returns, submerged = self.light(number, clock, mesh)
-        with clock("objects"):
-            objects = self.scenery.voltages(mesh, fired)
+        heard = self._heard_on_device if on_device() else self._heard
+        submerged, received, truth, rays = heard(number, clock, mesh, fired)
+        facets = mesh.facets
         with clock("echoes"):
-            moving = facets
-            if returns.running is not None:
-                moving = replace(facets, velocity_look=facets.velocity_look + returns.running)
-            received = turn_echoes(
-                moving,
-                returns.rcs,
-                self.radar,
-                fired,
-                scene.seed,
-                scene.scattering.decorrelation_time_s,
-                motion=returns.motion,
-                objects=objects,
-                unheard=share_unheard(self.sea.resolved.elevation_std, scene.tracing.height_error_m),
-            )
             under_water = _submerged_pulses(submerged, facets, fired)
             received.voltage[under_water] = np.nan
             echoes = echo_dataset(
                 self.radar, [fired], [received], scene.scattering.polarization, [under_water], number, self.sensed
             )
         with clock("truth"):
-            truth = xr.DataTree.from_dict(
-                {
-                    "/polar": where_known(
-                        polar_truth(facets, returns.rcs, self.radar, scene.retrieval, number),
-                        self.sea,
-                        self.mast,
-                        scene.retrieval,
-                    ),
-                    "/ground": ground_truth(self.sea, self.radar, scene.retrieval, number, self.mast),
-                }
-            )
+            ground = ground_truth(self.sea, self.radar, scene.retrieval, number, self.mast)
+            known = where_known(truth, self.sea, self.mast, scene.retrieval)
+            both = xr.DataTree.from_dict({"/polar": known, "/ground": ground})
         with clock("sea"):
             folded = self._folded_share(facets)
         count = int(facets.height.size)
         timing = {**clock.seconds, "total": time.perf_counter() - start}
         slope = float(np.sqrt(np.mean(np.square(facets.slope_look, dtype=np.float64))))
-        return Turn(number, echoes, truth, timing, count, facets.rays, slope, folded)
+        return Turn(number, echoes, both, timing, count, rays, slope, folded)
+
+    def _heard(self, number: int, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses) -> _Heard:
+        """What a turn's rays find and its receivers record."""
+        facets, returns, submerged = self.light(number, clock, mesh)
+        objects = self._object_voltages(clock, mesh, fired)
+        with clock("echoes"):
+            moving = facets
+            if returns.running is not None:
+                moving = replace(facets, velocity_look=facets.velocity_look + returns.running)
+            speckle = self.scene.seed, self.scene.scattering.decorrelation_time_s
+            received = turn_echoes(
+                moving, returns.rcs, self.radar, fired, *speckle, returns.motion, objects, self._unheard
+            )
+        with clock("truth"):
+            truth = polar_truth(facets, returns.rcs, self.radar, self.scene.retrieval, number)
+        return _Heard(submerged, received, truth, facets.rays)
+
+    def _heard_on_device(self, number: int, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses) -> _Heard:
+        """The same: of the facets and their light nothing leaves the device."""
+        from .echoes.turn_on_device import turn_echoes_on_device  # Dr.Jit's users load where they are asked for
+        from .truth.on_device import FacetsOnDevice
+
+        surface = self.surface
+        with clock("mesh"):
+            levelled, placed = mesh.levelled, MeshOnDevice.of(mesh)
+        with clock("trace"):
+            light = self._light_on_device(levelled, placed.levelled)
+        objects = self._object_voltages(clock, mesh, fired)
+        with clock("echoes"):
+            with clock("scattering"):
+                returns = returns_on_device(surface, levelled.facets, placed.levelled, light)
+            speckle = self.scene.seed, self.scene.scattering.decorrelation_time_s
+            received = turn_echoes_on_device(
+                mesh.facets, placed, light, returns, self.radar, fired, *speckle, objects, self._unheard
+            )
+        with clock("sea"):
+            submerged = submerged_lines(mesh, self.sea)
+        with clock("truth"):
+            seen = FacetsOnDevice(mesh.facets, placed, light, returns)
+            truth = polar_truth_on_device(seen, self.radar, self.scene.retrieval, number)
+        return _Heard(submerged, received, truth, light.rays)
+
+    def _light_on_device(self, levelled: SurfaceMesh, placed: MeshOnDevice) -> LightOnDevice:
+        from .tracing.rays import RayTracer
+
+        if isinstance(self._trace, RayTracer) and not self.scenery.there and self.unresolved is None:
+            return self._trace.on_device(levelled, placed)
+        return LightOnDevice.of(self.shaded(self.scenery.hide(self._trace(levelled))))
+
+    def _object_voltages(self, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses) -> NDArray[np.complex64] | None:
+        with clock("objects"):
+            return self.scenery.voltages(mesh, fired)
+
+    @property
+    def _unheard(self) -> float:
+        return share_unheard(self.sea.resolved.elevation_std, self.scene.tracing.height_error_m)
 
     def _folded_share(self, facets: Facets) -> float:
         """Share of the mesh's points, on every eighth line, over which choppy waves fold."""

@@ -15,7 +15,7 @@ and 20° are 6 %.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,8 +72,25 @@ class Motion:
         return 1.0 / float(rate) if rate > 0.0 else np.inf
 
 
+class Fastest(NamedTuple):
+    """The greatest speeds of a turn's facets, m/s."""
+
+    water: float
+    breakers: float | None  # None where none break
+
+    @classmethod
+    def of(cls, facets: Facets, motion: Motion | None) -> Fastest:
+        """Those of facets and of their scatterers' motion."""
+        water = _fastest(facets.velocity_look, facets.velocity_up)
+        if motion is None or motion.breaking is None or not motion.breaking.any():
+            return cls(water, None)
+        breaks = motion.breaking > 0.0
+        outward = facets.velocity_look + motion.breaker_speed[:, None].astype(np.float32)
+        return cls(water, _fastest(outward[breaks], facets.velocity_up[breaks]))
+
+
 def echo_bandwidth(
-    facets: Facets,
+    facets: Facets | Fastest,
     wavenumber: float,
     rotation_hz: float,
     decorrelation_time_s: float,
@@ -82,9 +99,10 @@ def echo_bandwidth(
 ) -> float:
     """Frequency [Hz] beyond which no scatterer echoes: the fastest one's Doppler, widened by speckle and rotation.
 
-    drift: of the antennas [m/s], at most.
+    facets: or how fast they are, where that is known; drift: of the antennas [m/s], at most.
     """
-    water = drift + _fastest(facets.velocity_look, facets.velocity_up)
+    fastest = facets if isinstance(facets, Fastest) else Fastest.of(facets, motion)
+    water = drift + fastest.water
     if motion is None:
         return rotation_hz + wavenumber * water / np.pi + _speckle_width(decorrelation_time_s)
 
@@ -93,12 +111,9 @@ def echo_bandwidth(
         return wavenumber * speed / np.pi + float(np.hypot(rotation_hz, _speckle_width(time_constant)))
 
     bragg = edge(water + motion.bragg_speed, decorrelation_time_s)
-    if motion.breaking is None or not motion.breaking.any():
+    if fastest.breakers is None:
         return bragg
-    breaks = motion.breaking > 0.0
-    outward = facets.velocity_look + motion.breaker_speed[:, None].astype(np.float32)
-    breakers = drift + _fastest(outward[breaks], facets.velocity_up[breaks])
-    return max(bragg, edge(breakers, motion.breaker_time(wavenumber, decorrelation_time_s)))
+    return max(bragg, edge(drift + fastest.breakers, motion.breaker_time(wavenumber, decorrelation_time_s)))
 
 
 def _fastest(*components: NDArray[np.float32]) -> float:
@@ -122,6 +137,7 @@ class MovingSpeckle:
     spacing_s: float
     wavenumber: float  # rad/m, of the radar
     seed: int
+    breaks: bool  # there are breakers
 
     @classmethod
     def over(
@@ -132,11 +148,15 @@ class MovingSpeckle:
         decorrelation_time_s: float,
         motion: Motion,
         seed: int,
+        breaks: bool | None = None,
     ) -> MovingSpeckle:
-        """For a column of so many nodes, spacing_s [s] apart; wavenumber: of the radar [rad/m]; τc [s]."""
+        """For a column of so many nodes, spacing_s [s] apart; wavenumber: of the radar [rad/m]; τc [s]; breaks: whether
+        anything does, where the motion does not hold the facets' shares."""
+        if breaks is None:
+            breaks = motion.breaking is not None and bool(motion.breaking.any())
         bragg, contrast = two_way_basis(nodes, spacing_s, decorrelation_time_s, 2.0 * wavenumber * motion.bragg_speed)
         breakers = speckle_basis(nodes, spacing_s, motion.breaker_time(wavenumber, decorrelation_time_s))
-        return cls(motion, bragg, contrast, breakers, spacing_s, wavenumber, seed)
+        return cls(motion, bragg, contrast, breakers, spacing_s, wavenumber, seed, breaks)
 
     def modes(self, columns: slice, begin: NDArray[np.float64]) -> tuple[NDArray[np.complex64], ...]:
         """(column, mode, node) of Bragg waves and, where there are any, of breakers.
@@ -144,17 +164,17 @@ class MovingSpeckle:
         begin (column,) s: the first node after the beam's passing, from which breakers' phases are reckoned.
         """
         bragg = self.bragg_of(columns)
-        return (bragg, self.breakers_of(columns, begin)) if self._breaks else (bragg,)
+        return (bragg, self.breakers_of(columns, begin)) if self.breaks else (bragg,)
 
     @property
     def streams(self) -> NDArray[np.uint64]:
         """(kind,) keys of the random source for Bragg waves and breakers."""
-        draws = ((), _BREAKERS) if self._breaks else ((),)
+        draws = ((), _BREAKERS) if self.breaks else ((),)
         return np.array([speckle_stream(self.seed, draw) for draw in draws], dtype=np.uint64)
 
     def strengths(self, chosen: tuple[NDArray[np.intp], NDArray[np.intp]]) -> NDArray[np.float32]:
         """(n, kind): voltage of Bragg waves and of breakers on the facets with these columns' and their own numbers."""
-        if self.motion.breaking is None or not self._breaks:
+        if self.motion.breaking is None or not self.breaks:
             return np.ones((chosen[0].size, 1), dtype=np.float32)
         share = self.motion.breaking[chosen]
         return np.sqrt(np.stack((1.0 - share, share), axis=1)).astype(np.float32, copy=False)
@@ -171,7 +191,3 @@ class MovingSpeckle:
         seconds = begin[:, None] + self.spacing_s * np.arange(self.breakers.shape[1])
         rotation = np.exp(-2j * self.wavenumber * self.motion.breaker_speed[columns, None] * seconds)
         return (self.breakers * rotation[:, None]).astype(np.complex64)
-
-    @cached_property
-    def _breaks(self) -> bool:
-        return self.motion.breaking is not None and bool(self.motion.breaking.any())

@@ -135,13 +135,12 @@ def _amplitudes(
 ) -> NDArray[np.float32] | NDArray[np.complex64]:
     """(path, n) √W of the chosen facets; sine: direction cosine of each facet up the array."""
     antennas = [element.antenna for element in antenna_array(radar).elements]
-    cuts = tuple(dict.fromkeys(antenna.elevation for antenna in antennas))
-    which = np.array([cuts.index(antenna.elevation) for antenna in antennas])
+    tables, which = elevation_tables(radar)
     gains = [float(np.sqrt(antennas[i].gain * antennas[j].gain)) for i, j in paths]
     constants = np.array([amplitude_constant(radar, gain) for gain in gains])
     out = np.empty((len(paths), sine.size), dtype=np.float32)
     lit = facets.lit if facets.field is None else np.ones_like(facets.lit)
-    _fill_amplitudes(*chosen, np.array(paths), constants, rcs, lit, ranges, sine, _tables(cuts), which, out)
+    _fill_amplitudes(*chosen, np.array(paths), constants, rcs, lit, ranges, sine, tables, which, out)
     if facets.field is None:
         return out
     return np.stack(
@@ -170,6 +169,13 @@ def _fill_amplitudes(column, facet, paths, constants, rcs, lit, ranges, sine, ta
                 value *= tables[which[i], entry] + beyond * (tables[which[i], entry + 1] - tables[which[i], entry])
                 value *= tables[which[j], entry] + beyond * (tables[which[j], entry + 1] - tables[which[j], entry])
             out[path, n] = value
+
+
+def elevation_tables(radar: RadarSettings) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """(cut, entry) over direction cosines from −1 to 1, for linear interpolation; and (antenna,) the cut of each."""
+    antennas = [element.antenna for element in antenna_array(radar).elements]
+    cuts = tuple(dict.fromkeys(antenna.elevation for antenna in antennas))
+    return _tables(cuts), np.array([cuts.index(antenna.elevation) for antenna in antennas])
 
 
 def wavenumber(radar: RadarSettings) -> float:

@@ -20,7 +20,7 @@ from ..scattering import ShortWaves, mean_nrcs
 from ..scattering.bragg import bragg_speed
 from ..scattering.breaking import breaker_motion
 from ..scattering.calibration import Scale, fit_scale
-from ..scattering.composite import nrcs_composite
+from ..scattering.composite import CompositeSea, nrcs_composite
 from ..scattering.modulation import approaching_share, relaxation_rate
 from ..scattering.permittivity import permittivity_of
 from ..settings import RadarSettings, ScatteringSettings
@@ -62,11 +62,10 @@ class SeaSurface:
     def __call__(self, facets: Illumination, strain: NDArray[np.float32] | None) -> Returns:
         """Radar cross-sections and motion of traced facets. strain (column, facet): of their mesh."""
         if self.scattering.nrcs == "constant":
-            area = _in_sight(facets, facets.horizontal_area.astype(np.float32))
-            rcs = np.where(_reached(facets), np.float32(from_db(self.scattering.nrcs_db)) * area, np.float32(0.0))
-            return Returns(np.ascontiguousarray(rcs), self._motion(facets, None))
+            power = np.where(_reached(facets), _in_sight(facets, self.even_power(facets)), np.float32(0.0))
+            return Returns(np.ascontiguousarray(power), self.motion_of(facets, None))
         if self.scattering.nrcs != "two_scale":
-            return Returns(self._scaled(facets, self._mean_power(facets)), self._motion(facets, None))
+            return Returns(self._scaled(facets, self._mean_power(facets)), self.motion_of(facets, None))
         terms = self.terms(facets, strain)
         lit = None if self.spikes is None else self.spikes.on(facets)
         if lit is not None:
@@ -74,7 +73,7 @@ class SeaSurface:
         total = terms.bragg + terms.specular + terms.breaking
         least = np.float32(1e-30)
         breaking = np.divide(terms.breaking, np.maximum(total, least), dtype=np.float32)
-        motion = self._motion(facets, breaking if self.scattering.breaking else None)
+        motion = self.motion_of(facets, breaking if self.scattering.breaking else None)
         running = None
         if lit is not None and motion is not None:
             # A spike runs at its own speed. The facet as a whole is given what its mean speed then differs by.
@@ -106,9 +105,9 @@ class SeaSurface:
         target = np.broadcast_to(self.mean(facets), power.shape)
         # What lies nearer than the gates gives no echo, and would bias the fit.
         heard = np.hypot(facets.distance, self.radar.height_m) >= _NEAREST * self.radar.range_m[0]
-        grazing, area = self._grazing(facets)[heard], facets.horizontal_area[heard]
+        grazing, area = self.grazing(facets)[heard], facets.horizontal_area[heard]
         received, target = (each[columns][:, heard] for each in (received, target))
-        scale = fit_scale(received, area, target, grazing, self._wind(facets)[columns], degree=_DEGREE)
+        scale = fit_scale(received, area, target, grazing, self.wind(facets)[columns], degree=_DEGREE)
         return replace(known, scale=scale)
 
     @property
@@ -131,7 +130,7 @@ class SeaSurface:
             np.float32(0.5 * np.pi) - np.arctan(slope),
             look,
             cross,
-            self._wind(facets)[column, 0],
+            self.wind(facets)[column, 0],
             frequency_hz=self.radar.frequency_hz,
             permittivity=self.permittivity,
             polarization=self.scattering.polarization,
@@ -159,29 +158,47 @@ class SeaSurface:
             raise ValueError(f"scattering.nrcs = '{self.scattering.nrcs}': no empirical model sets its mean")
         return mean_nrcs(
             model,
-            np.degrees(self._grazing(facets))[None, :],
+            np.degrees(self.grazing(facets))[None, :],
             self.scattering.wind_speed_m_s,
             self.radar.frequency_hz,
             self.scattering.polarization,
-            self._wind(facets),
+            self.wind(facets),
             extrapolate=self.scattering.extrapolate,
             clipped=True,
         )
 
     def _mean_power(self, facets: Illumination) -> NDArray[np.float32]:
-        power = _in_sight(facets, (self.mean(facets) * facets.horizontal_area).astype(np.float32))
-        return np.where(_reached(facets), power, 0.0)
+        return np.where(_reached(facets), _in_sight(facets, self.even_power(facets)), 0.0)
+
+    def even_power(self, facets: Facets) -> NDArray[np.float32]:
+        """Radar cross-sections [m²] of whole facets, lit or not, where they do not depend on the waves: (column or 1,
+        facet), or (facet,)."""
+        if self.scattering.nrcs == "constant":
+            return np.float32(from_db(self.scattering.nrcs_db)) * facets.horizontal_area.astype(np.float32)
+        return (self.mean(facets) * facets.horizontal_area).astype(np.float32)
 
     def _scaled(self, facets: Facets, power: NDArray[np.float32]) -> NDArray[np.float32]:
         if self.scale is None:
             return power
-        return power * self.scale(self._grazing(facets), self._wind(facets)).astype(np.float32)
+        return power * self.scale(self.grazing(facets), self.wind(facets)).astype(np.float32)
 
-    def _grazing(self, facets: Facets) -> NDArray[np.float64]:
+    @property
+    def composite(self) -> CompositeSea:
+        """What the two-scale model takes of the sea as a whole."""
+        return CompositeSea.of(
+            self.radar.frequency_hz,
+            self.permittivity,
+            self.scattering.polarization,
+            self.short_waves,
+            self.strain_variance,
+            self.scattering.breaking,
+        )
+
+    def grazing(self, facets: Facets) -> NDArray[np.float64]:
         """(facet,) rad, to mean sea level: the scale must not follow the waves."""
         return np.arctan2(self.radar.height_m, facets.distance)
 
-    def _wind(self, facets: Facets) -> NDArray[np.float64]:
+    def wind(self, facets: Facets) -> NDArray[np.float64]:
         """(column, 1) rad: 0 looks into the wind."""
         return np.radians(wrap_degrees(facets.grid.column_azimuth - self.scattering.wind_from_deg))[:, None]
 
@@ -195,10 +212,11 @@ class SeaSurface:
         """The spectrum of the waves that the mesh does not resolve."""
         return ShortWaves.of(self.scattering, self.resolved_below)
 
-    def _motion(self, facets: Facets, breaking: NDArray[np.float32] | None) -> Motion | None:
+    def motion_of(self, facets: Facets, breaking: NDArray[np.float32] | None) -> Motion | None:
+        """Of the scatterers relative to the water. breaking (column, facet): share of a facet's power from breakers."""
         if self.scattering.doppler == "orbital":
             return None
-        wind = self._wind(facets)[:, 0]
+        wind = self.wind(facets)[:, 0]
         speed, spread = breaker_motion(
             self.scattering.wind_speed_m_s, self.scattering.inverse_wave_age, self.radar.frequency_hz
         )

@@ -18,7 +18,7 @@ from ..mesh import Facets
 from ..radar.array import antenna_array
 from ..radar.scan import Pulses
 from ..settings import AntennaSettings, RadarSettings
-from .motion import Motion, echo_bandwidth
+from .motion import Fastest, Motion, echo_bandwidth
 from .paths import wavenumber
 
 _TAPS = 16
@@ -39,10 +39,16 @@ class Nodes:
 
 
 def choose_nodes(
-    facets: Facets, radar: RadarSettings, pulses: Pulses, decorrelation_time_s: float, motion: Motion | None = None
+    facets: Facets,
+    radar: RadarSettings,
+    pulses: Pulses,
+    decorrelation_time_s: float,
+    motion: Motion | None = None,
+    fastest: Fastest | None = None,
 ) -> Nodes:
     """Nodes as far apart as the echo's bandwidth allows: rotation + Doppler of the fastest scatterer + speckle of
-    decorrelation time τc [s], which may be infinite. motion: of the scatterers relative to the water."""
+    decorrelation time τc [s], which may be infinite. motion: of the scatterers relative to the water; fastest: the
+    facets' speeds, where they are known already."""
     array = antenna_array(radar)
     wavelength = 2.0 * np.pi / wavenumber(radar)
     per_degree = max(
@@ -51,7 +57,12 @@ def choose_nodes(
     )
     drift = float(np.max(np.linalg.norm(facets.grid.drift, axis=-1), initial=0.0))
     bandwidth = echo_bandwidth(
-        facets, wavenumber(radar), _fastest_sweep(facets, pulses) * per_degree, decorrelation_time_s, motion, drift
+        fastest or facets,
+        wavenumber(radar),
+        _fastest_sweep(facets, pulses) * per_degree,
+        decorrelation_time_s,
+        motion,
+        drift,
     )
     widest = radar.prf_hz / (2.0 * _OVERSAMPLING * _LONGEST_STRIDE)
     stride, cycle = max(1, int(radar.prf_hz / (2.0 * _OVERSAMPLING * max(bandwidth, widest)))), len(array.cycle)

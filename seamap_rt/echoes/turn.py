@@ -11,6 +11,7 @@ between are interpolated by a windowed sinc.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -28,13 +29,15 @@ from ..settings import RadarSettings
 from ..tracing import Illumination
 from .beams import TwoWayBeams, two_way_beams
 from .gating import Tabulated, tabulated
-from .motion import Motion, MovingSpeckle
-from .paths import Chosen, facet_paths, wavenumber
+from .motion import Fastest, Motion, MovingSpeckle
+from .paths import facet_paths, wavenumber
 from .receiving import Received, receive
 from .slow_time import Nodes, choose_nodes, nodes_first, pulses_from_nodes
 from .speckle import StillSpeckle, speckle_basis
 from .summation import Beam, ColumnBatch, Columns, Geometry, Kernel, ListedFacets, RangeTable, Speckle, kernel
 from .unheard import beams_heard
+
+Sums = Callable[[slice], tuple[int, NDArray[np.float32]]]  # of columns: first node's number and their sum
 
 
 def turn_voltages(
@@ -71,33 +74,24 @@ def turn_echoes(
     """
     if motion is not None:
         motion.check(facets)
-    heard, beams = tabulated(radar, unheard), beams_heard(radar, unheard)
-    nodes = choose_nodes(facets, radar, pulses, decorrelation_time_s, motion)
-    reach = _reach_s(facets, pulses, facets.grid.reach_deg - (BEAMS_BEYOND - beams) * antenna_array(radar).beam_deg)
-    window = int(np.floor(2.0 * reach / nodes.spacing_s)) + 1 if np.isfinite(reach) else nodes.count
-    if motion is None:
-        speckle = StillSpeckle(speckle_basis(window, nodes.spacing_s, decorrelation_time_s), seed)
-    else:
-        k = wavenumber(radar)
-        speckle = MovingSpeckle.over(window, nodes.spacing_s, k, decorrelation_time_s, motion, seed)
-    across = pulses.mast.pose(nodes.time).axes[:, 0]
-    sums = ColumnSums(facets, rcs, radar, heard, nodes, window, reach, speckle, two_way_beams(radar), across, kernel())
+    hearing = Hearing.of(facets, radar, pulses, seed, decorrelation_time_s, motion, unheard)
+    chosen = kernel()
+    total = hearing.total(ColumnSums(hearing, facets, rcs, chosen), chosen.columns)
+    return received(total, hearing, pulses, seed, objects)
 
-    total = np.zeros((2, len(antenna_array(radar).paths), heard.samples.range.size, nodes.count), dtype=np.float32)
-    edges = [*range(0, facets.grid.columns, sums.kernel.columns), facets.grid.columns]
-    chunks = [slice(a, b) for a, b in pairwise(edges)]
-    # BLAS's own threads would compete with these on small products, and could change the bits.
-    with threadpool_limits(1, user_api="blas"), pool() as workers:
-        # Chunks are added in their own order, whichever finishes first: the sum keeps its bits.
-        for start, chunk in workers.map(sums, chunks):
-            low, high = max(start, 0), min(start + chunk.shape[-1], nodes.count)
-            if high > low:
-                total[..., low:high] += chunk[..., low - start : high - start]
-    echo = nodes_first(total)
-    if heard.samples.compress is not None:
-        echo = np.ascontiguousarray(heard.samples.compress(echo), dtype=np.complex64)
-    voltages = pulses_from_nodes(echo, nodes, radar, pulses)
-    return receive(voltages, radar, pulses, seed, objects)
+
+def received(
+    total: NDArray[np.float32],
+    hearing: Hearing,
+    pulses: Pulses,
+    seed: int,
+    objects: NDArray[np.complex64] | None = None,
+) -> Received:
+    """What the receivers record, from the sums (component, path, sample, node) of a turn; see `turn_echoes`."""
+    echo, compress = nodes_first(total), hearing.tabulated.samples.compress
+    if compress is not None:
+        echo = np.ascontiguousarray(compress(echo), dtype=np.complex64)
+    return receive(pulses_from_nodes(echo, hearing.nodes, hearing.radar, pulses), hearing.radar, pulses, seed, objects)
 
 
 def _reach_s(facets: Facets, pulses: Pulses, reach_deg: float) -> float:
@@ -112,11 +106,10 @@ def _reach_s(facets: Facets, pulses: Pulses, reach_deg: float) -> float:
 
 
 @dataclass(frozen=True)
-class ColumnSums:
-    """Sums the facets of some columns into gates, at the nodes at which the beam passes them."""
+class Hearing:
+    """How the radar hears the columns of a turn: at which nodes, through which gates and beams, with what speckle."""
 
-    facets: Illumination
-    rcs: NDArray[np.float32]
+    facets: Facets  # of which only where columns and antennas are is asked
     radar: RadarSettings
     tabulated: Tabulated
     nodes: Nodes
@@ -125,10 +118,58 @@ class ColumnSums:
     speckle: StillSpeckle | MovingSpeckle
     beams: TwoWayBeams
     across: NDArray[np.float64]  # (node, 3) the aperture's axis in the world
-    kernel: Kernel
 
-    def __call__(self, columns: slice) -> tuple[int, NDArray[np.float32]]:
-        """First node's number and the columns' sum (component, path, gate, node), real and imaginary."""
+    @classmethod
+    def of(
+        cls,
+        facets: Facets,
+        radar: RadarSettings,
+        pulses: Pulses,
+        seed: int,
+        decorrelation_time_s: float,
+        motion: Motion | None,
+        unheard: float = 0.0,
+        fastest: Fastest | None = None,
+    ) -> Hearing:
+        """See `turn_echoes`. fastest: how fast the facets are, where that is known already, and whether any break."""
+        nodes = choose_nodes(facets, radar, pulses, decorrelation_time_s, motion, fastest)
+        beams = beams_heard(radar, unheard)
+        reach = _reach_s(facets, pulses, facets.grid.reach_deg - (BEAMS_BEYOND - beams) * antenna_array(radar).beam_deg)
+        window = int(np.floor(2.0 * reach / nodes.spacing_s)) + 1 if np.isfinite(reach) else nodes.count
+        if motion is None:
+            speckle = StillSpeckle(speckle_basis(window, nodes.spacing_s, decorrelation_time_s), seed)
+        else:
+            breaks = None if fastest is None else fastest.breakers is not None
+            k = wavenumber(radar)
+            speckle = MovingSpeckle.over(window, nodes.spacing_s, k, decorrelation_time_s, motion, seed, breaks)
+        across = pulses.mast.pose(nodes.time).axes[:, 0]
+        heard = tabulated(radar, unheard)
+        return cls(facets, radar, heard, nodes, window, reach, speckle, two_way_beams(radar), across)
+
+    def total(self, sums: Sums, columns: int) -> NDArray[np.float32]:
+        """The sum (component, path, sample, node) over all columns, so many at a time."""
+        paths, samples = len(antenna_array(self.radar).paths), self.tabulated.samples.range.size
+        total = np.zeros((2, paths, samples, self.nodes.count), dtype=np.float32)
+        edges = [*range(0, self.facets.grid.columns, columns), self.facets.grid.columns]
+        chunks = [slice(a, b) for a, b in pairwise(edges)]
+        # BLAS's own threads would compete with these on small products, and could change the bits.
+        with threadpool_limits(1, user_api="blas"), pool() as workers:
+            # Chunks are added in their own order, whichever finishes first: the sum keeps its bits.
+            for start, chunk in workers.map(sums, chunks):
+                low, high = max(start, 0), min(start + chunk.shape[-1], self.nodes.count)
+                if high > low:
+                    total[..., low:high] += chunk[..., low - start : high - start]
+        return total
+
+    def batch(
+        self,
+        columns: slice,
+        first_facet: NDArray[np.intp],
+        facets: ListedFacets,
+        strength: NDArray[np.float32],
+    ) -> tuple[int, ColumnBatch]:
+        """Some columns to be summed, with the facets that echo and their (facet, kind) strengths; and the number of the
+        node from which the batch's are counted."""
         passing = self.facets.grid.column_pose.time[columns]
         first = np.zeros(passing.size, dtype=int)
         if np.isfinite(self.reach_s):
@@ -136,36 +177,27 @@ class ColumnSums:
         heard = first[:, None] + np.arange(self.window)  # may lie before the first node, or after the last
         seconds = self.nodes.time[0] + heard * self.nodes.spacing_s - passing[:, None]
         low = int(first.min())
-        column, facet = np.nonzero(self.rcs[columns])
-        chosen = column + columns.start, facet
-        paths = facet_paths(self.facets, self.rcs, self.radar, columns, chosen=chosen)
-        batch = ColumnBatch(
+        kinds = self.speckle.modes(columns, seconds[:, 0])
+        return low, ColumnBatch(
             window=self.window,
             nodes=int(first.max()) - low + self.window,
             columns=Columns(
                 number=self.facets.grid.column_number[columns],
-                first_facet=np.searchsorted(column, np.arange(passing.size + 1)),
+                first_facet=first_facet,
                 first_node=first - low,
                 begin_s=np.ascontiguousarray(seconds[:, 0]),
             ),
-            facets=ListedFacets(
-                number=np.ascontiguousarray(facet),
-                range_m=paths.range[0],
-                difference_m=paths.difference,
-                radial_velocity=paths.coming,
-                amplitude=paths.amplitude.astype(np.complex64, copy=False),
+            facets=facets,
+            speckle=Speckle(
+                streams=self.speckle.streams,
+                modes=np.ascontiguousarray(np.concatenate(kinds, axis=1)),
+                first_kind_modes=kinds[0].shape[1],
+                strength=strength,
             ),
-            speckle=self._speckle(columns, seconds[:, 0], chosen),
-            geometry=Geometry(np.array(paths.paths), wavenumber(self.radar), self.nodes.spacing_s),
+            geometry=Geometry(np.array(antenna_array(self.radar).paths), wavenumber(self.radar), self.nodes.spacing_s),
             response=self._response(),
             beam=self._beam(columns, np.clip(heard, 0, self.nodes.count - 1)),  # what lies outside is dropped later
         )
-        return low, self.kernel.sum_columns(batch)
-
-    def _speckle(self, columns: slice, begin_s: NDArray[np.float64], chosen: Chosen) -> Speckle:
-        kinds = self.speckle.modes(columns, begin_s)
-        modes = np.ascontiguousarray(np.concatenate(kinds, axis=1))
-        return Speckle(self.speckle.streams, modes, kinds[0].shape[1], self.speckle.strengths(chosen))
 
     def _response(self) -> RangeTable:
         gates = self.tabulated.samples.range
@@ -195,3 +227,29 @@ class ColumnSums:
             up=across[..., 2] * height,
             past_m=np.einsum("cki,ci->ck", across, drift) * seconds,
         )
+
+
+@dataclass(frozen=True)
+class ColumnSums:
+    """Sums the facets of some columns into gates, at the nodes at which the beam passes them."""
+
+    hearing: Hearing
+    facets: Illumination
+    rcs: NDArray[np.float32]
+    kernel: Kernel
+
+    def __call__(self, columns: slice) -> tuple[int, NDArray[np.float32]]:
+        """First node's number and the columns' sum (component, path, gate, node), real and imaginary."""
+        column, facet = np.nonzero(self.rcs[columns])
+        chosen = column + columns.start, facet
+        paths = facet_paths(self.facets, self.rcs, self.hearing.radar, columns, chosen=chosen)
+        listed = ListedFacets(
+            number=np.ascontiguousarray(facet),
+            range_m=paths.range[0],
+            difference_m=paths.difference,
+            radial_velocity=paths.coming,
+            amplitude=paths.amplitude.astype(np.complex64, copy=False),
+        )
+        first = np.searchsorted(column, np.arange(columns.stop - columns.start + 1))
+        low, batch = self.hearing.batch(columns, first, listed, self.hearing.speckle.strengths(chosen))
+        return low, self.kernel.sum_columns(batch)

@@ -16,7 +16,7 @@ from ..settings import RadarSettings, TracingSettings
 from .facets import Facets, facets_of, strain_of
 from .grid import INNERMOST_M, PolarGrid, polar_grid
 
-_ACROSS = 1.0 / 36.0  # see SurfaceMesh.levelled
+ACROSS = 1.0 / 36.0  # see SurfaceMesh.levelled
 
 
 class MovingSurface(Protocol):
@@ -113,7 +113,7 @@ class SurfaceMesh:
         Heights, slopes and velocities of the water are those of `facets`: vertices here do not lie on it.
         """
         elevation = self.elevation.copy()
-        elevation[1:-1] -= _ACROSS * np.diff(self.elevation, 2, axis=0)
+        elevation[1:-1] -= ACROSS * np.diff(self.elevation, 2, axis=0)
         elevation[:, 1:-1] -= np.diff(elevation, 2, axis=1) / 12.0
         return replace(self, elevation=elevation)
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from seamap_rt.compute.functions import functions_of
 from seamap_rt.conventions import GRAVITY, SPEED_OF_LIGHT, WATER_DENSITY
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.sea.elfouhaily import elfouhaily97_peak_wavenumber, friction_velocity
@@ -102,8 +103,9 @@ def nrcs_breaker(
     """
     lean = float(np.tan(_LEAN * direction))
     cosine = (cos_local + lean * upwind) * (1.0 / np.sqrt(1.0 + lean * lean))
-    secant2 = 1.0 / np.square(np.maximum(cosine, 0.05))  # beyond, the exponential is nothing
-    return secant2 * secant2 * (1.0 / _ROUGHNESS) * np.exp((1.0 - secant2) * (1.0 / _ROUGHNESS)) + _WALL / _ROUGHNESS
+    of = functions_of(cos_local)
+    secant2 = 1.0 / of.square(of.maximum(cosine, 0.05))  # beyond, the exponential is nothing
+    return secant2 * secant2 * (1.0 / _ROUGHNESS) * of.exp((1.0 - secant2) * (1.0 / _ROUGHNESS)) + _WALL / _ROUGHNESS
 
 
 def _growth(k: NDArray[np.float64], angle: NDArray[np.float64], u_star: float) -> NDArray[np.float64]:

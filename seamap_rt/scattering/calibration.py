@@ -24,11 +24,20 @@ class Scale:
 
     def __call__(self, grazing: ArrayLike, wind_angle: ArrayLike) -> NDArray[np.floating]:
         """Factor at a grazing [rad, against mean sea level] and angle to the wind [rad]; they broadcast."""
-        angle, azimuth = np.asarray(grazing), np.asarray(wind_angle)
-        depth = _scaled(_log(angle), self.log_grazing)
-        exponent = _exponent(self.coefficients, np.clip(depth, -1.0, 1.0), np.cos(azimuth))
+        level, depth, flat, lean = self.terms(grazing, wind_angle)
+        return np.exp(np.clip((level + flat) + depth * lean, *self.limits))
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Of the exponent."""
         low, high = self.exponents
-        return np.exp(np.clip(exponent, low - _MARGIN, high + _MARGIN))
+        return low - _MARGIN, high + _MARGIN
+
+    def terms(self, grazing: ArrayLike, wind_angle: ArrayLike) -> tuple[NDArray[np.floating], ...]:
+        """The exponent in parts that are separate, level + flat + depth · lean: level and depth are the grazing's
+        (its shape), the others the wind's."""
+        depth = np.clip(_scaled(_log(np.asarray(grazing)), self.log_grazing), -1.0, 1.0)
+        return _exponent(self.coefficients, depth, np.cos(np.asarray(wind_angle)))
 
 
 def calibration_scale(
@@ -141,14 +150,14 @@ def _basis(depth: NDArray[np.floating], cosine: NDArray[np.floating], degree: in
 
 def _exponent(
     coefficients: NDArray[np.floating], depth: NDArray[np.floating], cosine: NDArray[np.floating]
-) -> NDArray[np.floating]:
-    """`_basis` times the coefficients, without the matrix, in the facets' own precision."""
+) -> tuple[NDArray[np.floating], ...]:
+    """`_basis` times the coefficients, without the matrix, in the facets' own precision; see `Scale.terms`."""
     legendre, harmonics = coefficients[:-_HARMONICS], coefficients[-_HARMONICS:].astype(depth.dtype)
     polynomial = np.polynomial.legendre.leg2poly(legendre).astype(depth.dtype)
     first, second, first_slope, second_slope = harmonics
     double = 2.0 * cosine**2 - 1.0
-    level = np.polynomial.polynomial.polyval(depth, polynomial) + (first * cosine + second * double)
-    return level + depth * (first_slope * cosine + second_slope * double)
+    level = np.polynomial.polynomial.polyval(depth, polynomial)
+    return level, depth, first * cosine + second * double, first_slope * cosine + second_slope * double
 
 
 def _fit(basis: NDArray[np.floating], ratio: NDArray[np.float64], weight: NDArray[np.float64]) -> NDArray[np.floating]:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from seamap_rt.compute.functions import functions_of
 from seamap_rt.compute.machine import threads
 from seamap_rt.conventions import POLARIZATIONS, db
 from seamap_rt.scattering.breaking import Breakers, breakers, nrcs_breaker
@@ -70,17 +71,7 @@ def nrcs_composite(
     are turned into the facet's own plane and average Bragg amplitudes before the facet's slope mixes them. Facets seen
     from behind fade out over the tilts' slopes; whether a ray reaches them is the tracer's matter.
     """
-    if polarization not in POLARIZATIONS:
-        raise ValueError(f"polarization = {polarization!r}: must be one of {', '.join(POLARIZATIONS)}")
-    radar = (float(frequency_hz), complex(permittivity))
-    broken = breakers(waves.wind_speed, waves.inverse_wave_age, radar[0])
-    sea = _Sea(
-        bragg=tilted_bragg(*radar, polarization, waves),
-        mirror=mirror(*radar, waves),
-        breakers=broken,
-        mean_crowding=mean_crowding(float(strain_variance)),
-        breaking_level=breaking_level(broken.fraction if breaking else 0.0, float(strain_variance)),
-    )
+    sea = CompositeSea.of(frequency_hz, permittivity, polarization, waves, strain_variance, breaking)
     fields = (incidence, slope_range, slope_cross, wind_angle, 0.0 if strain is None else strain)
     inputs = [np.asarray(each) for each in fields]
     _check(*inputs)
@@ -91,7 +82,7 @@ def nrcs_composite(
     def work(start: int) -> None:
         block = slice(start, start + _BLOCK)
         single = (np.asarray(each if each.ndim == 0 else each[block], dtype=np.float32) for each in flat)
-        sigma[0, block], sigma[1, block], sigma[2, block] = _block(sea, *single)
+        sigma[0, block], sigma[1, block], sigma[2, block] = sea.nrcs(*single)
 
     with ThreadPoolExecutor(threads()) as pool:
         list(pool.map(work, range(0, sigma.shape[1], _BLOCK)))
@@ -150,7 +141,7 @@ def _check(*inputs: NDArray) -> None:
         raise ValueError(f"incidence = {steepest:g}: must be at most π; give radians")
 
 
-class _Sea(NamedTuple):
+class CompositeSea(NamedTuple):
     """What all facets have in common."""
 
     bragg: TiltedBragg
@@ -159,19 +150,43 @@ class _Sea(NamedTuple):
     mean_crowding: float
     breaking_level: float
 
+    @classmethod
+    def of(
+        cls,
+        frequency_hz: float,
+        permittivity: complex,
+        polarization: str,
+        waves: ShortWaves,
+        strain_variance: float = 0.0,
+        breaking: bool = True,
+    ) -> CompositeSea:
+        """See `nrcs_composite`, whose arguments and errors these are."""
+        if polarization not in POLARIZATIONS:
+            raise ValueError(f"polarization = {polarization!r}: must be one of {', '.join(POLARIZATIONS)}")
+        radar = (float(frequency_hz), complex(permittivity))
+        broken = breakers(waves.wind_speed, waves.inverse_wave_age, radar[0])
+        return cls(
+            bragg=tilted_bragg(*radar, polarization, waves),
+            mirror=mirror(*radar, waves),
+            breakers=broken,
+            mean_crowding=mean_crowding(float(strain_variance)),
+            breaking_level=breaking_level(broken.fraction if breaking else 0.0, float(strain_variance)),
+        )
 
-def _block(
-    sea: _Sea, incidence: Array, slope_range: Array, slope_cross: Array, wind_angle: Array, strain: Array
-) -> tuple[Array, Array, Array]:
-    view = facet_view(np.sin(incidence), np.cos(incidence), slope_range, slope_cross)
-    along, across = np.cos(wind_angle), np.sin(wind_angle)
-    wind_cosine, wind_sine = view.wind_double(along, across)
-    crowded = crowding(strain)
-    bragg = sea.bragg.nrcs(view, wind_cosine, wind_sine) * (crowded * (1.0 / sea.mean_crowding))
-    specular = sea.mirror.nrcs(view.cos_local, wind_cosine)
-    if sea.breaking_level == 0.0:
-        return bragg, specular, np.float32(0.0) * bragg
-    share = breaking_share(crowded, sea.breaking_level)
-    zone = nrcs_breaker(view.cos_local, view.upwind(along, across), sea.breakers.direction)
-    left = 1.0 - share
-    return bragg * left, specular * left, share * zone * sea.mirror.facing(view.cos_local)
+    def nrcs(
+        self, incidence: Array, slope_range: Array, slope_cross: Array, wind_angle: Array, strain: Array
+    ) -> tuple[Array, Array, Array]:
+        """The terms of some facets, in float32: arrays of the host or of the device."""
+        of = functions_of(incidence)
+        view = facet_view(of.sin(incidence), of.cos(incidence), slope_range, slope_cross)
+        along, across = of.cos(wind_angle), of.sin(wind_angle)
+        wind_cosine, wind_sine = view.wind_double(along, across)
+        crowded = crowding(strain)
+        bragg = self.bragg.nrcs(view, wind_cosine, wind_sine) * (crowded * (1.0 / self.mean_crowding))
+        specular = self.mirror.nrcs(view.cos_local, wind_cosine)
+        if self.breaking_level == 0.0:
+            return bragg, specular, 0.0 * bragg
+        share = breaking_share(crowded, self.breaking_level)
+        zone = nrcs_breaker(view.cos_local, view.upwind(along, across), self.breakers.direction)
+        left = 1.0 - share
+        return bragg * left, specular * left, share * zone * self.mirror.facing(view.cos_local)

@@ -9,8 +9,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ndtr
 
+from seamap_rt.compute.functions import functions_of
 from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scattering.facet_view import Array
 from seamap_rt.scattering.permittivity import fresnel
@@ -28,16 +28,18 @@ class Mirror(NamedTuple):
 
     def nrcs(self, cos_local: Array, wind_cosine: Array) -> Array:
         """σ0 per unit true area of the facet, for cos θi and cos 2φ in float32; 0 from behind."""
-        secant2 = 1.0 / np.square(np.maximum(cos_local, _LEAST_COSINE))
-        mean = np.float32(0.25 / self.along + 0.25 / self.across)
-        split = np.float32(0.25 / self.along - 0.25 / self.across)
-        peak = np.float32(0.5 * self.reflection / np.sqrt(self.along * self.across))
-        return peak * secant2 * secant2 * np.exp((1.0 - secant2) * (mean + split * wind_cosine))
+        of = functions_of(cos_local)
+        secant2 = 1.0 / of.square(of.maximum(cos_local, _LEAST_COSINE))
+        mean = float(np.float32(0.25 / self.along + 0.25 / self.across))
+        split = float(np.float32(0.25 / self.along - 0.25 / self.across))
+        peak = float(np.float32(0.5 * self.reflection / np.sqrt(self.along * self.across)))
+        return peak * secant2 * secant2 * of.exp((1.0 - secant2) * (mean + split * wind_cosine))
 
     def facing(self, cos_local: Array) -> Array:
         """Share of the tilts that face the ray, 1 seen squarely and ½ at a facet's own grazing."""
-        steepness = np.float32(1.0 / np.sqrt(0.5 * (self.along + self.across)))
-        return ndtr(cos_local * steepness / np.sqrt(np.maximum(1.0 - cos_local * cos_local, 1e-6)))
+        of = functions_of(cos_local)
+        steepness = float(np.float32(1.0 / np.sqrt(0.5 * (self.along + self.across))))
+        return of.ndtr(cos_local * steepness / of.sqrt(of.maximum(1.0 - cos_local * cos_local, 1e-6)))
 
 
 @lru_cache(maxsize=32)

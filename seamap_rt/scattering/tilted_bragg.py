@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from seamap_rt.compute.functions import functions_of
 from seamap_rt.scattering.bragg import bragg_coefficients, radar_wavenumber
 from seamap_rt.scattering.facet_view import Array, FacetView, facet_view
 from seamap_rt.scattering.short_waves import ShortWaves
@@ -40,13 +41,13 @@ class TiltedBragg(NamedTuple):
 
     def nrcs(self, view: FacetView, wind_cosine: Array, wind_sine: Array) -> Array:
         """σ0 per unit true area, for a view in float32 and the cos 2φ and sin 2φ of the wind."""
-        position = np.maximum(view.cos_local - np.float32(self.low), 0.0) * np.float32(_NODES / (1.0 - self.low))
-        index = position.astype(np.int32)
-        part = position - index.astype(np.float32)
+        of = functions_of(view.cos_local)
+        scale = float(np.float32(_NODES / (1.0 - self.low)))
+        index, part = of.split(of.maximum(view.cos_local - float(np.float32(self.low)), 0.0) * scale)
 
         def look_up(column: Column) -> Array:
-            low = column[index]
-            return low + part * (column[index + 1] - low)
+            low = of.take(column, index)
+            return low + part * (of.take(column, index + 1) - low)
 
         def towards(columns: tuple[Column, Column]) -> Array:
             return look_up(columns[0]) + look_up(columns[1]) * wind_cosine
@@ -55,7 +56,7 @@ class TiltedBragg(NamedTuple):
         b2 = 1.0 - a2
         like, other = towards(self.like) * a2, towards(self.other) * b2
         skew = (look_up(self.like_skew) * a2 + look_up(self.other_skew) * b2) * (view.ab * wind_sine)
-        return np.maximum(like * a2 + towards(self.mixed) * (a2 * b2) + other * b2 + skew, 0.0)
+        return of.maximum(like * a2 + towards(self.mixed) * (a2 * b2) + other * b2 + skew, 0.0)
 
 
 @lru_cache(maxsize=32)

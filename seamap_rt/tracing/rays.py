@@ -8,6 +8,7 @@ slips between two facets (Woop, Benthin & Wald 2013).
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any
 
@@ -16,11 +17,14 @@ from numpy.typing import NDArray
 from trimesh import Trimesh
 
 from ..compute.backend import prepare
+from ..compute.device import device, moved
 from ..mesh import SurfaceMesh
+from ..mesh.on_device import MeshOnDevice
 from ..mesh.surface import as_trimesh, triangulation, widths
 from ..scattering.permittivity import PERMITTIVITIES
 from ..settings import RadarSettings, ScatteringSettings
 from .illumination import Illumination
+from .light_on_device import LightOnDevice
 from .shadow_rays import ShadowRays, shadow_rays
 from .shapes import mitsuba, mitsuba_mesh, set_triangles
 
@@ -46,13 +50,37 @@ class RayTracer:
         facets = mesh.facets
         lit = np.zeros((mesh.grid.antenna_positions.shape[1], *facets.height.shape), dtype=bool)
         traced = 0
-        for sheet in mesh.sheets():
-            rays = shadow_rays(mesh, facets, sheet)
-            surface = occluding_surface(mesh, sheet, rays.facing_away)
-            antennas = mesh.grid.antenna_positions[sheet[0].start]
-            lit[:, rays.columns] = rays.lit(self._scene(sheet, surface, antennas).hits(rays))
+        for rays, scene in self._sheets(mesh):
+            lit[:, rays.columns] = rays.lit(scene.hits(rays))
             traced += rays.number.size
         return Illumination.of(facets, lit, traced)
+
+    def on_device(self, mesh: SurfaceMesh, there: MeshOnDevice) -> LightOnDevice:
+        """The same light, which stays there. there: the mesh on the device."""
+        of, shape = device(), (mesh.grid.antenna_positions.shape[1], *mesh.facets.height.shape)
+        lit, traced = of.dr.zeros(of.Bool, int(np.prod(shape))), 0
+        for rays, scene in self._sheets(mesh):
+            if rays.number.size == 0:
+                continue
+            number = of.place(rays.number)
+            row = number // shape[2]  # antennas times the sheet's columns
+            column = of.dr.gather(of.UInt32, of.place(rays.columns.astype(np.uint32)), row % rays.columns.size)
+            antenna, facet = row // rays.columns.size, number % shape[2]
+            origins = mesh.grid.column_height + mesh.grid.antenna_positions[..., 2]
+            origin = of.dr.gather(of.Float64, of.place(origins), column * shape[0] + antenna)
+            rise = of.Float(there.height(column, facet) - origin)
+            place = (antenna * shape[1] + column) * shape[2] + facet
+            of.dr.scatter(lit, ~scene.stopped_on_device(rays.on_device(number, rise)), place)
+            of.dr.eval(lit)
+            traced += rays.number.size
+        return LightOnDevice(of, mesh.grid, lit, traced)
+
+    def _sheets(self, mesh: SurfaceMesh) -> Iterator[tuple[ShadowRays, SeaScene]]:
+        """The rays of each sheet, and the scene that holds its surface."""
+        for sheet in mesh.sheets():
+            rays = shadow_rays(mesh, mesh.facets, sheet)
+            surface = occluding_surface(mesh, sheet, rays.facing_away)
+            yield rays, self._scene(sheet, surface, mesh.grid.antenna_positions[sheet[0].start])
 
     def _scene(self, sheet: tuple[slice, ...], surface: Trimesh, antennas: NDArray[np.float64]) -> SeaScene:
         """The sheet's own scene, with the surface in it."""
@@ -102,10 +130,10 @@ class SeaScene:
     def place(self, antennas: NDArray[np.float64]) -> None:
         """Move the radio devices to as many antennas (antenna, 3)."""
         positions = _positions(antennas)
-        for device, position in zip(self.scene.receivers.values(), positions, strict=True):
-            device.position = position
-        for device in self.scene.transmitters.values():
-            device.position = positions[0]
+        for receiver, position in zip(self.scene.receivers.values(), positions, strict=True):
+            receiver.position = position
+        for transmitter in self.scene.transmitters.values():
+            transmitter.position = positions[0]
 
     def update(self, surface: Trimesh) -> bool:
         """Hold another surface; False if it has not as many vertices, and the scene has to be made anew."""
@@ -122,7 +150,11 @@ class SeaScene:
 
     def stopped(self, rays: Any) -> NDArray[np.bool_]:
         """(ray,): Mitsuba's ray hits something."""
-        return np.array(self.scene.mi_scene.ray_test(rays, coherent=True))
+        return moved.down(np.array(self.stopped_on_device(rays)))
+
+    def stopped_on_device(self, rays: Any) -> Any:
+        """The same, which stays there."""
+        return device().dr.detach(self.scene.mi_scene.ray_test(rays, coherent=True), preserve_type=False)
 
 
 def _positions(antennas: NDArray[np.float64]) -> list[list[float]]:

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compute.compiled import compiled
+from ..compute.device import moved
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets, SurfaceMesh
 from ..mesh.facets import FAR_FRACTION, NEAR_FRACTION, Plane
@@ -67,17 +68,22 @@ class ShadowRays:
         """(ray,) m"""
         return np.array(self.on_device().maxt)
 
-    def on_device(self) -> Any:
-        """Mitsuba's rays, not yet evaluated. Unit vectors: with others Embree's packets of rays take 7 % longer."""
-        mi, dr = mitsuba(), importlib.import_module("drjit")
-        number, facets = mi.UInt32(self.number), self.front.shape[2]
+    def on_device(self, number: Any = None, rise: Any = None) -> Any:
+        """Mitsuba's rays, not yet evaluated. Unit vectors: with others Embree's packets of rays take 7 % longer.
+
+        number, rise: (ray,) their numbers and their facets' rise, where these are there already.
+        """
+        mi, dr, facets = mitsuba(), importlib.import_module("drjit"), self.front.shape[2]
+        number = mi.UInt32(moved.up(self.number) if number is None else number)
         row = number // facets
         start = dr.gather(mi.Point3f, mi.Point3f(*_axes(mi, self.starts.T)), row)
         look = dr.gather(mi.Vector2f, mi.Vector2f(*_axes(mi, self.look.T)), row)
         ahead, right, short = dr.gather(mi.Vector3f, mi.Vector3f(*_axes(mi, self.points)), number - row * facets)
         east = look.x * ahead + look.y * right - start.x
         north = look.y * ahead - look.x * right - start.y
-        up = dr.gather(mi.Float, mi.Float(self.rise.reshape(-1)), number)
+        up = mi.Float(rise) if rise is not None else None
+        if up is None:
+            up = dr.gather(mi.Float, mi.Float(moved.up(self.rise.reshape(-1))), number)
         away = dr.sqrt(east * east + north * north)
         slant = dr.sqrt(away * away + up * up)
         return mi.Ray3f(
@@ -96,7 +102,7 @@ class ShadowRays:
 
 
 def _axes(mi: Any, table: NDArray[np.float32]) -> list[Any]:
-    return [mi.Float(np.ascontiguousarray(axis)) for axis in table]
+    return [mi.Float(moved.up(np.ascontiguousarray(axis))) for axis in table]
 
 
 def shadow_rays(mesh: SurfaceMesh, facets: Facets, sheet: tuple[slice, ...]) -> ShadowRays:

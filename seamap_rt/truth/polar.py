@@ -7,6 +7,7 @@ by its overlap with the cell.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -41,6 +42,9 @@ from .kernel import (
     fill_mean_heights,
 )
 
+if TYPE_CHECKING:
+    from .on_device import FacetsOnDevice
+
 FAINTEST = 1e-15  # NRCS below which a cell is dark: smaller values are rounding errors
 _BINS_PER_GATE = 6
 _POINTS_A_CELL = 6  # along the look, at least
@@ -55,13 +59,36 @@ def polar_truth(
     rcs: (column, facet) radar cross-sections [m²], 0 where no ray arrives. NaN in cells without facets. The same bits
     for any number of threads.
     """
-    ranges, staring = gates(radar), radar.scan == "staring"
-    sweeps = look_sweeps(radar.sector_deg, retrieval.cell_azimuth_deg, staring)
+    sweeps = _sweeps(radar, retrieval)
+    looks, beam = _look_columns(facets, sweeps, retrieval.cell_azimuth_deg), _beam(facets, sweeps, radar, retrieval)
     cells, weighted = _column_cells(facets, rcs, radar, retrieval)
-    looks = _look_columns(facets, sweeps, retrieval.cell_azimuth_deg)
-    offset = sweeps[:, None] - facets.grid.column_sweep
-    beam = dwell_power(antenna_array(radar), offset, 0.0 if staring else retrieval.cell_azimuth_deg)
-    sums, heard = _added(looks, cells), _added(beam, weighted)
+    bent = facets.field is not None
+    return _truth(facets.grid, _added(looks, cells), _added(beam, weighted), radar, retrieval, turn, bent)
+
+
+def polar_truth_on_device(
+    facets: FacetsOnDevice, radar: RadarSettings, retrieval: RetrievalSettings, turn: int
+) -> xr.Dataset:
+    """`polar_truth` of facets that are on the device: only the looks' cells come back."""
+    from .on_device import summed_on_device
+
+    given, sweeps = facets.grid, _sweeps(radar, retrieval)
+    looks, beam = _look_columns(given, sweeps, retrieval.cell_azimuth_deg), _beam(given, sweeps, radar, retrieval)
+    sums = summed_on_device(facets, *_bands(given, radar, retrieval), looks, beam)
+    return _truth(given.grid, *sums, radar, retrieval, turn, facets.light.field is not None)
+
+
+def _truth(
+    grid: PolarGrid,
+    sums: NDArray[np.float64],
+    heard: NDArray[np.float64],
+    radar: RadarSettings,
+    retrieval: RetrievalSettings,
+    turn: int,
+    bent: bool,
+) -> xr.Dataset:
+    """From sums (look, gate, quantity) over cells, and (look, gate, 2) of area and height by response and beam."""
+    sweeps = _sweeps(radar, retrieval)
     whole, echo = sums[..., AREA], sums[..., ECHO]
     with np.errstate(invalid="ignore", divide="ignore"):
         values = {
@@ -72,15 +99,15 @@ def polar_truth(
             "slope_azimuth": sums[..., SLOPE_CROSS] / whole,
             "nrcs_db": db(np.where(echo > FAINTEST * whole, echo, 0.0) / whole),
         }
-        if facets.field is not None:
+        if bent:
             values["illumination"] = sums[..., LIGHT] / whole
         values["height_weighted"] = heard[..., 1] / heard[..., 0]
     empty = whole <= 0.0
     fields = {name: np.where(empty | ~np.isfinite(field), np.nan, field)[None] for name, field in values.items()}
-    times = np.interp(sweeps, facets.grid.sweep, facets.grid.time)
+    times = np.interp(sweeps, grid.sweep, grid.time)
     fields["time"] = times[None]
     azimuth = (radar.sector_deg[0] + sweeps) % 360.0
-    return build("truth/polar", fields, {"turn": [turn], "azimuth": azimuth, "range": ranges})
+    return build("truth/polar", fields, {"turn": [turn], "azimuth": azimuth, "range": gates(radar)})
 
 
 def _column_cells(
@@ -88,14 +115,8 @@ def _column_cells(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Each column's sums (column, gate, quantity) over the gates' cells, and (column, gate, 2) of area and height by
     the gates' response."""
-    rungs = float(np.diff(facets.grid.ground_range).max())
-    divided = rungs > retrieval.cell_range_m / _POINTS_A_CELL
-    apart = _halves(facets.grid) if divided else np.zeros((facets.distance.size, 1))
-    ranges, pulse = gates(radar), RangeResponse.of(radar)
-    reach = max(pulse.support_m, 0.5 * retrieval.cell_range_m)
-    # Bins narrower than half the facets' spacing would be empty in places.
-    bins = _bins(ranges, max(radar.range_sampling_m / _BINS_PER_GATE, 0.5 * rungs), reach)
-    box, response = _box(ranges, retrieval.cell_range_m, bins), _response(ranges, pulse, bins)
+    apart, bins, box, response = _bands(facets, radar, retrieval)
+    ranges = gates(radar)
     surface = Surface(
         distance=facets.distance,
         apart=apart,
@@ -112,6 +133,34 @@ def _column_cells(
     weighted = np.empty((facets.grid.columns, ranges.size, 2))
     in_blocks(lambda *block: fill_cells(*block, surface, bins, box, response, cells, weighted), facets.grid.columns)
     return cells, weighted
+
+
+def _bands(
+    facets: Facets, radar: RadarSettings, retrieval: RetrievalSettings
+) -> tuple[NDArray[np.float64], Bins, Band, Band]:
+    """Where (facet, part) [m] a facet's parts lie from its point, the bins, and how they make the gates' cells and what
+    the gates hear."""
+    rungs = float(np.diff(facets.grid.ground_range).max())
+    divided = rungs > retrieval.cell_range_m / _POINTS_A_CELL
+    apart = _halves(facets.grid) if divided else np.zeros((facets.distance.size, 1))
+    ranges, pulse = gates(radar), RangeResponse.of(radar)
+    reach = max(pulse.support_m, 0.5 * retrieval.cell_range_m)
+    # Bins narrower than half the facets' spacing would be empty in places.
+    bins = _bins(ranges, max(radar.range_sampling_m / _BINS_PER_GATE, 0.5 * rungs), reach)
+    return apart, bins, _box(ranges, retrieval.cell_range_m, bins), _response(ranges, pulse, bins)
+
+
+def _sweeps(radar: RadarSettings, retrieval: RetrievalSettings) -> NDArray[np.float64]:
+    """(look,) deg"""
+    return look_sweeps(radar.sector_deg, retrieval.cell_azimuth_deg, radar.scan == "staring")
+
+
+def _beam(
+    facets: Facets, sweeps: NDArray[np.float64], radar: RadarSettings, retrieval: RetrievalSettings
+) -> NDArray[np.float64]:
+    """(look, column): power of the beam over the look's dwell."""
+    width = 0.0 if radar.scan == "staring" else retrieval.cell_azimuth_deg
+    return dwell_power(antenna_array(radar), sweeps[:, None] - facets.grid.column_sweep, width)
 
 
 def _seen(facets: Illumination) -> NDArray[np.float32]:

@@ -10,6 +10,7 @@ import pytest
 from exact_echoes import ROCKING, SEED, radar_of, sea_seen
 from numpy.typing import NDArray
 
+from seamap_rt.compute.device import moved
 from seamap_rt.echoes import turn, turn_voltages
 from seamap_rt.echoes.motion import Motion
 from seamap_rt.echoes.summation import (
@@ -197,28 +198,16 @@ def test_a_turn_by_the_device_is_the_processors(monkeypatch: pytest.MonkeyPatch)
     assert np.sqrt(np.mean(np.abs(apart) ** 2) / np.mean(np.abs(turns["processor"]) ** 2)) <= 1e-5
 
 
-def test_what_goes_to_the_device_comes_back_once_as_sums(monkeypatch: pytest.MonkeyPatch) -> None:
-    batch, placed, fetched = batch_of(), list[int](), list[int]()
-    types = device._Types
-
-    class Counted(types):
-        def place(self, values: NDArray[Any]) -> Any:
-            placed.append(values.nbytes)
-            return types.place(self, values)
-
-        def fetch(self, values: Any, shape: tuple[int, ...]) -> NDArray[np.float32]:
-            made = types.fetch(self, values, shape)
-            fetched.append(made.nbytes)
-            return made
-
-    monkeypatch.setattr(device, "_Types", Counted)
+def test_what_goes_to_the_device_comes_back_once_as_sums() -> None:
+    batch = batch_of()
+    moved.forget()
     sums = device.sum_columns(batch)
     groups = (batch.columns, batch.facets, batch.speckle, batch.response, batch.beam)
     given = sum(each.nbytes for group in groups for each in group if isinstance(each, np.ndarray))
     paths = len(batch.geometry.antennas)
-    assert sum(fetched) == sums.nbytes
-    assert len(fetched) == 2 * paths
-    assert sum(placed) <= given * paths  # what a path has for itself, and the beam's axes, once a path
+    assert moved.down_bytes == sums.nbytes
+    assert moved.down_count == 2 * paths
+    assert moved.up_bytes <= given * paths  # what a path has for itself, once a path
 
 
 def test_another_kernel_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from . import (
     rows_app,
     rows_begin,
+    rows_device,
     rows_light,
     rows_maps,
     rows_nonlinear_sea,
@@ -26,6 +27,7 @@ PLANTS = (
     *rows_radar.PLANTS,
     *rows_recorded_sea.PLANTS,
     *rows_transmitter.PLANTS,
+    *rows_device.PLANTS,
     *rows_maps.PLANTS,
     *rows_prediction.PLANTS,
     *rows_begin.PLANTS,

@@ -291,20 +291,6 @@ PLANTS = (
         "tests/test_random_streams.py::test_branches_differ",
     ),
     Plant(
-        "a graphics processor draws the next facet's numbers",
-        "seamap_rt/echoes/summation/device.py",
-        "types.UInt64(number) + types.UInt64(1)",
-        "types.UInt64(number) + types.UInt64(2)",
-        "tests/echoes/test_summation.py::test_sums_by_the_law",
-    ),
-    Plant(
-        "a graphics processor leaves out the last facet near a gate",
-        "seamap_rt/echoes/summation/device.py",
-        "return begin, np.maximum(begin, end)",
-        "return begin, np.maximum(begin, end - (end > begin))",
-        "tests/echoes/test_summation.py::test_sums_by_the_law",
-    ),
-    Plant(
         "echoes: what other water does to the phase",
         "seamap_rt/echoes/unheard.py",
         "height_error_m / max(elevation_std_m, 1e-9)) ** 2",

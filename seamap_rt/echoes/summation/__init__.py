@@ -3,6 +3,8 @@
 `sum_columns(batch)` is the interface, and there are two of it: the processor's compiled loops (`processor`), and Dr.Jit
 kernels for a graphics processor (`device`). `kernel()` chooses: the environment's SEAMAP_RT_ECHOES is processor or
 device. Random numbers by counting are in `gaussian`; both draw the same ones.
+
+The same word has a whole turn, from its light to its gates, worked out on the device (`echoes.turn_on_device`).
 """
 
 from __future__ import annotations
@@ -18,8 +20,10 @@ from ...errors import InputError
 from .batch import Beam, ColumnBatch, Columns, Geometry, ListedFacets, RangeTable, Speckle
 
 VARIABLE = "SEAMAP_RT_ECHOES"
+COLUMNS_ON_DEVICE = 256  # lanes for a whole device, in half a gigabyte of it
 
 __all__ = [
+    "COLUMNS_ON_DEVICE",
     "VARIABLE",
     "Beam",
     "ColumnBatch",
@@ -30,6 +34,7 @@ __all__ = [
     "RangeTable",
     "Speckle",
     "kernel",
+    "on_device",
 ]
 
 
@@ -40,15 +45,20 @@ class Kernel(NamedTuple):
     columns: int
 
 
-def kernel() -> Kernel:
-    """The one that the environment names; the processor's where it names none. Raises InputError for another name."""
+def on_device() -> bool:
+    """Whether the environment names the device; not, where it names none. Raises InputError for another name."""
     name = os.environ.get(VARIABLE, "processor")
-    if name == "processor":
-        from .processor import sum_columns
+    if name not in ("processor", "device"):
+        raise InputError(f"{VARIABLE} = {name}: must be processor or device; correct the environment")
+    return name == "device"
 
-        return Kernel(sum_columns, 16)  # their sums stay near the cache
-    if name == "device":
+
+def kernel() -> Kernel:
+    """The one that the environment names. Raises InputError for one that there is not."""
+    if on_device():
         from .device import sum_columns
 
-        return Kernel(sum_columns, 256)  # lanes for a whole device, in half a gigabyte of it
-    raise InputError(f"{VARIABLE} = {name}: must be processor or device; correct the environment")
+        return Kernel(sum_columns, COLUMNS_ON_DEVICE)
+    from .processor import sum_columns
+
+    return Kernel(sum_columns, 16)  # their sums stay near the cache

@@ -13,6 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+ALIKE = 1e-3  # rad by which the phases of paths may drift apart while a facet is heard, and share a phasor
+
 
 class Columns(NamedTuple):
     """The columns, each heard for the same number of nodes, its window."""

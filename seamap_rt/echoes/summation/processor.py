@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 
 from ...compute.compiled import compiled
 from ...compute.lanes import LANES, add, less, load, plus, product, store, zeros
-from .batch import ColumnBatch
+from .batch import ALIKE, ColumnBatch
 from .gaussian import count_bits, key_of, normals, unit_phasor
 
-_ALIKE = 1e-3  # rad by which the phases of paths may drift apart while a facet is heard, and share a phasor
 _CYCLES_PER_RAD = 1.0 / (2.0 * np.pi)
 _FACETS = 32  # worked on at a time
 
@@ -138,7 +137,7 @@ def _find_phases(batch, first, count, begin_s, by_phase, step, phase, phasor_of,
         for n in range(count):
             phasor_of[path, n] = path
             for other in range(path):
-                if phasor_of[other, n] == other and abs(step[path, n] - step[other, n]) * batch.window <= _ALIKE:
+                if phasor_of[other, n] == other and abs(step[path, n] - step[other, n]) * batch.window <= ALIKE:
                     phasor_of[path, n] = other
                     # Paths that share a phasor agree in the middle, where the beam is.
                     phase[path, n] += (step[path, n] - step[other, n]) * middle

@@ -1,0 +1,120 @@
+"""Plants in what is worked out on the device."""
+
+from __future__ import annotations
+
+from .plant import Plant
+
+_SUM, _TURN = "seamap_rt/echoes/summation/device.py", "seamap_rt/echoes/turn_on_device.py"
+_MESH, _RETURNS = "seamap_rt/mesh/on_device.py", "seamap_rt/echoes/returns_on_device.py"
+_BATCHES, _TURNS = "tests/echoes/test_summation.py", "tests/echoes/test_turn_on_device.py"
+_ALIKE = _TURNS + "::test_a_turn_is_the_processors"
+_FACETS = _TURNS + "::test_facets_there_are_those_of_the_host"
+_CROSSES = _TURNS + "::test_from_ray_to_gate_only_sums_come_back"
+
+PLANTS = (
+    Plant(
+        "a graphics processor draws the next facet's numbers",
+        _SUM,
+        "of.UInt64(number) + of.UInt64(1)",
+        "of.UInt64(number) + of.UInt64(2)",
+        _BATCHES + "::test_sums_by_the_law",
+    ),
+    Plant(
+        "a graphics processor leaves out the last facet near a gate",
+        _SUM,
+        "return begin, np.maximum(begin, end)",
+        "return begin, np.maximum(begin, end - (end > begin))",
+        _BATCHES + "::test_sums_by_the_law",
+    ),
+    Plant(
+        "device: phases in float32",
+        _SUM,
+        "cycles = (2.0 * range_m + longer + rate * middle) * -per_metre",
+        "cycles = of.Float64(of.Float((2.0 * range_m + longer + rate * middle) * -per_metre))",
+        _ALIKE,
+    ),
+    Plant(
+        "device: steps of paths that are alike",
+        _SUM,
+        "most = ALIKE / (2.0 * np.pi * batch.window)",
+        "most = 100.0 * ALIKE / (2.0 * np.pi * batch.window)",
+        _ALIKE,
+    ),
+    Plant(
+        "device: facets that a gate cannot hear",
+        _TURN,
+        "margin = support_m(batch) + ",
+        "margin = 0.5 * support_m(batch) + ",
+        _ALIKE,
+    ),
+    Plant(
+        "device: a path that one antenna lights",
+        _TURN,
+        "dr.select(lit[i] & lit[j],",
+        "dr.select(lit[i] | lit[j],",
+        _ALIKE,
+    ),
+    Plant(
+        "device: cross-sections by way of the host",
+        _TURN,
+        "dr.gather(of.Float, self.returns.rcs, place)",
+        "dr.gather(of.Float, of.place(of.fetch(self.returns.rcs, (-1,))), place)",
+        _CROSSES,
+    ),
+    Plant(
+        "device: the radial edge of the other line",
+        _MESH,
+        "own, line = rung + odd, column + 1 - odd",
+        "own, line = rung + odd, column + odd",
+        _FACETS,
+    ),
+    Plant(
+        "device: light on vertices as they are",
+        _MESH,
+        "(rung > 0) & (rung < rungs - 1)) / 12.0",
+        "(rung > 0) & (rung < rungs - 1)) / 24.0",
+        _FACETS,
+    ),
+    Plant(
+        "device: the other antenna's light",
+        "seamap_rt/tracing/rays.py",
+        "place = (antenna * shape[1] + column)",
+        "place = ((shape[0] - 1 - antenna) * shape[1] + column)",
+        _TURNS + "::test_rays_whose_answers_stay_there_light_the_same_facets",
+    ),
+    Plant(
+        "device: incidence from below",
+        _RETURNS,
+        "_RIGHT_ANGLE - dr.atan(",
+        "_RIGHT_ANGLE + dr.atan(",
+        _ALIKE,
+    ),
+    Plant(
+        "device: breakers that run the other way",
+        _RETURNS,
+        "outward = look + dr.gather(of.Float, speed, column)",
+        "outward = look - dr.gather(of.Float, speed, column)",
+        _TURNS + "::test_how_fast_facets_are_is_known_from_two_numbers",
+    ),
+    Plant(
+        "device: Gauss's distribution",
+        "seamap_rt/compute/functions.py",
+        "dr.erf(value * float(np.sqrt(0.5)))",
+        "dr.erf(value)",
+        _ALIKE,
+    ),
+    Plant(
+        "device: bins that change their shares",
+        "seamap_rt/truth/on_device.py",
+        "dr.select(first == own, 1.0 - share,",
+        "dr.select(first == own, share,",
+        _ALIKE,
+    ),
+    Plant(
+        "device: water that does not bend",
+        "seamap_rt/truth/on_device.py",
+        "mesh.height(column, facet) - of.Float64(bend)",
+        "mesh.height(column, facet)",
+        _ALIKE,
+    ),
+)
