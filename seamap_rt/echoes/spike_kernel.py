@@ -28,10 +28,11 @@ def cell_number(i, j, slot):
 
 
 @compiled
-def column_at(east, north, start, spacing, per_circle):
-    """Which column of a circle sees a place [m from the origin], with the fraction of its width."""
+def column_at(east, north, start, spacing, per_circle, near):
+    """Which column sees a place [m from the origin], with the fraction of its width: of those a whole number of circles
+    apart the one within half a circle of `near`."""
     place = (math.atan2(east, north) - start) / spacing
-    return place - per_circle * math.floor(place / per_circle)
+    return place - per_circle * math.floor((place - near) / per_circle + 0.5)
 
 
 @compiled
@@ -57,11 +58,13 @@ def fill_spikes(
             away, reach = math.hypot(x, y), 0.7072 * cell + moved + swing
             if away - reach > far:
                 continue
-            place = column_at(x, y, start, spacing, per_circle)
-            pad = per_circle if away <= reach else math.asin(reach / away) / spacing + 1.0
+            turned = column_at(x, y, start, spacing, per_circle, 0.5 * per_circle)
+            half = 0.5 * per_circle
+            pad = half if away <= reach else min(math.asin(reach / away) / spacing + 1.0, half)
             for lap in range(-1, laps + 1):
-                low, high = place + lap * per_circle - pad, place + lap * per_circle + pad
-                first, last = max(low, lap * per_circle, 0.0), min(high, (lap + 1) * per_circle - 1.0, columns - 1.0)
+                # Of what the beam passes again and again each time is its own; a circle's seam is no end of it.
+                seen = turned + lap * per_circle
+                first, last = max(seen - pad, 0.0), min(seen + pad, columns - 1.0)
                 if first > last:
                     continue
                 first_slot = math.floor(time[int(first)] / slot) - 1
@@ -93,18 +96,16 @@ def fill_spikes(
                                 place = column_at(
                                     from_east + (run_east + drift_east) * past - origin_east[guess],
                                     from_north + (run_north + drift_north) * past - origin_north[guess],
-                                    start, spacing, per_circle,
-                                ) + lap * per_circle  # fmt: skip
+                                    start, spacing, per_circle, seen,
+                                )  # fmt: skip
                                 guess = min(max(int(place), 0), columns - 1)
-                            for column in range(
-                                max(guess - 1, 0, lap * per_circle), min(guess + 2, columns, (lap + 1) * per_circle)
-                            ):
+                            for column in range(max(guess - 1, 0), min(guess + 2, columns)):
                                 past = time[column] - born
                                 if not 0.0 <= past < life:
                                     continue
                                 x = from_east + (run_east + drift_east) * past - origin_east[column]
                                 y = from_north + (run_north + drift_north) * past - origin_north[column]
-                                place = column_at(x, y, start, spacing, per_circle) + lap * per_circle
+                                place = column_at(x, y, start, spacing, per_circle, seen)
                                 across = place - column
                                 if not 0.0 <= across < 1.0:
                                     continue
