@@ -300,9 +300,9 @@ def test_a_slow_beginning_keeps_the_action() -> None:
 
 
 def test_harmonics_peak_a_narrow_sea() -> None:
-    """The kurtosis that second and third harmonics add to a narrow sea is that of Stokes' waves with its envelope, 21 ε²
-    if it is Rayleigh's: with the action's −3 ε² it is Janssen's (2009) 18 ε². Found are 1.002 and 0.983 of it with
-    δ = 0.02; at order 2, whose third harmonics are other ones, 1.15 and 1.11."""
+    """The kurtosis that second and third harmonics add to a narrow sea is that of Stokes' waves with its envelope,
+    21 ε² if it is Rayleigh's: with the action's −3 ε² it is Janssen's (2009) 18 ε². Found are 1.002 and 0.983 of it
+    with δ = 0.02; at order 2, whose third harmonics are other ones, 1.15 and 1.11."""
     basin = Basin(96, 0.02, 0.02)
     evolution = Evolution(basin.band, 3, PERIOD / 16, relaxed_from=0.0, relaxing=5.0 * PERIOD)
     for seed in (2, 3):

@@ -128,4 +128,11 @@ PLANTS = (
         "lit.speed + motion.breaker_speed",
         _DRAWS + "::test_the_surface_takes_them_and_the_expectation_does_not",
     ),
+    Plant(
+        "breakers' places: speed of a crest",
+        "validation/scattering/breaking_places.py",
+        "weight * rate_bend * bend) / (",
+        "0.5 * weight * rate_bend * bend) / (",
+        "tests/sea/test_breaking_places.py",
+    ),
 )
