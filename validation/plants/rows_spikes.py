@@ -110,8 +110,8 @@ PLANTS = (
     Plant(
         "spikes at a circle's seam",
         _KERNEL,
-        "((place - near) / sweep.per_circle + 0.5)",
-        "(place / sweep.per_circle)",
+        "for lap in range(-1, (columns",
+        "for lap in range(0, (columns",
         _DRAWS + "::test_where_a_sector_begins_it_has_what_the_circle_has",
     ),
     Plant(
