@@ -17,9 +17,11 @@ _FASTMATH: dict[Arithmetic, Any] = {
 }
 
 
-def compiled(function: Callable[..., Any], arithmetic: Arithmetic = "reordered") -> Callable[..., Any]:
-    """The function compiled at its first call, for threads: it releases Python's lock."""
-    options = {"nogil": True, "error_model": "numpy", "fastmath": _FASTMATH[arithmetic]}
+def compiled(
+    function: Callable[..., Any], arithmetic: Arithmetic = "reordered", inside: bool = False
+) -> Callable[..., Any]:
+    """The function compiled at its first call, for threads: it releases Python's lock. inside: of what calls it."""
+    options = {"nogil": True, "error_model": "numpy", "fastmath": _FASTMATH[arithmetic], "forceinline": inside}
     try:
         return njit(cache=True, **options)(function)
     except RuntimeError:  # no folder to keep the compiled code in: each process compiles it again
@@ -34,3 +36,8 @@ def compiled_fused(function: Callable[..., Any]) -> Callable[..., Any]:
 def compiled_strict(function: Callable[..., Any]) -> Callable[..., Any]:
     """`compiled`, its arithmetic as it is written."""
     return compiled(function, "strict")
+
+
+def compiled_step(function: Callable[..., Any]) -> Callable[..., Any]:
+    """`compiled`, as a part of the loop that calls it: a loop in steps is as fast as one in one piece."""
+    return compiled(function, inside=True)

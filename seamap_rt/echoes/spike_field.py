@@ -20,7 +20,7 @@ from ..mesh import Facets
 from ..mesh.grid import INNERMOST_M
 from ..random_streams import Stream
 from ..scattering.sea_spikes import LONGEST_LIFE, SeaSpikes
-from .spike_kernel import fill_spikes
+from .spike_kernel import Breed, Sweep, fill_spikes
 from .summation.gaussian import key_of
 
 _POINT_M = 0.5  # of a crest between the points that stand for it
@@ -52,20 +52,40 @@ class SpikeField:
         wind = np.radians(self.wind_from_deg + 180.0)  # they run with it
         along = np.sin(wind) * east + np.cos(wind) * north
         speed = np.repeat((left * spikes.left_speed * along).astype(np.float32)[:, None], facets.distance.size, axis=1)
-        ranges = grid.ground_range
+        sweep = _sweep(facets)
         for number, density in enumerate(spikes.density):
             scale = spikes.life_s[number] / _MEAN_LIFE
             slot = LONGEST_LIFE * scale
             per_area = density / spikes.life_s[number] * slot  # born in a slot, 1/m²
-            fill_spikes(
-                np.uint64(key_of(random_streams.key(self.seed, Stream.SPIKES), number)),
-                1.0 / np.sqrt(per_area),  # side of a cell in which one is born in a slot
-                slot, scale, spikes.speed[number], spikes.brightness_m2[number], wind + spikes.angle[number],
-                spikes.crest_m[number], 1 + int(spikes.crest_m[number] / _POINT_M), *self.current,
-                np.radians(grid.azimuth[0]), np.radians(grid.spacing_deg), grid.per_circle, grid.column_pose.time,
-                np.ascontiguousarray(grid.column_pose.origin[:, 0]),
-                np.ascontiguousarray(grid.column_pose.origin[:, 1]),
-                INNERMOST_M, float(ranges[1] - ranges[0]), facets.horizontal_area, factor, speed,
-            )  # fmt: skip
+            breed = Breed(
+                cell=float(1.0 / np.sqrt(per_area)),  # in which one is born in a slot
+                slot=float(slot),
+                scale=float(scale),
+                celerity=float(spikes.speed[number]),
+                brightness=float(spikes.brightness_m2[number]),
+                ways=wind + spikes.angle[number],
+                crest=float(spikes.crest_m[number]),
+                points=1 + int(spikes.crest_m[number] / _POINT_M),
+                drift_east=float(self.current[0]),
+                drift_north=float(self.current[1]),
+            )
+            key = np.uint64(key_of(random_streams.key(self.seed, Stream.SPIKES), number))
+            fill_spikes(key, breed, sweep, factor, speed)
         np.divide(speed, factor, out=speed, where=factor > 0.0)
         return Lit(factor, speed)
+
+
+def _sweep(facets: Facets) -> Sweep:
+    """The facets of a turn as the kernel takes them."""
+    grid, pose = facets.grid, facets.grid.column_pose
+    return Sweep(
+        start=float(np.radians(grid.azimuth[0])),
+        spacing=float(np.radians(grid.spacing_deg)),
+        per_circle=grid.per_circle,
+        time=pose.time,
+        origin_east=np.ascontiguousarray(pose.origin[:, 0]),
+        origin_north=np.ascontiguousarray(pose.origin[:, 1]),
+        innermost=INNERMOST_M,
+        step=float(grid.ground_range[1] - grid.ground_range[0]),
+        area=facets.horizontal_area,
+    )

@@ -16,7 +16,9 @@ At any time n = q η/a of a class of waves live per area, η its share of the br
 a g, per area, has the mean q, and the factor that it puts on a facet's breaking echo the mean 1 whatever the facet's
 size: the mean echo and its calibration stay as they are. Places and times on the resolved waves are Kudryavtsev's
 criterion, saturation to the power of 6 (`modulation.breaking_share`): a breaker is as much brighter as the breaking
-share of its place is larger than the sea's, so that crests and forward faces break and troughs do not.
+share of its place is larger than the sea's, so that crests and forward faces break and troughs do not. Barthelemy's
+(2018) criterion, water that runs faster than 0.85 of its crest, was measured beside it: on a sum of linear waves its
+area doubles with each octave of waves that the mesh carries (validation/README.md, "Sea spikes").
 
 How spiky that is. A cell weighs the sea by W and has the area A = (∫W)²/∫W². By Campbell's theorem the sum over the
 process of a g W has the mean ∫W Σ n a⟨g⟩ and the variance ∫W² Σ n a²⟨g²⟩, ⟨g⟩ = 1, ⟨g²⟩ = 6/5. A gamma distribution so

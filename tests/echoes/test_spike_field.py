@@ -201,6 +201,19 @@ def test_turns_and_sectors_share_their_bits() -> None:
     assert not np.array_equal(lit(of_the_wind(), 3, part).factor, fields[0].factor[inside])
 
 
+@pytest.mark.parametrize("sector", [(18.0, 60.0), (252.0, 294.0)])
+def test_where_a_sector_begins_it_has_what_the_circle_has(sector: tuple[float, float]) -> None:
+    """Breakers that are born beside the first column run into it: of the light of ten columns 2 to 25 % is theirs. The
+    last digit of an angle may put a point on the other side of an edge: none of these."""
+    part, whole = level_sea(0, sector), level_sea(0)
+    begin = int(np.argmin(np.abs(whole.grid.column_azimuth - part.grid.column_azimuth[0])))
+    then = whole.grid.column_pose.time[begin] - part.grid.column_pose.time[0]
+    for seed in range(2):
+        found = lit(one_class(), seed, later(part, then)).factor[:10]
+        wanted = lit(one_class(), seed, whole).factor[begin : begin + 10]
+        assert np.abs(found - wanted).sum() < 1e-3 * wanted.sum()
+
+
 def test_the_surface_takes_them_and_the_expectation_does_not() -> None:
     """Breakers' echo times the factor, Bragg waves' as it was; the run's breakers only where they are asked for."""
     scene = load_scene(

@@ -92,4 +92,25 @@ PLANTS = (
         "1j * speed * (ahead - behind)",
         _HIGH_ORDER + "test_order_one_is_the_linear_sea",
     ),
+    Plant(
+        "nonlinear sea: W at the surface",
+        _SEA + "high_order/rates.py",
+        "self.band.to_waves(sum(rise[2:], start=rise[1])) + highest",
+        "self.band.to_waves(sum(rise[2:], start=rise[1])) + 0.9 * highest",
+        _HIGH_ORDER + "test_the_vertical_velocity_errs_as_published",
+    ),
+    Plant(
+        "nonlinear sea: action",
+        _SEA + "high_order/rates.py",
+        "steep * sum(rise[2 : self.order - 1], start=rise[1])",
+        "0.9 * steep * sum(rise[2 : self.order - 1], start=rise[1])",
+        _HIGH_ORDER + "test_a_slow_beginning_keeps_the_action",
+    ),
+    Plant(
+        "nonlinear sea: third harmonics",
+        _SEA + "high_order/rates.py",
+        "powers.append(powers[-1] * powers[1] / n)",
+        "powers.append(0.5 * powers[-1] * powers[1] / n)",
+        _HIGH_ORDER + "test_harmonics_peak_a_narrow_sea",
+    ),
 )

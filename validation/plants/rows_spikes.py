@@ -54,8 +54,8 @@ PLANTS = (
     Plant(
         "spikes' growth",
         _KERNEL,
-        "light = brightness * 6.0 * grown",
-        "light = brightness * 5.0 * grown",
+        "light = breed.brightness * 6.0 * grown",
+        "light = breed.brightness * 5.0 * grown",
         _DRAWS + "::test_the_mean_is_one_at_every_range_and_look",
     ),
     Plant(
@@ -68,8 +68,8 @@ PLANTS = (
     Plant(
         "spikes' lives all alike",
         _KERNEL,
-        "life = -scale * math.log(1.0 - _CUT * uniform(own, 1))",
-        "life = scale",
+        "-breed.scale * math.log(1.0 - _CUT * uniform(own, 1))",
+        "breed.scale",
         _DRAWS + "::test_they_are_remembered_for_as_long_as_they_live",
     ),
     Plant(
@@ -82,15 +82,15 @@ PLANTS = (
     Plant(
         "spikes on a still current",
         _KERNEL,
-        "from_east + (run_east + drift_east) * past - origin_east[column]",
-        "from_east + run_east * past - origin_east[column]",
+        "east + (breaker.run_east + breed.drift_east) * past - sweep.origin_east[column]",
+        "east + breaker.run_east * past - sweep.origin_east[column]",
         _DRAWS + "::test_a_current_carries_them",
     ),
     Plant(
         "spikes' speed inward",
         _KERNEL,
-        "light * (run_east * x + run_north * y)",
-        "-light * (run_east * x + run_north * y)",
+        "light * (breaker.run_east * x + breaker.run_north * y)",
+        "-light * (breaker.run_east * x + breaker.run_north * y)",
         _DRAWS + "::test_their_echo_moves_as_the_mean_of_their_waves",
     ),
     Plant(
@@ -103,9 +103,16 @@ PLANTS = (
     Plant(
         "spikes' cells of time",
         _KERNEL,
-        "(time[int(first)] / slot) - 1",
-        "(time[int(first)] / slot)",
+        "math.floor(begin / breed.slot) - 1",
+        "math.floor(begin / breed.slot)",
         _DRAWS + "::test_the_mean_is_one_at_every_range_and_look",
+    ),
+    Plant(
+        "spikes at a circle's seam",
+        _KERNEL,
+        "for lap in range(-1, (columns",
+        "for lap in range(0, (columns",
+        _DRAWS + "::test_where_a_sector_begins_it_has_what_the_circle_has",
     ),
     Plant(
         "spikes in the expectation",
@@ -120,5 +127,12 @@ PLANTS = (
         "lit.speed - motion.breaker_speed",
         "lit.speed + motion.breaker_speed",
         _DRAWS + "::test_the_surface_takes_them_and_the_expectation_does_not",
+    ),
+    Plant(
+        "breakers' places: speed of a crest",
+        "validation/scattering/breaking_places.py",
+        "weight * rate_bend * bend) / (",
+        "0.5 * weight * rate_bend * bend) / (",
+        "tests/sea/test_breaking_places.py",
     ),
 )

@@ -71,6 +71,11 @@ class Rates:
             rate[0, 0] = 0.0  # water is kept; the mean of a potential moves nothing
         return rates
 
+    def vertical_velocity(self, elevation: Waves, potential: Waves) -> Waves:
+        """W = Σ W^(m), m = 1 … M, of the water at the surface, m/s; of M > 1."""
+        rise, highest = self._vertical_velocity(elevation, potential)
+        return self.band.to_waves(sum(rise[2:], start=rise[1])) + highest
+
     def _products(self, elevation: Waves, potential: Waves) -> tuple[Points, Points, Points]:
         """∇φs·∇η, |∇η|² and |∇φs|² on the points."""
         slopes, flows = (

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eig
-from scipy.optimize import fsolve
 
 HARMONICS = 20
+_EASY = 0.2  # a steeper wave is found from a less steep one
+_TIMES = 6  # Newton's: 1e-3 becomes 1e-6, 1e-12, rounding
 
 
 @dataclass(frozen=True)
@@ -21,21 +22,22 @@ class SteadyWave:
 
     depth: float
     speed: float  # c
-    surface: NDArray[np.float64]  # η at θ = π i/HARMONICS, i = 0 … HARMONICS
-    strength: NDArray[np.float64]  # B_j, j = 1 … HARMONICS
+    surface: NDArray[np.float64]  # η at θ = π i/n, i = 0 … n
+    strength: NDArray[np.float64]  # B_j, j = 1 … n
 
     @property
     def harmonics(self) -> NDArray[np.float64]:
-        """Amplitudes of cos jθ in η, j = 0 … HARMONICS."""
+        """Amplitudes of cos jθ in η, j = 0 … n."""
+        count = self.strength.size
         even = np.concatenate((self.surface, self.surface[-2:0:-1]))
-        return np.fft.rfft(even).real / HARMONICS * np.where(np.arange(HARMONICS + 1) % HARMONICS, 1.0, 0.5)
+        return np.fft.rfft(even).real / count * np.where(np.arange(count + 1) % count, 1.0, 0.5)
 
     def elevation(self, theta: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.cos(np.outer(theta, np.arange(HARMONICS + 1))) @ self.harmonics
+        return np.cos(np.outer(theta, np.arange(self.strength.size + 1))) @ self.harmonics
 
     def flow(self, theta: NDArray[np.float64], z: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
         """φ and its derivatives at places (θ, z)."""
-        j = np.arange(1, HARMONICS + 1)
+        j = np.arange(1, self.strength.size + 1)
         f, h = vertical(j, z[:, None], self.depth)
         sine, cosine = np.sin(np.outer(theta, j)), np.cos(np.outer(theta, j))
         b = self.strength
@@ -55,17 +57,18 @@ def vertical(j: NDArray, z: NDArray, depth: float) -> tuple[NDArray, NDArray]:
     return np.cosh(j * (z + depth)) / np.cosh(j * depth), np.sinh(j * (z + depth)) / np.cosh(j * depth)
 
 
-def steady_wave(steepness: float, depth: float = np.inf) -> SteadyWave:
-    """The wave whose half height is `steepness`, by Newton's method on its 2 HARMONICS + 4 equations."""
-    count = HARMONICS
+def steady_wave(steepness: float, depth: float = np.inf, harmonics: int = HARMONICS) -> SteadyWave:
+    """The wave whose half height is `steepness`, by Newton's method on its 2 harmonics + 4 equations."""
+    count = harmonics
     theta = np.pi * np.arange(count + 1) / count
     cosine, sine = (function(np.outer(theta, np.arange(1, count + 1))) for function in (np.cos, np.sin))
     weights = np.full(count + 1, 1.0 / count)
     weights[[0, -1]] *= 0.5
     j = np.arange(1, count + 1)
+    level = np.exp(-j * steepness)  # B_j are asked for as they are at the crest, where they matter
 
-    def misses(unknown: NDArray[np.float64]) -> NDArray[np.float64]:
-        surface, b = unknown[: count + 1], unknown[count + 1 : 2 * count + 1]
+    def misses(unknown: NDArray, half_height: float) -> NDArray:
+        surface, b = unknown[: count + 1], level * unknown[count + 1 : 2 * count + 1]
         speed, stream, head = unknown[2 * count + 1 :]
         f, h = vertical(j, surface[:, None], depth)
         along, up = -speed + (f * cosine) @ (j * b), (h * sine) @ (j * b)
@@ -73,16 +76,20 @@ def steady_wave(steepness: float, depth: float = np.inf) -> SteadyWave:
             (
                 -speed * surface + (h * cosine) @ b + stream,
                 0.5 * (along**2 + up**2) + surface - head,
-                [weights @ surface, surface[0] - surface[-1] - 2.0 * steepness],
+                [weights @ surface, surface[0] - surface[-1] - 2.0 * half_height],
             )
         )
 
-    speed = np.sqrt(np.tanh(depth))
-    start = np.concatenate((steepness * np.cos(theta), np.zeros(count), [speed, 0.0, 0.5 * speed**2]))
-    start[count + 1] = steepness / speed
-    found, _, code, words = fsolve(misses, start, xtol=1e-14, full_output=True)
-    assert np.abs(misses(found)).max() < 1e-12, (code, words)
-    return SteadyWave(depth, float(found[2 * count + 1]), found[: count + 1], found[count + 1 : 2 * count + 1])
+    speed, begin = np.sqrt(np.tanh(depth)), min(steepness, _EASY)
+    found = np.concatenate((begin * np.cos(theta), np.zeros(count), [speed, 0.0, 0.5 * speed**2]))
+    found[count + 1] = begin / speed / level[0]
+    for half_height in (*np.arange(_EASY, steepness, 0.025), steepness):
+        for _ in range(_TIMES):
+            # Derivatives without differences: Im F(x + ih)/h is exact for so small an h.
+            rates = [np.imag(misses(found + 1e-30j * each, half_height)) * 1e30 for each in np.eye(found.size)]
+            found = found - np.linalg.solve(np.array(rates).T, misses(found, half_height))
+    assert np.abs(misses(found, steepness)).max() < 1e-12, steepness
+    return SteadyWave(depth, float(found[2 * count + 1]), found[: count + 1], level * found[count + 1 : 2 * count + 1])
 
 
 @dataclass(frozen=True)
@@ -103,7 +110,8 @@ def fastest_mode(wave: SteadyWave, p: float, reach: int = 14) -> Mode:
     eta = wave.elevation(theta)
     flow = wave.flow(theta, eta)
     u, w = flow["u"] - wave.speed, flow["w"]
-    slope = -np.sin(np.outer(theta, np.arange(HARMONICS + 1))) @ (np.arange(HARMONICS + 1) * wave.harmonics)
+    j_wave = np.arange(wave.strength.size + 1)
+    slope = -np.sin(np.outer(theta, j_wave)) @ (j_wave * wave.harmonics)
     bare = np.exp(1j * np.outer(theta, j))
     kappa = np.abs(p + j)
     decay = np.exp(kappa * eta[:, None]) * bare  # φ' at the surface
