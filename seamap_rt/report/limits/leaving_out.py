@@ -16,12 +16,13 @@ from ...radar.array import antenna_array
 from ...radar.scan import BEAMS_BEYOND, sector_width
 from ...radar.transmitter import stray_within_pulse
 from ...scattering import MEAN_MODELS, sea_state_from_wind
-from ...scattering.bragg import bragg_speed, radar_wavenumber
+from ...scattering.bragg import bragg_speed
 from ...scattering.mean_models import models_spread_db, wind_contrast_db
 from ...settings import PlatformSettings
 from .case import Case
 from .modelling import converter
 from .rows import (
+    BENT,
     BURSTS,
     CYCLES,
     HEIGHT,
@@ -30,7 +31,6 @@ from .rows import (
     PATTERN,
     STILL,
     TILT,
-    TILTS,
     TWO_SCALE,
     Row,
     row,
@@ -39,7 +39,6 @@ from .rows import (
 _WELL_SAMPLED = 0.97  # share of a system's variance from which on the patch's wavenumbers hold it
 _STEEPEST, _HIGHEST = 0.06, 0.6  # of real seas, about: Hs over the length of the peak, Hs over the depth
 _SQUARES = 101  # a side, in which the circle is shared out
-_RAYLEIGH = 0.5 * math.pi  # rad of phase by heights, from which on a surface is rough
 _MIRROR_PATHS = 16.0  # (1 + |ρ|)⁴, |ρ| = 1: a direct and a reflected path, there and back
 _IMAGES = "mean square of the spline's images (Unser 1999)"
 _CRESTS = "of a narrow-banded sea (Longuet-Higgins 1963)"
@@ -126,23 +125,25 @@ def _no_boat(case: Case) -> Iterator[Row]:
         name, error = "what diffraction does to heights", f"m of height {case.at} beside an edge, at most"
         says = "a shadow answers with its crest's height, and fringes pull heights down; the stated error knows neither"
     yield row(name, blur, error, source, says)
-    yield _unresolved_shadows(case)
+    yield from _unresolved_shadows(case)
 
 
-def _unresolved_shadows(case: Case) -> Row:
-    """What they hide, or that a shadow so short is not sharp."""
-    height, slope = case.tilting
-    if not case.hides_unresolved:
-        name, error = "shadows of waves that are not resolved", "% of the window would be hidden"
-        phase = 2.0 * radar_wavenumber(case.scene.radar.frequency_hz) * height * slope
-        rough = "rough to it too" if phase > _RAYLEIGH else f"smooth to it, {phase:.2g} rad of Rayleigh's π/2"
-        says = f"light's measure; met at their own slope they are {rough}; tracing.unresolved_shadowing = 'smith'"
-        return row(name, case.hidden_by_tilts, error, TILTS, says)
-    length = height / slope if slope > 0.0 else 0.0
-    name, error = "diffraction at shadows of waves that are not resolved", f"m of height, of waves {height:.2g} m high"
-    source = f"knife edge (ITU-R P.526), {length:.2g} m before the shade: rms height over rms slope"
-    says = "they hide what they would hide from light; the mean echo is that of the calibration all the same"
-    return row(name, edge_blur_m(case.scene.wavelength_m, case.middle_m, length), error, source, says)
+def _unresolved_shadows(case: Case) -> Iterator[Row]:
+    """What they hide, less what bends into them; of light's shadows, what bends into them."""
+    shadows, kept, hidden = case.scene.tracing.unresolved_shadowing, case.kept_by_shadows, case.hidden_by_tilts
+    polarization = case.scene.scattering.polarization
+    if shadows == "none":
+        name, error = "shadows of waves that are not resolved", "% of the window answers from them, weighed by power"
+        says = f"light would lose {hidden:.2g} %, but {kept:.0%} of its power bends into them in {polarization}; "
+        says += "by wave optics what they hide echoes too little to move maps; tracing.unresolved_shadowing = 'fresnel'"
+        yield row(name, hidden * (1.0 - kept), error, BENT, says)
+    elif shadows == "smith":
+        name, error = (
+            "diffraction at shadows of waves that are not resolved",
+            "% of the window does not answer that would",
+        )
+        says = f"they hide as from light; in {polarization} {kept:.0%} of the power bends into them ('fresnel')"
+        yield row(name, hidden * kept, error, BENT, says)
 
 
 def _no_scattering(case: Case) -> Iterator[Row]:
