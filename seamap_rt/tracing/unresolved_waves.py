@@ -20,12 +20,12 @@ that the upper one's surplus is at most √(π/2) B/(R σ) for a baseline B at a
 What is in sight lies higher than its facet's plane, by 1 to 10 mm on those seas (same command, 1.5 mm on `choppy_sea`);
 heights here do not follow.
 
-And a radar is not light. The waves of `choppy_sea` are 1.2 cm high (rms), and what bends into their shadows of 0.2 m was
-worked out by the integral equations of the field (`python -m validation.light.wave_shadows`): water that they alone hide
-keeps 0.43 of its two-way power in VV and 0.14 in HH of what it has without them; of nine seas 0.20 to 0.72 and 0.05 to
-0.52, the less the higher the waves are. So `tracing.unresolved_shadowing = "fresnel"` leaves hidden water the share
-`kept` (`physics.shadowing.shadow_kept`), "smith" nothing. Neither is the default, "none": the table of validation/README.md
-says what each gets wrong.
+And a radar is not light. What bends into shadows of such waves was worked out by the integral equations of the field
+(`python -m validation.light.wave_shadows`): on `choppy_sea`, whose small waves are 1.2 cm high (rms), water that they
+alone hide keeps 0.43 of its two-way power in VV and 0.14 in HH of what it has without them; of nine seas 0.20 to 0.72
+and 0.05 to 0.52, the less the higher those waves are. So `tracing.unresolved_shadowing = "fresnel"` leaves hidden water
+the share `kept` (`physics.shadowing.shadow_kept`), "smith" nothing. Neither is the default: what each gets wrong, and
+why that is less than what else is wrong at such angles, stands in validation/README.md.
 """
 
 from __future__ import annotations

@@ -87,6 +87,7 @@ def test_of_water_that_faces_the_ray_and_is_hidden_the_share_kept_answers(lit: I
     for name in ("in_sight", "facing_in_sight"):
         shares = [getattr(each, name) for each in (dark, half, bright)]
         assert_allclose(shares[1], 0.7 * shares[0] + 0.3 * shares[2], atol=1e-6)
+    assert bright.facing_in_sight is not None
     assert_allclose(bright.facing_in_sight[lit.lit.any(axis=0)], 1.0, rtol=1e-6)
     tangent = np.array([0.01, 0.1, 0.4])
     slope = UNLIKE.look_slope(np.array(0.0))
