@@ -93,23 +93,23 @@ def shares(name: str, seeds: int = 1, sector: tuple[float, float] = (0.0, 360.0)
     return Shares(default, finer, detail.facet_m, detail.columns_per_beam)
 
 
-def asked(says: str | None, option: str) -> tuple[int, bool]:
-    """Seeds, and whether the option is there, of a command line that knows these two."""
+def with_seeds(says: str | None) -> argparse.ArgumentParser:
+    """Of a command that takes means over seeds."""
     parser = argparse.ArgumentParser(description=says, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=2)
-    parser.add_argument(option, dest="option", action="store_true")
-    arguments = parser.parse_args()
-    return arguments.seeds, arguments.option
+    return parser
 
 
 def main() -> None:
-    seeds, without = asked(__doc__, "--without")
-    if without:
+    parser = with_seeds(__doc__)
+    parser.add_argument("--without", action="store_true")
+    arguments = parser.parse_args()
+    if arguments.without:
         SurfaceMesh.levelled = property(lambda mesh: mesh)  # type: ignore[assignment]  # pyright: ignore[reportAttributeAccessIssue]
     print(f"{'rings, m':34}" + "".join(f"{a:5.0f}–{b:<4.0f}" for a, b in pairwise(EDGES_M)))
     worst = 0.0
     for name in SEAS:
-        found = shares(name, seeds)
+        found = shares(name, arguments.seeds)
         print(f"{name:34}" + "".join(f"{each:10.3f}" for each in found.finer))
         mesh = f"  off, rungs {found.facet_m:g} m, {found.columns} columns"
         print(f"{mesh:34}" + "".join(f"{100.0 * each:9.1f}%" for each in found.off), flush=True)

@@ -21,7 +21,7 @@ import seamap_rt as sr
 from seamap_rt.echoes import expected_look_gates
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import UnresolvedWaves
-from validation.light.share import asked, waves
+from validation.light.share import waves, with_seeds
 
 Array = NDArray[np.float64]
 EDGES_M = np.array([25.0, 50.0, 75.0, 100.0, 150.0, 200.0])
@@ -139,19 +139,21 @@ def echo_errors(name: str, seeds: int) -> dict[str, Array]:
 
 
 def main() -> None:
-    seeds, of_echoes = asked(__doc__, "--echoes")
-    if of_echoes:
+    parser = with_seeds(__doc__)
+    parser.add_argument("--echoes", action="store_true")
+    arguments = parser.parse_args()
+    if arguments.echoes:
         heads = "half visible, dB", "std", "less, dB", "std", "rms, m", "mean, m"
         print(" " * 42 + "".join(f"{each:>18}" for each in heads))
         for name in CASES:
             print(name)
-            for key, errors in echo_errors(name, seeds).items():
+            for key, errors in echo_errors(name, arguments.seeds).items():
                 print(f"    {key:38}" + "".join(f"{each:18.3f}" for each in errors), flush=True)
         return
     print(f"{'visible, %':44}{'window':>8}" + "".join(f"{a:6.0f}–{b:<4.0f}" for a, b in pairwise(EDGES_M)))
     for name in CASES:
         print(name)
-        for key, share in shares(name, seeds).items():
+        for key, share in shares(name, arguments.seeds).items():
             print(f"    {key:38}" + "".join(f"{100.0 * each:10.2f}" for each in share), flush=True)
 
 
