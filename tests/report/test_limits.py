@@ -262,6 +262,19 @@ def test_shadows_of_unresolved_waves_are_told_with_their_time_where_they_are_cas
     assert row(modelled(*light), name)["value"] == pytest.approx(missing["value"] + too_much)
 
 
+def test_waves_run_faster_by_half_of_their_steepness_squared() -> None:
+    """Stokes: one wave of amplitude a by ½ (ka)²."""
+    steep = row(left_out(*small(**ONE_WAVE)), "waves that run faster where they are steep")["value"]
+    assert steep == pytest.approx(100.0 * 0.5 * (2.0 * np.pi / 40.0 * 0.5) ** 2, rel=0.01)
+
+
+def test_sea_spikes_cost_is_of_the_scattering() -> None:
+    rows = costed(
+        modelled(*small(scattering__sea_spikes=True)), {"first": {**TIMING, "scattering": 0.25}, "warm": None}
+    )
+    assert row(rows, "sea spikes")["cost"] == "within scattering, 0.25 s, first turn"
+
+
 def test_shadows_of_higher_waves_are_darker() -> None:
     """Beyond 1.6 m a third and more of the power bends into them, beyond 8 m next to nothing."""
     share = [Case(*small(sea__resolution_m=spacing)).kept_by_shadows for spacing in (0.4, 0.8, 4.0)]

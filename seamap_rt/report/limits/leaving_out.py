@@ -135,7 +135,7 @@ def _unresolved_shadows(case: Case) -> Iterator[Row]:
     if shadows == "none":
         name, error = "shadows of waves that are not resolved", "% of the window answers from them, weighed by power"
         says = f"light would lose {hidden:.2g} %, but {kept:.0%} of its power bends into them in {polarization}; "
-        says += "by wave optics what they hide echoes too little to move maps; tracing.unresolved_shadowing = 'fresnel'"
+        says += "off, for by wave optics that moves no map: tracing.unresolved_shadowing = 'fresnel'"
         yield row(name, hidden * (1.0 - kept), error, BENT, says)
     elif shadows == "smith":
         name, error = (
@@ -158,7 +158,8 @@ def _no_scattering(case: Case) -> Iterator[Row]:
         yield row("tilt, strain and breakers", spread, own_echo, source, says)
         return
     if scattering.breaking and not scattering.sea_spikes:
-        says = "breakers are a share of each facet; scattering.sea_spikes = true makes them bursts that grow and fade"
+        says = "breakers are a share of each facet; scattering.sea_spikes = true makes them bursts that grow and fade: "
+        says += "off, for maps in VV stay as they are, and in HH lose a quarter to a half more cells"
         yield row("a breaker's life", case.clutter_shape, f"{BURSTS} {case.at}", "Watts & Wicks (1990)", says)
     elif not scattering.breaking:
         says = "scattering.breaking = false: HH owes its mean to the calibration"
@@ -218,13 +219,20 @@ def _no_sea(case: Case) -> Iterator[Row]:
     sea, resolved, facet = case.scene.sea, case.resolved, case.scene.detail.facet_m
     height, carried = 4.0 * resolved.elevation_std, resolved.carried_share
     if sea.model == "linear":
-        source, says = f"kσ² {_CRESTS}", "waves are linear; sea.model = 'choppy' sharpens them"
+        source, says = f"kσ² {_CRESTS}", "waves are linear, for on choppy_sea maps err by six times this; "
+        says += "sea.model = 'choppy' sharpens them"
         yield row("sharper crests", resolved.second_order_std, HEIGHT, source, says)
     elif sea.model == "choppy":
         source, says = f"3kσ {_CRESTS}", "0 at the first Lagrangian order"
         yield row("skewness of the elevation", resolved.skewness_stokes, "1 of skewness", source, says)
     elif sea.model == "recorded":
         yield from _of_record(case)
+    if sea.model != "recorded" and resolved.elevation_std > 0.0:
+        faster = 100.0 * (2.0 * math.pi / resolved.peak_length * resolved.elevation_std) ** 2
+        error, source = "% of the peak's speed", "½ (ka)² of deep water (Stokes 1847), a² = 2σ²"
+        says = "drawn waves do not feel each other, for up to Hs/λ 1/30 forecasts of 20 s lose 0.01 of correlation; "
+        says += "seamap-rt sea --nonlinear writes a sea that does, once, for sea.model = 'recorded'"
+        yield row("waves that run faster where they are steep", faster, error, source, says)
     if sea.model != "recorded" and resolved.elevation_error > 0.0:
         says = f"splines, whose slopes err by {resolved.slope_error:.2g} rms; lower tracing.height_error_m"
         yield row("waves between the points of their grid", resolved.elevation_error, HEIGHT, _IMAGES, says)
