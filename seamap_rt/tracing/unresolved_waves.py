@@ -34,7 +34,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import erf
 
 from ..compute.compiled import compiled
 from ..compute.machine import in_blocks
@@ -110,10 +109,9 @@ def _falls(light: Illumination) -> NDArray[np.float32]:
 
 
 def _shares(v: NDArray[np.float64], kept: float) -> NDArray[np.float64]:
-    """(2, …): S and 1/(1 + Λ), and of what faces the ray and is hidden the share kept."""
+    """(2, …): S and 1/(1 + Λ), and the share kept of what is hidden, behind a wave or on its back."""
     shares = np.stack((shadowing_smith67(v), facing_share_smith67(v)))
-    most = np.stack((0.5 * (1.0 + erf(v)), np.ones_like(v)))
-    return shares + kept * (most - shares)
+    return shares + kept * (1.0 - shares)
 
 
 def _table(kept: float) -> NDArray[np.float32]:

@@ -23,11 +23,11 @@ PLANTS = (
         _UNRESOLVED + "test_a_radar_s_shadows_lie_between_none_and_light_s",
     ),
     Plant(
-        "small shadows: what turns away is lit",
+        "small shadows: what is kept on a back",
         "seamap_rt/tracing/unresolved_waves.py",
-        "most = np.stack((0.5 * (1.0 + erf(v)),",
-        "most = np.stack((np.ones_like(v),",
-        _UNRESOLVED + "test_of_water_that_faces_the_ray_and_is_hidden_the_share_kept_answers",
+        "return shares + kept * (1.0 - shares)",
+        "return shares + kept * (shares[1] - shares)",
+        _UNRESOLVED + "test_of_hidden_water_the_share_kept_answers",
     ),
     Plant(
         "small shadows: what is left out of them",
