@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import erf, erfcx
+from scipy.special import erf, erfcx, fresnel
 
 _SAMPLES = 512  # a wavelength: crossings are interpolated between them, to some 1e-5 of a wavelength
 
@@ -38,6 +38,23 @@ def shadowing_wagner67(v: ArrayLike) -> NDArray[np.float64]:
     hidden = _smith_lambda(v)
     hides = hidden > 0.0
     return 0.5 * (1.0 + erf(v)) * np.where(hides, -np.expm1(-hidden) / np.where(hides, hidden, 1.0), 1.0)
+
+
+def shadow_kept(height_m: float, slope: float, wavelength_m: float, polarization: str) -> float:
+    """Share of its two-way power that water keeps which small waves hide from light: what bends into their shadows.
+
+    height_m, slope: rms of the waves. Such shadows begin h/σ behind an edge that stands h over the ray: in Fresnel's
+    measure v = √(2hσ/λ), 1 where the phase 2khσ is π. The water is lit by 2F(v) in VV, as behind an edge and along a
+    conducting face that doubles it; |2F|⁴ there and back, which is 1 of waves much smaller than λ and 0 of light. In HH
+    the field on the face is less, by the square of that: so say profiles on which wave optics was worked out
+    (`python -m validation.light.wave_shadows`), not a theory. F: ITU-R P.526, section 4.1. ValueError if one of the
+    numbers is below 0, or λ is 0.
+    """
+    if min(height_m, slope) < 0.0 or wavelength_m <= 0.0:
+        raise ValueError("height_m and slope must be 0 or more, wavelength_m above 0")
+    sine, cosine = fresnel(np.sqrt(2.0 * height_m * slope / wavelength_m))
+    one_way = 2.0 * ((0.5 - float(cosine)) ** 2 + (0.5 - float(sine)) ** 2)
+    return one_way**2 if polarization == "VV" else one_way**4
 
 
 def regular_wave_visible_share(

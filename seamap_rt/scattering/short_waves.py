@@ -77,6 +77,10 @@ class ShortWaves:
         """Slope variances, along and across the wind, of the waves that tilt the roughness."""
         return self._split(lambda k: self.spectrum(k) - self.roughness(k, divide))
 
+    def tilt_height(self, divide: float) -> float:
+        """Rms elevation [m] of the waves that tilt the roughness."""
+        return float(np.sqrt(max(self.variance - self.roughness_variance(divide), 0.0)))
+
     @cached_property
     def variance(self) -> float:
         """Of the elevation, m²."""

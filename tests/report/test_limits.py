@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seamap_rt.analytic.diffraction import knife_edge
 from seamap_rt.radar import link
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.report.limits import account_lines, costed, left_out, modelled
+from seamap_rt.report.limits.case import Case
 from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scattering.short_waves import ShortWaves
 from seamap_rt.scene import Scene, load_scene
@@ -226,38 +228,58 @@ def test_short_waves_hide_more_of_the_window() -> None:
 
 
 def test_unresolved_waves_hide_by_half_of_their_tilts_along_the_look() -> None:
-    scene, resolved = small()
-    short = ShortWaves.of(scene.scattering, resolved.wavenumber_limit)
-    along_wind, across_wind = short.tilt_variances(short.divide(radar_wavenumber(scene.radar.frequency_hz)))
-    looks = np.arange(16) * (2.0 * np.pi / 16)
-    tilts = float(np.mean(along_wind * np.cos(looks) ** 2 + across_wind * np.sin(looks) ** 2))
-    slopes = resolved.look_slope_variance
-    more = link.shadowed_share(scene.radar, slopes + tilts) - link.shadowed_share(scene.radar, slopes)
-    found = row(left_out(scene, resolved), "shadows of waves that are not resolved")["value"]
-    assert found == pytest.approx(100.0 * more, rel=1e-9)  # the same sums in another order
+    """Light's measure; what is left out is less by what bends into the shadows, by the judge's own knife edge."""
+    for polarization, power in (("VV", 1), ("HH", 2)):
+        scene, resolved = small(scattering__polarization=polarization)
+        short = ShortWaves.of(scene.scattering, resolved.wavenumber_limit)
+        divide = short.divide(radar_wavenumber(scene.radar.frequency_hz))
+        along_wind, across_wind = short.tilt_variances(divide)
+        looks = np.arange(16) * (2.0 * np.pi / 16)
+        tilts = float(np.mean(along_wind * np.cos(looks) ** 2 + across_wind * np.sin(looks) ** 2))
+        slopes = resolved.look_slope_variance
+        more = link.shadowed_share(scene.radar, slopes + tilts) - link.shadowed_share(scene.radar, slopes)
+        height = math.sqrt(short.variance - short.roughness_variance(divide))
+        v = math.sqrt(2.0 * height * math.sqrt(tilts) / scene.wavelength_m)
+        kept = (2.0 * abs(knife_edge(v))) ** (4 * power)
+        found = row(left_out(scene, resolved), "shadows of waves that are not resolved")["value"]
+        assert found == pytest.approx(100.0 * more * (1.0 - kept), rel=1e-6)
+        assert 0.02 < kept < 0.6
 
 
 def test_shadows_of_unresolved_waves_are_told_with_their_time_where_they_are_cast() -> None:
-    """What leaving them out would cost stays the same number; what is left out then is that their edges are soft."""
-    plain, cast = small(), small(tracing__unresolved_shadowing="smith")
+    """Leaving waves' shadows out costs the same whether they are cast or not; light's hide more, and what they hide
+    too much is then what is left out."""
+    plain, waves, light = small(), *(small(tracing__unresolved_shadowing=each) for each in ("fresnel", "smith"))
     name = "shadowing by waves that are not resolved"
-    done = costed(modelled(*cast), {"first": {**TIMING, "shade": 0.01}, "warm": None})
+    done = costed(modelled(*waves), {"first": {**TIMING, "shade": 0.01}, "warm": None})
     missing = row(left_out(*plain), "shadows of waves that are not resolved")
     assert row(done, name)["value"] == missing["value"]
     assert row(done, name)["cost_s"] == 0.01
     assert not [each for each in modelled(*plain) if each["what"] == name]
-    assert not [each for each in left_out(*cast) if each["what"] == missing["what"]]
-    soft = row(left_out(*cast), "diffraction at shadows of waves that are not resolved")
-    short = ShortWaves.of(cast[0].scattering, cast[1].wavenumber_limit)
-    assert soft["value"] > math.sqrt(short.variance)  # edges fade over more than these waves are high
+    for cast in (waves, light):
+        assert not [each for each in left_out(*cast) if each["what"] == missing["what"]]
+    too_much = row(left_out(*light), "diffraction at shadows of waves that are not resolved")["value"]
+    assert row(modelled(*light), name)["value"] == pytest.approx(missing["value"] + too_much)
 
 
-def test_short_waves_are_called_smooth_by_rayleigh_s_phase() -> None:
-    """2khσ grows as the waves do that a coarser mesh leaves out: some 0.4 rad beyond 1.6 m, over π/2 beyond 8 m."""
-    fine, coarse = (small(sea__resolution_m=spacing) for spacing in (0.8, 4.0))
-    why = [row(left_out(*each), "shadows of waves that are not resolved")["why"] for each in (fine, coarse)]
-    assert "smooth" in why[0]
-    assert "rough" in why[1]
+def test_waves_run_faster_by_half_of_their_steepness_squared() -> None:
+    """Stokes: one wave of amplitude a by ½ (ka)²."""
+    steep = row(left_out(*small(**ONE_WAVE)), "waves that run faster where they are steep")["value"]
+    assert steep == pytest.approx(100.0 * 0.5 * (2.0 * np.pi / 40.0 * 0.5) ** 2, rel=0.01)
+
+
+def test_sea_spikes_cost_is_of_the_scattering() -> None:
+    rows = costed(
+        modelled(*small(scattering__sea_spikes=True)), {"first": {**TIMING, "scattering": 0.25}, "warm": None}
+    )
+    assert row(rows, "sea spikes")["cost"] == "within scattering, 0.25 s, first turn"
+
+
+def test_shadows_of_higher_waves_are_darker() -> None:
+    """Beyond 1.6 m a third and more of the power bends into them, beyond 8 m next to nothing."""
+    share = [Case(*small(sea__resolution_m=spacing)).kept_by_shadows for spacing in (0.4, 0.8, 4.0)]
+    assert 0.6 > share[0] > share[1] > 0.3
+    assert share[2] < 0.1
 
 
 def test_a_phase_read_with_the_other_mode_s_paths_is_off_by_the_height_or_half_of_it() -> None:

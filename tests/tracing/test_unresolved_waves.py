@@ -10,9 +10,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
 from seamap_rt import load_scene, sea
+from seamap_rt.analytic.diffraction import knife_edge
 from seamap_rt.analytic.shadowing import shadowing_smith67
 from seamap_rt.echoes.radar_cross_section import SeaSurface
 from seamap_rt.mesh import SurfaceMesh, mesh_turn
+from seamap_rt.physics.shadowing import shadow_kept
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import Illumination, UnresolvedWaves
@@ -76,6 +78,49 @@ def test_bent_light_meets_the_small_waves_under_the_ray_that_arrives() -> None:
     law = shadowing_smith67(np.maximum((bent.slope_look + bent.ray_slope)[dark], 0.0) / np.sqrt(2.0 * 0.005))
     assert_allclose(shaded.in_sight[dark], law, atol=4e-6)
     assert dark.any()
+
+
+def test_of_hidden_water_the_share_kept_answers(lit: Illumination) -> None:
+    """A mean of light's shadows and of none, of all the water and of what faces the ray alike."""
+    dark, half, bright = (replace(UNLIKE, kept=kept).shade(lit) for kept in (0.0, 0.3, 1.0))
+    reached = lit.lit.any(axis=0)
+    for name in ("in_sight", "facing_in_sight"):
+        shares = [getattr(each, name)[reached] for each in (dark, half, bright)]
+        assert_allclose(shares[1], 0.7 * shares[0] + 0.3, atol=1e-6)
+        assert_allclose(shares[2], 1.0, rtol=1e-6)
+    tangent = np.array([0.01, 0.1, 0.4])
+    assert_allclose(replace(UNLIKE, kept=0.3).shares(tangent, 0.0), 0.7 * np.array(UNLIKE.shares(tangent, 0.0)) + 0.3)
+
+
+def test_what_bends_into_small_shadows_goes_from_all_to_none_with_their_fresnel_number() -> None:
+    """By the judge's knife edge; all of waves much smaller than the radar's, nothing in light's limit: (√2/πv)⁴ of
+    v → ∞. HH is the square."""
+    for height, slope, wavelength in ((0.012, 0.077, 0.03), (0.05, 0.1, 0.03), (0.012, 0.077, 0.1)):
+        v = np.sqrt(2.0 * height * slope / wavelength)
+        assert shadow_kept(height, slope, wavelength, "VV") == pytest.approx((2.0 * abs(knife_edge(v))) ** 4)
+        assert shadow_kept(height, slope, wavelength, "HH") == pytest.approx((2.0 * abs(knife_edge(v))) ** 8)
+    assert shadow_kept(1e-8, 0.01, 0.03, "VV") == pytest.approx(1.0, abs=1e-3)
+    assert shadow_kept(0.0, 0.0, 0.03, "HH") == 1.0
+    v = np.sqrt(2.0 * 0.02 * 0.1 / 5e-7)
+    assert shadow_kept(0.02, 0.1, 5e-7, "VV") == pytest.approx((np.sqrt(2.0) / (np.pi * v)) ** 4, rel=1e-3)
+    for wrong in ((-0.1, 0.1, 0.03), (0.1, -0.1, 0.03), (0.1, 0.1, 0.0)):
+        with pytest.raises(ValueError, match="0 or more"):
+            shadow_kept(*wrong, "VV")
+
+
+def test_a_radar_s_shadows_lie_between_none_and_light_s() -> None:
+    vv, hh, light = (
+        UnresolvedWaves.of(
+            load_scene("tiny", {"tracing.unresolved_shadowing": name, "scattering.polarization": polarization}), 4.0
+        )
+        for name, polarization in (("fresnel", "VV"), ("fresnel", "HH"), ("smith", "VV"))
+    )
+    assert vv is not None
+    assert hh is not None
+    assert light is not None
+    assert 1.0 > vv.kept > hh.kept > light.kept == 0.0
+    assert hh.kept == pytest.approx(vv.kept**2)
+    assert vv.slope_variances == light.slope_variances
 
 
 def test_without_small_waves_all_that_is_lit_is_seen(lit: Illumination) -> None:

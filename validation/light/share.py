@@ -93,9 +93,15 @@ def shares(name: str, seeds: int = 1, sector: tuple[float, float] = (0.0, 360.0)
     return Shares(default, finer, detail.facet_m, detail.columns_per_beam)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def with_seeds(says: str | None) -> argparse.ArgumentParser:
+    """Of a command that takes means over seeds."""
+    parser = argparse.ArgumentParser(description=says, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=2)
+    return parser
+
+
+def main() -> None:
+    parser = with_seeds(__doc__)
     parser.add_argument("--without", action="store_true")
     arguments = parser.parse_args()
     if arguments.without:

@@ -10,7 +10,6 @@ fine mesh. `--echoes` adds what that does to the echoes and to the heights of ma
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -22,7 +21,7 @@ import seamap_rt as sr
 from seamap_rt.echoes import expected_look_gates
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import UnresolvedWaves
-from validation.light.share import waves
+from validation.light.share import waves, with_seeds
 
 Array = NDArray[np.float64]
 EDGES_M = np.array([25.0, 50.0, 75.0, 100.0, 150.0, 200.0])
@@ -140,8 +139,7 @@ def echo_errors(name: str, seeds: int) -> dict[str, Array]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=2)
+    parser = with_seeds(__doc__)
     parser.add_argument("--echoes", action="store_true")
     arguments = parser.parse_args()
     if arguments.echoes:

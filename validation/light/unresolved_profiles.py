@@ -63,6 +63,11 @@ def along(look: Array, level: Array, k: Array, spread: Callable[[Array, Array], 
     return np.histogram(np.abs(k[:, None] * np.cos(angle)), edges, weights=power)[0]
 
 
+def wavenumbers() -> Array:
+    """Of a profile [rad/m]."""
+    return 2.0 * np.pi * np.arange(1, POINTS // 2) / (STEP_M * POINTS)
+
+
 def both(case: Case, look: Array) -> tuple[Array, Array]:
     """Variances of the resolved and of the small waves by wavenumber along the look."""
     turned = np.radians(case.look_deg)
@@ -74,10 +79,12 @@ def both(case: Case, look: Array) -> tuple[Array, Array]:
     return long, along(look, level, k, lambda k, angle: 1.0 + short.contrast(k) * np.cos(2.0 * (angle - turned)))
 
 
-def drawn(random: np.random.Generator, variance: Array) -> Array:
-    made = np.zeros(POINTS // 2 + 1, dtype=complex)
-    made[1 : variance.size + 1] = 0.5 * POINTS * np.sqrt(variance) * (random.normal(size=(variance.size, 2)) @ [1, 1j])
-    return np.fft.irfft(made, POINTS)
+def drawn(random: np.random.Generator, variance: Array, points: int = POINTS, order: int = 0) -> list[Array]:
+    """A profile (point,) and its derivatives up to an order; the same waves for any number of points."""
+    made = np.zeros(points // 2 + 1, dtype=complex)
+    made[1 : variance.size + 1] = 0.5 * points * np.sqrt(variance) * (random.normal(size=(variance.size, 2)) @ [1, 1j])
+    k = 2.0 * np.pi * np.arange(made.size) / (STEP_M * POINTS)
+    return [np.fft.irfft(made * (1j * k) ** n, points) for n in range(order + 1)]
 
 
 def visible(x: Array, height: Array, eye: float) -> NDArray[np.bool_]:
@@ -88,13 +95,13 @@ def visible(x: Array, height: Array, eye: float) -> NDArray[np.bool_]:
 
 def judged(case: Case, profiles: int) -> Array:
     """Shares of the window that are hidden by horizons, hidden by the law, lit of the dark; and the height [m]."""
-    look = 2.0 * np.pi * np.arange(1, POINTS // 2) / (STEP_M * POINTS)
+    look = wavenumbers()
     long, short = both(case, look)
     slope, x, random = np.sqrt(short @ look**2), STEP_M * np.arange(POINTS), np.random.default_rng(7)
     window = (x >= NEAR_M) & (x < FAR_M)
     sums = np.zeros(4)
     for _ in range(profiles):
-        sea, small = drawn(random, long), drawn(random, short)
+        (sea,), (small,) = drawn(random, long), drawn(random, short)
         before, after = visible(x, sea, case.mast)[window], visible(x, sea + small, case.mast)[window]
         grazing = (np.gradient(sea, x) + (case.mast - sea) / np.maximum(x, 1.0))[window]
         law = before * shadowing_smith67(np.maximum(grazing, 0.0) / (np.sqrt(2.0) * slope))

@@ -14,6 +14,7 @@ from . import (
     rows_recorded_sea,
     rows_scattering,
     rows_sea,
+    rows_small_shadows,
     rows_spikes,
     rows_transmitter,
 )
@@ -22,6 +23,7 @@ PLANTS = (
     *rows_sea.PLANTS,
     *rows_scattering.PLANTS,
     *rows_light.PLANTS,
+    *rows_small_shadows.PLANTS,
     *rows_spikes.PLANTS,
     *rows_nonlinear_sea.PLANTS,
     *rows_radar.PLANTS,

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ...physics.shadowing import shadow_kept
 from ...radar import link
 from ...radar.platform import tilt_std
 from ...scattering import ShortWaves, clutter_shape_watts_wicks90, mean_level
@@ -71,21 +72,21 @@ class Case:
         rate = relaxation_rate(self.scene.radar.frequency_hz, self.scene.scattering.wind_speed_m_s)
         return modulation_db(self.waves.strain_std(rate))
 
-    @property
-    def hides_unresolved(self) -> bool:
-        return self.scene.tracing.unresolved_shadowing != "none"
-
     @cached_property
     def tilting(self) -> tuple[float, float]:
         """Rms height [m] and slope along the look of the waves that tilt the facets, over all looks."""
         short = ShortWaves.of(self.scene.scattering, self.resolved.wavenumber_limit)
         divide = short.divide(radar_wavenumber(self.scene.radar.frequency_hz))
-        height = short.variance - short.roughness_variance(divide)
-        return math.sqrt(max(height, 0.0)), math.sqrt(0.5 * sum(short.tilt_variances(divide)))
+        return short.tilt_height(divide), math.sqrt(0.5 * sum(short.tilt_variances(divide)))
+
+    @cached_property
+    def kept_by_shadows(self) -> float:
+        """Share of its two-way power that water keeps which these waves hide from light."""
+        return shadow_kept(*self.tilting, self.scene.wavelength_m, self.scene.scattering.polarization)
 
     @cached_property
     def hidden_by_tilts(self) -> float:
-        """% of the window that these waves hide on top of the resolved ones."""
+        """% of the window that these waves hide from light on top of the resolved ones."""
         radar, slopes = self.scene.radar, self.resolved.look_slope_variance
         both = link.shadowed_share(radar, slopes + self.tilting[1] ** 2)
         return 100.0 * (both - link.shadowed_share(radar, slopes))

@@ -17,7 +17,12 @@ _STAGES = {  # others by their own names
     UNRESOLVED: ("shade",),
     "receiver": ("receive",),
 }
-_WITHIN = {"scan": "sea", "boat": "sea", "analogue-to-digital conversion": "receive"}  # others: within the echoes
+_WITHIN = {  # others: within the echoes
+    "scan": "sea",
+    "boat": "sea",
+    "sea spikes": "scattering",
+    "analogue-to-digital conversion": "receive",
+}
 _ONCE = {"scattering": "calibrate"}
 
 

@@ -16,12 +16,13 @@ from ...radar.array import antenna_array
 from ...radar.scan import BEAMS_BEYOND, sector_width
 from ...radar.transmitter import stray_within_pulse
 from ...scattering import MEAN_MODELS, sea_state_from_wind
-from ...scattering.bragg import bragg_speed, radar_wavenumber
+from ...scattering.bragg import bragg_speed
 from ...scattering.mean_models import models_spread_db, wind_contrast_db
 from ...settings import PlatformSettings
 from .case import Case
 from .modelling import converter
 from .rows import (
+    BENT,
     BURSTS,
     CYCLES,
     HEIGHT,
@@ -30,7 +31,6 @@ from .rows import (
     PATTERN,
     STILL,
     TILT,
-    TILTS,
     TWO_SCALE,
     Row,
     row,
@@ -39,7 +39,6 @@ from .rows import (
 _WELL_SAMPLED = 0.97  # share of a system's variance from which on the patch's wavenumbers hold it
 _STEEPEST, _HIGHEST = 0.06, 0.6  # of real seas, about: Hs over the length of the peak, Hs over the depth
 _SQUARES = 101  # a side, in which the circle is shared out
-_RAYLEIGH = 0.5 * math.pi  # rad of phase by heights, from which on a surface is rough
 _MIRROR_PATHS = 16.0  # (1 + |ρ|)⁴, |ρ| = 1: a direct and a reflected path, there and back
 _IMAGES = "mean square of the spline's images (Unser 1999)"
 _CRESTS = "of a narrow-banded sea (Longuet-Higgins 1963)"
@@ -126,23 +125,25 @@ def _no_boat(case: Case) -> Iterator[Row]:
         name, error = "what diffraction does to heights", f"m of height {case.at} beside an edge, at most"
         says = "a shadow answers with its crest's height, and fringes pull heights down; the stated error knows neither"
     yield row(name, blur, error, source, says)
-    yield _unresolved_shadows(case)
+    yield from _unresolved_shadows(case)
 
 
-def _unresolved_shadows(case: Case) -> Row:
-    """What they hide, or that a shadow so short is not sharp."""
-    height, slope = case.tilting
-    if not case.hides_unresolved:
-        name, error = "shadows of waves that are not resolved", "% of the window would be hidden"
-        phase = 2.0 * radar_wavenumber(case.scene.radar.frequency_hz) * height * slope
-        rough = "rough to it too" if phase > _RAYLEIGH else f"smooth to it, {phase:.2g} rad of Rayleigh's π/2"
-        says = f"light's measure; met at their own slope they are {rough}; tracing.unresolved_shadowing = 'smith'"
-        return row(name, case.hidden_by_tilts, error, TILTS, says)
-    length = height / slope if slope > 0.0 else 0.0
-    name, error = "diffraction at shadows of waves that are not resolved", f"m of height, of waves {height:.2g} m high"
-    source = f"knife edge (ITU-R P.526), {length:.2g} m before the shade: rms height over rms slope"
-    says = "they hide what they would hide from light; the mean echo is that of the calibration all the same"
-    return row(name, edge_blur_m(case.scene.wavelength_m, case.middle_m, length), error, source, says)
+def _unresolved_shadows(case: Case) -> Iterator[Row]:
+    """What they hide, less what bends into them; of light's shadows, what bends into them."""
+    shadows, kept, hidden = case.scene.tracing.unresolved_shadowing, case.kept_by_shadows, case.hidden_by_tilts
+    polarization = case.scene.scattering.polarization
+    if shadows == "none":
+        name, error = "shadows of waves that are not resolved", "% of the window answers from them, weighed by power"
+        says = f"light would lose {hidden:.2g} %, but {kept:.0%} of its power bends into them in {polarization}; "
+        says += "off, for by wave optics that moves no map: tracing.unresolved_shadowing = 'fresnel'"
+        yield row(name, hidden * (1.0 - kept), error, BENT, says)
+    elif shadows == "smith":
+        name, error = (
+            "diffraction at shadows of waves that are not resolved",
+            "% of the window does not answer that would",
+        )
+        says = f"they hide as from light; in {polarization} {kept:.0%} of the power bends into them ('fresnel')"
+        yield row(name, hidden * kept, error, BENT, says)
 
 
 def _no_scattering(case: Case) -> Iterator[Row]:
@@ -157,7 +158,8 @@ def _no_scattering(case: Case) -> Iterator[Row]:
         yield row("tilt, strain and breakers", spread, own_echo, source, says)
         return
     if scattering.breaking and not scattering.sea_spikes:
-        says = "breakers are a share of each facet; scattering.sea_spikes = true makes them bursts that grow and fade"
+        says = "breakers are a share of each facet; scattering.sea_spikes = true makes them bursts that grow and fade: "
+        says += "off, for maps in VV stay as they are, and in HH lose a quarter to a half more cells"
         yield row("a breaker's life", case.clutter_shape, f"{BURSTS} {case.at}", "Watts & Wicks (1990)", says)
     elif not scattering.breaking:
         says = "scattering.breaking = false: HH owes its mean to the calibration"
@@ -217,13 +219,20 @@ def _no_sea(case: Case) -> Iterator[Row]:
     sea, resolved, facet = case.scene.sea, case.resolved, case.scene.detail.facet_m
     height, carried = 4.0 * resolved.elevation_std, resolved.carried_share
     if sea.model == "linear":
-        source, says = f"kσ² {_CRESTS}", "waves are linear; sea.model = 'choppy' sharpens them"
+        source, says = f"kσ² {_CRESTS}", "waves are linear, for on choppy_sea maps err by six times this; "
+        says += "sea.model = 'choppy' sharpens them"
         yield row("sharper crests", resolved.second_order_std, HEIGHT, source, says)
     elif sea.model == "choppy":
         source, says = f"3kσ {_CRESTS}", "0 at the first Lagrangian order"
         yield row("skewness of the elevation", resolved.skewness_stokes, "1 of skewness", source, says)
     elif sea.model == "recorded":
         yield from _of_record(case)
+    if sea.model != "recorded" and resolved.elevation_std > 0.0:
+        faster = 100.0 * (2.0 * math.pi / resolved.peak_length * resolved.elevation_std) ** 2
+        error, source = "% of the peak's speed", "½ (ka)² of deep water (Stokes 1847), a² = 2σ²"
+        says = "drawn waves do not feel each other, for up to Hs/λ 1/30 forecasts of 20 s lose 0.01 of correlation; "
+        says += "seamap-rt sea --nonlinear writes a sea that does, once, for sea.model = 'recorded'"
+        yield row("waves that run faster where they are steep", faster, error, source, says)
     if sea.model != "recorded" and resolved.elevation_error > 0.0:
         says = f"splines, whose slopes err by {resolved.slope_error:.2g} rms; lower tracing.height_error_m"
         yield row("waves between the points of their grid", resolved.elevation_error, HEIGHT, _IMAGES, says)

@@ -22,6 +22,7 @@ from ...scattering.sea_spikes import sea_spikes
 from ...settings import PlatformSettings, ScatteringSettings
 from .case import Case
 from .rows import (
+    BENT,
     BURSTS,
     CYCLES,
     HEIGHT,
@@ -58,9 +59,15 @@ def _sea(case: Case) -> Iterator[Row]:
     hidden = 100.0 * link.shadowed_share(radar, case.resolved.look_slope_variance)
     error, source = "% of the window would answer from the shade", "Smith (1967), slopes of the resolved waves"
     yield row("shadowing", hidden, error, source, says)
-    if case.hides_unresolved:
+    if tracing.unresolved_shadowing != "none":
         says = "of each lit facet the share that its own grazing angle leaves in sight, for both antennas alike"
-        yield row(UNRESOLVED, case.hidden_by_tilts, error, TILTS, says)
+        hidden, source = case.hidden_by_tilts, TILTS
+        if tracing.unresolved_shadowing == "fresnel":
+            says += (
+                f"; what is hidden keeps {case.kept_by_shadows:.0%} of its echo in {case.scene.scattering.polarization}"
+            )
+            hidden, source = hidden * (1.0 - case.kept_by_shadows), BENT
+        yield row(UNRESOLVED, hidden, error, source, says)
 
 
 def _echoes(case: Case) -> Iterator[Row]:

@@ -16,6 +16,7 @@ PATTERN = "integral of the two-way azimuth pattern"
 TWO_SCALE = "two-scale theory over slopes that face the antenna and over winds"
 TILT = "range × tilt along the look, {:.2g}° rms"
 UNRESOLVED, TILTS = "shadowing by waves that are not resolved", "Smith (1967), their slopes"
+BENT = "Smith (1967), less the knife-edge field in a mean shadow"
 
 
 def row(name: str, value: float, error: str, source: str, says: str) -> Row:
