@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import finufft
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .ensemble import Member
 from .knowledge import Knowledge
 from .lattice import Field, Lattice, fastest
+from .model_error import ModelError
 from .quantity import AT_REST, Course, Quantity, power, quantities
 from .spectrum import Spectrum
 from .vessel import Vessel
@@ -35,7 +36,8 @@ class WaveField:
 
     issued, begun: s, the last and first moments of what was seen; reach: m, how far out it was seen. sharpness: how far
     water is where its own waves move it, 0 (waves of Airy, each at its place) to 1 (first-order Lagrangian: sharp
-    crests). turns: how many the fit rests on. members: samples of what it leaves open.
+    crests). turns: how many the fit rests on. members: samples of what it leaves open. model_error: what is wrong of
+    what it knows.
     """
 
     lattices: tuple[Lattice, ...]
@@ -48,7 +50,7 @@ class WaveField:
     begun: float
     reach: float
     members: tuple[Member, ...]
-    model_error: float = 0.0  # share of what is known that is wrong nevertheless, as what came after forecasts shows it
+    model_error: ModelError = field(default_factory=ModelError)
 
     @property
     def sea_std(self) -> float:
@@ -103,7 +105,7 @@ class WaveField:
         points = x, y, time
         means, met = self._expected(wanted, points), self._met(*points)
         missed = self.samples([each.samples for each in wanted], *points)
-        share, made = self._short_share(points), []
+        share, wrong, made = self._short_share(points), self.model_error.share(time), []
         for quantity, mean, samples in zip(wanted, means, missed, strict=True):
             of_groups = power(quantity, self.knowledge.groups)
             # Few samples may say more than there are waves.
@@ -111,7 +113,7 @@ class WaveField:
             still_open = np.where(met, said, of_groups.sum())
             if quantity.name == "elevation":
                 mean = mean + (1.0 - still_open / of_groups.sum()) * self._sinking
-            std = np.sqrt(still_open + self.model_error * (of_groups.sum() - still_open))
+            std = np.sqrt(still_open + wrong * (of_groups.sum() - still_open))
             made.append((np.where(met, mean, 0.0), std))
         return made
 
@@ -131,8 +133,8 @@ class WaveField:
         turns -= np.multiply.outer(x - x[0], groups.k * np.sin(groups.toward))
         turns -= np.multiply.outer(y - y[0], groups.k * np.cos(groups.toward))
         cosine, sine = stream.standard_normal((2, count, 1, groups.k.size))
-        whole = np.where(met[:, None], share, 1.0)
-        size = np.sqrt((whole + self.model_error * (1.0 - whole)) * groups.variance)
+        whole, wrong = np.where(met[:, None], share, 1.0), self.model_error.share(time)[:, None]
+        size = np.sqrt((whole + wrong * (1.0 - whole)) * groups.variance)
         waves = size * (cosine + 1j * sine) * np.exp(-1j * turns)
         made = []
         for quantity, (mean, _), samples in zip(wanted, self.told(wanted, *points), missed, strict=True):

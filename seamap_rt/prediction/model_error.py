@@ -1,0 +1,104 @@
+"""What free waves get wrong of the sea that they know: a law in time, whose two figures later turns tell.
+
+Waves of a real sea are changed by those around them: high groups run faster, waves trade energy, currents are not the
+same everywhere. A wave whose frequency is wrong by δ is wrong in phase by δτ a time τ after it was seen, and that is
+(δτ)² of its variance while it is small (of 2 − 2 cos δτ). What does not grow with time, bound waves say, is a share of
+its own.
+
+How large δ is on a sea of waves is known before any turn has told. A group of complex envelope A and wavenumber k runs
+by ½ k² |A|² ω faster than low waves do (Stokes 1847). On a Gaussian sea of variance m, of ⟨|A|²⟩ = 2m, that moves
+waves as 2 k² m ω would in the mean over their energy, which amplitude dispersion is (`physics.amplitude_dispersion`).
+What is left of it, ½ k² ω (|A|² − 4m) A, has the variance ½ k² ω times ⟨|A|⁶⟩ − 8m ⟨|A|⁴⟩ + 16m² ⟨|A|²⟩ = 16 m³ in
+place of that of A, 2m: frequencies scatter by √2 k² m ω, rms, while groups hold together.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from .spectrum import Spectrum
+
+Field = NDArray[np.float64]
+
+_STILL = 0.015  # of what is known, before any turn has told: as it was on seas of waves of Airy
+_TRUSTED = 0.2  # turns that what is taken before any has told counts for
+_FORGOTTEN = 0.9  # of what turns told, from one to the next
+_KEPT = 40  # of what they told: what is older counts for a hundredth
+_SLOW = 0.004  # rad/s, within which no first guess of the drift is sure: a tenth of a radian in half a minute
+_LEAST = 1e-4  # of what is known, that no turn tells
+_PASSES = 3  # of the weights, which follow what is found
+
+
+@dataclass(frozen=True)
+class ModelError:
+    """Share of what is known that is wrong nevertheless: `still`, and more as waves drift out of phase, by `drift`
+    [rad/s, rms] from when they were seen, at `since` [s], on."""
+
+    still: float = 0.0
+    drift: float = 0.0
+    since: float = 0.0
+
+    @classmethod
+    def expected(cls, spectrum: Spectrum) -> ModelError:
+        """Of a sea of which no turn has told yet."""
+        return cls(_STILL, scatter(spectrum))
+
+    def share(self, time: Field) -> Field:
+        """0 to 1, at some times [s]."""
+        return np.minimum(self.still + (self.drift * (time - self.since)) ** 2, 1.0)
+
+
+def scatter(spectrum: Spectrum) -> float:
+    """rad/s, rms, of the frequencies of a sea's waves as its groups are high or low: on deep water, and by order of
+    magnitude elsewhere."""
+    omega = 2.0 * np.pi / spectrum.peak_period
+    k = float(spectrum.water.wavenumber(omega))
+    return np.sqrt(2.0) * k**2 * spectrum.variance * omega
+
+
+@dataclass(frozen=True)
+class Told:
+    """What one turn told of an earlier field: the share of what that knew that it had wrong, beside the share that it
+    said was open, a `lapse` [s] after what it rests on was seen, and how much that counts."""
+
+    wrong: float
+    open: float
+    lapse: float
+    weight: float
+
+
+class Innovations:
+    """What the last turns told of earlier fields' errors."""
+
+    def __init__(self) -> None:
+        self._told: deque[Told] = deque(maxlen=_KEPT)
+
+    def forget(self, share: float = _FORGOTTEN) -> None:
+        """Lets what was told count for a share of what it did."""
+        for n, each in enumerate(self._told):
+            self._told[n] = replace(each, weight=share * each.weight)
+
+    def take(self, told: Told) -> None:
+        """One more."""
+        self._told.append(told)
+
+    def model_error(self, spectrum: Spectrum, since: float) -> ModelError:
+        """What is likely by all of it: least squares of shares that err by as much as they are, of what was taken
+        before any turn told too."""
+        before = ModelError.expected(spectrum)
+        first = np.array([before.still, before.drift**2])
+        loose = np.diag(np.sqrt(_TRUSTED) / (first + np.array([0.0, _SLOW**2])))
+        rows = np.array([(1.0, each.lapse**2) for each in self._told]).reshape(-1, 2)
+        wrong, opened, weight = (
+            np.array([getattr(each, name) for each in self._told]) for name in ("wrong", "open", "weight")
+        )
+        found = first
+        for _ in range(_PASSES):
+            sure = np.sqrt(weight) / np.maximum(opened + rows @ found, _LEAST)
+            found, _ = nnls(np.vstack((sure[:, None] * rows, loose)), np.concatenate((sure * wrong, loose @ first)))
+        return ModelError(float(found[0]), float(np.sqrt(found[1])), since)
