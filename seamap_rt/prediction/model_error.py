@@ -14,8 +14,8 @@ place of that of A, 2m: frequencies scatter by √2 k² m ω, rms, while groups 
 
 from __future__ import annotations
 
-from collections import deque
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,11 +27,9 @@ Field = NDArray[np.float64]
 
 _STILL = 0.015  # of what is known, before any turn has told: as it was on seas of waves of Airy
 _TRUSTED = 0.2  # turns that what is taken before any has told counts for
-_FORGOTTEN = 0.9  # of what turns told, from one to the next
-_KEPT = 40  # of what they told: what is older counts for a hundredth
 _SLOW = 0.004  # rad/s, within which no first guess of the drift is sure: a tenth of a radian in half a minute
 _LEAST = 1e-4  # of what is known, that no turn tells
-_PASSES = 3  # of the weights, which follow what is found
+_PASSES = 8  # of the weights, which follow what is found
 
 
 @dataclass(frozen=True)
@@ -64,41 +62,25 @@ def scatter(spectrum: Spectrum) -> float:
 @dataclass(frozen=True)
 class Told:
     """What one turn told of an earlier field: the share of what that knew that it had wrong, beside the share that it
-    said was open, a `lapse` [s] after what it rests on was seen, and how much that counts."""
+    said was open, a `lapse` [s] after what it rests on was seen; and how much that counts, in turns."""
 
     wrong: float
     open: float
     lapse: float
-    weight: float
+    weight: float = 1.0
 
 
-class Innovations:
-    """What the last turns told of earlier fields' errors."""
-
-    def __init__(self) -> None:
-        self._told: deque[Told] = deque(maxlen=_KEPT)
-
-    def forget(self, share: float = _FORGOTTEN) -> None:
-        """Lets what was told count for a share of what it did."""
-        for n, each in enumerate(self._told):
-            self._told[n] = replace(each, weight=share * each.weight)
-
-    def take(self, told: Told) -> None:
-        """One more."""
-        self._told.append(told)
-
-    def model_error(self, spectrum: Spectrum, since: float) -> ModelError:
-        """What is likely by all of it: least squares of shares that err by as much as they are, of what was taken
-        before any turn told too."""
-        before = ModelError.expected(spectrum)
-        first = np.array([before.still, before.drift**2])
-        loose = np.diag(np.sqrt(_TRUSTED) / (first + np.array([0.0, _SLOW**2])))
-        rows = np.array([(1.0, each.lapse**2) for each in self._told]).reshape(-1, 2)
-        wrong, opened, weight = (
-            np.array([getattr(each, name) for each in self._told]) for name in ("wrong", "open", "weight")
-        )
-        found = first
-        for _ in range(_PASSES):
-            sure = np.sqrt(weight) / np.maximum(opened + rows @ found, _LEAST)
-            found, _ = nnls(np.vstack((sure[:, None] * rows, loose)), np.concatenate((sure * wrong, loose @ first)))
-        return ModelError(float(found[0]), float(np.sqrt(found[1])), since)
+def likely(told: Sequence[Told], spectrum: Spectrum, since: float) -> ModelError:
+    """The model error of waves seen at `since` [s] by all that was told: least squares, in which shares err by as much
+    as they are, also what is taken before any turn has told."""
+    before = ModelError.expected(spectrum)
+    first = np.array([before.still, before.drift**2])
+    doubt = np.array([0.0, _SLOW**2])
+    rows = np.array([(1.0, each.lapse**2) for each in told]).reshape(-1, 2)
+    wrong, opened, weight = (np.array([getattr(each, name) for each in told]) for name in ("wrong", "open", "weight"))
+    found = first
+    for _ in range(_PASSES):
+        loose = np.diag(np.sqrt(_TRUSTED) / (np.maximum(first, found) + doubt))
+        sure = np.sqrt(weight) / np.maximum(opened + rows @ found, _LEAST)
+        found, _ = nnls(np.vstack((sure[:, None] * rows, loose)), np.concatenate((sure * wrong, loose @ first)))
+    return ModelError(float(found[0]), float(np.sqrt(found[1])), since)

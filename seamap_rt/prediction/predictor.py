@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
 
@@ -15,16 +14,11 @@ from .drift import Drift
 from .ensemble import Ensemble
 from .field import WaveField
 from .fit import Fit
-from .innovations import compared, pairs_of_looks
-from .model_error import Innovations, Told
+from .innovations import Innovations
 from .observations import Observations, of_turn
 from .spectrum import spectrum_of_turns
 
 _SHARP, _SURE = 1.0, 0.5  # of a real sea, and how far seas may be from it
-_AGO = 15  # turns since the forecast that a turn is compared with: half as far ahead as forecasts are for
-_SOONER = 3  # of that, each second turn: what does not grow with time is told apart from what does
-_NEARBY_M = 80.0  # within which looks are compared: farther out they lie too far apart
-_FEWEST = 200  # pairs of looks, for their covariance to be told from its chance
 _OTHERS = -1  # in place of a turn's number, of observations by other instruments
 _FORGOTTEN = 0.9  # of the evidence, from turn to turn
 
@@ -58,9 +52,7 @@ class Predictor:
         self._ensemble: Ensemble | None = None
         self._sharpness, self._issued = sharpness, 0.0
         self._drift = Drift(amplitude_dispersion)
-        self._before: deque[WaveField] = deque(maxlen=_AGO)
         self._innovations = Innovations()
-        self._stream = np.random.default_rng(0)
         self._evidence = _SURE**-2 * np.array([_SHARP, 1.0])
 
     def turn(self, polar: xr.Dataset) -> WaveField | None:
@@ -102,40 +94,17 @@ class Predictor:
                 self._fit.renew(spectrum, centre)
                 self._learn(self._fit, number)
                 self._fit.relabel(self.sharpness, number)
-                weighed = workers.submit(self._weigh_errors, self._fit, number)
+                weighed = workers.submit(self._innovations.compare, self._fit, number)
             self._issued = float(polar["time"].max())
             self._ensemble.settle(self._fit, self._issued, workers)
             if weighed:
                 weighed.result()
         made = self._field(self._fit, self._ensemble)
-        self._before.append(replace(made, knowledge=replace(made.knowledge, glimpses=())))  # the squares are large
+        self._innovations.remember(made)
         return made
 
     def _field(self, fit: Fit, ensemble: Ensemble) -> WaveField:
-        wrong = self._innovations.model_error(fit.spectrum, fit.middle)
-        return fit.field(self._issued, self.sharpness, ensemble.members, wrong)
-
-    def _weigh_errors(self, fit: Fit, number: int) -> None:
-        """Takes up what one turn says of the errors of an earlier forecast that rests on not much less than now."""
-        self._innovations.forget()
-        rows = enumerate(reversed(self._before), 1)
-        ago = max((n for n, each in rows if 2 * each.turns >= fit.turns and fit.shares(each)), default=0)
-        if number % 2:
-            ago = -(-ago // _SOONER)
-        if ago:
-            self._compare(fit, number, self._before[-ago])
-
-    def _compare(self, fit: Fit, number: int, earlier: WaveField) -> None:
-        """Found and stated covariance of a forecast's errors, beside that of waves it knows."""
-        for batch in fit.batches[number]:
-            pairs = pairs_of_looks(batch.seen, fit.centre, min(fit.lattices[-1].radius, _NEARBY_M))
-            if len(pairs) < _FEWEST or batch.seen.kind[0] != "elevation":
-                continue
-            difference = fit.above_home(batch) - batch.sum.values(earlier.amplitudes)
-            found, stated, known = compared(batch.seen, difference.astype(np.float64), earlier, pairs, self._stream)
-            if known > 0.0:
-                lapse = float(batch.seen.time.mean()) - earlier.model_error.since
-                self._innovations.take(Told((found - stated) / known, stated / known, lapse, 1.0))
+        return fit.field(self._issued, self.sharpness, ensemble.members, self._innovations.model_error(fit))
 
     def also(self, seen: Observations) -> WaveField:
         """The field with observations of other instruments taken up too; the last turn's end stays its time.
