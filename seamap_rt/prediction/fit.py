@@ -61,6 +61,9 @@ class Fit:
 
     def suits(self, spectrum: Spectrum, centre: tuple[float, float]) -> bool:
         """Whether the lattices are right for a spectrum too, and what was seen is not left behind."""
+        mine = self.spectrum
+        if (mine.water, mine.amplitude_dispersion) != (spectrum.water, spectrum.amplitude_dispersion):
+            return False  # waves run on as they were made to
         near = any(np.any(np.hypot(b.seen.x - centre[0], b.seen.y - centre[1]) <= self.reach) for b in self.all)
         return near and 1.0 / _NEW_SEA < spectrum.peak_period / self.spectrum.peak_period < _NEW_SEA
 
