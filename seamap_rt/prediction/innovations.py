@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from .assimilation import Batch
 from .field import WaveField
 from .fit import Fit
 from .lattice import Field
-from .model_error import ModelError, Told, likely
+from .model_error import ModelError, Told, height_of, likely
 from .observations import Observations, damped
 
 _APART = 2  # looks: beams of neighbouring ones overlap
@@ -60,15 +61,35 @@ class Innovations:
             pairs = pairs_of_looks(batch.seen, fit.centre, min(fit.lattices[-1].radius, _NEARBY_M))
             if len(pairs) < _FEWEST or batch.seen.kind[0] != "elevation":
                 continue
-            difference = fit.above_home(batch) - batch.sum.values(earlier.amplitudes)
-            found, stated, known = compared(batch.seen, difference.astype(np.float64), earlier, pairs, self._stream)
+            waves = _waves(batch, earlier)
+            difference = (fit.above_home(batch) - waves.real).astype(np.float64)
+            found, stated, known = compared(batch.seen, difference, earlier, pairs, self._stream)
             if known > 0.0:
                 lapse = float(batch.seen.time.mean()) - earlier.model_error.since
-                self._told.append(Told((found - stated) / known, stated / known, lapse))
+                drifted = lapse**2 * weight_of_groups(waves, pairs, known)
+                self._told.append(Told((found - stated) / known, stated / known, drifted))
 
     def model_error(self, fit: Fit) -> ModelError:
         """Of a field by a fit of now."""
         return likely(self._told, fit.spectrum, fit.middle)
+
+
+def _waves(batch: Batch, field: WaveField) -> NDArray[np.complex64]:
+    """Complex sums (n,) of a field's waves at a batch's places, m."""
+    now, later = (batch.sum.values([np.complex64(part) * a for a in field.amplitudes]) for part in (1.0, -1j))
+    return now + 1j * later
+
+
+def weight_of_groups(waves: NDArray[np.complexfloating], pairs: NDArray[np.intp], known: float) -> float:
+    """What waves that drift have wrong in pairs' products, over known and drift², by how high groups are: 1 in the mean
+    of Gaussian seas. waves: complex sums (n,); known: m², expected of the pairs' products."""
+    one, other = waves[pairs[:, 0]], waves[pairs[:, 1]]
+    both = np.real(one * np.conj(other))
+    alike = float(np.mean(both) / np.mean(np.abs(one) ** 2))  # a pair is apart
+    if not alike > 0.0:
+        return 1.0
+    height = height_of(one, known / alike)
+    return float(np.mean(1.0 + 0.5 * both / known * (1.0 + height**2 / 6.0))) / 3.0
 
 
 def pairs_of_looks(seen: Observations, centre: tuple[float, float], radius: float) -> NDArray[np.intp]:
