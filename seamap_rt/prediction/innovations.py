@@ -74,7 +74,7 @@ class Innovations:
         return likely(self._told, fit.spectrum, fit.middle)
 
 
-def _waves(batch: Batch, field: WaveField) -> NDArray[np.complex64]:
+def _waves(batch: Batch, field: WaveField) -> NDArray[np.complex128]:
     """Complex sums (n,) of a field's waves at a batch's places, m."""
     now, later = (batch.sum.values([np.complex64(part) * a for a in field.amplitudes]) for part in (1.0, -1j))
     return now + 1j * later

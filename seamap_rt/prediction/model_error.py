@@ -1,9 +1,9 @@
 """What free waves get wrong of the sea that they know: a law in time, whose two figures later turns tell.
 
 Waves of a real sea are changed by those around them: high groups run faster, waves trade energy, currents are not the
-same everywhere. A wave whose frequency is wrong by δ is wrong in phase by δτ a time τ after it was seen: of the square
-of its amplitude by 1 − cos δτ, or 1 − exp(−½ δ²τ²) where δ is normal. What does not grow with time, bound waves say,
-is a share of its own.
+same everywhere. A wave whose frequency is wrong by δ is wrong in phase by δτ a time τ after it was seen, and what it
+has wrong is 2 − 2 cos δτ of its variance, or 2 − 2 exp(−½ δ²τ²) where δ is normal. What does not grow with time, bound
+waves say, is a share of its own.
 
 How large δ is on a sea of waves is known before any turn has told. A group of complex envelope A and wavenumber k runs
 by ½ k² |A|² ω faster than low waves do (Stokes 1847). On a Gaussian sea of variance m, of ⟨|A|²⟩ = 2m, that moves

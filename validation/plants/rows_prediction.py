@@ -282,8 +282,8 @@ PLANTS = (
     Plant(
         "phases that drift are wrong by the time, not by its square",
         _HOME + "model_error.py",
-        "self.still + (self.drift * (time - self.since)) ** 2",
-        "self.still + self.drift**2 * np.abs(time - self.since)",
+        "turned = 0.5 * (self.drift * (time - self.since)) ** 2",
+        "turned = 0.5 * self.drift**2 * np.abs(time - self.since)",
         _WRONG + "test_the_stated_error_covers_waves_that_drift",
     ),
     Plant(
@@ -313,6 +313,20 @@ PLANTS = (
         "Told((found - stated) / known,",
         "Told(found / known,",
         _WRONG + "test_waves_that_do_not_drift_are_not_said_to",
+    ),
+    Plant(
+        "high groups scatter by themselves three times as much",
+        _HOME + "model_error.py",
+        "-np.expm1(-turned * height**2 / 6.0)",
+        "-np.expm1(-turned * height**2 / 2.0)",
+        _WRONG + "test_high_groups_are_wrong_most_and_a_gaussian_sea_by_the_drift",
+    ),
+    Plant(
+        "groups at pairs of looks as high as if both were at one place",
+        _HOME + "innovations.py",
+        "height_of(one, known / alike)",
+        "height_of(one, known)",
+        _WRONG + "test_pairs_of_a_gaussian_sea_weigh_one",
     ),
     Plant(
         "a share of amplitude dispersion of a later sea",
