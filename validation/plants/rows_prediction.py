@@ -329,6 +329,13 @@ PLANTS = (
         _WRONG + "test_pairs_of_a_gaussian_sea_weigh_one",
     ),
     Plant(
+        "a fit from nothing stopped as one that goes on",
+        _HOME + "assimilation.py",
+        "(_AT_FIRST if start is None else _CLOSE)",
+        "(_CLOSE if start is None else _AT_FIRST)",
+        _WRONG + "test_a_fit_from_nothing_is_right_where_nothing_was_seen",
+    ),
+    Plant(
         "a share of amplitude dispersion of a later sea",
         _HOME + "fit.py",
         "self._first.amplitude_shift",
