@@ -24,7 +24,7 @@ from .zones import Preconditioner
 Unknowns = list[NDArray[np.complex64]]
 
 _CLOSE = 4e-2  # of the right side: a fit three times tighter changes what is forecast by a hundredth of the sea
-_AT_FIRST = 2e-3  # the same, from nothing: farther off the sea where none was seen is up to seven times too high, and a
+_AT_FIRST = 1e-2  # the same, from nothing: farther off the sea where none was seen is up to seven times too high, and a
 # fit that goes on from there takes it along, for what nothing tells comes right last
 _FEWEST_STEPS = 4  # with which what a new turn says is taken up
 _MOST_STEPS = 200

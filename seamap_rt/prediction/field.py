@@ -103,13 +103,10 @@ class WaveField:
 
     def told(self, wanted: Sequence[Quantity], x: Field, y: Field, time: Field) -> list[tuple[Field, Field]]:
         """Mean and standard error (point,) of each quantity at places [m] and times [s], (point,) each."""
-        return [
-            (mean, np.sqrt(still_open + wrong * (power(quantity, self.knowledge.groups).sum() - still_open)))
-            for quantity, (mean, still_open, wrong) in zip(wanted, self._told(wanted, (x, y, time)), strict=True)
-        ]
+        return [(mean, np.sqrt(still_open + wrong)) for mean, still_open, wrong in self._told(wanted, (x, y, time))]
 
     def _told(self, wanted: Sequence[Quantity], points: Points) -> list[tuple[Field, Field, Field]]:
-        """Mean of each quantity at points, its variance that is open, and the share of the rest that is wrong."""
+        """Mean of each quantity at points, its variance that is open, and that of the rest that is wrong."""
         means, met = self._expected(wanted, points), self._met(*points)
         missed = self.samples([each.samples for each in wanted], *points)
         share, made = self._short_share(points), []
@@ -119,7 +116,7 @@ class WaveField:
             said = np.minimum(0.5 * np.mean(np.abs(samples) ** 2, axis=0) + share @ of_groups, of_groups.sum())
             still_open = np.where(met, said, of_groups.sum())
             known, mean = of_groups.sum() - still_open, waves.real
-            wrong = self.model_error.share(points[2], height_of(waves, known))
+            wrong = known * self.model_error.share(points[2], height_of(waves, known))
             if quantity.name == "elevation":
                 mean = mean + known / of_groups.sum() * self._sinking
             made.append((np.where(met, mean, 0.0), still_open, wrong))
@@ -150,7 +147,8 @@ class WaveField:
             said = 0.5 * np.mean(np.abs(samples) ** 2, axis=0)
             kept = np.where(met, np.sqrt(np.minimum(most / np.maximum(said, 1e-12), 1.0)), 0.0)
             of_samples = kept * np.real((parts[0] + 1j * parts[1]) @ samples)
-            size = np.sqrt(whole + wrong[:, None] * (1.0 - whole))
+            held = np.maximum((1.0 - whole) @ of_groups, 1e-300)  # waves that are wrong are of these groups
+            size = np.sqrt(whole + (wrong / held)[:, None] * (1.0 - whole))
             made.append(mean + of_samples + np.real((size * waves) @ quantity.groups))
         return np.stack(made)
 
