@@ -100,7 +100,7 @@ def test_waves_that_do_not_drift_are_not_said_to() -> None:
 
 def test_a_fit_from_nothing_is_right_where_nothing_was_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     # Six turns that see 120 m of a square of 390 m. Steps come last to waves that nothing tells: stopped as soon as a
-    # fit that goes on may be, the square has more wrong than the sea itself. A hundredth of the right side leaves a third.
+    # fit that goes on may be, the square has more wrong than the sea itself. A hundredth of the right side leaves some.
     seen = [turn_of(Drifting(0.0, 1), number) for number in range(KEPT)]
     fit = Fit.anew(wind_sea(), seen, 30.0, (0.0, 0.0))
     fit.add(seen, range(KEPT))
