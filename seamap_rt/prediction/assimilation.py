@@ -24,6 +24,8 @@ from .zones import Preconditioner
 Unknowns = list[NDArray[np.complex64]]
 
 _CLOSE = 4e-2  # of the right side: a fit three times tighter changes what is forecast by a hundredth of the sea
+_AT_FIRST = 1e-2  # the same, from nothing: farther off the sea where none was seen is up to seven times too high, and a
+# fit that goes on from there takes it along, for what nothing tells comes right last
 _FEWEST_STEPS = 4  # with which what a new turn says is taken up
 _MOST_STEPS = 200
 _PLENTY = 1e-4  # open share of the strongest waves, by one batch, from which on more that is told counts half
@@ -105,7 +107,7 @@ def solve(
     rest = right if start is None else _plus(right, -1.0, normal(u))
     way = better = nearly_back(rest)
     power = _dot(rest, better)
-    enough = _CLOSE**2 * _dot(right, nearly_back(right))
+    enough = (_AT_FIRST if start is None else _CLOSE) ** 2 * _dot(right, nearly_back(right))
     steps = 0
     while (power > enough or steps < _FEWEST_STEPS) and steps < _MOST_STEPS and power > 0.0:
         turned = normal(way)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import finufft
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .ensemble import Member
 from .knowledge import Knowledge
 from .lattice import Field, Lattice, fastest
+from .model_error import ModelError, height_of
 from .quantity import AT_REST, Course, Quantity, power, quantities
 from .spectrum import Spectrum
 from .vessel import Vessel
@@ -27,6 +28,7 @@ _SIDES = np.array([(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
 _PASSES = 2  # from a place to the water that is there: the second changes it by a hundredth of the first
 
 Points = tuple[Field, Field, Field]  # x, y [m], time [s]
+Envelope = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,8 @@ class WaveField:
 
     issued, begun: s, the last and first moments of what was seen; reach: m, how far out it was seen. sharpness: how far
     water is where its own waves move it, 0 (waves of Airy, each at its place) to 1 (first-order Lagrangian: sharp
-    crests). turns: how many the fit rests on. members: samples of what it leaves open.
+    crests). turns: how many the fit rests on. members: samples of what it leaves open. model_error: what is wrong of
+    what it knows.
     """
 
     lattices: tuple[Lattice, ...]
@@ -48,7 +51,7 @@ class WaveField:
     begun: float
     reach: float
     members: tuple[Member, ...]
-    model_error: float = 0.0  # share of what is known that is wrong nevertheless, as what came after forecasts shows it
+    model_error: ModelError = field(default_factory=ModelError)
 
     @property
     def sea_std(self) -> float:
@@ -66,7 +69,7 @@ class WaveField:
 
     def elevation_alone(self, x: Field, y: Field, time: Field) -> Field:
         """Expected elevation [m] without its error, which takes longer, at many places [m] and times [s], (point,)."""
-        mean = self._expected(self.quantities(["elevation"]), (x, y, time))[0]
+        mean = self._expected(self.quantities(["elevation"]), (x, y, time))[0].real
         return np.where(self._met(x, y, time), mean, 0.0)
 
     def slopes(self, x: ArrayLike, y: ArrayLike, time: ArrayLike) -> tuple[Field, Field]:
@@ -100,19 +103,23 @@ class WaveField:
 
     def told(self, wanted: Sequence[Quantity], x: Field, y: Field, time: Field) -> list[tuple[Field, Field]]:
         """Mean and standard error (point,) of each quantity at places [m] and times [s], (point,) each."""
-        points = x, y, time
+        return [(mean, np.sqrt(still_open + wrong)) for mean, still_open, wrong in self._told(wanted, (x, y, time))]
+
+    def _told(self, wanted: Sequence[Quantity], points: Points) -> list[tuple[Field, Field, Field]]:
+        """Mean of each quantity at points, its variance that is open, and that of the rest that is wrong."""
         means, met = self._expected(wanted, points), self._met(*points)
         missed = self.samples([each.samples for each in wanted], *points)
         share, made = self._short_share(points), []
-        for quantity, mean, samples in zip(wanted, means, missed, strict=True):
+        for quantity, waves, samples in zip(wanted, means, missed, strict=True):
             of_groups = power(quantity, self.knowledge.groups)
             # Few samples may say more than there are waves.
             said = np.minimum(0.5 * np.mean(np.abs(samples) ** 2, axis=0) + share @ of_groups, of_groups.sum())
             still_open = np.where(met, said, of_groups.sum())
+            known, mean = of_groups.sum() - still_open, waves.real
+            wrong = known * self.model_error.share(points[2], height_of(waves, known))
             if quantity.name == "elevation":
-                mean = mean + (1.0 - still_open / of_groups.sum()) * self._sinking
-            std = np.sqrt(still_open + self.model_error * (of_groups.sum() - still_open))
-            made.append((np.where(met, mean, 0.0), std))
+                mean = mean + known / of_groups.sum() * self._sinking
+            made.append((np.where(met, mean, 0.0), still_open, wrong))
         return made
 
     def draws(
@@ -131,17 +138,18 @@ class WaveField:
         turns -= np.multiply.outer(x - x[0], groups.k * np.sin(groups.toward))
         turns -= np.multiply.outer(y - y[0], groups.k * np.cos(groups.toward))
         cosine, sine = stream.standard_normal((2, count, 1, groups.k.size))
-        whole = np.where(met[:, None], share, 1.0)
-        size = np.sqrt((whole + self.model_error * (1.0 - whole)) * groups.variance)
-        waves = size * (cosine + 1j * sine) * np.exp(-1j * turns)
+        waves = np.sqrt(groups.variance) * (cosine + 1j * sine) * np.exp(-1j * turns)
         made = []
-        for quantity, (mean, _), samples in zip(wanted, self.told(wanted, *points), missed, strict=True):
+        whole = np.where(met[:, None], share, 1.0)
+        for quantity, (mean, _, wrong), samples in zip(wanted, self._told(wanted, points), missed, strict=True):
             of_groups = power(quantity, groups)
             most = np.maximum(of_groups.sum() - share @ of_groups, 0.0)
             said = 0.5 * np.mean(np.abs(samples) ** 2, axis=0)
             kept = np.where(met, np.sqrt(np.minimum(most / np.maximum(said, 1e-12), 1.0)), 0.0)
             of_samples = kept * np.real((parts[0] + 1j * parts[1]) @ samples)
-            made.append(mean + of_samples + np.real(waves @ quantity.groups))
+            held = np.maximum((1.0 - whole) @ of_groups, 1e-300)  # waves that are wrong are of these groups
+            size = np.sqrt(whole + (wrong / held)[:, None] * (1.0 - whole))
+            made.append(mean + of_samples + np.real((size * waves) @ quantity.groups))
         return np.stack(made)
 
     def _met(self, x: Field, y: Field, time: Field) -> NDArray[np.bool_]:
@@ -192,9 +200,9 @@ class WaveField:
         depth = np.minimum(groups.k * self.spectrum.water.depth, 300.0)
         return self.sharpness * float(np.sum(groups.variance * groups.k / np.tanh(depth)))
 
-    def _expected(self, wanted: Sequence[Quantity], points: Points) -> list[Field]:
+    def _expected(self, wanted: Sequence[Quantity], points: Points) -> list[Envelope]:
         """Each quantity's sum of waves (point,), the water's where it is at home."""
-        made: dict[str, Field] = {}
+        made: dict[str, Envelope] = {}
         for of_water in (True, False):
             alike = [each for each in wanted if each.of_water == of_water]
             if alike:
@@ -211,7 +219,7 @@ class WaveField:
         home = x, y
         for _ in range(_PASSES):
             away = self._means(self._of(["displacement_x", "displacement_y"]), x, y, time, home)
-            home = x - self.sharpness * away[0], y - self.sharpness * away[1]
+            home = x - self.sharpness * away[0].real, y - self.sharpness * away[1].real
         return home
 
     def _of(self, kinds: Sequence[str]) -> list[list[NDArray[np.complex128]]]:
@@ -225,12 +233,13 @@ class WaveField:
         y: Field,
         time: Field,
         home: tuple[Field, Field],
-    ) -> list[Field]:
+    ) -> list[Envelope]:
         """Each kind's sum of waves (point,) at the home of the water that is at (x, y); without short waves far out.
 
-        kinds: what each is of the amplitudes, for each lattice.
+        kinds: what each is of the amplitudes, for each lattice. The real part of the sum is meant; its size is that of
+        the group of waves there.
         """
-        total = [np.zeros(x.size) for _ in kinds[0]]
+        total = [np.zeros(x.size, np.complex128) for _ in kinds[0]]
         moments, number, count = np.unique(time, return_inverse=True, return_counts=True)
         crowded = count[number] >= _MANY
         for lattice, amplitudes, factors in zip(self.lattices, self.amplitudes, kinds, strict=True):
@@ -247,10 +256,10 @@ class WaveField:
         return total
 
 
-def _transformed(lattice: Lattice, waves: NDArray[np.complex128], x: Field, y: Field) -> Field:
+def _transformed(lattice: Lattice, waves: NDArray[np.complex128], x: Field, y: Field) -> Envelope:
     east, north = ((each * lattice.spacing + np.pi) % (2.0 * np.pi) - np.pi for each in (x, y))
     made: Any = finufft.nufft2d2(east, north, np.ascontiguousarray(waves), eps=1e-6, isign=1, nthreads=1)
-    return np.real(np.asarray(made, np.complex128))
+    return np.asarray(made, np.complex128)
 
 
 def _summed(
@@ -260,17 +269,17 @@ def _summed(
     x: Field,
     y: Field,
     time: Field,
-) -> list[Field]:
+) -> list[Envelope]:
     """Sums over the waves that hold nearly all of the lattice's variance."""
     power = lattice.scale.ravel() ** 2
     order = np.argsort(power)[::-1]
     kept = order[: int(np.searchsorted(np.cumsum(power[order]), _HELD * power.sum())) + 1]
     kx, ky, omega, a = (each.ravel()[kept] for each in (lattice.kx, lattice.ky, lattice.omega, amplitudes))
     waves = np.stack([factor.ravel()[kept] * a for factor in factors])
-    sums = np.empty((len(factors), x.size))
+    sums = np.empty((len(factors), x.size), np.complex128)
     step = max(1, int(_BLOCK / max(kept.size, 1)))
     for first in range(0, x.size, step):
         part = slice(first, first + step)
         turns = kx[:, None] * x[part] + ky[:, None] * y[part] - omega[:, None] * time[part]
-        sums[:, part] = waves.real @ np.cos(turns) - waves.imag @ np.sin(turns)
+        sums[:, part] = waves @ np.exp(1j * turns)
     return list(sums)

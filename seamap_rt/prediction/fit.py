@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from .ensemble import Member
 from .field import WaveField
 from .knowledge import Knowledge
 from .lattice import Field, Lattice, lattices
+from .model_error import ModelError
 from .observations import Observations
 from .spectrum import Spectrum
 from .wave_sum import WaveSum
@@ -34,6 +36,7 @@ class Fit:
 
     def __init__(self, spectrum: Spectrum, made: list[Lattice], reach: float, centre: tuple[float, float]) -> None:
         self.spectrum, self.lattices, self.reach, self.centre = spectrum, made, reach, centre
+        self._first = spectrum
         self.batches: dict[int, list[Batch]] = {}
         self.unknowns: Unknowns | None = None
         self.steps = 0
@@ -58,6 +61,9 @@ class Fit:
 
     def suits(self, spectrum: Spectrum, centre: tuple[float, float]) -> bool:
         """Whether the lattices are right for a spectrum too, and what was seen is not left behind."""
+        mine = self.spectrum
+        if (mine.water, mine.amplitude_dispersion) != (spectrum.water, spectrum.amplitude_dispersion):
+            return False  # waves run on as they were made to
         near = any(np.any(np.hypot(b.seen.x - centre[0], b.seen.y - centre[1]) <= self.reach) for b in self.all)
         return near and 1.0 / _NEW_SEA < spectrum.peak_period / self.spectrum.peak_period < _NEW_SEA
 
@@ -158,8 +164,7 @@ class Fit:
         matrix, vector = np.zeros((3, 3)), np.zeros(3)
         if not others:
             return matrix, vector
-        told = sum(float(batch.weight.sum()) for batch in others)
-        middle = sum(float(np.sum(batch.weight * batch.seen.time)) for batch in others) / told
+        middle = _middle(others)
         for batch in self.batches[number]:
             if not len(batch.seen) or not np.all(batch.seen.kind == "elevation"):
                 continue
@@ -174,9 +179,14 @@ class Fit:
     def _hastened(self, batch: Batch) -> Field:
         """m/s (n,) by which elevations change at the places of a batch as the waves there get ahead of others of the
         same amplitudes that the amplitudes do not hasten."""
-        shifts = [self.spectrum.amplitude_shift(each.kx, each.ky) for each in self.lattices]
-        waves = [(-1j * shift * a).astype(np.complex64) for shift, a in zip(shifts, self.amplitudes, strict=True)]
+        waves = [(-1j * shift * a).astype(np.complex64) for shift, a in zip(self._shifts, self.amplitudes, strict=True)]
         return batch.sum.values(waves).astype(np.float64)
+
+    @cached_property
+    def _shifts(self) -> list[Field]:
+        """rad/s of each lattice's waves, of the spectrum that they were made by: of its shifts they run by a share,
+        whatever later ones say."""
+        return [self._first.amplitude_shift(each.kx, each.ky) for each in self.lattices]
 
     def relabel(self, sharpness: float, number: int | None = None) -> None:
         """Moves places to where the water there is at home, and rounds areas, of one turn's batches or of all."""
@@ -208,9 +218,12 @@ class Fit:
         away = [sharpness * self._values(batch, f"displacement_{axis}") for axis in "xy"]
         return batch.seen.x - away[0], batch.seen.y - away[1]
 
-    def field(
-        self, issued: float, sharpness: float, members: tuple[Member, ...], model_error: float = 0.0
-    ) -> WaveField:
+    @property
+    def middle(self) -> float:
+        """s, mean time of what was seen, as it counts."""
+        return _middle(self.all)
+
+    def field(self, issued: float, sharpness: float, members: tuple[Member, ...], model_error: ModelError) -> WaveField:
         """The waves as they are known now."""
         return WaveField(
             lattices=tuple(self.lattices),
@@ -225,6 +238,12 @@ class Fit:
             members=members,
             model_error=model_error,
         )
+
+
+def _middle(batches: Sequence[Batch]) -> float:
+    """s, mean time of the observations of some batches, as they count."""
+    told = sum(float(batch.weight.sum()) for batch in batches)
+    return sum(float(np.sum(batch.weight * batch.seen.time)) for batch in batches) / told
 
 
 def _in_time(seen: Observations) -> list[Observations]:

@@ -3,23 +3,93 @@
 What a turn sees, less what an earlier field forecast for it, holds the forecast's error and the observation's own. The
 observations of looks that do not overlap err independently, but a forecast's error is that of waves, and spans them: so
 the covariance of such differences between looks a few metres apart is that of the forecast (Hollingsworth & Lönnberg
-1986), whatever the observations' errors are.
+1986), whatever the observations' errors are. How it grows from sooner to later turns tells the law of `model_error`.
 """
 
 from __future__ import annotations
+
+from collections import deque
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from .assimilation import Batch
 from .field import WaveField
+from .fit import Fit
 from .lattice import Field
+from .model_error import ModelError, Told, height_of, likely
 from .observations import Observations, damped
 
 _APART = 2  # looks: beams of neighbouring ones overlap
 _ABREAST = 0.75  # m, of distance from the antennas: the same gate, or nearly
 _FARTHEST_M = 5.0  # that two looks of a pair are apart
 _PAIRS = 40  # for which the stated covariance is worked out
+_NEARBY_M = 80.0  # within which looks are compared: farther out they lie too far apart
+_FEWEST = 200  # pairs of looks, for their covariance to be told from its chance
+_AGO = 15  # fields before a turn, of which it is compared with one: half as far ahead as forecasts are for
+_SOONER = 3  # of that, each second turn: what does not grow with time is told apart from what does
+_FORGOTTEN = 0.9  # of what turns told, from one to the next
+_KEPT = 40  # of what they told: what is older counts for a hundredth
+
+
+class Innovations:
+    """What the last turns told of the errors of fields before them."""
+
+    def __init__(self, seed: int = 0) -> None:
+        self._before: deque[WaveField] = deque(maxlen=_AGO)
+        self._told: deque[Told] = deque(maxlen=_KEPT)
+        self._stream = np.random.default_rng(seed)
+
+    def remember(self, field: WaveField) -> None:
+        """A field, for turns that come; without the squares of what was seen, which are large and not asked for."""
+        self._before.append(replace(field, knowledge=replace(field.knowledge, glimpses=())))
+
+    def compare(self, fit: Fit, number: int) -> None:
+        """Takes up what one turn tells of an earlier field that rests on not much less than the fit."""
+        for n, each in enumerate(self._told):
+            self._told[n] = replace(each, weight=_FORGOTTEN * each.weight)
+        rows = enumerate(reversed(self._before), 1)
+        ago = max((n for n, each in rows if 2 * each.turns >= fit.turns and fit.shares(each)), default=0)
+        if number % 2:
+            ago = -(-ago // _SOONER)
+        if not ago:
+            return
+        earlier = self._before[-ago]
+        for batch in fit.batches[number]:
+            pairs = pairs_of_looks(batch.seen, fit.centre, min(fit.lattices[-1].radius, _NEARBY_M))
+            if len(pairs) < _FEWEST or batch.seen.kind[0] != "elevation":
+                continue
+            waves = _waves(batch, earlier)
+            difference = (fit.above_home(batch) - waves.real).astype(np.float64)
+            found, stated, known = compared(batch.seen, difference, earlier, pairs, self._stream)
+            if known > 0.0:
+                lapse = float(batch.seen.time.mean()) - earlier.model_error.since
+                drifted = lapse**2 * weight_of_groups(waves, pairs, known)
+                self._told.append(Told((found - stated) / known, stated / known, drifted))
+
+    def model_error(self, fit: Fit) -> ModelError:
+        """Of a field by a fit of now."""
+        return likely(self._told, fit.spectrum, fit.middle)
+
+
+def _waves(batch: Batch, field: WaveField) -> NDArray[np.complex128]:
+    """Complex sums (n,) of a field's waves at a batch's places, m."""
+    now, later = (batch.sum.values([np.complex64(part) * a for a in field.amplitudes]) for part in (1.0, -1j))
+    return now + 1j * later
+
+
+def weight_of_groups(waves: NDArray[np.complexfloating], pairs: NDArray[np.intp], known: float) -> float:
+    """What waves that drift have wrong in pairs' products, over known and drift², by how high groups are: 1 in the mean
+    of Gaussian seas. waves: complex sums (n,); known: m², expected of the pairs' products."""
+    one, other = waves[pairs[:, 0]], waves[pairs[:, 1]]
+    both = np.real(one * np.conj(other))
+    alike = float(np.mean(both) / np.mean(np.abs(one) ** 2))  # a pair is apart
+    if not alike > 0.0:
+        return 1.0
+    height = height_of(one, known / alike)
+    return float(np.mean(1.0 + 0.5 * both / known * (1.0 + height**2 / 6.0))) / 3.0
 
 
 def pairs_of_looks(seen: Observations, centre: tuple[float, float], radius: float) -> NDArray[np.intp]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
 
@@ -15,17 +14,11 @@ from .drift import Drift
 from .ensemble import Ensemble
 from .field import WaveField
 from .fit import Fit
-from .innovations import compared, pairs_of_looks
-from .lattice import Field
+from .innovations import Innovations
 from .observations import Observations, of_turn
 from .spectrum import spectrum_of_turns
 
 _SHARP, _SURE = 1.0, 0.5  # of a real sea, and how far seas may be from it
-_AGO = 5  # turns since the forecast that a turn is compared with: about as far ahead as forecasts are for
-_NEARBY_M = 80.0  # within which looks are compared: farther out they lie too far apart
-_FEWEST = 200  # pairs of looks, for their covariance to be told from its chance
-_MODEL_ERROR = 0.015  # share of what is known that is wrong on seas of waves of Airy,
-_TRUSTED = 0.2  # and for how many turns that counts
 _OTHERS = -1  # in place of a turn's number, of observations by other instruments
 _FORGOTTEN = 0.9  # of the evidence, from turn to turn
 
@@ -59,9 +52,7 @@ class Predictor:
         self._ensemble: Ensemble | None = None
         self._sharpness, self._issued = sharpness, 0.0
         self._drift = Drift(amplitude_dispersion)
-        self._before: deque[WaveField] = deque(maxlen=_AGO)
-        self._errors = _TRUSTED * np.array([_MODEL_ERROR, 0.0, 1.0])
-        self._stream = np.random.default_rng(0)
+        self._innovations = Innovations()
         self._evidence = _SURE**-2 * np.array([_SHARP, 1.0])
 
     def turn(self, polar: xr.Dataset) -> WaveField | None:
@@ -90,7 +81,7 @@ class Predictor:
                 if self._drift.learn(self._fit, number):
                     water, share = self._drift.water(water_of(polar.attrs)), self._drift.amplitude_dispersion
                     spectrum = replace(spectrum, water=water, amplitude_dispersion=share)
-                    self._fit = None
+                    self._fit, self._innovations = None, Innovations()  # older ones are of waves that ran wrong
             if self._fit is None or self._ensemble is None or not self._fit.suits(spectrum, centre):
                 seconds = self._lead + self._most * float(np.ptp(polar["time"].values))
                 self._fit = Fit.anew(spectrum, [t.seen for t in self._turns], seconds, centre)
@@ -103,46 +94,17 @@ class Predictor:
                 self._fit.renew(spectrum, centre)
                 self._learn(self._fit, number)
                 self._fit.relabel(self.sharpness, number)
-                weighed = workers.submit(self._weigh_errors, self._fit, number)
+                weighed = workers.submit(self._innovations.compare, self._fit, number)
             self._issued = float(polar["time"].max())
             self._ensemble.settle(self._fit, self._issued, workers)
             if weighed:
                 weighed.result()
         made = self._field(self._fit, self._ensemble)
-        self._before.append(made)
+        self._innovations.remember(made)
         return made
 
     def _field(self, fit: Fit, ensemble: Ensemble) -> WaveField:
-        return fit.field(self._issued, self.sharpness, ensemble.members, self.model_error)
-
-    @property
-    def model_error(self) -> float:
-        """Share of what the fit knows that is wrong nevertheless, by what came after earlier forecasts."""
-        found, stated, known = self._errors
-        return float(np.clip((found - stated) / known, 0.0, 1.0))
-
-    def _weigh_errors(self, fit: Fit, number: int) -> None:
-        """Takes up what one turn says of an earlier forecast's errors; a young field's count little for older ones."""
-        turns = fit.turns
-        ago = min(_AGO, turns // 2, len(self._before))
-        self._errors = _FORGOTTEN * self._errors
-        if not ago:
-            return
-        earlier = self._before[-ago]
-        self._errors = min(1.0, earlier.turns / max(turns - ago, 1)) * self._errors
-        if fit.shares(earlier) and 2 * earlier.turns >= turns:
-            self._errors = self._errors + self._compared(fit, number, earlier)
-
-    def _compared(self, fit: Fit, number: int, earlier: WaveField) -> Field:
-        """Found and stated covariance of a forecast's errors, and that of waves it knows, over the sea's variance."""
-        total = np.zeros(3)
-        for batch in fit.batches[number]:
-            pairs = pairs_of_looks(batch.seen, fit.centre, min(fit.lattices[-1].radius, _NEARBY_M))
-            if len(pairs) < _FEWEST or batch.seen.kind[0] != "elevation":
-                continue
-            difference = fit.above_home(batch) - batch.sum.values(earlier.amplitudes)
-            total += compared(batch.seen, difference.astype(np.float64), earlier, pairs, self._stream)
-        return total / fit.spectrum.variance
+        return fit.field(self._issued, self.sharpness, ensemble.members, self._innovations.model_error(fit))
 
     def also(self, seen: Observations) -> WaveField:
         """The field with observations of other instruments taken up too; the last turn's end stays its time.

@@ -18,6 +18,7 @@ from .ensemble import Ensemble
 from .field import WaveField
 from .fit import Fit
 from .forecast import forecast
+from .model_error import ModelError, scatter
 from .observations import Observations
 from .predictor import Predictor
 from .spectrum import Spectrum
@@ -144,4 +145,5 @@ def _of_observations(seen: Observations, spectrum: Spectrum, settings: Predictio
         fit.relabel(sharpness)
         ensemble, issued = Ensemble(fit, chains=_SAMPLES), float(seen.time.max())
         ensemble.settle(fit, issued, workers)
-    return fit.field(issued, sharpness, ensemble.members)
+    wrong = ModelError(drift=scatter(spectrum), since=fit.middle)
+    return fit.field(issued, sharpness, ensemble.members, wrong)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
@@ -144,3 +145,20 @@ def test_shallow_water_tells_of_a_current_alone() -> None:
     assert told.learn(cast("Fit", fit), 9)
     np.testing.assert_array_equal(free.current, told.current)
     assert free.amplitude_dispersion == 0.0
+
+
+def test_a_share_is_one_of_the_spectrum_that_the_waves_were_made_by() -> None:
+    # A later spectrum, of four times the variance here, does not change how the waves of the fit run: what a turn says
+    # of the share that they run by is the same. On other water, or by another share, the waves must be made anew.
+    sea, seen = steep_sea(), steep_turns(steep_sea(), (0.0, 0.0), 0.0, 3)
+    fit = Fit.anew(sea, seen, 20.0, (0.0, 0.0))
+    fit.add(seen, range(3))
+    with ThreadPoolExecutor(1) as workers:
+        fit.settle(workers)
+    later, higher = copy(fit), replace(sea, table=4.0 * sea.table)
+    later.renew(higher, (0.0, 0.0))
+    for mine, other in zip(fit.drift_evidence(2, True), later.drift_evidence(2, True), strict=True):
+        np.testing.assert_allclose(mine, other, rtol=1e-3)
+    assert fit.suits(higher, (0.0, 0.0))
+    assert not fit.suits(replace(sea, water=Water(current=(1.0, 0.0))), (0.0, 0.0))
+    assert not fit.suits(replace(sea, amplitude_dispersion=0.5), (0.0, 0.0))

@@ -9,6 +9,7 @@ _FIT = "tests/prediction/test_fit.py::"
 _SEEN = "tests/prediction/test_forecast.py::"
 _TURNS = "tests/prediction/test_predictor.py::"
 _DRIFT = "tests/prediction/test_drift.py::"
+_WRONG = "tests/prediction/test_model_error.py::"
 _SHIFTS = "tests/physics/test_amplitude_dispersion.py::"
 
 PLANTS = (
@@ -277,5 +278,75 @@ PLANTS = (
         "kept_on = mean[:, :1, place] - was",
         "kept_on = mean[:, -1:, place] - was",
         "tests/test_forecast_errors.py::test_errors_are_shares_of_the_sea_that_came",
+    ),
+    Plant(
+        "phases that drift are wrong by the time, not by its square",
+        _HOME + "model_error.py",
+        "turned = 0.5 * (self.drift * (time - self.since)) ** 2",
+        "turned = 0.5 * self.drift**2 * np.abs(time - self.since)",
+        _WRONG + "test_the_stated_error_covers_waves_that_drift",
+    ),
+    Plant(
+        "what a sea's steepness says outweighs what turns tell",
+        _HOME + "model_error.py",
+        "(np.maximum(first, found) + doubt)",
+        "(first + doubt)",
+        _WRONG + "test_what_turns_tell_outweighs_what_was_taken_before",
+    ),
+    Plant(
+        "scatter as large as amplitude dispersion",
+        _HOME + "model_error.py",
+        "np.sqrt(2.0) * k**2",
+        "2.0 * k**2",
+        _WRONG + "test_the_scatter_is_that_of_a_gaussian_sea",
+    ),
+    Plant(
+        "drift from the end of what was seen on",
+        _HOME + "innovations.py",
+        "- earlier.model_error.since",
+        "- earlier.issued",
+        _WRONG + "test_the_stated_error_covers_waves_that_drift",
+    ),
+    Plant(
+        "what fields state is taken for wrong of what they know",
+        _HOME + "innovations.py",
+        "Told((found - stated) / known,",
+        "Told(found / known,",
+        _WRONG + "test_waves_that_do_not_drift_are_not_said_to",
+    ),
+    Plant(
+        "high groups scatter by themselves three times as much",
+        _HOME + "model_error.py",
+        "-np.expm1(-turned * height**2 / 6.0)",
+        "-np.expm1(-turned * height**2 / 2.0)",
+        _WRONG + "test_high_groups_are_wrong_most_and_a_gaussian_sea_by_the_drift",
+    ),
+    Plant(
+        "groups at pairs of looks as high as if both were at one place",
+        _HOME + "innovations.py",
+        "height_of(one, known / alike)",
+        "height_of(one, known)",
+        _WRONG + "test_pairs_of_a_gaussian_sea_weigh_one",
+    ),
+    Plant(
+        "a fit from nothing stopped as one that goes on",
+        _HOME + "assimilation.py",
+        "(_AT_FIRST if start is None else _CLOSE)",
+        "(_CLOSE if start is None else _AT_FIRST)",
+        _WRONG + "test_a_fit_from_nothing_is_right_where_nothing_was_seen",
+    ),
+    Plant(
+        "a share of amplitude dispersion of a later sea",
+        _HOME + "fit.py",
+        "self._first.amplitude_shift",
+        "self.spectrum.amplitude_shift",
+        _DRIFT + "test_a_share_is_one_of_the_spectrum_that_the_waves_were_made_by",
+    ),
+    Plant(
+        "waves run on as they were made to on other water",
+        _HOME + "fit.py",
+        "if (mine.water, mine.amplitude_dispersion) != (spectrum.water, spectrum.amplitude_dispersion):",
+        "if mine.amplitude_dispersion != spectrum.amplitude_dispersion:",
+        _DRIFT + "test_a_share_is_one_of_the_spectrum_that_the_waves_were_made_by",
     ),
 )
