@@ -259,13 +259,14 @@ def test_strips_of_a_small_grid_hold_what_its_points_take(resolution):
     swell = JonswapWaves(spectrum="jonswap", significant_wave_height_m=1.0, peak_period_s=9.0)
     part = realize(SeaSettings(waves=(swell,), resolution_m=resolution, extent_m=256.0), seed=1).trains[0]
     assert isinstance(part, PlaneTrain)
-    everywhere = rng.uniform(-256.0, 512.0, (2, 400))
-    expected = part.sample(*everywhere, np.zeros(400), QUANTITIES)
+    still = np.zeros(400)
+    x, y = rng.uniform(-256.0, 512.0, (2, 400))
+    expected = part.sample(x, y, still, QUANTITIES)
     for _ in range(40):
         low, width = rng.uniform(-256.0, 512.0), rng.uniform(0.0, 200.0)
-        few = (everywhere[1] >= low) & (everywhere[1] <= low + width)
+        few = (y >= low) & (y <= low + width)
         part.field._cache.clear()
-        found = part.sample(*everywhere[:, few], np.zeros(few.sum()), QUANTITIES)
+        found = part.sample(x[few], y[few], still[few], QUANTITIES)
         np.testing.assert_array_equal(found, expected[:, few])
 
 
