@@ -177,8 +177,8 @@ PLANTS = (
     Plant(
         "draws without what is open",
         _HOME + "field.py",
-        "made.append(mean + of_samples + np.real(waves @ quantity.groups))",
-        "made.append(mean + np.real(waves @ quantity.groups))",
+        "made.append(mean + of_samples + np.real((size * waves) @ quantity.groups))",
+        "made.append(mean + np.real((size * waves) @ quantity.groups))",
         _SEEN + "test_draws_have_the_stated_error_and_hang_together",
     ),
     Plant(
