@@ -1,4 +1,5 @@
-"""Heights and error bars on fourteen seas that nothing was tuned on: masts of 3 to 20 m, baselines of 0.1 to 0.9 m.
+"""Heights and error bars on fourteen seas that nothing was tuned on, masts of 3 to 20 m, baselines of 0.1 to 0.9 m, and
+on another radar.
 
     python -m validation.retrieval.seas [--seeds 3] [--only "wind 0.7 m"]
 
@@ -13,7 +14,8 @@ maps of both ways, which from the highest masts are blurred near by.
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -47,6 +49,7 @@ class Case:
     polarization: str
     mast: float  # m
     baseline: float  # m
+    radar: Mapping[str, Any] = field(default_factory=dict)  # keys of another radar
 
     def scene(self, seed: int, **more: Any) -> Scene:
         """Of choppy_sea's radar otherwise."""
@@ -60,7 +63,17 @@ class Case:
             "radar.range_m": [max(15.0, self.mast + 5.0), 210.0],
             "tracing.tracer": "horizon",
         }
-        return sr.load_scene("choppy_sea", overrides=changes | more)
+        return sr.load_scene("choppy_sea", overrides={**changes, **self.radar, **more})
+
+
+WIDER_PULSE = {
+    "radar.pulse_width_s": 25e-9,
+    "radar.bandwidth_hz": 40e6,
+    "radar.antenna.azimuth_beamwidth_deg": 1.4,
+    "radar.antenna.width_m": 1.3,
+    "radar.rotation_rpm": 42.0,
+    "radar.transmit_power_w": 2.0,
+}
 
 
 CASES = (
@@ -84,6 +97,16 @@ CASES = (
         12.0,
         0.5,
     ),
+    Case("another radar: wind 0.9 m 4.4 s", [system(0.9, 4.4, 205.0, 7.0, 2.0)], "VV", 8.3, 0.27, WIDER_PULSE),
+    Case(
+        "another radar: that with swell 1.2 m 10 s",
+        [system(0.9, 4.4, 205.0, 7.0, 2.0), system(1.2, 10.0, 330.0, 30.0, 4.0)],
+        "VV",
+        8.3,
+        0.27,
+        WIDER_PULSE,
+    ),
+    Case("another radar: swell 1.2 m 10 s", [system(1.2, 10.0, 330.0, 30.0, 4.0)], "VV", 8.3, 0.27, WIDER_PULSE),
 )
 
 
