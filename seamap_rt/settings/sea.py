@@ -122,7 +122,8 @@ class SeaSettings(Section):
             )
         if self.model != "recorded" and self.beyond != "refused":
             raise ValueError(
-                f"beyond = '{self.beyond}': must be refused where model = '{self.model}' (no edge); leave it out"
+                f"beyond = '{self.beyond}': must be 'refused' where model = '{self.model}', which has no edge; "
+                "leave it out"
             )
         if self.model == "recorded" and self.current_m_s:
             raise ValueError(

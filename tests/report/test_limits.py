@@ -242,7 +242,7 @@ def test_unresolved_waves_hide_by_half_of_their_tilts_along_the_look() -> None:
         v = math.sqrt(2.0 * height * math.sqrt(tilts) / scene.wavelength_m)
         kept = (2.0 * abs(knife_edge(v))) ** (4 * power)
         found = row(left_out(scene, resolved), "shadows of waves that are not resolved")["value"]
-        assert found == pytest.approx(100.0 * more * (1.0 - kept), rel=1e-6)
+        assert found == pytest.approx(100.0 * more * (1.0 - kept), rel=1e-9)
         assert 0.02 < kept < 0.6
 
 

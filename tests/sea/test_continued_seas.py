@@ -152,9 +152,11 @@ def test_waves_too_long_for_the_patch_are_told(tmp_path: Path) -> None:
 
 def test_a_patch_that_repeats_has_no_beyond(tmp_path: Path) -> None:
     path = write(dataset_of().assign_attrs(periodic=1), tmp_path / "round.nc")
-    with pytest.raises(InputError, match=r"sea\.beyond = 'level': must be refused, for the patch of sea\.file repeats"):
+    with pytest.raises(
+        InputError, match=r"sea\.beyond = 'level': must be 'refused', for the patch of sea\.file repeats"
+    ):
         scene_with(path, "level", radar={"range_m": [15.0, 25.0], "height_m": 4.0})
-    with pytest.raises(InputError, match=r"beyond = 'level': must be refused where model = 'linear'"):
+    with pytest.raises(InputError, match=r"beyond = 'level': must be 'refused' where model = 'linear'"):
         scene_of({"name": "drawn", "sea": {"beyond": "level"}})
 
 

@@ -160,7 +160,8 @@ def _turn(scene: sr.Scene) -> tuple[xr.Dataset, xr.Dataset]:
 
 def _wrong(scene: sr.Scene, echoes: xr.Dataset, maps: xr.Dataset) -> list[str]:
     height, std = (maps[name].values for name in ("height", "height_std"))
-    waves = sum(getattr(each, "significant_wave_height_m", getattr(each, "height_m", 5.0)) for each in scene.sea.waves)
+    named = ("significant_wave_height_m", "height_m")  # neither of a wind's spectrum
+    waves = sum(next((m for name in named if (m := getattr(each, name, None))), 5.0) for each in scene.sea.waves)
     most = 3.0 * (scene.radar.height_m + waves)
     return [
         "voltages that are infinite" if np.isinf(echoes["voltage"].values).any() else "",

@@ -51,7 +51,7 @@ def check_reach(sea: SeaSettings, radar: RadarSettings, margin: float) -> None:
     file = recorded_sea(sea.file)
     if file.periodic and sea.beyond != "refused":
         raise ValueError(
-            f"sea.beyond = '{sea.beyond}': must be refused, for the patch of sea.file repeats (no edge); leave it out"
+            f"sea.beyond = '{sea.beyond}': must be 'refused', for the patch of sea.file repeats; leave it out"
         )
     near, far = radar.range_m
     if sea.beyond == "refused" and file.reach_m < far + margin:
