@@ -23,6 +23,7 @@ from ..mesh.on_device import MeshOnDevice
 from ..mesh.surface import as_trimesh, triangulation, widths
 from ..scattering.permittivity import PERMITTIVITIES
 from ..settings import RadarSettings, ScatteringSettings
+from .hiding import hiding_facets
 from .illumination import Illumination
 from .light_on_device import LightOnDevice
 from .shadow_rays import ShadowRays, shadow_rays
@@ -79,14 +80,15 @@ class RayTracer:
         """The rays of each sheet, and the scene that holds its surface."""
         for sheet in mesh.sheets():
             rays = shadow_rays(mesh, mesh.facets, sheet)
-            surface = occluding_surface(mesh, sheet, rays.facing_away)
-            yield rays, self._scene(sheet, surface, mesh.grid.antenna_positions[sheet[0].start])
+            yield rays, self._scene(mesh, sheet, rays)
 
-    def _scene(self, sheet: tuple[slice, ...], surface: Trimesh, antennas: NDArray[np.float64]) -> SeaScene:
-        """The sheet's own scene, with the surface in it."""
+    def _scene(self, mesh: SurfaceMesh, sheet: tuple[slice, ...], rays: ShadowRays) -> SeaScene:
+        """The sheet's own scene, with what of its surface the rays can meet in it."""
+        antennas = mesh.grid.antenna_positions[sheet[0].start]
         columns = tuple((columns.start, columns.stop) for columns in sheet)
         key = self.radar.frequency_hz, self.permittivity, len(antennas), columns
         kept = self.scenes.pop(key, None)
+        surface = occluding_surface(mesh, sheet, rays, None if kept is None else kept.surface)
         if kept is None or not kept.update(surface):
             kept = SeaScene(surface, antennas, self.radar.frequency_hz, self.permittivity)
         else:
@@ -113,7 +115,7 @@ class SeaScene:
         rt: Any = importlib.import_module("sionna.rt")
 
         shape = mitsuba_mesh("sea", surface)
-        self._vertices = len(surface.vertices)
+        self.surface, self._vertices = surface, len(surface.vertices)
         conductivity = -permittivity.imag * 2.0 * np.pi * frequency_hz * VACUUM_PERMITTIVITY
         water = rt.RadioMaterial("sea-water", relative_permittivity=permittivity.real, conductivity=float(conductivity))
         shape.set_bsdf(water)
@@ -139,7 +141,7 @@ class SeaScene:
         """Hold another surface; False if it has not as many vertices, and the scene has to be made anew."""
         if self._vertices != len(surface.vertices):
             return False
-        parameters = self.scene.mi_scene_params
+        self.surface, parameters = surface, self.scene.mi_scene_params
         set_triangles(parameters, "sea.", surface)
         parameters.update()
         return True
@@ -162,25 +164,33 @@ def _positions(antennas: NDArray[np.float64]) -> list[list[float]]:
     return [[float(value) for value in (x, y, z)] for y, x, z in antennas]
 
 
-def occluding_surface(mesh: SurfaceMesh, sheet: tuple[slice, ...], facing_away: NDArray[np.bool_]) -> Trimesh:
-    """The sheet's surface without the facets that face away from every antenna: for shadow rays it is the same.
+def occluding_surface(
+    mesh: SurfaceMesh, sheet: tuple[slice, ...], rays: ShadowRays, into: Trimesh | None = None
+) -> Trimesh:
+    """The sheet's surface with no more than the facets that can be the first to stop a ray: for these it is the same.
 
-    A ray that starts above the water goes under it only through a facet that shows it its upper side. So if it hits
-    anything, it hits such a facet first, and those that face away can be left out, except at the sheet's border: a
-    ray may pass below it. Walls stand there, from the border down to below everything. A ray that hits a wall is under
-    water; its facet shows it the upper side, so it would have to come up through one that faces away: the same
-    shadow. An antenna that leans out over the first rung may itself be under water, and then nothing is left out.
+    Facets are missing, so walls stand along the sheet's border, down to below everything: a ray may pass below it. A
+    ray that hits a wall is under water; its facet shows it the upper side, so it would have to come up through one that
+    faces away: the same shadow. An antenna that leans out over the first rung may itself be under water, and then
+    nothing is left out.
+
+    into: an earlier surface that is to hold this one. One that is thrown away stays in memory until Python looks for
+    what refers to itself, as every Trimesh does, and to fill fresh memory takes longer than all the rest.
     """
     grid, vertices = mesh.grid, mesh.vertices(sheet)
     topology = widths(sheet), grid.ground_range.size
     faces = _known_triangulation(*topology)
     aside = np.hypot(grid.antenna_positions[..., 0], grid.antenna_positions[..., 1]).max()
     if aside < grid.ground_range[0] * np.cos(0.5 * np.radians(grid.spacing_deg)):
-        faces = np.compress(~facing_away.ravel(), faces, axis=0)
+        faces = np.compress(hiding_facets(mesh, sheet, rays).ravel(), faces, axis=0)
     border, walls = _walls(*topology)
     feet = vertices[border]
     feet[:, 2] = min(vertices[:, 2].min(), grid.antenna_positions[..., 2].min()) - 1.0
-    return as_trimesh(np.concatenate((vertices, feet)), np.concatenate((faces, walls)))
+    vertices, faces = np.concatenate((vertices, feet)), np.concatenate((faces, walls))
+    if into is None:
+        return as_trimesh(vertices, faces)
+    into.vertices, into.faces = vertices, faces
+    return into
 
 
 _known_triangulation = lru_cache(maxsize=4)(triangulation)

@@ -41,7 +41,8 @@ class ShadowRays:
 
     columns: NDArray[np.intp]  # (n,) of the sheet
     front: NDArray[np.bool_]  # (antenna, n, facet): the facet shows the antenna its upper side
-    facing_away: NDArray[np.bool_]  # (n, facet): no antenna sees its upper side, wherever in this turn it stands
+    facing: NDArray[np.bool_]  # (n, facet): every antenna sees its upper side, wherever in this turn it stands
+    facing_away: NDArray[np.bool_]  # (n, facet): none does
     number: NDArray[np.uint32]  # (ray,) of its antenna and facet: the flat index in front
     starts: NDArray[np.float32]  # (row, 3) m, east north up
     look: NDArray[np.float32]  # (row, 2) unit vector, east north
@@ -115,18 +116,19 @@ def shadow_rays(mesh: SurfaceMesh, facets: Facets, sheet: tuple[slice, ...]) -> 
     starts = np.concatenate((positions[..., :2] @ axes, positions[..., 2:]), axis=2)
 
     shape = positions.shape[1], columns.size, facets.distance.size
-    front, facing_away = np.empty(shape, dtype=bool), np.empty(shape[1:], dtype=bool)
+    front, facing, facing_away = (np.empty(each, dtype=bool) for each in (shape, shape[1:], shape[1:]))
     rise, number = np.empty(shape, dtype=np.float32), np.empty(front.size + 1, dtype=np.uint32)
     bearing = np.cos(facets.angle), np.sin(facets.angle)
     along, across, up = np.moveaxis(grid.antenna_positions, -1, 0)
-    reach = float(np.hypot(along, across).max()), float(up.max())
+    reach = float(np.hypot(along, across).max()), float(up.min()), float(up.max())
     surface = facets.height, grid.column_height[:, 0], facets.slope_look, facets.slope_cross
     rays = _find_fronts(
-        columns, facets.distance, *bearing, *surface, positions, *reach, front, facing_away, rise, number
+        columns, facets.distance, *bearing, *surface, positions, *reach, front, facing, facing_away, rise, number
     )
     return ShadowRays(
         columns,
         front,
+        facing,
         facing_away,
         number[:rays],
         starts.swapaxes(0, 1).reshape(-1, 3).astype(np.float32),
@@ -145,25 +147,29 @@ def _short(facets: Facets, grid: PolarGrid) -> NDArray[np.float64]:
 
 @compiled
 def _find_fronts(
-    columns, distance, cosine, sine, height, level, slope_look, slope_cross, positions, aside, top,
-    front, facing_away, rise, number,
+    columns, distance, cosine, sine, height, level, slope_look, slope_cross, positions, aside, lowest, highest,
+    front, facing, facing_away, rise, number,
 ):  # fmt: skip
-    """Fill front, facing_away, rise and number, which has room for one more; give the number of rays.
+    """Fill front, facing, facing_away, rise and number, which has room for one more; give the number of rays.
 
-    An antenna lies above a facet's plane by slope · reach − rise. For facing_away it is taken to stand wherever that is
-    most, within `aside` of the axis and at `top`: a ray may cross facets of other columns than its own.
+    An antenna lies above a facet's plane by slope · reach − rise. For facing it is taken to stand wherever that is
+    least, for facing_away wherever it is most, within `aside` of the axis and between the lowest and the highest: a ray
+    may cross facets of other columns than its own.
     Short loops that fill one row each, because these run in the processor's lanes.
     """
     antennas, cells = front.shape[0], facing_away.size
     slope, faced, rays = np.empty(distance.size), front.reshape(antennas, cells), 0
     for n in range(columns.size):
         column = columns[n]
-        look, cross, point, away = slope_look[column], slope_cross[column], height[column], facing_away[n]
+        look, cross, point = slope_look[column], slope_cross[column], height[column]
+        shown, away = facing[n], facing_away[n]
         for facet in range(distance.size):
             slope[facet] = look[facet] * cosine[facet] + cross[facet] * sine[facet]
         for facet in range(distance.size):
-            most = (slope[facet] + _EDGE_ON) * distance[facet] + (abs(look[facet]) + abs(cross[facet])) * aside
-            away[facet] = most - (point[facet] - level[column] - top) < 0.0
+            doubt = _EDGE_ON * distance[facet] + (abs(look[facet]) + abs(cross[facet])) * aside
+            over = slope[facet] * distance[facet] - (point[facet] - level[column])
+            shown[facet] = over - doubt + lowest > 0.0
+            away[facet] = over + doubt + highest < 0.0
         for antenna in range(antennas):
             along, origin = positions[n, antenna, 0], level[column] + positions[n, antenna, 2]
             above, faces = rise[antenna, n], front[antenna, n]

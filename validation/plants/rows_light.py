@@ -50,6 +50,27 @@ PLANTS = (
         "tests/tracing/test_ray_stage.py::test_front_is_where_the_antenna_stands_above_the_facets_plane",
     ),
     Plant(
+        "what may hide from view: its ends beyond",
+        "seamap_rt/tracing/hiding.py",
+        "low[rung] = min(low[rung + 1], min(",
+        "low[rung] = min(np.inf, min(",
+        "tests/tracing/test_ray_stage.py::test_facets_that_stop_no_ray_first_change_no_light",
+    ),
+    Plant(
+        "what may hide from view: the line of sight before",
+        "seamap_rt/tracing/hiding.py",
+        "highest = max(highest, before[rung])",
+        "highest = max(highest, 0.9 * before[rung])",
+        "tests/tracing/test_ray_stage.py::test_facets_that_stop_no_ray_first_change_no_light",
+    ),
+    Plant(
+        "what may hide from view: antennas beside the axis",
+        "seamap_rt/tracing/hiding.py",
+        "np.minimum(1.0, aside / ranges)",
+        "np.minimum(0.0, aside / ranges)",
+        "tests/tracing/test_ray_stage.py::test_each_facet_that_a_ray_meets_first_is_kept",
+    ),
+    Plant(
         "light of both antennas",
         "seamap_rt/tracing/illumination.py",
         "lit=self.lit & ~dark, field=field",

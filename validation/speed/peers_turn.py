@@ -128,7 +128,7 @@ class OneSheet:
         self.case = case
         water = RayTracer(case.simulator.radar, case.simulator.scene.scattering).permittivity
         self.rays = self.make()
-        surface = occluding_surface(case.mesh, case.sheet, self.rays.facing_away)
+        surface = occluding_surface(case.mesh, case.sheet, self.rays)
         self.scene = SeaScene(surface, case.mesh.grid.antenna_positions[case.sheet[0].start], case.frequency_hz, water)
 
     def make(self) -> ShadowRays:
@@ -141,7 +141,7 @@ class OneSheet:
 
     def tree(self) -> None:
         """What can be hit, and the scene's tree of it."""
-        if not self.scene.update(occluding_surface(self.case.mesh, self.case.sheet, self.rays.facing_away)):
+        if not self.scene.update(occluding_surface(self.case.mesh, self.case.sheet, self.rays)):
             raise AssertionError("the scene's triangles must be replaced in place; a new scene would be timed instead")
 
     def of_rays(self, values: NDArray[Any]) -> NDArray[Any]:

@@ -169,7 +169,7 @@ def _bare_rays(simulator: Simulator) -> float:
     sheet, facets = mesh.sheets()[0], mesh.facets
     rays = shadow_rays(mesh, facets, sheet)
     tracer = RayTracer(simulator.scene.radar, simulator.scene.scattering)
-    surface = occluding_surface(mesh, sheet, rays.facing_away)
+    surface = occluding_surface(mesh, sheet, rays)
     scene = SeaScene(
         surface, mesh.grid.antenna_positions[sheet[0].start], simulator.scene.radar.frequency_hz, tracer.permittivity
     )

@@ -1,0 +1,193 @@
+"""Which facets can be the first that a shadow ray meets: for shadow rays the others can be left out of the sea.
+
+A ray that goes under water does so first through a facet that
+
+1. shows the antenna its upper side,
+2. is not itself below the line of sight over what lies before it,
+3. has a ray's end beyond it that is seen no steeper: else the ray would not come up again to reach it.
+
+Each is judged by bounds that hold for every ray that may pass: of angles over a whole facet, over as many columns to
+either side as the ray from an antenna beside the axis may stray, and with room for float32. So a facet that is left out
+stops no ray, or none that another does not stop before it, and what is traced stays the rays' own answer. A facet may
+be kept in vain. Beyond the last crest that hides anything nothing is kept: at grazing angles half of what faces the
+antenna, near the mast and on low waves nearly all of it goes, and the tree with it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+from ..compute.compiled import compiled, compiled_step
+from ..compute.machine import in_blocks
+from ..mesh import SurfaceMesh
+from ..mesh.grid import PolarGrid
+from .shadow_rays import ShadowRays
+
+_MOST_ASIDE = 4  # columns that a ray may stray: nearer to the mast every facet that shows its upper side is kept
+_ROUNDING = 4.0 * float(np.finfo(np.float32).eps)  # of the furthest range: three times what float32 puts rays off
+
+
+@dataclass(frozen=True)
+class _Reach:
+    """Where a turn's antennas stand beside the axis, and how far their rays stray for that."""
+
+    aside: float  # m, at most
+    start: int  # the first rung from which on rays stray by few columns
+    straying: NDArray[np.intp]  # how many rungs lie so near that a ray strays by one column at least, by two …
+    around: int  # columns among which a ray may have started
+
+    @classmethod
+    def of(cls, grid: PolarGrid) -> _Reach:
+        aside = float(np.hypot(grid.antenna_positions[..., 0], grid.antenna_positions[..., 1]).max())
+        ranges, half = grid.ground_range, 0.5 * np.radians(grid.spacing_deg)
+        strays = np.ceil(np.arcsin(np.minimum(1.0, aside / ranges)) / (2.0 * half)).astype(np.intp)
+        known = (ranges * np.cos(half) > aside) & (strays <= _MOST_ASIDE)
+        start = int(np.argmax(known)) if known.any() else ranges.size
+        straying = np.array([np.count_nonzero(strays >= steps) for steps in range(1, _MOST_ASIDE + 1)])
+        return cls(aside, start, straying, 2 * int(strays[known].max(initial=0)) + 1)
+
+
+def hiding_facets(mesh: SurfaceMesh, sheet: tuple[slice, ...], rays: ShadowRays) -> NDArray[np.bool_]:
+    """(n, facet) of the sheet's columns: the facet can be the first to stop one of the rays."""
+    hiding, reach, begin = np.empty(rays.facing_away.shape, dtype=bool), _Reach.of(mesh.grid), 0
+    for columns in sheet:
+        end = begin + columns.stop - columns.start
+        _fill_slice(mesh, columns, rays, slice(begin, end), reach, hiding[begin:end])
+        begin = end
+    return hiding
+
+
+def _fill_slice(
+    mesh: SurfaceMesh, columns: slice, rays: ShadowRays, own: slice, reach: _Reach, hiding: NDArray[np.bool_]
+) -> None:
+    """Fill hiding (column, facet) of a slice of the mesh's columns. own: the slice among the rays' columns."""
+    grid, lines = mesh.grid, slice(columns.start, columns.stop + 1)
+    ranges, half = grid.ground_range, 0.5 * np.radians(grid.spacing_deg)
+    wedge = np.cos(half), half, reach.aside  # a column's half width, and how far beside its axis an antenna stands
+    margin = _ROUNDING * float(np.hypot(ranges[-1], rays.rise.min(initial=0.0)))
+    antennas = grid.antenna_positions[columns][..., ::2]  # along the column, and up
+    least, most = (each(antennas, reach.around, axis=0) for each in (minimum_filter1d, maximum_filter1d))
+    lowest = np.empty((antennas.shape[1], antennas.shape[0], ranges.size), dtype=np.float32)
+    ends = rays.front[:, own], rays.rise[:, own], mesh.facets.distance, antennas
+    in_blocks(lambda *block: _fill_lowest(*block, *ends, wedge, margin, lowest), antennas.shape[0])
+    sea = ranges, mesh.elevation[lines] - grid.pose.origin[lines, 2:], rays.facing[own], rays.facing_away[own], lowest
+    near = reach.start, reach.straying
+    in_blocks(lambda *block: _fill_hiding(*block, *sea, least, most, wedge, margin, *near, hiding), antennas.shape[0])
+
+
+@compiled_step
+def _steepest(above, distance, least, most, wedge):
+    """The steepest tangent under which an antenna may see a point that far out and that much higher than it.
+
+    least, most: how far along the column the antenna stands. Beside it, no more than the last of wedge.
+    """
+    return above / (_furthest(distance, least, wedge) if above < 0.0 else distance * wedge[0] - most)
+
+
+@compiled_step
+def _flattest(above, distance, least, most, wedge):
+    """The least steep one."""
+    return above / (distance * wedge[0] - most if above < 0.0 else _furthest(distance, least, wedge))
+
+
+@compiled_step
+def _furthest(distance, least, wedge):
+    """How far an antenna is at most from a point within a column: its chord bulges, and the antenna stands beside."""
+    ahead, beside = distance - least, distance * wedge[1] + wedge[2]
+    return ahead + beside * beside / (2.0 * ahead)
+
+
+@compiled
+def _fill_lowest(begin, end, front, rise, distance, antennas, wedge, margin, lowest):
+    """Fill lowest (antenna, column, rung): the least tangent under which a ray's end may be seen, there or beyond."""
+    seen = np.empty(distance.size, dtype=np.float32)
+    for n in range(begin, end):
+        for antenna in range(front.shape[0]):
+            ends, up, low = front[antenna, n], rise[antenna, n], lowest[antenna, n]
+            along = antennas[n, antenna, 0]
+            for facet in range(seen.size):
+                tangent = _flattest(up[facet] - margin, distance[facet], along, along, wedge)
+                seen[facet] = tangent if ends[facet] else np.inf
+            low[-1] = np.inf
+            for rung in range(low.size - 2, -1, -1):
+                low[rung] = min(low[rung + 1], min(seen[2 * rung], seen[2 * rung + 1]))
+
+
+@compiled
+def _fill_hiding(
+    begin, end, ranges, height, facing, facing_away, lowest, least, most, wedge, margin, start, straying, hiding
+):
+    """Fill hiding (column, facet).
+
+    height (line, rung) m above the frames' origins. least, most (column, antenna, 2) m: of the places, along the column
+    and up, of the antennas whose rays may pass a column.
+    """
+    rungs = ranges.size
+    low, before, beyond = np.empty(rungs), np.empty(rungs), np.empty(rungs)
+    first, second, turned = np.empty(rungs), np.empty(rungs), np.empty(rungs, dtype=np.bool_)
+    for n in range(begin, end):
+        kept, away = hiding[n], facing_away[n]
+        for facet in range(kept.size):
+            kept[facet] = facet < 2 * start
+        _look_around(n, height, facing, start, straying, low, turned)
+        for antenna in range(lowest.shape[0]):
+            back, ahead = least[n, antenna, 0], most[n, antenna, 0]
+            bottom, top = least[n, antenna, 1] - margin, most[n, antenna, 1] + margin
+            for rung in range(start, rungs):
+                first[rung] = _steepest(height[n, rung] - bottom, ranges[rung], back, ahead, wedge)
+                second[rung] = _steepest(height[n + 1, rung] - bottom, ranges[rung], back, ahead, wedge)
+                before[rung] = _flattest(low[rung] - top, ranges[rung], back, ahead, wedge)
+            highest = -np.inf
+            for rung in range(start, rungs):
+                highest = max(highest, before[rung])
+                before[rung] = highest
+            _end_beyond(n, start, straying, lowest[antenna], turned, beyond)
+            for rung in range(start, rungs - 1):
+                corners = max(first[rung], second[rung + 1])
+                near, far = max(corners, second[rung]), max(corners, first[rung + 1])
+                limit = max(before[rung], beyond[rung])
+                kept[2 * rung] |= near >= limit
+                kept[2 * rung + 1] |= far >= limit
+        for facet in range(kept.size):
+            kept[facet] &= not away[facet]
+
+
+@compiled
+def _look_around(n, height, facing, start, straying, low, turned):
+    """Fill low (rung), the lowest line that a ray may cross there, −∞ beside the sheet, and turned (rung): some facet
+    that it may cross may turn away."""
+    columns, rungs = facing.shape[0], low.size
+    for rung in range(rungs):
+        low[rung] = min(height[n, rung], height[n + 1, rung])
+    for rung in range(rungs - 1):
+        turned[rung] = not (facing[n, 2 * rung] & facing[n, 2 * rung + 1])
+    for step in range(1, straying.size + 1):
+        for line in (n - step, n + 1 + step):
+            inside = 0 <= line <= columns
+            for rung in range(start, straying[step - 1]):
+                low[rung] = min(low[rung], height[line, rung]) if inside else -np.inf
+        for column in (n - step, n + step):
+            if 0 <= column < columns:
+                for rung in range(start, min(straying[step - 1], rungs - 1)):
+                    turned[rung] |= not (facing[column, 2 * rung] & facing[column, 2 * rung + 1])
+
+
+@compiled
+def _end_beyond(n, start, straying, lowest, turned, beyond):
+    """Fill beyond (rung): the least tangent of a ray's end that a facet there can hide.
+
+    Within its own rung it can hide one only if the water there turns away somewhere between, where a ray would come up.
+    """
+    columns, last = lowest.shape[0], beyond.size - 1
+    for rung in range(start, last):
+        beyond[rung] = lowest[n, rung] if turned[rung] else lowest[n, rung + 1]
+    for step in range(1, straying.size + 1):
+        for column in (n - step, n + step):
+            if 0 <= column < columns:
+                for rung in range(start, min(straying[step - 1], last)):
+                    other = lowest[column, rung] if turned[rung] else lowest[column, rung + 1]
+                    beyond[rung] = min(beyond[rung], other)
