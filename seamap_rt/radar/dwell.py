@@ -6,6 +6,8 @@ and looks are made of pulses by where that is: offsets in azimuth are all that i
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,13 +23,18 @@ _TABLE = 4001  # entries over all directions that are heard
 def dwell_power(array: Array, offset_deg: NDArray[np.float64], cell_azimuth_deg: float) -> NDArray[np.float64]:
     """Two-way power pattern of the first two receivers' antennas, averaged over a dwell of cell_azimuth_deg, for a look
     whose middle lies offset_deg clockwise of the column (any shape). 0 beyond the beam's reach."""
+    return np.interp(offset_deg, *_power_table(array, cell_azimuth_deg), left=0.0, right=0.0)
+
+
+@lru_cache(maxsize=16)
+def _power_table(array: Array, cell_azimuth_deg: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Offsets [deg] and `dwell_power` there: the same for every turn."""
     reach = BEAMS_BEYOND * array.beam_deg
     table = np.linspace(-reach - cell_azimuth_deg, reach + cell_azimuth_deg, _TABLE)
     pointing = np.clip(table[:, None] + _dwell(cell_azimuth_deg), -89.0, 89.0)
     first, second = (array.elements[n].antenna.azimuth for n in array.receivers[:2])
     cosine = -np.sin(np.radians(pointing))
-    mean = _mean((first(cosine) * second(cosine)) ** 2, np.abs(pointing) <= reach)
-    return np.interp(offset_deg, table, mean, left=0.0, right=0.0)
+    return table, _mean((first(cosine) * second(cosine)) ** 2, np.abs(pointing) <= reach)
 
 
 class DwellBeams:

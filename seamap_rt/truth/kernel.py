@@ -18,7 +18,7 @@ class Surface(NamedTuple):
     """What is summed: (column, facet), or (facet,) where all columns have it alike."""
 
     distance: NDArray[np.float64]  # (facet,) m
-    apart: NDArray[np.float64]  # (facet, part) m along the look, of its parts' points from its own
+    apart: NDArray[np.float64]  # (part, facet) m along the look, of the parts' points from the facet's own
     area: NDArray[np.float64]  # (facet,) m², of a part
     origin: NDArray[np.float64]  # (column,) m, of the frame above mean sea level
     height: NDArray[np.float64]
@@ -68,9 +68,11 @@ def fill_cells(begin, end, surface, bins, box, response, cells, weighted):
     those of area and height by the gates' response."""
     sums = np.empty((bins.size, QUANTITIES))
     area, height = np.empty(bins.size), np.empty(bins.size)
+    position, level = np.empty(surface.apart.shape), np.empty(surface.apart.shape)
     for column in range(begin, end):
         sums[:] = 0.0
-        _gather(column, surface, bins, sums)
+        _place(column, surface, bins, position, level)
+        _gather(column, surface, bins, position, level, sums)
         for number in range(bins.size):
             area[number], height[number] = sums[number, AREA], sums[number, HEIGHT]
         for gate in range(cells.shape[1]):
@@ -88,28 +90,41 @@ def fill_cells(begin, end, surface, bins, box, response, cells, weighted):
 
 
 @compiled
-def _gather(column, surface, bins, sums):
-    """Add a column's facets to sums (bin, quantity), divided between the two bins whose middles are nearest."""
-    value = np.empty(QUANTITIES)
-    origin = surface.origin[column]
+def _place(column, surface, bins, position, height):
+    """Fill (part, facet) of a column: where each lies among the bins' middles, and its height."""
+    origin, lean, middle = surface.origin[column], surface.slope_look[column], surface.height[column]
+    distance, each = surface.distance, 1.0 / bins.width
+    for part in range(position.shape[0]):
+        apart, at, level = surface.apart[part], position[part], height[part]
+        for facet in range(distance.size):  # one row after another, in the processor's lanes
+            level[facet] = middle[facet] + lean[facet] * apart[facet]
+            away, rise = distance[facet] + apart[facet], level[facet] - origin
+            at[facet] = (np.sqrt(away * away + rise * rise) - bins.start) * each - 0.5
+
+
+@compiled
+def _gather(column, surface, bins, position, height, sums):
+    """Add a column's facets to sums (bin, quantity), divided between the two bins whose middles are nearest.
+
+    position, height (part, facet): as `_place` fills them.
+    """
+    value, parts = np.empty(QUANTITIES), position.shape[0]
     for facet in range(surface.distance.size):
-        area, lean = surface.area[facet], surface.slope_look[column, facet]
-        lit = surface.lit[column, facet]
-        value[AREA], value[SEEN] = area, lit * area
-        value[SLOPE_LOOK], value[SLOPE_CROSS] = area * lean, area * surface.slope_cross[column, facet]
+        area, lit = surface.area[facet], surface.lit[column, facet]
         arriving = surface.arriving[column, facet]
-        value[ECHO] = surface.rcs[column, facet] * arriving / surface.apart.shape[1]
+        value[AREA], value[SEEN] = area, lit * area
+        value[SLOPE_LOOK] = area * surface.slope_look[column, facet]
+        value[SLOPE_CROSS] = area * surface.slope_cross[column, facet]
+        value[ECHO] = surface.rcs[column, facet] * arriving / parts
         value[LIGHT] = area * arriving
-        for part in range(surface.apart.shape[1]):
-            apart = surface.apart[facet, part]
-            height = surface.height[column, facet] + lean * apart
-            distance, rise = surface.distance[facet] + apart, height - origin
-            position = (np.sqrt(distance * distance + rise * rise) - bins.start) / bins.width - 0.5
-            if not 0.0 <= position < bins.size - 1:
+        for part in range(parts):
+            at = position[part, facet]
+            if not 0.0 <= at < bins.size - 1:
                 continue
-            value[HEIGHT], value[HEIGHT_SEEN] = area * height, lit * area * height
-            number = int(position)
-            share = position - number
+            value[HEIGHT] = area * height[part, facet]
+            value[HEIGHT_SEEN] = lit * value[HEIGHT]
+            number = int(at)
+            share = at - number
             for quantity in range(QUANTITIES):
                 sums[number, quantity] += (1.0 - share) * value[quantity]
                 sums[number + 1, quantity] += share * value[quantity]

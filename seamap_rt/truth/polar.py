@@ -119,7 +119,7 @@ def _column_cells(
     ranges = gates(radar)
     surface = Surface(
         distance=facets.distance,
-        apart=apart,
+        apart=np.ascontiguousarray(apart.T),
         area=facets.horizontal_area / apart.shape[1],
         origin=np.ascontiguousarray(facets.grid.column_height[:, 0]),
         height=_mean_heights(facets),
