@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from seamap_rt.compute import machine
 from seamap_rt.mesh import polar_grid
-from seamap_rt.mesh.facets import facets_of
+from seamap_rt.mesh.facets import facets_of, velocities_of
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.radar.dwell import dwell_power
 from seamap_rt.radar.grid import look_sweeps
@@ -39,7 +39,7 @@ def lit_facets(radar: RadarSettings, facet_m: float, bent: bool) -> tuple[Illumi
     grid = polar_grid(radar, TracingSettings(facet_m=facet_m, columns_per_beam=3), 0)
     lines = grid.sweep.size, grid.ground_range.size
     still = np.zeros(lines, np.float32)
-    facets = facets_of(grid, 0.3 * random.standard_normal(lines), still, still)
+    facets = facets_of(grid, 0.3 * random.standard_normal(lines), velocities_of(still, still))
     light = random.random((2, *facets.height.shape)) < 0.6
     lit = Illumination.of(facets, light)
     if bent:

@@ -8,20 +8,17 @@ from ..compute.compiled import compiled
 
 
 @compiled
-def fill_facets(
+def fill_planes(
     begin, end, elevation, near_fraction, near_share, far_fraction, far_share, chord, step, half,
     height, slope_look, slope_cross,
-    vertex_look, vertex_up, velocity_look, velocity_up,
 ):  # fmt: skip
-    """Heights of the facets' points, their planes' slopes and their corners' mean velocities (column, facet).
+    """Heights of the facets' points and their planes' slopes (column, facet).
 
     A plane's slopes come from its rung edge (purely across, of length chord) and its radial edge (half a column askew).
     """
-    sine, cosine, third = np.sin(half), np.cos(half), np.float32(1.0 / 3.0)
+    sine, cosine = np.sin(half), np.cos(half)
     for column in range(begin, end):
         first, second = elevation[column], elevation[column + 1]
-        look_first, look_second = vertex_look[column], vertex_look[column + 1]
-        up_first, up_second = vertex_up[column], vertex_up[column + 1]
         for rung in range(step.size):
             near, far, out = 2 * rung, 2 * rung + 1, rung + 1
             diagonal = (1.0 - near_share[rung]) * first[rung] + near_share[rung] * second[out]
@@ -36,12 +33,17 @@ def fill_facets(
             slope_cross[column, far] = cross
             slope_look[column, far] = ((first[out] - first[rung]) / step[rung] + cross * sine) / cosine
 
-            shared = look_first[rung] + look_second[out]
-            velocity_look[column, near] = (shared + look_second[rung]) * third
-            velocity_look[column, far] = (shared + look_first[out]) * third
-            shared = up_first[rung] + up_second[out]
-            velocity_up[column, near] = (shared + up_second[rung]) * third
-            velocity_up[column, far] = (shared + up_first[out]) * third
+
+@compiled
+def fill_velocities(begin, end, vertex, velocity):
+    """The mean of a facet's corners (column, facet), of one component (line, rung)."""
+    third = np.float32(1.0 / 3.0)
+    for column in range(begin, end):
+        first, second = vertex[column], vertex[column + 1]
+        for rung in range(first.size - 1):
+            shared = first[rung] + second[rung + 1]
+            velocity[column, 2 * rung] = (shared + second[rung]) * third
+            velocity[column, 2 * rung + 1] = (shared + first[rung + 1]) * third
 
 
 @compiled

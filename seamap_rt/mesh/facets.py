@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ..compute.machine import in_blocks
 from ..conventions import unit_from_azimuth
-from .facet_kernel import fill_facets, fill_strain
+from .facet_kernel import fill_planes, fill_strain, fill_velocities
 from .grid import PolarGrid
 
 FAR_FRACTION, NEAR_FRACTION = 1.0 / 3.0, 2.0 / 3.0
@@ -112,12 +112,12 @@ def _interleave(near: NDArray, far: NDArray) -> NDArray:
 
 
 def facets_of(
-    grid: PolarGrid,
-    elevation: NDArray[np.float64],
-    velocity_look: NDArray[np.float32],
-    velocity_up: NDArray[np.float32],
+    grid: PolarGrid, elevation: NDArray[np.float64], velocity: tuple[NDArray[np.float32], NDArray[np.float32]]
 ) -> Facets:
-    """The facets of a surface (line, rung): elevation [m], velocities outward and up [m/s]."""
+    """The facets of a surface (line, rung) of that elevation [m].
+
+    velocity: outward and up [m/s], of the facets (column, facet): `velocities_of` gives them.
+    """
     ranges = grid.ground_range
     step = np.diff(ranges)
     half = 0.5 * np.radians(grid.spacing_deg)
@@ -126,15 +126,15 @@ def facets_of(
     double_area = np.sin(2.0 * half) * step  # twice the area of a triangle per metre of its rung edge
     shape = grid.columns, 2 * step.size
     height = np.empty(shape)
-    slope_look, slope_cross, facet_look, facet_up = (np.empty(shape, dtype=np.float32) for _ in range(4))
+    slope_look, slope_cross = (np.empty(shape, dtype=np.float32) for _ in range(2))
     in_blocks(
-        lambda *block: fill_facets(
+        lambda *block: fill_planes(
             *block, elevation, near.fraction, near.share, far.fraction, far.share, chord, step, half,
             height, slope_look, slope_cross,
-            velocity_look, velocity_up, facet_look, facet_up,
         ),
         grid.columns,
     )  # fmt: skip
+    velocity_look, velocity_up = velocity
     return Facets(
         grid=grid,
         distance=_interleave(
@@ -146,9 +146,24 @@ def facets_of(
         height=height,
         slope_look=slope_look,
         slope_cross=slope_cross,
-        velocity_look=facet_look,
-        velocity_up=facet_up,
+        velocity_look=velocity_look,
+        velocity_up=velocity_up,
     )
+
+
+def velocities_of(
+    velocity_look: NDArray[np.float32], velocity_up: NDArray[np.float32]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Of the facets (column, facet), from those of the lines (line, rung): outward and up, m/s."""
+    columns, rungs = velocity_look.shape[0] - 1, velocity_look.shape[1]
+    look, up = (np.empty((columns, 2 * (rungs - 1)), dtype=np.float32) for _ in range(2))
+
+    def work(begin: int, end: int) -> None:
+        fill_velocities(begin, end, velocity_look, look)
+        fill_velocities(begin, end, velocity_up, up)
+
+    in_blocks(work, columns)
+    return look, up
 
 
 def strain_of(relaxed_shift: NDArray[np.float32], grid: PolarGrid) -> NDArray[np.float32]:

@@ -13,7 +13,7 @@ from trimesh import Trimesh
 
 from ..conventions import unit_from_azimuth
 from ..settings import RadarSettings, TracingSettings
-from .facets import Facets, facets_of, strain_of
+from .facets import Facets, facets_of, strain_of, velocities_of
 from .grid import INNERMOST_M, PolarGrid, polar_grid
 
 ACROSS = 1.0 / 36.0  # see SurfaceMesh.levelled
@@ -44,6 +44,7 @@ class SurfaceMesh:
     velocity_look: NDArray[np.float32]  # (line, rung) m/s, horizontal, outward
     velocity_up: NDArray[np.float32]  # (line, rung) m/s
     relaxed_shift: NDArray[np.float32] | None = None  # (line, rung, 2) m east north, if the strain is wanted
+    facet_velocity: tuple[NDArray[np.float32], NDArray[np.float32]] | None = None  # outward and up, where it is known
 
     def sheets(self) -> list[tuple[slice, ...]]:
         """Column slices grouped so that those of a group do not overlap in azimuth.
@@ -99,7 +100,7 @@ class SurfaceMesh:
         self.world_trimesh.export(path)
         return path
 
-    @cached_property
+    @property
     def levelled(self) -> SurfaceMesh:
         """The mesh by which light is judged: its chords are, on the average, as high as the water.
 
@@ -110,17 +111,20 @@ class SurfaceMesh:
         line in turn, which makes up for most of that: what is left is a thirty-sixth of the second difference, found on
         three seas and held to on others (`validation/light/share.py`). The share that is seen is then right to 2 %.
 
-        Heights, slopes and velocities of the water are those of `facets`: vertices here do not lie on it.
+        Heights and slopes of the water are those of `facets`: vertices here do not lie on it. The velocities are the
+        same. It is made anew each time, and so held no longer than it is used.
         """
         elevation = self.elevation.copy()
         elevation[1:-1] -= ACROSS * np.diff(self.elevation, 2, axis=0)
         elevation[:, 1:-1] -= np.diff(elevation, 2, axis=1) / 12.0
-        return replace(self, elevation=elevation)
+        known = self.facets
+        return replace(self, elevation=elevation, facet_velocity=(known.velocity_look, known.velocity_up))
 
     @cached_property
     def facets(self) -> Facets:
         """The facets' geometry."""
-        return facets_of(self.grid, self.elevation, self.velocity_look, self.velocity_up)
+        velocity = self.facet_velocity or velocities_of(self.velocity_look, self.velocity_up)
+        return facets_of(self.grid, self.elevation, velocity)
 
     @cached_property
     def strain(self) -> NDArray[np.float32] | None:
@@ -205,12 +209,20 @@ def widths(sheet: tuple[slice, ...]) -> tuple[int, ...]:
     return tuple(columns.stop - columns.start for columns in sheet)
 
 
-def triangulation(widths: tuple[int, ...], rungs: int) -> NDArray[np.int32]:
-    """Faces (m, 3) of slices so many columns wide: the numbers of their vertices. They are the same for all seas."""
-    whole, offset = [], 0
+def triangulation(widths: tuple[int, ...], rungs: int, chosen: NDArray[np.bool_] | None = None) -> NDArray[np.int32]:
+    """Faces (m, 3) of slices so many columns wide: the numbers of their vertices. They are the same for all seas.
+
+    chosen (column, facet): of these facets alone.
+    """
+    whole, begin, offset = [], 0, 0
     for columns in widths:
-        corner = np.arange(columns)[:, None] * rungs + np.arange(rungs - 1) + offset
-        near, far = (0, rungs, rungs + 1), (0, rungs + 1, 1)
-        whole.append((corner[..., None] + np.array((*near, *far))).astype(np.int32).reshape(-1, 3))
-        offset += (columns + 1) * rungs
-    return np.concatenate(whole)
+        if chosen is None:
+            number = np.arange(columns * 2 * (rungs - 1), dtype=np.int32)
+        else:
+            number = np.flatnonzero(chosen[begin : begin + columns]).astype(np.int32)
+        column, facet = np.divmod(number, 2 * (rungs - 1))
+        corner, far = offset + column * rungs + facet // 2, facet % 2
+        second = corner + rungs + far  # of a near facet along its rung, of a far one over the diagonal
+        whole.append(np.stack((corner, second, corner + rungs * (1 - far) + 1), axis=1))
+        begin, offset = begin + columns, offset + (columns + 1) * rungs
+    return np.concatenate(whole, dtype=np.int32)

@@ -80,25 +80,31 @@ def _fill_slice(
 
 
 @compiled_step
-def _steepest(above, distance, least, most, wedge):
-    """The steepest tangent under which an antenna may see a point that far out and that much higher than it.
+def _closest(distance, most, wedge):
+    """How near an antenna is at least to points of a column that far out: a chord bulges inward.
 
-    least, most: how far along the column the antenna stands. Beside it, no more than the last of wedge.
+    most: how far along the column the antenna stands. Beside it, no more than the last of wedge.
     """
-    return above / (_furthest(distance, least, wedge) if above < 0.0 else distance * wedge[0] - most)
-
-
-@compiled_step
-def _flattest(above, distance, least, most, wedge):
-    """The least steep one."""
-    return above / (distance * wedge[0] - most if above < 0.0 else _furthest(distance, least, wedge))
+    return distance * wedge[0] - most
 
 
 @compiled_step
 def _furthest(distance, least, wedge):
-    """How far an antenna is at most from a point within a column: its chord bulges, and the antenna stands beside."""
+    """How far it is at most."""
     ahead, beside = distance - least, distance * wedge[1] + wedge[2]
     return ahead + beside * beside / (2.0 * ahead)
+
+
+@compiled_step
+def _steepest(above, closest, furthest):
+    """The steepest tangent under which an antenna may see what is so much higher; closest, furthest: 1/m."""
+    return above * (furthest if above < 0.0 else closest)
+
+
+@compiled_step
+def _flattest(above, closest, furthest):
+    """The least steep one."""
+    return above * (closest if above < 0.0 else furthest)
 
 
 @compiled
@@ -110,7 +116,8 @@ def _fill_lowest(begin, end, front, rise, distance, antennas, wedge, margin, low
             ends, up, low = front[antenna, n], rise[antenna, n], lowest[antenna, n]
             along = antennas[n, antenna, 0]
             for facet in range(seen.size):
-                tangent = _flattest(up[facet] - margin, distance[facet], along, along, wedge)
+                closest, furthest = _closest(distance[facet], along, wedge), _furthest(distance[facet], along, wedge)
+                tangent = _flattest(up[facet] - margin, 1.0 / closest, 1.0 / furthest)
                 seen[facet] = tangent if ends[facet] else np.inf
             low[-1] = np.inf
             for rung in range(low.size - 2, -1, -1):
@@ -127,33 +134,35 @@ def _fill_hiding(
     and up, of the antennas whose rays may pass a column.
     """
     rungs = ranges.size
-    low, before, beyond = np.empty(rungs), np.empty(rungs), np.empty(rungs)
-    first, second, turned = np.empty(rungs), np.empty(rungs), np.empty(rungs, dtype=np.bool_)
+    low, before, beyond, closest, furthest, first, second = np.empty((7, rungs))
+    turned, near, far = np.empty((3, rungs), dtype=np.bool_)
     for n in range(begin, end):
-        kept, away = hiding[n], facing_away[n]
-        for facet in range(kept.size):
-            kept[facet] = facet < 2 * start
         _look_around(n, height, facing, start, straying, low, turned)
+        for rung in range(rungs):
+            near[rung] = far[rung] = rung < start
         for antenna in range(lowest.shape[0]):
             back, ahead = least[n, antenna, 0], most[n, antenna, 0]
-            bottom, top = least[n, antenna, 1] - margin, most[n, antenna, 1] + margin
             for rung in range(start, rungs):
-                first[rung] = _steepest(height[n, rung] - bottom, ranges[rung], back, ahead, wedge)
-                second[rung] = _steepest(height[n + 1, rung] - bottom, ranges[rung], back, ahead, wedge)
-                before[rung] = _flattest(low[rung] - top, ranges[rung], back, ahead, wedge)
+                closest[rung] = 1.0 / _closest(ranges[rung], ahead, wedge)
+                furthest[rung] = 1.0 / _furthest(ranges[rung], back, wedge)
+            bottom, top = least[n, antenna, 1] - margin, most[n, antenna, 1] + margin
+            one, other = height[n], height[n + 1]
+            for rung in range(start, rungs):
+                first[rung] = _steepest(one[rung] - bottom, closest[rung], furthest[rung])
+                second[rung] = _steepest(other[rung] - bottom, closest[rung], furthest[rung])
+                before[rung] = _flattest(low[rung] - top, closest[rung], furthest[rung])
             highest = -np.inf
             for rung in range(start, rungs):
                 highest = max(highest, before[rung])
                 before[rung] = highest
             _end_beyond(n, start, straying, lowest[antenna], turned, beyond)
             for rung in range(start, rungs - 1):
-                corners = max(first[rung], second[rung + 1])
-                near, far = max(corners, second[rung]), max(corners, first[rung + 1])
-                limit = max(before[rung], beyond[rung])
-                kept[2 * rung] |= near >= limit
-                kept[2 * rung + 1] |= far >= limit
-        for facet in range(kept.size):
-            kept[facet] &= not away[facet]
+                corners, limit = max(first[rung], second[rung + 1]), max(before[rung], beyond[rung])
+                near[rung] |= max(corners, second[rung]) >= limit
+                far[rung] |= max(corners, first[rung + 1]) >= limit
+        for rung in range(rungs - 1):
+            hiding[n, 2 * rung] = near[rung] & (not facing_away[n, 2 * rung])
+            hiding[n, 2 * rung + 1] = far[rung] & (not facing_away[n, 2 * rung + 1])
 
 
 @compiled

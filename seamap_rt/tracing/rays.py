@@ -179,10 +179,9 @@ def occluding_surface(
     """
     grid, vertices = mesh.grid, mesh.vertices(sheet)
     topology = widths(sheet), grid.ground_range.size
-    faces = _known_triangulation(*topology)
     aside = np.hypot(grid.antenna_positions[..., 0], grid.antenna_positions[..., 1]).max()
-    if aside < grid.ground_range[0] * np.cos(0.5 * np.radians(grid.spacing_deg)):
-        faces = np.compress(hiding_facets(mesh, sheet, rays).ravel(), faces, axis=0)
+    some = aside < grid.ground_range[0] * np.cos(0.5 * np.radians(grid.spacing_deg))
+    faces = triangulation(*topology, hiding_facets(mesh, sheet, rays) if some else None)
     border, walls = _walls(*topology)
     feet = vertices[border]
     feet[:, 2] = min(vertices[:, 2].min(), grid.antenna_positions[..., 2].min()) - 1.0
@@ -191,9 +190,6 @@ def occluding_surface(
         return as_trimesh(vertices, faces)
     into.vertices, into.faces = vertices, faces
     return into
-
-
-_known_triangulation = lru_cache(maxsize=4)(triangulation)
 
 
 @lru_cache(maxsize=4)
