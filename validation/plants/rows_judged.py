@@ -29,8 +29,8 @@ PLANTS = (
     Plant(
         "truth's halves of an echo",
         "seamap_rt/truth/kernel.py",
-        " / surface.apart.shape[1]\n",
-        "\n",
+        " * arriving / parts\n",
+        " * arriving\n",
         "tests/test_truth_kernel.py::test_the_pass_is_the_definition",
     ),
     Plant(
