@@ -1,20 +1,23 @@
 """How fast a turn is: seconds of wall and of the processor per stage of warm turns of a scene, medians over turns, each
 tracer in turn, and how far each stage is from its floor: the time of the unavoidable work alone.
 
-python -m validation.speed.speed [--scene choppy_sea] [--turns 5] [--set sea.model=choppy]
+python -m validation.speed.speed [--scene choppy_sea] [--turns 5] [--set sea.model=choppy] [--sweep] [--peers]
 
 Floors, measured in the same run: the sea's FFTs alone; shadow rays and tree as `validation/speed/peers.py` has them (a
 bare tree of the triangles that can be hit, and ray_test on arrays that lie ready); of the echoes the multiply-adds
 at the rate at which BLAS does them, and the random numbers that the lit facets and the noise need.
 
-Last a turn of a whole run, from one that is in its files to the next: retrieved beside the next one's simulation, and
-echoes, maps and truth written.
+Then a turn of a whole run, from one that is in its files to the next: retrieved beside the next one's simulation, and
+echoes, maps and truth written. `--sweep` adds the points of a trade (`validation.speed.sweep`), `--peers` other engines
+on the same triangles (`validation.speed.peers`, some minutes), each in a process of its own in the same minutes.
 """
 
 from __future__ import annotations
 
 import argparse
 import statistics
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -37,6 +40,7 @@ from seamap_rt.session import FileSink, FinishedTurn, deliver, iterate
 from seamap_rt.simulation import Simulator
 
 STAGES = ("sea", "mesh", "trace", "echoes", "truth", "retrieve", "total")
+BESIDE = {"sweep": (), "peers": ("--repeat", "5")}  # scripts, and what they are told
 MODES, NODES, GATES, TAPS = 14, 21, 5, 16  # of choppy_sea: speckle's modes, nodes a column is heard at, gates a facet
 
 
@@ -45,6 +49,8 @@ def main() -> None:
     parser.add_argument("--scene", default="choppy_sea")
     parser.add_argument("--turns", type=int, default=5)
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="any key of the scene")
+    for name in BESIDE:
+        parser.add_argument(f"--{name}", action="store_true")
     arguments = parser.parse_args()
     changes = dict(pair.split("=", 1) for pair in arguments.set)
     for tracer in ("facets", "horizon"):
@@ -62,6 +68,10 @@ def main() -> None:
         print(f"real time {real_time_factor(scene, warm):.2f} (the turn's duration over sea + mesh + trace + echoes)")
         print(f"a turn of a run, with files: {_run_seconds(scene, simulator, arguments.turns + 3):.3f} s")
     print(f"peak memory {peak_memory() / 2**30:.2f} GiB")
+    for name in BESIDE:
+        if getattr(arguments, name):
+            print(f"\n{name}", flush=True)
+            subprocess.run([sys.executable, "-m", f"validation.speed.{name}", *BESIDE[name]], check=True)
 
 
 def of_processor(stage: str) -> str:
