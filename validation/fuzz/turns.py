@@ -3,8 +3,9 @@
     python -m validation.fuzz.turns [--seconds 300] [--seed 1] [--case NUMBER]
 
 Laws: a scene is refused by InputError or SchemaError, or its turn comes through without a warning; voltages are finite
-or NaN; heights have an error bar and stay below three heights of the mast and the sea; and a second simulator in the
-same process gives the same bits (what is read before it is written, or from beyond an array, seldom is the same twice).
+or NaN; heights have an error bar and lie below three heights of the mast and the sea, or less than four error bars above
+that; and a second simulator in the same process gives the same bits (what is read before it is written, or from beyond
+an array, seldom is the same twice).
 Prints each case that breaks one, with its number, and how many were refused; exit 1 where any did.
 """
 
@@ -162,11 +163,12 @@ def _wrong(scene: sr.Scene, echoes: xr.Dataset, maps: xr.Dataset) -> list[str]:
     height, std = (maps[name].values for name in ("height", "height_std"))
     named = ("significant_wave_height_m", "height_m")  # neither of a wind's spectrum
     waves = sum(next((m for name in named if (m := getattr(each, name, None))), 5.0) for each in scene.sea.waves)
-    most = 3.0 * (scene.radar.height_m + waves)
+    known = np.isfinite(height) & np.isfinite(std)
+    beyond = np.abs(height[known]) - 3.0 * (scene.radar.height_m + waves) - 4.0 * std[known]
     return [
         "voltages that are infinite" if np.isinf(echoes["voltage"].values).any() else "",
         "heights without an error bar" if (np.isfinite(height) & ~np.isfinite(std)).any() else "",
-        f"heights of {np.nanmax(np.abs(height)):.3g} m" if (np.abs(np.nan_to_num(height)) > most).any() else "",
+        f"heights of {np.nanmax(np.abs(height)):.3g} m" if (beyond > 0.0).any() else "",
     ]
 
 
