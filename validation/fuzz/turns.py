@@ -3,9 +3,9 @@
     python -m validation.fuzz.turns [--seconds 300] [--seed 1] [--case NUMBER]
 
 Laws: a scene is refused by InputError or SchemaError, or its turn comes through without a warning; voltages are finite
-or NaN; heights have an error bar and lie below three heights of the mast and the sea, or less than four error bars above
-that; and a second simulator in the same process gives the same bits (what is read before it is written, or from beyond
-an array, seldom is the same twice).
+or NaN; heights have an error bar and lie below three heights of the mast and the sea, or at most four bars above that;
+and a second simulator in the same process gives the same bits (what is read before it is written, or from beyond an
+array, seldom is the same twice).
 Prints each case that breaks one, with its number, and how many were refused; exit 1 where any did.
 """
 
