@@ -30,7 +30,8 @@ from .shadow_rays import ShadowRays, shadow_rays
 from .shapes import mitsuba, mitsuba_mesh, set_triangles
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m
-_MOST_SCENES = 4  # that are kept: a turn has three at most
+_MOST_SCENES = 4  # that are kept: a turn has three at most, or parts of two widths
+_MOST_FACETS = 2_000_000  # traced at a time where a turn can be parted: a tree of all takes 0.1 kB a facet and more
 
 
 class RayTracer:
@@ -43,7 +44,7 @@ class RayTracer:
         self.radar = radar
         model = PERMITTIVITIES[water.permittivity]
         self.permittivity = complex(model(radar.frequency_hz, water.temperature_c, water.salinity_psu))
-        self.scenes = {} if scenes is None else scenes  # by water, number of antennas and the columns of their sheets
+        self.scenes = {} if scenes is None else scenes  # by water, number of antennas and the shape of their sheets
         prepare()  # now, before anything is computed or replaced: without a backend no ray can be traced
 
     def __call__(self, mesh: SurfaceMesh) -> Illumination:
@@ -73,20 +74,20 @@ class RayTracer:
             place = (antenna * shape[1] + column) * shape[2] + facet
             of.dr.scatter(lit, ~scene.stopped_on_device(rays.on_device(number, rise)), place)
             of.dr.eval(lit)
+            of.dr.sync_thread()  # the next part may come into the same scene
             traced += rays.number.size
         return LightOnDevice(of, mesh.grid, lit, traced)
 
     def _sheets(self, mesh: SurfaceMesh) -> Iterator[tuple[ShadowRays, SeaScene]]:
         """The rays of each sheet, and the scene that holds its surface."""
-        for sheet in mesh.sheets():
+        for sheet in _parted(mesh):
             rays = shadow_rays(mesh, mesh.facets, sheet)
             yield rays, self._scene(mesh, sheet, rays)
 
     def _scene(self, mesh: SurfaceMesh, sheet: tuple[slice, ...], rays: ShadowRays) -> SeaScene:
-        """The sheet's own scene, with what of its surface the rays can meet in it."""
+        """A scene with what of the sheet's surface the rays can meet in it; sheets of one shape share it."""
         antennas = mesh.grid.antenna_positions[sheet[0].start]
-        columns = tuple((columns.start, columns.stop) for columns in sheet)
-        key = self.radar.frequency_hz, self.permittivity, len(antennas), columns
+        key = self.radar.frequency_hz, self.permittivity, len(antennas), widths(sheet), mesh.grid.ground_range.size
         kept = self.scenes.pop(key, None)
         surface = occluding_surface(mesh, sheet, rays, None if kept is None else kept.surface)
         if kept is None or not kept.update(surface):
@@ -162,6 +163,19 @@ class SeaScene:
 def _positions(antennas: NDArray[np.float64]) -> list[list[float]]:
     """Of antennas (antenna, 3) along a column, across it and up: as Sionna takes them, the column along y."""
     return [[float(value) for value in (x, y, z)] for y, x, z in antennas]
+
+
+def _parted(mesh: SurfaceMesh) -> Iterator[tuple[slice, ...]]:
+    """The mesh's sheets, large ones in parts: from an antenna on the axis no ray leaves its column."""
+    aside = np.abs(mesh.grid.antenna_positions[..., :2]).max()
+    for sheet in mesh.sheets():
+        most = max(1, _MOST_FACETS // mesh.facets.distance.size)
+        if aside > 0.0 or sum(widths(sheet)) <= most:
+            yield sheet
+            continue
+        for columns in sheet:
+            for start in range(columns.start, columns.stop, most):
+                yield (slice(start, min(start + most, columns.stop)),)
 
 
 def occluding_surface(

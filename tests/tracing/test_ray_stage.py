@@ -126,6 +126,22 @@ def test_rays_that_pass_below_the_first_rung_stay_dark() -> None:
         assert not lit.any()
 
 
+def test_a_large_turn_is_traced_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By one scene and that of the last, narrower part; the light is that of the whole. A leaning turn stays in one."""
+    made = scene("choppy_sea", radar__sector_deg=[250.0, 270.0])
+    upright, leaning = mesh_of(made), mesh_of(scene("rough_ride", radar__sector_deg=[250.0, 265.0]))
+    whole = [RayTracer(made.radar, made.scattering)(mesh) for mesh in (upright, leaning)]
+    columns = upright.grid.columns // 3 - 1
+    monkeypatch.setattr("seamap_rt.tracing.rays._MOST_FACETS", columns * upright.facets.distance.size)
+    parted = RayTracer(made.radar, made.scattering)
+    light = parted(upright)
+    assert [key[3] for key in parted.scenes] == [(columns,), (upright.grid.columns - 3 * columns,)]
+    assert_array_equal(light.lit, whole[0].lit)
+    assert light.rays == whole[0].rays
+    assert_array_equal(parted(leaning).lit, whole[1].lit)
+    assert len(parted.scenes) == 3
+
+
 def test_nothing_is_left_out_under_an_antenna_that_leans_over_the_sea() -> None:
     """It may be under water, from where facets are met from below."""
     made = scene("tiny", radar__tilt_deg=60.0, radar__baseline_m=4.0, radar__sector_deg=[260.0, 270.0])
