@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..compute.complex_on_device import ComplexOnDevice
 from ..radar.grid import look_sweeps
 from ..settings import RetrievalSettings
 from .covariance.dwell_sums import DwellSums, Paired
@@ -33,7 +34,7 @@ LASTING = 0.9  # coherence of an antenna's echo with its next one, below which p
 class Looks:
     """One turn's pulses, and how they are shared out."""
 
-    voltage: NDArray[np.complex64]  # (pulse, receiver, gate)
+    voltage: NDArray[np.complex64] | ComplexOnDevice  # (pulse, receiver, gate)
     transmitter: NDArray[np.integer]
     pulses: PulsePoses
     dwells: Dwells
@@ -51,7 +52,7 @@ class Looks:
         antennas = compared_receivers(echoes, radar, settings.receivers)
         pulses = PulsePoses.of(echoes, radar)
         return cls(
-            np.asarray(echoes["voltage"].values),
+            voltage if isinstance(voltage := echoes["voltage"].data, ComplexOnDevice) else np.asarray(voltage),
             np.asarray(echoes["transmitter"].values),
             pulses,
             pulses.dwells(radar, antennas[0], sweeps, width),
@@ -163,8 +164,8 @@ def _dwelt(looks: Looks, rows: NDArray[np.intp], noise_power: float) -> Dwelt:
     look = looks.pulses.looks(looks.sweeps, looks.width)
     of_look = look[rows][look[rows] >= 0]
     pulses = max(1, int(np.median(np.bincount(of_look)))) if of_look.size else 1
-    first = looks.voltage[:, looks.settings.receivers[0] :]
-    return Dwelt(pulses, pulse_correlation(first, look, noise_power, pulses - 1, rows), looks.sweeps.size)
+    correlation = pulse_correlation(looks.voltage, look, noise_power, pulses - 1, rows, looks.settings.receivers[0])
+    return Dwelt(pulses, correlation, looks.sweeps.size)
 
 
 def _expected_from(coarse: Interferogram) -> Callable[[], tuple[Expected, ...]]:

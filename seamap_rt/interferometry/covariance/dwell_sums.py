@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...compute.complex_on_device import ComplexOnDevice
 from ...settings import RetrievalSettings
 from ..input.description import RadarDescription
 from .channels import Channel, crossing, ratio_of
@@ -34,7 +35,7 @@ class Paired:
     @classmethod
     def of(
         cls,
-        voltage: NDArray[np.complex64],
+        voltage: NDArray[np.complex64] | ComplexOnDevice,
         transmitter: NDArray[np.integer],
         time: NDArray[np.float64],
         antennas: tuple[int, int],
@@ -43,7 +44,7 @@ class Paired:
     ) -> Paired:
         """voltage (pulse, receiver, gate) of all receivers; antennas: of settings.receivers. Raises SchemaError where
         receivers are said to alternate and do not."""
-        heard = np.stack([sampled(voltage[:, receiver, None])[:, 0] for receiver in settings.receivers], axis=1)
+        heard = sampled(voltage)[:, list(settings.receivers)]
         if radar.alternating:
             pairs = neighbouring_pulses(heard, time, radar.interval, settings.pulse_pairs)
             return cls(heard, *((None, pairs) if radar.paths == 2 else (pairs, None)))
@@ -67,7 +68,7 @@ class DwellSums:
     @classmethod
     def of(
         cls,
-        voltage: NDArray[np.complex64],
+        voltage: NDArray[np.complex64] | ComplexOnDevice,
         transmitter: NDArray[np.integer],
         time: NDArray[np.float64],
         paired: Paired,

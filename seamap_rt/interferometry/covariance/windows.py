@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...compute.complex_on_device import ComplexOnDevice
 from ...compute.machine import in_blocks
 from .window_kernel import window_sums
 
@@ -102,11 +103,12 @@ def independent_looks(weights: NDArray[np.float64], correlation: NDArray[np.floa
 
 
 def pulse_correlation(
-    voltage: NDArray[np.complex64],
+    voltage: NDArray[np.complex64] | ComplexOnDevice,
     look: NDArray[np.intp],
     noise_power: float,
     most_lag: int,
     rows: NDArray[np.intp] | None = None,
+    receiver: int = 0,
 ) -> NDArray[np.float64]:
     """|ρ| of the echo between pulses 0 … most_lag apart, estimated from the strongest tenth of the gates.
 
@@ -115,15 +117,14 @@ def pulse_correlation(
     Doppler frequency, different from cell to cell, nor on which antenna transmitted, and a dwell of few samples does
     not bias them as it would |⟨V V'*⟩|.
     """
-    voltage = voltage[:, 0]
     rows = np.arange(look.size) if rows is None else rows
     rows = rows[look[rows] >= 0]
     correlation = np.ones(most_lag + 1)
     if rows.size == 0 or most_lag == 0:
         return correlation
-    rough = np.mean(_finite_power(voltage[rows[:: max(1, rows.size // 500)]]), axis=0)
+    rough = np.mean(powers(voltage, receiver, rows[:: max(1, rows.size // 500)]), axis=0)
     gates = np.argsort(rough)[::-1][: max(1, rough.size // 10)]
-    power = _finite_power(voltage[rows[:, None], gates])
+    power = powers(voltage, receiver, rows, gates)
     number = look[rows]
     mean, square = power.mean(), 0.5 * np.mean(power**2)  # ⟨w + n⟩, ⟨(w + n)²⟩
     echo = square - 2.0 * noise_power * mean + noise_power**2  # ⟨w²⟩
@@ -139,8 +140,18 @@ def pulse_correlation(
     return correlation
 
 
-def _finite_power(voltage: NDArray[np.complex64]) -> NDArray[np.float64]:
-    """Power of each voltage, 0 where that is not finite."""
+def powers(
+    voltage: NDArray[np.complex64] | ComplexOnDevice,
+    receiver: int,
+    rows: NDArray[np.intp],
+    gates: NDArray[np.intp] | None = None,
+) -> NDArray[np.float64]:
+    """Power (row, gate) of some pulses' voltages and some gates', all if left out; 0 where that is not finite."""
+    if isinstance(voltage, ComplexOnDevice):
+        from .dwells_on_device import powers_on_device  # loaded where there is one
+
+        return powers_on_device(voltage, receiver, rows, gates)
+    chosen = voltage[rows, receiver] if gates is None else voltage[rows[:, None], receiver, gates]
     with np.errstate(invalid="ignore"):  # of a file's own NaN
-        power = np.square(voltage.real, dtype=np.float64) + np.square(voltage.imag, dtype=np.float64)
+        power = np.square(chosen.real, dtype=np.float64) + np.square(chosen.imag, dtype=np.float64)
     return np.where(np.isfinite(power), power, 0.0)
