@@ -189,7 +189,9 @@ class Simulator:
         facets = mesh.facets
         with clock("echoes"):
             under_water = _submerged_pulses(submerged, facets, fired)
-            received.voltage[under_water] = np.nan
+            if under_water.any():
+                received = received._replace(voltage=np.asarray(received.voltage))
+                received.voltage[under_water] = np.nan
             echoes = echo_dataset(
                 self.radar, [fired], [received], scene.scattering.polarization, [under_water], number, self.sensed
             )

@@ -116,10 +116,7 @@ def pulses_from_nodes(
     array = antenna_array(radar)
     count = pulses.number.size
     voltages = np.empty((count, len(array.receivers), echo.shape[2]), dtype=np.complex64)
-    path = np.full((len(array.cycle), len(array.receivers)), -1)
-    for number, slot in enumerate(array.cycle):
-        for receiver in slot.receivers:
-            path[number, receiver] = array.path(slot.transmitter, receiver)
+    path = paths_of_cycle(radar)
     weights = interpolation_weights(nodes.stride)
     # Real and imaginary components are weighed alike: plain numbers, twice as many.
     sums, out = (each.view(np.float32).reshape(*each.shape[:2], -1) for each in (echo, voltages))
@@ -131,6 +128,16 @@ def pulses_from_nodes(
     with pool() as workers:
         list(workers.map(work, range(0, count, _PULSES)))
     return voltages
+
+
+def paths_of_cycle(radar: RadarSettings) -> NDArray[np.intp]:
+    """The path (slot, receiver) that is heard on each pulse of the mode's cycle; −1 where none is."""
+    array = antenna_array(radar)
+    path = np.full((len(array.cycle), len(array.receivers)), -1)
+    for number, slot in enumerate(array.cycle):
+        for receiver in slot.receivers:
+            path[number, receiver] = array.path(slot.transmitter, receiver)
+    return path
 
 
 @compiled

@@ -11,9 +11,10 @@ between are interpolated by a windowed sinc.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,7 @@ from .speckle import StillSpeckle, speckle_basis
 from .summation import Beam, ColumnBatch, Columns, Geometry, Kernel, ListedFacets, RangeTable, Speckle, kernel
 from .unheard import beams_heard
 
+T = TypeVar("T")
 Sums = Callable[[slice], tuple[int, NDArray[np.float32]]]  # of columns: first node's number and their sum
 
 
@@ -150,16 +152,20 @@ class Hearing:
         """The sum (component, path, sample, node) over all columns, so many at a time."""
         paths, samples = len(antenna_array(self.radar).paths), self.tabulated.samples.range.size
         total = np.zeros((2, paths, samples, self.nodes.count), dtype=np.float32)
+        for start, chunk in self.in_order(sums, columns):
+            low, high = max(start, 0), min(start + chunk.shape[-1], self.nodes.count)
+            if high > low:
+                total[..., low:high] += chunk[..., low - start : high - start]
+        return total
+
+    def in_order(self, work: Callable[[slice], T], columns: int) -> Iterator[T]:
+        """What is made of all columns, so many at a time by several threads, in their own order, whichever finishes
+        first: what is added so keeps its bits."""
         edges = [*range(0, self.facets.grid.columns, columns), self.facets.grid.columns]
         chunks = [slice(a, b) for a, b in pairwise(edges)]
         # BLAS's own threads would compete with these on small products, and could change the bits.
         with threadpool_limits(1, user_api="blas"), pool() as workers:
-            # Chunks are added in their own order, whichever finishes first: the sum keeps its bits.
-            for start, chunk in workers.map(sums, chunks):
-                low, high = max(start, 0), min(start + chunk.shape[-1], self.nodes.count)
-                if high > low:
-                    total[..., low:high] += chunk[..., low - start : high - start]
-        return total
+            yield from workers.map(work, chunks)
 
     def batch(
         self,

@@ -1,7 +1,8 @@
-"""A turn's echoes from facets and light that are on the device: `turn_echoes`, of which only the sums come back.
+"""A turn's echoes from facets and light that are on the device: `turn_echoes`, whose voltages stay there.
 
 A batch of columns is listed, ranged and summed there. What goes up with it is what a column has, not its facets: the
-modes of its speckle and where the beam looks, at each node of its window.
+modes of its speckle and where the beam looks, at each node of its window. The sums come back where a turn has objects,
+or receivers that are the host's alone (see `receiving_on_device`).
 """
 
 from __future__ import annotations
@@ -23,9 +24,10 @@ from ..settings import RadarSettings
 from ..tracing.light_on_device import LightOnDevice
 from .paths import elevation_tables
 from .receiving import Received
+from .receiving_on_device import SumsThere, can_receive, received_on_device
 from .returns_on_device import ReturnsOnDevice
 from .summation import COLUMNS_ON_DEVICE, ColumnBatch, ListedFacets
-from .summation.device import Heard, OnPath, alike, gate_middles, middle_s, on_path, sum_heard, support_m
+from .summation.device import Heard, OnPath, alike, fetched, gate_middles, middle_s, on_path, sum_heard, support_m
 from .turn import Hearing, received
 
 
@@ -46,6 +48,8 @@ def turn_echoes_on_device(
         fastest = returns.fastest(mesh)
     hearing = Hearing.of(facets, radar, pulses, seed, decorrelation_time_s, returns.motion, unheard, fastest)
     sums = SumsOnDevice(hearing, mesh, light, returns, (float(facets.height.min()), float(facets.height.max())))
+    if objects is None and can_receive(radar):
+        return received_on_device(sums.total(), hearing.nodes, radar, pulses, seed)
     return received(hearing.total(sums, COLUMNS_ON_DEVICE), hearing, pulses, seed, objects)
 
 
@@ -61,14 +65,41 @@ class SumsOnDevice:
 
     def __call__(self, columns: slice) -> tuple[int, NDArray[np.float32]]:
         """First node's number and the columns' sum (component, path, gate, node), real and imaginary."""
+        low, batch, sums = self._summed(columns)
+        if sums is None:
+            paths, gates = len(batch.geometry.antennas), batch.beam.level.size
+            return low, np.zeros((2, paths, gates, batch.nodes), dtype=np.float32)
+        with ONE_AT_A_TIME:
+            return low, fetched(batch, sums)
+
+    def total(self) -> SumsThere:
+        """The sum over all columns; see `Hearing.total`."""
+        of, hearing = self.mesh.device, self.hearing
+        dr, paths, gates = of.dr, len(self._constants), hearing.tabulated.samples.range.size
+        lane = dr.arange(of.UInt32, gates * hearing.nodes.count)
+        gate, node = lane // hearing.nodes.count, of.Int32(lane % hearing.nodes.count)
+        parts = [[dr.zeros(of.Float, dr.width(lane)) for _ in range(2)] for _ in range(paths)]
+        for low, batch, sums in hearing.in_order(self._summed, COLUMNS_ON_DEVICE):
+            if sums is None:
+                continue
+            with ONE_AT_A_TIME:
+                within = node - low
+                held = (within >= 0) & (within < batch.nodes)
+                place = gate * batch.nodes + of.UInt32(dr.maximum(within, 0))
+                for part, more in zip(parts, sums, strict=True):
+                    part[:] = (p + dr.gather(of.Float, m, place, held) for p, m in zip(part, more, strict=True))
+                dr.eval(parts)
+        with ONE_AT_A_TIME:
+            real, imag = (dr.concat(tuple(each)) for each in zip(*parts, strict=True))
+        return SumsThere(real, imag, gates)
+
+    def _summed(self, columns: slice) -> tuple[int, ColumnBatch, list[tuple[Any, Any]] | None]:
+        """First node's number, the batch, and its sum on the device; None where nothing echoes."""
         nowhere = np.zeros(columns.stop - columns.start + 1, dtype=np.intp)
         low, batch = self.hearing.batch(columns, nowhere, _NO_FACETS, np.empty((0, 1), dtype=np.float32))
         with ONE_AT_A_TIME:
             heard = self._listed(columns, batch)
-            if heard is None:
-                paths, gates = len(batch.geometry.antennas), batch.beam.level.size
-                return low, np.zeros((2, paths, gates, batch.nodes), dtype=np.float32)
-            return low, sum_heard(batch, heard)
+            return low, batch, None if heard is None else sum_heard(batch, heard)
 
     def _listed(self, columns: slice, batch: ColumnBatch) -> Heard | None:
         """The facets of the columns that echo; None where none does."""

@@ -13,11 +13,13 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.compute.device import device, moved
+from seamap_rt.echoes.dataset import echo_dataset
 from seamap_rt.echoes.motion import Fastest
 from seamap_rt.echoes.returns_on_device import returns_on_device
 from seamap_rt.echoes.summation import COLUMNS_ON_DEVICE, VARIABLE
 from seamap_rt.echoes.turn import Hearing
 from seamap_rt.echoes.turn_on_device import turn_echoes_on_device
+from seamap_rt.interferometry import retrieve_one
 from seamap_rt.mesh.on_device import MeshOnDevice
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.radar.scan import pulses
@@ -37,8 +39,25 @@ SCENES = {
         "choppy_sea",
         {"scattering.sea_spikes": True, "tracing.unresolved_shadowing": "smith"},
     ),
-    "measured means, switched": ("choppy_sea", {"scattering.nrcs": "nrl", "radar.transmit": "switched"}),
-    "constant": ("choppy_sea", {"scattering.nrcs": "constant", "scattering.doppler": "orbital"}),
+    "measured means, switched, noise": (
+        "choppy_sea",
+        {
+            "scattering.nrcs": "nrl",
+            "radar.transmit": "switched",
+            "radar.noise": True,
+            "radar.channel_gain_db": 1.0,
+            "radar.channel_phase_deg": 20.0,
+        },
+    ),
+    "constant, alternating": (
+        "choppy_sea",
+        {
+            "scattering.nrcs": "constant",
+            "scattering.doppler": "orbital",
+            "radar.interferogram": "alternating_pulse",
+            "radar.noise": True,
+        },
+    ),
 }
 
 
@@ -61,8 +80,12 @@ def relative_rms(found: NDArray[Any], right: NDArray[Any]) -> float:
 @pytest.mark.parametrize("name", SCENES)
 def test_a_turn_is_the_processors(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same draws and light, and the processor's own approximations: what is left is float32, 1e-7 of an amplitude
-    and 1e-6 rad of a phase."""
+    and 1e-6 rad of a phase; 4e-6 m of a height, whose gain is 3.6 m/rad at 150 m."""
     one, other = (turn_by(name, way, monkeypatch) for way in ("processor", "device"))
+    found, right = (retrieve_one(each.echoes)["polar"].to_dataset() for each in (other, one))
+    assert "here" not in vars(other.echoes["voltage"].data)  # nor have they come back for it
+    np.testing.assert_allclose(found["height"].values, right["height"].values, rtol=0.0, atol=4e-6)
+    np.testing.assert_array_equal(found["quality"].values, right["quality"].values)
     assert relative_rms(other.echoes["voltage"].values, one.echoes["voltage"].values) <= 2e-6
     truth = other.truth["polar"].to_dataset()
     for key, right in one.truth["polar"].to_dataset().data_vars.items():
@@ -114,9 +137,10 @@ def test_how_fast_facets_are_is_known_from_two_numbers() -> None:
     assert fastest == pytest.approx(right, rel=1e-6)
 
 
-def test_from_ray_to_gate_only_sums_come_back() -> None:
+def test_from_ray_to_map_only_cells_come_back() -> None:
     """Up: the vertices, once, and what columns have: the modes of their speckle and where the beam looks at each node.
-    Down: two speeds, and the sums (component, path, gate, node). And of the truth, the looks' cells."""
+    Down: two speeds, and the looks' cells, of the truth and of products of voltages. Of a turn with objects, whose
+    voltages are the host's, the sums (component, path, gate, node) come down."""
     made = simulator("two scales")
     mesh, fired, trace = made.mesh(0), pulses(made.radar, 0, made.mast), made._trace
     assert isinstance(trace, RayTracer)
@@ -145,8 +169,22 @@ def test_from_ray_to_gate_only_sums_come_back() -> None:
 
     moved.forget()
     chain = made.radar, fired, made.scene.seed, made.scene.scattering.decorrelation_time_s
-    turn_echoes_on_device(mesh.facets, there, light, returns, *chain)
-    down, up = moved.down_bytes, moved.up_bytes
+    heard = turn_echoes_on_device(mesh.facets, there, light, returns, *chain)
+    assert moved.down_bytes == 8  # two speeds
+    up = moved.up_bytes
+    moved.forget()
+    echoes = echo_dataset(made.radar, [fired], [heard])
+    found = retrieve_one(echoes)["polar"].to_dataset()
+    means = 4 * 16 * found["height"].size  # of one way, and three lags
+    # Which pulses were heard; powers, by which a tenth of the gates is chosen, and those of these gates.
+    count, cells = fired.number.size, found.sizes["range"]
+    assert moved.down_bytes <= means + 2 * count + 4 * min(count, 1000) * cells + 4 * count * (cells // 10)
+    assert moved.up_bytes <= 12 * 7 * count + 2**13  # three numbers of a product, of both receivers
+    moved.forget()
+    objects = np.zeros(heard.voltage.shape, dtype=np.complex64)
+    again = turn_echoes_on_device(mesh.facets, there, light, returns, *chain, objects=objects)
+    down = moved.down_bytes
+    assert relative_rms(np.asarray(heard.voltage), again.voltage) <= 1e-6
     hearing = Hearing.of(mesh.facets, *chain, returns.motion, fastest=returns.fastest(there))
     paths, gates = len(antenna_array(made.radar).paths), hearing.tabulated.samples.range.size
     assert mesh.grid.columns <= COLUMNS_ON_DEVICE  # one batch, whose windows reach beyond the turn's nodes

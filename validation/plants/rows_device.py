@@ -7,14 +7,16 @@ from .plant import Plant
 _SUM, _TURN = "seamap_rt/echoes/summation/device.py", "seamap_rt/echoes/turn_on_device.py"
 _MESH, _RETURNS = "seamap_rt/mesh/on_device.py", "seamap_rt/echoes/returns_on_device.py"
 _BATCHES, _TURNS = "tests/echoes/test_summation.py", "tests/echoes/test_turn_on_device.py"
+_DWELLS, _SUMS = "seamap_rt/interferometry/covariance/dwells_on_device.py", "tests/interferometry/test_dwell_sums.py"
+_RECEIVERS = "seamap_rt/echoes/receiving_on_device.py"
 _ALIKE = _TURNS + "::test_a_turn_is_the_processors"
 _FACETS = _TURNS + "::test_facets_there_are_those_of_the_host"
-_CROSSES = _TURNS + "::test_from_ray_to_gate_only_sums_come_back"
+_CROSSES = _TURNS + "::test_from_ray_to_map_only_cells_come_back"
 
 PLANTS = (
     Plant(
         "a graphics processor draws the next facet's numbers",
-        _SUM,
+        "seamap_rt/echoes/summation/gaussian_on_device.py",
         "of.UInt64(number) + of.UInt64(1)",
         "of.UInt64(number) + of.UInt64(2)",
         _BATCHES + "::test_sums_by_the_law",
@@ -116,5 +118,89 @@ PLANTS = (
         "mesh.height(column, facet) - of.Float64(bend)",
         "mesh.height(column, facet)",
         _ALIKE,
+    ),
+    Plant(
+        "device: a pulse between the next nodes",
+        _RECEIVERS,
+        "(1 - taps // 2 - nodes.first)",
+        "(2 - taps // 2 - nodes.first)",
+        _ALIKE,
+    ),
+    Plant(
+        "device: the other receiver's noise",
+        _RECEIVERS,
+        "cell % receivers)",
+        "receivers - 1 - cell % receivers)",
+        _ALIKE,
+    ),
+    Plant(
+        "device: noise before its filter",
+        _RECEIVERS,
+        "place = dr.gather(of.Float, table, tap), begin + tap",
+        "place = dr.gather(of.Float, table, tap), begin",
+        _ALIKE,
+    ),
+    Plant(
+        "device: a channel's phase backwards",
+        _RECEIVERS,
+        "real * a - imag * b, real * b + imag * a",
+        "real * a + imag * b, imag * a - real * b",
+        _ALIKE,
+    ),
+    Plant(
+        "device: a receiver that is not sampled",
+        _RECEIVERS,
+        "dr.select(heard, of.Float(0.0), of.Float(np.nan))",
+        "dr.select(heard, of.Float(0.0), of.Float(0.0))",
+        _ALIKE,
+    ),
+    Plant(
+        "device: the batches' nodes",
+        _TURN,
+        "within = node - low",
+        "within = node - low - 1",
+        _ALIKE,
+    ),
+    Plant(
+        "device: products of the other sense",
+        _DWELLS,
+        "a * c + b * d, b * c - a * d",
+        "a * c + b * d, a * d - b * c",
+        _SUMS + "::test_every_sum_is_what_it_says_it_is",
+    ),
+    Plant(
+        "device: levels of one factor alone",
+        _DWELLS,
+        "cosine, sine = p * r - q * s, p * s + q * r",
+        "cosine, sine = p, q",
+        _SUMS + "::test_every_sum_is_what_it_says_it_is",
+    ),
+    Plant(
+        "device: the neighbouring gate's dwell",
+        _DWELLS,
+        "owner * columns + column) == own",
+        "owner * columns) == own",
+        _SUMS + "::test_every_sum_is_what_it_says_it_is",
+    ),
+    Plant(
+        "device: a dwell's last product",
+        _DWELLS,
+        "np.maximum.at(end, low[within] + beyond, within + 1)",
+        "np.maximum.at(end, low[within] + beyond, within)",
+        _SUMS + "::test_every_sum_is_what_it_says_it_is",
+    ),
+    Plant(
+        "device: covariance by way of the host",
+        "seamap_rt/interferometry/looks.py",
+        'isinstance(voltage := echoes["voltage"].data, ComplexOnDevice)',
+        'isinstance(voltage := echoes["voltage"].data, str)',
+        _CROSSES,
+    ),
+    Plant(
+        "device: echoes by way of the host",
+        "seamap_rt/dataset.py",
+        "there = isinstance(value, ComplexOnDevice)",
+        "there = isinstance(value, str)",
+        _CROSSES,
     ),
 )

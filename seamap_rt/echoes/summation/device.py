@@ -27,8 +27,7 @@ from numpy.typing import NDArray
 
 from ...compute.device import ONE_AT_A_TIME, Device, device
 from .batch import ALIKE, ColumnBatch
-
-_GOLDEN = 0x9E3779B97F4A7C15
+from .gaussian_on_device import member, normals
 
 
 class Heard(NamedTuple):
@@ -63,11 +62,21 @@ def sum_columns(batch: ColumnBatch) -> NDArray[np.float32]:
     if starts[0] == starts[-1]:
         return np.zeros((2, len(batch.geometry.antennas), batch.beam.level.size, batch.nodes), dtype=np.float32)
     with ONE_AT_A_TIME:
-        return sum_heard(batch, _placed(batch))
+        return fetched(batch, sum_heard(batch, _placed(batch)))
 
 
-def sum_heard(batch: ColumnBatch, heard: Heard) -> NDArray[np.float32]:
-    """The same of facets that are on the device; those of the batch are not looked at."""
+def fetched(batch: ColumnBatch, sums: list[tuple[Any, Any]]) -> NDArray[np.float32]:
+    """The sums (component, path, gate, node), back here."""
+    shape = batch.beam.level.size, batch.nodes
+    out = np.empty((2, len(sums), *shape), dtype=np.float32)
+    for path, parts in enumerate(sums):
+        out[0, path], out[1, path] = (device().fetch(each, shape) for each in parts)
+    return out
+
+
+def sum_heard(batch: ColumnBatch, heard: Heard) -> list[tuple[Any, Any]]:
+    """Real and imaginary part (gate, node) of each path's sum, of facets that are on the device; those of the batch are
+    not looked at."""
     of = device()
     patterns = _patterns(of, batch)
     drawn = _numbers(of, batch, heard)
@@ -210,17 +219,6 @@ def _patterns(of: Device, batch: ColumnBatch) -> list[Any]:
 # ------------------------------------------------------------------------------------------------------- numbers
 
 
-def _mixed(of: Device, state: Any) -> Any:
-    """SplitMix64's mixing of a state."""
-    state = (state ^ (state >> 30)) * of.UInt64(0xBF58476D1CE4E5B9)
-    state = (state ^ (state >> 27)) * of.UInt64(0x94D049BB133111EB)
-    return state ^ (state >> 31)
-
-
-def _member(of: Device, key: Any, number: Any) -> Any:
-    return _mixed(of, key + of.UInt64(_GOLDEN) * (of.UInt64(number) + of.UInt64(1)))
-
-
 def _numbers(of: Device, batch: ColumnBatch, heard: Heard) -> tuple[Any, Any]:
     """Real and imaginary part (facet, mode) of the facets' Gaussians, times the strength of their kind."""
     dr, speckle, modes = of.dr, batch.speckle, batch.speckle.modes.shape[1]
@@ -231,12 +229,9 @@ def _numbers(of: Device, batch: ColumnBatch, heard: Heard) -> tuple[Any, Any]:
     first, other = (of.UInt64(int(stream)) for stream in (speckle.streams[0], speckle.streams[-1]))
     column = dr.gather(of.UInt32, heard.column, facet)
     number = dr.gather(of.UInt64, of.place(batch.columns.number.astype(np.uint64)), column)
-    key = _member(of, dr.select(second, other, first), number)
-    key = _member(of, key, dr.gather(of.UInt32, heard.number, facet))
-    bits = _member(of, key, of_kind)
-    uniform = (of.Float(bits >> 41) + 0.5) * 2.0**-23
-    radius = dr.sqrt(dr.maximum(-dr.log(uniform), 0.0))
-    sine, cosine = dr.sincos(of.Float(of.Int32(of.UInt32(bits))) * (2.0 * np.pi * 2.0**-32))
+    key = member(of, dr.select(second, other, first), number)
+    key = member(of, key, dr.gather(of.UInt32, heard.number, facet))
+    radius, cosine, sine = normals(of, member(of, key, of_kind))
     strengths = (dr.gather(of.Float, each, facet) for each in (heard.strength[0], heard.strength[-1]))
     of_first, of_other = strengths
     radius *= dr.select(second, of_other, of_first)
@@ -323,8 +318,9 @@ def _columns(of: Device, batch: ColumnBatch, heard: Heard, voltages: list[tuple[
     return made
 
 
-def _sums(of: Device, batch: ColumnBatch, columns: list[tuple[Any, Any]]) -> NDArray[np.float32]:
-    """The windows of all columns, each from its own first node on."""
+def _sums(of: Device, batch: ColumnBatch, columns: list[tuple[Any, Any]]) -> list[tuple[Any, Any]]:
+    """For each path, real and imaginary part (gate, node) of the windows of all columns, each from its own first node
+    on."""
     dr, window, nodes, gates = of.dr, batch.window, batch.nodes, batch.beam.level.size
     first_node, number = batch.columns.first_node, np.arange(nodes)
     holds = (number[:, None] >= first_node) & (number[:, None] < first_node + window)  # (node, column)
@@ -349,7 +345,4 @@ def _sums(of: Device, batch: ColumnBatch, columns: list[tuple[Any, Any]]) -> NDA
         real, imag = dr.while_loop(state, lambda column, stop, real, imag: column < stop, add)[2:]
         made.append((real, imag))
     dr.eval(made)
-    out = np.empty((2, len(columns), gates, nodes), dtype=np.float32)
-    for path, parts in enumerate(made):
-        out[0, path], out[1, path] = (of.fetch(each, (gates, nodes)) for each in parts)
-    return out
+    return made
