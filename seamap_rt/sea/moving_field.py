@@ -26,6 +26,7 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from ..compute.machine import threads
+from ..compute.placement import sea_on_device
 from ..physics.dispersion import orbital_ratio
 from .accuracy import TIME_ORDER, InterpolationError, interpolation_error, longest_time_step
 from .lattice import Lattice
@@ -48,6 +49,7 @@ _Sum = tuple[Kind, Callable[..., None], NDArray[np.float64], NDArray[np.int64]] 
 
 TAPS = range((1 - TIME_ORDER) // 2, (TIME_ORDER + 3) // 2)  # the knots around an interval that its points take from
 CACHE_BYTES = 400_000_000  # twelve knots of three fields of the default sea; one turn takes ten
+WORTH_THE_DEVICE = 1 << 16  # points: for fewer, such as gauges', the coefficients would go there for little
 _REMEMBERED = 8  # calls, some two turns of them: a knot that none of them used is of a past time
 _CHUNK = 1 << 14  # points per task
 _ROWS = 64  # transformed at a time: few enough to stay in the cache
@@ -145,6 +147,12 @@ class MovingField:
             for batch in self._batches(runs, len(chosen), strip):
                 numbers = sorted({first + tap for first, _, _ in batch for tap in TAPS})
                 knots = self._knots(numbers, tuple(kind for kind, *_ in chosen), strip, pool)
+                if t.size >= WORTH_THE_DEVICE and sea_on_device():
+                    within = slice(None) if len(batch) == len(runs) else order[batch[0][1] : batch[-1][2]]
+                    points = x[within], y[within], knot_time[within]
+                    for values, rows_of in self._there(numbers, knots, strip, points, chosen):
+                        result[rows_of, within] = values
+                    continue
                 tasks = [
                     pool.submit(work, first, order[at : min(at + _CHUNK, stop)], knots, chosen)
                     for first, start, stop in batch
@@ -154,6 +162,35 @@ class MovingField:
                     task.result()
                 del knots, tasks  # before the next ones take memory
         return result
+
+    def _there(
+        self,
+        numbers: Sequence[int],
+        knots: Coefficients,
+        strip: Strip,
+        points: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+        chosen: Sequence[_Sum],
+    ) -> Iterator[tuple[NDArray[np.float64], int]]:
+        """Values (n,) and their output rows, of points x, y and time in time steps: evaluated on the device, to which
+        the coefficients that the FFT has made here go up once."""
+        from ..compute.device import ONE_AT_A_TIME, device
+        from .spline_kernel import DERIVATIVES
+        from .spline_on_device import CoefficientsThere, PointsThere, splines_on_device
+
+        x, y, knot_time = points
+        interval = np.floor(knot_time)
+        first = np.searchsorted(numbers, interval + TAPS[0])
+        rows, columns = (bspline_polynomials(order) for order in (0 if self.lattice.line else self.order, self.order))
+        weights = rows, columns, self._time_weights()
+        origin = strip.first, self.shape[0]
+        with ONE_AT_A_TIME:
+            placed = PointsThere.of(x, y, first, knot_time - interval)
+            for kind, _, scale, output_row in chosen:
+                grids = CoefficientsThere.of([knots[number, kind] for number in numbers], origin, self.shape[1])
+                wanted = np.flatnonzero(output_row >= 0).tolist()
+                made = splines_on_device(grids, placed, self._per_metre, weights, [DERIVATIVES[m] for m in wanted])
+                for m, values in zip(wanted, made, strict=True):
+                    yield scale[m] * device().fetch(values, x.shape), int(output_row[m])
 
     def _sums(self, terms: Sequence[Term]) -> list[_Sum]:
         """For each field: its kernel, and the scale and output row of each of its derivatives."""

@@ -1,16 +1,17 @@
-"""A turn's facets from ray to gate, on the processor and on Dr.Jit's device: seconds, kernels and bytes, by stage.
+"""A turn from its sea to its maps, on the processor and on Dr.Jit's device: seconds, kernels and bytes, by stage.
 
     python -m validation.speed.device [--scene choppy_sea] [--repeat 5] [--set KEY=VALUE]…
 
 Both ways take the same mesh, one after the other, so that seconds compare. Processor time counts, on LLVM, what the
 threads of Dr.Jit do as well; on a CUDA machine look at the wall. Bytes are those that cross between host and device
-(`moved`), of the processor's way those for the ray tracer. Then come the kernels of one batch of columns, and last what
-the voltages and the truth differ by.
+(`moved`), of the processor's way those for the ray tracer. The sea's stage is its splines, of coefficients that are
+made; that of the covariance, the means over dwells that are taken from the voltages. Then come the kernels of one batch of columns, and last what the sea, the voltages, the truth and the covariance differ by.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import statistics
 import time
 from collections.abc import Callable, Iterator
@@ -18,16 +19,24 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from seamap_rt.compute.device import device, moved
 from seamap_rt.compute.machine import threads
+from seamap_rt.compute.placement import SEA
+from seamap_rt.echoes.dataset import echo_dataset
+from seamap_rt.echoes.receiving import Received
 from seamap_rt.echoes.returns_on_device import returns_on_device
 from seamap_rt.echoes.summation import COLUMNS_ON_DEVICE
 from seamap_rt.echoes.turn import Hearing, turn_echoes
 from seamap_rt.echoes.turn_on_device import SumsOnDevice, turn_echoes_on_device
 from seamap_rt.echoes.unheard import share_unheard
+from seamap_rt.interferometry.covariance.dwell_sums import DwellSums, Paired
+from seamap_rt.interferometry.input.description import RadarDescription
+from seamap_rt.interferometry.looks import Looks
 from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.mesh.on_device import MeshOnDevice
+from seamap_rt.mesh.surface import sea_on_grid
 from seamap_rt.radar.scan import pulses
 from seamap_rt.scene import load_scene
 from seamap_rt.simulation import Simulator
@@ -68,10 +77,17 @@ def main() -> None:
             results[way] = _walk(steps(made, replace(mesh)), taken if repeat else {})
         _show(way, taken, facets)
     _show_kernels(made, mesh)
-    (one, first), (other, second) = results["processor"], results["device"]
-    rms = np.sqrt(np.nanmean(np.abs(other - one) ** 2) / np.nanmean(np.abs(one) ** 2))
-    height = float(np.nanmax(np.abs(second["height"].values - first["height"].values)))
-    print(f"voltages differ by {rms:.1e} rms, relative; heights of the truth by {height:.1e} m at most")
+    one, other = results["processor"], results["device"]
+    height = float(np.nanmax(np.abs(other["truth"]["height"].values - one["truth"]["height"].values)))
+    print(f"differ, relative rms: voltages {_apart(one['echo'].voltage, other['echo'].voltage):.1e}", end="; ")
+    print(f"covariance {_apart(one['sums'].one.cross, other['sums'].one.cross):.1e}", end="; ")
+    print("sea " + ", ".join(f"{_apart(a, b):.1e}" for a, b in zip(one["sea"], other["sea"], strict=True)), end="; ")
+    print(f"heights of the truth {height:.1e} m at most")
+
+
+def _apart(one: Any, other: Any) -> float:
+    one, other = np.asarray(one), np.asarray(other)
+    return float(np.sqrt(np.nanmean(np.abs(other - one) ** 2) / np.nanmean(np.abs(one) ** 2)))
 
 
 def _value(text: str) -> Any:
@@ -81,7 +97,7 @@ def _value(text: str) -> Any:
 
 
 def _walk(steps: Iterator[Step], taken: dict[str, Taken]) -> Any:
-    """Take the steps; the result of the last."""
+    """Take the steps; the result of the last, which is all that is kept."""
     of, result = device(), None
     for name, step in steps:
         moved.forget()
@@ -131,8 +147,32 @@ def _speckle(made: Simulator) -> tuple[int, float]:
     return made.scene.seed, made.scene.scattering.decorrelation_time_s
 
 
+def _sea(made: Simulator, mesh: SurfaceMesh, kept: dict[str, Any], word: str) -> None:
+    os.environ[SEA] = word
+    kept["sea"] = sea_on_grid(made.sea, mesh.grid, made.surface.memory_rate)
+
+
+def _echoes(made: Simulator, received: Received) -> xr.Dataset:
+    return echo_dataset(made.radar, [pulses(made.radar, 0, made.mast)], [received], sensed=made.sensed)
+
+
+def _covariance(made: Simulator, echoes: xr.Dataset) -> Callable[[], Any]:
+    """What takes it, of looks that are known."""
+    radar, settings = RadarDescription.of(echoes), made.scene.retrieval
+    looks = Looks.of(echoes, radar, settings)
+    time, given = looks.pulses.time, (looks.voltage, looks.transmitter)
+    _ = looks.dwells.usual
+
+    def take() -> DwellSums:
+        paired = Paired.of(*given, time, looks.antennas, radar, settings)
+        return DwellSums.of(*given, time, paired, looks.dwells, looks.antennas, radar, settings)
+
+    return take
+
+
 def _on_processor(made: Simulator, mesh: SurfaceMesh) -> Iterator[Step]:
     fired, kept = pulses(made.radar, 0, made.mast), dict[str, Any]()
+    yield "sea", lambda: _sea(made, mesh, kept, "processor")
     unheard = share_unheard(made.sea.resolved.elevation_std, made.scene.tracing.height_error_m)
     yield "facets", lambda: kept.update(facets=mesh.facets, strain=mesh.strain, levelled=mesh.levelled.facets)
     yield "light", lambda: kept.update(light=made._trace(mesh.levelled))
@@ -143,14 +183,17 @@ def _on_processor(made: Simulator, mesh: SurfaceMesh) -> Iterator[Step]:
     heard = made.radar, fired, *_speckle(made)
     yield (
         "echoes",
-        lambda: kept.update(echo=turn_echoes(lit, returns.rcs, *heard, returns.motion, unheard=unheard).voltage),
+        lambda: kept.update(echo=turn_echoes(lit, returns.rcs, *heard, returns.motion, unheard=unheard)),
     )
     truth = made.radar, made.scene.retrieval, 0
-    yield "truth", lambda: (kept["echo"], polar_truth(kept["light"].on(mesh.facets), returns.rcs, *truth))
+    yield "truth", lambda: kept.update(truth=polar_truth(kept["light"].on(mesh.facets), returns.rcs, *truth))
+    take = _covariance(made, _echoes(made, kept["echo"]))
+    yield "covariance", lambda: {**kept, "sums": take()}
 
 
 def _on_device(made: Simulator, mesh: SurfaceMesh) -> Iterator[Step]:
     fired, kept, dr = pulses(made.radar, 0, made.mast), dict[str, Any](), device().dr
+    yield "sea", lambda: _sea(made, mesh, kept, "device")
     unheard = share_unheard(made.sea.resolved.elevation_std, made.scene.tracing.height_error_m)
     assert isinstance(made._trace, RayTracer)
     trace = made._trace
@@ -167,9 +210,11 @@ def _on_device(made: Simulator, mesh: SurfaceMesh) -> Iterator[Step]:
     yield "scattering", lambda: kept.update(returns=returns_on_device(made.surface, facets, there.levelled, light))
     returns = kept["returns"]
     heard = mesh.facets, there, light, returns, made.radar, fired, *_speckle(made)
-    yield "echoes", lambda: kept.update(echo=turn_echoes_on_device(*heard, unheard=unheard).voltage)
-    seen = FacetsOnDevice(mesh.facets, there, light, returns)
-    yield "truth", lambda: (kept["echo"], polar_truth_on_device(seen, made.radar, made.scene.retrieval, 0))
+    yield "echoes", lambda: kept.update(echo=turn_echoes_on_device(*heard, unheard=unheard))
+    seen, truth = FacetsOnDevice(mesh.facets, there, light, returns), (made.radar, made.scene.retrieval, 0)
+    yield "truth", lambda: kept.update(truth=polar_truth_on_device(seen, *truth))
+    take = _covariance(made, _echoes(made, kept["echo"]))
+    yield "covariance", lambda: {**kept, "sums": take()}
 
 
 if __name__ == "__main__":

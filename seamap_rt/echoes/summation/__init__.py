@@ -9,17 +9,16 @@ The same word has a whole turn, from its light to its gates, worked out on the d
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import InputError
+from ...compute.placement import ECHOES as VARIABLE
+from ...compute.placement import echoes_on_device as on_device
 from .batch import Beam, ColumnBatch, Columns, Geometry, ListedFacets, RangeTable, Speckle
 
-VARIABLE = "SEAMAP_RT_ECHOES"
 COLUMNS_ON_DEVICE = 256  # lanes for a whole device, in half a gigabyte of it
 
 __all__ = [
@@ -43,14 +42,6 @@ class Kernel(NamedTuple):
 
     sum_columns: Callable[[ColumnBatch], NDArray[np.float32]]
     columns: int
-
-
-def on_device() -> bool:
-    """Whether the environment names the device; not, where it names none. Raises InputError for another name."""
-    name = os.environ.get(VARIABLE, "processor")
-    if name not in ("processor", "device"):
-        raise InputError(f"{VARIABLE} = {name}: must be processor or device; correct the environment")
-    return name == "device"
 
 
 def kernel() -> Kernel:
