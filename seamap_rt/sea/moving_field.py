@@ -107,6 +107,7 @@ class MovingField:
         self.time_step = time_step or longest_time_step(lattice, self._variance)
         self._ahead, self._behind = self._coefficient_amplitudes(amplitude)
         self._cache: OrderedDict[Knot, tuple[Strip, NDArray[np.float32]]] = OrderedDict()
+        self._placed: dict[tuple[Knot, Strip], Any] = {}  # on the device
         self._recent: deque[frozenset[Knot]] = deque(maxlen=_REMEMBERED)
         self._lock = Lock()
         self._factors: dict[Kind, NDArray[np.complex64]] = {}
@@ -172,7 +173,7 @@ class MovingField:
         chosen: Sequence[_Sum],
     ) -> Iterator[tuple[NDArray[np.float64], int]]:
         """Values (n,) and their output rows, of points x, y and time in time steps: evaluated on the device, to which
-        the coefficients that the FFT has made here go up once."""
+        each knot's coefficients, which the FFT has made here, go up once, and stay as long as the cache has them."""
         from ..compute.device import ONE_AT_A_TIME, device
         from .spline_kernel import DERIVATIVES
         from .spline_on_device import CoefficientsThere, PointsThere, splines_on_device
@@ -185,10 +186,14 @@ class MovingField:
         origin = strip.first, self.shape[0]
         with ONE_AT_A_TIME:
             placed = PointsThere.of(x, y, first, knot_time - interval)
+            kept = {key: value for key, value in self._placed.items() if key[0] in self._cache or key[0] in knots}
+            new = {(key, strip): grid for key, grid in knots.items() if (key, strip) not in kept}
+            self._placed = kept | {key: device().place(grid) for key, grid in new.items()}
             for kind, _, scale, output_row in chosen:
-                grids = CoefficientsThere.of([knots[number, kind] for number in numbers], origin, self.shape[1])
+                grids = [self._placed[(number, kind), strip] for number in numbers]
+                there = CoefficientsThere.of(grids, (strip.count, self._columns), origin, self.shape[1])
                 wanted = np.flatnonzero(output_row >= 0).tolist()
-                made = splines_on_device(grids, placed, self._per_metre, weights, [DERIVATIVES[m] for m in wanted])
+                made = splines_on_device(there, placed, self._per_metre, weights, [DERIVATIVES[m] for m in wanted])
                 for m, values in zip(wanted, made, strict=True):
                     yield scale[m] * device().fetch(values, x.shape), int(output_row[m])
 

@@ -28,10 +28,11 @@ class CoefficientsThere(NamedTuple):
     period: int  # of the columns
 
     @classmethod
-    def of(cls, knots: Sequence[NDArray[np.float32]], origin: tuple[int, int], period: int) -> CoefficientsThere:
-        """Those of the host (row, column), placed there."""
-        rows, columns = knots[0].shape
-        return cls(device().place(np.stack(knots)), rows, columns, origin, period)
+    def of(
+        cls, knots: Sequence[Any], shape: tuple[int, int], origin: tuple[int, int], period: int
+    ) -> CoefficientsThere:
+        """Of each knot's, there (row, column) of that shape."""
+        return cls(device().dr.concat(tuple(knots)), *shape, origin, period)
 
 
 class PointsThere(NamedTuple):

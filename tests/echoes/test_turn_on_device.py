@@ -175,11 +175,13 @@ def test_from_ray_to_map_only_cells_come_back() -> None:
     moved.forget()
     echoes = echo_dataset(made.radar, [fired], [heard])
     found = retrieve_one(echoes)["polar"].to_dataset()
-    means = 4 * 16 * found["height"].size  # of one way, and three lags
+    size, windows = found["height"].size, 10  # at most, as the estimator and its error bars take them
+    means = (4 + windows) * 16 * size  # of one way, and three lags
     # Which pulses were heard; powers, by which a tenth of the gates is chosen, and those of these gates.
     count, cells = fired.number.size, found.sizes["range"]
     assert moved.down_bytes <= means + 2 * count + 4 * min(count, 1000) * cells + 4 * count * (cells // 10)
-    assert moved.up_bytes <= 12 * 7 * count + 2**13  # three numbers of a product, of both receivers
+    # Three numbers of a product, of both receivers; what turns the phases of windows, and the dwells that they are of.
+    assert moved.up_bytes <= 12 * 7 * count + (8 * windows + 34) * size + 2**13
     moved.forget()
     objects = np.zeros(heard.voltage.shape, dtype=np.complex64)
     again = turn_echoes_on_device(mesh.facets, there, light, returns, *chain, objects=objects)

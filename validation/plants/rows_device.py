@@ -8,6 +8,12 @@ _SUM, _TURN = "seamap_rt/echoes/summation/device.py", "seamap_rt/echoes/turn_on_
 _MESH, _RETURNS = "seamap_rt/mesh/on_device.py", "seamap_rt/echoes/returns_on_device.py"
 _BATCHES, _TURNS = "tests/echoes/test_summation.py", "tests/echoes/test_turn_on_device.py"
 _DWELLS, _SUMS = "seamap_rt/interferometry/covariance/dwells_on_device.py", "tests/interferometry/test_dwell_sums.py"
+_WINDOWS, _SPLINES = (
+    "seamap_rt/interferometry/covariance/windows_on_device.py",
+    "seamap_rt/sea/spline_on_device.py",
+)
+_WINDOWED = "tests/interferometry/test_window_kernel.py::test_windows_are_what_they_say"
+_SAME_SPLINES = "tests/sea/test_moving_field.py::test_the_device_has_the_same_splines"
 _RECEIVERS = "seamap_rt/echoes/receiving_on_device.py"
 _ALIKE = _TURNS + "::test_a_turn_is_the_processors"
 _FACETS = _TURNS + "::test_facets_there_are_those_of_the_host"
@@ -202,5 +208,75 @@ PLANTS = (
         "there = isinstance(value, ComplexOnDevice)",
         "there = isinstance(value, str)",
         _CROSSES,
+    ),
+    Plant(
+        "device: windows that turn the other way",
+        _WINDOWS,
+        "dr.sincos(-(of.Float(m) * along",
+        "dr.sincos((of.Float(m) * along",
+        _WINDOWED,
+    ),
+    Plant(
+        "device: windows of one side alone",
+        _WINDOWS,
+        "both = beside & opposite",
+        "both = beside",
+        _WINDOWED,
+    ),
+    Plant(
+        "device: a window's level at its own cell",
+        _WINDOWS,
+        "dr.gather(of.Float, each, place, both) for each in level[2:]",
+        "dr.gather(of.Float, each, lane, both) for each in level[2:]",
+        _WINDOWED,
+    ),
+    Plant(
+        "device: dwells go up for each window",
+        "seamap_rt/interferometry/covariance/windows.py",
+        "    @cached_property\n    def _cells_there",
+        "    @property\n    def _cells_there",
+        "tests/interferometry/test_window_kernel.py::test_dwells_go_to_the_device_once_and_windows_come_back",
+    ),
+    Plant(
+        "device: windows by way of the host",
+        _DWELLS,
+        "there=True",
+        "there=False",
+        _CROSSES,
+    ),
+    Plant(
+        "device: splines begin a row too far",
+        _SPLINES,
+        "whole - ((taps - 1) // 2 + origin)",
+        "whole - ((taps - 2) // 2 + origin)",
+        _SAME_SPLINES,
+    ),
+    Plant(
+        "device: splines of the neighbouring time step",
+        "seamap_rt/sea/moving_field.py",
+        "first = np.searchsorted(numbers, interval + TAPS[0])",
+        "first = np.searchsorted(numbers, np.maximum(interval - 1, interval.min()) + TAPS[0])",
+        _SAME_SPLINES,
+    ),
+    Plant(
+        "device: splines' steps in float32",
+        _SPLINES,
+        "steps = position * per_metre",
+        "steps = of.Float64(of.Float(position * per_metre))",
+        _SAME_SPLINES,
+    ),
+    Plant(
+        "device: knots go up each time",
+        "seamap_rt/sea/moving_field.py",
+        "self._placed = kept | ",
+        "self._placed = ",
+        _SAME_SPLINES,
+    ),
+    Plant(
+        "device: the sea stays where it was asked to go",
+        "seamap_rt/compute/placement.py",
+        'return word == "device" or (not word and',
+        'return word == "device" or (bool(word) and',
+        "tests/sea/test_moving_field.py::test_the_sea_goes_to_a_graphics_processor_with_the_echoes",
     ),
 )

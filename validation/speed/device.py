@@ -4,8 +4,10 @@
 
 Both ways take the same mesh, one after the other, so that seconds compare. Processor time counts, on LLVM, what the
 threads of Dr.Jit do as well; on a CUDA machine look at the wall. Bytes are those that cross between host and device
-(`moved`), of the processor's way those for the ray tracer. The sea's stage is its splines, of coefficients that are
-made; that of the covariance, the means over dwells that are taken from the voltages. Then come the kernels of one batch of columns, and last what the sea, the voltages, the truth and the covariance differ by.
+(`moved`), of the processor's way those for the ray tracer. The sea is that of one turn after another, with the FFTs of
+its new knots, which are the host's; the covariance is the means over dwells that are taken from the voltages, and the
+windows are one of 5 gates by 3 looks about each cell. Then come the kernels of one batch of columns, and last what both
+ways differ by.
 """
 
 from __future__ import annotations
@@ -32,9 +34,10 @@ from seamap_rt.echoes.turn import Hearing, turn_echoes
 from seamap_rt.echoes.turn_on_device import SumsOnDevice, turn_echoes_on_device
 from seamap_rt.echoes.unheard import share_unheard
 from seamap_rt.interferometry.covariance.dwell_sums import DwellSums, Paired
+from seamap_rt.interferometry.covariance.windows import Covariance
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.looks import Looks
-from seamap_rt.mesh import SurfaceMesh
+from seamap_rt.mesh import SurfaceMesh, polar_grid
 from seamap_rt.mesh.on_device import MeshOnDevice
 from seamap_rt.mesh.surface import sea_on_grid
 from seamap_rt.radar.scan import pulses
@@ -74,13 +77,14 @@ def main() -> None:
     for way, steps in (("processor", _on_processor), ("device", _on_device)):
         taken: dict[str, Taken] = {}
         for repeat in range(arguments.repeat + 1):  # the first compiles
-            results[way] = _walk(steps(made, replace(mesh)), taken if repeat else {})
+            results[way] = _walk(steps(made, replace(mesh), repeat), taken if repeat else {})
         _show(way, taken, facets)
     _show_kernels(made, mesh)
     one, other = results["processor"], results["device"]
     height = float(np.nanmax(np.abs(other["truth"]["height"].values - one["truth"]["height"].values)))
     print(f"differ, relative rms: voltages {_apart(one['echo'].voltage, other['echo'].voltage):.1e}", end="; ")
     print(f"covariance {_apart(one['sums'].one.cross, other['sums'].one.cross):.1e}", end="; ")
+    print(f"windows {_apart(one['windows'].cross, other['windows'].cross):.1e}", end="; ")
     print("sea " + ", ".join(f"{_apart(a, b):.1e}" for a, b in zip(one["sea"], other["sea"], strict=True)), end="; ")
     print(f"heights of the truth {height:.1e} m at most")
 
@@ -147,9 +151,10 @@ def _speckle(made: Simulator) -> tuple[int, float]:
     return made.scene.seed, made.scene.scattering.decorrelation_time_s
 
 
-def _sea(made: Simulator, mesh: SurfaceMesh, kept: dict[str, Any], word: str) -> None:
+def _sea(made: Simulator, turn: int, kept: dict[str, Any], word: str) -> None:
     os.environ[SEA] = word
-    kept["sea"] = sea_on_grid(made.sea, mesh.grid, made.surface.memory_rate)
+    grid = polar_grid(made.radar, made.scene.meshing, turn, made.mast)
+    kept["sea"] = sea_on_grid(made.sea, grid, made.surface.memory_rate)
 
 
 def _echoes(made: Simulator, received: Received) -> xr.Dataset:
@@ -170,9 +175,14 @@ def _covariance(made: Simulator, echoes: xr.Dataset) -> Callable[[], Any]:
     return take
 
 
-def _on_processor(made: Simulator, mesh: SurfaceMesh) -> Iterator[Step]:
+def _windows(covariance: Covariance) -> Covariance:
+    level = np.zeros(covariance.lower.shape)
+    return covariance.windowed_along(np.ones(5), np.ones(3), level, level)
+
+
+def _on_processor(made: Simulator, mesh: SurfaceMesh, turn: int) -> Iterator[Step]:
     fired, kept = pulses(made.radar, 0, made.mast), dict[str, Any]()
-    yield "sea", lambda: _sea(made, mesh, kept, "processor")
+    yield "sea", lambda: _sea(made, turn, kept, "processor")
     unheard = share_unheard(made.sea.resolved.elevation_std, made.scene.tracing.height_error_m)
     yield "facets", lambda: kept.update(facets=mesh.facets, strain=mesh.strain, levelled=mesh.levelled.facets)
     yield "light", lambda: kept.update(light=made._trace(mesh.levelled))
@@ -188,12 +198,13 @@ def _on_processor(made: Simulator, mesh: SurfaceMesh) -> Iterator[Step]:
     truth = made.radar, made.scene.retrieval, 0
     yield "truth", lambda: kept.update(truth=polar_truth(kept["light"].on(mesh.facets), returns.rcs, *truth))
     take = _covariance(made, _echoes(made, kept["echo"]))
-    yield "covariance", lambda: {**kept, "sums": take()}
+    yield "covariance", lambda: kept.update(sums=take())
+    yield "windows", lambda: {**kept, "windows": _windows(kept["sums"].one)}
 
 
-def _on_device(made: Simulator, mesh: SurfaceMesh) -> Iterator[Step]:
+def _on_device(made: Simulator, mesh: SurfaceMesh, turn: int) -> Iterator[Step]:
     fired, kept, dr = pulses(made.radar, 0, made.mast), dict[str, Any](), device().dr
-    yield "sea", lambda: _sea(made, mesh, kept, "device")
+    yield "sea", lambda: _sea(made, turn, kept, "device")
     unheard = share_unheard(made.sea.resolved.elevation_std, made.scene.tracing.height_error_m)
     assert isinstance(made._trace, RayTracer)
     trace = made._trace
@@ -214,7 +225,8 @@ def _on_device(made: Simulator, mesh: SurfaceMesh) -> Iterator[Step]:
     seen, truth = FacetsOnDevice(mesh.facets, there, light, returns), (made.radar, made.scene.retrieval, 0)
     yield "truth", lambda: kept.update(truth=polar_truth_on_device(seen, *truth))
     take = _covariance(made, _echoes(made, kept["echo"]))
-    yield "covariance", lambda: {**kept, "sums": take()}
+    yield "covariance", lambda: kept.update(sums=take())
+    yield "windows", lambda: {**kept, "windows": _windows(kept["sums"].one)}
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ antenna's phase centre is in T and R alike, cancels, and stays unknown. Noise is
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,9 +35,8 @@ class Channel:
         """As it would be had the upper receiver been the lower's like."""
         if self.ratio == 1.0:
             return covariance
-        return Covariance(
-            covariance.cross / np.conj(self.ratio), covariance.lower, covariance.upper / abs(self.ratio) ** 2
-        )
+        cross, upper = covariance.cross / np.conj(self.ratio), covariance.upper / abs(self.ratio) ** 2
+        return replace(covariance, cross=cross, upper=upper)
 
     def noise_power(self, recorded: float) -> float:
         """Noise [W] of either receiver once corrected, of the mean of both as it was recorded."""

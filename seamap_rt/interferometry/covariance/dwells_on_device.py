@@ -117,7 +117,7 @@ def _summed(
 
 def _fetched(of: Device, parts: list[Any], shape: tuple[int, int]) -> Covariance:
     real, imag, lower, upper = (of.fetch(each, shape).astype(np.float64) for each in parts)
-    return Covariance(real + 1j * imag, lower, upper)
+    return Covariance(real + 1j * imag, lower, upper, there=True)
 
 
 def sampled_on_device(voltage: ComplexOnDevice) -> NDArray[np.bool_]:

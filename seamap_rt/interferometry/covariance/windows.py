@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +13,9 @@ from numpy.typing import NDArray
 from ...compute.complex_on_device import ComplexOnDevice
 from ...compute.machine import in_blocks
 from .window_kernel import window_sums
+
+if TYPE_CHECKING:
+    from .windows_on_device import CellsThere
 
 Level = Callable[[int], NDArray[np.float64]]
 
@@ -22,6 +27,7 @@ class Covariance:
     cross: NDArray[np.complex128]  # ⟨V_lower V_upper*⟩ [W]
     lower: NDArray[np.float64]  # ⟨|V_lower|²⟩ [W], noise included
     upper: NDArray[np.float64]
+    there: bool = field(default=False, kw_only=True)  # it was summed on the device, and so are its windows
 
     @property
     def known(self) -> NDArray[np.bool_]:
@@ -56,14 +62,25 @@ class Covariance:
             here = np.exp(1j * np.stack([level(gate) for gate in range(-half, half + 1)]))
             there = np.exp(-1j * level(0))
         along, aside = (np.exp(-1j * np.atleast_2d(phase)) for phase in (phase_per_gate, phase_per_look))
+        if self.there:
+            from .windows_on_device import windows_on_device  # loaded where there is one
+
+            turns = np.atleast_2d(phase_per_gate), np.atleast_2d(phase_per_look), here, there
+            return Covariance(*windows_on_device(self._cells_there, range_weights, look_weights, *turns), there=True)
         given = cross, lower, upper, known, range_weights, look_weights, along, aside, here, there
         in_blocks(lambda *looks: window_sums(*looks, *given, sums, powers, weights), shape[0])
         with np.errstate(invalid="ignore"):
             return Covariance(sums / weights, powers[0] / weights, powers[1] / weights)
 
+    @cached_property
+    def _cells_there(self) -> CellsThere:
+        from .windows_on_device import CellsThere
+
+        return CellsThere.of(self.cross, self.lower, self.upper, self.known)
+
     def rotated(self, phase: NDArray[np.float64]) -> Covariance:
         """The same with a phase [rad], (look, gate), added to that between the receivers."""
-        return Covariance(self.cross * np.exp(1j * phase), self.lower, self.upper)
+        return replace(self, cross=self.cross * np.exp(1j * phase))
 
     @property
     def coherence(self) -> NDArray[np.float64]:
