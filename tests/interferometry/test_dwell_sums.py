@@ -252,6 +252,9 @@ def test_of_voltages_on_the_device_cells_come_back_alone() -> None:
     here, found = sums(voltage, Dwells(look, looks)), sums(there, Dwells(look, looks))
     assert here.one is not None
     assert found.one is not None
+    assert found.two is not None
+    assert found.one.there  # and so their windows are summed there
+    assert found.two.there
     kinds = 3 + len(found.lags)  # of one way, of both ways before and after
     assert moved.down_bytes == 16 * looks * GATES * kinds + 2 * pulses
     products = pulses * (1 + 1 + 2 * len(found.lags))  # each receiver's lags
