@@ -63,10 +63,16 @@ class Device:
     Bool: Any
 
     def place(self, values: NDArray[Any]) -> Any:
-        """An array on the device, flat: of float32 or 64, int32, uint32 or 64, or truth values."""
+        """A copy on the device, flat: of float32 or 64, int32, uint32 or 64, or truth values."""
         kinds = {"f4": self.Float, "f8": self.Float64, "i4": self.Int32, "u4": self.UInt32, "u8": self.UInt64}
         flat = np.ascontiguousarray(values).ravel()
         kind = self.Bool if flat.dtype == np.bool_ else kinds[flat.dtype.str[1:]]
+        if self.dr.backend_v(kind) == self.dr.JitBackend.LLVM and flat.size:
+            # Made of NumPy's array it would share that one's memory: changed with it, freed while a kernel still runs,
+            # and read beyond its end, for kernels take whole packets of lanes, which Dr.Jit's own memory has room for.
+            made = self.dr.empty(kind, flat.size)
+            np.array(made, copy=False)[...] = moved.up(flat)
+            return made
         return kind(moved.up(flat))
 
     def place_single(self, values: NDArray[Any]) -> Any:

@@ -279,4 +279,18 @@ PLANTS = (
         'return word == "device" or (bool(word) and',
         "tests/sea/test_moving_field.py::test_the_sea_goes_to_a_graphics_processor_with_the_echoes",
     ),
+    Plant(
+        "device: arrays that share the host's memory",
+        "seamap_rt/compute/device.py",
+        "self.dr.JitBackend.LLVM and flat.size:",
+        "self.dr.JitBackend.LLVM and flat.size < 0:",
+        "tests/test_device.py::test_what_is_placed_is_a_copy",
+    ),
+    Plant(
+        "device: voltages that come here each time",
+        "seamap_rt/compute/complex_on_device.py",
+        "    @cached_property\n    def here",
+        "    @property\n    def here",
+        "tests/test_device.py::test_complex_numbers_there_are_an_array_and_come_here_once",
+    ),
 )
