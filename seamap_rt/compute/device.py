@@ -50,6 +50,20 @@ class Moved:
 moved = Moved()
 
 
+def copied(kind: Any, values: NDArray[Any]) -> Any:
+    """Values (n,) of the host as an array of a type of Dr.Jit's, in memory of its own, counted.
+
+    On LLVM it would share NumPy's memory otherwise: be changed with it, or freed while a kernel still runs, and be read
+    beyond its end, for kernels take whole packets of lanes, which Dr.Jit's own memory has room for.
+    """
+    dr = importlib.import_module("drjit")
+    if dr.backend_v(kind) != dr.JitBackend.LLVM or not values.size:
+        return kind(moved.up(values))
+    made = dr.empty(kind, values.size)
+    np.array(made, copy=False)[...] = moved.up(values)
+    return made
+
+
 @dataclass(frozen=True)
 class Device:
     """Dr.Jit, and its arrays on the backend."""
@@ -67,13 +81,7 @@ class Device:
         kinds = {"f4": self.Float, "f8": self.Float64, "i4": self.Int32, "u4": self.UInt32, "u8": self.UInt64}
         flat = np.ascontiguousarray(values).ravel()
         kind = self.Bool if flat.dtype == np.bool_ else kinds[flat.dtype.str[1:]]
-        if self.dr.backend_v(kind) == self.dr.JitBackend.LLVM and flat.size:
-            # Made of NumPy's array it would share that one's memory: changed with it, freed while a kernel still runs,
-            # and read beyond its end, for kernels take whole packets of lanes, which Dr.Jit's own memory has room for.
-            made = self.dr.empty(kind, flat.size)
-            np.array(made, copy=False)[...] = moved.up(flat)
-            return made
-        return kind(moved.up(flat))
+        return copied(kind, flat)
 
     def place_single(self, values: NDArray[Any]) -> Any:
         """The same in float32."""

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compute.compiled import compiled
-from ..compute.device import moved
+from ..compute.device import copied
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets, SurfaceMesh
 from ..mesh.facets import FAR_FRACTION, NEAR_FRACTION, Plane
@@ -75,7 +75,7 @@ class ShadowRays:
         number, rise: (ray,) their numbers and their facets' rise, where these are there already.
         """
         mi, dr, facets = mitsuba(), importlib.import_module("drjit"), self.front.shape[2]
-        number = mi.UInt32(moved.up(self.number) if number is None else number)
+        number = copied(mi.UInt32, self.number) if number is None else mi.UInt32(number)
         row = number // facets
         start = dr.gather(mi.Point3f, mi.Point3f(*_axes(mi, self.starts.T)), row)
         look = dr.gather(mi.Vector2f, mi.Vector2f(*_axes(mi, self.look.T)), row)
@@ -84,7 +84,7 @@ class ShadowRays:
         north = look.y * ahead - look.x * right - start.y
         up = mi.Float(rise) if rise is not None else None
         if up is None:
-            up = dr.gather(mi.Float, mi.Float(moved.up(self.rise.reshape(-1))), number)
+            up = dr.gather(mi.Float, copied(mi.Float, self.rise.reshape(-1)), number)
         away = dr.sqrt(east * east + north * north)
         slant = dr.sqrt(away * away + up * up)
         return mi.Ray3f(
@@ -103,7 +103,7 @@ class ShadowRays:
 
 
 def _axes(mi: Any, table: NDArray[np.float32]) -> list[Any]:
-    return [mi.Float(moved.up(np.ascontiguousarray(axis))) for axis in table]
+    return [copied(mi.Float, np.ascontiguousarray(axis)) for axis in table]
 
 
 def shadow_rays(mesh: SurfaceMesh, facets: Facets, sheet: tuple[slice, ...]) -> ShadowRays:

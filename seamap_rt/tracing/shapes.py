@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from trimesh import Trimesh
 
 from ..compute.backend import prepare
-from ..compute.device import moved
+from ..compute.device import copied
 
 
 def mitsuba() -> Any:
@@ -41,4 +41,4 @@ def set_triangles(parameters: Any, prefix: str, surface: Trimesh) -> None:
 
 def flat(kind: Any, values: NDArray[Any], dtype: Any = np.float32) -> Any:
     """Values (any shape) as one flat Dr.Jit array of a type."""
-    return kind(moved.up(np.ascontiguousarray(values, dtype=dtype).ravel()))
+    return copied(kind, np.ascontiguousarray(values, dtype=dtype).ravel())
