@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..compute.backend import prepare
 from ..conventions import unit_from_azimuth
-from .shapes import mitsuba
+from .shapes import flat, mitsuba
 
 Elevation = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 
@@ -193,9 +193,9 @@ def _water(
     )
     mesh = mi.Mesh("sea", len(vertices), len(faces), has_vertex_normals=True, props=properties)
     parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = mi.Float(vertices.astype(np.float32).ravel())
-    parameters["vertex_normals"] = mi.Float(normals.astype(np.float32).ravel())
-    parameters["faces"] = mi.UInt32(faces.ravel())
+    parameters["vertex_positions"] = flat(mi.Float, vertices)
+    parameters["vertex_normals"] = flat(mi.Float, normals)
+    parameters["faces"] = flat(mi.UInt32, faces, np.uint32)
     parameters.update()
     return mesh
 
