@@ -89,41 +89,30 @@ class Fastest(NamedTuple):
         return cls(water, _fastest(outward[breaks], facets.velocity_up[breaks]))
 
 
-def echo_bandwidth(
-    facets: Facets | Fastest,
+def fastest_echo(
+    fastest: Fastest,
     wavenumber: float,
-    rotation_hz: float,
     decorrelation_time_s: float,
     motion: Motion | None,
     drift: float = 0.0,
-) -> float:
-    """Frequency [Hz] beyond which no scatterer echoes: the fastest one's Doppler, widened by speckle and rotation.
+) -> tuple[float, float]:
+    """Doppler frequency [Hz] beyond which no scatterer echoes, and the shortest decorrelation time [s] of any.
 
-    facets: or how fast they are, where that is known; drift: of the antennas [m/s], at most.
+    wavenumber: of the radar [rad/m]; drift: of the antennas [m/s], at most.
     """
-    fastest = facets if isinstance(facets, Fastest) else Fastest.of(facets, motion)
     water = drift + fastest.water
     if motion is None:
-        return rotation_hz + wavenumber * water / np.pi + _speckle_width(decorrelation_time_s)
-
-    def edge(speed: float, time_constant: float) -> float:
-        # Rotation and speckle each smear the line: their spectra are convolved, so their widths add as squares.
-        return wavenumber * speed / np.pi + float(np.hypot(rotation_hz, _speckle_width(time_constant)))
-
-    bragg = edge(water + motion.bragg_speed, decorrelation_time_s)
+        return wavenumber * water / np.pi, decorrelation_time_s
+    bragg = water + motion.bragg_speed
     if fastest.breakers is None:
-        return bragg
-    return max(bragg, edge(drift + fastest.breakers, motion.breaker_time(wavenumber, decorrelation_time_s)))
+        return wavenumber * bragg / np.pi, decorrelation_time_s
+    speed = max(bragg, drift + fastest.breakers)
+    return wavenumber * speed / np.pi, motion.breaker_time(wavenumber, decorrelation_time_s)
 
 
 def _fastest(*components: NDArray[np.float32]) -> float:
     """m/s, the greatest magnitude of velocities given by their components."""
     return float(np.sqrt(np.max(sum(each**2 for each in components), initial=0.0)))
-
-
-def _speckle_width(time_constant: float) -> float:
-    """Hz, 3.5 σ of the spectrum of exp(−(τ/τc)²)."""
-    return 3.5 / (np.sqrt(2.0) * np.pi * time_constant)
 
 
 @dataclass(frozen=True)

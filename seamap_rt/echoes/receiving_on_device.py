@@ -27,7 +27,7 @@ from ..radar.waveform import gate_spacing_m
 from ..random_streams import Stream
 from ..settings import RadarSettings
 from .receiving import Received
-from .slow_time import Nodes, interpolation_weights, paths_of_cycle
+from .slow_time import Nodes, paths_of_cycle
 from .summation.gaussian_on_device import member, normals
 
 
@@ -61,7 +61,7 @@ def received_on_device(total: SumsThere, nodes: Nodes, radar: RadarSettings, pul
 
 def _pulses(of: Device, total: SumsThere, nodes: Nodes, radar: RadarSettings, pulses: Pulses) -> tuple[Any, Any]:
     """See `slow_time.pulses_from_nodes`."""
-    dr, path, weights = of.dr, paths_of_cycle(radar), interpolation_weights(nodes.stride)
+    dr, path, weights = of.dr, paths_of_cycle(radar), nodes.weights
     receivers, taps = path.shape[1], weights.shape[1]
     lane = dr.arange(of.UInt32, pulses.number.size * receivers * total.gates)
     gate, cell = lane % total.gates, lane // total.gates

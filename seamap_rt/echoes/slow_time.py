@@ -1,13 +1,13 @@
 """Slow-time nodes: the few pulses at which echoes are summed, and the pulses between, interpolated.
 
 The echo is band-limited in slow time: rotation of the aperture, Doppler and speckle together span some ±500 Hz, far
-less than the PRF. What is known at nodes a few pulses apart is known at every pulse, by a windowed sinc.
+less than the PRF. What is known at nodes a few pulses apart is known at every pulse, but for a share of the power that
+the height error allowed bounds: `between_nodes` has the law.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +17,12 @@ from ..compute.machine import pool
 from ..mesh import Facets
 from ..radar.array import antenna_array
 from ..radar.scan import Pulses
-from ..settings import AntennaSettings, RadarSettings
-from .motion import Fastest, Motion, echo_bandwidth
+from ..settings import RadarSettings
+from .between_nodes import correlation_of, widest
+from .motion import Fastest, Motion, fastest_echo
 from .paths import wavenumber
 
-_TAPS = 16
 _LONGEST_STRIDE = 64  # pulses between nodes, however still the sea: nothing is gained beyond
-_OVERSAMPLING = 1.3  # nodes per Nyquist interval of a band that is a sum of worst cases
 _PULSES, _NODES = 500, 64  # worked on at a time
 
 
@@ -36,6 +35,8 @@ class Nodes:
     count: int
     spacing_s: float  # s
     time: NDArray[np.float64]  # (node,) s
+    weights: NDArray[np.float32]  # (phase, tap) of the nodes around a pulse; see `between_nodes.Between`
+    missed: float  # share of the power, between nodes
 
 
 def choose_nodes(
@@ -45,35 +46,25 @@ def choose_nodes(
     decorrelation_time_s: float,
     motion: Motion | None = None,
     fastest: Fastest | None = None,
+    unheard: float = 0.0,
 ) -> Nodes:
-    """Nodes as far apart as the echo's bandwidth allows: rotation + Doppler of the fastest scatterer + speckle of
-    decorrelation time τc [s], which may be infinite. motion: of the scatterers relative to the water; fastest: the
-    facets' speeds, where they are known already."""
-    array = antenna_array(radar)
-    wavelength = 2.0 * np.pi / wavenumber(radar)
-    per_degree = max(
-        _cycles_a_degree(settings, element.antenna.azimuth_beamwidth_deg, wavelength)
-        for settings, element in zip(radar.antennas or [radar.antenna] * 2, array.elements, strict=True)
-    )
+    """Nodes so far apart that no more than a share `unheard` of the power is missed between them, by rotation, Doppler
+    up to the fastest scatterer's, and speckle of decorrelation time τc [s], which may be infinite.
+
+    motion: of the scatterers relative to the water; fastest: the facets' speeds, where they are known already.
+    """
     drift = float(np.max(np.linalg.norm(facets.grid.drift, axis=-1), initial=0.0))
-    bandwidth = echo_bandwidth(
-        fastest or facets,
-        wavenumber(radar),
-        _fastest_sweep(facets, pulses) * per_degree,
-        decorrelation_time_s,
-        motion,
-        drift,
-    )
-    widest = radar.prf_hz / (2.0 * _OVERSAMPLING * _LONGEST_STRIDE)
-    stride, cycle = max(1, int(radar.prf_hz / (2.0 * _OVERSAMPLING * max(bandwidth, widest)))), len(array.cycle)
-    # A pulse's slot in the mode's cycle then depends on its phase between nodes alone.
-    stride = stride - stride % cycle if stride >= cycle else 1
-    margin = _TAPS // 2 if stride > 1 else 0
+    fastest = fastest or Fastest.of(facets, motion)
+    echo = fastest_echo(fastest, wavenumber(radar), decorrelation_time_s, motion, drift)
+    correlation = correlation_of(radar, _fastest_sweep(facets, pulses), *echo)
+    between = widest(correlation, 1.0 / radar.prf_hz, unheard, _LONGEST_STRIDE)
+    stride, margin = between.stride, between.weights.shape[1] // 2
     last = -(-pulses.number.size // stride)
     spacing_s = stride / radar.prf_hz
     first = -margin
     count = last + margin + 1 - first
-    return Nodes(stride, first, count, spacing_s, pulses.time[0] + spacing_s * np.arange(first, first + count))
+    time = pulses.time[0] + spacing_s * np.arange(first, first + count)
+    return Nodes(stride, first, count, spacing_s, time, between.weights, between.missed)
 
 
 def _fastest_sweep(facets: Facets, pulses: Pulses) -> float:
@@ -85,14 +76,6 @@ def _fastest_sweep(facets: Facets, pulses: Pulses) -> float:
         return 0.0
     fastest = facets.grid.spacing_deg / float(np.diff(facets.grid.time).min())
     return fastest if fastest > 1.1 * pulses.mast.rate else pulses.mast.rate
-
-
-def _cycles_a_degree(settings: AntennaSettings, beam_deg: float, wavelength: float) -> float:
-    """Bandwidth of an antenna's two-way pattern. It is the transform of the aperture convolved with itself: strictly
-    ±width/λ per radian. A Gaussian beam has no edge; 1.35 per beam width holds all but 1e-5 of it. A measured one may
-    be either."""
-    strict, soft = float(np.radians(settings.width_m / wavelength)), 1.35 / beam_deg
-    return {"slotted_waveguide": strict, "file": max(strict, soft)}.get(settings.pattern, soft)
 
 
 def nodes_first(sums: NDArray[np.float32]) -> NDArray[np.complex64]:
@@ -111,19 +94,18 @@ def nodes_first(sums: NDArray[np.float32]) -> NDArray[np.complex64]:
 def pulses_from_nodes(
     echo: NDArray[np.complex64], nodes: Nodes, radar: RadarSettings, pulses: Pulses
 ) -> NDArray[np.complex64]:
-    """Voltages (pulse, receiver, gate) [√W] from the paths' sums (node, path, gate) [√W], by a windowed sinc; NaN where
+    """Voltages (pulse, receiver, gate) [√W] from the paths' sums (node, path, gate) [√W], by its weights; NaN where
     the mode does not sample a receiver."""
     array = antenna_array(radar)
     count = pulses.number.size
     voltages = np.empty((count, len(array.receivers), echo.shape[2]), dtype=np.complex64)
     path = paths_of_cycle(radar)
-    weights = interpolation_weights(nodes.stride)
     # Real and imaginary components are weighed alike: plain numbers, twice as many.
     sums, out = (each.view(np.float32).reshape(*each.shape[:2], -1) for each in (echo, voltages))
 
     def work(start: int) -> None:
         stop = min(start + _PULSES, count)
-        _interpolate(sums, -nodes.first, nodes.stride, weights, path[pulses.slot[start:stop]], start, out)
+        _interpolate(sums, -nodes.first, nodes.stride, nodes.weights, path[pulses.slot[start:stop]], start, out)
 
     with pool() as workers:
         list(workers.map(work, range(0, count, _PULSES)))
@@ -162,16 +144,3 @@ def _interpolate(echo, zero, stride, weights, path, start, voltages):
                     weight, known = weights[phase, tap], echo[node + tap - taps // 2 + 1, number]
                     for n in range(row.size):
                         row[n] += weight * known[n]
-
-
-@lru_cache(maxsize=16)
-def interpolation_weights(stride: int) -> NDArray[np.float32]:
-    """Weights (phase, tap) of the nodes around a pulse that lies `phase` pulses after a node, `stride` to the next: a
-    sinc in a window of Kaiser (1974)."""
-    # Node n + tap − taps/2 + 1 lies phase/stride − (tap − taps/2 + 1) nodes before the pulse.
-    offset = np.arange(stride)[:, None] / stride - (np.arange(_TAPS) - _TAPS // 2 + 1)
-    # A Kaiser-windowed sinc of support ±taps/2; β trades ripple against the transition that oversampling leaves.
-    half = _TAPS // 2
-    beta = np.pi * half * (1.0 - 1.0 / _OVERSAMPLING)
-    window = np.i0(beta * np.sqrt(np.maximum(0.0, 1.0 - (offset / half) ** 2))) / np.i0(beta)
-    return (np.sinc(offset) * window).astype(np.float32)

@@ -6,7 +6,7 @@ While the beam passes a column (30 ms) a facet moves by centimetres: its range r
 the rate of its radial velocity, and its speckle s(t) decorrelates, with a Doppler shift of its own where its scatterers
 move relative to the water. The echo is band-limited in slow time: rotation of the aperture, Doppler and speckle
 together span some ±500 Hz, far less than the PRF. So the sum is formed at *nodes* a few pulses apart, and the pulses
-between are interpolated by a windowed sinc.
+between follow from them.
 """
 
 from __future__ import annotations
@@ -70,9 +70,9 @@ def turn_echoes(
 
     rcs (column, facet) [m²]; decorrelation_time_s: τc of the speckle, may be infinite; motion: of the scatterers
     relative to the water, none if left out; objects: voltages (pulse, receiver, sample) [√W] of the scene's objects,
-    added before the receiver; unheard: share of the power that may be left out aside, and as much in range (see
-    `unheard.share_unheard`). Receivers that the mode does not sample on a pulse are NaN. The same seed gives the same
-    bits for any number of threads. Raises ValueError if motion does not fit the facets.
+    added before the receiver; unheard: share of the power that may be left out aside, as much in range and as much
+    between slow-time nodes (see `unheard.share_unheard`). Receivers that the mode does not sample on a pulse are NaN.
+    The same seed gives the same bits for any number of threads. Raises ValueError if motion does not fit the facets.
     """
     if motion is not None:
         motion.check(facets)
@@ -134,7 +134,7 @@ class Hearing:
         fastest: Fastest | None = None,
     ) -> Hearing:
         """See `turn_echoes`. fastest: how fast the facets are, where that is known already, and whether any break."""
-        nodes = choose_nodes(facets, radar, pulses, decorrelation_time_s, motion, fastest)
+        nodes = choose_nodes(facets, radar, pulses, decorrelation_time_s, motion, fastest, unheard)
         beams = beams_heard(radar, unheard)
         reach = _reach_s(facets, pulses, facets.grid.reach_deg - (BEAMS_BEYOND - beams) * antenna_array(radar).beam_deg)
         window = int(np.floor(2.0 * reach / nodes.spacing_s)) + 1 if np.isfinite(reach) else nodes.count

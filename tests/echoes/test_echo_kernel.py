@@ -17,7 +17,7 @@ from seamap_rt import random_streams
 from seamap_rt.conventions import SPEED_OF_LIGHT, unit_from_azimuth
 from seamap_rt.echoes import turn_voltages
 from seamap_rt.echoes.gating import received_samples
-from seamap_rt.echoes.motion import Motion, MovingSpeckle, echo_bandwidth
+from seamap_rt.echoes.motion import Fastest, Motion, MovingSpeckle, fastest_echo
 from seamap_rt.echoes.slow_time import Nodes, choose_nodes
 from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis
 from seamap_rt.echoes.summation.gaussian import gaussians, key_of
@@ -257,17 +257,19 @@ def test_few_facets_whose_scatterers_move(platform: dict | None) -> None:
 def test_nodes_leave_room_for_breakers_that_are_but_a_share_of_a_facet() -> None:
     facets = seen_by(radar_of()).facets
     columns = facets.height.shape[0]
-    bandwidths = []
+    echoes = []
     for share in (0.01, 1.0):
         breaking = np.zeros(facets.height.shape, np.float32)
         breaking[3, 200] = share
         motion = Motion(0.24, np.full(columns, 0.5), breaking, np.full(columns, 9.0), 0.3)
-        bandwidths.append(echo_bandwidth(facets, 209.6, 50.0, TAU, motion))
-    assert bandwidths[0] == bandwidths[1]
-    assert bandwidths[0] > 209.6 * 9.0 / np.pi
+        echoes.append(fastest_echo(Fastest.of(facets, motion), 209.6, TAU, motion))
+    assert echoes[0] == echoes[1]
+    assert echoes[0][0] > 209.6 * 8.0 / np.pi  # on water that runs the other way
+    assert echoes[0][1] < TAU
     # What runs towards all this adds its own speed.
     for each in (None, replace(motion, breaking=None), motion):
-        still, drifting = (echo_bandwidth(facets, 209.6, 50.0, TAU, each, drift) for drift in (0.0, 5.0))
+        fastest = Fastest.of(facets, each)
+        still, drifting = (fastest_echo(fastest, 209.6, TAU, each, drift)[0] for drift in (0.0, 5.0))
         np.testing.assert_allclose(drifting - still, 209.6 * 5.0 / np.pi, rtol=1e-5)
 
 

@@ -268,6 +268,16 @@ def test_waves_run_faster_by_half_of_their_steepness_squared() -> None:
     assert steep == pytest.approx(100.0 * 0.5 * (2.0 * np.pi / 40.0 * 0.5) ** 2, rel=0.01)
 
 
+@pytest.mark.parametrize("allowed", [0.005, 0.01])
+def test_what_is_missed_between_nodes_costs_a_tenth_of_the_height_error(allowed: float) -> None:
+    scene, resolved = small(**{"tracing.height_error_m": allowed})
+    share = (0.1 * allowed / resolved.elevation_std) ** 2
+    assert 1e-6 < share < 1e-4  # neither of the limits
+    found = row(left_out(scene, resolved), "pulses between slow-time nodes")
+    assert found["value"] == pytest.approx(0.1 * allowed)
+    assert f"{10.0 * np.log10(share):.2g} dB" in found["why"]
+
+
 def test_sea_spikes_cost_is_of_the_scattering() -> None:
     rows = costed(
         modelled(*small(scattering__sea_spikes=True)), {"first": {**TIMING, "scattering": 0.25}, "warm": None}

@@ -318,4 +318,25 @@ PLANTS = (
         "2.0 * (BEAMS_BEYOND - beams) * antenna_array(radar).beam_deg",
         "tests/echoes/test_unheard.py::test_what_is_heard_stays_as_it_was",
     ),
+    Plant(
+        "echoes: nodes that leave room for half the Doppler",
+        "seamap_rt/echoes/between_nodes.py",
+        "np.sinc(2.0 * doppler_hz * lag)",
+        "np.sinc(doppler_hz * lag)",
+        "tests/echoes/test_between_nodes.py::test_a_turn_misses_between_its_nodes_what_the_law_says",
+    ),
+    Plant(
+        "echoes: nodes too far apart for the error allowed",
+        "seamap_rt/echoes/between_nodes.py",
+        "return max(share, _LEAST)",
+        "return max(10.0 * share, _LEAST)",
+        "tests/echoes/test_between_nodes.py::test_a_turn_misses_between_its_nodes_what_the_law_says",
+    ),
+    Plant(
+        "account: what is missed between nodes, in voltage",
+        "seamap_rt/report/limits/leaving_out.py",
+        "math.sqrt(missed) * sigma",
+        "missed * sigma",
+        "tests/report/test_limits.py::test_what_is_missed_between_nodes_costs_a_tenth_of_the_height_error",
+    ),
 )
