@@ -3,8 +3,8 @@
     V(path, gate, node) = Σ_facets E(path, facet, node) a(path) h(path, gate) s(node) exp(−jk(R_tx + R_rx)(node))
 
 Nodes are the innermost axis everywhere: a processor's lanes take them together. Real and imaginary components are kept
-in separate arrays for the same reason. A facet's phase is reduced to one cycle in float64, and advances from node to
-node by a constant factor (a rotation of some 50 steps in float32 errs by 1e-5 rad).
+in separate arrays for the same reason. A facet's phase, and what it advances by up to each node, are reduced to one
+cycle in float64.
 
 Facets are worked on some at a time: what each needs once (its random numbers, its phases, the gates that hear it) is
 computed for all of them by the processor's lanes. A column is summed in a place of its own, which stays in the cache.
@@ -15,10 +15,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compute.compiled import compiled
+from ...compute.compiled import compiled, compiled_step
 from ...compute.lanes import LANES, add, less, load, plus, product, store, zeros
 from .batch import ALIKE, ColumnBatch
-from .gaussian import count_bits, key_of, normals, unit_phasor
+from .gaussian import key_of, normals, unit_phasor
 
 _CYCLES_PER_RAD = 1.0 / (2.0 * np.pi)
 _FACETS = 32  # worked on at a time
@@ -59,11 +59,11 @@ def _add_columns(batch, modes, column_sum, taps, out):
     columns, speckle, table = batch.columns, batch.speckle, batch.response
     window, paths, gates, whole = batch.window, out.shape[1], out.shape[2], modes.shape[3]
     of_first, of_second = speckle.first_kind_modes, modes.shape[2] - speckle.first_kind_modes
-    drawn = _FACETS * (_whole(of_first) + _whole(of_second))
-    bits, unit = np.empty(drawn, np.uint64), np.empty((2, drawn), np.float32)
-    numbers = np.empty((_FACETS, 2, of_first + of_second), np.float32)
+    drawn = _FACETS * (of_first + of_second)
+    keys, bits, unit = np.empty(_FACETS, np.uint64), np.empty(drawn, np.uint64), np.empty((2, drawn), np.float32)
+    numbers = np.empty((2, of_first + of_second, _FACETS), np.float32)
     step, phase = np.empty((paths, _FACETS)), np.empty((paths, _FACETS))
-    constant, turn = np.empty((paths, 2, _FACETS), np.float32), np.empty((paths, 2, _FACETS), np.float32)
+    constant, turn = np.empty((paths, 2, _FACETS), np.float32), np.empty((paths, _FACETS))
     phasor_of, heard = np.empty((paths, _FACETS), np.int64), np.empty((3, paths, _FACETS), np.int64)
     phasor = np.empty((paths, 2, whole), np.float32)
     by_phase = _gates_by_phase(table, taps)
@@ -74,39 +74,37 @@ def _add_columns(batch, modes, column_sum, taps, out):
         end = columns.first_facet[column + 1]
         for first in range(columns.first_facet[column], end, _FACETS):
             count = min(end - first, _FACETS)
-            _draw_modes(speckle, columns.number[column], batch.facets.number, first, count, bits, unit, numbers)
+            _draw_modes(speckle, columns.number[column], batch.facets.number, first, count, keys, bits, unit, numbers)
             _find_phases(batch, first, count, columns.begin_s[column], by_phase.shape, step, phase, phasor_of, heard)
             _turn(batch.facets.amplitude, first, count, step, phase, constant, turn)
             for n in range(count):
                 for path in range(paths):
                     if phasor_of[path, n] == path:
-                        _fill_phasor(turn[path, 0, n], turn[path, 1, n], phasor, path)
+                        _fill_phasor(turn[path, n], phasor, path)
                 _add_facet(n, modes, column, numbers, phasor, phasor_of, constant, heard, response, weight, column_sum)
         _add_column(column_sum, taps, columns.first_node[column], out)
 
 
 @compiled
-def _draw_modes(speckle, column, facets, first, count, bits, unit, numbers):
-    """Fill numbers (facet, component, mode) of `count` facets from `first` on, those of each kind times its strength.
-    column, facets (facet,): their keys in the random source. bits, unit (component, number): room for whole groups of
-    lanes of each kind."""
+def _draw_modes(speckle, column, facets, first, count, keys, bits, unit, numbers):
+    """Fill numbers (component, mode, facet) of `count` facets from `first` on, those of each kind times its strength.
+    column, facets (facet,): their keys in the random source. keys (facet,), bits, unit (component, number): room."""
     streams, strength, kinds = speckle.streams, speckle.strength, speckle.strength.shape[1]
-    of_first, modes, drawn = speckle.first_kind_modes, numbers.shape[2], bits.size // _FACETS
-    gap = _whole(of_first)
-    key, other = key_of(streams[0], column), key_of(streams[kinds - 1], column)
-    for n in range(count):
-        row, facet = bits[n * drawn : (n + 1) * drawn], facets[first + n]
-        count_bits(key_of(key, facet), row[:gap])
-        count_bits(key_of(other, facet), row[gap:])
-    real, imag = unit[0], unit[1]
-    normals(bits[: count * drawn], real, imag)
-    for n in range(count):
-        root, start = strength[first + n, 0], n * drawn
-        for mode in range(of_first):
-            numbers[n, 0, mode], numbers[n, 1, mode] = root * real[start + mode], root * imag[start + mode]
-        root, start = strength[first + n, kinds - 1], n * drawn + gap - of_first
-        for mode in range(of_first, modes):
-            numbers[n, 0, mode], numbers[n, 1, mode] = root * real[start + mode], root * imag[start + mode]
+    of_first, modes = speckle.first_kind_modes, numbers.shape[1]
+    for kind in range(kinds):
+        key, begin, end = key_of(streams[kind], column), of_first * kind, of_first if kind == 0 else modes
+        for n in range(count):
+            keys[n] = key_of(key, facets[first + n])
+        for mode in range(begin, end):
+            for n in range(count):
+                bits[mode * count + n] = key_of(keys[n], mode - begin)
+    drawn, real, imag = modes * count, unit[0], unit[1]
+    normals(bits[:drawn], real, imag)
+    for mode in range(modes):
+        kind = 0 if mode < of_first else kinds - 1
+        for n in range(count):
+            root = strength[first + n, kind]
+            numbers[0, mode, n], numbers[1, mode, n] = root * real[mode * count + n], root * imag[mode * count + n]
 
 
 @compiled
@@ -146,8 +144,8 @@ def _find_phases(batch, first, count, begin_s, by_phase, step, phase, phasor_of,
 
 @compiled
 def _turn(amplitude, first, count, step, phase, constant, turn):
-    """Fill constant (path, component, facet) with a exp(−j phase) and turn with exp(−j step), of `count` facets from
-    `first` on. Angles are reduced in float64."""
+    """Fill constant (path, component, facet) with a exp(−j phase) and turn (path, facet) with −step in cycles, within
+    ±½, of `count` facets from `first` on. Angles are reduced in float64."""
     for path in range(step.shape[0]):
         for n in range(count):
             cycles = -phase[path, n] * _CYCLES_PER_RAD
@@ -157,7 +155,7 @@ def _turn(amplitude, first, count, step, phase, constant, turn):
             constant[path, 1, n] = value.real * sine + value.imag * cosine
         for n in range(count):
             cycles = -step[path, n] * _CYCLES_PER_RAD
-            turn[path, 0, n], turn[path, 1, n] = unit_phasor(np.float32(cycles - np.rint(cycles)))
+            turn[path, n] = cycles - np.rint(cycles)
 
 
 @compiled
@@ -174,7 +172,7 @@ def _gates_by_phase(table, taps):
     return made
 
 
-@compiled
+@compiled_step
 def _add_facet(n, modes, column, numbers, phasor, phasor_of, constant, heard, response, weight, column_sum):
     """Add facet n of those at work to column_sum (path, gate, component, node).
 
@@ -182,14 +180,14 @@ def _add_facet(n, modes, column, numbers, phasor, phasor_of, constant, heard, re
     one that each path uses (path, facet), times each path's constant (path, component, facet), the weight (path or 1,
     gate, node) of the beam at the facet's own gate, and the response of the gates that hear it (see _find_phases).
     """
-    count, whole, real, imag = modes.shape[2], modes.shape[3], numbers[n, 0], numbers[n, 1]
+    count, whole = modes.shape[2], modes.shape[3]
     gates, rows, weights, paths = weight.shape[1], column_sum.shape[1], weight.shape[0], phasor_of.shape[0]
     taps = np.uint64((rows - gates) // 2)
     for node in range(0, whole, LANES):
         xa = yb = xb = ya = zeros()  # separate sums: no addition waits for another
         index = column * 2 * count * whole + node
         for mode in range(count):
-            x, y = real[mode], imag[mode]
+            x, y = numbers[0, mode, n], numbers[1, mode, n]
             a, b = load(modes, index), load(modes, index + count * whole)
             xa, yb, xb, ya = add(xa, x, a), add(yb, y, b), add(xb, x, b), add(ya, y, a)
             index += whole
@@ -234,26 +232,12 @@ def _add_column(column_sum, taps, start, out):
     column_sum[:] = 0.0
 
 
-@compiled
-def _fill_phasor(cosine, sine, phasor, path):
-    """Fill phasor[path] (component, node) with the powers of a unit phasor: those of one group of lanes by doubling,
-    then each group from the one before."""
-    real, imag = phasor[path, 0], phasor[path, 1]
-    real[0], imag[0] = 1.0, 0.0
-    re, im, known = cosine, sine, 1
-    while known < LANES:  # so many powers are known, and re + j im is the next
-        for node in range(known):
-            a, b = real[node], imag[node]
-            real[known + node], imag[known + node] = a * re - b * im, a * im + b * re
-        re, im = re * re - im * im, re * im + im * re
-        known *= 2
-    whole = phasor.shape[2]
-    index = path * 2 * whole
-    a, b = load(phasor, index), load(phasor, index + whole)
-    for node in range(LANES, whole, LANES):
-        a, b = add(add(zeros(), re, a), -im, b), add(add(zeros(), re, b), im, a)
-        store(phasor, index + node, a)
-        store(phasor, index + whole + node, b)
+@compiled_step
+def _fill_phasor(cycles, phasor, path):
+    """Fill phasor[path] (component, node) with exp(2πj cycles · node)."""
+    for node in range(phasor.shape[2]):
+        turns = cycles * node
+        phasor[path, 0, node], phasor[path, 1, node] = unit_phasor(np.float32(turns - np.rint(turns)))
 
 
 @compiled
