@@ -29,6 +29,14 @@ class TwoWayBeams:
     aside: NDArray[np.float64]  # (path or 1, leg) m that the leg's antenna stands off the array's axis
     scale: float  # entries per unit of direction cosine; 0 lies half an entry beyond the middle
 
+    def at_most(self, cosine: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Voltage over the peak's, of the path that has most, at such direction cosines or further to either side."""
+        voltage = np.abs(self.tables.astype(np.float64).prod(axis=1)).max(axis=0)
+        half = voltage.size // 2
+        aside = np.maximum(voltage[half:], voltage[:half][::-1])
+        beyond = np.maximum.accumulate(aside[::-1])[::-1]
+        return np.asarray(beyond[np.minimum(np.abs(cosine) * self.scale, half - 1).astype(int)] / beyond[0])
+
     def share_beyond(self, cosine: ArrayLike) -> NDArray[np.float64]:
         """Share of the two-way power from beyond such direction cosines to either side, of the path with the most."""
         power = np.square(self.tables.astype(np.float64).prod(axis=1))

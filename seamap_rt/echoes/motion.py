@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import Facets
-from .speckle import speckle_basis, speckle_stream, two_way_basis
+from .speckle import EVENLY, Heard, speckle_basis, speckle_stream, two_way_basis
 
 _BREAKERS = (1,)  # the draw of a column that is theirs; the Bragg waves have its first
 
@@ -138,13 +138,15 @@ class MovingSpeckle:
         motion: Motion,
         seed: int,
         breaks: bool | None = None,
+        heard: Heard = EVENLY,
     ) -> MovingSpeckle:
         """For a column of so many nodes, spacing_s [s] apart; wavenumber: of the radar [rad/m]; τc [s]; breaks: whether
-        anything does, where the motion does not hold the facets' shares."""
+        anything does, where the motion does not hold the facets' shares; heard: what the beam hears of the nodes."""
         if breaks is None:
             breaks = motion.breaking is not None and bool(motion.breaking.any())
-        bragg, contrast = two_way_basis(nodes, spacing_s, decorrelation_time_s, 2.0 * wavenumber * motion.bragg_speed)
-        breakers = speckle_basis(nodes, spacing_s, motion.breaker_time(wavenumber, decorrelation_time_s))
+        turning = 2.0 * wavenumber * motion.bragg_speed
+        bragg, contrast = two_way_basis(nodes, spacing_s, decorrelation_time_s, turning, heard)
+        breakers = speckle_basis(nodes, spacing_s, motion.breaker_time(wavenumber, decorrelation_time_s), heard)
         return cls(motion, bragg, contrast, breakers, spacing_s, wavenumber, seed, breaks)
 
     def modes(self, columns: slice, begin: NDArray[np.float64]) -> tuple[NDArray[np.complex64], ...]:

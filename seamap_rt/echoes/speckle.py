@@ -1,13 +1,15 @@
 """Speckle: unit complex Gaussian per facet, correlated in slow time as exp(−(τ/τc)²) where nothing but time passes.
 
 Over the few milliseconds for which the beam dwells on a column the process has few degrees of freedom: it is drawn in
-the basis of its own covariance matrix, truncated where the discarded variance is below 1e-4.
+the basis of its own covariance matrix as the beam hears it, truncated where no more of its power than may be left out
+is discarded. Every node keeps its variance: what is lost is how speckle that is hardly heard goes with the rest.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +17,26 @@ from numpy.typing import NDArray
 from .. import random_streams
 from ..random_streams import Stream
 from .summation.gaussian import gaussians, key_of
+
+LEFT_OUT = 1e-4  # share of the power that modes leave out, where no error asks for less
+
+
+class Heard(NamedTuple):
+    """How a column's nodes are heard: all alike where no voltage is said."""
+
+    voltage: tuple[float, ...] | None = None  # (node,) of the beam over its peak's, above 0
+    left_out: float = LEFT_OUT  # share of the power that modes may leave out
+
+    def through(self, voltage: NDArray[np.float64]) -> Heard:
+        """Through a beam of voltage (node,). What is heard with less than may be left out counts as that."""
+        return self._replace(voltage=tuple(np.maximum(voltage, np.sqrt(self.left_out)).tolist()))
+
+    def at(self, nodes: int) -> NDArray[np.float64]:
+        """(node,)"""
+        return np.ones(nodes) if self.voltage is None else np.array(self.voltage)
+
+
+EVENLY = Heard()
 
 
 @dataclass(frozen=True)
@@ -39,18 +61,21 @@ class StillSpeckle:
 
 
 @lru_cache(maxsize=8)
-def speckle_basis(nodes: int, spacing_s: float, decorrelation_time_s: float) -> NDArray[np.float32]:
+def speckle_basis(
+    nodes: int, spacing_s: float, decorrelation_time_s: float, heard: Heard = EVENLY
+) -> NDArray[np.float32]:
     """(mode, node): real rows whose products with unit complex Gaussians have the required covariance."""
-    lag = _lags(nodes, spacing_s)
-    variance, modes = _strongest_modes(np.exp(-((lag / decorrelation_time_s) ** 2)))
-    basis = (modes * np.sqrt(np.maximum(variance, 0.0))).T
+    lag, voltage = _lags(nodes, spacing_s), heard.at(nodes)
+    covariance = voltage[:, None] * np.exp(-((lag / decorrelation_time_s) ** 2)) * voltage
+    variance, modes = _strongest_modes(covariance, heard.left_out)
+    basis = (modes * np.sqrt(np.maximum(variance, 0.0))).T / voltage
     basis /= np.sqrt(np.sum(basis**2, axis=0))  # unit variance at every node, exactly
     return basis.astype(np.float32)
 
 
 @lru_cache(maxsize=8)
 def two_way_basis(
-    nodes: int, spacing_s: float, decorrelation_time_s: float, turning: float
+    nodes: int, spacing_s: float, decorrelation_time_s: float, turning: float, heard: Heard = EVENLY
 ) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
     """Modes of speckle whose phase turns at +turning [rad/s] for a share w of its power, at −turning for the rest.
 
@@ -58,13 +83,14 @@ def two_way_basis(
     the sum over m with unit complex Gaussians has the covariance exp(−(τ/τc)²)[w e^{+jωτ} + (1 − w) e^{−jωτ}]: where
     the sum of two covariances is made the identity, their difference can be made diagonal.
     """
-    lag = _lags(nodes, spacing_s)
-    envelope = np.exp(-((lag / decorrelation_time_s) ** 2))
-    variance, modes = _strongest_modes(envelope * np.cos(turning * lag))  # of half and half: holds all that any w needs
+    lag, voltage = _lags(nodes, spacing_s), heard.at(nodes)
+    envelope = voltage[:, None] * np.exp(-((lag / decorrelation_time_s) ** 2)) * voltage
+    # Of half and half: that holds all that any w needs.
+    variance, modes = _strongest_modes(envelope * np.cos(turning * lag), heard.left_out)
     root = np.sqrt(np.maximum(variance, np.finfo(float).tiny))
     whitened = modes / root
     contrast, rotation = np.linalg.eigh(1j * (whitened.T @ (envelope * np.sin(turning * lag)) @ whitened))
-    return np.asarray((modes * root) @ rotation, dtype=np.complex128).T, np.clip(contrast, -1.0, 1.0)
+    return np.asarray((modes * root) @ rotation, dtype=np.complex128).T / voltage, np.clip(contrast, -1.0, 1.0)
 
 
 def _lags(nodes: int, spacing_s: float) -> NDArray[np.float64]:
@@ -73,16 +99,18 @@ def _lags(nodes: int, spacing_s: float) -> NDArray[np.float64]:
     return time[:, None] - time[None, :]
 
 
-def _strongest_modes(covariance: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Variances (mode,) and eigenvectors (node, mode) of a covariance of unit variance at each node.
+def _strongest_modes(
+    covariance: NDArray[np.float64], left_out: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Variances (mode,) and eigenvectors (node, mode) of a covariance, but for that share of the variance.
 
     The strongest comes first, and each is positive at the last node: modes of windows that differ a little are alike,
     and a column that is heard at the end of a turn and again at the start of the next keeps its speckle.
     """
     variance, modes = np.linalg.eigh(covariance)
     modes = np.where(modes[-1] < 0.0, -modes, modes)
-    # Ascending: drop the smallest until 1e-4 of the variance is gone.
-    kept = np.cumsum(variance) > 1e-4 * variance.size
+    # Ascending: drop the smallest until so much of the variance is gone.
+    kept = np.cumsum(variance) > left_out * np.trace(covariance)
     kept[-1] = True
     return variance[kept][::-1], modes[:, kept][:, ::-1]
 

@@ -34,9 +34,9 @@ from .motion import Fastest, Motion, MovingSpeckle
 from .paths import facet_paths, wavenumber
 from .receiving import Received, receive
 from .slow_time import Nodes, choose_nodes, nodes_first, pulses_from_nodes
-from .speckle import StillSpeckle, speckle_basis
+from .speckle import Heard, StillSpeckle, speckle_basis
 from .summation import Beam, ColumnBatch, Columns, Geometry, Kernel, ListedFacets, RangeTable, Speckle, kernel
-from .unheard import beams_heard
+from .unheard import beams_heard, share_of_speckle
 
 T = TypeVar("T")
 Sums = Callable[[slice], tuple[int, NDArray[np.float32]]]  # of columns: first node's number and their sum
@@ -107,6 +107,18 @@ def _reach_s(facets: Facets, pulses: Pulses, reach_deg: float) -> float:
     return reach_deg / (slowest if slowest < rate * (1.0 - 1e-6) else rate)
 
 
+def best_towards_any_gate(
+    beams: TwoWayBeams, turned_deg: NDArray[np.float64], across: NDArray[np.float64], height_m: float, nearest_m: float
+) -> NDArray[np.float64]:
+    """Voltage (node,) of the beam, over its peak's, towards the gate of a column that hears best when the boresight has
+    turned so far past it: a fan that leans, and antennas aside, hear near gates off the bearing."""
+    drop = height_m / nearest_m
+    off = drop * float(np.abs(across[:, 2]).max()) + float(np.abs(beams.aside).max()) / nearest_m
+    level = np.sqrt(1.0 - drop**2)
+    cosine = level * np.sin(np.radians(np.minimum(np.abs(turned_deg), 90.0)))
+    return beams.at_most(np.maximum(cosine - off, 0.0))
+
+
 @dataclass(frozen=True)
 class Hearing:
     """How the radar hears the columns of a turn: at which nodes, through which gates and beams, with what speckle."""
@@ -117,6 +129,7 @@ class Hearing:
     nodes: Nodes
     window: int
     reach_s: float
+    heard: Heard
     speckle: StillSpeckle | MovingSpeckle
     beams: TwoWayBeams
     across: NDArray[np.float64]  # (node, 3) the aperture's axis in the world
@@ -136,17 +149,23 @@ class Hearing:
         """See `turn_echoes`. fastest: how fast the facets are, where that is known already, and whether any break."""
         nodes = choose_nodes(facets, radar, pulses, decorrelation_time_s, motion, fastest, unheard)
         beams = beams_heard(radar, unheard)
-        reach = _reach_s(facets, pulses, facets.grid.reach_deg - (BEAMS_BEYOND - beams) * antenna_array(radar).beam_deg)
+        reach_deg = facets.grid.reach_deg - (BEAMS_BEYOND - beams) * antenna_array(radar).beam_deg
+        reach = _reach_s(facets, pulses, reach_deg)
         window = int(np.floor(2.0 * reach / nodes.spacing_s)) + 1 if np.isfinite(reach) else nodes.count
+        across = pulses.mast.pose(nodes.time).axes[:, 0]
+        tables, samples = two_way_beams(radar), tabulated(radar, unheard)
+        heard = Heard(None, share_of_speckle(unheard))
+        if np.isfinite(reach):
+            turned = reach_deg / reach * nodes.spacing_s * (np.arange(window, dtype=np.float64) - 0.5 * (window - 1))
+            nearest = max(float(samples.samples.range[0]), radar.height_m)
+            heard = heard.through(best_towards_any_gate(tables, turned, across, radar.height_m, nearest))
         if motion is None:
-            speckle = StillSpeckle(speckle_basis(window, nodes.spacing_s, decorrelation_time_s), seed)
+            speckle = StillSpeckle(speckle_basis(window, nodes.spacing_s, decorrelation_time_s, heard), seed)
         else:
             breaks = None if fastest is None else fastest.breakers is not None
             k = wavenumber(radar)
-            speckle = MovingSpeckle.over(window, nodes.spacing_s, k, decorrelation_time_s, motion, seed, breaks)
-        across = pulses.mast.pose(nodes.time).axes[:, 0]
-        heard = tabulated(radar, unheard)
-        return cls(facets, radar, heard, nodes, window, reach, speckle, two_way_beams(radar), across)
+            speckle = MovingSpeckle.over(window, nodes.spacing_s, k, decorrelation_time_s, motion, seed, breaks, heard)
+        return cls(facets, radar, samples, nodes, window, reach, heard, speckle, tables, across)
 
     def total(self, sums: Sums, columns: int) -> NDArray[np.float32]:
         """The sum (component, path, sample, node) over all columns, so many at a time."""

@@ -20,9 +20,11 @@ from ..radar.scan import BEAMS_BEYOND
 from ..settings import RadarSettings
 from .beams import two_way_beams
 from .gating import tabulated
+from .speckle import LEFT_OUT
 
 _WITHIN = 0.1  # of the height error allowed, for a single sample: cells have tens
 _MOST = 1e-4  # of the power, however flat the sea: in deep shadow nothing else may be heard
+_MOST_SPECKLE = 1e-3  # of the power: covariances of pulses err by no more
 _BEAMS = np.arange(20, round(20 * BEAMS_BEYOND) + 1) / 20.0
 
 
@@ -46,6 +48,13 @@ def share_aside(radar: RadarSettings, beams: ArrayLike) -> NDArray[np.float64]:
     """Share of the two-way power from more than so many beam widths to either side, of the path that has most."""
     aside = np.radians(np.minimum(np.asarray(beams) * antenna_array(radar).beam_deg, 90.0))
     return np.maximum(two_way_beams(radar).share_beyond(np.sin(aside)), 0.0)
+
+
+def share_of_speckle(share: float) -> float:
+    """The share p of a facet's power that may go on in slow time otherwise than by its law, where that share of all
+    power may be left out. It is of the same water: no phase turns by √p, but what errs by chance errs by p of itself
+    more or less. So p σ is that tenth here, and p at most 1e-3; where nothing may be left out, 1e-4."""
+    return min(_MOST_SPECKLE, float(np.sqrt(share))) if share > 0.0 else LEFT_OUT
 
 
 def unheard_error_m(radar: RadarSettings, elevation_std_m: float, share: float) -> float:

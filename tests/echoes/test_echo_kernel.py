@@ -17,10 +17,10 @@ from seamap_rt import random_streams
 from seamap_rt.conventions import SPEED_OF_LIGHT, unit_from_azimuth
 from seamap_rt.echoes import turn_voltages
 from seamap_rt.echoes.gating import received_samples
-from seamap_rt.echoes.motion import Fastest, Motion, MovingSpeckle, fastest_echo
+from seamap_rt.echoes.motion import Fastest, Motion, fastest_echo
 from seamap_rt.echoes.slow_time import Nodes, choose_nodes
-from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis
 from seamap_rt.echoes.summation.gaussian import gaussians, key_of
+from seamap_rt.echoes.turn import Hearing
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.radar.receiver import amplitude_constant
@@ -116,11 +116,8 @@ def _speckle_of(
     facets, fired = seen.facets, seen.fired
     reach = np.inf if fired.mast.rate == 0.0 else _reach(facets, fired)
     window = nodes.count if np.isinf(reach) else int(2.0 * reach / nodes.spacing_s) + 1
-    speckle = (
-        StillSpeckle(speckle_basis(window, nodes.spacing_s, decorrelation_time_s), SEED)
-        if motion is None
-        else MovingSpeckle.over(window, nodes.spacing_s, _wavenumber(seen.radar), decorrelation_time_s, motion, SEED)
-    )
+    # What the modes are is tested by their covariance (test_heard_speckle).
+    speckle = Hearing.of(facets, seen.radar, fired, SEED, decorrelation_time_s, motion).speckle
 
     def speckle_of(column: int, facet: int) -> NDArray[np.complex128]:
         passing = facets.grid.column_pose[slice(column, column + 1)]

@@ -276,6 +276,8 @@ def test_what_is_missed_between_nodes_costs_a_tenth_of_the_height_error(allowed:
     found = row(left_out(scene, resolved), "pulses between slow-time nodes")
     assert found["value"] == pytest.approx(0.1 * allowed)
     assert f"{10.0 * np.log10(share):.2g} dB" in found["why"]
+    going_on = row(left_out(scene, resolved), "how speckle goes on in its weakest modes")
+    assert going_on["value"] == pytest.approx(min(0.1 * allowed, 1e-3 * resolved.elevation_std))
 
 
 def test_sea_spikes_cost_is_of_the_scattering() -> None:

@@ -339,4 +339,18 @@ PLANTS = (
         "missed * sigma",
         "tests/report/test_limits.py::test_what_is_missed_between_nodes_costs_a_tenth_of_the_height_error",
     ),
+    Plant(
+        "echoes: speckle of fewer modes than are heard",
+        "seamap_rt/echoes/speckle.py",
+        "kept = np.cumsum(variance) > left_out",
+        "kept = np.cumsum(variance) > 30.0 * left_out",
+        "tests/echoes/test_heard_speckle.py::test_what_is_heard_goes_on_by_its_law",
+    ),
+    Plant(
+        "echoes: modes for a fan that does not lean",
+        "seamap_rt/echoes/turn.py",
+        "off = drop * float(np.abs(across[:, 2]).max()) + ",
+        "off = 0.0 * drop * float(np.abs(across[:, 2]).max()) + ",
+        "tests/echoes/test_heard_speckle.py::test_no_gate_hears_a_node_louder_than_its_modes_reckon",
+    ),
 )

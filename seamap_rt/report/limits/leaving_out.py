@@ -9,7 +9,7 @@ import numpy as np
 
 from ...conventions import db
 from ...echoes.between_nodes import most_missed
-from ...echoes.unheard import beams_heard, share_unheard, unheard_error_m
+from ...echoes.unheard import beams_heard, share_of_speckle, share_unheard, unheard_error_m
 from ...physics.propagation import earth_drop_m, edge_blur_m
 from ...physics.shadowing import second_bounce_share
 from ...radar import link, precision
@@ -91,6 +91,9 @@ def _unheard(case: Case) -> Iterator[Row]:
     says += "lower tracing.height_error_m"
     source = "√p σ, p of the power (`echoes.between_nodes`)"
     yield row("pulses between slow-time nodes", math.sqrt(missed) * sigma, error, source, says)
+    lost, source = share_of_speckle(share), "p σ, p of the power (`echoes.unheard.share_of_speckle`)"
+    says = f"speckle's modes hold all but {float(db(lost)):.2g} dB of what the beam hears; lower tracing.height_error_m"
+    yield row("how speckle goes on in its weakest modes", lost * sigma, "m rms of heights' errors", source, says)
 
 
 def _no_boat(case: Case) -> Iterator[Row]:
