@@ -24,13 +24,13 @@ class _Numpy:
     @staticmethod
     def split(position: Any) -> tuple[Any, Any]:
         """The whole part of numbers ≥ 0, as an index, and the rest."""
-        index = position.astype(np.int32)
+        index = position.astype(np.intp)
         return index, position - index.astype(np.float32)
 
     @staticmethod
     def take(table: NDArray[Any], index: Any) -> Any:
         """The table's entries at these places."""
-        return table[index]
+        return table.take(index)
 
 
 class _Device:

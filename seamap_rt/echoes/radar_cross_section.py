@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,33 +119,40 @@ class SeaSurface:
 
     def terms(self, facets: Illumination, strain: NDArray[np.float32] | None) -> Terms:
         """What theory gives, by what scatters. strain (column, facet): of the facets' mesh; None for none."""
-        reached = _reached(facets)
-        column, facet = np.nonzero(reached)
-        look, cross = facets.slope_look[reached], facets.slope_cross[reached]
+        mask = _reached(facets)
+        reached = np.flatnonzero(mask)  # a mask would be gone through once for each array
+        column = np.repeat(np.arange(len(mask)), np.count_nonzero(mask, axis=1))
+        facet = reached - column * mask.shape[1]
+
+        def of_reached(values: NDArray[Any]) -> NDArray[Any]:
+            return values.reshape(-1).take(reached)
+
+        look, cross = of_reached(facets.slope_look), of_reached(facets.slope_cross)
         if facets.ray_slope is None:
-            slope = np.divide(-facets.rise[reached], facets.distance[facet], dtype=np.float32)
+            slope = of_reached(facets.rise).astype(np.float32) / (-facets.distance).astype(np.float32).take(facet)
         else:
-            slope = facets.ray_slope[reached].astype(np.float32, copy=False)
+            slope = of_reached(facets.ray_slope).astype(np.float32, copy=False)
         sigma = nrcs_composite(
             np.float32(0.5 * np.pi) - np.arctan(slope),
             look,
             cross,
-            self.wind(facets)[column, 0],
+            self.wind(facets)[:, 0].take(column),
             frequency_hz=self.radar.frequency_hz,
             permittivity=self.permittivity,
             polarization=self.scattering.polarization,
             waves=self.short_waves,
-            strain=None if strain is None else strain[reached],
+            strain=None if strain is None else of_reached(strain),
             strain_variance=self.strain_variance,
             breaking=self.scattering.breaking,
         )
         # A local σ0 multiplies the facet's true area.
-        area = np.sqrt(np.float32(1.0) + look**2 + cross**2) * facets.horizontal_area[facet].astype(np.float32)
+        horizontal = facets.horizontal_area.astype(np.float32).take(facet)
+        area = np.sqrt(np.float32(1.0) + look**2 + cross**2) * horizontal
         if facets.facing_in_sight is not None:  # tilts that turn away are among those that σ0 is the mean of
-            area *= facets.facing_in_sight[reached]
-        power = [np.zeros(reached.shape, dtype=np.float32) for _ in sigma]
+            area *= of_reached(facets.facing_in_sight)
+        power = [np.zeros(facets.height.shape, dtype=np.float32) for _ in sigma]
         for whole, each in zip(power, sigma, strict=True):
-            whole[reached] = each * area
+            whole.reshape(-1)[reached] = each * area
         return Terms(*power)
 
     def mean(self, facets: Facets) -> NDArray[np.float64]:
