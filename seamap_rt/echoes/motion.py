@@ -84,9 +84,8 @@ class Fastest(NamedTuple):
         water = _fastest(facets.velocity_look, facets.velocity_up)
         if motion is None or motion.breaking is None or not motion.breaking.any():
             return cls(water, None)
-        breaks = motion.breaking > 0.0
         outward = facets.velocity_look + motion.breaker_speed[:, None].astype(np.float32)
-        return cls(water, _fastest(outward[breaks], facets.velocity_up[breaks]))
+        return cls(water, _fastest(outward, facets.velocity_up, motion.breaking > 0.0))
 
 
 def fastest_echo(
@@ -110,9 +109,13 @@ def fastest_echo(
     return wavenumber * speed / np.pi, motion.breaker_time(wavenumber, decorrelation_time_s)
 
 
-def _fastest(*components: NDArray[np.float32]) -> float:
-    """m/s, the greatest magnitude of velocities given by their components."""
-    return float(np.sqrt(np.max(sum(each**2 for each in components), initial=0.0)))
+def _fastest(look: NDArray[np.float32], up: NDArray[np.float32], where: NDArray[np.bool_] | None = None) -> float:
+    """m/s, the greatest magnitude of velocities given by their components; where: of these alone."""
+    square = look * look
+    square += up * up
+    if where is not None:
+        square *= where
+    return float(np.sqrt(np.max(square, initial=0.0)))
 
 
 @dataclass(frozen=True)

@@ -126,8 +126,8 @@ def paths_of_cycle(radar: RadarSettings) -> NDArray[np.intp]:
 def _interpolate(echo, zero, stride, weights, path, start, voltages):
     """Fill voltages (pulse, receiver, number) from `start` on; echo (node, path, number), `zero` the node of pulse 0.
 
-    weights (phase, tap): of nodes around a pulse, by its number of pulses after a node; path (pulse, receiver), −1 for
-    none.
+    weights (phase, tap): of an even number of nodes around a pulse, by its number of pulses after a node; path (pulse,
+    receiver), −1 for none.
     """
     taps = weights.shape[1]
     for pulse in range(path.shape[0]):
@@ -139,8 +139,13 @@ def _interpolate(echo, zero, stride, weights, path, start, voltages):
             elif phase == 0:
                 row[:] = echo[node, number]
             else:
-                row[:] = np.float32(0.0)
-                for tap in range(taps):
-                    weight, known = weights[phase, tap], echo[node + tap - taps // 2 + 1, number]
-                    for n in range(row.size):
-                        row[n] += weight * known[n]
+                first = node - taps // 2 + 1
+                for tap in range(0, taps, 2):  # two at a time: the row is read and written half as often
+                    one, other = weights[phase, tap], weights[phase, tap + 1]
+                    near, beside = echo[first + tap, number], echo[first + tap + 1, number]
+                    if tap == 0:
+                        for n in range(row.size):
+                            row[n] = one * near[n] + other * beside[n]
+                    else:
+                        for n in range(row.size):
+                            row[n] += one * near[n] + other * beside[n]

@@ -265,7 +265,10 @@ class ColumnSums:
 
     def __call__(self, columns: slice) -> tuple[int, NDArray[np.float32]]:
         """First node's number and the columns' sum (component, path, gate, node), real and imaginary."""
-        column, facet = np.nonzero(self.rcs[columns])
+        echoing = self.rcs[columns] != 0.0
+        each = np.count_nonzero(echoing, axis=1)
+        column = np.repeat(np.arange(each.size), each)
+        facet = np.flatnonzero(echoing) - column * echoing.shape[1]
         chosen = column + columns.start, facet
         paths = facet_paths(self.facets, self.rcs, self.hearing.radar, columns, chosen=chosen)
         listed = ListedFacets(
@@ -275,6 +278,6 @@ class ColumnSums:
             radial_velocity=paths.coming,
             amplitude=paths.amplitude.astype(np.complex64, copy=False),
         )
-        first = np.searchsorted(column, np.arange(columns.stop - columns.start + 1))
+        first = np.append(0, np.cumsum(each))
         low, batch = self.hearing.batch(columns, first, listed, self.hearing.speckle.strengths(chosen))
         return low, self.kernel.sum_columns(batch)

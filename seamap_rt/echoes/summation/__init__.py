@@ -52,4 +52,4 @@ def kernel() -> Kernel:
         return Kernel(sum_columns, COLUMNS_ON_DEVICE)
     from .processor import sum_columns
 
-    return Kernel(sum_columns, 16)  # their sums stay near the cache
+    return Kernel(sum_columns, 32)  # their sums stay near the cache
