@@ -41,7 +41,7 @@ from seamap_rt.simulation import Simulator
 
 STAGES = ("sea", "mesh", "trace", "echoes", "truth", "retrieve", "total")
 BESIDE = {"sweep": (), "peers": ("--repeat", "5")}  # scripts, and what they are told
-MODES, NODES, GATES, TAPS = 14, 21, 5, 16  # of choppy_sea: speckle's modes, nodes a column is heard at, gates a facet
+MODES, NODES, GATES, TAPS = 7, 15, 5, 10  # of choppy_sea: speckle's modes, nodes a column is heard at, gates a facet
 
 
 def main() -> None:

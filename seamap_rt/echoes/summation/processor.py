@@ -85,7 +85,7 @@ def _add_columns(batch, modes, column_sum, taps, out):
         _add_column(column_sum, taps, columns.first_node[column], out)
 
 
-@compiled
+@compiled_step
 def _draw_modes(speckle, column, facets, first, count, keys, bits, unit, numbers):
     """Fill numbers (component, mode, facet) of `count` facets from `first` on, those of each kind times its strength.
     column, facets (facet,): their keys in the random source. keys (facet,), bits, unit (component, number): room."""
@@ -107,7 +107,7 @@ def _draw_modes(speckle, column, facets, first, count, keys, bits, unit, numbers
             numbers[0, mode, n], numbers[1, mode, n] = root * real[mode * count + n], root * imag[mode * count + n]
 
 
-@compiled
+@compiled_step
 def _find_phases(batch, first, count, begin_s, by_phase, step, phase, phasor_of, heard):
     """Of `count` facets from `first` on, of each path (path, facet): fill in by what the phase k(R_i + R_j) [rad]
     advances from node to node, the phase at the window's first node, and the path whose phasor it uses; and heard, what
@@ -142,7 +142,7 @@ def _find_phases(batch, first, count, begin_s, by_phase, step, phase, phasor_of,
                     break
 
 
-@compiled
+@compiled_step
 def _turn(amplitude, first, count, step, phase, constant, turn):
     """Fill constant (path, component, facet) with a exp(−j phase) and turn (path, facet) with −step in cycles, within
     ±½, of `count` facets from `first` on. Angles are reduced in float64."""
