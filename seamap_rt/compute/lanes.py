@@ -1,8 +1,8 @@
 """Eight numbers at a time, as a processor's vector registers hold them, for numba's compiled loops.
 
 Short sums of short rows are what compilers seldom put into vector registers by themselves. Here it is written out: a
-variable of a compiled function can hold `LANES` numbers of single precision, and the functions below act on all of them
-at once. Where a processor's registers are shorter, LLVM splits them. Nothing here can be called from Python.
+variable of a compiled function can hold `LANES` numbers of single or double precision, and the functions below act on
+all of them at once. Where a processor's registers are shorter, LLVM splits them. Python itself can call nothing here.
 """
 
 from __future__ import annotations
@@ -15,42 +15,41 @@ from numba.core import cgutils
 from numba.extending import intrinsic, models, register_model
 
 LANES = 8
-_WIDE = ir.VectorType(ir.FloatType(), LANES)
+_WIDE = {types.float32: ir.VectorType(ir.FloatType(), LANES), types.float64: ir.VectorType(ir.DoubleType(), LANES)}
 _INDEX = ir.IntType(32)
 _FUSED = ("contract",)  # a product and its sum may be rounded once
 _compiled_inline: Any = intrinsic  # compiled code calls it without the first argument, which is numba's own
 
 
 class _Lanes(types.Type):
-    """Numba's type of such a variable."""
+    """Numba's type of such a variable; number: the type of what each lane holds."""
 
-    def __init__(self) -> None:
-        super().__init__("Lanes")
+    def __init__(self, number: Any) -> None:
+        self.number = number
+        super().__init__(f"Lanes({number})")
 
 
 @register_model(_Lanes)
 class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, _WIDE)
-
-
-_lanes = _Lanes()
+        super().__init__(manager, kind, _WIDE[kind.number])
 
 
 @_compiled_inline
 def zeros(context):
-    """All lanes 0."""
-    return _lanes(), lambda *_: ir.Constant(_WIDE, None)
+    """All lanes 0, of single precision."""
+    return _Lanes(types.float32)(), lambda *_: ir.Constant(_WIDE[types.float32], None)
 
 
 @_compiled_inline
 def load(context, array, start):
-    """The LANES numbers of a contiguous float32 array from flat index `start` on, unchecked."""
+    """The LANES numbers of a contiguous array from flat index `start` on, unchecked."""
 
     def code(context, builder, signature, values):
-        return builder.load(_address(context, builder, signature.args[0], *values), align=4)
+        kind = signature.args[0]
+        return builder.load(_address(context, builder, kind, *values), align=kind.dtype.bitwidth // 8)
 
-    return _lanes(_contiguous(array), types.intp), code
+    return _Lanes(_contiguous(array).dtype)(array, types.intp), code
 
 
 @_compiled_inline
@@ -58,10 +57,11 @@ def store(context, array, start, lanes):
     """Write them back to there, unchecked."""
 
     def code(context, builder, signature, values):
-        builder.store(values[2], _address(context, builder, signature.args[0], *values[:2]), align=4)
+        kind = signature.args[0]
+        builder.store(values[2], _address(context, builder, kind, *values[:2]), align=kind.dtype.bitwidth // 8)
         return context.get_dummy_value()
 
-    return types.void(_contiguous(array), types.intp, _lanes), code
+    return types.void(_contiguous(array), types.intp, _Lanes(array.dtype)), code
 
 
 @_compiled_inline
@@ -85,12 +85,12 @@ def add(context, total, factor, lanes):
     """total + factor · lanes, with one factor for all lanes."""
 
     def code(context, builder, signature, values):
-        undefined = ir.Constant(_WIDE, ir.Undefined)
+        undefined = ir.Constant(_WIDE[lanes.number], ir.Undefined)
         first = builder.insert_element(undefined, values[1], ir.Constant(_INDEX, 0))
         factors = builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(_INDEX, LANES), None))
         return builder.fadd(values[0], builder.fmul(factors, values[2], flags=_FUSED), flags=_FUSED)
 
-    return _lanes(_lanes, types.float32, _lanes), code
+    return lanes(lanes, lanes.number, lanes), code
 
 
 @_compiled_inline
@@ -100,7 +100,7 @@ def product(context, first, second):
     def code(context, builder, signature, values):
         return builder.fmul(*values, flags=_FUSED)
 
-    return _lanes(_lanes, _lanes), code
+    return first(first, first), code
 
 
 @_compiled_inline
@@ -110,7 +110,7 @@ def less(context, first, second):
     def code(context, builder, signature, values):
         return builder.fsub(*values, flags=_FUSED)
 
-    return _lanes(_lanes, _lanes), code
+    return first(first, first), code
 
 
 @_compiled_inline
@@ -120,7 +120,7 @@ def plus(context, first, second):
     def code(context, builder, signature, values):
         return builder.fadd(*values, flags=_FUSED)
 
-    return _lanes(_lanes, _lanes), code
+    return first(first, first), code
 
 
 @_compiled_inline
@@ -138,17 +138,17 @@ def dot(context, first, second):
             total = builder.fadd(builder.shuffle_vector(total, total, low), builder.shuffle_vector(total, total, high))
         return builder.extract_element(total, ir.Constant(_INDEX, 0))
 
-    return types.float32(_lanes, _lanes), code
+    return first.number(first, first), code
 
 
 def _contiguous(array: Any) -> Any:
     """The array's type, if its numbers lie one after the other."""
-    if not (isinstance(array, types.Array) and array.layout == "C" and array.dtype == types.float32):
-        raise TypeError(f"array = {array}: must be a C-contiguous array of float32")
+    if not (isinstance(array, types.Array) and array.layout == "C" and array.dtype in _WIDE):
+        raise TypeError(f"array = {array}: must be a C-contiguous array of float32 or float64")
     return array
 
 
 def _address(context: Any, builder: Any, kind: Any, array: Any, start: Any) -> Any:
     """Where the array's lanes from `start` on lie in memory."""
     data = context.make_array(kind)(context, builder, array).data
-    return builder.bitcast(builder.gep(data, [start]), _WIDE.as_pointer())
+    return builder.bitcast(builder.gep(data, [start]), _WIDE[kind.dtype].as_pointer())

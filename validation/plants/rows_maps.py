@@ -191,9 +191,16 @@ PLANTS = (
     ),
     Plant(
         "optimal estimate",
-        _MAPS + "estimation/optimal.py",
+        _MAPS + "estimation/optimal_kernel.py",
         "estimate[0, look, gate] = mean",
         "estimate[0, look, gate] = 0.9 * mean",
+        "tests/interferometry/test_optimal.py::test_it_is_what_numpy_solves",
+    ),
+    Plant(
+        "optimal estimate's kept neighbours",
+        _MAPS + "estimation/optimal_kernel.py",
+        "index[0, out] >= high",
+        "index[0, out] > high",
         "tests/interferometry/test_optimal.py::test_it_is_what_numpy_solves",
     ),
     Plant(

@@ -1,0 +1,208 @@
+"""The inner loops of optimal interpolation, compiled: neighbours, their covariances, and what these make of them.
+
+A few gates share their neighbours, hence a matrix. From one look to the next most neighbours stay, and their
+covariances with them: only those with new ones are worked out. Looks are gone through from the last to the first, and
+neighbours are kept in that order.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...compute.compiled import compiled, compiled_step
+from ...compute.lanes import LANES, add, load, store
+
+BLOCK = 3  # gates that share their neighbours
+_GATES = 3  # neighbouring gates to either side
+MOST_LOOKS = 3  # neighbouring looks to either side, at most
+_MOST = (2 * MOST_LOOKS + 1) * (BLOCK + 2 * _GATES)  # neighbours
+_SIDES = 1 + BLOCK  # right-hand sides: what was measured, and the covariances with each gate's cell
+_WIDE = _SIDES + _MOST + 3 * LANES  # with room for whole groups of lanes behind
+
+
+@compiled
+def interpolate(
+    height, parts, points, wanted, tables, level, spacing, along, across, looks, together, beside, first, last, estimate
+):
+    """Blocks of gates first … last − 1 of estimate (mean and variance, look, gate)."""
+    rows, gates = height.shape
+    per_spacing = 1.0 / spacing
+    sea, middle = tables[0, 0], tables.shape[2] // 2
+    # Between its entries the table is linear: of an arc of curvature κ the middle of a chord of length h lies κ h²/8
+    # away, a quarter of what the covariance loses over h.
+    rounding = 0.25 * (sea[middle, middle] - min(sea[middle + 1, middle], sea[middle, middle + 1]))
+    given, left = np.zeros((_MOST, _WIDE)), np.zeros((_MOST, _WIDE))
+    near, index, inverse = np.empty((6, _MOST)), np.empty((2, _MOST), np.int64), np.empty(_MOST)
+    row, corner, shares = np.empty(_MOST), np.empty(_MOST, np.uint32), np.empty((3, _MOST))
+    for block in range(first, last):
+        start, stop = block * BLOCK, min(gates, (block + 1) * BLOCK)
+        towards, pairs = tables[level[start], 1], tables[level[start], 2]
+        count, lowest = 0, rows
+        for look in range(rows - 1, -1, -1):
+            if not wanted[look, start:stop].any():
+                continue
+            low, high = max(0, look - looks[start]), min(rows, look + looks[start] + 1)
+            kept = _without_looks(given, near, index, count, high)
+            count = _with_looks(
+                height, parts, points, low, min(high, lowest), start, stop, rounding, given, near, index, kept
+            )
+            lowest = low
+            for i in range(kept, count):
+                row[: i + 1] = 0.0
+                _add_sea(row, i + 1, near, near[0, i], near[1, i], pairs, per_spacing, 1.0, corner, shares)
+                _add_errors(row, i, near, index, together, beside)
+                row[i] += rounding
+                given[i, _SIDES : _SIDES + i + 1] = row[: i + 1]
+            for gate in range(start, stop):
+                if not wanted[look, gate]:
+                    continue
+                x, y, east, north = points[:, look, gate]
+                row[:count] = 0.0
+                for u in (-along, along):
+                    for v in (-across[gate], across[gate]):
+                        there, aside = x + u * east + v * north, y + u * north - v * east
+                        _add_sea(row, count, near, there, aside, towards, per_spacing, 0.25, corner, shares)
+                for i in range(count):
+                    given[i, 1 + gate - start] = row[i]
+            _eliminate(given, count, near[2], left, inverse)
+            for gate in range(start, stop):
+                if not wanted[look, gate]:
+                    continue
+                mean, explained = 0.0, 0.0
+                for i in range(count):
+                    part = left[i, 1 + gate - start]
+                    mean += part * left[i, 0] * inverse[i]
+                    explained += part * part * inverse[i]
+                prior = _of_mean(sea, per_spacing, points[2, look, gate], points[3, look, gate], along, across[gate])
+                estimate[0, look, gate] = mean
+                estimate[1, look, gate] = max(prior - explained, 0.0)
+
+
+@compiled_step
+def _without_looks(given, near, index, count, high):
+    """Leave out the first neighbours, of looks from `high` on; how many are left."""
+    out = 0
+    while out < count and index[0, out] >= high:
+        out += 1
+    kept = count - out
+    if out > 0:
+        for i in range(kept):
+            given[i, 0] = given[i + out, 0]
+            for j in range(_SIDES, _SIDES + i + 1, LANES):
+                store(given, i * _WIDE + j, load(given, (i + out) * _WIDE + out + j))
+        near[:, :kept] = near[:, out:count].copy()
+        index[:, :kept] = index[:, out:count].copy()
+    return kept
+
+
+@compiled_step
+def _with_looks(height, parts, points, low, high, start, stop, rounding, given, near, index, count):
+    """Append the neighbours of looks high − 1 … low: near (east, north, error variance, its parts' roots), index (look,
+    gate) and what was measured; how many there are now."""
+    gates = height.shape[1]
+    for n in range(high - 1, low - 1, -1):
+        for m in range(min(gates, stop + _GATES) - 1, max(0, start - _GATES) - 1, -1):
+            if parts[2, n, m] >= 0.0:
+                index[0, count], index[1, count] = n, m
+                near[0, count], near[1, count] = points[0, n, m], points[1, n, m]
+                square = rounding
+                for part in range(3):
+                    near[3 + part, count] = parts[part, n, m]
+                    square += parts[part, n, m] ** 2
+                near[2, count] = square
+                given[count, 0] = height[n, m]
+                count += 1
+    return count
+
+
+@compiled_step
+def _add_sea(row, count, near, x, y, table, per_spacing, weight, corner, shares):
+    """Add to row, times a weight, the table at the lags of the first neighbours from x, y [m]: linear between its
+    entries, 0 beyond."""
+    flat, middle, wide = table.ravel(), table.shape[0] // 2, table.shape[1]
+    last = 2.0 * middle - 1e-9
+    east, north = middle - x * per_spacing, middle - y * per_spacing
+    for j in range(np.uint64(count)):  # first all that a processor's lanes do together, then what is looked up
+        u, v = near[0, j] * per_spacing + east, near[1, j] * per_spacing + north
+        i, k = min(max(u, 0.0), last), min(max(v, 0.0), last)
+        inside = weight if (i == u) & (k == v) else 0.0
+        u, v = i - np.floor(i), k - np.floor(k)
+        corner[j] = np.uint32(np.floor(i) * wide + np.floor(k))
+        shares[0, j], shares[1, j], shares[2, j] = inside * (1.0 - u), inside * u, v
+    for j in range(np.uint64(count)):
+        here, v = np.uint64(corner[j]), shares[2, j]
+        beyond = here + np.uint64(wide)
+        low = flat[here] + v * (flat[here + np.uint64(1)] - flat[here])
+        high = flat[beyond] + v * (flat[beyond + np.uint64(1)] - flat[beyond])
+        row[j] += shares[0, j] * low + shares[1, j] * high
+
+
+@compiled_step
+def _add_errors(row, i, near, index, along, beside):
+    """Add to row the covariances of neighbour i's error with those of itself and of the ones before it."""
+    look, gate = index[0, i], index[1, i]
+    tilt, rough, noise = near[3, i], near[4, i], near[5, i]
+    j = i
+    while j >= 0 and index[0, j] <= look + 1:
+        lag = abs(gate - index[1, j])
+        if lag < along.shape[1]:
+            speckle = along[0, lag] * tilt * near[3, j] + along[1, lag] * rough * near[4, j]
+            row[j] += speckle + along[2, lag] * noise * near[5, j] if look == index[0, j] else beside * speckle
+        j -= 1
+
+
+@compiled
+def _eliminate(given, count, error, left, inverse):
+    """Gauss's elimination of the covariances `given` (row, right-hand sides and columns up to its own), from the last
+    row to the first: what is left of each, and one over what is left of its own variance.
+
+    With all that are eliminated before it known, a height's variance is at least its own error's, less what goes
+    together with its neighbours' errors. A height of which less than half of that is left, by the table's steps and its
+    end at long lags, is left out.
+    """
+    for i in range(count - 1, -1, -1):
+        own, end, at = i * _WIDE, _SIDES + i + 1, 0
+        while at < end:
+            a, b = load(given, own + at), load(given, own + at + LANES)
+            if end - at > 2 * LANES:
+                c, d = load(given, own + at + 2 * LANES), load(given, own + at + 3 * LANES)
+                for k in range(count - 1, i, -1):
+                    factor, there = -inverse[k] * left[k, _SIDES + i], k * _WIDE + at
+                    a, b = add(a, factor, load(left, there)), add(b, factor, load(left, there + LANES))
+                    c = add(c, factor, load(left, there + 2 * LANES))
+                    d = add(d, factor, load(left, there + 3 * LANES))
+                store(left, own + at + 2 * LANES, c)
+                store(left, own + at + 3 * LANES, d)
+            else:
+                for k in range(count - 1, i, -1):
+                    factor, there = -inverse[k] * left[k, _SIDES + i], k * _WIDE + at
+                    a, b = add(a, factor, load(left, there)), add(b, factor, load(left, there + LANES))
+            store(left, own + at, a)
+            store(left, own + at + LANES, b)
+            at += 4 * LANES if end - at > 2 * LANES else 2 * LANES
+        mine = left[i, _SIDES + i]
+        inverse[i] = 1.0 / mine if mine > 0.5 * error[i] else 0.0
+
+
+@compiled_step
+def _of_mean(table, per_spacing, east, north, along, across):
+    """Variance of a cell's mean, of four points."""
+    middle, total = table.shape[0] // 2, 0.0
+    for u in (-2.0 * along, 0.0, 2.0 * along):
+        for v in (-2.0 * across, 0.0, 2.0 * across):
+            share = (0.5 if u == 0.0 else 0.25) * (0.5 if v == 0.0 else 0.25)
+            total += share * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
+    return total
+
+
+@compiled_step
+def _at(table, middle, per_spacing, dx, dy):
+    """The table at a lag [m], linear between its entries; 0 beyond."""
+    east, north = dx * per_spacing + middle, dy * per_spacing + middle
+    if east < 0.0 or north < 0.0 or east >= 2 * middle or north >= 2 * middle:
+        return 0.0
+    i, j = int(east), int(north)
+    u, v = east - i, north - j
+    return (table[i, j] * (1.0 - v) + table[i, j + 1] * v) * (1.0 - u) + (
+        table[i + 1, j] * (1.0 - v) + table[i + 1, j + 1] * v
+    ) * u
