@@ -42,6 +42,16 @@ def zeros(context):
 
 
 @_compiled_inline
+def spread(context, number):
+    """All lanes one number."""
+
+    def code(context, builder, signature, values):
+        return _spread(builder, signature.args[0], values[0])
+
+    return _Lanes(number)(number), code
+
+
+@_compiled_inline
 def load(context, array, start):
     """The LANES numbers of a contiguous array from flat index `start` on, unchecked."""
 
@@ -85,9 +95,7 @@ def add(context, total, factor, lanes):
     """total + factor · lanes, with one factor for all lanes."""
 
     def code(context, builder, signature, values):
-        undefined = ir.Constant(_WIDE[lanes.number], ir.Undefined)
-        first = builder.insert_element(undefined, values[1], ir.Constant(_INDEX, 0))
-        factors = builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(_INDEX, LANES), None))
+        factors = _spread(builder, signature.args[1], values[1])
         return builder.fadd(values[0], builder.fmul(factors, values[2], flags=_FUSED), flags=_FUSED)
 
     return lanes(lanes, lanes.number, lanes), code
@@ -124,6 +132,16 @@ def plus(context, first, second):
 
 
 @_compiled_inline
+def ratio(context, first, second):
+    """first / second, lane by lane."""
+
+    def code(context, builder, signature, values):
+        return builder.fdiv(*values)
+
+    return first(first, first), code
+
+
+@_compiled_inline
 def dot(context, first, second):
     """The sum of the lanes' products, by halves."""
 
@@ -139,6 +157,13 @@ def dot(context, first, second):
         return builder.extract_element(total, ir.Constant(_INDEX, 0))
 
     return first.number(first, first), code
+
+
+def _spread(builder: Any, kind: Any, number: Any) -> Any:
+    """The number, of that type, in all lanes."""
+    undefined = ir.Constant(_WIDE[kind], ir.Undefined)
+    first = builder.insert_element(undefined, number, ir.Constant(_INDEX, 0))
+    return builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(_INDEX, LANES), None))
 
 
 def _contiguous(array: Any) -> Any:

@@ -190,6 +190,13 @@ PLANTS = (
         "tests/physics/test_shadowing.py::test_the_phase_bound_is_the_judges",
     ),
     Plant(
+        "window's turn across looks",
+        _MAPS + "covariance/window_kernel.py",
+        "if n > 0 else",
+        "if n < 0 else",
+        "tests/interferometry/test_window_kernel.py::test_windows_are_what_they_say",
+    ),
+    Plant(
         "optimal estimate",
         _MAPS + "estimation/optimal_kernel.py",
         "estimate[0, look, gate] = mean",

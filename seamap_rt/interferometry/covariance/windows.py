@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...compute.complex_on_device import ComplexOnDevice
+from ...compute.lanes import LANES
 from ...compute.machine import in_blocks
-from .window_kernel import window_sums
+from .window_kernel import window_means, window_powers
 
 if TYPE_CHECKING:
     from .windows_on_device import CellsThere
@@ -52,25 +53,52 @@ class Covariance:
         the window shrinks on both sides alike: half a gate's shift would cost centimetres. The first and the last look
         of a circle do not meet: they lie a turn apart in time. Unknown cells stay NaN.
         """
-        shape, known = self.cross.shape, self.known
-        cross: NDArray[np.complex128] = np.where(known, self.cross, 0.0)
-        lower, upper = (np.where(known, field, 0.0) for field in (self.lower, self.upper))
-        sums, powers, weights = np.empty(shape, dtype=np.complex128), np.empty((2, *shape)), np.empty(shape)
+        if self.there:
+            return self._windowed_there(range_weights, look_weights, phase_per_gate, phase_per_look, level)
+        cross, known, half = self.cross, self.known, range_weights.size // 2
+        here = np.empty((2, 0, 1, 1))
+        if level is not None:
+            here = _turns(np.stack([-level(gate) for gate in range(-half, half + 1)]), known.shape)
+            cross = cross * np.exp(-1j * level(0))
+        parts = cross.real, cross.imag, self.lower, self.upper
+        fields, counted = _widened(half, *(np.where(known, part, 0.0) for part in parts)), _widened(half, known)[0]
+        turns = *(_turns(phase, known.shape) for phase in (phase_per_gate, phase_per_look)), here
+        weights, means = (range_weights, look_weights), np.empty((4, known.shape[0], _whole(known.shape[1])))
+        in_blocks(lambda *looks: window_means(*looks, half, fields, counted, *weights, *turns, means), known.shape[0])
+        means = means[..., : known.shape[1]]
+        mean = np.empty(known.shape, dtype=np.complex128)
+        mean.real, mean.imag = means[:2]
+        return Covariance(mean, means[2], means[3])
+
+    def power_in(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Mean power [W] (look, gate) of both receivers over such a window."""
+        if self.there:
+            cells = self._windowed_there(range_weights, look_weights, np.zeros(1), np.zeros(1), None)
+            return 0.5 * (cells.lower + cells.upper)
+        known, half = self.known, range_weights.size // 2
+        power, counted = _widened(half, np.where(known, 0.5 * (self.lower + self.upper), 0.0), known)
+        weights, means = (range_weights, look_weights), np.empty((known.shape[0], _whole(known.shape[1])))
+        in_blocks(lambda *looks: window_powers(*looks, half, power, counted, *weights, means), known.shape[0])
+        return means[:, : known.shape[1]]
+
+    def _windowed_there(
+        self,
+        range_weights: NDArray[np.float64],
+        look_weights: NDArray[np.float64],
+        phase_per_gate: NDArray[np.float64],
+        phase_per_look: NDArray[np.float64],
+        level: Level | None,
+    ) -> Covariance:
+        """What `windowed_along` gives, worked out on the device."""
+        from .windows_on_device import windows_on_device  # loaded where there is one
+
+        shape, half = self.cross.shape, range_weights.size // 2
         here, there = np.empty((0, *shape), dtype=complex), np.empty(shape, dtype=complex)
         if level is not None:
-            half = range_weights.size // 2
             here = np.exp(1j * np.stack([level(gate) for gate in range(-half, half + 1)]))
             there = np.exp(-1j * level(0))
-        along, aside = (np.exp(-1j * np.atleast_2d(phase)) for phase in (phase_per_gate, phase_per_look))
-        if self.there:
-            from .windows_on_device import windows_on_device  # loaded where there is one
-
-            turns = np.atleast_2d(phase_per_gate), np.atleast_2d(phase_per_look), here, there
-            return Covariance(*windows_on_device(self._cells_there, range_weights, look_weights, *turns), there=True)
-        given = cross, lower, upper, known, range_weights, look_weights, along, aside, here, there
-        in_blocks(lambda *looks: window_sums(*looks, *given, sums, powers, weights), shape[0])
-        with np.errstate(invalid="ignore"):
-            return Covariance(sums / weights, powers[0] / weights, powers[1] / weights)
+        turns = np.atleast_2d(phase_per_gate), np.atleast_2d(phase_per_look), here, there
+        return Covariance(*windows_on_device(self._cells_there, range_weights, look_weights, *turns), there=True)
 
     @cached_property
     def _cells_there(self) -> CellsThere:
@@ -87,6 +115,28 @@ class Covariance:
         """Sample coherence |⟨V₀V₁*⟩| / √(⟨|V₀|²⟩⟨|V₁|²⟩), (look, gate); NaN where there is no power."""
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.abs(self.cross) / np.sqrt(self.lower * self.upper)
+
+
+def _whole(gates: int) -> int:
+    """So many in whole groups of lanes."""
+    return -(-gates // LANES) * LANES
+
+
+def _widened(margin: int, *fields: NDArray[Any]) -> NDArray[np.float64]:
+    """Fields (look, gate) in whole groups of lanes with a margin of zeros, (field, look, margin + gate + margin)."""
+    looks, gates = fields[0].shape
+    wide = np.zeros((len(fields), looks, margin + _whole(gates) + margin))
+    for one, field in zip(wide, fields, strict=True):
+        one[:, margin : margin + gates] = field
+    return wide
+
+
+def _turns(phase: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """What turns back by a phase [rad] (…, look or 1, gate or 1): real and imaginary parts (2, …, look or 1, lane)."""
+    phase = np.atleast_2d(phase)
+    turns = np.zeros((2, *phase.shape[:-1], _whole(shape[1])))
+    turns[0, ..., : shape[1]], turns[1, ..., : shape[1]] = np.cos(phase), -np.sin(phase)
+    return turns
 
 
 def without_noise(covariance: Covariance, noise_power: float) -> Covariance:

@@ -51,8 +51,8 @@ def windows_on_device(
 ) -> tuple[NDArray[np.complex128], NDArray[np.float64], NDArray[np.float64]]:
     """Covariance and both powers (look, gate) of windows; see `Covariance.windowed_along`.
 
-    phase_per_gate, phase_per_look (look or 1, gate or 1) rad; here (offset, look, gate), there (look, gate): see
-    `window_kernel.window_sums`.
+    phase_per_gate, phase_per_look (look or 1, gate or 1) rad; here (offset, look, gate), there (look, gate): what turns
+    by the level of the sea so many gates on as seen from the cell, and back by the neighbour's own.
     """
     looks, gates = cells.shape
     with ONE_AT_A_TIME:

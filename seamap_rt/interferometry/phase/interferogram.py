@@ -44,9 +44,9 @@ class Interferogram:
 
     def echo_power(self, window: Weights = ONE_CELL) -> Map:
         """Power [W] of the echo, noise taken off: of a window, by default of each dwell and gate."""
-        level = np.zeros(1)
-        cells = self.heard if window is ONE_CELL else self.heard.windowed_along(*window, level, level)
-        return 0.5 * (cells.lower + cells.upper) - self.noise_power
+        heard = self.heard
+        power = 0.5 * (heard.lower + heard.upper) if window is ONE_CELL else heard.power_in(*window)
+        return power - self.noise_power
 
     def echoing(self, cells: Covariance, echo_power: Map) -> NDArray[np.bool_]:
         """Cells (look, gate) with an echo of their own; echo_power [W] as `echo_power` gives it."""
