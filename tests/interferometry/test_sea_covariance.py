@@ -200,3 +200,17 @@ def test_waves_shorter_than_the_footprint_are_those_of_a_wind_sea(longest: float
         found.append((sea.variance - sea.table[middle + np.array([2, 4, 8, 12]), middle]) / lost)
     assert 0.8 < np.mean(found) < 1.2
     assert 0.65 < np.min(np.mean(found, axis=0)) < np.max(np.mean(found, axis=0)) < 1.35
+
+
+def test_a_blurred_gaussian_is_a_wider_one() -> None:
+    # exp(−d²/2L²) blurred by a variance b a side is L²/(L² + b) exp(−d²/2(L² + b)). The blur ends at three standard
+    # deviations: what it leaves out of each side has 2.9 % of its variance.
+    spacing, length, variance = 0.5, 6.0, 7.0
+    lag = spacing * np.arange(-60, 61)
+    square = lag[:, None] ** 2 + lag**2
+    table = SeaCovariance(np.exp(-0.5 * square / length**2), spacing)
+    for kept in (variance, 1e-12):
+        wider = length**2 + kept
+        asked = length**2 / wider * np.exp(-0.5 * square / wider)
+        np.testing.assert_allclose(table.blurred(kept), asked, rtol=0, atol=max(0.029 * kept / length**2, 1e-12))
+    np.testing.assert_allclose(SeaCovariance(np.ones((9, 9)), spacing).blurred(variance), 1.0, rtol=1e-14)  # nor edges

@@ -197,6 +197,13 @@ PLANTS = (
         "tests/interferometry/test_window_kernel.py::test_windows_are_what_they_say",
     ),
     Plant(
+        "the sea covariance's blur",
+        _MAPS + "estimation/sea_covariance.py",
+        "weights /= 2.0 * weights.sum() - 1.0",
+        "weights /= 2.0 * weights.sum()",
+        "tests/interferometry/test_sea_covariance.py::test_a_blurred_gaussian_is_a_wider_one",
+    ),
+    Plant(
         "optimal estimate",
         _MAPS + "estimation/optimal_kernel.py",
         "estimate[0, look, gate] = mean",

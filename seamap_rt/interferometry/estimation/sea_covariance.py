@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 from scipy.ndimage import gaussian_filter
 
+from .blur_kernel import blur_rows
+
 Map = NDArray[np.float64]
 
 _SIDE = 1.5  # m, of the squares that heights are sorted into
@@ -34,6 +36,7 @@ _SATURATED = 0.4, 0.53, 0.7
 _SILENT = 2.0  # of that: beyond, the footprint leaves nothing but what the map's covariance is uncertain by
 _NEAR_M = 150.0  # beyond the nearest cell: farther ones are blurred by the beam, and noisier
 _MOST = 1024  # squares a side
+_CUT = 3.0  # standard deviations, at which a Gaussian blur ends
 _LEAST = 1e-6  # of its own variance, or 0.1 mm squared: never 0
 
 
@@ -56,7 +59,16 @@ class SeaCovariance:
 
     def blurred(self, variance: float) -> Map:
         """The table between two means of heights over areas, whose variances a side [m²] add up to `variance`."""
-        return gaussian_filter(self.table, np.sqrt(variance) / self.spacing, mode="nearest", truncate=3.0)
+        spread = np.sqrt(variance) / self.spacing
+        away = np.arange(1 + round(_CUT * spread))
+        weights = np.exp(-0.5 * (away / max(spread, 1e-9)) ** 2)
+        weights /= 2.0 * weights.sum() - 1.0
+        field = self.table
+        for _ in range(2):
+            blurred = np.empty(field.shape)
+            blur_rows(np.ascontiguousarray(field), weights, blurred)
+            field = blurred.T
+        return field
 
     @classmethod
     def of(
