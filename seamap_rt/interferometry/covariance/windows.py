@@ -126,8 +126,8 @@ def _widened(margin: int, *fields: NDArray[Any]) -> NDArray[np.float64]:
     """Fields (look, gate) in whole groups of lanes with a margin of zeros, (field, look, margin + gate + margin)."""
     looks, gates = fields[0].shape
     wide = np.zeros((len(fields), looks, margin + _whole(gates) + margin))
-    for one, field in zip(wide, fields, strict=True):
-        one[:, margin : margin + gates] = field
+    for one, each in zip(wide, fields, strict=True):
+        one[:, margin : margin + gates] = each
     return wide
 
 
