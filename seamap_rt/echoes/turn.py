@@ -18,9 +18,8 @@ from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
-from ..compute.machine import pool
+from ..compute.machine import one_blas_thread, pool
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets
 from ..radar.array import antenna_array
@@ -182,8 +181,7 @@ class Hearing:
         first: what is added so keeps its bits."""
         edges = [*range(0, self.facets.grid.columns, columns), self.facets.grid.columns]
         chunks = [slice(a, b) for a, b in pairwise(edges)]
-        # BLAS's own threads would compete with these on small products, and could change the bits.
-        with threadpool_limits(1, user_api="blas"), pool() as workers:
+        with one_blas_thread(), pool() as workers:
             yield from workers.map(work, chunks)
 
     def batch(

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
+from ..compute.machine import one_blas_thread
 from ..conventions import db, unit_from_azimuth
 from ..dataset import QUALITY_FLAGS, build, check
 from ..errors import SchemaError, must_be
@@ -82,8 +82,7 @@ def retrieve_one(echoes: xr.Dataset, settings: RetrievalSettings | None = None) 
     return _one(checked_echoes(echoes), settings or RetrievalSettings())
 
 
-# BLAS's own threads would slow down small products, and could change the bits.
-@threadpool_limits.wrap(limits=1, user_api="blas")
+@one_blas_thread()
 def _one(echoes: xr.Dataset, settings: RetrievalSettings) -> xr.DataTree:
     radar = RadarDescription.of(echoes)
     turn = int(echoes["turn"].values[0])

@@ -18,9 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from threadpoolctl import threadpool_limits
 
-from ..compute.machine import pool
+from ..compute.machine import one_blas_thread, pool
 from ..conventions import SPEED_OF_LIGHT, db, from_db
 from ..settings import RadarSettings
 from .array import antenna_array
@@ -203,8 +202,7 @@ class DigitalReceiver:
             if clipped.any():
                 saturated[chunk] = self._meets(clipped)
 
-        # BLAS's own threads would compete with these on small products, and could change the bits.
-        with threadpool_limits(1, user_api="blas"), pool() as workers:
+        with one_blas_thread(), pool() as workers:
             list(workers.map(convert, range(0, pulses, _PULSES)))
         return Digitised(voltage, saturated, full_scale)
 

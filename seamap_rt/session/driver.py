@@ -11,8 +11,8 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import xarray as xr
-from threadpoolctl import threadpool_limits
 
+from ..compute.machine import one_blas_thread
 from ..interferometry import retrieve_one
 from ..io.interrupts import uninterrupted
 from ..scene import SceneLike, as_scene
@@ -117,7 +117,7 @@ def _ahead(simulator: Simulator, pace: Pace) -> Iterator[FinishedTurn]:
             pace.begin()
             turn, coming, stopped = None, None, None
             # BLAS has one thread throughout: either side asks for that, and gives it back, as if it were alone.
-            with threadpool_limits(1, user_api="blas"):
+            with one_blas_thread():
                 try:
                     coming = beside.submit(_retrieved, simulator, last) if last is not None else None
                     turn = simulator.turn(number, pace.stage)

@@ -19,10 +19,9 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from .. import __version__
-from ..compute.machine import forget_peak_memory, peak_memory
+from ..compute.machine import forget_peak_memory, one_blas_thread, peak_memory
 from ..errors import InputError
 from ..io.results_folder import write_whole
 from ..io.validation import validate
@@ -83,8 +82,7 @@ def compute(task: Task) -> Outcome:
     `status` done, with `metrics`, `by_range` and `facts`; refused, by a limit of the scene; or failed, by an error.
     These have the same bits on every run; `cost` (seconds by stage, peak memory, worker) has not.
     """
-    # BLAS splits its sums by the number of its threads, which may change the bits.
-    with _ONE_AT_A_TIME, threadpool_limits(1, user_api="blas"):
+    with _ONE_AT_A_TIME, one_blas_thread():
         clock = Stopwatch()
         forget_peak_memory()
         with clock("total"):

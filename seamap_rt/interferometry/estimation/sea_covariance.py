@@ -10,8 +10,10 @@ power, so that the result is the covariance of some sea.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import scipy.fft
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 from scipy.ndimage import gaussian_filter
@@ -152,7 +154,7 @@ def _completed(covariance: Map, blur: float, fade: Map) -> tuple[Map, float]:
     count = covariance.shape[0]
     k, twice = _waves(count, _SIDE)
     limit = min(_SHORTEST, _SHORT / np.sqrt(blur))
-    power = np.fft.fft2(np.fft.ifftshift(covariance)).real
+    power = _transformed(np.fft.ifftshift(covariance))
     short_lags = _power_of_short_lags(count)
     damped = np.exp(-(k**2) * blur)
     tails = [_tail(power, short_lags, k, twice, damped, (share * limit, limit), fade) for share in _SATURATED]
@@ -166,7 +168,7 @@ def _completed(covariance: Map, blur: float, fade: Map) -> tuple[Map, float]:
     inner[long] = _possible(np.fft.fftshift(tail.power / np.maximum(damped, 1e-3))[long])
     about = slice(*(np.flatnonzero(long.any(axis=0))[[0, -1]] + np.array([-_MARGIN, _MARGIN + 1])).clip(0, count))
     inner[about, about][long[about, about]] = _sharpened(inner[about, about], count)[long[about, about]]
-    table = np.fft.fftshift(np.fft.ifft2(np.fft.ifftshift(whole)).real) * times**2
+    table = np.fft.fftshift(_transformed(np.fft.ifftshift(whole), back=True)) * times**2
     middle, reach = whole.shape[0] // 2, min(round(_TABLE / _FINE), whole.shape[0] // 2)
     near = np.ascontiguousarray(table[middle - reach : middle + reach + 1, middle - reach : middle + reach + 1])
     # The table's waves, and those of the law that are shorter: ∫ k⁻⁴ ½ k² d²k.
@@ -174,6 +176,12 @@ def _completed(covariance: Map, blur: float, fade: Map) -> tuple[Map, float]:
     slopes = float(np.sum(whole * carried))
     slopes += np.pi * (count * _SIDE / (2.0 * np.pi)) ** 2 * max(0.0, tail.level[0]) * np.log(2.0 * _FINE / _FINEST)
     return near, float(slopes) / count**2
+
+
+def _transformed(values: Map, back: bool = False) -> Map:
+    """Of what is real and even, and so is its transform; scipy's takes a quarter of the time of NumPy's."""
+    made: Any = scipy.fft.ifft2(values) if back else scipy.fft.fft2(values)
+    return made.real
 
 
 def _tail(
