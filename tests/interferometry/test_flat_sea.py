@@ -179,18 +179,22 @@ def test_height_of_each_gate_is_what_its_weighting_predicts(
     # itself, for want of a gate nearer still.
     radar, echoes = flat_sea
     settings = RetrievalSettings.model_validate(
-        {"estimator": "single_cell", "cell_range_m": cell, "cell_azimuth_deg": 15.0, "ground_m": COARSE}
+        {
+            "estimator": "single_cell",
+            "cell_range_m": cell,
+            "cell_azimuth_deg": 15.0,
+            "ground_m": COARSE,
+            # As the closed form has it. Both ways turn within a pulse there: 8 ± 1 mm higher at the first gates.
+            "paths": "one_way",
+        }
     )
     maps = retrieve(echoes, settings)["polar"].to_dataset()
     ranges = maps["range"].values
     height = maps["height"].values[0].astype(np.float64)[:, first:-1]
     predicted = flat_sea_gate_height(radar, ranges, window_m=cell)[first:-1]
-    spread, off = height.std(axis=0, ddof=1) / np.sqrt(height.shape[0]), height.mean(axis=0) - predicted
-    error = off / spread
+    error = (height.mean(axis=0) - predicted) / (height.std(axis=0, ddof=1) / np.sqrt(height.shape[0]))
     # Student, 23 degrees of freedom, 250 gates: the largest passes 5 once in a hundred seeds; its variance is 23/21.
-    # Within a pulse of the first gate the closed form is itself 8 mm too low, of 12 cm (mean of eight seeds, ± 1 mm).
-    known = np.where(ranges[first:-1] < ranges[0] + 7.5, 0.01, 0.0)
-    assert np.all(np.abs(off) < 5.0 * spread + known)
+    assert np.abs(error).max() < 5.0
     independent = error[::4]  # 6 m apart
     assert np.mean(independent**2) < 23.0 / 21.0 + 3.0 * np.sqrt(2.4 / independent.size)
     # The prediction is not idle: at 16 m it is decimetres, where the beam's edge pulls the gate outward.
