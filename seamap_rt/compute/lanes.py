@@ -102,6 +102,37 @@ def add(context, total, factor, lanes):
 
 
 @_compiled_inline
+def add_product(context, total, first, second):
+    """total + first · second, lane by lane."""
+
+    def code(context, builder, signature, values):
+        return builder.fadd(values[0], builder.fmul(*values[1:], flags=_FUSED), flags=_FUSED)
+
+    return total(total, first, second), code
+
+
+@_compiled_inline
+def doubled(context, lanes):
+    """The same numbers in double precision."""
+
+    def code(context, builder, signature, values):
+        return builder.fpext(values[0], _WIDE[types.float64])
+
+    return _Lanes(types.float64)(lanes), code
+
+
+@_compiled_inline
+def swapped(context, lanes):
+    """Each even lane in place of the odd one after it, and that one in its."""
+
+    def code(context, builder, signature, values):
+        order = ir.Constant(ir.VectorType(_INDEX, LANES), [ir.Constant(_INDEX, n ^ 1) for n in range(LANES)])
+        return builder.shuffle_vector(values[0], values[0], order)
+
+    return lanes(lanes), code
+
+
+@_compiled_inline
 def product(context, first, second):
     """Lane by lane."""
 

@@ -37,6 +37,9 @@ def pool() -> ThreadPoolExecutor:
 
 def in_blocks(work: Callable[[int, int], None], rows: int) -> None:
     """Call work(begin, end) for blocks of so many rows, in threads. Each row must have the same bits in any block."""
+    if rows <= _BLOCK:
+        work(0, rows)
+        return
     with pool() as workers:
         list(workers.map(work, range(0, rows, _BLOCK), (*range(_BLOCK, rows, _BLOCK), rows)))
 

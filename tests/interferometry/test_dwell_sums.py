@@ -21,7 +21,7 @@ from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import RetrievalSettings
 
-GATES, INTERVAL = 7, 1e-4
+GATES, INTERVAL = 19, 1e-4
 RADAR = RadarDescription(
     wavelength=0.03,
     noise_power=0.0,
@@ -30,7 +30,7 @@ RADAR = RadarDescription(
     period=1.0,
     height=5.0,
     response=RangeResponse(20e-9, 50e6),
-    ranges=np.linspace(15.0, 24.0, GATES),
+    ranges=15.0 + 1.5 * np.arange(GATES),
 )
 ALTERNATING = replace(RADAR, interferogram="alternating_pulse")
 
@@ -87,12 +87,14 @@ def written_out(
 @pytest.mark.parametrize("leaning", [False, True])
 @pytest.mark.parametrize("levelled", [False, True])
 @pytest.mark.parametrize("there", [False, True])
-def test_every_sum_is_what_it_says_it_is(leaning: bool, levelled: bool, there: bool) -> None:
-    # Pulses missing, voltages NaN here and there, pulses of no look, a look without pulses, blocks of 64 crossed.
+@pytest.mark.parametrize("gaps", [0.0, 1e-3, 0.1])
+def test_every_sum_is_what_it_says_it_is(leaning: bool, levelled: bool, there: bool, gaps: float) -> None:
+    # Pulses missing, voltages NaN nowhere, here and there, and often, pulses of no look, a look without pulses, blocks
+    # of 64 crossed, gates that fill lanes and some that do not.
     rng = np.random.default_rng(1)
     number = np.delete(np.arange(150), [3, 4, 50, 51, 52, 97])
     voltage = noise(rng, number.size, 2, GATES)
-    voltage[rng.random(voltage.shape) < 0.1] = np.nan
+    voltage[rng.random(voltage.shape) < gaps] = np.nan
     look = np.minimum(number // 30, 4)[:, None] + (np.arange(GATES) > 3) * (number % 30 > 20)[:, None]
     look[:5] = -1
     look = np.where(look == 2, -1, look)

@@ -10,9 +10,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compute.compiled import compiled_fused
 from ...compute.complex_on_device import ComplexOnDevice
+from ...compute.lanes import LANES
 from ...compute.machine import threads
+from .dwell_kernel import add_products, means_of
 from .dwells import Dwells
 from .pairs import Rows
 from .windows import Covariance
@@ -64,85 +65,21 @@ def dwell_means(
         start += owners.size
     look = dwells.look.reshape(pulses, -1)
     table = np.stack([np.concatenate(part) for part in (first, second, owner)]).astype(np.int64)
-    totals = np.zeros((len(kinds), dwells.looks, 5, gates))
+    totals, counts = np.zeros((len(kinds), dwells.looks, 4, 2 * gates)), np.zeros((len(kinds), dwells.looks, gates))
     different = {id(turn): turn for turn in turns if turn is not None}
     stack = np.stack(list(different.values())) if different else np.zeros((0, 0, 0), dtype=np.complex64)
     which = np.array([-1 if turn is None else list(different).index(id(turn)) for turn in turns])
     count = threads()  # each has gates of its own, so that their number changes no bit
-    edges = [gates * n // count for n in range(count + 1)]
+    edges = [*(gates * n // count // LANES * LANES for n in range(count)), gates]
+    turned = stack, which, receivers
     with ThreadPoolExecutor(count) as pool:
         work = [
-            pool.submit(_accumulate, rows, look, table, begin, stack, which, receivers, low, high, totals)
+            pool.submit(add_products, rows, look, table, begin, *turned, low, high, totals, counts)
             for low, high in pairwise(edges)
         ]
-    for each in work:
-        each.result()
-    return [_mean(total) for total in totals]
-
-
-def _mean(total: NDArray[np.float64]) -> Covariance:
-    """Of sums (look, 5, gate): real and imaginary parts, both powers, and how many they are."""
-    with np.errstate(invalid="ignore"):
-        mean = total[:, :4] / np.where(total[:, 4:] > 0.0, total[:, 4:], np.nan)
-    return Covariance(mean[:, 0] + 1j * mean[:, 1], mean[:, 2], mean[:, 3])
-
-
-@compiled_fused
-def _accumulate(rows, look, table, begin, turns, which, receivers, low, high, totals):
-    """Add the products of each kind at gates low … high to totals (kind, look, 5, gate), block by block of pulses.
-
-    Along a row, gates of the same look are taken together: of an upright fan they all are.
-    """
-    for block in range(begin.shape[1] - 1):
-        for kind in range(begin.shape[0]):
-            for n in range(begin[kind, block], begin[kind, block + 1]):
-                one, other, number = table[0, n], table[1, n], look[table[2, n]]
-                gate = low
-                while gate < high:
-                    here, stop = number[min(gate, number.size - 1)], gate + 1
-                    while stop < high and (number.size == 1 or number[stop] == here):
-                        stop = stop + 1 if number.size > 1 else high
-                    if here >= 0 and which[kind] < 0:
-                        _add(rows[one], rows[other], gate, stop, totals[kind, here])
-                    elif here >= 0:
-                        turn = turns[which[kind]]
-                        _add_rotated(
-                            rows[one],
-                            rows[other],
-                            turn[one // receivers],
-                            turn[other // receivers],
-                            gate,
-                            stop,
-                            totals[kind, here],
-                        )
-                    gate = stop
-
-
-@compiled_fused
-def _add(a, b, start, stop, total):
-    for g in range(np.uint64(start), np.uint64(stop)):  # unsigned: an index that may be negative is not vectorised
-        real = a[g].real * b[g].real + a[g].imag * b[g].imag
-        imaginary = a[g].imag * b[g].real - a[g].real * b[g].imag
-        power, other = a[g].real ** 2 + a[g].imag ** 2, b[g].real ** 2 + b[g].imag ** 2
-        good = power + other < np.inf
-        total[0, g] += real if good else 0.0
-        total[1, g] += imaginary if good else 0.0
-        total[2, g] += power if good else 0.0
-        total[3, g] += other if good else 0.0
-        total[4, g] += 1.0 if good else 0.0
-
-
-@compiled_fused
-def _add_rotated(a, b, turn, other_turn, start, stop, total):
-    for g in range(np.uint64(start), np.uint64(stop)):
-        real = a[g].real * b[g].real + a[g].imag * b[g].imag
-        imaginary = a[g].imag * b[g].real - a[g].real * b[g].imag
-        cosine = turn[g].real * other_turn[g].real - turn[g].imag * other_turn[g].imag
-        sine = turn[g].real * other_turn[g].imag + turn[g].imag * other_turn[g].real
-        power, other = a[g].real ** 2 + a[g].imag ** 2, b[g].real ** 2 + b[g].imag ** 2
-        good = power + other < np.inf
-        total[0, g] += real * cosine - imaginary * sine if good else 0.0
-        total[1, g] += real * sine + imaginary * cosine if good else 0.0
-        total[2, g] += power if good else 0.0
-        total[3, g] += other if good else 0.0
-        total[4, g] += 1.0 if good else 0.0
+        for each in work:
+            each.result()
+        cross = np.empty(counts.shape, dtype=np.complex128)
+        powers = np.empty((2, *counts.shape))
+        list(pool.map(means_of, totals, counts, cross, *powers))
+    return [Covariance(*each) for each in zip(cross, *powers, strict=True)]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...conventions import wrap_phase
 from ..covariance.windows import Covariance, Level
 from ..input.description import RadarDescription
-from .inversion import Points, difference_at_height, height_per_phase, locate
+from .inversion import Points, difference_at_height, located, phase_scale
 from .poses import LookPoses
 
 Map = NDArray[np.float64]
@@ -88,8 +88,8 @@ class PhaseModel:
     def _heights(self, cells: Covariance, phase: Map) -> Heights:
         radar, fan = self.radar, self.poses.fan
         difference = phase / self._wavenumber
-        points = locate(radar.ranges, difference, fan)
-        gain = height_per_phase(radar.ranges, difference, fan, radar.wavelength, self.paths)
+        points, growth = located(radar.ranges, difference, fan)
+        gain = phase_scale(radar.ranges, radar.wavelength, self.paths) * growth
         return Heights(cells, phase, points, self.poses.ground_range(points), gain)
 
     def ground(self, points: Points) -> tuple[Map, Map]:

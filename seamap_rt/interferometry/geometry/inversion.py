@@ -13,14 +13,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...compute.machine import in_blocks
+
 Field = NDArray[np.float64]
 
-_STEPS = 40  # of the fixed point at most; each gains a factor of about B/R
-_PRECISION = 4.0 * np.finfo(np.float64).eps
 _ALIKE = 64.0 * np.finfo(np.float64).eps  # m, or of directions: what means over a dwell's pulses round
 
 
@@ -32,14 +33,14 @@ class Antenna:
     up: Field
     length: Field
 
+    @property
+    def parts(self) -> tuple[Field, Field, Field]:
+        """All three."""
+        return self.along, self.up, self.length
+
     def mapped(self, each: Callable[[Field], Field]) -> Antenna:
         """The same antenna with a function applied to each of its arrays."""
         return Antenna(each(self.along), each(self.up), each(self.length))
-
-    def farther(self, lower: Field, sight: tuple[Field, Field]) -> Field:
-        """By how much [m] a point at range `lower` in direction `sight` is farther from it than from the lower one."""
-        square = self.length**2 - 2.0 * lower * (self.along * sight[0] + self.up * sight[1])
-        return square / (lower + np.sqrt(np.maximum(lower**2 + square, 0.0)))
 
 
 @dataclass(frozen=True)
@@ -79,12 +80,25 @@ class Fan:
             tuple((weight, antenna.mapped(_common)) for weight, antenna in self.others),
         )
 
-    def beyond(self, lower: Field, difference: Field, sight: tuple[Field, Field]) -> Field:
-        """What the gate's range has more than R₁."""
-        more = self.share * difference
-        for weight, antenna in self.others:
-            more = more + weight * antenna.farther(lower, sight)
-        return more
+    @cached_property
+    def parts(self) -> Field:
+        """All of it as the compiled loops take it, (part, look or 1, gate or 1), see `inversion_kernel`."""
+        return np.stack(np.broadcast_arrays(*map(np.atleast_2d, self._parts)))
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """What all its arrays broadcast to."""
+        return np.broadcast_shapes(*map(np.shape, self._parts))
+
+    @property
+    def _parts(self) -> list[Field]:
+        others = [part for _, other in self.others for part in other.parts]
+        return [self.height, *self.upper.parts, *self.rise, *self.out, self.right, *others]
+
+    @cached_property
+    def weights(self) -> Field:
+        """Shares (other,) of `others`."""
+        return np.array([weight for weight, _ in self.others], dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -100,23 +114,31 @@ def locate(gate_range: ArrayLike, difference: ArrayLike, fan: Fan) -> Points:
     """The point with that ΔR [m] in each gate [m], arrays that broadcast to (look, gate).
 
     NaN where there is no triangle, or the baseline is zero."""
-    lower, sight = _sight(gate_range, difference, fan)
-    rise, out = (each[0] * sight[0] + each[1] * sight[1] for each in (fan.rise, fan.out))
-    return Points(fan.height + lower * rise, lower * out, lower * (fan.right * sight[1]))
+    return located(gate_range, difference, fan)[0]
+
+
+def located(gate_range: ArrayLike, difference: ArrayLike, fan: Fan) -> tuple[Points, Field]:
+    """`locate`'s point, and how its height grows with −ΔR/R₁ at fixed range: |dz/dη| / |dΔR/dη|, ΔR ≈ −û·b: B/R of
+    itself is left out."""
+    from .inversion_kernel import locate_rows  # numba takes half a second to import
+
+    gate, delta, shape, looks = _rows(fan, gate_range, difference)
+    points, gain = np.empty((3, *looks)), np.empty(looks)
+    in_blocks(lambda *rows: locate_rows(*rows, gate, delta, fan.parts, fan.share, fan.weights, points, gain), looks[0])
+    height, out, right = (each.reshape(shape) for each in points)
+    return Points(height, out, right), gain.reshape(shape)
 
 
 def height_per_phase(
     gate_range: ArrayLike, difference: ArrayLike, fan: Fan, wavelength: float, paths: int = 1
 ) -> Field:
-    """|dz/dφ| at fixed range [m/rad]: λR/(2πpB) for an upright array, larger when it leans. paths: p.
+    """|dz/dφ| at fixed range [m/rad]: λR/(2πpB) for an upright array, larger when it leans. paths: p."""
+    return phase_scale(gate_range, wavelength, paths) * located(gate_range, difference, fan)[1]
 
-    dz/dη over dΔR/dη, ΔR ≈ −û·b: B/R of itself is left out.
-    """
-    _, sight = _sight(gate_range, difference, fan)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        climb = fan.rise[1] * sight[0] - fan.rise[0] * sight[1]
-        turn = fan.upper.up * sight[0] - fan.upper.along * sight[1]
-        return wavelength * np.asarray(gate_range) / (2.0 * np.pi * paths) * np.abs(climb / turn)
+
+def phase_scale(gate_range: ArrayLike, wavelength: float, paths: int) -> Field:
+    """R dΔR/dφ [m²/rad] of p paths: what turns `located`'s growth into that with the phase."""
+    return wavelength * np.asarray(gate_range, dtype=np.float64) / (2.0 * np.pi * paths)
 
 
 def difference_at_height(gate_range: ArrayLike, height: ArrayLike, fan: Fan) -> Field:
@@ -124,20 +146,22 @@ def difference_at_height(gate_range: ArrayLike, height: ArrayLike, fan: Fan) -> 
 
     Straight below, where the fan does not reach so far up.
     """
-    gate = np.asarray(gate_range, dtype=np.float64)
-    drop = fan.height - np.asarray(height, dtype=np.float64)
-    lower, difference = gate, np.zeros(())
-    for _ in range(_STEPS):
-        with np.errstate(divide="ignore"):  # a recording may begin at the antenna itself
-            steepest = np.maximum(-drop / lower, -np.hypot(*fan.rise))
-        sight = plane_direction(*fan.rise, steepest)
-        difference = fan.upper.farther(lower, sight)
-        after = gate - fan.beyond(lower, difference, sight)
-        settled = not np.any(np.abs(after - lower) > _PRECISION * gate)
-        lower = after
-        if settled:
-            break
-    return difference
+    from .inversion_kernel import difference_rows
+
+    gate, height, shape, looks = _rows(fan, gate_range, height)
+    difference = np.empty(looks)
+    in_blocks(
+        lambda *rows: difference_rows(*rows, gate, height, fan.parts, fan.share, fan.weights, difference), looks[0]
+    )
+    return difference.reshape(shape)
+
+
+def _rows(fan: Fan, *fields: ArrayLike) -> tuple[Field, Field, tuple[int, ...], tuple[int, int]]:
+    """Two fields as rows (look or 1, gate or 1), the shape that they and the fan broadcast to, and that in rows."""
+    first, second = (np.require(each, np.float64, ("C", "W")) for each in fields)
+    shape = np.broadcast_shapes(first.shape, second.shape, fan.shape)
+    looks, gates = (1, 1, *shape)[-2:]
+    return np.atleast_2d(first), np.atleast_2d(second), shape, (looks, gates)
 
 
 def azimuth_at_sea(
@@ -166,23 +190,3 @@ def _common(field: Field) -> Field:
     if field.ndim < 2 or field.shape[1] > 1 or not known.size or np.ptp(known) > _ALIKE * max(1.0, np.abs(known).max()):
         return field
     return np.full((1, 1), known.mean())
-
-
-def _sight(gate_range: ArrayLike, difference: ArrayLike, fan: Fan) -> tuple[Field, tuple[Field, Field]]:
-    """R₁ and the line of sight in the plane of the fan, of a ΔR in each gate."""
-    gate, difference = np.asarray(gate_range, dtype=np.float64), np.asarray(difference, dtype=np.float64)
-    upper = fan.upper
-
-    def sight(lower: Field) -> tuple[Field, Field]:
-        with np.errstate(invalid="ignore", divide="ignore"):
-            projection = (upper.length**2 - difference**2) / (2.0 * lower) - difference
-        return plane_direction(upper.along, upper.up, projection)
-
-    lower = gate - fan.share * difference
-    for _ in range(_STEPS if fan.others else 0):
-        after = gate - fan.beyond(lower, difference, sight(lower))
-        settled = not np.any(np.abs(after - lower) > _PRECISION * gate)
-        lower = after
-        if settled:
-            break
-    return lower, sight(lower)
