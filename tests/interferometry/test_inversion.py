@@ -19,7 +19,12 @@ from seamap_rt.errors import SchemaError
 from seamap_rt.interferometry import retrieve
 from seamap_rt.interferometry.covariance.dwells import Dwells
 from seamap_rt.interferometry.covariance.products import Products, dwell_means
-from seamap_rt.interferometry.covariance.windows import Covariance, independent_looks, window_weights
+from seamap_rt.interferometry.covariance.windows import (
+    Covariance,
+    PhaseSlopes,
+    independent_looks,
+    window_weights,
+)
 from seamap_rt.interferometry.geometry.inversion import Fan, difference_at_height, height_per_phase, locate
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RetrievalSettings
@@ -340,10 +345,10 @@ def plane_of_phase(per_gate: float, per_look: float, spread: float = 1.0) -> Cov
 def test_a_window_along_a_plane_keeps_its_phase_whatever_the_power() -> None:
     cells, flat = plane_of_phase(0.4, -0.3), np.zeros(1)
     weights = window_weights(4.5, 1.5), window_weights(2.7, 1.8)
-    along = cells.windowed_along(*weights, phase_per_gate=flat + 0.4, phase_per_look=flat - 0.3)
+    along = cells.windowed_along(*weights, PhaseSlopes(flat + 0.4, flat - 0.3))
     np.testing.assert_allclose(np.angle(along.cross / cells.cross), 0.0, rtol=0, atol=8 * EPS)
     np.testing.assert_allclose(along.coherence, 1.0, rtol=8 * EPS)
-    against = cells.windowed_along(*weights, phase_per_gate=flat - 0.4, phase_per_look=flat + 0.3)
+    against = cells.windowed_along(*weights, PhaseSlopes(flat - 0.4, flat + 0.3))
     assert np.abs(np.angle(against.cross / cells.cross)).max() > 0.1
 
 
@@ -352,7 +357,7 @@ def test_beside_a_dead_cell_the_window_shrinks_on_both_sides() -> None:
     cells = plane_of_phase(0.4, -0.3, spread=0.0)
     cells.cross[3, 5] = np.nan
     flat, weights = np.zeros(1), (window_weights(4.5, 1.5), window_weights(2.7, 1.8))
-    found = cells.windowed_along(*weights, phase_per_gate=flat, phase_per_look=flat)
+    found = cells.windowed_along(*weights, PhaseSlopes(flat, flat))
     assert np.isnan(found.cross[3, 5])
     alive = np.isfinite(cells.cross)
     np.testing.assert_allclose(np.angle(found.cross[alive] / cells.cross[alive]), 0.0, rtol=0, atol=8 * EPS)

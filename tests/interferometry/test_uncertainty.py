@@ -7,7 +7,13 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import SPEED_OF_LIGHT
-from seamap_rt.interferometry.covariance.windows import Covariance, independent_looks, pulse_correlation, window_weights
+from seamap_rt.interferometry.covariance.windows import (
+    Covariance,
+    PhaseSlopes,
+    independent_looks,
+    pulse_correlation,
+    window_weights,
+)
 from seamap_rt.interferometry.geometry.gate_edge import edge_bias
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.phase.speckle import incoherent_power
@@ -83,7 +89,9 @@ def test_the_slope_of_a_wave_is_not_a_lack_of_coherence() -> None:
     dwell = Covariance(np.exp(1j * (0.5 * gate + 0.3 * look)), one, one)
     missing = {
         slopes: incoherent_power(
-            dwell.windowed_along(np.ones(5), np.ones(3), np.full(1, slopes[0]), np.full(1, slopes[1])), 0.0, 10.0
+            dwell.windowed_along(np.ones(5), np.ones(3), PhaseSlopes(np.full(1, slopes[0]), np.full(1, slopes[1]))),
+            0.0,
+            10.0,
         )
         for slopes in ((0.5, 0.3), (0.0, 0.0))
     }

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.compute.device import moved
-from seamap_rt.interferometry.covariance.windows import Covariance, Level
+from seamap_rt.interferometry.covariance.windows import Covariance, Level, PhaseSlopes
 
 LOOKS, GATES = 9, 13
 
@@ -63,7 +63,7 @@ def test_windows_are_what_they_say(
     per_gate, per_look = (rng.uniform(-2.0, 2.0, shape) for shape in shapes)
     height = rng.uniform(-9.0, 9.0, (31, LOOKS, GATES))
     level = (lambda gates: height[15 + gates]) if levelled else None
-    found = given.windowed_along(range_weights, look_weights, per_gate, per_look, level)
+    found = given.windowed_along(range_weights, look_weights, PhaseSlopes(per_gate, per_look, level))
     asked = written_out(given, range_weights, look_weights, per_gate, per_look, level)
     # 165 cells, turned by products of up to 12 turns: some hundred ulp. On the device phases up to 24 rad are float32,
     # whose ulp is 2e-6 there, of cells of up to 3.
@@ -77,7 +77,7 @@ def test_dwells_go_to_the_device_once_and_windows_come_back() -> None:
     given, weights, slopes = replace(cells(4), there=True), np.ones(5), np.zeros((LOOKS, GATES))
     moved.forget()
     for _ in range(3):
-        given.windowed_along(weights, weights[:3], slopes, slopes[:, :1])
+        given.windowed_along(weights, weights[:3], PhaseSlopes(slopes, slopes[:, :1]))
     assert moved.up_bytes == 17 * slopes.size + 3 * 4 * (8 + slopes.size + LOOKS)
     assert moved.down_bytes == 3 * 16 * slopes.size
 
@@ -85,6 +85,6 @@ def test_dwells_go_to_the_device_once_and_windows_come_back() -> None:
 def test_a_window_of_what_is_not_known_is_not_known() -> None:
     given = cells(3)
     given.cross[:] = np.nan
-    found = given.windowed_along(np.ones(3), np.ones(3), np.zeros(1), np.zeros(1))
+    found = given.windowed_along(np.ones(3), np.ones(3), PhaseSlopes(np.zeros(1), np.zeros(1)))
     assert not found.known.any()
     assert np.isnan(found.lower).all()

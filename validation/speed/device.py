@@ -34,7 +34,7 @@ from seamap_rt.echoes.turn import Hearing, turn_echoes
 from seamap_rt.echoes.turn_on_device import SumsOnDevice, turn_echoes_on_device
 from seamap_rt.echoes.unheard import share_unheard
 from seamap_rt.interferometry.covariance.dwell_sums import DwellSums, Paired
-from seamap_rt.interferometry.covariance.windows import Covariance
+from seamap_rt.interferometry.covariance.windows import Covariance, PhaseSlopes
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.looks import Looks
 from seamap_rt.mesh import SurfaceMesh, polar_grid
@@ -177,7 +177,7 @@ def _covariance(made: Simulator, echoes: xr.Dataset) -> Callable[[], Any]:
 
 def _windows(covariance: Covariance) -> Covariance:
     level = np.zeros(covariance.lower.shape)
-    return covariance.windowed_along(np.ones(5), np.ones(3), level, level)
+    return covariance.windowed_along(np.ones(5), np.ones(3), PhaseSlopes(level, level))
 
 
 def _on_processor(made: Simulator, mesh: SurfaceMesh, turn: int) -> Iterator[Step]:

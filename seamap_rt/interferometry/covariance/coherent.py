@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .pairs import PulsePairs, Rows, rows_apart
-from .velocity import Lag, phase_rate, windowed
+from .velocity import Lag, phase_rate
 from .windows import Covariance
 
 # Gates and looks over which the velocity is averaged: a single cell's, where it is needed, is mostly noise.
@@ -67,7 +67,7 @@ def integrated(means: Sequence[Covariance], extended: Extended, lags: Sequence[L
     count = np.full(np.shape(cross), float(len(base)))
     if len(base) < len(means):
         rate = np.nan_to_num(
-            phase_rate([Lag(each.seconds, windowed(each.products, *_AROUND), each.share) for each in lags])
+            phase_rate([Lag(each.seconds, each.products.windowed(*_AROUND), each.share) for each in lags])
         )
         for each, beyond in zip(means, extended.beyond, strict=True):
             if beyond:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...conventions import unit_from_azimuth, wrap_phase
 from .dwells import Dwells
-from .pairs import rows_apart
+from .pairs import Rows, rows_apart
 from .products import Products
 from .windows import Covariance, without_noise
 
@@ -70,17 +70,22 @@ def pulse_pair_lags(
     unfolded; about a third of a dwell of `dwell` pulses, over which the phase turns most before the speckle is another
     one; and one between, by which the shortest resolves the cycles of the longest. heard (pulse, 2) lower, upper."""
 
-    def pairs(lag: int) -> list[Products]:
+    hears = [np.ascontiguousarray(each) for each in heard.T]
+
+    def alike(lag: int) -> tuple[Rows, Rows, list[NDArray[np.bool_]]]:
         early, late = rows_apart(time, lag * interval, interval)
         same = transmitter[early] == transmitter[late]
-        rows = [(early[good], late[good]) for good in (same & heard[early, n] & heard[late, n] for n in (0, 1))]
+        return early, late, [same & each[early] & each[late] for each in hears]
+
+    def pairs(lag: int) -> list[Products]:
+        early, late, good = alike(lag)
         return [
-            Products((after, receiver), (before, receiver), before)
-            for (before, after), receiver in zip(rows, receivers, strict=True)
-            if before.size
+            Products((late[rows], receiver), (early[rows], receiver), early[rows])
+            for rows, receiver in zip(good, receivers, strict=True)
+            if rows.any()
         ]
 
-    counts = [sum(p.owner.size for p in pairs(lag)) for lag in range(1, min(_MOST_CYCLE, time.size - 1) + 1)]
+    counts = [sum(map(np.count_nonzero, alike(lag)[2])) for lag in range(1, min(_MOST_CYCLE, time.size - 1) + 1)]
     if not any(counts):
         return NO_LAGS
     cycle = 1 + next(n for n, count in enumerate(counts) if count >= 0.5 * max(counts))
@@ -120,7 +125,7 @@ def doppler(
     """
     if not lags:
         raise ValueError("lags = (): must hold at least one lag; echoes of single pulses have no velocity")
-    lags = [Lag(lag.seconds, windowed(lag.products, *window), lag.share) for lag in lags]
+    lags = [Lag(lag.seconds, lag.products.windowed(*window), lag.share) for lag in lags]
     scale = wavelength / (4.0 * np.pi)
     velocity = -scale * phase_rate(lags)
     last = lags[-1]
@@ -152,43 +157,14 @@ def beam_passage(beamwidth_deg: float, period_s: float) -> float:
     return beamwidth_deg / (360.0 / period_s) / np.sqrt(2.0 * np.log(2.0))
 
 
-def windowed(
-    covariance: Covariance, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]
-) -> Covariance:
-    """Means (look, gate) over a window with weights (2n + 1,) along range and looks, without phase correction.
-
-    Unknown cells are left out and stay NaN.
-    """
-    known = covariance.known
-    weight = _smoothed(known.astype(np.float64), range_weights, look_weights)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return Covariance(
-            *(
-                np.where(known, _smoothed(np.where(known, field, 0.0), range_weights, look_weights) / weight, np.nan)
-                for field in (covariance.cross, covariance.lower, covariance.upper)
-            )
-        )
-
-
-def _smoothed(field: NDArray, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> NDArray:
-    for axis, weights in ((1, range_weights), (0, look_weights)):
-        if weights.size == 1:
-            continue
-        total, half, moved = np.zeros_like(field), weights.size // 2, np.moveaxis(field, axis, 0)
-        for shift, weight in enumerate(weights, -half):
-            size = max(moved.shape[0] - abs(shift), 0)
-            there, here = max(shift, 0), max(-shift, 0)
-            np.moveaxis(total, axis, 0)[here : here + size] += weight * moved[there : there + size]
-        field = total
-    return field
-
-
 def own_velocity(position: NDArray[np.float64], time: NDArray[np.float64], dwells: Dwells) -> NDArray[np.float64]:
-    """Velocity [m/s] (look, 1 or gate, 3) of the antennas in each cell's dwell, of position (pulse, antenna, 3) [m].
+    """Velocity [m/s] (look or 1, 1 or gate, 3) of the antennas in each cell's dwell, of position (pulse, antenna, 3) [m].
 
     It is that of straight lines through a tenth of a second: between two pulses the sensors' noise would be all of it.
     """
     middle, when = position.mean(axis=1), time - time.mean()
+    if not np.ptp(middle, axis=0).any():
+        return np.zeros((1, 1, 3))
     middle = middle - middle.mean(axis=0)
     low = np.searchsorted(when, when - 0.5 * _STEADY_S, side="left")
     high = np.searchsorted(when, when + 0.5 * _STEADY_S, side="right")

@@ -7,7 +7,7 @@ are alike, and a processor's lanes take them together, real and imaginary parts 
 from __future__ import annotations
 
 from ...compute.compiled import compiled, compiled_step
-from ...compute.lanes import LANES, less, load, plus, product, ratio, spread, store
+from ...compute.lanes import LANES, add, less, load, plus, product, ratio, spread, store
 
 
 @compiled
@@ -51,6 +51,33 @@ def window_means(begin, end, margin, fields, known, range_weights, look_weights,
                     upper = plus(upper, product(weight, load(fields, 3 * part + there)))
                     total = plus(total, weight)
                     turn = _turned(turn, out)
+            mine, at = load(known, look * wide + margin + gate), look * lanes + gate
+            total = product(mine, total)
+            store(means, at, ratio(product(mine, real), total))
+            store(means, looks * lanes + at, ratio(product(mine, imaginary), total))
+            store(means, 2 * looks * lanes + at, ratio(product(mine, lower), total))
+            store(means, 3 * looks * lanes + at, ratio(product(mine, upper), total))
+
+
+@compiled
+def window_means_as_they_are(begin, end, margin, fields, known, range_weights, look_weights, means):
+    """The same without turning any phase, over all cells of the window that are known, whatever lies opposite."""
+    looks, wide, lanes = known.shape[0], known.shape[1], means.shape[2]
+    part, half_range, half_look = looks * wide, range_weights.size // 2, look_weights.size // 2
+    for look in range(begin, end):
+        for gate in range(0, lanes, LANES):
+            real, imaginary, lower, upper, total = spread(0.0), spread(0.0), spread(0.0), spread(0.0), spread(0.0)
+            for n in range(max(-half_look, -look), min(half_look, looks - 1 - look) + 1):
+                for m in range(-half_range, half_range + 1):
+                    there = (look + n) * wide + margin + gate + m
+                    weight = range_weights[m + half_range] * look_weights[n + half_look]
+                    real, imaginary = (
+                        add(real, weight, load(fields, there)),
+                        add(imaginary, weight, load(fields, part + there)),
+                    )
+                    lower = add(lower, weight, load(fields, 2 * part + there))
+                    upper = add(upper, weight, load(fields, 3 * part + there))
+                    total = add(total, weight, load(known, there))
             mine, at = load(known, look * wide + margin + gate), look * lanes + gate
             total = product(mine, total)
             store(means, at, ratio(product(mine, real), total))

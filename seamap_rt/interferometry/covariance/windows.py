@@ -13,12 +13,32 @@ from numpy.typing import NDArray
 from ...compute.complex_on_device import ComplexOnDevice
 from ...compute.lanes import LANES
 from ...compute.machine import in_blocks
-from .window_kernel import window_means, window_powers
+from .window_kernel import window_means, window_means_as_they_are, window_powers
 
 if TYPE_CHECKING:
     from .windows_on_device import CellsThere
 
 Level = Callable[[int], NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class PhaseSlopes:
+    """How the phase goes on along a surface: rad per gate and rad per look, which broadcast to a map (look, gate);
+    level(n): the phase of mean sea level n gates on, seen as from the cell itself, of antennas that move."""
+
+    per_gate: NDArray[np.float64]
+    per_look: NDArray[np.float64]
+    level: Level | None = None
+
+    def turns(self, gates: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """What turns a neighbour's phase back by either, see `_turns`: kept, for windows come in several sizes."""
+        if gates not in self._kept:
+            self._kept[gates] = _turns(self.per_gate, gates), _turns(self.per_look, gates)
+        return self._kept[gates]
+
+    @cached_property
+    def _kept(self) -> dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        return {}
 
 
 @dataclass(frozen=True)
@@ -30,7 +50,7 @@ class Covariance:
     upper: NDArray[np.float64]
     there: bool = field(default=False, kw_only=True)  # it was summed on the device, and so are its windows
 
-    @property
+    @cached_property
     def known(self) -> NDArray[np.bool_]:
         """(look, gate) of cells with a number: not those of a look without pulses, or of a receiver that gave NaN."""
         return np.isfinite(self.cross) & np.isfinite(self.lower) & np.isfinite(self.upper)
@@ -39,14 +59,11 @@ class Covariance:
         self,
         range_weights: NDArray[np.float64],
         look_weights: NDArray[np.float64],
-        phase_per_gate: NDArray[np.float64],
-        phase_per_look: NDArray[np.float64],
-        level: Level | None = None,
+        along: PhaseSlopes,
     ) -> Covariance:
-        """Power-weighted sums along a plane: a neighbour's phase is first brought to the cell by the local phase slopes
-        [rad per gate, rad per look], which broadcast to (look, gate). A strong cell counts for more than a weak one.
-        level(n): the phase (look, gate) of mean sea level n gates on, seen as from the cell itself; where the antennas
-        move, what a neighbour has other than that is taken off as it is.
+        """Power-weighted sums along a plane: a neighbour's phase is first brought to the cell by the local phase
+        slopes. A strong cell counts for more than a weak one. Where the antennas move, what a neighbour has other than
+        the level of the sea as seen from the cell is taken off as it is.
 
         Turned by a straight line, a single reflector keeps its phase exactly, and the sea's own slope (that of mean
         sea level, and of the waves if known) does not blur what is averaged. At the edges, and beside unknown cells,
@@ -54,50 +71,66 @@ class Covariance:
         of a circle do not meet: they lie a turn apart in time. Unknown cells stay NaN.
         """
         if self.there:
-            return self._windowed_there(range_weights, look_weights, phase_per_gate, phase_per_look, level)
-        cross, known, half = self.cross, self.known, range_weights.size // 2
+            return self._windowed_there(range_weights, look_weights, along)
+        known, half, level = self.known, range_weights.size // 2, along.level
+        margin = _whole(half)
+        fields, counted = self._wide(margin)
         here = np.empty((2, 0, 1, 1))
         if level is not None:
-            here = _turns(np.stack([-level(gate) for gate in range(-half, half + 1)]), known.shape)
-            cross = cross * np.exp(-1j * level(0))
-        parts = cross.real, cross.imag, self.lower, self.upper
-        fields, counted = _widened(half, *(np.where(known, part, 0.0) for part in parts)), _widened(half, known)[0]
-        turns = *(_turns(phase, known.shape) for phase in (phase_per_gate, phase_per_look)), here
+            here = _turns(np.stack([-level(gate) for gate in range(-half, half + 1)]), known.shape[1])
+            turned = np.where(known, self.cross * np.exp(-1j * level(0)), 0.0)
+            fields = np.concatenate((_widened(margin, turned.real, turned.imag), fields[2:]))
+        turns, weights = (*along.turns(known.shape[1]), here), (range_weights, look_weights)
+        means = np.empty((4, known.shape[0], _whole(known.shape[1])))
+        in_blocks(lambda *looks: window_means(*looks, margin, fields, counted, *weights, *turns, means), known.shape[0])
+        return _covariance(means[..., : known.shape[1]])
+
+    def windowed(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> Covariance:
+        """Means over such a window as they are: no phase is turned, and cells that are not known are left out one by
+        one. They stay NaN."""
+        known, margin = self.known, _whole(range_weights.size // 2)
         weights, means = (range_weights, look_weights), np.empty((4, known.shape[0], _whole(known.shape[1])))
-        in_blocks(lambda *looks: window_means(*looks, half, fields, counted, *weights, *turns, means), known.shape[0])
-        means = means[..., : known.shape[1]]
-        mean = np.empty(known.shape, dtype=np.complex128)
-        mean.real, mean.imag = means[:2]
-        return Covariance(mean, means[2], means[3])
+        wide = self._wide(margin)
+        in_blocks(lambda *looks: window_means_as_they_are(*looks, margin, *wide, *weights, means), known.shape[0])
+        return _covariance(means[..., : known.shape[1]])
 
     def power_in(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> NDArray[np.float64]:
         """Mean power [W] (look, gate) of both receivers over such a window."""
         if self.there:
-            cells = self._windowed_there(range_weights, look_weights, np.zeros(1), np.zeros(1), None)
+            cells = self._windowed_there(range_weights, look_weights, PhaseSlopes(np.zeros(1), np.zeros(1)))
             return 0.5 * (cells.lower + cells.upper)
-        known, half = self.known, range_weights.size // 2
-        power, counted = _widened(half, np.where(known, 0.5 * (self.lower + self.upper), 0.0), known)
+        known, margin = self.known, _whole(range_weights.size // 2)
+        fields, counted = self._wide(margin)
+        power = 0.5 * (fields[2] + fields[3])
         weights, means = (range_weights, look_weights), np.empty((known.shape[0], _whole(known.shape[1])))
-        in_blocks(lambda *looks: window_powers(*looks, half, power, counted, *weights, means), known.shape[0])
+        in_blocks(lambda *looks: window_powers(*looks, margin, power, counted, *weights, means), known.shape[0])
         return means[:, : known.shape[1]]
 
+    def _wide(self, margin: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Real and imaginary part and both powers, 0 where not known, and where they are known, with that margin: kept,
+        for windows come in several sizes."""
+        if margin not in self._kept:
+            known = self.known
+            parts = self.cross.real, self.cross.imag, self.lower, self.upper
+            self._kept[margin] = _widened(margin, *(np.where(known, p, 0.0) for p in parts)), _widened(margin, known)[0]
+        return self._kept[margin]
+
+    @cached_property
+    def _kept(self) -> dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        return {}
+
     def _windowed_there(
-        self,
-        range_weights: NDArray[np.float64],
-        look_weights: NDArray[np.float64],
-        phase_per_gate: NDArray[np.float64],
-        phase_per_look: NDArray[np.float64],
-        level: Level | None,
+        self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64], along: PhaseSlopes
     ) -> Covariance:
         """What `windowed_along` gives, worked out on the device."""
         from .windows_on_device import windows_on_device  # loaded where there is one
 
         shape, half = self.cross.shape, range_weights.size // 2
         here, there = np.empty((0, *shape), dtype=complex), np.empty(shape, dtype=complex)
-        if level is not None:
+        if (level := along.level) is not None:
             here = np.exp(1j * np.stack([level(gate) for gate in range(-half, half + 1)]))
             there = np.exp(-1j * level(0))
-        turns = np.atleast_2d(phase_per_gate), np.atleast_2d(phase_per_look), here, there
+        turns = np.atleast_2d(along.per_gate), np.atleast_2d(along.per_look), here, there
         return Covariance(*windows_on_device(self._cells_there, range_weights, look_weights, *turns), there=True)
 
     @cached_property
@@ -117,6 +150,13 @@ class Covariance:
             return np.abs(self.cross) / np.sqrt(self.lower * self.upper)
 
 
+def _covariance(means: NDArray[np.float64]) -> Covariance:
+    """Of real and imaginary part and both powers (4, look, gate)."""
+    cross = np.empty(means.shape[1:], dtype=np.complex128)
+    cross.real, cross.imag = means[:2]
+    return Covariance(cross, means[2], means[3])
+
+
 def _whole(gates: int) -> int:
     """So many in whole groups of lanes."""
     return -(-gates // LANES) * LANES
@@ -131,11 +171,11 @@ def _widened(margin: int, *fields: NDArray[Any]) -> NDArray[np.float64]:
     return wide
 
 
-def _turns(phase: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
+def _turns(phase: NDArray[np.float64], gates: int) -> NDArray[np.float64]:
     """What turns back by a phase [rad] (…, look or 1, gate or 1): real and imaginary parts (2, …, look or 1, lane)."""
     phase = np.atleast_2d(phase)
-    turns = np.zeros((2, *phase.shape[:-1], _whole(shape[1])))
-    turns[0, ..., : shape[1]], turns[1, ..., : shape[1]] = np.cos(phase), -np.sin(phase)
+    turns = np.zeros((2, *phase.shape[:-1], _whole(gates)))
+    turns[0, ..., :gates], turns[1, ..., :gates] = np.cos(phase), -np.sin(phase)
     return turns
 
 
@@ -201,7 +241,8 @@ def pulse_correlation(
     values = []
     for lag in lags:
         alike = number[:-lag] == number[lag:]
-        product = np.mean(power[:-lag][alike] * power[lag:][alike]) if alike.any() else square
+        beside = np.einsum("pg,pg->p", power[:-lag], power[lag:])[alike]
+        product = beside.mean() / gates.size if beside.size else square
         values.append(np.sqrt(np.clip((product - square) / echo, 0.0, 1.0)))
     correlation[1:] = np.interp(np.arange(1, most_lag + 1), lags, values)
     return correlation

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...conventions import wrap_phase
-from ..covariance.windows import window_weights
+from ..covariance.windows import PhaseSlopes, window_weights
 from ..geometry.heights import Heights
 from ..input.description import RadarDescription
-from ..phase.interferogram import Interferogram, PhaseSlopes
+from ..phase.interferogram import Interferogram
 from ..phase.speckle import wrapped_variance
 from ..phase.uncertainty import ONE_CELL, Weights
 from .bright_spots import BrightSpots, Offsets
@@ -184,7 +184,7 @@ def _along_waves(given: Interferogram, first: Estimate) -> PhaseSlopes:
     per_height = model.rise_sign * np.nan_to_num(1.0 / heights.gain, posinf=0.0, neginf=0.0)
     step = _ground_step(radar, heights.ground_range, model.poses.fan.height - heights.height, planes.outward)
     across = heights.ground_range * np.radians(given.width)
-    return (
+    return PhaseSlopes(
         model.flat_per_gate + np.nan_to_num(planes.outward * step) * per_height,
         np.nan_to_num(planes.clockwise * across) * per_height,
         model.level,

@@ -26,11 +26,10 @@ _SATURATED_SHARE = 0.01  # of a dwell's pulses
 
 def gate_median(power: NDArray[np.float64], known: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Median over the looks of each gate's known cells (1, gate); 0 where none is known."""
-    median = np.zeros((1, power.shape[1]))
-    some = known.any(axis=0)
-    if some.any():
-        median[0, some] = np.nanmedian(np.where(known, power, np.nan)[:, some], axis=0)
-    return median
+    in_order = np.sort(np.where(known, power, np.inf).T, axis=1)
+    count = np.count_nonzero(known, axis=0)
+    middle = np.take_along_axis(in_order, np.stack((np.maximum(count - 1, 0) // 2, count // 2), axis=1), axis=1)
+    return np.where(count > 0, middle.mean(axis=1), 0.0)[None]
 
 
 def lit_power(power: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -10,14 +10,15 @@ _COLLINEAR = 1e-3  # points whose spread across their line is less than this par
 
 
 @compiled
-def fit_planes(height, weight, points, outward, reach, variance, slopes, squares):
-    """Write slopes (2, look, gate), outward and clockwise; and their variances, unless `squares` holds nothing.
+def fit_planes(begin, end, height, weight, points, outward, reach, variance, slopes, squares):
+    """Write looks begin … end of slopes (2, look, gate), outward and clockwise; and their variances, unless `squares`
+    holds nothing.
 
     points (2, look, gate) x and y, outward (2, look, gate) east and north, reach (2, gate) in gates and looks. Cells of
     weight 0 count nothing, but need finite numbers all the same.
     """
     looks, gates = height.shape
-    for i in range(looks):
+    for i in range(begin, end):
         for j in range(gates):
             if weight[i, j] == 0.0:
                 continue

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...compute.machine import in_blocks
 from .quality import gate_median
 from .slope_kernel import fit_planes
 
@@ -56,7 +57,8 @@ def local_planes(
     variance, squares = np.empty((0, 0)), np.empty((0, 0, 0))
     if height_std is not None:
         variance, squares = np.where(known, height_std, 0.0) ** 2, np.full((2, *shape), np.nan)
-    fit_planes(z, w, np.stack(rest[:2]), np.stack(rest[2:]), limits, variance, slopes, squares)
+    points, away = np.stack(rest[:2]), np.stack(rest[2:])
+    in_blocks(lambda *looks: fit_planes(*looks, z, w, points, away, limits, variance, slopes, squares), shape[0])
     if height_std is None:
         return Slopes(*slopes)
     for odd in (0, 1):  # the axis along which the slope is taken

@@ -7,6 +7,7 @@ their azimuth and distance from one centre, first along each look and then acros
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,10 +73,19 @@ def square_means(
     Before the first look and after the last the nearest of them serves, as far as half a look; all the way in a full
     circle, whose ends lie a turn apart in time and are not blended.
     """
-    within = grid.side * ((np.arange(_SAMPLES) + 0.5) / _SAMPLES - 0.5)
-    x, y = (((each - at)[:, None] + within).ravel() for each, at in zip((grid.x, grid.y), centre, strict=True))
-    sweep = np.degrees(np.arctan2(x, y[:, None])) - fan.start_deg
+    x, y, bearing = _samples(grid.x.size // 2, grid.side, *centre)
+    sweep = bearing - fan.start_deg if fan.start_deg else bearing
     polar = fan.sweep[0], fan.spacing, float(fan.closed), distance[0], distance[1] - distance[0]
     means = np.full((laid.shape[2], *middle.shape), np.nan)
     in_blocks(lambda *rows: mean_of_samples(*rows, laid, polar, middle, x, y, sweep, means), len(middle))
     return means
+
+
+@lru_cache(maxsize=1)
+def _samples(reach: int, side: float, east: float, north: float) -> tuple[NDArray[np.float64], ...]:
+    """Of a grid that reaches so many squares to either side, east (x,) and north (y,) of its samples from a centre, and
+    their bearing (y, x) deg: of a boat that does not move the same at each turn, and as much work as the means."""
+    within = side * ((np.arange(_SAMPLES) + 0.5) / _SAMPLES - 0.5)
+    centres = side * np.arange(-reach, reach + 1)
+    x, y = (((centres - at)[:, None] + within).ravel() for at in (east, north))
+    return x, y, np.degrees(np.arctan2(x, y[:, None]))

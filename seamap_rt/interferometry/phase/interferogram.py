@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from ...settings import RetrievalSettings
-from ..covariance.windows import Covariance, Level
+from ..covariance.windows import Covariance, PhaseSlopes
 from ..estimation.quality import has_echo, own_echo
 from ..geometry.gate_edge import edge_bias
 from ..geometry.heights import Heights, PhaseModel
@@ -21,8 +21,6 @@ from .speckle import estimation_doubt, incoherent_power, phase_variances, wrappe
 from .uncertainty import ONE_CELL, Dwelt, Samples, Weights
 
 Map = NDArray[np.float64]
-# rad per gate, rad per look, which broadcast to a map, and the level of the sea as seen from a boat that moves
-PhaseSlopes = tuple[Map, Map, Level | None]
 
 _BESIDE = 4, 1  # gates and looks to either side: 6 m, an eighth of the length of a wind sea's waves
 AROUND: Weights = (np.ones(5), np.ones(3))  # gates, looks: the window over which the incoherent power is averaged
@@ -44,9 +42,11 @@ class Interferogram:
 
     def echo_power(self, window: Weights = ONE_CELL) -> Map:
         """Power [W] of the echo, noise taken off: of a window, by default of each dwell and gate."""
-        heard = self.heard
-        power = 0.5 * (heard.lower + heard.upper) if window is ONE_CELL else heard.power_in(*window)
-        return power - self.noise_power
+        return self._power if window is ONE_CELL else self.heard.power_in(*window) - self.noise_power
+
+    @cached_property
+    def _power(self) -> Map:
+        return 0.5 * (self.heard.lower + self.heard.upper) - self.noise_power
 
     def echoing(self, cells: Covariance, echo_power: Map) -> NDArray[np.bool_]:
         """Cells (look, gate) with an echo of their own; echo_power [W] as `echo_power` gives it."""
@@ -68,14 +68,14 @@ class Interferogram:
         beside[:, :-1] |= own[:, 1:]
         return beside
 
-    @property
+    @cached_property
     def level_slopes(self) -> PhaseSlopes:
         """Along mean sea level."""
-        return self.model.flat_per_gate, np.zeros(1), self.model.level
+        return PhaseSlopes(self.model.flat_per_gate, np.zeros(1), self.model.level)
 
     def windowed(self, window: Weights, along: PhaseSlopes) -> Covariance:
         """Covariance (look, gate) over a window whose phase follows these slopes."""
-        return self.dwell.windowed_along(*window, *along)
+        return self.dwell.windowed_along(*window, along)
 
     def incoherent(self, along: PhaseSlopes) -> Map:
         """Power [W] that the receivers do not share, the noise's apart: of windows that follow the phase's slopes, or

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...radar.waveform import RangeResponse
 from ..covariance.windows import independent_looks
 from ..input.description import RadarDescription
 
@@ -35,17 +37,24 @@ class Dwelt:
         range_weights, look_weights = window
         beyond = max(0, look_weights.size // 2 - (self.looks - 1))
         look_weights = look_weights[beyond : look_weights.size - beyond]
-        lags = radar.spacing * np.arange(range_weights.size)
-        fine = np.linspace(-2.0 * radar.response.support_m, 2.0 * radar.response.support_m, 801)
-        pulse = radar.response(fine)
-        echo = np.array([pulse @ radar.response(fine + lag) for lag in lags]) / (pulse @ pulse)
-        noise = radar.response.noise_correlation(lags)
+        echo, noise = _correlations(radar.response, radar.spacing, range_weights.size)
         across = independent_looks(look_weights, np.eye(1, look_weights.size).ravel())
         speckle = max(1.0, independent_looks(np.ones(self.pulses), self.correlation))
         return Samples(
             speckle * independent_looks(range_weights, echo) * across,
             self.pulses * independent_looks(range_weights, noise) * across,
         )
+
+
+@lru_cache(maxsize=8)
+def _correlations(
+    response: RangeResponse, spacing: float, gates: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Of the echo and of the noise between gates 0, 1, 2 … apart."""
+    lags = spacing * np.arange(gates)
+    fine = np.linspace(-2.0 * response.support_m, 2.0 * response.support_m, 801)
+    pulse = response(fine)
+    return np.array([pulse @ response(fine + lag) for lag in lags]) / (pulse @ pulse), response.noise_correlation(lags)
 
 
 @dataclass(frozen=True)
