@@ -150,3 +150,14 @@ def means_of(total, count, cross, lower, upper):
             cross[look, gate] = complex((like[first] + like[second]) * share, (unlike[second] - unlike[first]) * share)
             lower[look, gate] = (one[first] + one[second]) * share
             upper[look, gate] = (other[first] + other[second]) * share
+
+
+@compiled
+def add_fields(look, fields, totals):
+    """Add fields (pulse, field) to the totals (look, gate, field) of each gate's look (pulse, gate), −1 for none."""
+    for pulse in range(look.shape[0]):
+        for gate in range(look.shape[1]):
+            if look[pulse, gate] >= 0:
+                total = totals[look[pulse, gate], gate]
+                for n in range(fields.shape[1]):
+                    total[n] += fields[pulse, n]

@@ -36,7 +36,7 @@ class Dwells:
         """How many pulses each cell has: (look, 1), or (look, gate)."""
         if not self.leaning:
             return np.bincount(self.look[self.look >= 0], minlength=self.looks)[:, None]
-        return self._sum(np.ones(self.look.shape[0])).astype(np.intp)
+        return self._summed(np.ones((self.look.shape[0], 1)))[0].astype(np.intp)
 
     @property
     def usual(self) -> int:
@@ -54,22 +54,18 @@ class Dwells:
         if not good.all():
             return self[np.flatnonzero(good)].means(fields[good])
         with np.errstate(invalid="ignore"):
-            return np.stack([self._sum(field) for field in np.ascontiguousarray(fields.T)]) / np.where(
-                self.pulses > 0, self.pulses, np.nan
-            )
+            return self._summed(fields) / np.where(self.pulses > 0, self.pulses, np.nan)
 
-    def _sum(self, field: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Sums of (pulse,) over each cell's pulses."""
-        if not self.leaning:
-            return self._binned(self.look + 1, field)[:, None]
-        return np.stack([self._binned(row, field) for row in self._by_gate], axis=1)
+    def _summed(self, fields: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Sums of (pulse, field) over each cell's pulses, (field, look, 1 or gate)."""
+        if self.leaning:
+            from .dwell_kernel import add_fields  # numba takes half a second to import
 
-    def _binned(self, look: NDArray[np.intp], field: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(np.bincount(look, weights=field, minlength=self.looks + 1)[1:], dtype=np.float64)
-
-    @cached_property
-    def _by_gate(self) -> NDArray[np.intp]:
-        return np.ascontiguousarray(self.look.T) + 1
+            totals = np.zeros((self.looks, self.look.shape[1], fields.shape[1]))
+            add_fields(self.look, np.ascontiguousarray(fields), totals)
+            return np.ascontiguousarray(np.moveaxis(totals, -1, 0))
+        rows = np.ascontiguousarray(fields.T)
+        return np.stack([np.bincount(self.look + 1, row, self.looks + 1)[1:, None] for row in rows])
 
     def sums(self, field: NDArray) -> NDArray:
         """Sums of (pulse, gate) over each cell's pulses, (look, gate)."""

@@ -158,7 +158,7 @@ def beam_passage(beamwidth_deg: float, period_s: float) -> float:
 
 
 def own_velocity(position: NDArray[np.float64], time: NDArray[np.float64], dwells: Dwells) -> NDArray[np.float64]:
-    """Velocity [m/s] (look or 1, 1 or gate, 3) of the antennas in each cell's dwell, of position (pulse, antenna, 3) [m].
+    """Velocity [m/s] (look or 1, 1 or gate, 3) of the antennas in each cell's dwell; position (pulse, antenna, 3) [m].
 
     It is that of straight lines through a tenth of a second: between two pulses the sensors' noise would be all of it.
     """
