@@ -30,7 +30,7 @@ RADAR = RadarDescription(
     period=1.0,
     height=5.0,
     response=RangeResponse(20e-9, 50e6),
-    ranges=15.0 + 1.5 * np.arange(GATES),
+    ranges=np.linspace(15.0, 42.0, GATES),
 )
 ALTERNATING = replace(RADAR, interferogram="alternating_pulse")
 

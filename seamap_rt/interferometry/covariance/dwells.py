@@ -64,8 +64,9 @@ class Dwells:
             totals = np.zeros((self.looks, self.look.shape[1], fields.shape[1]))
             add_fields(self.look, np.ascontiguousarray(fields), totals)
             return np.ascontiguousarray(np.moveaxis(totals, -1, 0))
-        rows = np.ascontiguousarray(fields.T)
-        return np.stack([np.bincount(self.look + 1, row, self.looks + 1)[1:, None] for row in rows])
+        look, most = self.look + 1, self.looks + 1
+        sums = [np.bincount(look, weights=row, minlength=most)[1:, None] for row in np.ascontiguousarray(fields.T)]
+        return np.asarray(np.stack(sums), dtype=np.float64)
 
     def sums(self, field: NDArray) -> NDArray:
         """Sums of (pulse, gate) over each cell's pulses, (look, gate)."""

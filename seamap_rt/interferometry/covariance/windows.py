@@ -78,8 +78,9 @@ class Covariance:
         here = np.empty((2, 0, 1, 1))
         if level is not None:
             here = _turns(np.stack([-level(gate) for gate in range(-half, half + 1)]), known.shape[1])
-            turned = np.where(known, self.cross * np.exp(-1j * level(0)), 0.0)
-            fields = np.concatenate((_widened(margin, turned.real, turned.imag), fields[2:]))
+            turned = self.cross * np.exp(-1j * level(0))
+            parts = (np.where(known, part, 0.0) for part in (turned.real, turned.imag))
+            fields = np.concatenate((_widened(margin, *parts), fields[2:]))
         turns, weights = (*along.turns(known.shape[1]), here), (range_weights, look_weights)
         means = np.empty((4, known.shape[0], _whole(known.shape[1])))
         in_blocks(lambda *looks: window_means(*looks, margin, fields, counted, *weights, *turns, means), known.shape[0])
