@@ -133,6 +133,17 @@ def swapped(context, lanes):
 
 
 @_compiled_inline
+def where_known(context, tested, lanes):
+    """The lanes where what is tested is a number, 0 where it is NaN."""
+
+    def code(context, builder, signature, values):
+        known = builder.fcmp_ordered("ord", values[0], values[0])
+        return builder.select(known, values[1], ir.Constant(_WIDE[lanes.number], None))
+
+    return lanes(tested, lanes), code
+
+
+@_compiled_inline
 def product(context, first, second):
     """Lane by lane."""
 

@@ -49,12 +49,12 @@ DISTANCE = np.arange(1.5, 80.0, 0.75)
 def test_squares_are_means_of_bilinear_values() -> None:
     # Against scipy's own, from a centre of its own; half a look beyond the last its values serve.
     rng = np.random.default_rng(2)
-    laid, grid, centre = rng.normal(size=(50, DISTANCE.size, 2)), ground_grid(70.0, 3.0), (4.0, -7.0)
+    laid, grid, centre = rng.normal(size=(50, DISTANCE.size, 9)), ground_grid(70.0, 3.0), (4.0, -7.0)
     x, y = (part - at for part, at in zip(grid.points(3), centre, strict=True))
     middle = SECTOR.sweep_of(grid.x - centre[0], (grid.y - centre[1])[:, None])
     found = square_means(SECTOR, laid, DISTANCE, grid, centre, middle)
     angle, away = (np.degrees(np.arctan2(x, y)) - 310.0) % 360.0, np.hypot(x, y)
-    for n in range(2):
+    for n in range(9):  # more than the lanes take together
         asked = RegularGridInterpolator((SECTOR.sweep, DISTANCE), laid[..., n], bounds_error=False)
         within = np.abs(angle - 64.1) <= 45.0
         points = np.stack((np.clip(angle, SECTOR.sweep[0], SECTOR.sweep[-1]), away), axis=-1)

@@ -77,6 +77,7 @@ def square_means(
     sweep = bearing - fan.start_deg if fan.start_deg else bearing
     polar = fan.sweep[0], fan.spacing, float(fan.closed), distance[0], distance[1] - distance[0]
     means = np.full((laid.shape[2], *middle.shape), np.nan)
+    laid = np.ascontiguousarray(laid)
     in_blocks(lambda *rows: mean_of_samples(*rows, laid, polar, middle, x, y, sweep, means), len(middle))
     return means
 

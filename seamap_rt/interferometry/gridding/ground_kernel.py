@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from ...compute.compiled import compiled
+from ...compute.compiled import compiled, compiled_step
+from ...compute.lanes import LANES, add, load, plus, product, spread, store, where_known
 
 
 @compiled
@@ -49,49 +50,60 @@ def mean_of_samples(begin, end, laid, fan, middle, x, y, sweep, result):
     laid (look, distance, field); fan: the first look's angle and the spacing [deg], whether it closes, the first
     distance and their spacing [m]. middle (row, column): angle of the squares' centres [deg]; x and y [m] from the
     fan's centre of evenly many columns and rows of samples in each, and the angle (y, x) of each, whole turns apart.
+    A sample's fields are taken together, as many as fill the lanes; what lies behind them there is not used.
     """
-    pieces = laid.shape[2]
+    looks, distances, pieces = laid.shape
     high, wide = sweep.shape[0] // middle.shape[0], sweep.shape[1] // middle.shape[1]
-    total, count, value = np.empty(pieces), np.empty(pieces, np.int64), np.empty(pieces)
+    per_look, per_metre, closed = 1.0 / fan[1], 1.0 / fan[4], fan[2] > 0.0
+    totals, counts, corners, flat = np.empty(LANES), np.empty(LANES), np.zeros(4 * LANES), laid.ravel()
     for row in range(begin, end):
         for column in range(middle.shape[1]):
-            total[:] = 0.0
-            count[:] = 0
-            for n in range(row * high, (row + 1) * high):
-                for m in range(column * wide, (column + 1) * wide):
-                    reach = (math.sqrt(x[m] * x[m] + y[n] * y[n]) - fan[3]) / fan[4]
-                    if not 0.0 <= reach <= laid.shape[1] - 1.0:
-                        continue
-                    # A square that straddles the start of the turn stays on its centre's side: beyond it is a turn ago.
-                    beside = sweep[n, m] - middle[row, column]
-                    beside -= 360.0 * math.floor(beside / 360.0 + 0.5)
-                    number = (middle[row, column] + beside - fan[0]) / fan[1]
-                    if _bilinear(laid, number, reach, fan[2] > 0.0, value):
-                        for part in range(pieces):
-                            if not math.isnan(value[part]):
-                                total[part] += value[part]
-                                count[part] += 1
-            for part in range(pieces):
-                if 2 * count[part] > high * wide:
-                    result[part, row, column] = total[part] / count[part]
+            for part in range(0, pieces, LANES):
+                total, count = spread(0.0), spread(0.0)
+                for n in range(row * high, (row + 1) * high):
+                    for m in range(column * wide, (column + 1) * wide):
+                        reach = (math.sqrt(x[m] * x[m] + y[n] * y[n]) - fan[3]) * per_metre
+                        # A square that straddles the start of the turn stays on its centre's side: beyond it is a turn
+                        # ago.
+                        beside = sweep[n, m] - middle[row, column]
+                        beside -= 360.0 * math.floor(beside * (1.0 / 360.0) + 0.5)
+                        number = (middle[row, column] + beside - fan[0]) * per_look
+                        # Before the first look and after the last the nearest of them serves, as far as half a look;
+                        # all the way in a full circle, whose ends lie a turn apart in time and are not blended.
+                        inside = closed or -0.5 <= number <= looks - 0.5
+                        if not (inside and 0.0 <= reach <= distances - 1.0):
+                            continue
+                        number = min(max(number, 0.0), looks - 1.0)
+                        low, near = int(number), min(int(reach), distances - 2)
+                        across, along = number - low, reach - near
+                        first = (low * distances + near) * pieces + part
+                        second = first + distances * pieces if across > 0.0 else first
+                        if second + pieces + LANES <= flat.size:
+                            value = _bilinear(flat, first, second, pieces, across, along)
+                        else:
+                            _set_apart(flat, first, second, pieces, corners)
+                            value = _bilinear(corners, 0, 2 * LANES, LANES, across, along)
+                        total = plus(total, where_known(value, value))
+                        count = plus(count, where_known(value, spread(1.0)))
+                store(totals, 0, total)
+                store(counts, 0, count)
+                for field in range(min(LANES, pieces - part)):
+                    if 2.0 * counts[field] > high * wide:
+                        result[part + field, row, column] = totals[field] / counts[field]
 
 
-@compiled
-def _bilinear(laid, number, reach, closed, value):
-    """Write the fields at a fractional look and distance; False outside of the looks.
+@compiled_step
+def _bilinear(flat, first, second, step, across, along):
+    """Of two numbers in a row each from flat indices `first` and `second` on, `step` apart: all lanes' alike."""
+    value = product(spread((1.0 - across) * (1.0 - along)), load(flat, first))
+    value = add(value, (1.0 - across) * along, load(flat, first + step))
+    value = add(value, across * (1.0 - along), load(flat, second))
+    return add(value, across * along, load(flat, second + step))
 
-    Before the first look and after the last the nearest of them serves, as far as half a look; all the way in a full
-    circle, whose ends lie a turn apart in time and are not blended.
-    """
-    last = laid.shape[0] - 1
-    if not closed and (number < -0.5 or number > last + 0.5):
-        return False
-    number = min(max(number, 0.0), float(last))
-    low, near = int(number), min(int(reach), laid.shape[1] - 2)
-    across, along = number - low, reach - near
-    first, second = laid[low], laid[low + 1 if across > 0.0 else low]
-    for part in range(value.size):
-        on_first = first[near, part] * (1.0 - along) + first[near + 1, part] * along
-        on_second = second[near, part] * (1.0 - along) + second[near + 1, part] * along
-        value[part] = on_first * (1.0 - across) + on_second * across
-    return True
+
+@compiled_step
+def _set_apart(flat, first, second, step, corners):
+    """Copy four corners to where whole lanes can be read, as they cannot at an array's end."""
+    for n, start in enumerate((first, first + step, second, second + step)):
+        for lane in range(LANES):
+            corners[n * LANES + lane] = flat[start + lane] if start + lane < flat.size else 0.0
