@@ -52,6 +52,21 @@ def spread(context, number):
 
 
 @_compiled_inline
+def packed(context, numbers):
+    """LANES numbers of double precision, a tuple of them, one a lane."""
+
+    def code(context, builder, signature, values):
+        lanes = ir.Constant(_WIDE[types.float64], ir.Undefined)
+        for n in range(LANES):
+            lanes = builder.insert_element(lanes, builder.extract_value(values[0], n), ir.Constant(_INDEX, n))
+        return lanes
+
+    if numbers != types.UniTuple(types.float64, LANES):
+        raise TypeError(f"numbers = {numbers}: must be {LANES} of float64, one a lane")
+    return _Lanes(types.float64)(numbers), code
+
+
+@_compiled_inline
 def load(context, array, start):
     """The LANES numbers of a contiguous array from flat index `start` on, unchecked."""
 

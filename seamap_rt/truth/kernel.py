@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compute.compiled import compiled
+from ..compute.lanes import LANES, add, add_product, dot, load, packed, spread, store
 
 # What is summed over the facets of a cell, each times the facet's horizontal area, but for the echo.
 AREA, SEEN, HEIGHT, HEIGHT_SEEN, SLOPE_LOOK, SLOPE_CROSS, ECHO, LIGHT = range(8)
-QUANTITIES = 8
+QUANTITIES = LANES
 
 
 class Surface(NamedTuple):
@@ -67,8 +68,9 @@ def fill_cells(begin, end, surface, bins, box, response, cells, weighted):
     """Fill cells (column, gate, quantity) with the sums by the weights of the box, and weighted (column, gate, 2) with
     those of area and height by the gates' response."""
     sums = np.empty((bins.size, QUANTITIES))
-    area, height = np.empty(bins.size), np.empty(bins.size)
+    area, height = np.zeros(bins.size + LANES), np.zeros(bins.size + LANES)
     position, level = np.empty(surface.apart.shape), np.empty(surface.apart.shape)
+    heard = _in_whole_lanes(response.weight)
     for column in range(begin, end):
         sums[:] = 0.0
         _place(column, surface, bins, position, level)
@@ -76,17 +78,25 @@ def fill_cells(begin, end, surface, bins, box, response, cells, weighted):
         for number in range(bins.size):
             area[number], height[number] = sums[number, AREA], sums[number, HEIGHT]
         for gate in range(cells.shape[1]):
-            first = box.first[gate]
-            for quantity in range(QUANTITIES):
-                cells[column, gate, quantity] = 0.0
+            total, first = spread(0.0), box.first[gate]
             for n in range(box.weight.shape[1]):
-                for quantity in range(QUANTITIES):
-                    cells[column, gate, quantity] += box.weight[gate, n] * sums[first + n, quantity]
-            first, of_area, of_height = response.first[gate], 0.0, 0.0
-            for n in range(response.weight.shape[1]):
-                of_area += response.weight[gate, n] * area[first + n]
-                of_height += response.weight[gate, n] * height[first + n]
-            weighted[column, gate, 0], weighted[column, gate, 1] = of_area, of_height
+                total = add(total, box.weight[gate, n], load(sums, (first + n) * QUANTITIES))
+            store(cells, (column * cells.shape[1] + gate) * QUANTITIES, total)
+            of_area, of_height, first = spread(0.0), spread(0.0), response.first[gate]
+            for n in range(0, heard.shape[1], LANES):
+                weight = load(heard, gate * heard.shape[1] + n)
+                of_area = add_product(of_area, weight, load(area, first + n))
+                of_height = add_product(of_height, weight, load(height, first + n))
+            weighted[column, gate, 0] = dot(of_area, spread(1.0))
+            weighted[column, gate, 1] = dot(of_height, spread(1.0))
+
+
+@compiled
+def _in_whole_lanes(weight):
+    """Weights (gate, bin) with zeros behind, to whole groups of lanes."""
+    padded = np.zeros((weight.shape[0], (weight.shape[1] + LANES - 1) // LANES * LANES))
+    padded[:, : weight.shape[1]] = weight
+    return padded
 
 
 @compiled
@@ -108,26 +118,22 @@ def _gather(column, surface, bins, position, height, sums):
 
     position, height (part, facet): as `_place` fills them.
     """
-    value, parts = np.empty(QUANTITIES), position.shape[0]
+    parts = position.shape[0]
     for facet in range(surface.distance.size):
-        area, lit = surface.area[facet], surface.lit[column, facet]
-        arriving = surface.arriving[column, facet]
-        value[AREA], value[SEEN] = area, lit * area
-        value[SLOPE_LOOK] = area * surface.slope_look[column, facet]
-        value[SLOPE_CROSS] = area * surface.slope_cross[column, facet]
-        value[ECHO] = surface.rcs[column, facet] * arriving / parts
-        value[LIGHT] = area * arriving
+        area, arriving = surface.area[facet], np.float64(surface.arriving[column, facet])
+        seen, echo = surface.lit[column, facet] * area, surface.rcs[column, facet] * arriving / parts
+        look, cross = area * surface.slope_look[column, facet], area * surface.slope_cross[column, facet]
+        level = packed((area, seen, 0.0, 0.0, look, cross, echo, area * arriving))  # in the order of the quantities
+        rising = packed((0.0, 0.0, area, seen, 0.0, 0.0, 0.0, 0.0))
         for part in range(parts):
             at = position[part, facet]
             if not 0.0 <= at < bins.size - 1:
                 continue
-            value[HEIGHT] = area * height[part, facet]
-            value[HEIGHT_SEEN] = lit * value[HEIGHT]
-            number = int(at)
-            share = at - number
-            for quantity in range(QUANTITIES):
-                sums[number, quantity] += (1.0 - share) * value[quantity]
-                sums[number + 1, quantity] += share * value[quantity]
+            value = add(level, height[part, facet], rising)
+            number = np.uint64(at)
+            share, here = at - number, number * np.uint64(QUANTITIES)
+            store(sums, here, add(load(sums, here), 1.0 - share, value))
+            store(sums, here + QUANTITIES, add(load(sums, here + QUANTITIES), share, value))
 
 
 @compiled
