@@ -22,8 +22,8 @@ PLANTS = (
     Plant(
         "truth's nearest bins",
         "seamap_rt/truth/kernel.py",
-        "(1.0 - share) * value[quantity]",
-        "share * value[quantity]",
+        "add(load(sums, here), 1.0 - share, value)",
+        "add(load(sums, here), share, value)",
         "tests/test_truth_kernel.py::test_the_pass_is_the_definition",
     ),
     Plant(
