@@ -6,16 +6,25 @@ import contextlib
 import os
 import resource
 import sys
+import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import wait as wait_for
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
+from typing import Any, TypeVar
+from weakref import WeakSet
 
 from threadpoolctl import ThreadpoolController
 
 _MOST_THREADS = 16  # more gain nothing on blocks as short as ours
 _BLOCK = 32  # rows
+_KEPT: dict[int, ThreadPoolExecutor] = {}  # by the number of threads
+_LOCK = threading.Lock()
+_AT_WORK = threading.local()
+
+T = TypeVar("T")
 
 
 def cores() -> list[int]:
@@ -30,9 +39,54 @@ def threads() -> int:
     return min(_MOST_THREADS, len(cores()))
 
 
-def pool() -> ThreadPoolExecutor:
-    """A pool of `threads()`. Whoever maps work on it must give the same bits for any number of them."""
-    return ThreadPoolExecutor(threads())
+class Workers(Executor):
+    """The process's own threads, `count` of them, lent for a piece of work; left, as a context, when all of it is done.
+
+    They are kept, for to make two threads and to wait for their end costs ten times what a short block of rows does.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+        with _LOCK:
+            if count not in _KEPT:
+                _KEPT[count] = ThreadPoolExecutor(count, "rows", initializer=_begin)
+            self._threads = _KEPT[count]
+        self._given: WeakSet[Future[Any]] = WeakSet()  # a result lives no longer than it is wanted
+
+    def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
+        """As of any executor. Work that itself asks for threads is done there and then: those who wait would never end
+        where all of them wait."""
+        if getattr(_AT_WORK, "here", False):
+            done: Future[T] = Future()
+            try:
+                done.set_result(fn(*args, **kwargs))
+            except BaseException as error:
+                done.set_exception(error)
+            return done
+        future = self._threads.submit(fn, *args, **kwargs)
+        self._given.add(future)
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """The work ends, the threads do not."""
+        given = list(self._given)
+        for future in given if cancel_futures else ():
+            future.cancel()
+        if wait:
+            wait_for(given)
+
+
+def _begin() -> None:
+    _AT_WORK.here = True
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_KEPT.clear)  # a child has none of its parent's threads
+
+
+def pool() -> Workers:
+    """`threads()` of them. Whoever maps work on it must give the same bits for any number of them."""
+    return Workers(threads())
 
 
 def in_blocks(work: Callable[[int, int], None], rows: int) -> None:

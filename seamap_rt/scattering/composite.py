@@ -7,14 +7,13 @@ lengths break (`breaking`); and the mesh's own waves gather them (`modulation`).
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from seamap_rt.compute.functions import functions_of
-from seamap_rt.compute.machine import threads
+from seamap_rt.compute.machine import pool
 from seamap_rt.conventions import POLARIZATIONS, db
 from seamap_rt.scattering.breaking import Breakers, breakers, nrcs_breaker
 from seamap_rt.scattering.facet_view import Array, facet_view
@@ -84,8 +83,8 @@ def nrcs_composite(
         single = (np.asarray(each if each.ndim == 0 else each[block], dtype=np.float32) for each in flat)
         sigma[0, block], sigma[1, block], sigma[2, block] = sea.nrcs(*single)
 
-    with ThreadPoolExecutor(threads()) as pool:
-        list(pool.map(work, range(0, sigma.shape[1], _BLOCK)))
+    with pool() as workers:
+        list(workers.map(work, range(0, sigma.shape[1], _BLOCK)))
     return FacetNrcs(*(each.reshape(shape) for each in sigma))
 
 

@@ -21,7 +21,6 @@ the antenna may face it. Those that lean away from their own ray stay dark.
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -29,7 +28,7 @@ from numpy.typing import NDArray
 from scipy.special import wofz
 
 from ..compute.compiled import compiled_strict
-from ..compute.machine import threads
+from ..compute.machine import pool
 from ..mesh.facets import FAR_FRACTION, NEAR_FRACTION, Profile, profile
 from ..mesh.surface import SurfaceMesh
 from .illumination import Illumination
@@ -63,8 +62,8 @@ def diffract(light: Illumination, mesh: SurfaceMesh, wavelength_m: float) -> Ill
                 station = antenna_at, 4.0 / wavelength_m, 1.0 / len(field)
                 _over_edges(distance, surface, first, station, table, field[antenna, columns], ray_slope[columns])
 
-    with ThreadPoolExecutor(threads()) as pool:
-        list(pool.map(work, range(0, light.grid.columns, _COLUMNS)))
+    with pool() as workers:
+        list(workers.map(work, range(0, light.grid.columns, _COLUMNS)))
     return replace(light, field=field, ray_slope=ray_slope)
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -235,16 +233,17 @@ def test_all_threads_that_the_process_may_use_are_used(monkeypatch: pytest.Monke
     """By the sums, the interpolation, the noise and the converter: as many as the machine says, whatever it says."""
     radar = radar_of(noise=True, receiver={"chain": "digital"})
     facets, rcs = sinusoid(radar)
-    sizes, begin = [], ThreadPoolExecutor.__init__
+    lent: list[int] = []
 
-    def recorded(self: ThreadPoolExecutor, max_workers: int | None = None, *others: Any, **keys: Any) -> None:
-        sizes.append(max_workers)
-        begin(self, max_workers, *others, **keys)
+    class Counted(machine.Workers):
+        def __init__(self, count: int) -> None:
+            lent.append(count)
+            super().__init__(count)
 
-    monkeypatch.setattr(ThreadPoolExecutor, "__init__", recorded)
+    monkeypatch.setattr(machine, "Workers", Counted)
     monkeypatch.setattr(machine, "cores", lambda: list(range(5)))
     turn_voltages(facets, rcs, radar, pulses(radar, 0), SEED, 0.01)
-    assert sizes == [5] * 5  # sums, their transpose, pulses between nodes, noise, converter
+    assert lent == [5] * 5  # sums, their transpose, pulses between nodes, noise, converter
 
 
 def test_another_seed_has_nothing_in_common_but_the_law() -> None:

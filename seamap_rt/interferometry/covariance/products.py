@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...compute.complex_on_device import ComplexOnDevice
 from ...compute.lanes import LANES
-from ...compute.machine import threads
+from ...compute.machine import pool
 from .dwell_kernel import add_products, means_of
 from .dwells import Dwells
 from .pairs import Rows
@@ -69,17 +68,17 @@ def dwell_means(
     different = {id(turn): turn for turn in turns if turn is not None}
     stack = np.stack(list(different.values())) if different else np.zeros((0, 0, 0), dtype=np.complex64)
     which = np.array([-1 if turn is None else list(different).index(id(turn)) for turn in turns])
-    count = threads()  # each has gates of its own, so that their number changes no bit
-    edges = [*(gates * n // count // LANES * LANES for n in range(count)), gates]
     turned = stack, which, receivers
-    with ThreadPoolExecutor(count) as pool:
+    with pool() as workers:
+        count = workers.count  # each has gates of its own, so that their number changes no bit
+        edges = [*(gates * n // count // LANES * LANES for n in range(count)), gates]
         work = [
-            pool.submit(add_products, rows, look, table, begin, *turned, low, high, totals, counts)
+            workers.submit(add_products, rows, look, table, begin, *turned, low, high, totals, counts)
             for low, high in pairwise(edges)
         ]
         for each in work:
             each.result()
         cross = np.empty(counts.shape, dtype=np.complex128)
         powers = np.empty((2, *counts.shape))
-        list(pool.map(means_of, totals, counts, cross, *powers))
+        list(workers.map(means_of, totals, counts, cross, *powers))
     return [Covariance(*each) for each in zip(cross, *powers, strict=True)]

@@ -10,13 +10,12 @@ them; what it flattens is restored as far as errors allow, and what they do not 
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compute.machine import threads
+from ...compute.machine import pool
 from .error_covariance import ErrorCovariance
 from .optimal_kernel import BLOCK, MOST_LOOKS, interpolate
 from .sea_covariance import SeaCovariance
@@ -72,6 +71,6 @@ def optimal_heights(
         )
 
     edges = np.linspace(0, -(-shape[1] // BLOCK), _TASKS + 1).astype(int)
-    with ThreadPoolExecutor(threads()) as pool:
-        list(pool.map(blocks, edges[:-1], edges[1:]))
+    with pool() as workers:
+        list(workers.map(blocks, edges[:-1], edges[1:]))
     return estimate[0], estimate[1]
