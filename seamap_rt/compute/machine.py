@@ -19,7 +19,7 @@ from weakref import WeakSet
 from threadpoolctl import ThreadpoolController
 
 _MOST_THREADS = 16  # more gain nothing on blocks as short as ours
-_BLOCK = 32  # rows
+_BLOCK, _MOST_BLOCKS = 32, 64  # rows, at least; of many rows so many blocks
 _KEPT: dict[int, ThreadPoolExecutor] = {}  # by the number of threads
 _LOCK = threading.Lock()
 _AT_WORK = threading.local()
@@ -94,8 +94,9 @@ def in_blocks(work: Callable[[int, int], None], rows: int) -> None:
     if rows <= _BLOCK:
         work(0, rows)
         return
+    block = max(_BLOCK, -(-rows // _MOST_BLOCKS))
     with pool() as workers:
-        list(workers.map(work, range(0, rows, _BLOCK), (*range(_BLOCK, rows, _BLOCK), rows)))
+        list(workers.map(work, range(0, rows, block), (*range(block, rows, block), rows)))
 
 
 @contextmanager
