@@ -1,8 +1,9 @@
 """Eight numbers at a time, as a processor's vector registers hold them, for numba's compiled loops.
 
 Short sums of short rows are what compilers seldom put into vector registers by themselves. Here it is written out: a
-variable of a compiled function can hold `LANES` numbers of single or double precision, and the functions below act on
-all of them at once. Where a processor's registers are shorter, LLVM splits them. Python itself can call nothing here.
+variable of a compiled function can hold `LANES` numbers of single or double precision, or twice as many, and the
+functions below act on all of them at once. Where a processor's registers are shorter, LLVM splits them. Each lane's
+bits are the same in either width. Python itself can call nothing here.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic, models, register_model
 
 LANES = 8
-_WIDE = {types.float32: ir.VectorType(ir.FloatType(), LANES), types.float64: ir.VectorType(ir.DoubleType(), LANES)}
+_NUMBERS = {types.float32: ir.FloatType(), types.float64: ir.DoubleType()}
 _INDEX = ir.IntType(32)
 _FUSED = ("contract",)  # a product and its sum may be rounded once
 _compiled_inline: Any = intrinsic  # compiled code calls it without the first argument, which is numba's own
@@ -24,21 +25,34 @@ _compiled_inline: Any = intrinsic  # compiled code calls it without the first ar
 class _Lanes(types.Type):
     """Numba's type of such a variable; number: the type of what each lane holds."""
 
-    def __init__(self, number: Any) -> None:
-        self.number = number
-        super().__init__(f"Lanes({number})")
+    def __init__(self, number: Any, width: int = LANES) -> None:
+        self.number, self.width = number, width
+        super().__init__(f"Lanes({number}, {width})")
+
+    @property
+    def vector(self) -> Any:
+        """LLVM's type of it."""
+        return ir.VectorType(_NUMBERS[self.number], self.width)
 
 
 @register_model(_Lanes)
 class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, _WIDE[kind.number])
+        super().__init__(manager, kind, kind.vector)
 
 
 @_compiled_inline
 def zeros(context):
     """All lanes 0, of single precision."""
-    return _Lanes(types.float32)(), lambda *_: ir.Constant(_WIDE[types.float32], None)
+    made = _Lanes(types.float32)
+    return made(), lambda *_: ir.Constant(made.vector, None)
+
+
+@_compiled_inline
+def zeros_of_two(context):
+    """Twice LANES, all 0, of single precision."""
+    made = _Lanes(types.float32, 2 * LANES)
+    return made(), lambda *_: ir.Constant(made.vector, None)
 
 
 @_compiled_inline
@@ -46,7 +60,7 @@ def spread(context, number):
     """All lanes one number."""
 
     def code(context, builder, signature, values):
-        return _spread(builder, signature.args[0], values[0])
+        return _spread(builder, _Lanes(number), values[0])
 
     return _Lanes(number)(number), code
 
@@ -71,10 +85,19 @@ def load(context, array, start):
     """The LANES numbers of a contiguous array from flat index `start` on, unchecked."""
 
     def code(context, builder, signature, values):
-        kind = signature.args[0]
-        return builder.load(_address(context, builder, kind, *values), align=kind.dtype.bitwidth // 8)
+        return _load(context, builder, signature, signature.args[0], values)
 
     return _Lanes(_contiguous(array).dtype)(array, types.intp), code
+
+
+@_compiled_inline
+def load_as(context, like, array, start):
+    """As `load`, as many as `like` has."""
+
+    def code(context, builder, signature, values):
+        return _load(context, builder, signature, signature.args[1], values[1:])
+
+    return _Lanes(_contiguous(array).dtype, like.width)(like, array, types.intp), code
 
 
 @_compiled_inline
@@ -82,11 +105,12 @@ def store(context, array, start, lanes):
     """Write them back to there, unchecked."""
 
     def code(context, builder, signature, values):
-        kind = signature.args[0]
-        builder.store(values[2], _address(context, builder, kind, *values[:2]), align=kind.dtype.bitwidth // 8)
+        kind, _, made = signature.args
+        address = _address(context, builder, kind, made, *values[:2])
+        builder.store(values[2], address, align=kind.dtype.bitwidth // 8)
         return context.get_dummy_value()
 
-    return types.void(_contiguous(array), types.intp, _Lanes(array.dtype)), code
+    return types.void(_contiguous(array), types.intp, lanes), code
 
 
 @_compiled_inline
@@ -95,7 +119,8 @@ def prefetch(context, array, start):
 
     def code(context, builder, signature, values):
         byte = ir.IntType(8).as_pointer()
-        address = builder.bitcast(_address(context, builder, signature.args[0], *values), byte)
+        kind = signature.args[0]
+        address = builder.bitcast(_address(context, builder, kind, _Lanes(kind.dtype), *values), byte)
         kind = ir.FunctionType(ir.VoidType(), [byte, _INDEX, _INDEX, _INDEX])
         function = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
         to_read, closest, data = (ir.Constant(_INDEX, value) for value in (0, 3, 1))
@@ -110,7 +135,7 @@ def add(context, total, factor, lanes):
     """total + factor · lanes, with one factor for all lanes."""
 
     def code(context, builder, signature, values):
-        factors = _spread(builder, signature.args[1], values[1])
+        factors = _spread(builder, lanes, values[1])
         return builder.fadd(values[0], builder.fmul(factors, values[2], flags=_FUSED), flags=_FUSED)
 
     return lanes(lanes, lanes.number, lanes), code
@@ -203,7 +228,7 @@ def dot(context, first, second):
     """The sum of the lanes' products, by halves."""
 
     def code(context, builder, signature, values):
-        total, width = builder.fmul(*values), LANES
+        total, width = builder.fmul(*values), first.width
         while width > 1:
             width //= 2
             low, high = (
@@ -216,21 +241,27 @@ def dot(context, first, second):
     return first.number(first, first), code
 
 
-def _spread(builder: Any, kind: Any, number: Any) -> Any:
-    """The number, of that type, in all lanes."""
-    undefined = ir.Constant(_WIDE[kind], ir.Undefined)
+def _spread(builder: Any, made: Any, number: Any) -> Any:
+    """The number in all lanes of that type."""
+    undefined = ir.Constant(made.vector, ir.Undefined)
     first = builder.insert_element(undefined, number, ir.Constant(_INDEX, 0))
-    return builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(_INDEX, LANES), None))
+    return builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(_INDEX, made.width), None))
+
+
+def _load(context: Any, builder: Any, signature: Any, kind: Any, place: Any) -> Any:
+    """What the signature returns, from an array of that type and a flat index."""
+    address = _address(context, builder, kind, signature.return_type, *place)
+    return builder.load(address, align=kind.dtype.bitwidth // 8)
 
 
 def _contiguous(array: Any) -> Any:
     """The array's type, if its numbers lie one after the other."""
-    if not (isinstance(array, types.Array) and array.layout == "C" and array.dtype in _WIDE):
+    if not (isinstance(array, types.Array) and array.layout == "C" and array.dtype in _NUMBERS):
         raise TypeError(f"array = {array}: must be a C-contiguous array of float32 or float64")
     return array
 
 
-def _address(context: Any, builder: Any, kind: Any, array: Any, start: Any) -> Any:
-    """Where the array's lanes from `start` on lie in memory."""
+def _address(context: Any, builder: Any, kind: Any, made: Any, array: Any, start: Any) -> Any:
+    """Where the array's lanes of type `made` from `start` on lie in memory."""
     data = context.make_array(kind)(context, builder, array).data
-    return builder.bitcast(builder.gep(data, [start]), _WIDE[kind.dtype].as_pointer())
+    return builder.bitcast(builder.gep(data, [start]), made.vector.as_pointer())

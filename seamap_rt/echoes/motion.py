@@ -15,11 +15,14 @@ and 20° are 6 %.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..compute.compiled import compiled, compiled_strict
+from ..compute.machine import in_blocks
 from ..mesh import Facets
 from .speckle import EVENLY, Heard, speckle_basis, speckle_stream, two_way_basis
 
@@ -81,11 +84,14 @@ class Fastest(NamedTuple):
     @classmethod
     def of(cls, facets: Facets, motion: Motion | None) -> Fastest:
         """Those of facets and of their scatterers' motion."""
-        water = _fastest(facets.velocity_look, facets.velocity_up)
-        if motion is None or motion.breaking is None or not motion.breaking.any():
-            return cls(water, None)
-        outward = facets.velocity_look + motion.breaker_speed[:, None].astype(np.float32)
-        return cls(water, _fastest(outward, facets.velocity_up, motion.breaking > 0.0))
+        columns = len(facets.height)
+        shares, runs = np.empty((0, 0), np.float32), np.empty(0, np.float32)  # where none break
+        if motion is not None and motion.breaking is not None:
+            shares, runs = motion.breaking, motion.breaker_speed.astype(np.float32)
+        squares, velocity = np.empty((2, columns), np.float32), (facets.velocity_look, facets.velocity_up)
+        in_blocks(lambda *block: _fastest(*block, *velocity, shares, runs, squares), columns)
+        water, breakers = squares.max(axis=1, initial=-1.0)
+        return cls(float(np.sqrt(max(water, 0.0))), float(np.sqrt(breakers)) if breakers >= 0.0 else None)
 
 
 def fastest_echo(
@@ -109,13 +115,22 @@ def fastest_echo(
     return wavenumber * speed / np.pi, motion.breaker_time(wavenumber, decorrelation_time_s)
 
 
-def _fastest(look: NDArray[np.float32], up: NDArray[np.float32], where: NDArray[np.bool_] | None = None) -> float:
-    """m/s, the greatest magnitude of velocities given by their components; where: of these alone."""
-    square = look * look
-    square += up * up
-    if where is not None:
-        square *= where
-    return float(np.sqrt(np.max(square, initial=0.0)))
+@compiled_strict
+def _fastest(begin, end, look, up, breaking, runs, squares):
+    """Fill the columns from `begin` to `end` of squares (2, column) m²/s²: of the fastest water, and of the fastest
+    breakers, −1 where none are. Velocities and shares (column, facet); runs (column,) outward, of breakers."""
+    none = np.float32(-1.0)
+    for column in range(begin, end):
+        water = fastest = none
+        for facet in range(look.shape[1]):
+            speed, lift = look[column, facet], up[column, facet]
+            water = max(water, speed * speed + lift * lift)
+        if breaking.size:
+            for facet in range(look.shape[1]):
+                speed, lift = look[column, facet] + runs[column], up[column, facet]
+                square = speed * speed + lift * lift
+                fastest = max(fastest, square if breaking[column, facet] > np.float32(0.0) else none)
+        squares[0, column], squares[1, column] = water, fastest
 
 
 @dataclass(frozen=True)
@@ -160,7 +175,7 @@ class MovingSpeckle:
         bragg = self.bragg_of(columns)
         return (bragg, self.breakers_of(columns, begin)) if self.breaks else (bragg,)
 
-    @property
+    @cached_property
     def streams(self) -> NDArray[np.uint64]:
         """(kind,) keys of the random source for Bragg waves and breakers."""
         draws = ((), _BREAKERS) if self.breaks else ((),)
@@ -170,8 +185,7 @@ class MovingSpeckle:
         """(n, kind): voltage of Bragg waves and of breakers on the facets with these columns' and their own numbers."""
         if self.motion.breaking is None or not self.breaks:
             return np.ones((chosen[0].size, 1), dtype=np.float32)
-        share = self.motion.breaking[chosen]
-        return np.sqrt(np.stack((1.0 - share, share), axis=1)).astype(np.float32, copy=False)
+        return _strengths(self.motion.breaking, *chosen)
 
     def bragg_of(self, columns: slice) -> NDArray[np.complex64]:
         """(column, mode, node)."""
@@ -185,3 +199,13 @@ class MovingSpeckle:
         seconds = begin[:, None] + self.spacing_s * np.arange(self.breakers.shape[1])
         rotation = np.exp(-2j * self.wavenumber * self.motion.breaker_speed[columns, None] * seconds)
         return (self.breakers * rotation[:, None]).astype(np.complex64)
+
+
+@compiled
+def _strengths(breaking, column, facet):
+    """(n, kind): roots of the shares of Bragg waves and of breakers (column, facet)."""
+    made = np.empty((column.size, 2), np.float32)
+    for n in range(column.size):
+        share = breaking[column[n], facet[n]]
+        made[n, 0], made[n, 1] = np.sqrt(np.float32(1.0) - share), np.sqrt(share)
+    return made

@@ -14,13 +14,18 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compute.compiled import compiled
+from ..compute.compiled import compiled, compiled_step, compiled_step_fused
 from ..conventions import SPEED_OF_LIGHT
 from ..radar.antenna import Cut
 from ..radar.array import antenna_array
 from ..radar.receiver import amplitude_constant
 from ..settings import RadarSettings
 from ..tracing import Illumination
+
+_FACETS = 64  # worked on at a time
+_SQUARE, _FLOW, _SINE, _FIRST, _RANGE, _LONGER, _COMING, _ROWS = range(
+    6, 14
+)  # what is noted of each, behind `_gather`'s
 
 Path = tuple[int, int]  # the two antennas
 Chosen = tuple[NDArray[np.intp], NDArray[np.intp]]  # numbers of columns and of facets, which broadcast
@@ -64,7 +69,10 @@ def facet_paths(
         chosen = number[:, None], np.arange(facets.distance.size)[None, :]
     shape = np.broadcast_shapes(*(index.shape for index in chosen))
     # Kernels are compiled for each layout of memory that they meet.
-    column, facet = (np.require(np.broadcast_to(index, shape).ravel(), None, "W") for index in chosen)
+    column, facet = (
+        np.require(index if index.shape == shape else np.broadcast_to(index, shape), None, ["C", "W"]).reshape(-1)
+        for index in chosen
+    )
     flat = column, facet
     ranges, difference, coming = np.empty((3, grid.antenna_positions.shape[1], flat[0].size))
     sine = np.empty(flat[0].size)
@@ -100,28 +108,79 @@ def _to_antennas(column, facet, positions, velocities, antennas, drift, up, rang
     along the look and up (column, facet). antennas (column, antenna, 3) m; drift (column, antenna, 3) m/s; up
     (column, 3).
     """
+    room, begin = np.zeros((_ROWS, _FACETS)), 0
+    while begin < column.size:
+        c, count = column[begin], _of_one_column(column, begin)
+        _gather(c, facet, begin, count, positions, velocities, room)
+        _look_up(up[c, 0], up[c, 1], up[c, 2], room)
+        for n in range(count):
+            sine[begin + n] = room[_SINE, n]
+        for antenna in range(ranges.shape[0]):
+            _look_at(antennas[c, antenna], antennas[c, 0], drift[c, antenna], antenna == 0, room)
+            for n in range(count):
+                ranges[antenna, begin + n] = room[_RANGE, n]
+                difference[antenna, begin + n], coming[antenna, begin + n] = room[_LONGER, n], room[_COMING, n]
+        begin += count
+
+
+@compiled_step
+def _of_one_column(column, begin):
+    """How many facets from `begin` on, at most _FACETS, are of the same column: few numbers are then all lanes'."""
+    count = 1
+    while count < _FACETS and begin + count < column.size and column[begin + count] == column[begin]:
+        count += 1
+    return count
+
+
+@compiled_step
+def _gather(column, facet, begin, count, positions, velocities, room):
+    """Fill the first rows of room: distance, ahead, aside, rise; velocity outward and up."""
     distance, ahead, aside, height, origin = positions
     look, lift = velocities
-    for n in range(column.size):
-        c, f = column[n], facet[n]
-        rise = height[c, f] - origin[c]
-        square = distance[f] * distance[f] + rise * rise
-        sine[n] = (up[c, 0] * ahead[f] + up[c, 1] * aside[f] + up[c, 2] * rise) / np.sqrt(square)
-        flow = look[c, f] * distance[f] + lift[c, f] * rise
-        first_square = first_along = 0.0
-        for antenna in range(ranges.shape[0]):
-            x, y, z = antennas[c, antenna, 0], antennas[c, antenna, 1], antennas[c, antenna, 2]
-            along, its_square = x * ahead[f] + y * aside[f] + z * rise, x * x + y * y + z * z
-            ranges[antenna, n] = np.sqrt(square - 2.0 * along + its_square)
-            if antenna == 0:
-                first_square, first_along = its_square, along
-            squares = (its_square - first_square) - 2.0 * (along - first_along)
-            difference[antenna, n] = squares / (ranges[antenna, n] + ranges[0, n])
-            # (u − d)·(r − a), with the facet's velocity u and position r, and the antenna's d and a.
-            u, v, w = drift[c, antenna, 0], drift[c, antenna, 1], drift[c, antenna, 2]
-            product = flow - look[c, f] * x - lift[c, f] * z
-            product -= u * ahead[f] + v * aside[f] + w * rise - (u * x + v * y + w * z)
-            coming[antenna, n] = product / ranges[antenna, n]
+    level = origin[column]
+    for n in range(count):
+        f = facet[begin + n]
+        room[0, n], room[1, n], room[2, n] = distance[f], ahead[f], aside[f]
+        room[3, n] = height[column, f] - level
+        room[4, n], room[5, n] = look[column, f], lift[column, f]
+
+
+@compiled_step_fused
+def _look_up(x, y, z, room):
+    """Fill the rows that all antennas share; x, y, z: the array's direction up."""
+    for n in range(_FACETS):  # of one column or not: whole groups of lanes
+        distance, ahead, aside, rise, look, lift = (
+            room[0, n],
+            room[1, n],
+            room[2, n],
+            room[3, n],
+            room[4, n],
+            room[5, n],
+        )
+        square = distance * distance + rise * rise
+        room[_SQUARE, n], room[_FLOW, n] = square, look * distance + lift * rise
+        room[_SINE, n] = (x * ahead + y * aside + z * rise) / np.sqrt(square)
+
+
+@compiled_step_fused
+def _look_at(position, first, moves, is_first, room):
+    """Fill the rows of an antenna: its range, by how much that is longer than the first antenna's, and the velocity
+    away from it. Its own position and the first one's (3,) m, how it moves (3,) m/s."""
+    x, y, z, u, v, w = position[0], position[1], position[2], moves[0], moves[1], moves[2]
+    x_first, y_first, z_first = first[0], first[1], first[2]
+    its_square, drifts = x * x + y * y + z * z, u * x + v * y + w * z
+    first_square = x_first * x_first + y_first * y_first + z_first * z_first
+    for n in range(_FACETS):
+        ahead, aside, rise = room[1, n], room[2, n], room[3, n]
+        along, first_along = x * ahead + y * aside + z * rise, x_first * ahead + y_first * aside + z_first * rise
+        range_m = np.sqrt(room[_SQUARE, n] - 2.0 * along + its_square)
+        squares = (its_square - first_square) - 2.0 * (along - first_along)
+        # (u − d)·(r − a), with the facet's velocity u and position r, and the antenna's d and a.
+        product = room[_FLOW, n] - room[4, n] * x - room[5, n] * z
+        product -= u * ahead + v * aside + w * rise - drifts
+        room[_FIRST, n] = range_m if is_first else room[_FIRST, n]
+        room[_LONGER, n] = squares / (range_m + room[_FIRST, n])
+        room[_RANGE, n], room[_COMING, n] = range_m, product / range_m
 
 
 def _amplitudes(
@@ -154,21 +213,31 @@ def _fill_amplitudes(column, facet, paths, constants, rcs, lit, ranges, sine, ta
 
     tables (cut, entry): over direction cosines from −1 to 1; which (antenna,): its table.
     """
-    steps = tables.shape[1] - 1
-    for n in range(column.size):
-        c, f = column[n], facet[n]
-        root = np.sqrt(float(rcs[c, f]))
-        entry_at = (sine[n] + 1.0) * (0.5 * steps)
-        entry = min(max(int(entry_at), 0), steps - 1)
-        beyond = entry_at - entry
+    antennas, begin = ranges.shape[0], 0
+    root, heard = np.zeros(_FACETS), np.zeros((antennas, _FACETS))
+    while begin < column.size:
+        c, count = column[begin], _of_one_column(column, begin)
+        for n in range(count):
+            root[n] = np.sqrt(float(rcs[c, facet[begin + n]]))
+        for antenna in range(antennas):
+            _hear(c, facet, begin, count, lit[antenna], sine, tables[which[antenna]], heard[antenna])
         for path in range(paths.shape[0]):
-            i, j = paths[path, 0], paths[path, 1]
-            value = 0.0
-            if lit[i, c, f] and lit[j, c, f]:
-                value = constants[path] * root / (ranges[i, n] * ranges[j, n])
-                value *= tables[which[i], entry] + beyond * (tables[which[i], entry + 1] - tables[which[i], entry])
-                value *= tables[which[j], entry] + beyond * (tables[which[j], entry + 1] - tables[which[j], entry])
-            out[path, n] = value
+            i, j, constant = paths[path, 0], paths[path, 1], constants[path]
+            for n in range(count):
+                value = constant * root[n] / (ranges[i, begin + n] * ranges[j, begin + n])
+                out[path, begin + n] = value * heard[i, n] * heard[j, n]
+        begin += count
+
+
+@compiled_step
+def _hear(column, facet, begin, count, lit, sine, cut, heard):
+    """Fill heard (n,): an antenna's cut in elevation towards facets, 0 where it does not light them."""
+    steps = cut.size - 1
+    for n in range(count):
+        entry_at = (sine[begin + n] + 1.0) * (0.5 * steps)
+        entry = min(max(int(entry_at), 0), steps - 1)
+        value = cut[entry] + (entry_at - entry) * (cut[entry + 1] - cut[entry])
+        heard[n] = value if lit[column, facet[begin + n]] else 0.0
 
 
 def elevation_tables(radar: RadarSettings) -> tuple[NDArray[np.float64], NDArray[np.intp]]:

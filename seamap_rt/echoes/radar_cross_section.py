@@ -14,22 +14,25 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..compute.machine import in_blocks
 from ..conventions import from_db, wrap_degrees
 from ..mesh import Facets
 from ..scattering import ShortWaves, mean_nrcs
 from ..scattering.bragg import bragg_speed
 from ..scattering.breaking import breaker_motion
 from ..scattering.calibration import Scale, fit_scale
-from ..scattering.composite import CompositeSea, nrcs_composite
+from ..scattering.composite import CompositeSea
+from ..scattering.composite_kernel import Brought, Numbers, Seen, fill_returns, fill_terms
 from ..scattering.modulation import approaching_share, relaxation_rate
 from ..scattering.permittivity import permittivity_of
 from ..settings import RadarSettings, ScatteringSettings
 from ..tracing import Illumination
 from .motion import Motion
-from .spike_field import SpikeField
+from .spike_field import Lit, SpikeField
 
 _NEAREST = 0.8  # of the near gate's range, from which on facets count for the calibration
 _DEGREE = 5  # of the scale in log grazing: within 0.3 dB of the mean over two decades (`validation/scattering/nrcs.py`)
+_NONE = np.empty((0, 0), dtype=np.float32)  # facets' values that are not there
 
 
 class Returns(NamedTuple):
@@ -66,19 +69,17 @@ class SeaSurface:
             return Returns(np.ascontiguousarray(power), self.motion_of(facets, None))
         if self.scattering.nrcs != "two_scale":
             return Returns(self._scaled(facets, self._mean_power(facets)), self.motion_of(facets, None))
-        terms = self.terms(facets, strain)
         lit = None if self.spikes is None else self.spikes.on(facets)
-        if lit is not None:
-            terms = terms._replace(breaking=terms.breaking * lit.factor)
-        total = terms.bragg + terms.specular + terms.breaking
-        least = np.float32(1e-30)
-        breaking = np.divide(terms.breaking, np.maximum(total, least), dtype=np.float32)
+        seen, numbers, brought = self._seen(facets, strain), Numbers.of(self.composite), self._brought(facets, lit)
+        rcs, breaking = (np.empty(facets.height.shape, dtype=np.float32) for _ in range(2))
+        in_blocks(lambda *block: fill_returns(*block, seen, numbers, brought, rcs, breaking), len(rcs))
         motion = self.motion_of(facets, breaking if self.scattering.breaking else None)
         running = None
         if lit is not None and motion is not None:
             # A spike runs at its own speed. The facet as a whole is given what its mean speed then differs by.
-            running = breaking * (lit.speed - motion.breaker_speed[:, None].astype(np.float32))
-        return Returns(self._scaled(facets, total), motion, running)
+            beyond = lit.speed - motion.breaker_speed[:, None].astype(np.float32)
+            running = np.asarray(breaking * beyond, dtype=np.float32)
+        return Returns(rcs, motion, running)
 
     @property
     def needs_calibration(self) -> bool:
@@ -119,41 +120,41 @@ class SeaSurface:
 
     def terms(self, facets: Illumination, strain: NDArray[np.float32] | None) -> Terms:
         """What theory gives, by what scatters. strain (column, facet): of the facets' mesh; None for none."""
-        mask = _reached(facets)
-        reached = np.flatnonzero(mask)  # a mask would be gone through once for each array
-        column = np.repeat(np.arange(len(mask)), np.count_nonzero(mask, axis=1))
-        facet = reached - column * mask.shape[1]
+        seen, numbers = self._seen(facets, strain), Numbers.of(self.composite)
+        terms = Terms(*(np.empty(facets.height.shape, dtype=np.float32) for _ in Terms._fields))
+        in_blocks(lambda *block: fill_terms(*block, seen, numbers, *terms), len(facets.height))
+        return terms
 
-        def of_reached(values: NDArray[Any]) -> NDArray[Any]:
-            return values.reshape(-1).take(reached)
+    def _seen(self, facets: Illumination, strain: NDArray[np.float32] | None) -> Seen:
+        wind = self.wind(facets)[:, 0]
 
-        look, cross = of_reached(facets.slope_look), of_reached(facets.slope_cross)
-        if facets.ray_slope is None:
-            slope = of_reached(facets.rise).astype(np.float32) / (-facets.distance).astype(np.float32).take(facet)
-        else:
-            slope = of_reached(facets.ray_slope).astype(np.float32, copy=False)
-        sigma = nrcs_composite(
-            np.float32(0.5 * np.pi) - np.arctan(slope),
-            look,
-            cross,
-            self.wind(facets)[:, 0].take(column),
-            frequency_hz=self.radar.frequency_hz,
-            permittivity=self.permittivity,
-            polarization=self.scattering.polarization,
-            waves=self.short_waves,
-            strain=None if strain is None else of_reached(strain),
-            strain_variance=self.strain_variance,
-            breaking=self.scattering.breaking,
+        def single(values: NDArray[Any] | None) -> NDArray[np.float32]:
+            return _NONE if values is None else np.ascontiguousarray(values, dtype=np.float32)
+
+        return Seen(
+            reached=_reached(facets),
+            distance=single(facets.distance),
+            area=single(facets.horizontal_area),
+            level=np.ascontiguousarray(facets.grid.column_height[:, 0], dtype=np.float64),
+            wind=single(np.stack((np.cos(wind), np.sin(wind)))),
+            height=np.ascontiguousarray(facets.height),
+            look=single(facets.slope_look),
+            cross=single(facets.slope_cross),
+            strain=single(strain),
+            ray_slope=single(facets.ray_slope),
+            facing=single(facets.facing_in_sight),  # tilts that turn away are among those that σ0 is the mean of
         )
-        # A local σ0 multiplies the facet's true area.
-        horizontal = facets.horizontal_area.astype(np.float32).take(facet)
-        area = np.sqrt(np.float32(1.0) + look**2 + cross**2) * horizontal
-        if facets.facing_in_sight is not None:  # tilts that turn away are among those that σ0 is the mean of
-            area *= of_reached(facets.facing_in_sight)
-        power = [np.zeros(facets.height.shape, dtype=np.float32) for _ in sigma]
-        for whole, each in zip(power, sigma, strict=True):
-            whole.reshape(-1)[reached] = each * area
-        return Terms(*power)
+
+    def _brought(self, facets: Facets, lit: Lit | None) -> Brought:
+        """To the measured mean, with the breakers that there are."""
+        scale, spikes = self.scale, _NONE if lit is None else lit.factor
+        if scale is None:
+            nothing = np.empty(0, dtype=np.float32)
+            return Brought(nothing, nothing, nothing, nothing, np.float32(0.0), np.float32(0.0), spikes)
+        terms = scale.terms(self.grazing(facets), self.wind(facets)[:, 0])
+        level, depth, flat, lean = (each.astype(np.float32) for each in terms)
+        least, most = (np.float32(limit) for limit in scale.limits)
+        return Brought(level, depth, flat, lean, least, most, spikes)
 
     def mean(self, facets: Facets) -> NDArray[np.float64]:
         """The empirical model's mean σ0 (column or 1, facet), linear, at the grazing of mean sea level.

@@ -8,7 +8,7 @@ is discarded. Every node keeps its variance: what is lost is how speckle that is
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -50,7 +50,7 @@ class StillSpeckle:
         """(1, mode, node) of the one kind of scatterers, the same for all columns."""
         return (self.basis.astype(np.complex64)[None],)
 
-    @property
+    @cached_property
     def streams(self) -> NDArray[np.uint64]:
         """(kind,) keys of the random source; still speckle has one kind of scatterer."""
         return np.array([speckle_stream(self.seed)], dtype=np.uint64)

@@ -13,12 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..compute.compiled import compiled
 from ..compute.machine import one_blas_thread, pool
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets
@@ -218,10 +220,11 @@ class Hearing:
                 strength=strength,
             ),
             geometry=Geometry(np.array(antenna_array(self.radar).paths), wavenumber(self.radar), self.nodes.spacing_s),
-            response=self._response(),
+            response=self._response,
             beam=self._beam(columns, np.clip(heard, 0, self.nodes.count - 1)),  # what lies outside is dropped later
         )
 
+    @cached_property
     def _response(self) -> RangeTable:
         gates = self.tabulated.samples.range
         spacing = float(gates[1] - gates[0]) if gates.size > 1 else 1.0
@@ -237,19 +240,25 @@ class Hearing:
         # A boat that runs past what it looks at sees it for shorter, or longer, than one at rest.
         drift = np.einsum("ci,cij->cj", grid.drift[columns].mean(axis=1), column_frame(grid.column_azimuth[columns]))
         seconds = self.nodes.time[nodes] - grid.column_pose.time[columns, None]
-        inverse_range = 1.0 / np.maximum(self.tabulated.samples.range, self.radar.height_m)
-        drop = self.radar.height_m * inverse_range
+        level, drop, inverse_range = self._depression
         return Beam(
             table=self.beams.tables,
             entries_per_cosine=self.beams.scale,
             aside_m=self.beams.aside,
-            level=np.sqrt(1.0 - drop**2),
+            level=level,
             drop=drop,
             inverse_range=inverse_range,
             along=across[..., 0] * east[:, None] + across[..., 1] * north[:, None],
             up=across[..., 2] * height,
             past_m=np.einsum("cki,ci->ck", across, drift) * seconds,
         )
+
+    @cached_property
+    def _depression(self) -> tuple[NDArray[np.float64], ...]:
+        """(gate,) cosine and sine of the depression of the mean sea, and 1/m of its range."""
+        inverse_range = 1.0 / np.maximum(self.tabulated.samples.range, self.radar.height_m)
+        drop = self.radar.height_m * inverse_range
+        return np.sqrt(1.0 - drop**2), drop, inverse_range
 
 
 @dataclass(frozen=True)
@@ -263,19 +272,30 @@ class ColumnSums:
 
     def __call__(self, columns: slice) -> tuple[int, NDArray[np.float32]]:
         """First node's number and the columns' sum (component, path, gate, node), real and imaginary."""
-        echoing = self.rcs[columns] != 0.0
-        each = np.count_nonzero(echoing, axis=1)
-        column = np.repeat(np.arange(each.size), each)
-        facet = np.flatnonzero(echoing) - column * echoing.shape[1]
-        chosen = column + columns.start, facet
-        paths = facet_paths(self.facets, self.rcs, self.hearing.radar, columns, chosen=chosen)
+        first, column, facet = _echoing(self.rcs, columns.start, columns.stop)
+        paths = facet_paths(self.facets, self.rcs, self.hearing.radar, columns, chosen=(column, facet))
         listed = ListedFacets(
-            number=np.ascontiguousarray(facet),
+            number=facet,
             range_m=paths.range[0],
             difference_m=paths.difference,
             radial_velocity=paths.coming,
             amplitude=paths.amplitude.astype(np.complex64, copy=False),
         )
-        first = np.append(0, np.cumsum(each))
-        low, batch = self.hearing.batch(columns, first, listed, self.hearing.speckle.strengths(chosen))
+        strengths = self.hearing.speckle.strengths((column, facet))
+        low, batch = self.hearing.batch(columns, first, listed, strengths)
         return low, self.kernel.sum_columns(batch)
+
+
+@compiled
+def _echoing(rcs, start, stop):
+    """Of the columns from `start` to `stop`: where each one's facets begin that echo (column + 1,), and the numbers
+    (n,) of their columns and their own. rcs (column, facet) m²."""
+    first, facets = np.zeros(stop - start + 1, np.intp), rcs.shape[1]
+    column, facet = np.empty((stop - start) * facets + 1, np.intp), np.empty((stop - start) * facets + 1, np.intp)
+    count = 0
+    for c in range(start, stop):
+        for f in range(facets):  # without a branch, which would be guessed wrong at every edge of a shadow
+            column[count], facet[count] = c, f
+            count += np.intp(rcs[c, f] != 0.0)
+        first[c - start + 1] = count
+    return first, column[:count].copy(), facet[:count].copy()

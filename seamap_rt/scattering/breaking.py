@@ -20,9 +20,9 @@ from seamap_rt.sea.elfouhaily import elfouhaily97_peak_wavenumber, friction_velo
 
 COVERAGE = 10.5  # c_q, a zone's length along its way times the breaking wave's k
 FRONT_POWER = 6.0  # n + 1: the fronts' length is proportional to that power of the breaking waves' spectrum, n = 5
+ROUGHNESS = 0.19  # s², the mean square slope of a breaking zone
+WALL = 0.005  # ε, thickness of a breaking zone over its length: what its side returns at any incidence
 
-_ROUGHNESS = 0.19  # s², the mean square slope of a breaking zone
-_WALL = 0.005  # ε, thickness of a breaking zone over its length: what its side returns at any incidence
 _LEAN = 0.05  # rad, mean tilt of the breaking zones towards where they run
 _MOST = 0.9  # of the sea may break; only hurricanes come there
 _SHORTEST = 2.0 * np.pi / 0.3  # rad/m; shorter waves ripple instead of breaking
@@ -101,11 +101,16 @@ def nrcs_breaker(
     cos; here the zone is turned. The second term is its side, a wall of height ε per length. The paper gives it no
     direction, so that at grazing the zone's front and back return the same.
     """
-    lean = float(np.tan(_LEAN * direction))
+    lean = lean_of(direction)
     cosine = (cos_local + lean * upwind) * (1.0 / np.sqrt(1.0 + lean * lean))
     of = functions_of(cos_local)
     secant2 = 1.0 / of.square(of.maximum(cosine, 0.05))  # beyond, the exponential is nothing
-    return secant2 * secant2 * (1.0 / _ROUGHNESS) * of.exp((1.0 - secant2) * (1.0 / _ROUGHNESS)) + _WALL / _ROUGHNESS
+    return secant2 * secant2 * (1.0 / ROUGHNESS) * of.exp((1.0 - secant2) * (1.0 / ROUGHNESS)) + WALL / ROUGHNESS
+
+
+def lean_of(direction: float) -> float:
+    """Slope by which the zones lean forwards in the mean, of fronts of that `Breakers.direction`."""
+    return float(np.tan(_LEAN * direction))
 
 
 def _growth(k: NDArray[np.float64], angle: NDArray[np.float64], u_star: float) -> NDArray[np.float64]:

@@ -21,8 +21,8 @@ from seamap_rt.scattering.breaking import FRONT_POWER
 from seamap_rt.sea.elfouhaily import friction_velocity
 
 ACTION_POWER = 4.5  # N ∝ k^−4.5 of gravity waves with a spectrum k⁻⁴; ripples of 1 to 2 cm would have about 4
+MOST_STRAIN = 0.5  # a wave that squeezes the water more than this breaks; the first-order theory ends before
 
-_MOST_STRAIN = 0.5  # a wave that squeezes the water more than this breaks; the first-order theory ends before
 _GRID = np.linspace(-8.0, 8.0, 801)  # standard deviations of a Gaussian strain
 _GAUSS = np.exp(-0.5 * _GRID**2) / np.exp(-0.5 * _GRID**2).sum()
 
@@ -55,7 +55,7 @@ def approaching_share(wind_angle: ArrayLike) -> NDArray[np.float64]:
 def crowding(strain: NDArray[np.floating]) -> NDArray[np.floating]:
     """N/N0 of the short waves, exp(4.5 strain), with the strain bent smoothly below ±½: 0.105 to 9.5."""
     of = functions_of(strain)
-    return of.exp(ACTION_POWER * _MOST_STRAIN * of.tanh(strain * (1.0 / _MOST_STRAIN)))
+    return of.exp(ACTION_POWER * MOST_STRAIN * of.tanh(strain * (1.0 / MOST_STRAIN)))
 
 
 def modulation_db(strain_std: float) -> float:
@@ -96,7 +96,7 @@ def breaking_level(fraction: float, strain_variance: float) -> float:
         )
 
     start = np.log(fraction / (1.0 - fraction))
-    widest = FRONT_POWER * ACTION_POWER * _MOST_STRAIN  # ln of the strongest crowding to its power
+    widest = FRONT_POWER * ACTION_POWER * MOST_STRAIN  # ln of the strongest crowding to its power
     return float(np.exp(root_scalar(miss, bracket=(start - widest, start + widest)).root))
 
 

@@ -16,7 +16,7 @@ from seamap_rt.scattering.facet_view import Array
 from seamap_rt.scattering.permittivity import fresnel
 from seamap_rt.scattering.short_waves import ShortWaves
 
-_LEAST_COSINE = 0.05  # beyond, exp(−½ tan² θi/variance) is nothing
+LEAST_COSINE = 0.05  # beyond, exp(−½ tan² θi/variance) is nothing
 
 
 class Mirror(NamedTuple):
@@ -26,20 +26,28 @@ class Mirror(NamedTuple):
     along: float  # variances of the slopes along and across the wind
     across: float
 
+    @property
+    def peak(self) -> float:
+        """σ0 seen squarely."""
+        return float(np.float32(0.5 * self.reflection / np.sqrt(self.along * self.across)))
+
+    @property
+    def steepness(self) -> float:
+        """One over the tilts' slope, rms of the directions."""
+        return float(np.float32(1.0 / np.sqrt(0.5 * (self.along + self.across))))
+
     def nrcs(self, cos_local: Array, wind_cosine: Array) -> Array:
         """σ0 per unit true area of the facet, for cos θi and cos 2φ in float32; 0 from behind."""
         of = functions_of(cos_local)
-        secant2 = 1.0 / of.square(of.maximum(cos_local, _LEAST_COSINE))
+        secant2 = 1.0 / of.square(of.maximum(cos_local, LEAST_COSINE))
         mean = float(np.float32(0.25 / self.along + 0.25 / self.across))
         split = float(np.float32(0.25 / self.along - 0.25 / self.across))
-        peak = float(np.float32(0.5 * self.reflection / np.sqrt(self.along * self.across)))
-        return peak * secant2 * secant2 * of.exp((1.0 - secant2) * (mean + split * wind_cosine))
+        return self.peak * secant2 * secant2 * of.exp((1.0 - secant2) * (mean + split * wind_cosine))
 
     def facing(self, cos_local: Array) -> Array:
         """Share of the tilts that face the ray, 1 seen squarely and ½ at a facet's own grazing."""
         of = functions_of(cos_local)
-        steepness = float(np.float32(1.0 / np.sqrt(0.5 * (self.along + self.across))))
-        return of.ndtr(cos_local * steepness / of.sqrt(of.maximum(1.0 - cos_local * cos_local, 1e-6)))
+        return of.ndtr(cos_local * self.steepness / of.sqrt(of.maximum(1.0 - cos_local * cos_local, 1e-6)))
 
 
 @lru_cache(maxsize=32)

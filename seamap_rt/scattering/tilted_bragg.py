@@ -19,11 +19,12 @@ from seamap_rt.scattering.bragg import bragg_coefficients, radar_wavenumber
 from seamap_rt.scattering.facet_view import Array, FacetView, facet_view
 from seamap_rt.scattering.short_waves import ShortWaves
 
+NODES = 4096  # steps of the tables in the cosine of incidence
+
 _REACH = 4.5  # standard deviations of tilt that are summed
 _STEPS = 13  # grid points of tilt on either side: three to a standard deviation
 _INCIDENCES = 400  # at which the average is made; a spline carries it to the table
 _WINDS = 8  # directions of the wind in half a turn: 2φ is free of all harmonics below 14φ
-_NODES = 4096  # steps of the tables in the cosine of incidence
 _LEAST_TILT = 1e-8  # slope variance that stands in for none
 
 Column = NDArray[np.float32]
@@ -42,7 +43,7 @@ class TiltedBragg(NamedTuple):
     def nrcs(self, view: FacetView, wind_cosine: Array, wind_sine: Array) -> Array:
         """σ0 per unit true area, for a view in float32 and the cos 2φ and sin 2φ of the wind."""
         of = functions_of(view.cos_local)
-        scale = float(np.float32(_NODES / (1.0 - self.low)))
+        scale = float(np.float32(NODES / (1.0 - self.low)))
         index, part = of.split(of.maximum(view.cos_local - float(np.float32(self.low)), 0.0) * scale)
 
         def look_up(column: Column) -> Array:
@@ -90,7 +91,7 @@ def tilted_bragg(frequency_hz: float, permittivity: complex, polarization: str, 
 def _moments(view: FacetView, frequency_hz: float, permittivity: complex, waves: ShortWaves) -> tuple[Array, Array]:
     """(5, incidence, tilt): σ of hh, vv, 2 Re hh vv* + 4|hv|², 4 Re hh hv*, 4 Re vv hv*; and the spreading Δ."""
     k = radar_wavenumber(frequency_hz)
-    nodes = np.arange(_NODES + 1) / _NODES
+    nodes = np.arange(NODES + 1) / NODES
     k_bragg = 2.0 * k * np.sqrt(np.maximum(1.0 - nodes**2, 1e-12))
     weight = 8.0 * k**4 * nodes**4 * waves.roughness(k_bragg, waves.divide(k)) / k_bragg  # 16π k⁴ cos⁴ S T/(2π k_B)
     g_hh, g_vv = bragg_coefficients(np.arccos(nodes), permittivity)
@@ -144,7 +145,7 @@ def _harmonics(by_wind: Array) -> Array:
 def _to_table(incidence: Array, values: Array) -> NDArray[np.float32]:
     """(3, 5, node), by equal steps of the cosine and one node more, for values on the last."""
     low = np.cos(incidence[-1])
-    cosine = np.minimum(low + (1.0 - low) / _NODES * np.arange(_NODES + 2), 1.0)
+    cosine = np.minimum(low + (1.0 - low) / NODES * np.arange(NODES + 2), 1.0)
     table = CubicSpline(incidence, values, axis=-1)(np.arccos(cosine))
     table[..., 0] = 0.0  # no tilt faces the ray there
     return table.astype(np.float32)

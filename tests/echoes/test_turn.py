@@ -230,7 +230,7 @@ def test_any_number_of_threads_gives_the_same_bits(kind: str, monkeypatch: pytes
 
 
 def test_all_threads_that_the_process_may_use_are_used(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By the sums, the interpolation, the noise and the converter: as many as the machine says, whatever it says."""
+    """By speeds, sums, interpolation, noise and converter: as many as the machine says, whatever it says."""
     radar = radar_of(noise=True, receiver={"chain": "digital"})
     facets, rcs = sinusoid(radar)
     lent: list[int] = []
@@ -243,7 +243,7 @@ def test_all_threads_that_the_process_may_use_are_used(monkeypatch: pytest.Monke
     monkeypatch.setattr(machine, "Workers", Counted)
     monkeypatch.setattr(machine, "cores", lambda: list(range(5)))
     turn_voltages(facets, rcs, radar, pulses(radar, 0), SEED, 0.01)
-    assert lent == [5] * 5  # sums, their transpose, pulses between nodes, noise, converter
+    assert lent == [5] * 6  # the fastest facet, sums, their transpose, pulses between nodes, noise, converter
 
 
 def test_another_seed_has_nothing_in_common_but_the_law() -> None:

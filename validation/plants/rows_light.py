@@ -115,8 +115,8 @@ PLANTS = (
     Plant(
         "tilts that turn away are taken off twice",
         "seamap_rt/echoes/radar_cross_section.py",
-        "area *= of_reached(facets.facing_in_sight)",
-        "area *= of_reached(facets.in_sight)",
+        "facing=single(facets.facing_in_sight)",
+        "facing=single(facets.in_sight)",
         "tests/tracing/test_unresolved_waves.py::test_theory_echoes_from_what_faces_the_ray_and_a_mean_model_from_all",
     ),
     Plant(

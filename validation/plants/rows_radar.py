@@ -264,8 +264,8 @@ PLANTS = (
     Plant(
         "facets' radial velocity",
         "seamap_rt/echoes/paths.py",
-        "product = flow - look[c, f] * x - lift",
-        "product = flow - look[c, f] * x + lift",
+        "room[_FLOW, n] - room[4, n] * x - room[5, n] * z",
+        "room[_FLOW, n] - room[4, n] * x + room[5, n] * z",
         "tests/echoes/test_echo_kernel.py::"
         "test_few_facets_from_a_boat_that_heaves_with_its_antennas_far_above_the_arrays_middle",
     ),

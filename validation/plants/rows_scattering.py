@@ -50,6 +50,20 @@ PLANTS = (
         "tests/scattering/test_breaking.py::test_the_fraction_is_the_integral_of_the_fronts",
     ),
     Plant(
+        "compiled terms: the wind's axis turns the wrong way on a leaning facet",
+        _SCATTERING + "composite_kernel.py",
+        "axis_cosine * turned_cosine + axis_sine * turned_sine",
+        "axis_cosine * turned_cosine - axis_sine * turned_sine",
+        "tests/echoes/test_radar_cross_section.py::test_compiled_terms_are_the_formulas_in_every_attitude",
+    ),
+    Plant(
+        "compiled terms: breakers that crowd as Bragg waves do",
+        _SCATTERING + "composite_kernel.py",
+        "often = sea.breaking_level * (cube * cube)",
+        "often = sea.breaking_level * cube",
+        "tests/echoes/test_radar_cross_section.py::test_compiled_terms_are_the_formulas_in_every_attitude",
+    ),
+    Plant(
         "breakers' lean",
         _SCATTERING + "breaking.py",
         "(cos_local + lean",

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compute.compiled import compiled, compiled_step
-from ...compute.lanes import LANES, add, less, load, plus, product, store, zeros
+from ...compute.lanes import LANES, add, less, load, load_as, plus, product, store, zeros, zeros_of_two
 from .batch import ALIKE, ColumnBatch
 from .gaussian import key_of, normals, unit_phasor
 
@@ -180,40 +180,78 @@ def _add_facet(n, modes, column, numbers, phasor, phasor_of, constant, heard, re
     one that each path uses (path, facet), times each path's constant (path, component, facet), the weight (path or 1,
     gate, node) of the beam at the facet's own gate, and the response of the gates that hear it (see _find_phases).
     """
+    whole = modes.shape[3]
+    for node in range(0, whole - LANES, 2 * LANES):  # in registers twice as wide, where a processor has such
+        _add_nodes(
+            zeros_of_two(),
+            node,
+            n,
+            modes,
+            column,
+            numbers,
+            phasor,
+            phasor_of,
+            constant,
+            heard,
+            response,
+            weight,
+            column_sum,
+        )
+    if whole // LANES % 2:
+        _add_nodes(
+            zeros(),
+            whole - LANES,
+            n,
+            modes,
+            column,
+            numbers,
+            phasor,
+            phasor_of,
+            constant,
+            heard,
+            response,
+            weight,
+            column_sum,
+        )
+
+
+@compiled_step
+def _add_nodes(none, node, n, modes, column, numbers, phasor, phasor_of, constant, heard, response, weight, column_sum):
+    """`_add_facet` at as many nodes as the lanes of zeros `none` are, from `node` on."""
     count, whole = modes.shape[2], modes.shape[3]
     gates, rows, weights, paths = weight.shape[1], column_sum.shape[1], weight.shape[0], phasor_of.shape[0]
     taps = np.uint64((rows - gates) // 2)
-    for node in range(0, whole, LANES):
-        xa = yb = xb = ya = zeros()  # separate sums: no addition waits for another
-        index = column * 2 * count * whole + node
-        for mode in range(count):
-            x, y = numbers[0, mode, n], numbers[1, mode, n]
-            a, b = load(modes, index), load(modes, index + count * whole)
-            xa, yb, xb, ya = add(xa, x, a), add(yb, y, b), add(xb, x, b), add(ya, y, a)
-            index += whole
-        re, im = less(xa, yb), plus(xb, ya)
-        rotated_re, rotated_im = re, im
-        last = -1
-        for path in range(paths):
-            if heard[2, path, n] < 0:
-                continue
-            if phasor_of[path, n] != last:
-                last = phasor_of[path, n]
-                c, d = load(phasor, 2 * last * whole + node), load(phasor, (2 * last + 1) * whole + node)
-                rotated_re = less(product(re, c), product(im, d))
-                rotated_im = plus(product(re, d), product(im, c))
-            u, v = constant[path, 0, n], constant[path, 1, n]
-            row = path if weights > 1 else 0
-            pattern = load(weight, (row * gates + heard[1, path, n]) * whole + node)
-            echo_re = product(pattern, add(add(zeros(), u, rotated_re), -v, rotated_im))
-            echo_im = product(pattern, add(add(zeros(), u, rotated_im), v, rotated_re))
-            index = (path * rows + heard[0, path, n]) * 2 * whole + node
-            first = np.uint64(heard[2, path, n])  # unsigned: an index that is not looked at for its sign
-            for tap in range(taps):
-                height = response[first + tap]
-                store(column_sum, index, add(load(column_sum, index), height, echo_re))
-                store(column_sum, index + whole, add(load(column_sum, index + whole), height, echo_im))
-                index += 2 * whole
+    xa = yb = xb = ya = none  # separate sums: no addition waits for another
+    index = column * 2 * count * whole + node
+    for mode in range(count):
+        x, y = numbers[0, mode, n], numbers[1, mode, n]
+        a, b = load_as(none, modes, index), load_as(none, modes, index + count * whole)
+        xa, yb, xb, ya = add(xa, x, a), add(yb, y, b), add(xb, x, b), add(ya, y, a)
+        index += whole
+    re, im = less(xa, yb), plus(xb, ya)
+    rotated_re, rotated_im = re, im
+    last = -1
+    for path in range(paths):
+        if heard[2, path, n] < 0:
+            continue
+        if phasor_of[path, n] != last:
+            last = phasor_of[path, n]
+            place = 2 * last * whole + node
+            c, d = load_as(none, phasor, place), load_as(none, phasor, place + whole)
+            rotated_re = less(product(re, c), product(im, d))
+            rotated_im = plus(product(re, d), product(im, c))
+        u, v = constant[path, 0, n], constant[path, 1, n]
+        row = path if weights > 1 else 0
+        pattern = load_as(none, weight, (row * gates + heard[1, path, n]) * whole + node)
+        echo_re = product(pattern, add(add(none, u, rotated_re), -v, rotated_im))
+        echo_im = product(pattern, add(add(none, u, rotated_im), v, rotated_re))
+        index = (path * rows + heard[0, path, n]) * 2 * whole + node
+        first = np.uint64(heard[2, path, n])  # unsigned: an index that is not looked at for its sign
+        for tap in range(taps):
+            height = response[first + tap]
+            store(column_sum, index, add(load_as(none, column_sum, index), height, echo_re))
+            store(column_sum, index + whole, add(load_as(none, column_sum, index + whole), height, echo_im))
+            index += 2 * whole
 
 
 @compiled
