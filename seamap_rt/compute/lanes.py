@@ -69,15 +69,17 @@ def spread(context, number):
 def packed(context, numbers):
     """LANES numbers of double precision, a tuple of them, one a lane."""
 
+    made = _Lanes(types.float64)
+
     def code(context, builder, signature, values):
-        lanes = ir.Constant(_WIDE[types.float64], ir.Undefined)
+        lanes = ir.Constant(made.vector, ir.Undefined)
         for n in range(LANES):
             lanes = builder.insert_element(lanes, builder.extract_value(values[0], n), ir.Constant(_INDEX, n))
         return lanes
 
     if numbers != types.UniTuple(types.float64, LANES):
         raise TypeError(f"numbers = {numbers}: must be {LANES} of float64, one a lane")
-    return _Lanes(types.float64)(numbers), code
+    return made(numbers), code
 
 
 @_compiled_inline
@@ -155,10 +157,12 @@ def add_product(context, total, first, second):
 def doubled(context, lanes):
     """The same numbers in double precision."""
 
-    def code(context, builder, signature, values):
-        return builder.fpext(values[0], _WIDE[types.float64])
+    made = _Lanes(types.float64, lanes.width)
 
-    return _Lanes(types.float64)(lanes), code
+    def code(context, builder, signature, values):
+        return builder.fpext(values[0], made.vector)
+
+    return made(lanes), code
 
 
 @_compiled_inline
@@ -166,7 +170,8 @@ def swapped(context, lanes):
     """Each even lane in place of the odd one after it, and that one in its."""
 
     def code(context, builder, signature, values):
-        order = ir.Constant(ir.VectorType(_INDEX, LANES), [ir.Constant(_INDEX, n ^ 1) for n in range(LANES)])
+        numbers = [ir.Constant(_INDEX, n ^ 1) for n in range(lanes.width)]
+        order = ir.Constant(ir.VectorType(_INDEX, lanes.width), numbers)
         return builder.shuffle_vector(values[0], values[0], order)
 
     return lanes(lanes), code
@@ -178,7 +183,7 @@ def where_known(context, tested, lanes):
 
     def code(context, builder, signature, values):
         known = builder.fcmp_ordered("ord", values[0], values[0])
-        return builder.select(known, values[1], ir.Constant(_WIDE[lanes.number], None))
+        return builder.select(known, values[1], ir.Constant(lanes.vector, None))
 
     return lanes(tested, lanes), code
 
