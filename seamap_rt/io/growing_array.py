@@ -8,6 +8,7 @@ takes several times as long.
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -53,7 +54,8 @@ class GrowingArray:
         """A chunk with rows in it. before: how many rows of its file come before them."""
         chunk = np.zeros((self._rows, *self._width), rows.dtype)
         if before:
-            chunk[:before] = np.fromfile(file, rows.dtype).reshape(chunk.shape)[:before]
+            held = np.fromfile(file, rows.dtype, count=before * math.prod(self._width))
+            chunk[:before] = held.reshape(before, *self._width)
         chunk[before : before + len(rows)] = rows
         return chunk
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import itertools
 import os
 from collections.abc import Iterator
@@ -95,22 +96,26 @@ def test_a_later_turn_has_the_numbers_of_the_first(tmp_path: Path) -> None:
         )
 
 
+class Full(io.FileIO):
+    """A file for half of which there is room."""
+
+    def write(self, data: Any, /) -> int:
+        super().write(data[: len(data) // 2])
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
 def test_a_turn_that_the_disk_cannot_take_is_not_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whichever of its files fails; and the next one follows on what was there."""
-    write = growing_array.write_file
 
     @contextmanager
     def full_after(last: int) -> Iterator[None]:
         count = itertools.count()
 
-        def limited(file: Path, content: Any) -> None:
-            if next(count) >= last:
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-            write(file, content)
+        def limited(file: str, *_: object, **__: object) -> io.FileIO:
+            return (io.FileIO if next(count) < last else Full)(file, "w")
 
         with monkeypatch.context() as patch:
-            for module in (growing_array, echo_store):
-                patch.setattr(module, "write_file", limited)
+            patch.setattr(growing_array, "open", limited, raising=False)
             yield
 
     turns = [turn(0, 5), turn(1, 11), turn(2, 3)]
