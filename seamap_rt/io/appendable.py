@@ -11,7 +11,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import h5netcdf
 import h5py
@@ -28,6 +28,21 @@ _INCOMPRESSIBLE = 1.01  # zlib lets what it cannot compress grow by less than th
 
 _LONGEST_CHUNK = 1024  # points a side of a compressed chunk
 _COMPRESSION = 4  # of zlib's levels; higher ones gain a few per cent
+
+
+class _Axis(NamedTuple):
+    """An axis of an array that is as long as a dimension which grows."""
+
+    array: h5py.Dataset
+    place: int
+    dimension: str
+
+
+class _Array(NamedTuple):
+    """An array of the file. turn: shape of one turn where that is a chunk, stored as it lies in memory; else None."""
+
+    hdf5: h5py.Dataset
+    turn: tuple[int, ...] | None
 
 
 class AppendableNetCDF:
@@ -62,8 +77,8 @@ class AppendableNetCDF:
         self._disk: CommittedFile | None = None
         self._hdf5: h5py.File | None = None
         self._file: h5netcdf.File | None = None
-        self._grows: list[tuple[h5netcdf.Group, str]] = []  # groups and the dimensions that grow in them
-        self._arrays: dict[tuple[str, str], h5py.Dataset] = {}  # by group and name: looking them up takes long
+        self._axes: list[_Axis] = []  # looking them up takes as long as writing a turn, and so do the arrays
+        self._arrays: dict[tuple[str, str], _Array] = {}  # by group and name
         if whole:
             self._reopen(whole)
 
@@ -81,25 +96,38 @@ class AppendableNetCDF:
             self._append({"": data} if isinstance(data, xr.Dataset) else _groups(data))
 
     def _append(self, groups: dict[str, xr.Dataset]) -> None:
-        new = not self._grows
+        new = not self._axes
         file = self._opened([*groups.values(), *(self._constant.values() if new else ())])
         if new:
             for name, dataset in (groups | dict(self._constant)).items():
                 self._create(file.create_group(name) if name else file, dataset)
                 self._find_arrays(name, dataset.variables)
             file.flush()  # ties dimensions to variables
+            assert self._hdf5 is not None
+            self._axes = _axes(self._hdf5, self.length)
         sizes = {name: next((d.sizes[name] for d in groups.values() if name in d.sizes), 0) for name in self.length}
         end = {name: length + sizes[name] for name, length in self.length.items()}
-        for group, name in self._grows:
-            group.resize_dimension(name, end[name])
+        _resize(self._axes, end)
         for group_name, dataset in groups.items():
             for name, variable in dataset.variables.items():
                 dimension = self._growing(variable)
                 if dimension is not None:
                     beyond = slice(self.length[dimension], end[dimension])
                     at = tuple(beyond if dim == dimension else slice(None) for dim in variable.dims)
-                    self._arrays[group_name, str(name)][at] = self._rounded(variable)
+                    self._write(self._arrays[group_name, str(name)], at, self._rounded(variable))
         self._count(end)
+
+    def _write(self, array: _Array, at: tuple[slice, ...], values: np.ndarray[Any, Any]) -> None:
+        """Turns that are chunks go past HDF5's own memory, which would take as long again as the disk.
+
+        The first turn does not: HDF5 then puts all trees of chunks in one place, before the values.
+        """
+        first = at[0].start
+        if not first or values.shape[1:] != array.turn:
+            array.hdf5[at] = values
+            return
+        for number, turn in enumerate(np.ascontiguousarray(values, dtype=array.hdf5.dtype), first):
+            array.hdf5.id.write_direct_chunk((number, *(0 for _ in turn.shape)), turn)
 
     def annotate(self, attributes: Mapping[str, Any]) -> None:
         """Set attributes of the file, which has a turn; whole with the next turn, or when it is closed."""
@@ -125,7 +153,7 @@ class AppendableNetCDF:
         if self._disk is None or self._hdf5 is None or self._file is None:
             return
         if self.complete:
-            _shorten(self._grows, self.length)
+            _resize(self._axes, self.length)
         self._file.close()
         self._hdf5.close()
         self._file = self._hdf5 = None
@@ -193,7 +221,6 @@ class AppendableNetCDF:
     def _create(self, group: h5netcdf.Group, dataset: xr.Dataset) -> None:
         """Dimensions, attributes and variables of a group; the values of those that do not grow."""
         group.dimensions = {str(d): (None if d in self.length else int(n)) for d, n in dataset.sizes.items()}
-        self._grows += [(group, name) for name in self.length if name in dataset.sizes]
         group.attrs.update({str(k): v for k, v in dataset.attrs.items()})
         for key, variable in dataset.variables.items():
             text = variable.dtype.kind in "UO"
@@ -218,19 +245,16 @@ class AppendableNetCDF:
         try:
             self._hdf5 = h5py.File(self._disk, "r+")
             self._file = h5netcdf.File(self._hdf5, "r+")
-            groups = {"": self._file, **self._file.groups}
-            self._grows = [
-                (group, name) for group in groups.values() for name in self.length if name in group.dimensions
-            ]
-            if not self._grows or min(group.dimensions[name].size for group, name in self._grows) < whole:
+            self._axes = _axes(self._hdf5, self.length)
+            if not self._axes or min(axis.array.shape[axis.place] for axis in self._axes) < whole:
                 raise ValueError(f"{self._part} does not hold {whole} whole turns")
         except BaseException:
             self._disk.close()
             raise
-        for name, group in groups.items():
+        for name, group in {"": self._file, **self._file.groups}.items():
             self._find_arrays(name, group.variables)
         self._before = self.length = dict.fromkeys(self.length, whole)
-        _shorten(self._grows, self.length)
+        _resize(self._axes, self.length)
         self._count(self.length)
 
     def _find_arrays(self, group: str, variables: Iterable[Any]) -> None:
@@ -238,7 +262,9 @@ class AppendableNetCDF:
         for name in map(str, variables):
             array = self._hdf5[f"{group}/{name}"]
             assert isinstance(array, h5py.Dataset)
-            self._arrays[group, name] = array
+            turn = array.shape[1:]
+            plain = array.dtype.kind in "iuf" and array.compression is None and array.chunks == (1, *turn)
+            self._arrays[group, name] = _Array(array, turn if plain else None)
 
     def _growing(self, variable: xr.Variable) -> str | None:
         return next((name for name in self.length if name in variable.dims), None)
@@ -277,10 +303,24 @@ def _groups(tree: xr.DataTree) -> dict[str, xr.Dataset]:
     return {str(node.name): node.to_dataset() for node in tree.children.values()}
 
 
-def _shorten(grows: Iterable[tuple[h5netcdf.Group, str]], length: Mapping[str, int]) -> None:
-    """Bring groups to the length of each dimension that grows in them."""
-    for group, name in grows:
-        group.resize_dimension(name, length[name])
+def _axes(file: h5py.File, growing: Iterable[str]) -> list[_Axis]:
+    """All axes that grow: of a dimension's own array, and of those that NetCDF ties to it."""
+    found: list[tuple[Any, int, str]] = []
+    for group in (file, *(each for each in file.values() if isinstance(each, h5py.Group))):
+        for name in growing:
+            if name in group:
+                own = group[name]
+                tied = own.attrs.get("REFERENCE_LIST", ())
+                found += [(own, 0, name), *((file[array], int(place), name) for array, place in tied)]
+    return [_Axis(*each) for each in found]
+
+
+def _resize(axes: Iterable[_Axis], length: Mapping[str, int]) -> None:
+    """Bring axes to the length of their dimensions."""
+    for array, place, dimension in axes:
+        shape = list(array.shape)
+        shape[place] = length[dimension]
+        array.id.set_extent(tuple(shape))
 
 
 # ------------------------------------------------------------------------------------------------- after a kill
@@ -322,9 +362,8 @@ def _cut(part: Path, length: Mapping[str, int]) -> None:
     """Shorten a mended file."""
     disk = CommittedFile(part, existing=True)
     try:
-        with h5py.File(disk, "r+") as hdf5, h5netcdf.File(hdf5, "r+") as file:
-            groups = [file, *file.groups.values()]
-            _shorten([(group, name) for group in groups for name in length if name in group.dimensions], length)
+        with h5py.File(disk, "r+") as file:
+            _resize(_axes(file, length), length)
         disk.commit({"length": dict(length), "before": dict(length)})
     finally:
         disk.close()

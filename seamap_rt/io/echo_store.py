@@ -20,12 +20,13 @@ import numpy as np
 import xarray as xr
 import zarr
 
+from ..compute.machine import pool
+from .growing_array import DESCRIPTION, PARTIAL, GrowingArray, write_file
 from .results_folder import write_whole
 from .stored_chunks import EVERY_CHUNK
 
 _PULSES_A_CHUNK, _READINGS_A_CHUNK = 2000, 20000  # of voltages, and of what else a pulse has: a file each takes 1 ms
 PULSES = "complete_pulses"
-_DESCRIPTION = "zarr.json"
 _EVERY: Any = {"write_empty_chunks": True}  # zeros too: a chunk that is not there is lost
 _COORDINATES = "time azimuth transmitter turn"  # beside the dimensions
 
@@ -39,7 +40,7 @@ class EchoStore:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._group: zarr.Group | None = None
-        self._arrays: dict[str, zarr.Array] = {}  # those that grow
+        self._arrays: dict[str, GrowingArray] = {}  # those that grow
         self._begun = False
         self._length = self._before = (0, 0)  # turns and pulses that are complete, and were before the last turn
 
@@ -50,10 +51,10 @@ class EchoStore:
         _, start = self._length
         rolling = {str(n): v.values for n, v in turn.variables.items() if v.dims[0] == "pulse"}
         try:
-            for name, values in rolling.items():
-                array = self._arrays[name]
-                array.resize((start + values.shape[0], *array.shape[1:]))
-                array[start:] = values
+            with pool() as workers:  # the system writes one file beside another; leaving waits for all of them
+                list(workers.map(lambda name: self._arrays[name].lengthen(start + turn.sizes["pulse"]), rolling))
+                chunks = [each for name, values in rolling.items() for each in self._arrays[name].chunks(start, values)]
+                list(workers.map(write_file, *zip(*chunks, strict=True)))
         except BaseException:  # interrupted, or no space left: arrays of unlike length could not be read any more
             _shorten(self._group, start)
             raise
@@ -100,7 +101,7 @@ class EchoStore:
                 attributes={k: (v.tolist() if isinstance(v, np.ndarray) else v) for k, v in variable.attrs.items()},
             )
             if rolling:
-                self._arrays[str(name)] = array
+                self._arrays[str(name)] = GrowingArray(self.path / str(name))
             else:
                 array[...] = variable.values
         attributes = {"complete_turns": 0, "coordinates": _COORDINATES, PULSES: 0, EVERY_CHUNK: 1}
@@ -127,13 +128,13 @@ def _describe(path: Path, turns: int, pulses: int, growing: bool = True) -> None
 
     Zarr's own `consolidate_metadata` would take the arrays as they are, and a second write.
     """
-    file = path / _DESCRIPTION
+    file = path / DESCRIPTION
     described = json.loads(file.read_text(encoding="utf-8"))
     attributes = described["attributes"]
     attributes.pop(PULSES, None)
     attributes |= {"complete_turns": turns} | ({PULSES: pulses} if growing else {})
     arrays = {}
-    for each in sorted(path.glob(f"*/{_DESCRIPTION}")):
+    for each in sorted(path.glob(f"*/{DESCRIPTION}")):
         array = json.loads(each.read_text(encoding="utf-8"))
         if array["dimension_names"][0] == "pulse":
             array["shape"][0] = pulses
@@ -158,7 +159,7 @@ def recoverable_turns(path: Path) -> int:
 
 def recover_echoes(path: Path, turns: int) -> None:
     """Leave the first so many turns of a store that a kill has left; none: remove it. May be called again."""
-    for left in (*path.rglob("*.partial"), path / f".{_DESCRIPTION}.part"):  # of single files of the store
+    for left in (*path.rglob(f"*{PARTIAL}"), path / f".{DESCRIPTION}.part"):  # of single files of the store
         left.unlink(missing_ok=True)
     if not turns:
         shutil.rmtree(path, ignore_errors=True)
@@ -174,6 +175,6 @@ def recover_echoes(path: Path, turns: int) -> None:
 def _attributes(path: Path) -> dict[str, Any] | None:
     """What the store says of itself; None where it does not even exist whole."""
     try:
-        return dict(json.loads((path / _DESCRIPTION).read_text(encoding="utf-8"))["attributes"])
+        return dict(json.loads((path / DESCRIPTION).read_text(encoding="utf-8"))["attributes"])
     except (OSError, ValueError, KeyError):
         return None

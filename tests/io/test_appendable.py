@@ -10,8 +10,11 @@ import textwrap
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
+
+from seamap_rt.io.appendable import AppendableNetCDF
 
 _BEFORE = """
 import resource, sys
@@ -140,6 +143,38 @@ def test_a_turn_that_is_given_back_goes(alone: Alone, tmp_path: Path, file: str,
     )
     with xr.open_datatree(tmp_path / "True.nc") as found, xr.open_datatree(tmp_path / "False.nc") as asked:
         xr.testing.assert_identical(found[group].to_dataset(), asked[group].to_dataset())
+
+
+def test_what_goes_past_hdf5_lies_as_hdf5_itself_puts_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Byte by byte: fields that lie otherwise in memory, numbers of another kind, turns by one and by two, one
+    that is given back; so many that the trees of chunks branch.
+    """
+
+    def fields(start: int, turns: int) -> xr.Dataset:
+        drawn = np.random.default_rng(start).normal(size=(3, 4, turns))
+        kind = np.float64 if start % 5 == 1 else np.float32
+        height = xr.Variable(("turn", "y", "x"), drawn.transpose(2, 1, 0).astype(kind))
+        seen = {"height": height, "seen": (("turn", "y"), np.ascontiguousarray(drawn[0].T)), "east": ("x", np.ones(3))}
+        return xr.Dataset(seen, {"turn": np.arange(start, start + turns)})
+
+    def written(path: Path) -> bytes:
+        with AppendableNetCDF(path) as file:
+            for start in (*range(60), *range(60, 100, 2)):
+                file.append(fields(start, 1 if start < 60 else 2))
+                if start == 30:
+                    file.take_back()
+                    file.append(fields(start, 1))
+        return path.read_bytes()
+
+    ours = written(tmp_path / "ours.nc")
+    with monkeypatch.context() as patch:
+        patch.setattr(AppendableNetCDF, "_write", lambda _, array, at, values: array.hdf5.__setitem__(at, values))
+        assert ours == written(tmp_path / "hdf5.nc")
+    with xr.open_dataset(tmp_path / "ours.nc") as found:
+        kept = xr.concat(
+            [fields(n, 1 if n < 60 else 2) for n in (*range(60), *range(60, 100, 2))], "turn", data_vars="minimal"
+        )
+        xr.testing.assert_equal(found.load(), kept.assign(height=kept["height"].astype(np.float32)))
 
 
 def test_room_that_a_turn_does_not_need_is_given_back(alone: Alone, tmp_path: Path) -> None:

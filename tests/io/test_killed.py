@@ -22,7 +22,7 @@ import zarr
 from seamap_rt.compute import locks
 from seamap_rt.compute.scratch import scratch_folder
 from seamap_rt.errors import InputError
-from seamap_rt.io import committed_file, echo_store
+from seamap_rt.io import committed_file, echo_store, growing_array
 from seamap_rt.io.appendable import AppendableNetCDF
 from seamap_rt.io.committed_file import CommittedFile, mend, part_of
 from seamap_rt.io.echo_store import EchoStore, recover_echoes, recoverable_turns
@@ -182,31 +182,44 @@ def test_what_hdf5_reads_is_what_it_wrote(tmp_path: Path) -> None:
 
 
 def test_each_write_of_the_store_leaves_its_whole_turns(snapshots: Snapshots, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before each file of it, and in the middle of it; also where turns share a chunk."""
     from zarr.storage import _local
 
-    folder, put, one_at_a_time = snapshots.folder, _local._put, threading.Lock()
+    folder, put, write, one_at_a_time = snapshots.folder, _local._put, growing_array.write_file, threading.Lock()
 
-    def watched(*given: Any, **named: Any) -> int:
+    def made(*given: Any, **named: Any) -> int:
         with one_at_a_time:  # the store writes in several threads
             snapshots.take()
             return put(*given, **named)
+
+    def watched(file: Path, content: Any) -> None:
+        with one_at_a_time:
+            snapshots.take()
+            file.parent.mkdir(parents=True, exist_ok=True)
+            Path(f"{file}{growing_array.PARTIAL}").write_bytes(bytes(content)[: len(bytes(content)) // 2])
+            snapshots.take()
+            write(file, content)
 
     def described(path: Path, content: str) -> None:
         snapshots.take()
         write_whole(path, content)
 
     with monkeypatch.context() as patch, growing(folder, ("echoes.zarr",)):
-        patch.setattr(_local, "_put", watched)
+        patch.setattr(_local, "_put", made)
+        for module in (growing_array, echo_store):
+            patch.setattr(module, "write_file", watched)
         patch.setattr(echo_store, "write_whole", described)
+        patch.setattr(echo_store, "_PULSES_A_CHUNK", 2)
         with EchoStore(folder / "echoes.zarr") as store:
             for turn in range(3):
                 store.append(echoes(turn))
                 snapshots.whole = turn + 1
             snapshots.take()
     assert echo_store.PULSES not in zarr.open_group(folder / "echoes.zarr").attrs
-    assert len(snapshots.taken) > 20
+    assert len(snapshots.taken) > 50
     for copy, whole in snapshots.taken:
         recover(copy)
+        assert not list(copy.rglob(f"*{growing_array.PARTIAL}"))
         if not (copy / "echoes.zarr").exists():
             assert whole == 0
             continue

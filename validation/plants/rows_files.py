@@ -26,6 +26,27 @@ PLANTS = (
         "tests/io/test_killed.py::test_each_write_of_the_store_leaves_its_whole_turns",
     ),
     Plant(
+        "a chunk that two turns share",
+        "seamap_rt/io/growing_array.py",
+        "        if before:\n",
+        "        if before < 0:\n",
+        "tests/io/test_growing_array.py::test_its_files_are_those_of_zarr_itself",
+    ),
+    Plant(
+        "a store's file under its own name before it is whole",
+        "seamap_rt/io/growing_array.py",
+        '    partial = f"{file}{PARTIAL}"\n',
+        '    partial = f"{file}"\n',
+        "tests/io/test_growing_array.py::test_a_turn_that_the_disk_cannot_take_is_not_there",
+    ),
+    Plant(
+        "a turn's chunk as it lies in memory",
+        "seamap_rt/io/appendable.py",
+        "enumerate(np.ascontiguousarray(values, dtype=array.hdf5.dtype), first)",
+        "enumerate(np.ascontiguousarray(values), first)",
+        "tests/io/test_appendable.py::test_what_goes_past_hdf5_lies_as_hdf5_itself_puts_it",
+    ),
+    Plant(
         "deep tables",
         "seamap_rt/io/scenefile.py",
         "    return bool(level)\n",
