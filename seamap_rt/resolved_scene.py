@@ -14,6 +14,7 @@ from .radar.mast import Mast
 from .radar.platform import boat_motion
 from .radar.sensors import Sensors
 from .random_streams import Stream, branch
+from .scattering.modulation import memory_rate
 from .scene import Scene
 from .sea import Sea, realize
 from .sea.systems import file_versions
@@ -74,13 +75,17 @@ def _check_record(scene: Scene, sea: Sea) -> None:
 
 def sea_key(scene: Scene) -> tuple[object, ...]:
     """What a run's sea is drawn from: runs of equal keys have the same sea."""
-    return scene.sea, scene.seed, scene.tracing.height_error_m, file_versions(scene.sea)
+    return scene.sea, scene.seed, scene.tracing.height_error_m, _memory_rate(scene), file_versions(scene.sea)
+
+
+def _memory_rate(scene: Scene) -> float | None:
+    return memory_rate(scene.scattering, scene.radar.frequency_hz)
 
 
 def run_sea(scene: Scene) -> Sea:
     """The sea of a run, drawn from its own branch of the scene's seed. Raises InputError for one that cannot be."""
     try:
-        return realize(scene.sea, branch(scene.seed, Stream.SEA), scene.tracing.height_error_m)
+        return realize(scene.sea, branch(scene.seed, Stream.SEA), scene.tracing.height_error_m, _memory_rate(scene))
     except ValueError as error:
         raise InputError(f"sea: {error}") from None
 

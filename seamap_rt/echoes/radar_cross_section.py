@@ -23,7 +23,7 @@ from ..scattering.breaking import breaker_motion
 from ..scattering.calibration import Scale, fit_scale
 from ..scattering.composite import CompositeSea
 from ..scattering.composite_kernel import Brought, Numbers, Seen, fill_returns, fill_terms
-from ..scattering.modulation import approaching_share, relaxation_rate
+from ..scattering.modulation import approaching_share, memory_rate
 from ..scattering.permittivity import permittivity_of
 from ..settings import RadarSettings, ScatteringSettings
 from ..tracing import Illumination
@@ -114,9 +114,7 @@ class SeaSurface:
     @property
     def memory_rate(self) -> float | None:
         """Rate [1/s] at which the short waves relax from the long ones' strain; None where it does not matter."""
-        if self.scattering.nrcs != "two_scale" or not self.scattering.hydrodynamic_modulation:
-            return None
-        return relaxation_rate(self.radar.frequency_hz, self.scattering.wind_speed_m_s)
+        return memory_rate(self.scattering, self.radar.frequency_hz)
 
     def terms(self, facets: Illumination, strain: NDArray[np.float32] | None) -> Terms:
         """What theory gives, by what scatters. strain (column, facet): of the facets' mesh; None for none."""

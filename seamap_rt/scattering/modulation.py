@@ -19,12 +19,20 @@ from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scattering.breaking import FRONT_POWER
 from seamap_rt.sea.elfouhaily import friction_velocity
+from seamap_rt.settings import ScatteringSettings
 
 ACTION_POWER = 4.5  # N ∝ k^−4.5 of gravity waves with a spectrum k⁻⁴; ripples of 1 to 2 cm would have about 4
 MOST_STRAIN = 0.5  # a wave that squeezes the water more than this breaks; the first-order theory ends before
 
 _GRID = np.linspace(-8.0, 8.0, 801)  # standard deviations of a Gaussian strain
 _GAUSS = np.exp(-0.5 * _GRID**2) / np.exp(-0.5 * _GRID**2).sum()
+
+
+def memory_rate(scattering: ScatteringSettings, frequency_hz: float) -> float | None:
+    """Rate [1/s] at which the short waves relax from the long ones' strain; None where it does not matter."""
+    if scattering.nrcs != "two_scale" or not scattering.hydrodynamic_modulation:
+        return None
+    return relaxation_rate(frequency_hz, scattering.wind_speed_m_s)
 
 
 def relaxation_rate(frequency_hz: float, wind_speed: float) -> float:

@@ -1,25 +1,35 @@
-"""What interpolation costs: the expected error of a spline in space and time, and the time step that keeps it small."""
+"""What interpolation costs: the expected error of a spline in space and time, and the time step that keeps it small.
+
+In time an image of a wave at ω is a wave at ω + 2πm/step, (ω/(ω + 2πm/step))^(order + 1) as large. What follows from a
+field by derivatives in time multiplies it by what they make of its own frequency, so that high derivatives need a high
+order in time.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
+from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from ..physics.dispersion import orbital_ratio
+from .fields import ITSELF, InTime, Kind, flow_missed, from_base, of_waves, per_elevation
 from .lattice import Lattice
-from .spline import bspline_image_error
+from .spline import bspline_image_error, bspline_polynomials
 
 ImageError = Callable[[NDArray[np.float64], int], NDArray[np.float64]]
 
-TIME_ORDER = 5
+TIME_ORDER = 7  # the third derivative of a base is the water's rise, and falls with the fifth power of the step
 TIME_STEP_CYCLES = 0.375  # of the fastest wave, at most: beyond ½ a wave and its image agree at the knots
 ELEVATION_BUDGET = 3e-4  # m rms, what interpolation in time may cost
 VELOCITY_BUDGET = 1.2e-3  # m/s rms
 RELATIVE_BUDGETS = 1e-3, 2e-2  # of the rms elevation and of the rms vertical velocity, for small seas
+_IMAGES = (-3, -2, -1, 1, 2, 3)
+_UNSEEN = 0.1  # of a budget: what adds no more than half a percent to errors of that size
+_PLACES = 16  # between two knots, over which rounding is averaged
+_ROUNDED = 2e-7  # of a field's rms: what single precision and FFTs leave of coefficients (1.9e-7 of 1440² points)
 
 
 @dataclass(frozen=True)
@@ -41,14 +51,15 @@ def interpolation_error(
     order: int,
     time_step: float,
     in_time: ImageError | None = None,
+    base: Kind | None = None,
 ) -> InterpolationError:
     """Expected errors of a spline on a grid of the given shape. Images in x, y and t are independent waves.
 
     folded: variance on the lattice's quadrant, as `Lattice.fold` gives it. in_time: what interpolation in time costs a
-    unit wave of some cycles a step, and its derivatives; the spline's where it is left out.
+    unit wave of some cycles a step, and its derivatives; the spline's where it is left out. base: the field that others
+    follow from, as `kept_base` allows it.
     """
     rows, columns = lattice.reach
-    along_time = in_time or partial(bspline_image_error, TIME_ORDER)
     east, north = lattice.east[columns:], lattice.north[rows:, None]
     omega, _ = _by_frequency(lattice.omega, folded)
     # Squared images relative to their wave, of its derivatives 0, 1 and 2.
@@ -56,12 +67,16 @@ def interpolation_error(
         [bspline_image_error(order, np.arange(most + 1.0) / points, derivative) ** 2 for derivative in (0, 1, 2)]
         for most, points in ((columns, shape[1]), (rows, shape[0]))
     )
-    in_t = [along_time(omega * time_step / (2.0 * np.pi), derivative) ** 2 for derivative in (0, 1, 2)]
 
-    def rms(variance: NDArray[np.float64], x: int = 0, y: int = 0, t: int = 0) -> float:
-        """Error of a quantity with this variance of each wave: the spline's derivative of order x, y, t."""
+    def in_t(kind: Kind, derivative: int) -> NDArray[np.float64]:
+        if in_time is not None:
+            return in_time(omega * time_step / (2.0 * np.pi), derivative) ** 2
+        return _images(omega, time_step, _made(kind, derivative, base))
+
+    def rms(variance: NDArray[np.float64], x: int = 0, y: int = 0, t: int = 0, of: Kind = "elevation") -> float:
+        """Error of a quantity with this variance of each wave: the derivative of order x, y, t of a field."""
         _, by_frequency = _by_frequency(lattice.omega, variance)
-        square = variance.sum(axis=0) @ in_x[x] + variance.sum(axis=1) @ in_y[y] + by_frequency @ in_t[t]
+        square = variance.sum(axis=0) @ in_x[x] + variance.sum(axis=1) @ in_y[y] + by_frequency @ in_t(of, t)
         return float(np.sqrt(square))
 
     k = lattice.quadrant(lambda k: np.where(k > 0.0, k, np.inf))
@@ -71,32 +86,80 @@ def interpolation_error(
         elevation=rms(folded),
         vertical_velocity=rms(folded * lattice.omega**2, t=1),
         slope=max(rms(folded * east**2, x=1), rms(folded * north**2, y=1)),
-        horizontal_velocity=max(rms(flow * east**2, x=1), rms(flow * north**2, y=1)),
-        shift=max(rms(shift * east**2, x=1), rms(shift * north**2, y=1)),
-        shift_gradient=max(rms(shift * east**4, x=2), rms(shift * north**4, y=2)),
+        horizontal_velocity=max(rms(flow * east**2, x=1, of="potential"), rms(flow * north**2, y=1, of="potential")),
+        shift=max(rms(shift * east**2, x=1, of="shift"), rms(shift * north**2, y=1, of="shift")),
+        shift_gradient=max(rms(shift * east**4, x=2, of="shift"), rms(shift * north**4, y=2, of="shift")),
     )
 
 
-def longest_time_step(lattice: Lattice, folded: NDArray[np.float64]) -> float:
+def longest_time_step(lattice: Lattice, folded: NDArray[np.float64], base: Kind | None = None) -> float:
     """The longest step 1/n second between knots that keeps the spline in time within its budgets.
 
-    folded: variance on the lattice's quadrant, as `Lattice.fold` gives it.
+    folded: variance on the lattice's quadrant, as `Lattice.fold` gives it. base: the field that others follow from.
     """
     omega, variance = _by_frequency(lattice.omega, folded)
     carries = variance > 0.0
     if not carries.any():
         return 1.0
     omega, variance = omega[carries], variance[carries]
-    elevation = min(ELEVATION_BUDGET, RELATIVE_BUDGETS[0] * np.sqrt(variance.sum()))
-    velocity = min(VELOCITY_BUDGET, RELATIVE_BUDGETS[1] * np.sqrt(np.sum(variance * omega**2)))
+    elevation, velocity = _budgets(omega, variance)
     count = max(1, int(np.ceil(omega[-1] / (2.0 * np.pi * TIME_STEP_CYCLES))))
     while True:
-        cycles = omega / (2.0 * np.pi * count)
-        misses = np.sum(variance * bspline_image_error(TIME_ORDER, cycles) ** 2) > elevation**2
-        blurs = np.sum(variance * (omega * bspline_image_error(TIME_ORDER, cycles, 1)) ** 2) > velocity**2
-        if not (misses or blurs):
+        height, rise = (_images(omega, 1.0 / count, _made("elevation", derivative, base)) for derivative in (0, 1))
+        if variance @ height <= elevation**2 and (variance * omega**2) @ rise <= velocity**2:
             return 1.0 / count
         count += 1
+
+
+def kept_base(lattice: Lattice, folded: NDArray[np.float64], base: Kind | None) -> Kind | None:
+    """The base, if what follows from it is as exact as the budgets of interpolation in time ask; else None.
+
+    Derivatives enlarge what single precision rounds, the more the shorter the step, and without surface tension the
+    flow of waves of some centimetres is too slow.
+    """
+    if base is None or not folded.any():
+        return None
+    omega, variance = _by_frequency(lattice.omega, folded)
+    elevation, velocity = _budgets(omega, variance)
+    step = longest_time_step(lattice, folded, base)
+    size = float(np.sqrt(np.sum(folded * np.abs(per_elevation(base, lattice, base)) ** 2)))
+    k = lattice.quadrant(lambda k: np.where(k > 0.0, k, np.inf))
+    flow = folded * (lattice.omega * orbital_ratio(k, lattice.depth)) ** 2
+    missed = np.sum(flow * flow_missed(np.where(k < np.inf, k, 0.0)) ** 2)
+    noise = [_ROUNDED * size * _gain(_made("elevation", derivative, base), step) for derivative in (0, 1)]
+    worst = max(noise[0] / elevation, noise[1] / velocity, np.sqrt(missed) / velocity)
+    return base if worst <= _UNSEEN else None
+
+
+def _made(kind: Kind, derivative: int, base: Kind | None) -> InTime:
+    """The sum of derivatives in time of the field that has knots which is a derivative of this one."""
+    return (0.0,) * derivative + (from_base(kind, base) or ITSELF)
+
+
+def _images(omega: NDArray[np.float64], step: float, factors: InTime) -> NDArray[np.float64]:
+    """Squared images in time of waves at ω [rad/s], relative to the wave, of a sum of derivatives of its spline."""
+    own = np.abs(of_waves(factors, omega))
+    squared = np.zeros_like(omega)
+    for image in _IMAGES:
+        there = omega + 2.0 * np.pi * image / step
+        squared += ((omega / there) ** (TIME_ORDER + 1) * np.abs(of_waves(factors, there)) / own) ** 2
+    return squared
+
+
+def _gain(factors: InTime, step: float) -> float:
+    """By what a sum of derivatives multiplies the rms of errors that are independent from knot to knot."""
+    polynomials = bspline_polynomials(TIME_ORDER, len(factors) - 1)
+    weights = np.tensordot(np.array(factors) / step ** np.arange(len(factors)), polynomials, axes=1)
+    place = (np.arange(_PLACES) + 0.5) / _PLACES
+    return float(np.sqrt(np.mean(np.sum(polynomial.polyval(place, weights) ** 2, axis=0))))
+
+
+def _budgets(omega: NDArray[np.float64], variance: NDArray[np.float64]) -> tuple[float, float]:
+    """What interpolation in time may cost waves at ω [rad/s] with these variances: elevation (m), velocity (m/s)."""
+    return (
+        min(ELEVATION_BUDGET, RELATIVE_BUDGETS[0] * float(np.sqrt(variance.sum()))),
+        min(VELOCITY_BUDGET, RELATIVE_BUDGETS[1] * float(np.sqrt(np.sum(variance * omega**2)))),
+    )
 
 
 def _by_frequency(

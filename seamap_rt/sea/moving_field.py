@@ -5,21 +5,20 @@ space and time; one FFT gives the spline's coefficients at each *knot*, a multip
 takes the few coefficients around it in x, y and t. A value depends neither on the points evaluated with it nor on
 the number of threads.
 
-Three functions hold all of first-order waves (Airy 1845): the elevation η = Re Σ a e^{iθ}, θ = k·x − ωt; χ = Re Σ a
-coth(kh)/k e^{iθ}, whose gradient is the horizontal displacement of the water at the surface; and Φ = ∂χ/∂t, the
-velocity potential there, whose gradient is the horizontal flow. Slopes, rate, flow and shift are derivatives of their
-splines. A fourth, ψ with ∂ψ/∂t + μ ψ = Φ, is the shift that acts on waves which relax at the rate μ (see `Relaxed`).
+Slopes, rate, flow and shift are derivatives of the splines of a few functions (see `fields`). Those that follow from
+the field's *base* by derivatives in time are taken from its spline.
 """
 
 from __future__ import annotations
 
 from collections import OrderedDict, deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
+from itertools import product
 from threading import Lock
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import scipy.fft
@@ -27,43 +26,24 @@ from numpy.typing import NDArray
 
 from ..compute.machine import threads
 from ..compute.placement import sea_on_device
-from ..physics.dispersion import orbital_ratio
-from .accuracy import TIME_ORDER, InterpolationError, interpolation_error, longest_time_step
+from .accuracy import TIME_ORDER, InterpolationError, interpolation_error, kept_base, longest_time_step
+from .fields import Kind, per_elevation
 from .lattice import Lattice
 from .spline import bspline_polynomials, bspline_transform
+from .sums import DERIVATIVES, Sums, Term, sums_of
 
-
-@dataclass(frozen=True)
-class Relaxed:
-    """The field ψ [m²] with ∂ψ/∂t + rate ψ = Φ; its gradient is what short waves that the flow carries along, and that
-    relax at the rate [1/s], have been moved by (Alpers & Hasselmann 1978). At rate 0 it is χ."""
-
-    rate: float
-
-
-Kind = Literal["elevation", "potential", "shift"] | Relaxed  # η [m], Φ [m²/s], χ [m²], ψ [m²]
 Knot = tuple[int, Kind]  # number of the time step, field
 Coefficients = dict[Knot, NDArray[np.float32]]  # the rows of one strip
+Making = dict[Knot, Future[NDArray[np.float32]]]
 Run = tuple[int, int, int]  # time interval, first and last + 1 of its points
-_Sum = tuple[Kind, Callable[..., None], NDArray[np.float64], NDArray[np.int64]]  # field, kernel, scale, output row
 
 TAPS = range((1 - TIME_ORDER) // 2, (TIME_ORDER + 3) // 2)  # the knots around an interval that its points take from
-CACHE_BYTES = 400_000_000  # twelve knots of three fields of the default sea; one turn takes ten
+CACHE_BYTES = 400_000_000  # forty-eight knots of the default sea's one field; one turn takes eleven
 WORTH_THE_DEVICE = 1 << 16  # points: for fewer, such as gauges', the coefficients would go there for little
 _REMEMBERED = 8  # calls, some two turns of them: a knot that none of them used is of a past time
 _CHUNK = 1 << 14  # points per task
 _ROWS = 64  # transformed at a time: few enough to stay in the cache
 _NEARLY_ALL = 0.7  # of the rows: from here on a strip is no longer worth its while
-
-
-@dataclass(frozen=True)
-class Term:
-    """What to evaluate: a field, and how often it is differentiated along rows (y), columns (x) and time."""
-
-    kind: Kind
-    row: int = 0
-    column: int = 0
-    time: int = 0
 
 
 @dataclass(frozen=True)
@@ -85,6 +65,8 @@ class Strip:
 class MovingField:
     """The spline of one lattice of waves, with a bounded cache of knots."""
 
+    taps = TAPS
+
     def __init__(
         self,
         lattice: Lattice,
@@ -94,8 +76,12 @@ class MovingField:
         order: int = 5,
         oversampling: float = 1.5,
         time_step: float | None = None,
+        base: Kind | None = None,
     ) -> None:
-        """amplitude: of each wave (row, column) m; variance: what was expected of it, which fixes the time step."""
+        """amplitude: of each wave (row, column) m; variance: what was expected of it, which fixes the time step.
+
+        base: the field that others are to follow from, as far as that is exact enough; None: each has its own.
+        """
         self.lattice = lattice
         self.order = order
         rows, columns = lattice.reach
@@ -104,7 +90,8 @@ class MovingField:
             grid_size(columns, oversampling, order),
         )
         self._variance = lattice.fold(variance)
-        self.time_step = time_step or longest_time_step(lattice, self._variance)
+        self.base: Kind | None = kept_base(lattice, self._variance, base)
+        self.time_step = time_step or longest_time_step(lattice, self._variance, self.base)
         self._ahead, self._behind = self._coefficient_amplitudes(amplitude)
         self._cache: OrderedDict[Knot, tuple[Strip, NDArray[np.float32]]] = OrderedDict()
         self._placed: dict[tuple[Knot, Strip], Any] = {}  # on the device
@@ -115,7 +102,7 @@ class MovingField:
     @cached_property
     def error(self) -> InterpolationError:
         """Expected rms errors against the exact sum of waves."""
-        return interpolation_error(self.lattice, self._variance, self.shape, self.order, self.time_step)
+        return interpolation_error(self.lattice, self._variance, self.shape, self.order, self.time_step, base=self.base)
 
     def evaluate(
         self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64], terms: Sequence[Term]
@@ -132,36 +119,45 @@ class MovingField:
         starts = np.flatnonzero(np.diff(in_order, prepend=in_order[:1] - 1)).tolist()
         runs: list[Run] = list(zip(in_order[starts].tolist(), starts, [*starts[1:], t.size], strict=True))
         result = np.empty((len(terms), t.size))
-        sums = self._sums(terms)
+        sums, scale = sums_of(terms, self.base, self._time_weights(), self.time_step), self._in_space
+        kernel = _kernel(0 if self.lattice.line else self.order, self.order, len(self.taps))
         strip = self._strip_of(y)
         rows = strip.first, self.shape[0]
 
-        def work(first: int, points: NDArray[np.int64], knots: Coefficients, chosen: Sequence[_Sum]) -> None:
-            for kind, kernel, scale, output_row in chosen:
-                grids = tuple(knots[first + tap, kind] for tap in TAPS)
-                kernel(grids, x, y, knot_time, self._per_metre, rows, points, scale, output_row, result)
+        def work(first: int, points: NDArray[np.int64], knots: Making, chosen: Sequence[Sums]) -> None:
+            for each in chosen:
+                grids = tuple(knots[first + tap, each.kind].result() for tap in self.taps)
+                of_points = x, y, knot_time, self._per_metre, rows, points
+                kernel(grids, *of_points, each.in_lanes, scale, each.output_row, result)
 
         pool = _pool()
         # Fields that do not fit into memory together come one after the other.
-        together = len(TAPS) * self._field_bytes(strip) * len(sums) <= 2 * CACHE_BYTES
+        together = len(self.taps) * self._field_bytes(strip) * len(sums) <= 2 * CACHE_BYTES
         for chosen in [sums] if together else [[each] for each in sums]:
             for batch in self._batches(runs, len(chosen), strip):
-                numbers = sorted({first + tap for first, _, _ in batch for tap in TAPS})
-                knots = self._knots(numbers, tuple(kind for kind, *_ in chosen), strip, pool)
+                numbers = sorted({first + tap for first, _, _ in batch for tap in self.taps})
+                kinds: tuple[Kind, ...] = tuple(each.kind for each in chosen)
+                making = self._knots(numbers, kinds, strip, pool)
                 if t.size >= WORTH_THE_DEVICE and sea_on_device():
                     within = slice(None) if len(batch) == len(runs) else order[batch[0][1] : batch[-1][2]]
                     points = x[within], y[within], knot_time[within]
+                    knots = {key: made.result() for key, made in making.items()}
                     for values, rows_of in self._there(numbers, knots, strip, points, chosen):
                         result[rows_of, within] = values
+                    self._keep(knots, strip)
                     continue
-                tasks = [
-                    pool.submit(work, first, order[at : min(at + _CHUNK, stop)], knots, chosen)
-                    for first, start, stop in batch
-                    for at in range(start, stop, _CHUNK)
-                ]
+                tasks = []
+                for first, start, stop in batch:
+                    for tap, kind in product(self.taps, kinds):  # the first points do not wait for the last knots
+                        making[first + tap, kind].result()
+                    tasks += [
+                        pool.submit(work, first, order[at : min(at + _CHUNK, stop)], making, chosen)
+                        for at in range(start, stop, _CHUNK)
+                    ]
                 for task in tasks:
                     task.result()
-                del knots, tasks  # before the next ones take memory
+                self._keep({key: made.result() for key, made in making.items()}, strip)
+                del making, tasks  # before the next ones take memory
         return result
 
     def _there(
@@ -170,49 +166,37 @@ class MovingField:
         knots: Coefficients,
         strip: Strip,
         points: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
-        chosen: Sequence[_Sum],
+        chosen: Sequence[Sums],
     ) -> Iterator[tuple[NDArray[np.float64], int]]:
         """Values (n,) and their output rows, of points x, y and time in time steps: evaluated on the device, to which
         each knot's coefficients, which the FFT has made here, go up once, and stay as long as the cache has them."""
         from ..compute.device import ONE_AT_A_TIME, device
-        from .spline_kernel import DERIVATIVES
         from .spline_on_device import CoefficientsThere, PointsThere, splines_on_device
 
         x, y, knot_time = points
         interval = np.floor(knot_time)
-        first = np.searchsorted(numbers, interval + TAPS[0])
+        first = np.searchsorted(numbers, interval + self.taps[0])
         rows, columns = (bspline_polynomials(order) for order in (0 if self.lattice.line else self.order, self.order))
-        weights = rows, columns, self._time_weights()
         origin = strip.first, self.shape[0]
         with ONE_AT_A_TIME:
             placed = PointsThere.of(x, y, first, knot_time - interval)
             kept = {key: value for key, value in self._placed.items() if key[0] in self._cache or key[0] in knots}
             new = {(key, strip): grid for key, grid in knots.items() if (key, strip) not in kept}
             self._placed = kept | {key: device().place(grid) for key, grid in new.items()}
-            for kind, _, scale, output_row in chosen:
-                grids = [self._placed[(number, kind), strip] for number in numbers]
+            for each in chosen:
+                grids = [self._placed[(number, each.kind), strip] for number in numbers]
                 there = CoefficientsThere.of(grids, (strip.count, self._columns), origin, self.shape[1])
-                wanted = np.flatnonzero(output_row >= 0).tolist()
-                made = splines_on_device(there, placed, self._per_metre, weights, [DERIVATIVES[m] for m in wanted])
-                for m, values in zip(wanted, made, strict=True):
-                    yield scale[m] * device().fetch(values, x.shape), int(output_row[m])
+                weights = rows, columns, each.in_time
+                wanted = np.argwhere(each.output_row >= 0).tolist()
+                derivatives = [(*DERIVATIVES[m], n) for n, m in wanted]
+                made = splines_on_device(there, placed, self._per_metre, weights, derivatives)
+                for (n, m), values in zip(wanted, made, strict=True):
+                    yield self._in_space[m] * device().fetch(values, x.shape), int(each.output_row[n, m])
 
-    def _sums(self, terms: Sequence[Term]) -> list[_Sum]:
-        """For each field: its kernel, and the scale and output row of each of its derivatives."""
-        from .spline_kernel import DERIVATIVES  # numba takes half a second to import: only where it is used
-
-        sums = []
-        for kind in dict.fromkeys(term.kind for term in terms):
-            output_row = np.full(len(DERIVATIVES), -1)
-            for index, term in enumerate(terms):
-                if term.kind == kind:
-                    output_row[DERIVATIVES.index((term.row, term.column, term.time))] = index
-            most = max(term.row + term.column for term in terms if term.kind == kind)
-            steps = (*self._per_metre, 1.0 / self.time_step)
-            scale = np.prod(np.power(steps, DERIVATIVES), axis=1)
-            kernel = _kernel(0 if self.lattice.line else self.order, self.order, most, self._time_weights)
-            sums.append((kind, kernel, scale, output_row))
-        return sums
+    @property
+    def _in_space(self) -> NDArray[np.float64]:
+        """What makes the kernel's derivatives those per metre."""
+        return np.prod(np.power(self._per_metre, DERIVATIVES), axis=1)
 
     @property
     def _per_metre(self) -> tuple[float, float]:
@@ -252,11 +236,11 @@ class MovingField:
 
     def _batches(self, runs: list[Run], kinds: int, strip: Strip) -> Iterator[list[Run]]:
         """Runs of neighbouring intervals whose knots fit into memory together."""
-        room = max(len(TAPS), CACHE_BYTES // (self._field_bytes(strip) * kinds))
+        room = max(len(self.taps), CACHE_BYTES // (self._field_bytes(strip) * kinds))
         batch: list[Run] = []
         needed: set[int] = set()
         for run in runs:
-            taken = {run[0] + tap for tap in TAPS}
+            taken = {run[0] + tap for tap in self.taps}
             if batch and len(needed | taken) > room:
                 yield batch
                 batch, needed = [], set()
@@ -267,10 +251,8 @@ class MovingField:
 
     # ------------------------------------------------------------------------------------------------- knots
 
-    def _knots(
-        self, numbers: Sequence[int], kinds: tuple[Kind, ...], strip: Strip, pool: ThreadPoolExecutor
-    ) -> Coefficients:
-        """A strip's coefficients at the given knots, from the cache or made now; the cache keeps the latest used."""
+    def _knots(self, numbers: Sequence[int], kinds: tuple[Kind, ...], strip: Strip, pool: ThreadPoolExecutor) -> Making:
+        """A strip's coefficients at the given knots, from the cache or being made; the cache has the latest used."""
         wanted: list[Knot] = [(number, kind) for number in numbers for kind in kinds]
         with self._lock:
             known = {key: self._cache.pop(key) for key in wanted if key in self._cache}
@@ -280,18 +262,27 @@ class MovingField:
             held = sum(rows.nbytes for _, rows in self._cache.values()) + len(wanted) * self._field_bytes(strip)
             while self._cache and held > CACHE_BYTES:  # before the new ones take memory, not after
                 held -= self._cache.popitem(last=False)[1][1].nbytes
-        coefficients = {
-            key: part for key, (has, rows) in known.items() if (part := self._part(strip, has, rows)) is not None
-        }
-        missing = [key for key in wanted if key not in coefficients]
-        new = sorted({number for number, _ in missing})
-        states = dict(zip(new, pool.map(self._state_at, new), strict=True))
-        made = pool.map(lambda key: self._coefficients(key[1], states[key[0]], strip), missing)
-        coefficients.update(zip(missing, made, strict=True))
+        making: Making = {}
+        for key, (has, rows) in known.items():
+            if (part := self._part(strip, has, rows)) is not None:
+                making[key] = Future()
+                making[key].set_result(part)
         with self._lock:
-            for key in wanted:
-                self._cache[key] = known[key] if key not in missing else (strip, coefficients[key])
-        return coefficients
+            self._cache.update((key, known[key]) for key in making)
+        missing = [key for key in wanted if key not in making]
+        states = {number: pool.submit(self._state_at, number) for number in sorted({number for number, _ in missing})}
+        for number, kind in missing:
+            making[number, kind] = pool.submit(self._made, kind, states[number], strip)
+        return making
+
+    def _made(self, kind: Kind, state: Future[Any], strip: Strip) -> NDArray[np.float32]:
+        return self._coefficients(kind, state.result(), strip)
+
+    def _keep(self, coefficients: Coefficients, strip: Strip) -> None:
+        """In the cache, those that are not there."""
+        with self._lock:
+            for key, rows in coefficients.items():
+                self._cache.setdefault(key, (strip, rows))
 
     def _part(self, strip: Strip, has: Strip, rows: NDArray[np.float32]) -> NDArray[np.float32] | None:
         """A strip's rows from those of another, if they are there."""
@@ -304,7 +295,7 @@ class MovingField:
             )
         return None
 
-    _time_weights = staticmethod(partial(bspline_polynomials, TIME_ORDER))  # of the knots around a time
+    _time_weights = staticmethod(partial(bspline_polynomials, TIME_ORDER, 3))  # of the knots around a time
 
     def _state_at(self, number: int) -> Any:
         """What the fields at a knot are made of: exp(−iωt) on the quadrant, the phase reduced in float64: 12 hours lose
@@ -380,15 +371,7 @@ class MovingField:
 
     def _make_per_elevation(self, kind: Kind) -> NDArray[np.complex64]:
         """The field's amplitude per elevation on the quadrant, of a wave that runs along +k."""
-        k = self.lattice.quadrant(lambda k: np.where(k > 0.0, k, np.inf))
-        shift = orbital_ratio(k, self.lattice.depth) / k
-        if kind == "shift":
-            return shift.astype(np.complex64)
-        if kind == "potential":  # ∂χ/∂t
-            return (-1j * self.lattice.omega * shift).astype(np.complex64)
-        assert isinstance(kind, Relaxed)
-        omega = np.where(self.lattice.omega > 0.0, self.lattice.omega, 1.0)  # no wave, and no shift, at k = 0
-        return (omega / (omega + 1j * kind.rate) * shift).astype(np.complex64)
+        return per_elevation(kind, self.lattice, self.base).astype(np.complex64)
 
 
 def grid_size(reach: int, oversampling: float, order: int) -> int:
@@ -398,13 +381,11 @@ def grid_size(reach: int, oversampling: float, order: int) -> int:
 
 
 @cache
-def _kernel(
-    row_order: int, column_order: int, most: int, time_weights: Callable[[], NDArray[np.float64]]
-) -> Callable[..., None]:
+def _kernel(row_order: int, column_order: int, time_taps: int) -> Callable[..., None]:
     from .spline_kernel import spline_kernel
 
     rows, columns = (bspline_polynomials(order).astype(np.float32) for order in (row_order, column_order))
-    return spline_kernel(rows, columns, time_weights().astype(np.float32), most)
+    return spline_kernel(rows, columns, time_taps)
 
 
 @cache

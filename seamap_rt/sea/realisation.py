@@ -15,6 +15,7 @@ from ..errors import must_be
 from ..settings import RandomWaves, SeaSettings, SinusoidWaves, check_grid
 from .choppy import ChoppySurface, Displacement, check_folding, height_keeping_scale
 from .facts import choppy_facts, resolved_facts
+from .fields import Kind, Relaxed
 from .lattice import LINE_REPEATS, Lattice, draw_amplitudes, line_variance, plane_variance
 from .linear import LinearSurface
 from .moving_field import MovingField
@@ -30,12 +31,18 @@ _KEPT_REACH = 700  # waves to either side of the middle, 16 MB in all
 _NEGLIGIBLE = 1e-12  # of a system's variance: so little resolved is nothing
 
 
-def realize(settings: SeaSettings, seed: int | np.random.SeedSequence, height_error_m: float = 0.0) -> Sea:
+def realize(
+    settings: SeaSettings,
+    seed: int | np.random.SeedSequence,
+    height_error_m: float = 0.0,
+    relaxation_rate: float | None = None,
+) -> Sea:
     """Draw one sea. The same settings and seed give the same bits; systems draw independently of each other.
 
     height_error_m: what a run's heights may err by. Where a coarser grid of short-crested waves adds no more than a
     twentieth of that, and of the slopes, the sea is interpolated from it, in a fifth less time; `Sea.resolved` has the
-    errors.
+    errors. relaxation_rate: 1/s of the relaxed shift that a run will ask for: heights and flow then follow from that
+    same field, which changes them by less than their errors.
 
     Raises ValueError where extent_m is too small for a system's waves, where energy_fraction asks for a grid beyond
     memory, and where choppy waves would break over too much of the surface.
@@ -58,9 +65,12 @@ def realize(settings: SeaSettings, seed: int | np.random.SeedSequence, height_er
         return realize_recorded(settings, spacing, next(iter(systems.values())))
     random = _draw(settings, systems, spacing, seed)
     scale = 1.0
+    base: Kind = "shift" if settings.model == "choppy" else "potential"
+    if relaxation_rate is not None:
+        base = Relaxed(relaxation_rate)
     if settings.model == "choppy":
         random, scale = _keeping_height(random, regular)
-    trains: list[WaveTrain] = [*(waves.train(height_error_m) for waves in random), *regular]
+    trains: list[WaveTrain] = [*(waves.train(height_error_m, base) for waves in random), *regular]
     resolved = resolved_facts(
         trains,
         list(systems.values()),
@@ -115,18 +125,20 @@ class _Random:
     toward: tuple[float, float]  # unit vector along which the lattice's columns run
     carried: float  # share of the variance that the lattice found of the spectrum, before it was scaled
 
-    def train(self, height_error_m: float) -> WaveTrain:
+    def train(self, height_error_m: float, base: Kind) -> WaveTrain:
         """The waves, ready to be evaluated."""
         if self.lattice.line:
-            field = self._field(LINE_ORDER, LINE_OVERSAMPLING)
+            field = self._field(base, LINE_ORDER, LINE_OVERSAMPLING)
             return LineTrain(self.lattice, self.variance, self.amplitude, field, self.toward)
-        field = self._field(*FASTER) if height_error_m > 0.0 else None
+        field = self._field(base, *FASTER) if height_error_m > 0.0 else None
         if field is None or not self._is_within(field, height_error_m):
-            field = self._field(SPLINE_ORDER, OVERSAMPLING)
+            field = self._field(base, SPLINE_ORDER, OVERSAMPLING)
         return PlaneTrain(self.lattice, self.variance, self.amplitude, field)
 
-    def _field(self, order: int, oversampling: float) -> MovingField:
-        return MovingField(self.lattice, self.amplitude, self.variance, order=order, oversampling=oversampling)
+    def _field(self, base: Kind, order: int, oversampling: float) -> MovingField:
+        return MovingField(
+            self.lattice, self.amplitude, self.variance, order=order, oversampling=oversampling, base=base
+        )
 
     def _is_within(self, field: MovingField, height_error_m: float) -> bool:
         """Whether heights and slopes err by no more than is allowed."""

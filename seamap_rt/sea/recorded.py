@@ -33,15 +33,18 @@ from ..settings.sea import MOST_POINTS_A_SIDE
 from .accuracy import InterpolationError, interpolation_error
 from .continued import Continued
 from .facts import resolved_facts
+from .fields import Kind
 from .lattice import Lattice
 from .linear import LinearSurface
-from .moving_field import TAPS, Kind, MovingField, Term, grid_size
+from .moving_field import MovingField, grid_size
 from .spline import bspline_transform
+from .sums import Term
 from .surface import Sea
 from .systems import SpectralSystem
 from .tabulated import TabulatedSpectrum
 from .wave_trains import PlaneTrain
 
+TAPS = range(-2, 4)  # the frames around an interval that its points take from
 _ORDER, _OVERSAMPLING = 7, 1.25  # of the spline in space, as of a drawn sea
 _SLOPE_TAPS = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / 60.0  # of frames −3 … 3, per step
 _BESIDE = len(_SLOPE_TAPS) // 2
@@ -66,6 +69,9 @@ class Frame(NamedTuple):
 
 class RecordedField(MovingField):
     """The spline of a recorded sea. Knot n is the frame at n steps of the file, counted from the scene's time 0."""
+
+    taps = TAPS
+    base: Kind | None = None  # the frames are the elevation's, and what else the file has
 
     def __init__(
         self, source: Continued, lattice: Lattice, variance: NDArray[np.float64], widest_gap: float = np.inf

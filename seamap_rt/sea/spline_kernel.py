@@ -3,7 +3,10 @@
 The weights of the grid points around a point are polynomials of its position between them, so any local
 interpolation on a periodic grid can be given as its polynomials. A grid carries a *halo*: its first rows and columns
 once more behind its last, so that what a point takes lies in rows of `LANES` neighbours, which are summed together.
-Each point is summed by itself, always in the same order.
+
+The knots are summed first, then rows and columns. Points that follow each other at the same time, as those of a mesh's
+column do, share the first sum where they take from the same grid points, a *tile* of them: it is most of the work.
+Each sum is formed in the same order, whichever points share it.
 """
 
 from __future__ import annotations
@@ -17,85 +20,135 @@ from numpy.typing import NDArray
 from ..compute.compiled import compiled
 from ..compute.lanes import LANES, add, dot, load, prefetch, store, zeros
 
-DERIVATIVES = ((0, 0, 0), (0, 0, 1), (1, 0, 0), (0, 1, 0), (2, 0, 0), (1, 1, 0), (0, 2, 0))
-"""How often each value of the kernel is differentiated along rows, columns and time."""
-_AHEAD = 4  # points by which memory is prefetched: a grid is larger than the cache
+_TILE = 2 * LANES  # rows and columns: more are too far from a diagonal column's points, fewer are shared by too few
 
 
 def spline_kernel(
-    row_weights: NDArray[np.float32], column_weights: NDArray[np.float32], time_weights: NDArray[np.float32], most: int
+    row_weights: NDArray[np.float32], column_weights: NDArray[np.float32], time_taps: int
 ) -> Callable[..., None]:
     """The kernel of one interpolation. Weights: (derivative, power, tap), as `spline.bspline_polynomials` gives them.
 
-    most: the highest derivative in space that is summed, 0 to 2; the values of higher ones are zero. Raises ValueError
-    for more taps along an axis than LANES.
+    Raises ValueError for more taps along an axis than LANES.
     """
-    rows, columns, time_taps = (weights.shape[2] for weights in (row_weights, column_weights, time_weights))
+    rows, columns = row_weights.shape[2], column_weights.shape[2]
     if max(rows, columns, time_taps) > LANES:
         raise ValueError(f"taps = {max(rows, columns, time_taps)}: must be at most {LANES}; lower the spline's order")
-    row_polynomials, column_polynomials, time_polynomials = (
-        np.pad(weights, ((0, 0), (0, 0), (0, LANES - weights.shape[2])))
-        for weights in (row_weights, column_weights, time_weights)
-    )
+    row_polynomials, column_polynomials = in_lanes(row_weights), in_lanes(column_weights)
 
     # The loops have constant lengths and keep their sums in registers: that is what makes the compiled code fast.
-    def kernel(grids, x, y, knot_time, per_metre, periodic_rows, points, scale, output_row, result):
+    def kernel(grids, x, y, knot_time, per_metre, periodic_rows, points, in_time, scale, output_row, result):
         """Write the values of `points` times `scale` into the rows `output_row` of the result; −1 leaves one out.
 
         grids: one (row, column) with its halo for each knot around the points' time interval. x, y in metres,
         per_metre: grid points along rows and columns; periodic_rows: the number of the grids' first row, and how many
-        there are until they come again; knot_time: t in time steps. scale and output_row: one for each of
-        DERIVATIVES.
+        there are until they come again; knot_time: t in time steps. in_time: weights of the knots (sum, power, tap in
+        LANES), of each sum over them that is wanted. scale: one for each of `sums.DERIVATIVES`, and output_row (sum,
+        derivative).
         """
-        row_weight = np.empty((most + 1, LANES), np.float32)
-        time_weight = np.empty((2, LANES), np.float32)
-        stride = grids[0].shape[1]
-        column_count = stride - (LANES - 1)
-        starts = np.empty(points.size, np.int64)
+        sums, stride = in_time.shape[0], grids[0].shape[1]
+        row_weight, time_weight = np.empty((3, LANES), np.float32), np.zeros((sums + 1, LANES), np.float32)
+        most = np.array([_highest(output_row, n) for n in range(sums)])
+        highest = most.max()
+        tile = np.empty((sums + 1, _TILE, _TILE), np.float32)
+        row, column = np.empty(points.size, np.int64), np.empty(points.size, np.int64)
         for number, n in enumerate(points):
-            row = _first(y[n] * per_metre[0], rows, periodic_rows[0], periodic_rows[1])
-            starts[number] = row * stride + _first(x[n] * per_metre[1], columns, 0, column_count)
-        for number, n in enumerate(points):
-            start, later = starts[number], starts[min(number + _AHEAD, points.size - 1)]
-            for tap in range(time_taps):
-                for i in range(rows):
-                    prefetch(grids[tap], later + i * stride)
-            north, east = _fraction(y[n] * per_metre[0]), _fraction(x[n] * per_metre[1])
-            for derivative in range(most + 1):
-                store(row_weight, derivative * LANES, _weights(row_polynomials, derivative, north))
-            for derivative in range(2):
-                weights = _weights(time_polynomials, derivative, _fraction(knot_time[n]))
-                store(time_weight, derivative * LANES, weights)
-            s = s_t = s_y = s_yy = zeros()
-            for tap in range(time_taps):
-                grid = grids[tap]
-                q = q_y = q_yy = zeros()
-                for i in range(rows):
-                    coefficients = load(grid, start + i * stride)
-                    q = add(q, row_weight[0, i], coefficients)
-                    if most > 0:
-                        q_y = add(q_y, row_weight[1, i], coefficients)
-                    if most > 1:
-                        q_yy = add(q_yy, row_weight[2, i], coefficients)
-                s = add(s, time_weight[0, tap], q)
-                s_t = add(s_t, time_weight[1, tap], q)
-                s_y = add(s_y, time_weight[0, tap], q_y)
-                s_yy = add(s_yy, time_weight[0, tap], q_yy)
-            v = v_t = v_y = v_x = v_yy = v_yx = v_xx = np.float32(0.0)
-            column, column_x = _weights(column_polynomials, 0, east), zeros()
-            v, v_t = dot(column, s), dot(column, s_t)
-            if most > 0:
-                column_x = _weights(column_polynomials, 1, east)
-                v_y, v_x = dot(column, s_y), dot(column_x, s)
-            if most > 1:
-                column_xx = _weights(column_polynomials, 2, east)
-                v_yy, v_yx, v_xx = dot(column, s_yy), dot(column_x, s_y), dot(column_xx, s)
-            values = (v, v_t, v_y, v_x, v_yy, v_yx, v_xx)
-            for m in range(len(values)):
-                if output_row[m] >= 0:
-                    result[output_row[m], n] = scale[m] * values[m]
+            row[number] = _first(y[n] * per_metre[0], rows, periodic_rows[0], periodic_rows[1])
+            column[number] = _first(x[n] * per_metre[1], columns, 0, stride - (LANES - 1))
+        if points.size == 0:
+            return
+        begin = 0
+        coming = _shared(row, column, knot_time, points, begin, rows)
+        while begin < points.size:
+            end, top, height, left, width = coming
+            coming = _shared(row, column, knot_time, points, min(end, points.size - 1), rows)
+            for i in range(coming[2]):
+                start = (coming[1] + i) * stride + coming[3]
+                for tap in range(time_taps):
+                    prefetch(grids[tap], start)
+                    prefetch(grids[tap], start + coming[4] - 1)
+            fraction = _fraction(knot_time[points[begin]])
+            for n in range(sums):
+                store(time_weight, n * LANES, _weights(in_time, n, fraction))
+            # Two rows of two sums at a time: coefficients and weights are loaded for two uses each.
+            for i in range(0, height, 2):
+                for j in range(0, width, LANES):
+                    # At a row's end the last lanes are those before them once more, and so is an odd last row.
+                    beside = min(left + j, stride - LANES)
+                    start, to = (top + i) * stride + beside, i * _TILE + beside - left
+                    start_next = start + stride if i + 1 < height else start
+                    for n in range(0, sums, 2):
+                        first = second = first_next = second_next = zeros()
+                        for tap in range(time_taps):
+                            near, next_ = load(grids[tap], start), load(grids[tap], start_next)
+                            first = add(first, time_weight[n, tap], near)
+                            second = add(second, time_weight[n + 1, tap], near)
+                            first_next = add(first_next, time_weight[n, tap], next_)
+                            second_next = add(second_next, time_weight[n + 1, tap], next_)
+                        store(tile, n * _TILE * _TILE + to, first)
+                        store(tile, (n + 1) * _TILE * _TILE + to, second)
+                        store(tile, n * _TILE * _TILE + to + _TILE, first_next)
+                        store(tile, (n + 1) * _TILE * _TILE + to + _TILE, second_next)
+            for number in range(begin, end):
+                n = points[number]
+                north, east = _fraction(y[n] * per_metre[0]), _fraction(x[n] * per_metre[1])
+                for derivative in range(highest + 1):
+                    store(row_weight, derivative * LANES, _weights(row_polynomials, derivative, north))
+                of_columns = _weights(column_polynomials, 0, east)
+                of_columns_x = _weights(column_polynomials, 1, east)
+                start = (row[number] - top) * _TILE + column[number] - left
+                for each in range(sums):
+                    s = s_y = s_yy = zeros()
+                    for i in range(rows):
+                        coefficients = load(tile, each * _TILE * _TILE + start + i * _TILE)
+                        s = add(s, row_weight[0, i], coefficients)
+                        if most[each] > 0:
+                            s_y = add(s_y, row_weight[1, i], coefficients)
+                        if most[each] > 1:
+                            s_yy = add(s_yy, row_weight[2, i], coefficients)
+                    if output_row[each, 0] >= 0:
+                        result[output_row[each, 0], n] = scale[0] * dot(of_columns, s)
+                    if output_row[each, 1] >= 0:
+                        result[output_row[each, 1], n] = scale[1] * dot(of_columns, s_y)
+                    if output_row[each, 2] >= 0:
+                        result[output_row[each, 2], n] = scale[2] * dot(of_columns_x, s)
+                    if output_row[each, 3] >= 0:
+                        result[output_row[each, 3], n] = scale[3] * dot(of_columns, s_yy)
+                    if output_row[each, 4] >= 0:
+                        result[output_row[each, 4], n] = scale[4] * dot(of_columns_x, s_y)
+                    if output_row[each, 5] >= 0:
+                        result[output_row[each, 5], n] = scale[5] * dot(_weights(column_polynomials, 2, east), s)
+            begin = end
 
     return compiled(kernel)
+
+
+def in_lanes(weights: NDArray) -> NDArray[np.float32]:
+    """Weights (…, tap) with zeros behind the taps, as many as there are LANES."""
+    return np.pad(weights.astype(np.float32), ((0, 0), (0, 0), (0, LANES - weights.shape[2])))
+
+
+@njit(inline="always")
+def _shared(row, column, knot_time, points, begin, rows):
+    """The end of the points from `begin` on that share a tile, and the tile: first row, rows, first column, columns."""
+    top = bottom = row[begin]
+    left = right = column[begin]
+    end = begin + 1
+    while end < points.size and knot_time[points[end]] == knot_time[points[begin]]:
+        low, high = min(top, row[end]), max(bottom, row[end])
+        west, east = min(left, column[end]), max(right, column[end])
+        if high - low + rows > _TILE or east - west + LANES > _TILE:
+            break
+        top, bottom, left, right = low, high, west, east
+        end += 1
+    return end, top, bottom - top + rows, left, right - left + LANES
+
+
+@njit(inline="always")
+def _highest(output_row, n):
+    """The highest derivative along rows that is wanted."""
+    if output_row[n, 3] >= 0:
+        return 2
+    return 1 if output_row[n, 1] >= 0 or output_row[n, 4] >= 0 else 0
 
 
 @njit(inline="always")

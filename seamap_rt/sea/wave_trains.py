@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from ..physics.dispersion import angular_frequency, orbital_ratio
 from .components import Components
+from .fields import Relaxed
 from .lattice import Lattice
-from .moving_field import MovingField, Relaxed, Term
+from .moving_field import MovingField
+from .sums import Term
 
 Quantity = Literal[
     "elevation",  # m

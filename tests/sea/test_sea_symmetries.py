@@ -82,7 +82,9 @@ def with_amplitudes(sea, amplitude, variance):
     """The same sea with other waves on its plane."""
     (plane,) = sea.trains
     assert isinstance(plane, PlaneTrain)
-    field = MovingField(plane.lattice, amplitude, variance, order=SPLINE_ORDER, oversampling=OVERSAMPLING)
+    field = MovingField(
+        plane.lattice, amplitude, variance, order=SPLINE_ORDER, oversampling=OVERSAMPLING, base="potential"
+    )
     part = replace(plane, amplitude=amplitude, variance=variance, field=field)
     return Sea([part], LinearSurface((part,)), sea.resolved)
 

@@ -254,8 +254,8 @@ PLANTS = (
     Plant(
         "device: splines of the neighbouring time step",
         "seamap_rt/sea/moving_field.py",
-        "first = np.searchsorted(numbers, interval + TAPS[0])",
-        "first = np.searchsorted(numbers, np.maximum(interval - 1, interval.min()) + TAPS[0])",
+        "first = np.searchsorted(numbers, interval + self.taps[0])",
+        "first = np.searchsorted(numbers, np.maximum(interval - 1, interval.min()) + self.taps[0])",
         _SAME_SPLINES,
     ),
     Plant(

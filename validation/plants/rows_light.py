@@ -214,8 +214,8 @@ PLANTS = (
     Plant(
         "a kept sea's seed",
         "seamap_rt/resolved_scene.py",
-        "return scene.sea, scene.seed, scene.tracing.height_error_m, file_versions(scene.sea)",
-        "return scene.sea, scene.tracing.height_error_m, file_versions(scene.sea)",
+        "return scene.sea, scene.seed, scene.tracing.height_error_m, _memory_rate(scene), file_versions(scene.sea)",
+        "return scene.sea, scene.tracing.height_error_m, _memory_rate(scene), file_versions(scene.sea)",
         "tests/studies/test_kept.py::test_other_waves_another_seed_or_a_file_written_anew_are_another_sea",
     ),
     Plant(

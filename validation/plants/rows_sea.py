@@ -6,7 +6,37 @@ from .plant import Plant
 
 _SEA = "seamap_rt/sea/"
 
+_LAWS = "tests/sea/test_moving_field.py::"
+
 PLANTS = (
+    Plant(
+        "a relaxed shift's flow without what relaxes",
+        _SEA + "fields.py",
+        "(base.rate, 1.0)",
+        "(0.0, 1.0)",
+        _LAWS + "test_a_run_takes_heights_flow_and_relaxed_shift_from_one_field",
+    ),
+    Plant(
+        "a base for waves of any length",
+        _SEA + "accuracy.py",
+        "return base if worst <= _UNSEEN else None",
+        "return base if worst < np.inf else None",
+        _LAWS + "test_a_base_is_kept_where_what_follows_from_it_is_as_exact",
+    ),
+    Plant(
+        "a base's errors are those of fields of their own",
+        _SEA + "accuracy.py",
+        "(0.0,) * derivative + (from_base(kind, base) or ITSELF)",
+        "(0.0,) * derivative + ITSELF",
+        _LAWS + "test_the_stated_errors_are_those_of_one_wave",
+    ),
+    Plant(
+        "sums over knots shared by points of other times",
+        _SEA + "spline_kernel.py",
+        "knot_time[points[end]] == knot_time[points[begin]]",
+        "knot_time[points[end]] >= knot_time[points[begin]]",
+        _LAWS + "test_the_kernel_is_the_sum_of_weights_times_grid_points_across_every_seam",
+    ),
     Plant(
         "Pierson–Moskowitz decay",
         _SEA + "spectra.py",

@@ -52,7 +52,8 @@ from seamap_rt.sea import direct_sum, realize
 from seamap_rt.sea.accuracy import TIME_ORDER
 from seamap_rt.sea.moving_field import TAPS, MovingField
 from seamap_rt.sea.spline import bspline_polynomials, bspline_transform
-from seamap_rt.sea.spline_kernel import DERIVATIVES, spline_kernel
+from seamap_rt.sea.spline_kernel import in_lanes, spline_kernel
+from seamap_rt.sea.sums import DERIVATIVES
 from seamap_rt.sea.wave_trains import PlaneTrain, Quantity
 from seamap_rt.settings import JonswapWaves, SeaSettings, TracingSettings
 from validation import FIGURES
@@ -137,6 +138,7 @@ def spline_methods(plane: PlaneTrain, mesh: Mesh) -> Iterator[Method]:
             order=order,
             oversampling=oversampling,
             time_step=1.0 / steps,
+            base=chosen.base,
         )
         default = (field.order, field.shape, field.time_step) == (chosen.order, chosen.shape, chosen.time_step)
         yield _spline_method(plane, field, mesh, f"order {order}, {oversampling:.2f} ×, {steps} knots/s", default)
@@ -207,7 +209,7 @@ def plain_methods(plane: PlaneTrain, mesh: Mesh) -> Iterator[Method]:
     knot_time = mesh.t * PLAIN_STEPS
     intervals = np.unique(np.floor(knot_time).astype(int))
     kernels = {
-        name: spline_kernel(rows.astype(np.float32), columns.astype(np.float32), times.astype(np.float32), 0)
+        name: spline_kernel(rows.astype(np.float32), columns.astype(np.float32), times.shape[2])
         for name, (rows, columns, times) in PLAIN_WEIGHTS.items()
     }
     for padding in (1, 2, 4):
@@ -216,7 +218,7 @@ def plain_methods(plane: PlaneTrain, mesh: Mesh) -> Iterator[Method]:
         values = {name: np.empty((len(QUANTITIES), mesh.t.size)) for name in kernels}
         gathering, transforms = dict.fromkeys(kernels, 0.0), []
         for row, quantity in enumerate(QUANTITIES):
-            output_row = np.where(np.arange(len(DERIVATIVES)) == 0, row, -1)
+            output_row = np.where(np.arange(len(DERIVATIVES)) == 0, row, -1)[None]
             grids: dict[int, NDArray[np.float32]] = {}
             for first in intervals.tolist():
                 points = np.flatnonzero(np.floor(knot_time) == first)
@@ -230,9 +232,9 @@ def plain_methods(plane: PlaneTrain, mesh: Mesh) -> Iterator[Method]:
                     spare = PLAIN_ROWS + 1 - PLAIN_WEIGHTS[name][0].shape[2]  # rows of halo that it does not take
                     taken = tuple(grid[: grid.shape[0] - spare] for grid in grids.values())
                     known = (taken, mesh.x, mesh.y, knot_time, scale, (0, size))
-                    unit = np.ones(len(DERIVATIVES))
+                    unit, in_time = np.ones(len(DERIVATIVES)), in_lanes(PLAIN_WEIGHTS[name][2][:1])
                     gathering[name] += median_seconds(
-                        lambda: on_all_cores(kernel, *known, points, unit, output_row, values[name])  # noqa: B023
+                        lambda: on_all_cores(kernel, *known, points, in_time, unit, output_row, values[name])  # noqa: B023
                     )
         made = PLAIN_STEPS * len(QUANTITIES) * float(np.median(transforms))
         for name, sampled in values.items():
@@ -243,10 +245,10 @@ def plain_methods(plane: PlaneTrain, mesh: Mesh) -> Iterator[Method]:
 
 def on_all_cores(kernel: Callable[..., None], *arguments) -> None:
     """Run the kernel with its points shared out among threads."""
-    *before, points, scale, output_row, result = arguments
+    *before, points, in_time, scale, output_row, result = arguments
     with ThreadPoolExecutor(THREADS) as pool:
         for task in [
-            pool.submit(kernel, *before, part, scale, output_row, result) for part in np.array_split(points, 8)
+            pool.submit(kernel, *before, part, in_time, scale, output_row, result) for part in np.array_split(points, 8)
         ]:
             task.result()
 

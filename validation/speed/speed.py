@@ -157,7 +157,7 @@ def _floors(simulator: Simulator) -> dict[str, float]:
 
 
 def _ffts(simulator: Simulator) -> float:
-    """Those of a turn's new knots, three fields each, on two threads."""
+    """Those of a turn's new knots, of each field that has any, on two threads."""
     field: Any = simulator.sea.trains[0]
     field = field.field
     rows, columns = field.shape
@@ -167,7 +167,7 @@ def _ffts(simulator: Simulator) -> float:
     def once() -> None:
         scipy.fft.irfft2(half, s=(rows, columns), workers=2)
 
-    return 3.0 * new * _least(once)
+    return len({kind for _, kind in field._cache}) * new * _least(once)
 
 
 def _bare_rays(simulator: Simulator) -> float:
