@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import gc
 import subprocess
 import sys
 import threading
 import time
+import weakref
 
 import numpy as np
 import pytest
 
 from seamap_rt.compute import machine
-from seamap_rt.compute.machine import Workers, in_blocks
+from seamap_rt.compute.machine import Workers, in_blocks, what_is_there_stays
 
 
 @pytest.mark.parametrize("rows", [0, 1, 32, 33, 200, 1000])
@@ -92,3 +94,20 @@ sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 """
     done = subprocess.run([sys.executable, "-W", "ignore", "-c", code], timeout=60, check=False)
     assert done.returncode == 7
+
+
+def test_the_collector_passes_over_what_was_there_and_then_no_more() -> None:
+    frozen = gc.get_freeze_count()
+    with what_is_there_stays():
+        assert gc.get_freeze_count() > max(frozen, 1000)
+        cycle = Cycle()
+        cycle.own = cycle
+        gone = weakref.ref(cycle)
+        del cycle
+        gc.collect()
+        assert gone() is None  # what is made within is collected as ever
+    assert gc.get_freeze_count() == 0
+
+
+class Cycle:
+    own: object = None
