@@ -81,11 +81,12 @@ class Fastest(NamedTuple):
     @classmethod
     def of(cls, facets: Facets, motion: Motion | None) -> Fastest:
         """Those of facets and of their scatterers' motion."""
-        water = _fastest(facets.velocity_look, facets.velocity_up)
+        look, up, parts = facets.velocity_look, facets.velocity_up, facets.grid.parts
+        water = max(_fastest(look[each], up[each]) for each in parts)
         if motion is None or motion.breaking is None or not motion.breaking.any():
             return cls(water, None)
-        outward = facets.velocity_look + motion.breaker_speed[:, None].astype(np.float32)
-        return cls(water, _fastest(outward, facets.velocity_up, motion.breaking > 0.0))
+        breaking, speed = motion.breaking, motion.breaker_speed[:, None].astype(np.float32)
+        return cls(water, max(_fastest(look[each] + speed[each], up[each], breaking[each] > 0.0) for each in parts))
 
 
 def fastest_echo(
