@@ -87,7 +87,7 @@ def fine(tracer: str) -> Simulator:
     simulator = Simulator(
         load_scene("choppy_sea", {"radar.sector_deg": [240.0, 300.0], "tracing.tracer": tracer, **mesh})
     )
-    simulator.light(0)
+    simulator.turn(0)  # a compiler takes memory too
     return simulator
 
 
