@@ -17,6 +17,7 @@ from .conventions import unit_from_azimuth
 from .dataset import build
 from .echoes import expected_look_gates
 from .echoes.dataset import echo_dataset
+from .echoes.parted import Gathered
 from .echoes.radar_cross_section import Returns, SeaSurface
 from .echoes.receiving import Received
 from .echoes.returns_on_device import returns_on_device
@@ -131,7 +132,8 @@ class Simulator:
             elevation, velocity, *shift = sea_on_grid(self.sea, grid, self._scattering.memory_rate)
         with clock("mesh"):
             mesh = surface_mesh(grid, elevation, velocity, *shift)
-            _ = mesh.facets, mesh.strain
+            del elevation, velocity, shift  # most of it is not the mesh's
+            _ = mesh.facets
         return mesh
 
     def light(
@@ -140,18 +142,32 @@ class Simulator:
         """Lit facets of a turn, what they return, and the lines at which the antenna is under water."""
         clock, surface = clock or Stopwatch(), self.surface
         mesh = mesh or self.mesh(turn, clock)
-        with clock("mesh"):
-            levelled = mesh.levelled
-        with clock("trace"):
-            lit = self.scenery.hide(self._trace(levelled))
-            if self.unresolved is not None:
-                with clock("shade"):
-                    lit = self.shaded(lit)
-        with clock("echoes"), clock("scattering"):
-            returns = surface(lit, mesh.strain)
+        gathered = Gathered(mesh.grid.columns)
+        for columns, light in self._lights(mesh, clock):
+            with clock("mesh"):
+                strain = mesh.part(columns).strain
+            with clock("echoes"), clock("scattering"):
+                gathered.add(columns, light, surface(light, strain))
         with clock("sea"):
             submerged = submerged_lines(mesh, self.sea)
-        return lit.on(mesh.facets), returns, submerged
+        return *gathered.on(mesh.facets), submerged
+
+    def _lights(self, mesh: SurfaceMesh, clock: Stopwatch) -> Iterator[tuple[slice, Illumination]]:
+        """The lit facets of the levelled mesh, of a large turn part by part: where all rays stay in their columns, no
+        more of it is made than that part."""
+        whole = None if mesh.upright else self._lit(mesh, slice(0, mesh.grid.columns), clock)
+        for columns in mesh.grid.parts:
+            yield columns, self._lit(mesh, columns, clock) if whole is None else whole.part(columns)
+
+    def _lit(self, mesh: SurfaceMesh, columns: slice, clock: Stopwatch) -> Illumination:
+        with clock("mesh"):
+            levelled = mesh.levelled_part(columns)
+        with clock("trace"):
+            light = self.scenery.hide(self._trace(levelled))
+            if self.unresolved is not None:
+                with clock("shade"):
+                    light = self.shaded(light)
+        return light
 
     @property
     def _is_calibrated(self) -> bool:

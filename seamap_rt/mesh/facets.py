@@ -51,6 +51,20 @@ class Facets:
         """(column, facet) m above the frame's origin: below it, so mostly negative."""
         return self.height - self.grid.column_height
 
+    def part(self, columns: slice) -> Facets:
+        """Neighbouring columns alone."""
+        return Facets(
+            grid=self.grid.part(columns),
+            distance=self.distance,
+            horizontal_area=self.horizontal_area,
+            angle=self.angle,
+            height=self.height[columns],
+            slope_look=self.slope_look[columns],
+            slope_cross=self.slope_cross[columns],
+            velocity_look=self.velocity_look[columns],
+            velocity_up=self.velocity_up[columns],
+        )
+
 
 # ------------------------------------------------------------------------------------------------- profiles
 

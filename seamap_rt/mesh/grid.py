@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,8 @@ from ..radar.waveform import RangeResponse
 from ..settings import RadarSettings, TracingSettings
 from .sizing import radar_detail
 
+_MOST_FACETS = 2_000_000  # of a turn that is worked on whole
+_PART_FACETS = 500_000  # of a larger one, at a time
 INNERMOST_M = 1.0  # ground range of the first rung
 
 
@@ -38,6 +41,28 @@ class PolarGrid:
     @property
     def columns(self) -> int:
         return self.sweep.size - 1
+
+    @cached_property
+    def parts(self) -> list[slice]:
+        """Columns whose facets are worked on at a time, where a whole turn's would take much memory: parts, or all."""
+        facets = 2 * (self.ground_range.size - 1)
+        count = -(-self.columns * facets // _PART_FACETS) if self.columns * facets > _MOST_FACETS else 1
+        edges = [self.columns * n // count for n in range(count + 1)]
+        return [slice(begin, end) for begin, end in pairwise(edges) if end > begin]
+
+    def part(self, columns: slice) -> PolarGrid:
+        """Neighbouring columns alone, with their lines."""
+        lines = slice(columns.start, columns.stop + 1)
+        return replace(
+            self,
+            first=self.first + columns.start,
+            sweep=self.sweep[lines],
+            azimuth=self.azimuth[lines],
+            time=self.time[lines],
+            pose=self.pose[lines],
+            column_pose=self.column_pose[columns],
+            drift=self.drift[columns],
+        )
 
     @cached_property
     def column_sweep(self) -> NDArray[np.float64]:

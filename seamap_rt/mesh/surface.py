@@ -62,6 +62,31 @@ class SurfaceMesh:
             return [(slice(start, stop),), *((each,) for each in rest)]
         return [(slice(start, stop),), tuple(rest)]
 
+    @property
+    def upright(self) -> bool:
+        """All antennas stand in the mast's axis: a ray from them never leaves its column."""
+        return not self.grid.antenna_positions[..., :2].any()
+
+    def part(self, columns: slice) -> SurfaceMesh:
+        """Neighbouring columns alone: their facets are those of the whole, bit by bit."""
+        if columns == slice(0, self.grid.columns):
+            return self
+        lines = slice(columns.start, columns.stop + 1)
+        look, up = self.velocities
+        return SurfaceMesh(
+            self.grid.part(columns),
+            self.elevation[lines],
+            self.velocity_look[lines],
+            self.velocity_up[lines],
+            None if self.relaxed_shift is None else self.relaxed_shift[lines],
+            (look[columns], up[columns]),
+        )
+
+    def levelled_part(self, columns: slice) -> SurfaceMesh:
+        """`levelled.part(columns)`, for which no more is levelled than those columns and their neighbours."""
+        begin, end = max(columns.start - 1, 0), min(columns.stop + 1, self.grid.columns)
+        return self.part(slice(begin, end)).levelled.part(slice(columns.start - begin, columns.stop - begin))
+
     def trimesh(self, sheet: tuple[slice, ...]) -> Trimesh:
         """The surface of a sheet in the antennas' frame, east, north, up [m]; faces counter-clockwise from above.
 
@@ -117,14 +142,17 @@ class SurfaceMesh:
         elevation = self.elevation.copy()
         elevation[1:-1] -= ACROSS * np.diff(self.elevation, 2, axis=0)
         elevation[:, 1:-1] -= np.diff(elevation, 2, axis=1) / 12.0
-        known = self.facets
-        return replace(self, elevation=elevation, facet_velocity=(known.velocity_look, known.velocity_up))
+        return replace(self, elevation=elevation, facet_velocity=self.velocities)
+
+    @cached_property
+    def velocities(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """(column, facet) m/s of the facets' water, outward and up."""
+        return self.facet_velocity or velocities_of(self.velocity_look, self.velocity_up)
 
     @cached_property
     def facets(self) -> Facets:
         """The facets' geometry."""
-        velocity = self.facet_velocity or velocities_of(self.velocity_look, self.velocity_up)
-        return facets_of(self.grid, self.elevation, velocity)
+        return facets_of(self.grid, self.elevation, self.velocities)
 
     @cached_property
     def strain(self) -> NDArray[np.float32] | None:
@@ -166,8 +194,10 @@ def surface_mesh(
     elevation (line, rung) m, velocity (line, rung, 3) m/s east north up, relaxed_shift (line, rung, 2) m east north; as
     `sea_on_grid` gives them.
     """
-    # Kernels are compiled for each layout of memory that they meet.
-    elevation = np.require(elevation, np.float64, ["C", "W"])
+    # Kernels are compiled for each layout of memory that they meet. A sea gives the elevation as a row of all that it
+    # was asked for, five sixths of which a large mesh should not hold.
+    own = ["O"] if len(grid.parts) > 1 else []
+    elevation = np.require(elevation, np.float64, ["C", "W", *own])
     velocity = np.require(velocity, np.float32, ["C", "W"])
     east, north = (axis[:, None].astype(np.float32) for axis in unit_from_azimuth(grid.azimuth))
     look = (velocity[..., 0] * east + velocity[..., 1] * north).astype(np.float32, copy=False)

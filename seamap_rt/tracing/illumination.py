@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import Facets
+
+_LIGHT = ("lit", "field", "ray_slope", "in_sight", "facing_in_sight")
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,18 @@ class Illumination(Facets):
     def of(cls, facets: Facets, lit: NDArray[np.bool_], rays: int = 0) -> Illumination:
         """Facets with geometric light (antenna, column, facet)."""
         return cls(**{each.name: getattr(facets, each.name) for each in fields(Facets)}, lit=lit, rays=rays)
+
+    @property
+    def light(self) -> dict[str, NDArray[Any] | None]:
+        """Its own arrays, (antenna, column, facet) or (column, facet), beside those of the facets."""
+        return {name: getattr(self, name) for name in _LIGHT}
+
+    def part(self, columns: slice) -> Illumination:
+        """Neighbouring columns alone. The rays that were traced for all count with the first."""
+        if columns == slice(0, self.grid.columns):
+            return self
+        own = {name: None if each is None else each[..., columns, :] for name, each in self.light.items()}
+        return replace(self.on(super().part(columns)), **own, rays=0 if columns.start else self.rays)
 
     def on(self, facets: Facets) -> Illumination:
         """The same light on facets of the same mesh with other heights and slopes."""

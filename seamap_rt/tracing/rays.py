@@ -167,10 +167,9 @@ def _positions(antennas: NDArray[np.float64]) -> list[list[float]]:
 
 def _parted(mesh: SurfaceMesh) -> Iterator[tuple[slice, ...]]:
     """The mesh's sheets, large ones in parts: from an antenna on the axis no ray leaves its column."""
-    aside = np.abs(mesh.grid.antenna_positions[..., :2]).max()
     for sheet in mesh.sheets():
         most = max(1, _MOST_FACETS // mesh.facets.distance.size)
-        if aside > 0.0 or sum(widths(sheet)) <= most:
+        if not mesh.upright or sum(widths(sheet)) <= most:
             yield sheet
             continue
         for columns in sheet:

@@ -47,7 +47,8 @@ class Band(NamedTuple):
 
 @compiled
 def fill_mean_heights(begin, end, slope_look, slope_cross, step, width, height, mean):
-    """Fill mean (column, facet) with the heights less what the water's bend takes off; step, width (facet,) m."""
+    """Fill mean (column from begin on, facet) with the heights less what the water's bend takes off; step, width
+    (facet,) m."""
     columns, facets = height.shape
     for column in range(begin, end):
         before, after = max(column - 1, 0), min(column + 1, columns - 1)
@@ -60,7 +61,7 @@ def fill_mean_heights(begin, end, slope_look, slope_cross, step, width, height, 
             turning = across * (slope_look[after, facet] - slope_look[before, facet])
             cross = across * (slope_cross[after, facet] - slope_cross[before, facet])
             bend = step[facet] * (look + turning) + width[facet] * cross
-            mean[column, facet] = height[column, facet] - bend / 12.0
+            mean[column - begin, facet] = height[column, facet] - bend / 12.0
 
 
 @compiled

@@ -115,24 +115,30 @@ def _column_cells(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Each column's sums (column, gate, quantity) over the gates' cells, and (column, gate, 2) of area and height by
     the gates' response."""
-    apart, bins, box, response = _bands(facets, radar, retrieval)
-    ranges = gates(radar)
-    surface = Surface(
+    apart, *bands = _bands(facets, radar, retrieval)
+    shape = facets.grid.columns, gates(radar).size
+    cells, weighted = np.empty((*shape, QUANTITIES)), np.empty((*shape, 2))
+    for columns in facets.grid.parts:
+        given = _surface(facets, rcs, columns, apart), *bands, cells[columns], weighted[columns]
+        in_blocks(lambda *block, given=given: fill_cells(*block, *given), columns.stop - columns.start)
+    return cells, weighted
+
+
+def _surface(facets: Illumination, rcs: NDArray[np.float32], columns: slice, apart: NDArray[np.float64]) -> Surface:
+    """What is summed of some columns; apart: as `_bands` gives it."""
+    part = facets.part(columns)
+    return Surface(
         distance=facets.distance,
         apart=np.ascontiguousarray(apart.T),
         area=facets.horizontal_area / apart.shape[1],
-        origin=np.ascontiguousarray(facets.grid.column_height[:, 0]),
-        height=_mean_heights(facets),
-        slope_look=np.ascontiguousarray(facets.slope_look),
-        slope_cross=np.ascontiguousarray(facets.slope_cross),
-        lit=_seen(facets),
-        arriving=np.ascontiguousarray(two_way_power(facets)),
-        rcs=np.ascontiguousarray(rcs),
+        origin=np.ascontiguousarray(part.grid.column_height[:, 0]),
+        height=_mean_heights(facets, columns),
+        slope_look=np.ascontiguousarray(part.slope_look),
+        slope_cross=np.ascontiguousarray(part.slope_cross),
+        lit=_seen(part),
+        arriving=np.ascontiguousarray(two_way_power(part)),
+        rcs=np.ascontiguousarray(rcs[columns]),
     )
-    cells = np.empty((facets.grid.columns, ranges.size, QUANTITIES))
-    weighted = np.empty((facets.grid.columns, ranges.size, 2))
-    in_blocks(lambda *block: fill_cells(*block, surface, bins, box, response, cells, weighted), facets.grid.columns)
-    return cells, weighted
 
 
 def _bands(
@@ -177,8 +183,8 @@ def _added(weight: NDArray[np.float64], columns: NDArray[np.float64]) -> NDArray
     return out
 
 
-def _mean_heights(facets: Illumination) -> NDArray[np.float64]:
-    """Mean heights (column, facet) [m] of the water over each facet, which is flat where the water is curved.
+def _mean_heights(facets: Facets, columns: slice) -> NDArray[np.float64]:
+    """Mean heights (column, facet) [m] of the water over each facet of some columns: it is flat, the water curved.
 
     Over a triangle with edges e the mean of a surface with the second derivatives H lies Σ eᵀHe/24 below the plane
     through its corners. H is the difference of the slopes of facets of one kind (near or far), from rung to
@@ -187,8 +193,9 @@ def _mean_heights(facets: Illumination) -> NDArray[np.float64]:
     step = np.repeat(np.diff(facets.grid.ground_range), 2)
     width = facets.distance * np.radians(facets.grid.spacing_deg)
     slopes = (np.ascontiguousarray(each) for each in (facets.slope_look, facets.slope_cross))
-    given, mean = (*slopes, step, width, np.ascontiguousarray(facets.height)), np.empty(facets.height.shape)
-    in_blocks(lambda *block: fill_mean_heights(*block, *given, mean), len(mean))
+    given, first = (*slopes, step, width, np.ascontiguousarray(facets.height)), columns.start
+    mean = np.empty((columns.stop - first, facets.distance.size))
+    in_blocks(lambda begin, end: fill_mean_heights(first + begin, first + end, *given, mean[begin:end]), len(mean))
     return mean
 
 

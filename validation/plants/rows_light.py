@@ -5,6 +5,7 @@ from __future__ import annotations
 from .plant import Plant
 
 _SEA = "seamap_rt/sea/"
+_PARTED = "tests/echoes/test_parted.py::"
 
 PLANTS = (
     Plant(
@@ -27,6 +28,41 @@ PLANTS = (
         "= -(far_cross * sine + far_look)",
         "= -(far_cross * sine - far_look)",
         "tests/mesh/test_strain.py::test_a_shift_linear_in_the_place_strains_by_its_gradient",
+    ),
+    Plant(
+        "a part levelled without its neighbours",
+        "seamap_rt/mesh/surface.py",
+        "begin, end = max(columns.start - 1, 0), min(columns.stop + 1, self.grid.columns)",
+        "begin, end = columns.start, columns.stop",
+        _PARTED + "test_a_part_is_levelled_as_the_whole_is",
+    ),
+    Plant(
+        "a part's columns under the first ones' numbers",
+        "seamap_rt/mesh/grid.py",
+        "first=self.first + columns.start",
+        "first=self.first",
+        _PARTED + "test_a_part_is_levelled_as_the_whole_is",
+    ),
+    Plant(
+        "a large mesh holds all that the sea gave",
+        "seamap_rt/mesh/surface.py",
+        'own = ["O"] if len(grid.parts) > 1',
+        "own = [] if len(grid.parts) > 1",
+        _PARTED + "test_a_mesh_holds_its_own_fields_alone",
+    ),
+    Plant(
+        "a large turn levelled whole",
+        "seamap_rt/simulation.py",
+        "mesh.levelled_part(columns)",
+        "mesh.levelled.part(columns)",
+        _PARTED + "test_a_turn_in_parts_takes_the_memory_of_two_parts_beside_its_own",
+    ),
+    Plant(
+        "truth of a large turn made whole",
+        "seamap_rt/truth/polar.py",
+        "for columns in facets.grid.parts:",
+        "for columns in [slice(0, facets.grid.columns)]:",
+        _PARTED + "test_a_turn_in_parts_takes_the_memory_of_two_parts_beside_its_own",
     ),
     Plant(
         "horizon tracer",
