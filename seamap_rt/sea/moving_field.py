@@ -13,12 +13,10 @@ splines. A fourth, ψ with ∂ψ/∂t + μ ψ = Φ, is the shift that acts on wa
 
 from __future__ import annotations
 
-from collections import OrderedDict, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
-from threading import Lock
 from typing import Any, Literal
 
 import numpy as np
@@ -29,6 +27,7 @@ from ..compute.machine import threads
 from ..compute.placement import sea_on_device
 from ..physics.dispersion import orbital_ratio
 from .accuracy import TIME_ORDER, InterpolationError, interpolation_error, longest_time_step
+from .kept_knots import KeptKnots
 from .lattice import Lattice
 from .spline import bspline_polynomials, bspline_transform
 
@@ -50,7 +49,6 @@ _Sum = tuple[Kind, Callable[..., None], NDArray[np.float64], NDArray[np.int64]] 
 TAPS = range((1 - TIME_ORDER) // 2, (TIME_ORDER + 3) // 2)  # the knots around an interval that its points take from
 CACHE_BYTES = 400_000_000  # twelve knots of three fields of the default sea; one turn takes ten
 WORTH_THE_DEVICE = 1 << 16  # points: for fewer, such as gauges', the coefficients would go there for little
-_REMEMBERED = 8  # calls, some two turns of them: a knot that none of them used is of a past time
 _CHUNK = 1 << 14  # points per task
 _ROWS = 64  # transformed at a time: few enough to stay in the cache
 _NEARLY_ALL = 0.7  # of the rows: from here on a strip is no longer worth its while
@@ -106,10 +104,12 @@ class MovingField:
         self._variance = lattice.fold(variance)
         self.time_step = time_step or longest_time_step(lattice, self._variance)
         self._ahead, self._behind = self._coefficient_amplitudes(amplitude)
-        self._cache: OrderedDict[Knot, tuple[Strip, NDArray[np.float32]]] = OrderedDict()
+        self._keep_nothing()
+
+    def _keep_nothing(self) -> None:
+        """Before the first call."""
+        self._cache: KeptKnots[Knot] = KeptKnots()
         self._placed: dict[tuple[Knot, Strip], Any] = {}  # on the device
-        self._recent: deque[frozenset[Knot]] = deque(maxlen=_REMEMBERED)
-        self._lock = Lock()
         self._factors: dict[Kind, NDArray[np.complex64]] = {}
 
     @cached_property
@@ -272,14 +272,7 @@ class MovingField:
     ) -> Coefficients:
         """A strip's coefficients at the given knots, from the cache or made now; the cache keeps the latest used."""
         wanted: list[Knot] = [(number, kind) for number in numbers for kind in kinds]
-        with self._lock:
-            known = {key: self._cache.pop(key) for key in wanted if key in self._cache}
-            self._recent.append(frozenset(wanted))
-            for key in self._cache.keys() - set().union(*self._recent):
-                del self._cache[key]
-            held = sum(rows.nbytes for _, rows in self._cache.values()) + len(wanted) * self._field_bytes(strip)
-            while self._cache and held > CACHE_BYTES:  # before the new ones take memory, not after
-                held -= self._cache.popitem(last=False)[1][1].nbytes
+        known = self._cache.take(wanted, strip, 4 * self._columns, CACHE_BYTES)
         coefficients = {
             key: part for key, (has, rows) in known.items() if (part := self._part(strip, has, rows)) is not None
         }
@@ -288,9 +281,7 @@ class MovingField:
         states = dict(zip(new, pool.map(self._state_at, new), strict=True))
         made = pool.map(lambda key: self._coefficients(key[1], states[key[0]], strip), missing)
         coefficients.update(zip(missing, made, strict=True))
-        with self._lock:
-            for key in wanted:
-                self._cache[key] = known[key] if key not in missing else (strip, coefficients[key])
+        self._cache.keep({key: (strip, coefficients[key]) if key in missing else known[key] for key in wanted})
         return coefficients
 
     def _part(self, strip: Strip, has: Strip, rows: NDArray[np.float32]) -> NDArray[np.float32] | None:
