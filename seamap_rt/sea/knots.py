@@ -1,21 +1,51 @@
-"""What is kept of a field's knots: the coefficients that the latest calls used, within a bound of bytes."""
+"""The knots of a moving field: of which field, at which time step, which rows; and what is kept of them."""
 
 from __future__ import annotations
 
 from collections import OrderedDict, deque
 from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
 from threading import Lock
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, Literal, TypeVar
 
-if TYPE_CHECKING:
-    from .moving_field import Strip
 
-Key = TypeVar("Key", bound=Hashable)
+@dataclass(frozen=True)
+class Relaxed:
+    """The field ψ [m²] with ∂ψ/∂t + rate ψ = Φ; its gradient is what short waves that the flow carries along, and that
+    relax at the rate [1/s], have been moved by (Alpers & Hasselmann 1978). At rate 0 it is χ."""
+
+    rate: float
+
+
+Kind = Literal["elevation", "potential", "shift"] | Relaxed  # η [m], Φ [m²/s], χ [m²], ψ [m²]
+Knot = tuple[int, Kind]  # number of the time step, field
+
 _REMEMBERED = 8  # calls, some two turns of them: a knot that none of them used is of a past time
 
 
-class KeptKnots(OrderedDict[Key, "tuple[Strip, Any]"], Generic[Key]):
-    """By knot its strip and the coefficients of that strip's rows, those used last at the end; for several threads."""
+@dataclass(frozen=True)
+class Strip:
+    """Rows of a periodic grid from `first` on, over its end where there are more: those that points lie between.
+
+    Strips begin and end where the FFT's rows are parted (`moving_field._ROWS`), so that a row's bits are the same in
+    all of them.
+    """
+
+    first: int
+    count: int
+
+    def within(self, other: Strip, period: int) -> slice | None:
+        """Where these rows lie among another strip's, if they do."""
+        start = (self.first - other.first) % period
+        return slice(start, start + self.count) if start + self.count <= other.count else None
+
+
+Key = TypeVar("Key", bound=Hashable)
+
+
+class KeptKnots(OrderedDict[Key, tuple[Strip, Any]], Generic[Key]):
+    """By knot its strip and the coefficients of that strip's rows, what the latest calls used, those used last at the
+    end; for several threads."""
 
     def __init__(self) -> None:
         super().__init__()

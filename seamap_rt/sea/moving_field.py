@@ -17,31 +17,24 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
 from ..compute.machine import threads
-from ..compute.placement import sea_on_device
+from ..compute.placement import library_for_sea, sea_on_device
 from ..physics.dispersion import orbital_ratio
 from .accuracy import TIME_ORDER, InterpolationError, interpolation_error, longest_time_step
-from .kept_knots import KeptKnots
+from .knots import KeptKnots, Kind, Knot, Relaxed, Strip
 from .lattice import Lattice
 from .spline import bspline_polynomials, bspline_transform
 
-
-@dataclass(frozen=True)
-class Relaxed:
-    """The field ψ [m²] with ∂ψ/∂t + rate ψ = Φ; its gradient is what short waves that the flow carries along, and that
-    relax at the rate [1/s], have been moved by (Alpers & Hasselmann 1978). At rate 0 it is χ."""
-
-    rate: float
+if TYPE_CHECKING:
+    from .knots_on_device import WavesOnDevice
 
 
-Kind = Literal["elevation", "potential", "shift"] | Relaxed  # η [m], Φ [m²/s], χ [m²], ψ [m²]
-Knot = tuple[int, Kind]  # number of the time step, field
 Coefficients = dict[Knot, NDArray[np.float32]]  # the rows of one strip
 Run = tuple[int, int, int]  # time interval, first and last + 1 of its points
 _Sum = tuple[Kind, Callable[..., None], NDArray[np.float64], NDArray[np.int64]]  # field, kernel, scale, output row
@@ -62,22 +55,6 @@ class Term:
     row: int = 0
     column: int = 0
     time: int = 0
-
-
-@dataclass(frozen=True)
-class Strip:
-    """Rows of a periodic grid from `first` on, over its end where there are more: those that points lie between.
-
-    Strips begin and end where the FFT's rows are parted (`_ROWS`), so that a row's bits are the same in all of them.
-    """
-
-    first: int
-    count: int
-
-    def within(self, other: Strip, period: int) -> slice | None:
-        """Where these rows lie among another strip's, if they do."""
-        start = (self.first - other.first) % period
-        return slice(start, start + self.count) if start + self.count <= other.count else None
 
 
 class MovingField:
@@ -109,7 +86,8 @@ class MovingField:
     def _keep_nothing(self) -> None:
         """Before the first call."""
         self._cache: KeptKnots[Knot] = KeptKnots()
-        self._placed: dict[tuple[Knot, Strip], Any] = {}  # on the device
+        self._cache_there: KeptKnots[tuple[Knot, Strip]] = KeptKnots()  # on the device
+        self._waves_there: WavesOnDevice | None = None
         self._factors: dict[Kind, NDArray[np.complex64]] = {}
 
     @cached_property
@@ -147,13 +125,15 @@ class MovingField:
         for chosen in [sums] if together else [[each] for each in sums]:
             for batch in self._batches(runs, len(chosen), strip):
                 numbers = sorted({first + tap for first, _, _ in batch for tap in TAPS})
-                knots = self._knots(numbers, tuple(kind for kind, *_ in chosen), strip, pool)
+                wanted: list[Knot] = [(number, kind) for number in numbers for kind, *_ in chosen]
                 if t.size >= WORTH_THE_DEVICE and sea_on_device():
                     within = slice(None) if len(batch) == len(runs) else order[batch[0][1] : batch[-1][2]]
                     points = x[within], y[within], knot_time[within]
+                    knots = self._knots_there(wanted, strip)
                     for values, rows_of in self._there(numbers, knots, strip, points, chosen):
                         result[rows_of, within] = values
                     continue
+                knots = self._knots(wanted, strip, pool)
                 tasks = [
                     pool.submit(work, first, order[at : min(at + _CHUNK, stop)], knots, chosen)
                     for first, start, stop in batch
@@ -167,13 +147,13 @@ class MovingField:
     def _there(
         self,
         numbers: Sequence[int],
-        knots: Coefficients,
+        knots: dict[Knot, Any],
         strip: Strip,
         points: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
         chosen: Sequence[_Sum],
     ) -> Iterator[tuple[NDArray[np.float64], int]]:
-        """Values (n,) and their output rows, of points x, y and time in time steps: evaluated on the device, to which
-        each knot's coefficients, which the FFT has made here, go up once, and stay as long as the cache has them."""
+        """Values (n,) and their output rows, of points x, y and time in time steps: evaluated on the device, where the
+        knots' coefficients lie."""
         from ..compute.device import ONE_AT_A_TIME, device
         from .spline_kernel import DERIVATIVES
         from .spline_on_device import CoefficientsThere, PointsThere, splines_on_device
@@ -186,11 +166,8 @@ class MovingField:
         origin = strip.first, self.shape[0]
         with ONE_AT_A_TIME:
             placed = PointsThere.of(x, y, first, knot_time - interval)
-            kept = {key: value for key, value in self._placed.items() if key[0] in self._cache or key[0] in knots}
-            new = {(key, strip): grid for key, grid in knots.items() if (key, strip) not in kept}
-            self._placed = kept | {key: device().place(grid) for key, grid in new.items()}
             for kind, _, scale, output_row in chosen:
-                grids = [self._placed[(number, kind), strip] for number in numbers]
+                grids = [knots[number, kind] for number in numbers]
                 there = CoefficientsThere.of(grids, (strip.count, self._columns), origin, self.shape[1])
                 wanted = np.flatnonzero(output_row >= 0).tolist()
                 made = splines_on_device(there, placed, self._per_metre, weights, [DERIVATIVES[m] for m in wanted])
@@ -267,11 +244,8 @@ class MovingField:
 
     # ------------------------------------------------------------------------------------------------- knots
 
-    def _knots(
-        self, numbers: Sequence[int], kinds: tuple[Kind, ...], strip: Strip, pool: ThreadPoolExecutor
-    ) -> Coefficients:
+    def _knots(self, wanted: Sequence[Knot], strip: Strip, pool: ThreadPoolExecutor) -> Coefficients:
         """A strip's coefficients at the given knots, from the cache or made now; the cache keeps the latest used."""
-        wanted: list[Knot] = [(number, kind) for number in numbers for kind in kinds]
         known = self._cache.take(wanted, strip, 4 * self._columns, CACHE_BYTES)
         coefficients = {
             key: part for key, (has, rows) in known.items() if (part := self._part(strip, has, rows)) is not None
@@ -283,6 +257,30 @@ class MovingField:
         coefficients.update(zip(missing, made, strict=True))
         self._cache.keep({key: (strip, coefficients[key]) if key in missing else known[key] for key in wanted})
         return coefficients
+
+    def _knots_there(self, wanted: Sequence[Knot], strip: Strip) -> dict[Knot, Any]:
+        """The same on the device. What does not lie there is made there, or made here and goes up, once."""
+        from ..compute.device import ONE_AT_A_TIME, device
+        from .knots_on_device import WavesOnDevice
+
+        known = self._cache_there.take([(key, strip) for key in wanted], strip, 4 * self._columns, CACHE_BYTES)
+        there = {key: rows for (key, _), (_, rows) in known.items()}
+        missing = [key for key in wanted if key not in there]
+        library = self._library() if missing else None
+        here = self._knots(missing, strip, _pool()) if missing and library is None else {}
+        with ONE_AT_A_TIME:
+            if library is not None:
+                if self._waves_there is None:
+                    waves = self._ahead, self._behind, self.lattice.omega
+                    self._waves_there = WavesOnDevice(library, *waves, self.shape, self.time_step)
+                made = self._waves_there.coefficients(missing, self._per_elevation, strip, self._columns)
+            else:
+                made = [device().place(here[key]) for key in missing]
+        there.update(zip(missing, made, strict=True))
+        self._cache_there.keep({(key, strip): (strip, there[key]) for key in wanted})
+        return there
+
+    _library = staticmethod(library_for_sea)  # for FFTs on the device
 
     def _part(self, strip: Strip, has: Strip, rows: NDArray[np.float32]) -> NDArray[np.float32] | None:
         """A strip's rows from those of another, if they are there."""
@@ -298,15 +296,10 @@ class MovingField:
     _time_weights = staticmethod(partial(bspline_polynomials, TIME_ORDER))  # of the knots around a time
 
     def _state_at(self, number: int) -> Any:
-        """What the fields at a knot are made of: exp(−iωt) on the quadrant, the phase reduced in float64: 12 hours lose
-        nothing."""
-        turns = self.lattice.omega * (number * self.time_step / (2.0 * np.pi))
-        turns -= np.rint(turns)
-        phase = (turns * (-2.0 * np.pi)).astype(np.float32)
-        phasor = np.empty(phase.shape, dtype=np.complex64)
-        np.cos(phase, out=phasor.real)
-        np.sin(phase, out=phasor.imag)
-        return phasor
+        """What the fields at a knot are made of: exp(−iωt) on the quadrant."""
+        from .half_plane import phasor
+
+        return phasor(np, self.lattice.omega, number * self.time_step)
 
     def _half_plane(self, kind: Kind, state: Any) -> NDArray[np.complex64]:
         """Fourier coefficients of a field at a knot, those of columns i ≥ 0, over the spline's transform.

@@ -196,6 +196,7 @@ class RecordedField(MovingField):
         return np.asarray(made, dtype=np.complex64)
 
     _time_weights = staticmethod(lambda: lagrange_polynomials())
+    _library = staticmethod(lambda: None)  # frames are read, filled and transformed here
 
 
 def first_frame(file: RecordedSea) -> int:

@@ -78,14 +78,16 @@ def test_in_water_of_a_depth_the_flow_is_that_depths(tmp_path: Path) -> None:
     assert rms(again.velocity(*places) - shallow.velocity(*places)) < 5e-3 * rms(shallow.velocity(*places))
 
 
+@pytest.mark.parametrize("word", ["processor", "device"])  # its frames are transformed here in either case
 def test_a_recorded_sea_on_the_device_is_the_same(
-    data: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    word: str, data: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Sums of the same 216 terms in another order, each rounded by 6e-8, as of a drawn sea."""
     again, places = read(data, tmp_path / "sea.nc"), somewhere()
     right = again.elevation(*places)
     monkeypatch.setattr(moving_field, "WORTH_THE_DEVICE", 0)
     monkeypatch.setenv(placement.SEA, "device")
+    monkeypatch.setenv(placement.SEA_FFT, word)
     assert rms(again.elevation(*places) - right) < 1e-6 * rms(right)
 
 
