@@ -11,28 +11,28 @@ the field's *base* by derivatives in time are taken from its spline.
 
 from __future__ import annotations
 
-from collections import OrderedDict, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from itertools import product
-from threading import Lock
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
 from ..compute.machine import threads
-from ..compute.placement import sea_on_device
+from ..compute.placement import library_for_sea, sea_on_device
 from .accuracy import TIME_ORDER, InterpolationError, interpolation_error, kept_base, longest_time_step
 from .fields import Kind, per_elevation
+from .knots import KeptKnots, Knot, Strip
 from .lattice import Lattice
 from .spline import bspline_polynomials, bspline_transform
 from .sums import DERIVATIVES, Sums, Term, sums_of
 
-Knot = tuple[int, Kind]  # number of the time step, field
+if TYPE_CHECKING:
+    from .knots_on_device import WavesOnDevice
+
 Coefficients = dict[Knot, NDArray[np.float32]]  # the rows of one strip
 Making = dict[Knot, Future[NDArray[np.float32]]]
 Run = tuple[int, int, int]  # time interval, first and last + 1 of its points
@@ -40,26 +40,9 @@ Run = tuple[int, int, int]  # time interval, first and last + 1 of its points
 TAPS = range((1 - TIME_ORDER) // 2, (TIME_ORDER + 3) // 2)  # the knots around an interval that its points take from
 CACHE_BYTES = 400_000_000  # forty-eight knots of the default sea's one field; one turn takes eleven
 WORTH_THE_DEVICE = 1 << 16  # points: for fewer, such as gauges', the coefficients would go there for little
-_REMEMBERED = 8  # calls, some two turns of them: a knot that none of them used is of a past time
 _CHUNK = 1 << 14  # points per task
 _ROWS = 64  # transformed at a time: few enough to stay in the cache
 _NEARLY_ALL = 0.7  # of the rows: from here on a strip is no longer worth its while
-
-
-@dataclass(frozen=True)
-class Strip:
-    """Rows of a periodic grid from `first` on, over its end where there are more: those that points lie between.
-
-    Strips begin and end where the FFT's rows are parted (`_ROWS`), so that a row's bits are the same in all of them.
-    """
-
-    first: int
-    count: int
-
-    def within(self, other: Strip, period: int) -> slice | None:
-        """Where these rows lie among another strip's, if they do."""
-        start = (self.first - other.first) % period
-        return slice(start, start + self.count) if start + self.count <= other.count else None
 
 
 class MovingField:
@@ -93,10 +76,13 @@ class MovingField:
         self.base: Kind | None = kept_base(lattice, self._variance, base)
         self.time_step = time_step or longest_time_step(lattice, self._variance, self.base)
         self._ahead, self._behind = self._coefficient_amplitudes(amplitude)
-        self._cache: OrderedDict[Knot, tuple[Strip, NDArray[np.float32]]] = OrderedDict()
-        self._placed: dict[tuple[Knot, Strip], Any] = {}  # on the device
-        self._recent: deque[frozenset[Knot]] = deque(maxlen=_REMEMBERED)
-        self._lock = Lock()
+        self._keep_nothing()
+
+    def _keep_nothing(self) -> None:
+        """Before the first call."""
+        self._cache: KeptKnots[Knot] = KeptKnots()
+        self._cache_there: KeptKnots[tuple[Knot, Strip]] = KeptKnots()  # on the device
+        self._waves_there: WavesOnDevice | None = None
         self._factors: dict[Kind, NDArray[np.complex64]] = {}
 
     @cached_property
@@ -137,16 +123,15 @@ class MovingField:
             for batch in self._batches(runs, len(chosen), strip):
                 numbers = sorted({first + tap for first, _, _ in batch for tap in self.taps})
                 kinds: tuple[Kind, ...] = tuple(each.kind for each in chosen)
-                making = self._knots(numbers, kinds, strip, pool)
+                wanted: list[Knot] = [(number, kind) for number in numbers for kind in kinds]
                 if t.size >= WORTH_THE_DEVICE and sea_on_device():
                     within = slice(None) if len(batch) == len(runs) else order[batch[0][1] : batch[-1][2]]
                     points = x[within], y[within], knot_time[within]
-                    knots = {key: made.result() for key, made in making.items()}
+                    knots = self._knots_there(wanted, strip)
                     for values, rows_of in self._there(numbers, knots, strip, points, chosen):
                         result[rows_of, within] = values
-                    self._keep(knots, strip)
                     continue
-                tasks = []
+                making, tasks = self._knots(wanted, strip, pool), []
                 for first, start, stop in batch:
                     for tap, kind in product(self.taps, kinds):  # the first points do not wait for the last knots
                         making[first + tap, kind].result()
@@ -156,20 +141,20 @@ class MovingField:
                     ]
                 for task in tasks:
                     task.result()
-                self._keep({key: made.result() for key, made in making.items()}, strip)
+                self._kept(making, strip)
                 del making, tasks  # before the next ones take memory
         return result
 
     def _there(
         self,
         numbers: Sequence[int],
-        knots: Coefficients,
+        knots: dict[Knot, Any],
         strip: Strip,
         points: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
         chosen: Sequence[Sums],
     ) -> Iterator[tuple[NDArray[np.float64], int]]:
-        """Values (n,) and their output rows, of points x, y and time in time steps: evaluated on the device, to which
-        each knot's coefficients, which the FFT has made here, go up once, and stay as long as the cache has them."""
+        """Values (n,) and their output rows, of points x, y and time in time steps: evaluated on the device, where the
+        knots' coefficients lie."""
         from ..compute.device import ONE_AT_A_TIME, device
         from .spline_on_device import CoefficientsThere, PointsThere, splines_on_device
 
@@ -180,11 +165,8 @@ class MovingField:
         origin = strip.first, self.shape[0]
         with ONE_AT_A_TIME:
             placed = PointsThere.of(x, y, first, knot_time - interval)
-            kept = {key: value for key, value in self._placed.items() if key[0] in self._cache or key[0] in knots}
-            new = {(key, strip): grid for key, grid in knots.items() if (key, strip) not in kept}
-            self._placed = kept | {key: device().place(grid) for key, grid in new.items()}
             for each in chosen:
-                grids = [self._placed[(number, each.kind), strip] for number in numbers]
+                grids = [knots[number, each.kind] for number in numbers]
                 there = CoefficientsThere.of(grids, (strip.count, self._columns), origin, self.shape[1])
                 weights = rows, columns, each.in_time
                 wanted = np.argwhere(each.output_row >= 0).tolist()
@@ -251,38 +233,53 @@ class MovingField:
 
     # ------------------------------------------------------------------------------------------------- knots
 
-    def _knots(self, numbers: Sequence[int], kinds: tuple[Kind, ...], strip: Strip, pool: ThreadPoolExecutor) -> Making:
-        """A strip's coefficients at the given knots, from the cache or being made; the cache has the latest used."""
-        wanted: list[Knot] = [(number, kind) for number in numbers for kind in kinds]
-        with self._lock:
-            known = {key: self._cache.pop(key) for key in wanted if key in self._cache}
-            self._recent.append(frozenset(wanted))
-            for key in self._cache.keys() - set().union(*self._recent):
-                del self._cache[key]
-            held = sum(rows.nbytes for _, rows in self._cache.values()) + len(wanted) * self._field_bytes(strip)
-            while self._cache and held > CACHE_BYTES:  # before the new ones take memory, not after
-                held -= self._cache.popitem(last=False)[1][1].nbytes
+    def _knots(self, wanted: Sequence[Knot], strip: Strip, pool: ThreadPoolExecutor) -> Making:
+        """A strip's coefficients at the given knots, from the cache or being made: then `_kept` takes them up."""
+        known = self._cache.take(wanted, strip, 4 * self._columns, CACHE_BYTES)
         making: Making = {}
         for key, (has, rows) in known.items():
             if (part := self._part(strip, has, rows)) is not None:
                 making[key] = Future()
                 making[key].set_result(part)
-        with self._lock:
-            self._cache.update((key, known[key]) for key in making)
+        self._cache.keep({key: known[key] for key in making})
         missing = [key for key in wanted if key not in making]
         states = {number: pool.submit(self._state_at, number) for number in sorted({number for number, _ in missing})}
         for number, kind in missing:
             making[number, kind] = pool.submit(self._made, kind, states[number], strip)
         return making
 
+    def _kept(self, making: Making, strip: Strip) -> Coefficients:
+        """Those coefficients, when all are made; from now on the cache has them."""
+        made = {key: each.result() for key, each in making.items()}
+        self._cache.add({key: (strip, rows) for key, rows in made.items()})
+        return made
+
+    def _knots_there(self, wanted: Sequence[Knot], strip: Strip) -> dict[Knot, Any]:
+        """The same on the device. What does not lie there is made there, or made here and goes up, once."""
+        from ..compute.device import ONE_AT_A_TIME, device
+        from .knots_on_device import WavesOnDevice
+
+        known = self._cache_there.take([(key, strip) for key in wanted], strip, 4 * self._columns, CACHE_BYTES)
+        there = {key: rows for (key, _), (_, rows) in known.items()}
+        missing = [key for key in wanted if key not in there]
+        library = self._library() if missing else None
+        here = self._kept(self._knots(missing, strip, _pool()), strip) if missing and library is None else {}
+        with ONE_AT_A_TIME:
+            if library is not None:
+                if self._waves_there is None:
+                    waves = self._ahead, self._behind, self.lattice.omega
+                    self._waves_there = WavesOnDevice(library, *waves, self.shape, self.time_step)
+                made = self._waves_there.coefficients(missing, self._per_elevation, strip, self._columns)
+            else:
+                made = [device().place(here[key]) for key in missing]
+        there.update(zip(missing, made, strict=True))
+        self._cache_there.keep({(key, strip): (strip, there[key]) for key in wanted})
+        return there
+
+    _library = staticmethod(library_for_sea)  # for FFTs on the device
+
     def _made(self, kind: Kind, state: Future[Any], strip: Strip) -> NDArray[np.float32]:
         return self._coefficients(kind, state.result(), strip)
-
-    def _keep(self, coefficients: Coefficients, strip: Strip) -> None:
-        """In the cache, those that are not there."""
-        with self._lock:
-            for key, rows in coefficients.items():
-                self._cache.setdefault(key, (strip, rows))
 
     def _part(self, strip: Strip, has: Strip, rows: NDArray[np.float32]) -> NDArray[np.float32] | None:
         """A strip's rows from those of another, if they are there."""
@@ -298,15 +295,10 @@ class MovingField:
     _time_weights = staticmethod(partial(bspline_polynomials, TIME_ORDER, 3))  # of the knots around a time
 
     def _state_at(self, number: int) -> Any:
-        """What the fields at a knot are made of: exp(−iωt) on the quadrant, the phase reduced in float64: 12 hours lose
-        nothing."""
-        turns = self.lattice.omega * (number * self.time_step / (2.0 * np.pi))
-        turns -= np.rint(turns)
-        phase = (turns * (-2.0 * np.pi)).astype(np.float32)
-        phasor = np.empty(phase.shape, dtype=np.complex64)
-        np.cos(phase, out=phasor.real)
-        np.sin(phase, out=phasor.imag)
-        return phasor
+        """What the fields at a knot are made of: exp(−iωt) on the quadrant."""
+        from .half_plane import phasor
+
+        return phasor(np, self.lattice.omega, number * self.time_step)
 
     def _half_plane(self, kind: Kind, state: Any) -> NDArray[np.complex64]:
         """Fourier coefficients of a field at a knot, those of columns i ≥ 0, over the spline's transform.

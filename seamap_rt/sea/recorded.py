@@ -12,7 +12,7 @@ the waves is refused. Beyond a patch that ends the sea is continued (`continued`
 
 from __future__ import annotations
 
-from collections import OrderedDict, deque
+from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache
@@ -94,10 +94,8 @@ class RecordedField(MovingField):
             -1j * self.lattice.step * (file.west_m * np.arange(columns + 1) + file.south_m * self._rows[:, None])
         )
         self._sharpen = (turn / transform[self._row_order()]).astype(np.complex64)
-        self._cache: OrderedDict = OrderedDict()
-        self._recent: deque = deque(maxlen=8)
+        self._keep_nothing()
         self._lock = Lock()
-        self._factors = {}
         self._spectra: OrderedDict[tuple[str, int], NDArray[np.complex64]] = OrderedDict()
         self._first = first_frame(file)
 
@@ -204,6 +202,7 @@ class RecordedField(MovingField):
         return np.asarray(made, dtype=np.complex64)
 
     _time_weights = staticmethod(lambda: lagrange_polynomials())
+    _library = staticmethod(lambda: None)  # frames are read, filled and transformed here
 
 
 def first_frame(file: RecordedSea) -> int:

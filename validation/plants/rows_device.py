@@ -14,6 +14,8 @@ _WINDOWS, _SPLINES = (
 )
 _WINDOWED = "tests/interferometry/test_window_kernel.py::test_windows_are_what_they_say"
 _SAME_SPLINES = "tests/sea/test_moving_field.py::test_the_device_has_the_same_splines"
+_MADE, _KNOTS = "seamap_rt/sea/knots_on_device.py", "tests/sea/test_knots_on_device.py"
+_LIBRARY, _LENT = "seamap_rt/compute/array_library.py", "tests/test_array_library.py"
 _RECEIVERS = "seamap_rt/echoes/receiving_on_device.py"
 _ALIKE = _TURNS + "::test_a_turn_is_the_processors"
 _FACETS = _TURNS + "::test_facets_there_are_those_of_the_host"
@@ -268,9 +270,72 @@ PLANTS = (
     Plant(
         "device: knots go up each time",
         "seamap_rt/sea/moving_field.py",
-        "self._placed = kept | ",
-        "self._placed = ",
+        "[key for key in wanted if key not in there]",
+        "list(wanted)",
         _SAME_SPLINES,
+    ),
+    Plant(
+        "device: coefficients that could be made there go up",
+        "seamap_rt/sea/moving_field.py",
+        "self._library() if missing else None",
+        "None",
+        _KNOTS + "::test_waves_go_up_once_and_coefficients_never",
+    ),
+    Plant(
+        "device: waves go up for each knot",
+        "seamap_rt/sea/moving_field.py",
+        "if self._waves_there is None:",
+        "if True:",
+        _KNOTS + "::test_waves_go_up_once_and_coefficients_never",
+    ),
+    Plant(
+        "device: waves against k run along it",
+        _MADE,
+        "self._behind[waves] * folded.conj()",
+        "self._behind[waves] * folded",
+        _KNOTS + "::test_coefficients_made_there_are_the_hosts",
+    ),
+    Plant(
+        "device: the strip of the row after",
+        _MADE,
+        "rows = (strip.first + xp",
+        "rows = (strip.first + 1 + xp",
+        _KNOTS + "::test_coefficients_made_there_are_the_hosts",
+    ),
+    Plant(
+        "device: coefficients without a halo of columns",
+        _MADE,
+        "places = xp.arange(columns) % self._shape[1]",
+        "places = xp.minimum(xp.arange(columns), self._shape[1] - 1)",
+        _KNOTS + "::test_coefficients_made_there_are_the_hosts",
+    ),
+    Plant(
+        "device: memory that a kernel still reads is lent",
+        _LIBRARY,
+        "            device().dr.sync_thread()\n",
+        "",
+        _LENT + "::test_each_waits_for_the_other",
+    ),
+    Plant(
+        "device: kernels read what is still being written",
+        _LIBRARY,
+        "                self.wait()\n",
+        "                pass\n",
+        _LENT + "::test_each_waits_for_the_other",
+    ),
+    Plant(
+        "device: an array library that is not tried",
+        _LIBRARY,
+        "fault = _fault_of(library)",
+        'fault = ""',
+        _LENT + "::test_a_cupy_that_does_not_work_is_passed_over",
+    ),
+    Plant(
+        "device: a recorded sea has nothing to keep its knots in",
+        "seamap_rt/sea/recorded.py",
+        "        self._keep_nothing()\n",
+        "        self._cache, self._factors = KeptKnots(), {}\n",
+        "tests/sea/test_recorded_seas.py::test_a_recorded_sea_on_the_device_is_the_same",
     ),
     Plant(
         "device: the sea stays where it was asked to go",

@@ -5,9 +5,9 @@
 Both ways take the same mesh, one after the other, so that seconds compare. Processor time counts, on LLVM, what the
 threads of Dr.Jit do as well; on a CUDA machine look at the wall. Bytes are those that cross between host and device
 (`moved`), of the processor's way those for the ray tracer. The sea is that of one turn after another, with the FFTs of
-its new knots, which are the host's; the covariance is the means over dwells that are taken from the voltages, and the
-windows are one of 5 gates by 3 looks about each cell. Then come the kernels of one batch of columns, and last what both
-ways differ by.
+its new knots, which are the host's, and in a third table the device's (NumPy's on LLVM); the covariance is the means
+over dwells that are taken from the voltages, and the windows are one of 5 gates by 3 looks about each cell. Then come
+the kernels of one batch of columns, and last what the ways differ by.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import xarray as xr
 
 from seamap_rt.compute.device import device, moved
 from seamap_rt.compute.machine import threads
-from seamap_rt.compute.placement import SEA
+from seamap_rt.compute.placement import SEA, SEA_FFT
 from seamap_rt.echoes.dataset import echo_dataset
 from seamap_rt.echoes.receiving import Received
 from seamap_rt.echoes.returns_on_device import returns_on_device
@@ -74,18 +74,20 @@ def main() -> None:
     mesh = made.mesh(0)
     facets = mesh.facets.height.size
     results = {}
-    for way, steps in (("processor", _on_processor), ("device", _on_device)):
+    ways = ("processor", _on_processor), ("device", _on_device), ("device with the sea's FFTs", _with_ffts)
+    for way, steps in ways:
         taken: dict[str, Taken] = {}
         for repeat in range(arguments.repeat + 1):  # the first compiles
             results[way] = _walk(steps(made, replace(mesh), repeat), taken if repeat else {})
         _show(way, taken, facets)
     _show_kernels(made, mesh)
-    one, other = results["processor"], results["device"]
+    one, other, third = (results[way] for way, _ in ways)
     height = float(np.nanmax(np.abs(other["truth"]["height"].values - one["truth"]["height"].values)))
     print(f"differ, relative rms: voltages {_apart(one['echo'].voltage, other['echo'].voltage):.1e}", end="; ")
     print(f"covariance {_apart(one['sums'].one.cross, other['sums'].one.cross):.1e}", end="; ")
     print(f"windows {_apart(one['windows'].cross, other['windows'].cross):.1e}", end="; ")
-    print("sea " + ", ".join(f"{_apart(a, b):.1e}" for a, b in zip(one["sea"], other["sea"], strict=True)), end="; ")
+    for name, sea in ("sea ", other["sea"]), ("of FFTs there ", third["sea"]):
+        print(name + ", ".join(f"{_apart(a, b):.1e}" for a, b in zip(one["sea"], sea, strict=True)), end="; ")
     print(f"heights of the truth {height:.1e} m at most")
 
 
@@ -151,8 +153,8 @@ def _speckle(made: Simulator) -> tuple[int, float]:
     return made.scene.seed, made.scene.scattering.decorrelation_time_s
 
 
-def _sea(made: Simulator, turn: int, kept: dict[str, Any], word: str) -> None:
-    os.environ[SEA] = word
+def _sea(made: Simulator, turn: int, kept: dict[str, Any], word: str, ffts: str = "processor") -> None:
+    os.environ[SEA], os.environ[SEA_FFT] = word, ffts
     grid = polar_grid(made.radar, made.scene.meshing, turn, made.mast)
     kept["sea"] = sea_on_grid(made.sea, grid, made.surface.memory_rate)
 
@@ -200,6 +202,16 @@ def _on_processor(made: Simulator, mesh: SurfaceMesh, turn: int) -> Iterator[Ste
     take = _covariance(made, _echoes(made, kept["echo"]))
     yield "covariance", lambda: kept.update(sums=take())
     yield "windows", lambda: {**kept, "windows": _windows(kept["sums"].one)}
+
+
+def _with_ffts(made: Simulator, mesh: SurfaceMesh, turn: int) -> Iterator[Step]:
+    kept = dict[str, Any]()
+
+    def take() -> dict[str, Any]:
+        _sea(made, turn, kept, "device", "device")
+        return kept
+
+    yield "sea", take
 
 
 def _on_device(made: Simulator, mesh: SurfaceMesh, turn: int) -> Iterator[Step]:
