@@ -231,8 +231,9 @@ def _face(along, across, sea, room):
         turned_sine = _TWO * along_range * along_cross * inverse
         leaning = (local + sea.lean * (along * along_range + across * along_cross)) * sea.upright
         faces = local * sea.steepness / np.sqrt(max(_ONE - local * local, _STEEPEST))
-        room[3, n] = max(local - sea.low, _ZERO) * sea.per_cosine
-        room[4, n] = min(max(faces * _STEPS + _MIDDLE, _ZERO), _LAST)
+        # In this order what is not a number is 0, a place in the tables all the same.
+        room[3, n] = max(_ZERO, local - sea.low) * sea.per_cosine
+        room[4, n] = min(_LAST, max(_ZERO, faces * _STEPS + _MIDDLE))
         room[5, n], room[6, n] = local, leaning
         room[7, n] = axis_cosine * turned_cosine + axis_sine * turned_sine
         room[8, n] = _ONE - min(q * b, _ONE)

@@ -294,6 +294,23 @@ def test_compiled_terms_are_the_formulas_in_every_attitude(wind_speed: float, po
     assert np.all(made[:, ~reached] == 0.0)
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_a_slope_that_is_no_number_looks_up_nothing_beyond_a_table(value: float) -> None:
+    permittivity = complex(permittivity_meissner_wentz12(10e9, 20.0, 35.0))
+    sea = CompositeSea.of(10e9, permittivity, "VV", ShortWaves(8.0, 4.0), 0.01)
+    shape, one = (1, 64), np.ones(64, np.float32)
+    axes, none = np.array([[1.0], [0.0]], np.float32), np.empty((0, 0), np.float32)
+    look, cross, strain = np.full((3, *shape), 0.1, np.float32)
+    flat = np.zeros(shape)
+    made, whole = np.full((2, 3, *shape), np.nan, np.float32)
+    for slopes, out in ((look.copy(), whole), (look, made)):
+        if out is made:
+            slopes[0, ::2] = value
+        seen = Seen(flat == 0.0, one, one, np.full(1, 0.2), axes, flat, slopes, cross, strain, none, none)
+        fill_terms(0, 1, seen, Numbers.of(sea), *out)
+    np.testing.assert_array_equal(made[..., 1::2], whole[..., 1::2])  # its neighbours' are their own
+
+
 def test_the_kernels_exponential_is_exp() -> None:
     exponents = np.linspace(-86.9, 87.9, 20_001, dtype=np.float32)
     found = np.array([exponential(each) for each in exponents])
