@@ -9,7 +9,7 @@ import pytest
 
 from seamap_rt import analytic
 from seamap_rt.analytic import phase
-from seamap_rt.interferometry.geometry import inversion
+from seamap_rt.interferometry.geometry import heights
 from seamap_rt.scattering import gregers_hansen12
 from seamap_rt.sea import spectra
 from seamap_rt.validate import validate
@@ -45,10 +45,10 @@ def test_a_per_cent_of_pierson_moskowitz(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_a_baseline_that_is_two_per_cent_too_long(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    sight = inversion._sight
+    located = heights.located
     # ΔR/B is all that the inversion knows of the baseline, to first order.
     monkeypatch.setattr(
-        inversion, "_sight", lambda gate, difference, fan: sight(gate, np.divide(difference, 1.02), fan)
+        heights, "located", lambda gate, difference, fan: located(gate, np.divide(difference, 1.02), fan)
     )
     assert red(tmp_path, *JUDGED, "lee_table", "spectra_tables") == set(JUDGED)
 
