@@ -196,8 +196,7 @@ def surface_mesh(
     """
     # Kernels are compiled for each layout of memory that they meet. A sea gives the elevation as a row of all that it
     # was asked for, five sixths of which a large mesh should not hold.
-    own = ["O"] if len(grid.parts) > 1 else []
-    elevation = np.require(elevation, np.float64, ["C", "W", *own])
+    elevation = np.require(elevation, np.float64, ("C", "W", "O") if len(grid.parts) > 1 else ("C", "W"))
     velocity = np.require(velocity, np.float32, ["C", "W"])
     east, north = (axis[:, None].astype(np.float32) for axis in unit_from_azimuth(grid.azimuth))
     look = (velocity[..., 0] * east + velocity[..., 1] * north).astype(np.float32, copy=False)
