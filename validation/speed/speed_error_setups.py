@@ -21,13 +21,14 @@ from seamap_rt.echoes import expected_look_gates
 from seamap_rt.echoes.dataset import echo_dataset
 from seamap_rt.echoes.turn import turn_echoes
 from seamap_rt.echoes.unheard import share_unheard
+from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.metrics import HALF_VISIBLE, HEADLINE_M
 from seamap_rt.radar.scan import pulses
 from seamap_rt.resolved_scene import run_sea
 from seamap_rt.scene import Scene
 from seamap_rt.sea import Sea, realisation
 from seamap_rt.simulation import Simulator, Stopwatch
-from seamap_rt.tracing import tracer
+from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.truth import polar_truth
 
 Array = NDArray[np.float64]
@@ -283,7 +284,12 @@ def _turn(setup: Timed, light: dict[str, Callable[..., Any]], number: int, *, ec
         light["horizon"](mesh)
     with clock("facets"):
         lit = light["facets"](mesh)
-    simulator._trace = lambda _: lit
+
+    def lit_before(part: SurfaceMesh) -> Illumination:
+        first = part.grid.first - mesh.grid.first
+        return lit.part(slice(first, first + part.grid.columns))
+
+    simulator._trace = lit_before  # of a large turn part by part
     facets, returns, _ = simulator.light(number, clock, mesh)
     del clock.seconds["trace"]
     setup.facets = facets.height.size
