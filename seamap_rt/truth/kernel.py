@@ -96,7 +96,9 @@ def fill_cells(begin, end, surface, bins, box, response, cells, weighted):
 def _in_whole_lanes(weight):
     """Weights (gate, bin) with zeros behind, to whole groups of lanes."""
     padded = np.zeros((weight.shape[0], (weight.shape[1] + LANES - 1) // LANES * LANES))
-    padded[:, : weight.shape[1]] = weight
+    for gate in range(weight.shape[0]):
+        for n in range(weight.shape[1]):
+            padded[gate, n] = weight[gate, n]
     return padded
 
 

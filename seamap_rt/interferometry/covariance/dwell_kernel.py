@@ -61,7 +61,8 @@ def _add_all(rows, parts, table, first, last, low, high, total, count):
         if dot(spread(1.0), plus(plus(one, other), plus(one_on, other_on))) < np.inf:
             _store_sums(total, wide, at, like, unlike, one, other)
             _store_sums(total, wide, at + LANES, like_on, unlike_on, one_on, other_on)
-            count[gate : gate + LANES] += float(last - first)
+            for g in range(gate, gate + LANES):
+                count[g] += float(last - first)
         else:  # a voltage is not finite: those products are left out
             _add_each(rows, table, first, last, gate, gate + LANES, total, count)
         at += 2 * LANES

@@ -90,8 +90,11 @@ def _without_looks(given, near, index, count, high):
             given[i, 0] = given[i + out, 0]
             for j in range(_SIDES, _SIDES + i + 1, LANES):
                 store(given, i * _WIDE + j, load(given, (i + out) * _WIDE + out + j))
-        near[:, :kept] = near[:, out:count].copy()
-        index[:, :kept] = index[:, out:count].copy()
+        for i in range(kept):  # loops: to copy parts of arrays takes the compiler eight seconds
+            for n in range(near.shape[0]):
+                near[n, i] = near[n, i + out]
+            for n in range(index.shape[0]):
+                index[n, i] = index[n, i + out]
     return kept
 
 

@@ -37,7 +37,7 @@ def locate_rows(begin, end, gate, difference, fan, share, weights, points, gain)
             for _ in range(_STEPS):
                 _without_more(row, lower, delta, share, weights, along, up, after)
                 settled = _settled(lower, after, ranges)
-                lower[:] = after
+                _copy(after, lower)
                 _sight(row[LENGTH], axis, lower, delta, along, up)
                 if settled:
                     break
@@ -70,7 +70,7 @@ def difference_rows(begin, end, gate, height, fan, share, weights, difference):
                 delta[j] = _farther(row[ALONG, j], row[UP, j], row[LENGTH, j], lower[j], along[j], up[j])
             _without_more(row, lower, delta, share, weights, along, up, after)
             settled = _settled(lower, after, ranges)
-            lower[:] = after
+            _copy(after, lower)
             if settled:
                 break
 
@@ -96,9 +96,16 @@ def _spread(row, field, look):
     """One row of a field (look or 1, gate or 1)."""
     own = field[min(look, field.shape[0] - 1)]
     if own.size == 1:
-        row[:] = own[0]
+        for j in range(np.uint64(row.size)):  # a loop: to assign slices takes the compiler a second each
+            row[j] = own[0]
     else:
-        row[:] = own
+        _copy(own, row)
+
+
+@compiled_step
+def _copy(given, row):
+    for j in range(np.uint64(row.size)):
+        row[j] = given[j]
 
 
 @compiled_step
