@@ -88,3 +88,24 @@ def test_a_window_of_what_is_not_known_is_not_known() -> None:
     found = given.windowed_along(np.ones(3), np.ones(3), PhaseSlopes(np.zeros(1), np.zeros(1)))
     assert not found.known.any()
     assert np.isnan(found.lower).all()
+
+
+@pytest.mark.parametrize("sizes", [(1, 1), (3, 1), (5, 3), (3, 7), (15, 11)])
+def test_a_window_as_it_is_leaves_out_what_is_not_known_one_by_one(sizes: tuple[int, int]) -> None:
+    """Means by weight of the known cells within it, whatever lies opposite: sums of 165 numbers, some hundred ulp."""
+    given, (along, across) = cells(5), (np.linspace(0.3, 1.0, size) for size in sizes)
+    found, half_range, half_look = given.windowed(along, across), along.size // 2, across.size // 2
+    fields = given.cross, given.lower, given.upper
+    for i, j in np.ndindex(LOOKS, GATES):
+        means = [np.nan] * 3
+        if given.known[i, j]:
+            beside = [
+                (across[n + half_look] * along[m + half_range], (i + n, j + m))
+                for n in range(-half_look, half_look + 1)
+                for m in range(-half_range, half_range + 1)
+                if 0 <= i + n < LOOKS and 0 <= j + m < GATES and given.known[i + n, j + m]
+            ]
+            total = sum(weight for weight, _ in beside)
+            means = [sum(weight * field[place] for weight, place in beside) / total for field in fields]
+        for got, wanted in zip((found.cross, found.lower, found.upper), means, strict=True):
+            np.testing.assert_allclose(got[i, j], wanted, rtol=0, atol=2e-13)

@@ -253,4 +253,32 @@ PLANTS = (
         "tests/interferometry/test_looks.py::"
         "test_each_pulse_has_a_level_of_its_own_though_a_leaning_antenna_stands_still",
     ),
+    Plant(
+        "sums over dwells: a voltage that is no number",
+        _MAPS + "covariance/dwell_kernel.py",
+        "plus(plus(one, other), plus(one_on, other_on))) < np.inf:",
+        "plus(plus(one, other), plus(one_on, other_on))) != 1.0:",
+        "tests/interferometry/test_dwell_sums.py::test_every_sum_is_what_it_says_it_is",
+    ),
+    Plant(
+        "sums over dwells: the sign of the phase",
+        _MAPS + "covariance/dwell_kernel.py",
+        "(unlike[second] - unlike[first]) * share",
+        "(unlike[first] - unlike[second]) * share",
+        "tests/interferometry/test_dwell_sums.py::test_every_sum_is_what_it_says_it_is",
+    ),
+    Plant(
+        "geometry's fixed point",
+        _MAPS + "geometry/inversion_kernel.py",
+        "after[j] -= weights[n] * more",
+        "after[j] += weights[n] * more",
+        "tests/interferometry/test_rolling.py::test_the_place_of_an_exact_phase",
+    ),
+    Plant(
+        "a window as it is, of cells that are known",
+        _MAPS + "covariance/window_kernel.py",
+        "total = add(total, weight, load(known, there))",
+        "total = add(total, weight, spread(1.0))",
+        "tests/interferometry/test_window_kernel.py::test_a_window_as_it_is_leaves_out_what_is_not_known_one_by_one",
+    ),
 )
