@@ -5,7 +5,6 @@ from __future__ import annotations
 from . import (
     rows_app,
     rows_begin,
-    rows_device,
     rows_files,
     rows_judged,
     rows_light,
@@ -31,7 +30,6 @@ PLANTS = (
     *rows_radar.PLANTS,
     *rows_recorded_sea.PLANTS,
     *rows_transmitter.PLANTS,
-    *rows_device.PLANTS,
     *rows_maps.PLANTS,
     *rows_judged.PLANTS,
     *rows_files.PLANTS,
