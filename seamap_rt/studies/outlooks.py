@@ -15,9 +15,10 @@ from ..errors import InputError
 from ..measured import LEVEL
 from ..metrics import BIN_M
 from ..scene import Scene, SceneLike, as_scene
-from .choices import choice_in_words, choices
+from .choices import best_of_all, choice_in_words, choices
 from .key_words import words_of
-from .vary import grid, labels, scenes_of
+from .paired import FEWEST_SEEDS
+from .vary import grid, labels, refuse_limit, scenes_of
 
 RADIUS, REACH, QUALITY = "outlook_fully_measured_radius_m", "outlook_reach_m", "outlook_quality_by_range"
 _WORDS = {
@@ -30,19 +31,20 @@ _SCATTER_M = 1.2  # standard deviation of a run's radius over seeds, of 64 rando
 _MOST_SEEDS = 64
 
 
-def outlooks(scene: SceneLike, vary: Mapping[str, Sequence[Any]]) -> xr.Dataset:
+def outlooks(scene: SceneLike, vary: Mapping[str, Sequence[Any]], at_most: float | None = None) -> xr.Dataset:
     """What `seamap_rt.outlook` says of every combination of keys, as {"radar.height_m": [3, 5, 10]}.
 
     A Dataset over the keys with `outlook_fully_measured_radius_m`, `outlook_reach_m` [m] and, over `range` [m], the
     middles of bins of 25 m, `outlook_quality_by_range`; NaN where a design is refused. Some tens of milliseconds a
-    design. Raises InputError where none can be made.
+    design. at_most: as for `trade`. Raises InputError where none can be made.
     """
     scene = as_scene(scene)
     values = json.loads(json.dumps({key: list(each) for key, each in vary.items()}, default=str))
     points = grid(scene, values, [scene.seed])
+    refuse_limit(values, at_most)
     scenes = {point.index[:-1]: made for point, made in zip(points, scenes_of(scene, points), strict=True)}
     middles = np.arange(0.5 * BIN_M, scene.radar.range_m[1] + BIN_M, BIN_M)
-    return outlook_columns(values, scenes, middles)
+    return outlook_columns(values, scenes, middles).assign_attrs({} if at_most is None else {"at_most": at_most})
 
 
 def outlook_columns(
@@ -80,21 +82,23 @@ def _attrs(name: str) -> dict[str, str]:
 def outlook_lines(found: xr.Dataset) -> Iterator[str]:
     """What the outlook would choose, and how many seeds a trade needs to tell that from its neighbours."""
     radius = found[RADIUS].expand_dims(seed=[0])
-    table = xr.Dataset({"fully_measured_radius_m": radius, "status": xr.full_like(radius, 0.0)})
+    table = xr.Dataset({"fully_measured_radius_m": radius}, attrs=found.attrs)
     for words, here, choice in choices(table):
         values = here["fully_measured_radius_m"].isel(seed=0).sortby(choice.key)
         at = values[choice.key].values.tolist().index(choice.value)
         beside = values.isel({choice.key: slice(max(at - 1, 0), at + 2)})
         yield (
             (f"{words}: " if words else "")
-            + f"{choice_in_words(choice)}, fully measured radius about {float(values[at]):.0f} m"
+            + f"{choice_in_words(choice)}; at {words_of(choice.key).value(choice.value)} fully measured radius about "
+            + f"{float(values[at]):.0f} m"
             + _seeds_in_words(float(abs(beside - values[at]).where(beside[choice.key] != choice.value).min()))
         )
+    yield from best_of_all(table)
 
 
 def _seeds_in_words(difference: float) -> str:
     """Of a difference [m] between designs over the same seas, to be told with 95 % confidence."""
-    many = np.arange(2, _MOST_SEEDS + 1)
+    many = np.arange(FEWEST_SEEDS, _MOST_SEEDS + 1)
     if not np.isfinite(difference):
         return ""
     enough = many[stdtrit(many - 1, 0.975) * np.sqrt(2.0 / many) * _SCATTER_M <= difference]
