@@ -76,7 +76,7 @@ def _end_in_words(mean: xr.DataArray, here: xr.DataArray, best: xr.DataArray, na
     """Of a key whose best value is an end of the grid, that it is; empty elsewhere, and of values that are text."""
     if mean[name].dtype.kind != "f":
         return ""
-    beside = here.sel({other: best[other] for other in here.dims if other != name})
+    beside = here.sel({other: best[other].item() for other in here.dims if other != name})
     others = beside.where(beside[name] != best[name])
     end = end_of(mean[name].values, best[name].item(), not bool((others >= best).any()))
     return f" (the {end} of the grid; widen it)" if end else ""

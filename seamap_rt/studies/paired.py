@@ -125,7 +125,7 @@ def choose(values: xr.DataArray, key: str, seed: int = 0, at_most: float = np.in
         float(at[chosen]),
         float(at[best]),
         confidence,
-        end_of(grid, at[best], np.delete(mean[:allowed], best).max(initial=-np.inf) < mean[best]),
+        end_of(grid, at[best], allowed > 1 and np.delete(mean[:allowed], best).max() < mean[best]),
         at[chosen] == grid[0] and grid.size > 1,
         at_most,
         float(at[beyond]) if tried else np.nan,
