@@ -22,6 +22,7 @@ from ..tracing.unresolved_waves import UnresolvedWaves
 from .design import Design
 from .echo import calibrated, echo_by_grazing, snr_of_unity
 from .error import Spectrum, ambiguous_share, error_variance, information, score
+from .motion import Motion
 from .sight import STARTS, TABLE, Sight, sight, table_grazing
 from .strips import LOOKS, ROW_M, ROWS, strips, waves_of
 
@@ -96,10 +97,13 @@ def likely(scene: Scene) -> Likely:
     )
     table = echo_by_grazing(scene.scattering, radar.frequency_hz, limit, np.sqrt(slope), surface.azimuth)
     in_sight, facing = _unhidden(scene, limit, surface.azimuth)
-    seen = sight(surface, radar.height_m - 0.5 * design.baseline, edges, table * facing, in_sight)
+    motion = Motion.of(scene, radar, waves)
+    eye = radar.height_m - 0.5 * design.baseline + (np.zeros(STARTS) if motion is None else motion.rise)
+    seen = sight(surface, eye, edges, table * facing, in_sight)
     nrcs = calibrated(scene.scattering, radar.frequency_hz, seen.echo, link.grazing_angle(radar, design.ranges), looks)
     cell, dwell, window = (_across(width) for width in _widths(design))
-    unity = snr_of_unity(radar, design.ranges)
+    unity = snr_of_unity(radar, design.ranges, None if motion is None else motion.lean)
+    unity = np.broadcast_to(unity, (looks.size, design.ranges.size))[:, None]
     visible, snr = _rows(seen.visible, cell), _rows(nrcs, dwell) * unity
     inside = np.flatnonzero(_in_sector(looks, radar.sector_deg))
     counts = visible > _HALF
@@ -108,6 +112,8 @@ def likely(scene: Scene) -> Likely:
     known = (information(design, spectrum, snr) * heard).mean(axis=1)
     known = uniform_filter1d(known, max(1, round(_AROUND_M / design.spacing)), axis=1)
     error = error_variance(design, spectrum, known, sea)[:, None] + _hidden(design, seen, cell, visible, counts)
+    if motion is not None:
+        error += np.tile(motion.height_variance(design, sea, slope), (STARTS, 1))[:, None]
     sure = heard * (1.0 - ambiguous_share(design, sea, slope)) * counts
     visible, snr, counts, sure, error = visible[inside], snr[inside], counts[inside], sure[inside], error[inside]
     quality = np.mean(sure * score(error, sea), axis=(0, 1)) if sea > 0.0 else np.full(design.ranges.size, np.nan)
@@ -148,7 +154,6 @@ def _left_out(scene: Scene) -> str:
     """What of this scene the outlook does not know."""
     left = {
         "objects and the boat's own structure": bool(scene.objects),
-        "the boat's motion": scene.platform.motion != "fixed",
         "sharper crests": scene.sea.model != "linear",
         "diffraction": scene.tracing.diffraction != "none",
     }

@@ -31,10 +31,10 @@ def table_grazing() -> Array:
     return np.arctan2(even, 1.0 - even)
 
 
-def sight(strips: Strips, eye_m: float, edges: tuple[Array, Array], echo: Array, in_sight: Array) -> Sight:
+def sight(strips: Strips, eye_m: Array, edges: tuple[Array, Array], echo: Array, in_sight: Array) -> Sight:
     """What a mast sees that stands at several places of each strip, one after the other along the first axis.
 
-    eye_m: height of the lower antenna over mean sea level. edges: ground ranges [m] at which gates begin and end,
+    eye_m: height of the lower antenna over mean sea level at each of the places (place,). edges: ground ranges [m] at which gates begin and end,
     (gate,). echo: σ0 (look, TABLE) per ground, at the grazing angles of `table_grazing`; in_sight: likewise, the
     share of what the strips light that shorter waves leave in sight. Strips repeat.
     """
@@ -50,13 +50,13 @@ def sight(strips: Strips, eye_m: float, edges: tuple[Array, Array], echo: Array,
 
 
 @compiled
-def _look(height, step, eye, starts, first, last, table, visible, mean, lit_mean, echo):
+def _look(height, step, eyes, starts, first, last, table, visible, mean, lit_mean, echo):
     looks, rows, steps = height.shape
     entries = table.shape[1] - 1
     reach = last[-1]
     sums = np.zeros((4, reach + 1))
     for place in range(starts.size * looks):
-        look, start = place % looks, starts[place // looks]
+        look, start, eye = place % looks, starts[place // looks], eyes[place // looks]
         for row in range(rows):
             z = height[look, row]
             horizon = -np.inf

@@ -1,0 +1,168 @@
+"""What the boat's motion, and the error with which her sensors tell it, cost: closed forms over moments of the motion.
+
+A boat that leans by τ along a look lifts the beam by τ. The echo of a grazing angle ψ is weighed by the two-way
+pattern at −ψ − τ instead of −ψ: a Gaussian beam of −3 dB width B, level over a far sea, loses
+5 log₁₀(1 + 16 ln 2 σ²/B²) dB in the mean over a normal lean of rms σ (0.6 dB at σ = B/6), and more where power lacks
+already, as a cell must stand over the noise by itself. The antennas rise and fall by heave and by the lever's lean.
+
+Motion that is known costs no height: the retrieval levels each pulse. What is measured wrong does. At a range R, of a
+surface of slope s (rms in one direction), errors δα of the attitude along the look, δψ of the heading, δz and δh of the
+place up and in either direction make
+
+    ⟨δheight²⟩ = R²⟨δα²⟩ + ⟨δz²⟩ + s² (⟨δh²⟩ + R²⟨δψ²⟩),
+
+each the mean square of bias, latency and interpolation between readings over the motion, and of the noise of one
+reading times 1/(3/2 + f D): readings f a second, interpolated linearly, averaged over the time D of the looks that a
+height is found from. The levelling by the mean plane takes no tilt away, as that plane is part of the height. What the
+errors of heading and place make of the sea is at most twice its variance.
+
+Motion is as given: a taller mast, whose weight makes a boat roll more, is not heavier here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..conventions import unit_from_azimuth, wrap_degrees
+from ..interferometry.estimation.optimal import ACROSS_M, MOST_LOOKS
+from ..io.motionfile import read_motion
+from ..physics import dispersion
+from ..radar.mast import Mast, turn_duration
+from ..radar.platform import boat_motion
+from ..radar.pose import boat_axes
+from ..radar.sensors import Sensors
+from ..scene import Scene
+from ..sea.components import Components
+from ..settings import PlatformSettings, RadarSettings, SeaSettings, SensorSettings
+from .design import Design
+from .sight import STARTS
+from .strips import Waves, azimuths, directions
+
+Array = NDArray[np.float64]
+
+_TIMES, _STEP_S = 400, 1.618  # at which a motion without end is looked at
+_STREAM = 7
+
+
+class Ridden(NamedTuple):
+    """The waves that a boat rides, of random phases; current [m/s] east, north."""
+
+    waves: Waves
+    sea: SeaSettings
+
+    @property
+    def current(self) -> tuple[float, float]:
+        east, north = unit_from_azimuth(self.sea.current_toward_deg)
+        return float(self.sea.current_m_s * east), float(self.sea.current_m_s * north)
+
+    def components(self) -> Components:
+        """One wave for four wavenumbers and four directions."""
+        k = np.sqrt(self.waves.wavenumber[1::4] * self.waves.wavenumber[2::4])
+        toward = 0.5 * (directions()[1::4] + directions()[2::4])
+        variance = self.waves.variance.reshape(k.size, 4, toward.size, 4).sum(axis=(1, 3)).ravel()
+        east, north = (np.outer(k, each).ravel() for each in unit_from_azimuth(toward))
+        phase = np.random.default_rng(_STREAM).random(variance.size)
+        omega = np.repeat(dispersion.angular_frequency(k, self.sea.depth_m), toward.size)
+        drift = self.current[0] * east + self.current[1] * north
+        amplitude = np.sqrt(2.0 * variance) * np.exp(2j * np.pi * phase)
+        return Components(east, north, omega + drift, np.ones(variance.size), amplitude)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Of a boat and its sensors. rise (place,) m, of the antennas over their height at rest at as many moments as a
+    strip has places; lean (place · look,) rad, upwards along each look then; tilt_rms: rad along a look.
+
+    Mean squares of errors that do not average out: attitude (look,) rad² along each look, heading rad², up m², aside
+    m² in one direction; noise: of one reading in the same order; readings: a second; turn_s: of the antenna.
+    """
+
+    rise: Array
+    lean: Array
+    tilt_rms: float
+    attitude: Array
+    heading: float
+    up: float
+    aside: float
+    noise: tuple[float, float, float, float]
+    readings: float
+    turn_s: float
+
+    @classmethod
+    def of(cls, scene: Scene, radar: RadarSettings, waves: Waves) -> Motion | None:
+        """None for a boat that keeps still and upright and knows it. radar: as it looks."""
+        platform = scene.platform
+        sensors = platform.sensors
+        upright = platform.motion == "fixed" and not (platform.list_deg or platform.trim_deg)
+        if upright and sensors == SensorSettings():
+            return None
+        motion = boat_motion(platform, Ridden(waves, scene.sea))
+        mast, times = Mast(radar, platform, motion), _times(platform)
+        quiet = sensors.model_copy(update=dict.fromkeys(_NOISE, 0.0))
+        sensed = mast.sensed(Sensors(quiet, motion, scene.seed))
+        true, told = mast.pose(times), sensed.pose(times)
+        place, turned = told.origin - true.origin, np.radians(wrap_degrees(told.attitude - true.attitude))
+        look = azimuths()
+        lean = _lean(true.attitude, look)
+        wrong = _lean(told.attitude - (0.0, 0.0, 1.0) * (told.attitude - true.attitude), look) - lean
+        leaning = _quantiles(lean, ((7 * np.arange(look.size)) % look.size + 0.5) / look.size)
+        leaning[:, ::2] = leaning[::-1, ::2]  # so that the mast stands high as often when it leans forth as back
+        return cls(
+            rise=_quantiles(true.origin[:, 2:] - radar.height_m, np.array([0.5]))[:, 0],
+            lean=leaning.ravel(),
+            tilt_rms=float(np.sqrt(np.mean(lean**2))),
+            attitude=np.mean(wrong**2, axis=0),
+            heading=float(np.mean(turned[:, 2] ** 2)),
+            up=float(np.mean(place[:, 2] ** 2)),
+            aside=float(0.5 * np.mean(np.sum(place[:, :2] ** 2, axis=1))),
+            noise=(
+                float(np.radians(sensors.attitude_noise_deg)) ** 2,
+                float(np.radians(sensors.heading_noise_deg)) ** 2,
+                sensors.position_noise_m**2,
+                sensors.position_noise_m**2,
+            ),
+            readings=min(sensors.rate_hz, radar.prf_hz),
+            turn_s=turn_duration(radar),
+        )
+
+    def height_variance(self, design: Design, sea: float, slope_variance: float) -> Array:
+        """Of the heights' errors by what the sensors tell wrong, m², (look, gate); sea: its variance [m²];
+        slope_variance: of the surface in one direction."""
+        ground = design.ground
+        looks = 2.0 * np.clip(np.round(ACROSS_M / (ground * design.width)), 1, MOST_LOOKS) + 1.0
+        averaged = 1.0 / (1.5 + self.readings * looks * design.width / (2.0 * np.pi) * self.turn_s)
+        attitude, heading, up, aside = (each * averaged for each in self.noise)
+        displaced = slope_variance * (self.aside + aside + ground**2 * (self.heading + heading))
+        tilted = ground**2 * (self.attitude[:, None] + attitude)
+        return tilted + self.up + up + np.minimum(displaced, 2.0 * sea)
+
+
+_NOISE = ("attitude_noise_deg", "heading_noise_deg", "position_noise_m")
+
+
+def _times(platform: PlatformSettings) -> Array:
+    """At which a motion is looked at: of a recorded one those at which its sensors know it."""
+    if platform.motion != "file":
+        return _STEP_S * np.arange(_TIMES if platform.motion != "fixed" else 1)
+    assert platform.file is not None
+    time = read_motion(platform.file).time
+    early = platform.sensors.latency_s + 1.0 / platform.sensors.rate_hz
+    return np.linspace(min(time[0] + early, time[-1]), time[-1], _TIMES)
+
+
+def _lean(attitude_deg: Array, look_deg: Array) -> Array:
+    """Rad (time, look) by which what is level on the boat looks up towards each azimuth."""
+    east, north = unit_from_azimuth(look_deg)
+    up = boat_axes(attitude_deg)[:, 2]
+    return -np.arctan((up[:, :1] * east + up[:, 1:2] * north) / up[:, 2:])
+
+
+def _quantiles(values: Array, offset: Array) -> Array:
+    """(STARTS, look) evenly spaced quantiles of values (time, look), each look's set off by its own offset (look,)."""
+    share = (np.arange(STARTS)[:, None] + np.broadcast_to(offset, values.shape[1:])) / STARTS
+    return np.stack([np.quantile(values[:, n], share[:, n]) for n in range(values.shape[1])], axis=1)
+
