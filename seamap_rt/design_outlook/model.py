@@ -113,7 +113,7 @@ def likely(scene: Scene) -> Likely:
     known = uniform_filter1d(known, max(1, round(_AROUND_M / design.spacing)), axis=1)
     error = error_variance(design, spectrum, known, sea)[:, None] + _hidden(design, seen, cell, visible, counts)
     if motion is not None:
-        error += np.tile(motion.height_variance(design, sea, slope), (STARTS, 1))[:, None]
+        error += np.tile(motion.height_variance(design, waves), (STARTS, 1))[:, None]
     sure = heard * (1.0 - ambiguous_share(design, sea, slope)) * counts
     visible, snr, counts, sure, error = visible[inside], snr[inside], counts[inside], sure[inside], error[inside]
     quality = np.mean(sure * score(error, sea), axis=(0, 1)) if sea > 0.0 else np.full(design.ranges.size, np.nan)

@@ -5,16 +5,19 @@ pattern at −ψ − τ instead of −ψ: a Gaussian beam of −3 dB width B, le
 5 log₁₀(1 + 16 ln 2 σ²/B²) dB in the mean over a normal lean of rms σ (0.6 dB at σ = B/6), and more where power lacks
 already, as a cell must stand over the noise by itself. The antennas rise and fall by heave and by the lever's lean.
 
-Motion that is known costs no height: the retrieval levels each pulse. What is measured wrong does. At a range R, of a
-surface of slope s (rms in one direction), errors δα of the attitude along the look, δψ of the heading, δz and δh of the
-place up and in either direction make
+Motion that is known costs no height: the retrieval levels each pulse. What is measured wrong does. At a range R errors
+δα of the attitude along the look, δψ of the heading, δz and δh of the place up and in either direction make
 
-    ⟨δheight²⟩ = R²⟨δα²⟩ + ⟨δz²⟩ + s² (⟨δh²⟩ + R²⟨δψ²⟩),
+    ⟨δheight²⟩ = R²⟨δα²⟩ + ⟨δz²⟩ + 2 ∫ S(k) C²(k) (1 − J₀(k d)) dk,    d² = ⟨δh²⟩ + R²⟨δψ²⟩,
 
-each the mean square of bias, latency and interpolation between readings over the motion, and of the noise of one
-reading times 1/(3/2 + f D): readings f a second, interpolated linearly, averaged over the time D of the looks that a
-height is found from. The levelling by the mean plane takes no tilt away, as that plane is part of the height. What the
-errors of heading and place make of the sea is at most twice its variance.
+the last of which is what the surface differs by between places d apart, in means over a cell (C): slope times d where d
+is small, twice the variance where it is large. Each mean square is that of bias, latency and interpolation between
+readings over the motion, and of the noise of one reading times
+
+    A(x) = 2 ∫₀¹ (1 − u) B(x u) du,    x = f D:
+
+linear interpolation between f readings a second has the cubic B-spline B for its correlation (B(0) = 2/3), and a height
+is found from about two looks, which last D. The mean plane of a map stays in its heights: it levels no tilt away.
 
 Motion is as given: a taller mast, whose weight makes a boat roll more, is not heavier here.
 """
@@ -26,12 +29,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import j0
 
 from ..conventions import unit_from_azimuth, wrap_degrees
-from ..interferometry.estimation.optimal import ACROSS_M, MOST_LOOKS
 from ..io.motionfile import read_motion
 from ..physics import dispersion
-from ..radar.mast import Mast, turn_duration
+from ..radar.mast import Mast
 from ..radar.platform import boat_motion
 from ..radar.pose import boat_axes
 from ..radar.sensors import Sensors
@@ -46,6 +49,8 @@ Array = NDArray[np.float64]
 
 _TIMES, _STEP_S = 400, 1.618  # at which a motion without end is looked at
 _STREAM = 7
+_LOOKS = 2.0  # that a height is found from, where the echo is strong: by runs with noisy sensors of 20 to 1000 Hz
+_SHARES = (np.arange(64) + 0.5) / 64.0  # of D
 
 
 class Ridden(NamedTuple):
@@ -78,7 +83,7 @@ class Motion:
     strip has places; lean (place · look,) rad, upwards along each look then; tilt_rms: rad along a look.
 
     Mean squares of errors that do not average out: attitude (look,) rad² along each look, heading rad², up m², aside
-    m² in one direction; noise: of one reading in the same order; readings: a second; turn_s: of the antenna.
+    m² in one direction; noise: of one reading in the same order; readings: a second; dwell_s: of a look.
     """
 
     rise: Array
@@ -90,11 +95,13 @@ class Motion:
     aside: float
     noise: tuple[float, float, float, float]
     readings: float
-    turn_s: float
+    dwell_s: float
 
     @classmethod
     def of(cls, scene: Scene, radar: RadarSettings, waves: Waves) -> Motion | None:
         """None for a boat that keeps still and upright and knows it. radar: as it looks."""
+        turning = scene.resolved_retrieval.cell_azimuth_deg / (6.0 * radar.rotation_rpm)
+        dwell_s = radar.stare_s if radar.scan == "staring" else turning
         platform = scene.platform
         sensors = platform.sensors
         upright = platform.motion == "fixed" and not (platform.list_deg or platform.trim_deg)
@@ -126,19 +133,20 @@ class Motion:
                 sensors.position_noise_m**2,
             ),
             readings=min(sensors.rate_hz, radar.prf_hz),
-            turn_s=turn_duration(radar),
+            dwell_s=dwell_s,
         )
 
-    def height_variance(self, design: Design, sea: float, slope_variance: float) -> Array:
-        """Of the heights' errors by what the sensors tell wrong, m², (look, gate); sea: its variance [m²];
-        slope_variance: of the surface in one direction."""
-        ground = design.ground
-        looks = 2.0 * np.clip(np.round(ACROSS_M / (ground * design.width)), 1, MOST_LOOKS) + 1.0
-        averaged = 1.0 / (1.5 + self.readings * looks * design.width / (2.0 * np.pi) * self.turn_s)
+    def height_variance(self, design: Design, waves: Waves) -> Array:
+        """Of the heights' errors by what the sensors tell wrong, m², (look, gate)."""
+        ground, k = design.ground, waves.wavenumber
+        apart = self.readings * _LOOKS * self.dwell_s * _SHARES
+        beside = np.where(apart < 1.0, 2.0 / 3.0 - apart**2 + 0.5 * apart**3, np.clip(2.0 - apart, 0.0, 1.0) ** 3 / 6.0)
+        averaged = 2.0 * float(np.mean((1.0 - _SHARES) * beside))
         attitude, heading, up, aside = (each * averaged for each in self.noise)
-        displaced = slope_variance * (self.aside + aside + ground**2 * (self.heading + heading))
-        tilted = ground**2 * (self.attitude[:, None] + attitude)
-        return tilted + self.up + up + np.minimum(displaced, 2.0 * sea)
+        away = np.sqrt(self.aside + aside + ground**2 * (self.heading + heading))
+        kept = waves.variance.sum(axis=1) * np.sinc(k * design.cell_m / (2.0 * np.pi)) ** 2
+        displaced = 2.0 * (1.0 - j0(np.outer(away, k))) @ kept
+        return ground**2 * (self.attitude[:, None] + attitude) + self.up + up + displaced
 
 
 _NOISE = ("attitude_noise_deg", "heading_noise_deg", "position_noise_m")
