@@ -17,6 +17,7 @@ from ..measured import LEVEL, Rings
 from ..radar import link
 from ..radar.array import as_it_looks
 from ..scene import Scene, SceneLike, as_scene
+from ..settings import PlatformSettings
 from ..settings.sea import DEFAULT_RESOLUTION_M
 from ..tracing.unresolved_waves import UnresolvedWaves
 from .design import Design
@@ -47,14 +48,16 @@ _VARIABLES = {
 class Likely:
     """An outlook as plain arrays: `outlook` has it as a Dataset.
 
-    range (gate,) slant [m]; profile: each of `_VARIABLES`, (gate,); figures: the two radii and whether the reach is
-    the window's end; left_out: what it does not know of the scene, in words.
+    range (gate,) slant [m]; profile: each of `_VARIABLES`, (gate,); figures: the two radii, whether the reach is the
+    window's end, and the first radius of the same radar on a boat at rest; left_out: what it does not know of the
+    scene, motion: how large the boat's and its sensors' errors are, in words, empty where neither is.
     """
 
     range: Array
     profile: dict[str, Array]
     figures: dict[str, Any]
     left_out: str
+    motion: str
 
 
 def outlook(scene: SceneLike) -> xr.Dataset:
@@ -62,7 +65,7 @@ def outlook(scene: SceneLike) -> xr.Dataset:
 
     A Dataset over `range` (slant, m) with `visible_fraction`, `seen_fraction`, `answered_fraction`, `height_error` [m],
     `quality` and `snr_db`; attributes `fully_measured_radius_m`, `reach_m`, `reach_to_the_end` (as in a run's
-    metrics; None without waves) and `left_out`. The same random strips of sea serve every scene, so that designs
+    metrics; None without waves), `radius_at_rest_m`, `motion` and `left_out`. The same random strips of sea serve every scene, so that designs
     compare on the same waves. A model, not a simulation: README and validation say how far the two are apart.
     Raises InputError for a radar without a baseline or a window that holds no sea.
     """
@@ -72,7 +75,11 @@ def outlook(scene: SceneLike) -> xr.Dataset:
         for name, (units, words) in _VARIABLES.items()
     }
     coordinates = {"range": ("range", found.range, {"units": "m", "long_name": "slant range"})}
-    return xr.Dataset(variables, coordinates, {**found.figures, "reach_level": LEVEL, "left_out": found.left_out})
+    return xr.Dataset(variables, coordinates, {**found.figures, **_told(found)})
+
+
+def _told(found: Likely) -> dict[str, Any]:
+    return {"reach_level": LEVEL, "motion": found.motion, "left_out": found.left_out}
 
 
 def likely(scene: Scene) -> Likely:
@@ -112,8 +119,10 @@ def likely(scene: Scene) -> Likely:
     known = (information(design, spectrum, snr) * heard).mean(axis=1)
     known = uniform_filter1d(known, max(1, round(_AROUND_M / design.spacing)), axis=1)
     error = error_variance(design, spectrum, known, sea)[:, None] + _hidden(design, seen, cell, visible, counts)
+    moves = ""
     if motion is not None:
         error += np.tile(motion.height_variance(design, waves), (STARTS, 1))[:, None]
+        moves = motion.in_words(design, waves)
     sure = heard * (1.0 - ambiguous_share(design, sea, slope)) * counts
     visible, snr, counts, sure, error = visible[inside], snr[inside], counts[inside], sure[inside], error[inside]
     quality = np.mean(sure * score(error, sea), axis=(0, 1)) if sea > 0.0 else np.full(design.ranges.size, np.nan)
@@ -126,12 +135,10 @@ def likely(scene: Scene) -> Likely:
             quality,
             db(np.maximum(snr.mean(axis=(0, 1)), 1e-30)),
         )
-    return Likely(
-        design.ranges,
-        dict(zip(_VARIABLES, profile, strict=True)),
-        _radii(design.ranges, quality),
-        _left_out(scene),
-    )
+    figures = _radii(design.ranges, quality)
+    at_rest = scene.model_copy(update={"platform": PlatformSettings(heading_deg=scene.platform.heading_deg)})
+    figures["radius_at_rest_m"] = (figures if motion is None else likely(at_rest).figures)["fully_measured_radius_m"]
+    return Likely(design.ranges, dict(zip(_VARIABLES, profile, strict=True)), figures, _left_out(scene), moves)
 
 
 def _unhidden(scene: Scene, limit: float, looks: Array) -> tuple[Array, Array]:

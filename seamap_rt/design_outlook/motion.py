@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import j0
 
-from ..conventions import unit_from_azimuth, wrap_degrees
+from ..conventions import unit_from_azimuth, wrap_degrees, written
 from ..io.motionfile import read_motion
 from ..physics import dispersion
 from ..radar.mast import Mast
@@ -47,7 +47,7 @@ from .strips import Waves, azimuths, directions
 
 Array = NDArray[np.float64]
 
-_TIMES, _STEP_S = 400, 1.618  # at which a motion without end is looked at
+_TIMES, _STEP_S = 200, 1.618  # at which a motion without end is looked at
 _STREAM = 7
 _LOOKS = 2.0  # that a height is found from, where the echo is strong: by runs with noisy sensors of 20 to 1000 Hz
 _SHARES = (np.arange(64) + 0.5) / 64.0  # of D
@@ -135,6 +135,14 @@ class Motion:
             readings=min(sensors.rate_hz, radar.prf_hz),
             dwell_s=dwell_s,
         )
+
+    def in_words(self, design: Design, waves: Waves) -> str:
+        """Its two sizes: the lean, and the heights' error by the sensors at 100 m or the window's end."""
+        at = float(min(100.0, design.ranges[-1]))
+        near = int(np.abs(design.ranges - at).argmin())
+        wrong = float(np.sqrt(np.mean(self.height_variance(design, waves)[:, near])))
+        lean = written(float(np.degrees(self.tilt_rms)), 1)
+        return f"{lean}° rms of lean along a look, {written(wrong, 2)} m rms of height at {at:.0f} m by its sensors"
 
     def height_variance(self, design: Design, waves: Waves) -> Array:
         """Of the heights' errors by what the sensors tell wrong, m², (look, gate)."""

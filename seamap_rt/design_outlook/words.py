@@ -7,6 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
+from ..conventions import written
+
 _STEPS = (25.0, 50.0, 100.0, 250.0, 500.0)  # m, of which the finest that gives at most _LINES is taken
 _LINES = 12
 
@@ -19,6 +21,9 @@ def outlook_rows(found: xr.Dataset) -> Iterator[str]:
     else:
         end = "at least " if found.attrs["reach_to_the_end"] else ""
         yield f"fully measured radius about {radius:.0f} m, reach {end}{reach:.0f} m (a model, not a simulation)"
+    if radius is not None and found.attrs["motion"]:
+        cost = written(max(found.attrs["radius_at_rest_m"] - radius, 0.0), 0)
+        yield f"the boat's motion costs {cost} m of that radius: {found.attrs['motion']}"
     if found.attrs["left_out"]:
         yield f"it does not know: {found.attrs['left_out']}"
     yield "range (m)  visible  cells seen  of these answered  height error (m)  SNR (dB)  score"
@@ -29,14 +34,10 @@ def outlook_rows(found: xr.Dataset) -> Iterator[str]:
         shares = [_share(here[f"{name}_fraction"]) for name in ("visible", "seen", "answered")]
         error, snr, score = (float(here[name]) for name in ("height_error", "snr_db", "quality"))
         yield (
-            f"{middle:9.0f}  {shares[0]:>7}  {shares[1]:>10}  {shares[2]:>17}  {_number(error, '.2f'):>16}  "
-            f"{_number(snr, '.0f'):>8}  {_number(score, '.2f'):>5}"
+            f"{middle:9.0f}  {shares[0]:>7}  {shares[1]:>10}  {shares[2]:>17}  {written(error, 2):>16}  "
+            f"{written(snr, 0):>8}  {score:>5.2f}"
         )
 
 
 def _share(value: xr.DataArray) -> str:
-    return _number(100.0 * float(value), ".0f") + (" %" if np.isfinite(float(value)) else "")
-
-
-def _number(value: float, form: str) -> str:
-    return f"{value:{form}}" if np.isfinite(value) else "—"
+    return written(100.0 * float(value), 0) + (" %" if np.isfinite(float(value)) else "")

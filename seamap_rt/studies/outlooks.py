@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from scipy.special import stdtrit
 
+from ..conventions import written
 from ..design_outlook import outlook
 from ..errors import InputError
 from ..measured import LEVEL
@@ -21,12 +22,13 @@ from .paired import FEWEST_SEEDS
 from .vary import grid, labels, refuse_limit, scenes_of
 
 RADIUS, REACH, QUALITY = "outlook_fully_measured_radius_m", "outlook_reach_m", "outlook_quality_by_range"
+MOTION = "outlook_motion_cost_m"
 _WORDS = {
     RADIUS: ("m", "fully measured radius by the outlook, without a simulation"),
     REACH: ("m", f"range at which the mean score falls below {LEVEL:g}, by the outlook"),
+    MOTION: ("m", "fully measured radius that the boat's motion costs, by the outlook"),
     QUALITY: ("1", "mean score of all cells by the outlook, without a simulation"),
 }
-_RADII = RADIUS, REACH
 _SCATTER_M = 1.2  # standard deviation of a run's radius over seeds, of 64 random designs: validation.claims.outlook
 _MOST_SEEDS = 64
 
@@ -34,9 +36,9 @@ _MOST_SEEDS = 64
 def outlooks(scene: SceneLike, vary: Mapping[str, Sequence[Any]], at_most: float | None = None) -> xr.Dataset:
     """What `seamap_rt.outlook` says of every combination of keys, as {"radar.height_m": [3, 5, 10]}.
 
-    A Dataset over the keys with `outlook_fully_measured_radius_m`, `outlook_reach_m` [m] and, over `range` [m], the
-    middles of bins of 25 m, `outlook_quality_by_range`; NaN where a design is refused. Some tens of milliseconds a
-    design. at_most: as for `trade`. Raises InputError where none can be made.
+    A Dataset over the keys with `outlook_fully_measured_radius_m`, `outlook_reach_m`, `outlook_motion_cost_m` [m] and,
+    over `range` [m], the middles of bins of 25 m, `outlook_quality_by_range`; NaN where a design is refused. Some tens
+    of milliseconds a design. at_most: as for `trade`. Raises InputError where none can be made.
     """
     scene = as_scene(scene)
     values = json.loads(json.dumps({key: list(each) for key, each in vary.items()}, default=str))
@@ -52,7 +54,7 @@ def outlook_columns(
 ) -> xr.Dataset:
     """Of scenes by their place in the grid, in bins about `middles` (range,) [m]."""
     dims, shape = tuple(vary), tuple(len(values) for values in vary.values())
-    columns = {RADIUS: np.full(shape, np.nan), REACH: np.full(shape, np.nan)}
+    columns = {name: np.full(shape, np.nan) for name in (RADIUS, REACH, MOTION)}
     quality = np.full((*shape, middles.size), np.nan)
     for at, scene in scenes.items():
         try:
@@ -62,6 +64,7 @@ def outlook_columns(
         if found is None or found.attrs["fully_measured_radius_m"] is None:
             continue
         columns[RADIUS][at], columns[REACH][at] = found.attrs["fully_measured_radius_m"], found.attrs["reach_m"]
+        columns[MOTION][at] = max(found.attrs["radius_at_rest_m"] - columns[RADIUS][at], 0.0)
         bins = np.floor(found["range"].values / BIN_M)
         for number, middle in enumerate(middles):
             inside = bins == np.floor(middle / BIN_M)
@@ -94,6 +97,13 @@ def outlook_lines(found: xr.Dataset) -> Iterator[str]:
             + _seeds_in_words(float(abs(beside - values[at]).where(beside[choice.key] != choice.value).min()))
         )
     yield from best_of_all(table)
+    least, most = (float(each) for each in (found[MOTION].min(), found[MOTION].max()))
+    if most > 0.0:
+        span = f"{least:.0f} to {most:.0f}" if round(least) < round(most) else written(most, 0)
+        yield (
+            f"the boat's motion costs {span} m of the radius; it is taken as given, though a taller mast's weight makes "
+            "a boat roll more"
+        )
 
 
 def _seeds_in_words(difference: float) -> str:
@@ -109,10 +119,13 @@ def _seeds_in_words(difference: float) -> str:
 def outlook_table(found: xr.Dataset) -> Iterator[str]:
     """A head, and a line for each design."""
     keys = [str(dim) for dim in found[RADIUS].dims]
-    heads = [words_of(key).label for key in keys]
-    yield "  ".join([*heads, "Fully measured radius (m)", "Reach (m)"])
+    shown = {RADIUS: "Fully measured radius (m)", REACH: "Reach (m)"}
+    if float(found[MOTION].max()) > 0.0:
+        shown[MOTION] = "The motion costs (m)"
+    heads = [*(words_of(key).label for key in keys), *shown.values()]
+    yield "  ".join(heads)
     for at in np.ndindex(found[RADIUS].shape):
         labelled = [words_of(key).value(found[key].values[number]) for key, number in zip(keys, at, strict=True)]
-        values = [f"{found[name].values[at]:.0f}" if np.isfinite(found[name].values[at]) else "—" for name in _RADII]
-        cells = zip([*labelled, *values], [*heads, "Fully measured radius (m)", "Reach (m)"], strict=True)
+        values = [written(float(found[name].values[at]), 0) for name in shown]
+        cells = zip([*labelled, *values], heads, strict=True)
         yield "  ".join(f"{value:>{len(head)}}" for value, head in cells)
