@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..dataset import WATER_ATTRIBUTES, group_of
 from ..physics.dispersion import Water
+from .hindrance import hindrance
 from .range_bins import PolarMap, RangeBins
 from .resolution import Resolution
 from .wave_direction import Travel, travel
@@ -70,7 +71,7 @@ def sea_state(maps: xr.DataTree) -> xr.Dataset:
     The standard error
     `significant_wave_height_std` is against the sea that was seen; how far that may differ from the sea at large, by
     chance, is `significant_wave_height_sampling`, and part of the other errors. Where too little is seen, or too noisy,
-    all is NaN; of a calm sea, and of looks that span less than 80°, the period and directions are. Mean direction and
+    all is NaN, and the attribute `unknown` says why and what would mend it; of a calm sea, and of looks that span less than 80°, the period and directions are. Mean direction and
     spread are NaN as well where no radial velocity gives which way the waves run; `mean_axis` needs none.
 
     Raises SchemaError for maps without one of the fields it reads, or with one of another kind.
@@ -91,8 +92,10 @@ def sea_state(maps: xr.DataTree) -> xr.Dataset:
             attributes["standard_name"] = standard_name
         return "turn", np.array([row.get(name, np.nan) for row in rows]), attributes
 
+    unknown = [turn for turn, row in enumerate(rows) if not np.isfinite(row.get("significant_wave_height", np.nan))]
+    why = {"unknown": hindrance(polar.isel(turn=unknown[-1]))} if unknown else {}
     return xr.Dataset(
-        {name: variable(name) for name in _VARIABLES}, {"turn": polar["turn"]}, {"Conventions": "CF-1.11"} | known
+        {name: variable(name) for name in _VARIABLES}, {"turn": polar["turn"]}, {"Conventions": "CF-1.11"} | known | why
     )
 
 
@@ -248,7 +251,7 @@ def in_words(state: xr.Dataset) -> str:
     height = state["significant_wave_height"].values
     known = np.isfinite(height)
     if not known.any():
-        return "sea state unknown: too little of the sea in sight"
+        return f"sea state unknown: {state.attrs.get('unknown', 'no heights')}"
     text = f"Hs {height[known].mean():.2f}"
     if known.sum() == 1:
         text += f" ± {float(state['significant_wave_height_std'].values[known][0]):.2f} m"
