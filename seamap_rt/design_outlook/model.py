@@ -65,9 +65,9 @@ def outlook(scene: SceneLike) -> xr.Dataset:
 
     A Dataset over `range` (slant, m) with `visible_fraction`, `seen_fraction`, `answered_fraction`, `height_error` [m],
     `quality` and `snr_db`; attributes `fully_measured_radius_m`, `reach_m`, `reach_to_the_end` (as in a run's
-    metrics; None without waves), `radius_at_rest_m`, `motion` and `left_out`. The same random strips of sea serve every scene, so that designs
-    compare on the same waves. A model, not a simulation: README and validation say how far the two are apart.
-    Raises InputError for a radar without a baseline or a window that holds no sea.
+    metrics; None without waves), `radius_at_rest_m`, `motion` and `left_out`. The same random strips of sea serve every
+    scene, so that designs compare on the same waves. A model, not a simulation: README and validation say how far the
+    two are apart. Raises InputError for a radar without a baseline or a window that holds no sea.
     """
     found = likely(as_scene(scene))
     variables = {

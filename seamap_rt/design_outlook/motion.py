@@ -154,7 +154,7 @@ class Motion:
         away = np.sqrt(self.aside + aside + ground**2 * (self.heading + heading))
         kept = waves.variance.sum(axis=1) * np.sinc(k * design.cell_m / (2.0 * np.pi)) ** 2
         displaced = 2.0 * (1.0 - j0(np.outer(away, k))) @ kept
-        return ground**2 * (self.attitude[:, None] + attitude) + self.up + up + displaced
+        return np.asarray(ground**2 * (self.attitude[:, None] + attitude) + self.up + up + displaced, np.float64)
 
 
 _NOISE = ("attitude_noise_deg", "heading_noise_deg", "position_noise_m")
@@ -181,4 +181,3 @@ def _quantiles(values: Array, offset: Array) -> Array:
     """(STARTS, look) evenly spaced quantiles of values (time, look), each look's set off by its own offset (look,)."""
     share = (np.arange(STARTS)[:, None] + np.broadcast_to(offset, values.shape[1:])) / STARTS
     return np.stack([np.quantile(values[:, n], share[:, n]) for n in range(values.shape[1])], axis=1)
-

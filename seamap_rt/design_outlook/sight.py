@@ -34,9 +34,9 @@ def table_grazing() -> Array:
 def sight(strips: Strips, eye_m: ArrayLike, edges: tuple[Array, Array], echo: Array, in_sight: Array) -> Sight:
     """What a mast sees that stands at several places of each strip, one after the other along the first axis.
 
-    eye_m: height of the lower antenna over mean sea level, of all places or (place,). edges: ground ranges [m] at which gates begin and end,
-    (gate,). echo: σ0 (look, TABLE) per ground, at the grazing angles of `table_grazing`; in_sight: likewise, the
-    share of what the strips light that shorter waves leave in sight. Strips repeat.
+    eye_m: height of the lower antenna over mean sea level, of all places or (place,). edges: ground ranges [m] at which
+    gates begin and end, (gate,). echo: σ0 (look, TABLE) per ground, at the grazing angles of `table_grazing`; in_sight:
+    likewise, the share of what the strips light that shorter waves leave in sight. Strips repeat.
     """
     steps = strips.distance.size
     first, last = (np.clip(np.rint(each / strips.step), 0, steps - 1).astype(np.int64) for each in edges)

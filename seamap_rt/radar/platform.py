@@ -31,6 +31,7 @@ class BoatState:
 
 _TILT_TIMES = 512
 
+
 class Rideable(Protocol):
     """Waves that a boat can follow; current: m/s east, north."""
 

@@ -83,7 +83,7 @@ def _end_in_words(mean: xr.DataArray, here: xr.DataArray, best: xr.DataArray, na
 
 
 def choice_in_words(choice: Choice) -> str:
-    """What is good enough and how sure that is; which is the best, whether the grid ends there, and what a limit costs."""
+    """What is good enough and how sure that is; which is the best, whether the grid ends there; what a limit costs."""
     key = words_of(choice.key)
     limit = f" of at most {key.value(choice.at_most)}" if np.isfinite(choice.at_most) else ""
     sure = "" if np.isnan(choice.confidence) else f" (confidence {_confidence(choice.confidence)})"
@@ -139,12 +139,13 @@ def _there(table: xr.Dataset, here: xr.Dataset, choice: Choice) -> str:
     same = {name: here[name] for name in band.dims if name != choice.key}
     radius = band.sel(same).isel({choice.key: at})
     one = here.isel({choice.key: at})
-    wide = with_band(*(float(radius[name]) for name in ("mean", "low", "high")), " m")
+    wide = with_band(float(radius["mean"]), float(radius["low"]), float(radius["high"]), " m")
+    gross = written(100.0 * float(one["gross_share"].mean()), 1)
     more = "at least " if float(one["reach_to_the_end"].max()) > 0.0 else ""
     return (
         f"at {words_of(choice.key).value(choice.value)} fully measured radius {wide}, "
         f"reach {more}{float(one['reach_m'].mean()):.0f} m, "
-        f"{written(100.0 * float(one['gross_share'].mean()), 1)}% of the heights wrong by more than half the wave height"
+        f"{gross}% of the heights wrong by more than half the wave height"
     )
 
 

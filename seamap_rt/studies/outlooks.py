@@ -101,8 +101,8 @@ def outlook_lines(found: xr.Dataset) -> Iterator[str]:
     if most > 0.0:
         span = f"{least:.0f} to {most:.0f}" if round(least) < round(most) else written(most, 0)
         yield (
-            f"the boat's motion costs {span} m of the radius; it is taken as given, though a taller mast's weight makes "
-            "a boat roll more"
+            f"the boat's motion costs {span} m of the radius; it is taken as given, though a taller mast's weight "
+            "makes a boat roll more"
         )
 
 

@@ -185,8 +185,8 @@ def _swept(
     _ = sweep.scenes  # refused before anything is written
     if goal.until is not None and not chosen_key(sweep.vary):
         raise InputError(
-            "--until: no varied key is a number that a design chooses (the sea, the scattering and the boat are given), "
-            "so there is nothing to be sure of; leave it out"
+            "--until: no varied key is a number that a design chooses (the sea, the scattering and the boat are "
+            "given), so there is nothing to be sure of; leave it out"
         )
     refuse_limit(sweep.vary, goal.at_most)
     with sweep.prepared(resume, overwrite):

@@ -17,7 +17,7 @@ from ..measured import LEVEL
 from ..report import style
 from .key_words import words_of
 from .paired import FEWEST_SEEDS, means, significant_difference
-from .vary import CIRCUMSTANCES
+from .vary import CIRCUMSTANCES, chosen_key
 
 QUANTITIES = {
     "fully_measured_radius_m": "Fully measured radius (m)",
@@ -278,20 +278,21 @@ def draw_shares(table: xr.Dataset) -> Figure:
 
 @style.styled
 def draw_pareto(table: xr.Dataset, cost: str | None = None) -> Figure:
-    """Fully measured radius against a cost that is better low: the antenna's height if it varies, else seconds of
-    computing.
+    """Fully measured radius against a cost that is better low: the key that is chosen (the antenna's height if it
+    varies), else seconds of computing.
 
     Each set of circumstances (keys of sea, scattering and platform) has its own front: the choices that no other one
     beats in both, and of which each gains over the cheaper one before it what the seeds tell from chance.
     """
-    price = cost or ("radar.height_m" if "radar.height_m" in table.dims else "cost_s")
+    varied = {str(dim): table[dim].values.tolist() for dim in table["status"].dims if dim != "seed"}
+    price = cost or chosen_key(varied) or "cost_s"
     figure = style.new_figure(4.0)
     axes = style.place(figure, _LEFT, 0.75, style.WIDTH - _LEFT - 0.12, 2.4)
     style.graph(
         axes,
         "Seconds a point" if price == "cost_s" else words_of(price).label,
         QUANTITIES[_FIRST],
-        "What a larger radius costs",
+        larger_radius(price),
     )
     reach = means(table[_FIRST])["mean"]
     costs = means(table["cost_s"])["mean"] if price == "cost_s" else table[price].broadcast_like(reach)
@@ -317,6 +318,11 @@ def draw_pareto(table: xr.Dataset, cost: str | None = None) -> Figure:
         )
     _foot(figure, table)
     return figure
+
+
+def larger_radius(price: str) -> str:
+    """What `draw_pareto` shows, by the key that is its price or "cost_s"."""
+    return f"What a larger radius costs in {'computing' if price == 'cost_s' else words_of(price).name}"
 
 
 def pareto_front(cost: np.ndarray, gain: np.ndarray, least: float = 0.0) -> np.ndarray:

@@ -7,14 +7,14 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from ..report import style
 from ..conventions import written
+from ..report import style
 from ..report.answer_page import Cell, answer_page, cell
-from .choices import FULLY_MEASURED, headline, recommendations
+from .choices import FULLY_MEASURED, along_of, headline, recommendations
 from .key_words import words_of
 from .paired import FEWEST_SEEDS, means, significant_difference, with_band
 from .seeds_needed import ASKED_M, seeds_for
-from .trade_figures import draw_pareto, draw_quality, draw_shares
+from .trade_figures import draw_pareto, draw_quality, draw_shares, larger_radius
 
 
 def trade_page(table: xr.Dataset, figure: bytes) -> str:
@@ -25,7 +25,7 @@ def trade_page(table: xr.Dataset, figure: bytes) -> str:
         drawn += [
             ("How much is measured at which range", style.png(draw_quality(table)), _QUALITY),
             ("What is wrong and what is missed", style.png(draw_shares(table)), _SHARES),
-            ("What a larger radius costs", style.png(draw_pareto(table)), _PARETO),
+            (larger_radius(along_of(table) or "cost_s"), style.png(draw_pareto(table)), _PARETO),
         ]
     keys = [str(dim) for dim in table["status"].dims if dim != "seed"]
     said = list(recommendations(table)) if done else []
@@ -60,7 +60,8 @@ _QUALITY = (
 _SHARES = "The score does not tell a height that is wrong by a little too much from one that is wrong by far; these do."
 _PARETO = (
     "A step leads from design to design that no cheaper one matches: each gains over the one before it more than the "
-    "seeds leave to chance (95 %, over the same seas). Faint dots: all other designs."
+    "seeds leave to chance (95 %, over the same seas; of fewer than three seeds any gain counts). Faint dots: all "
+    "other designs."
 )
 # Column of the table: label, and decimals.
 _COLUMNS: dict[str, tuple[str, int]] = {
@@ -88,7 +89,8 @@ def _rows(table: xr.Dataset, keys: list[str]) -> list[list[Cell]]:
             value = float(found[name].isel(here))
             text = written(value, decimals)
             if name in bands and np.isfinite(value):
-                text = with_band(value, *(float(bands[name][end].isel(here)) for end in ("low", "high")))
+                low, high = (float(bands[name][end].isel(here)) for end in ("low", "high"))
+                text = with_band(value, low, high)
             cells.append(Cell(text, value if np.isfinite(value) else None))
         result.append(cells)
     return result

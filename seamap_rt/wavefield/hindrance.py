@@ -32,8 +32,8 @@ def hindrance(polar: xr.Dataset) -> str:
             return words
     if ranges[-1] < near + BIN_M:
         return (
-            f"the map ends at {ranges[-1]:.0f} m, and nearer than {STEEPEST:g} mast heights ({near:.0f} m) heights are not "
-            f"judged: widen radar.range_m to {near + 5.0 * BIN_M:.0f} m and more, or lower radar.height_m"
+            f"the map ends at {ranges[-1]:.0f} m, and nearer than {STEEPEST:g} mast heights ({near:.0f} m) heights are "
+            f"not judged: widen radar.range_m to {near + 5.0 * BIN_M:.0f} m and more, or lower radar.height_m"
         )
     judged = ranges >= near if np.isfinite(near) else np.ones(ranges.size, dtype=bool)
     heard = ((flags & QUALITY_FLAGS["no_echo"]) == 0) & judged
@@ -49,7 +49,8 @@ def hindrance(polar: xr.Dataset) -> str:
         return "the antennas' echoes are too little alike (low coherence or unsure cycles): shorten radar.baseline_m"
     if strongest > _CLEAR_DB:
         return f"too little of the sea in sight, shadow: raise radar.height_m, as to {2.0 * height:g} m"
-    return f"the echo lacks, not the light: {_stronger(polar, float(np.sqrt(ranges[judged][0] * ranges[-1])), strongest)}"
+    middle = float(np.sqrt(ranges[judged][0] * ranges[-1]))
+    return f"the echo lacks, not the light: {_stronger(polar, middle, strongest)}"
 
 
 def _stronger(polar: xr.Dataset, middle: float, strongest: float) -> str:
@@ -61,11 +62,11 @@ def _stronger(polar: xr.Dataset, middle: float, strongest: float) -> str:
     if abs(down - tilt) > 0.5 * width:
         way = "over" if tilt < down else "short of"
         return (
-            f"the beam ({width:.0f}° wide, {tilt:.0f}° down) passes {way} the sea at {middle:.0f} m, {down:.0f}° down: set "
-            f"radar.tilt_deg = {down:.0f}"
+            f"the beam ({width:.0f}° wide, {tilt:.0f}° down) passes {way} the sea at {middle:.0f} m, {down:.0f}° down: "
+            f"set radar.tilt_deg = {down:.0f}"
         )
-    lacks = _ENOUGH_DB - strongest if np.isfinite(strongest) else _UNHEARD_DB
+    lacks = max(_ENOUGH_DB - strongest, 3.0) if np.isfinite(strongest) else _UNHEARD_DB
     return (
-        f"too little power for so calm a sea so far away: raise radar.transmit_power_w by {max(lacks, 3.0):.0f} dB or more "
-        f"({10.0 ** (0.1 * max(lacks, 3.0)):.0f}-fold), or the antennas' gain"
+        f"too little power for so calm a sea so far away: raise radar.transmit_power_w by {lacks:.0f} dB or more "
+        f"({10.0 ** (0.1 * lacks):.0f}-fold), or the antennas' gain"
     )

@@ -28,7 +28,12 @@ STILL: dict[str, Any] = {
     "tracing.tracer": "horizon", "platform.motion": "fixed", "platform.speed_m_s": 0.0,
     **{SENSORS + name: 0.0 for name in SensorSettings.model_fields if name != "rate_hz"}, SENSORS + "rate_hz": "inf",
 }  # fmt: skip
-ROLLING = {"platform.motion": "sinusoidal", "platform.roll_deg": 8.0, "platform.pitch_deg": 4.0, "platform.heave_m": 0.3}
+ROLLING = {
+    "platform.motion": "sinusoidal",
+    "platform.roll_deg": 8.0,
+    "platform.pitch_deg": 4.0,
+    "platform.heave_m": 0.3,
+}
 CASES: dict[str, dict[str, Any]] = {
     "rides the waves, sensors err": {"tracing.tracer": "horizon"},
     "rolls": {**STILL, **ROLLING},
