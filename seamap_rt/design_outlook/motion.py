@@ -154,7 +154,7 @@ class Motion:
         away = np.sqrt(self.aside + aside + ground**2 * (self.heading + heading))
         kept = waves.variance.sum(axis=1) * np.sinc(k * design.cell_m / (2.0 * np.pi)) ** 2
         displaced = 2.0 * (1.0 - j0(np.outer(away, k))) @ kept
-        return np.asarray(ground**2 * (self.attitude[:, None] + attitude) + self.up + up + displaced, np.float64)
+        return ground**2 * (self.attitude[:, None] + attitude) + self.up + up + displaced
 
 
 _NOISE = ("attitude_noise_deg", "heading_noise_deg", "position_noise_m")
@@ -163,7 +163,7 @@ _NOISE = ("attitude_noise_deg", "heading_noise_deg", "position_noise_m")
 def _times(platform: PlatformSettings) -> Array:
     """At which a motion is looked at: of a recorded one those at which its sensors know it."""
     if platform.motion != "file":
-        return _STEP_S * np.arange(_TIMES if platform.motion != "fixed" else 1)
+        return _STEP_S * np.arange(_TIMES if platform.motion != "fixed" else 1, dtype=np.float64)
     assert platform.file is not None
     time = read_motion(platform.file).time
     early = platform.sensors.latency_s + 1.0 / platform.sensors.rate_hz
