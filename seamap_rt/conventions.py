@@ -49,3 +49,15 @@ def db(ratio: ArrayLike) -> NDArray[np.float64]:
 def from_db(level_db: ArrayLike) -> NDArray[np.float64]:
     """A level in decibels as a power ratio."""
     return 10.0 ** (np.asarray(level_db, dtype=np.float64) / 10.0)
+
+
+def written(value: float, decimals: int) -> str:
+    """A number with so many decimals, or with as many more as its first two digits need: 0.015 is never 0.0. Below a
+    millionth by its power of ten. Without minus zero; a dash for what is not finite."""
+    if not np.isfinite(value):
+        return "—"
+    size = abs(float(value))
+    if 0.0 < size < 1e-6:
+        return f"{value:.1e}"
+    more = 1 - int(np.floor(np.log10(size))) if 0.0 < size < 0.95 * 10.0**-decimals else decimals
+    return f"{round(float(value), more) + 0.0:.{more}f}"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from nicegui import ui
 
+from ..conventions import written
 from . import figures
 from .figures import Figure
 
@@ -119,10 +120,8 @@ def _sentence(found: Prospects, scene: Scene) -> str:
 
 
 def number(value: float, digits: int) -> str:
-    """With separators from ten thousand on."""
-    if not math.isfinite(value):
-        return "—"
-    return f"{value:,.{digits}f}" if abs(value) >= 1e4 else f"{value:.{digits}f}"
+    """As `written`, with separators from ten thousand on."""
+    return f"{value:,.{digits}f}" if 1e4 <= abs(value) < math.inf else written(value, digits)
 
 
 # ------------------------------------------------------------------------------------------------------ graphs

@@ -14,7 +14,7 @@ from .files import products_of
 from .prospects import run_seconds
 from .runs import find_runs, free_name
 from .trade_point import folder_of_point, scene_of_point, words_of_point
-from .trading import MEASURES, Point, count_of, graph, numeric_fields, read_points, words_of
+from .trading import MEASURES, Point, advice, count_of, graph, numeric_fields, read_points, words_of
 
 if TYPE_CHECKING:
     from .page import Page
@@ -33,8 +33,10 @@ class TradeView:
         ui.label("Vary keys of the design that stands in Design, and see what they are worth").classes("font-bold")
         with ui.row().classes("w-full items-end gap-2"):
             self._keys = [self._key(number) for number in range(2)]
-            self._seeds = ui.number("Seeds", value=2, min=1, max=64, precision=0, on_change=self._counted)
+            self._seeds = ui.number("Seeds", value=3, min=1, max=64, precision=0, on_change=self._counted)
             self._seeds.props("dense outlined").classes("w-20").mark("seeds")
+            self._at_most = ui.number("Recommend at most", on_change=self._counted).mark("at-most")
+            self._at_most.props("dense outlined clearable").classes("w-40")
             ui.button("Trade", icon="query_stats", on_click=self._trade).props("no-caps").mark("trade")
         self._said = ui.label().classes("text-sm").props("role=status").mark("trade-said")
         with ui.row().classes("w-full items-center gap-2"):
@@ -96,7 +98,7 @@ class TradeView:
         """How many points that is, or why it is none."""
         try:
             vary, seeds = self._vary, int(self._seeds.value or 0)
-            words_of(vary, seeds)
+            words_of(vary, seeds, self._at_most.value)
             if not vary:
                 self._said.set_text("Choose a key, and its values in the units of the scene file.")
                 return
@@ -113,7 +115,7 @@ class TradeView:
             return
         try:
             vary, seeds = self._vary, int(self._seeds.value or 0)
-            words = words_of(vary, seeds)
+            words = words_of(vary, seeds, self._at_most.value)
             if not vary:
                 raise InputError("Choose a key, and its values.")
             count = count_of(vary, seeds)
@@ -161,7 +163,8 @@ class TradeView:
         self._plot.set_visibility(made is not None)
         if made is not None:
             self._plot.update_figure(made)
-        self._note.set_text(_words(points))
+        told = await asyncio.to_thread(advice, folder)
+        self._note.set_text(" ".join([told + "." if told else "", _words(points)]).strip())
         self._fill_points()
         self._menu.clear()
         with self._menu:

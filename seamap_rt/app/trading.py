@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..scene import Scene
-from ..studies.vary import parse_vary
+from ..studies.vary import parse_varies, parse_vary, refuse_limit
 from . import figures
 from .fields import Field, parts_of
 from .words import label_of, shown, shown_unit
@@ -59,13 +59,27 @@ def numeric_fields(scene: Scene) -> list[Field]:
     return [field for part in parts_of(tree) for field in part.fields if field.kind == "number"]
 
 
-def words_of(vary: list[str], seeds: int) -> list[str]:
+def words_of(vary: list[str], seeds: int, at_most: float | None = None) -> list[str]:
     """The command's words for what is varied. InputError, as the command line says it, for what cannot be."""
-    for each in vary:
-        parse_vary(each)
+    varied = parse_varies(vary)
+    refuse_limit(varied, at_most)
     if not 1 <= seeds <= 64:
         raise InputError(f"--seeds {seeds}: must be 1 to 64")
-    return [word for each in vary for word in ("--vary", each)] + ["--seeds", str(seeds)]
+    limit = [] if at_most is None else ["--at-most", f"{at_most:g}"]
+    return [word for each in vary for word in ("--vary", each)] + ["--seeds", str(seeds), *limit]
+
+
+def advice(folder: Path) -> str:
+    """What a trade that has ended recommends, as its own page says it; empty before."""
+    import xarray as xr
+
+    from ..studies.choices import recommendations
+
+    try:
+        with xr.open_dataset(folder / "trade.nc", engine="h5netcdf") as table:
+            return ". ".join(line[0].upper() + line[1:] for line in recommendations(table.load()))
+    except (OSError, ValueError, KeyError):
+        return ""
 
 
 def count_of(vary: list[str], seeds: int) -> int:

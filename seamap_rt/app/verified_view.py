@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from nicegui import ui
 
+from ..conventions import written
 from ..errors import InputError
 from . import figures, verified_graphs
 from .what_came import Came, what_came
@@ -122,7 +123,7 @@ def _in_words(came: Came, lead: int) -> str:
     mean, std, true = (each[came.warm, lead] for each in (came.mean, came.std, came.true))
     rms, within = float(np.sqrt(np.mean((mean - true) ** 2))), float(np.mean(np.abs(mean - true) < 1.96 * std))
     words = (
-        f"Of {int(came.warm.sum())} forecasts, {came.lead[lead]:g} s ahead: error {rms:.2f} m rms "
+        f"Of {int(came.warm.sum())} forecasts, {came.lead[lead]:g} s ahead: error {written(rms, 2)} m rms "
         f"({told['found'][lead]:.2f} of the sea's standard deviation), {within:.0%} within the stated band"
     )
     correlation = told["correlation"][lead]

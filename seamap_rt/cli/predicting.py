@@ -112,6 +112,8 @@ def _place(text: str) -> tuple[float, float]:
 
 def _headlines(last: xr.Dataset, issued: int, turns: int) -> list[str]:
     """What the last forecast says of the first place."""
+    from ..conventions import written
+
     here = last.isel(issue=0, place=0)
     sea = float(here["significant_wave_height"]) / 4.0
     lines = [f"{issued} forecasts from {turns} turns" + ("" if issued == turns else ": other turns show no sea")]
@@ -120,6 +122,6 @@ def _headlines(last: xr.Dataset, issued: int, turns: int) -> list[str]:
         mean, std = float(at["elevation"]), float(at["elevation_std"])
         if abs(float(at["lead"]) - lead) < 1.0:
             lines.append(
-                f"{lead:g} s after the last look: {mean:+.2f} ± {std:.2f} m ({std / sea:.2f} of the sea's own)"
+                f"{lead:g} s after the last look: {mean:+.2f} ± {written(std, 2)} m ({std / sea:.2f} of the sea's own)"
             )
     return lines

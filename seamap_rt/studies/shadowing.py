@@ -118,7 +118,7 @@ def _refuse(heights_m: Sequence[float], seeds: int, bin_m: float) -> None:
     if len({float(height) for height in heights_m}) < len(heights_m):
         raise InputError(f"heights = {', '.join(f'{h:g}' for h in heights_m)}: one is given twice; give each once")
     if seeds < 1:
-        raise InputError(f"seeds = {seeds}: must be at least 1; 2 or more give bands")
+        raise InputError(f"seeds = {seeds}: must be at least 1; 3 or more give bands")
     if not (np.isfinite(bin_m) and bin_m > 0.0):
         raise InputError(f"bin = {bin_m:g}: must be finite and greater than 0, the length of a range bin in metres")
 
@@ -208,7 +208,7 @@ def _half_in_words(mast: xr.Dataset) -> str:
     if np.isnan(half):
         return f"no range {where} ({mast['look_r50_note'].item()})"
     low, high = float(mast["look_r50_low"]), float(mast["look_r50_high"])
-    band = f" [{max(low, 0.0):.0f}, {high:.0f}]" if np.isfinite(low) else ""
+    band = f" [{low:.0f}, {high:.0f}]" if np.isfinite(low) else ""
     return f"{half:.0f} m{band} {where} (Smith {float(mast['look_r50_smith']):.0f} m)"
 
 
