@@ -24,7 +24,7 @@ from ..session.pace import duration
 from .by_sea import BySea
 from .choices import headline, least_confidence
 from .enough import Goal
-from .point import KEPT, Outcome, SchedulerLost, Task, compute, keep, kept
+from .point import KEPT, Outcome, SchedulerLost, Task, compute, keep, kept_of
 from .sweep import PRODUCTS, Sweep
 from .usable import Criterion
 from .vary import chosen_key, refuse_limit
@@ -120,7 +120,7 @@ def write_trade(
         table = _swept(sweep, answers, criterion or Criterion(), goal, resume, overwrite, progress, keep_table=True)
     files = tuple(name for name in PRODUCTS if (folder / name).exists())
     ended = goal.told(table.sizes["seed"], least_confidence(table))
-    return TradeProducts(folder, files, table, (*notes, *((ended,) if ended else ()), *headline(table)))
+    return TradeProducts(folder, files, table, (*notes, *sweep.notes, *((ended,) if ended else ()), *headline(table)))
 
 
 # ------------------------------------------------------------------------------------------------------- the sweep
@@ -234,13 +234,15 @@ def _table(sweep: Sweep, criterion: Criterion, goal: Goal) -> xr.Dataset:
 def _compute(sweep: Sweep, answers: Answers, say: Progress) -> int:
     """How many points were missing, and are no more."""
     tasks, start, every = sweep.missing(), time.perf_counter(), len(sweep.points)
+    for note in sweep.notes:
+        say(note)
     if not tasks:
         return 0
     say(f"{every - len(tasks)} of {every} points, … left: starting")
     failed = 0
     with closing(answers(tasks)) as results:  # type: ignore[type-var]
         for number, (task, outcome) in enumerate(results, 1):
-            if kept(task.file) is None:  # its worker could not write it
+            if kept_of(task)[0] is None:  # its worker could not write it
                 keep(task, outcome)
             failed += outcome["status"] != "done"
             left = (time.perf_counter() - start) / number * (len(tasks) - number)
