@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from nicegui import ui
 
+from ..conventions import turn_name
 from ..errors import InputError
 from . import figures, verified_graphs
 from .what_came import Came, what_came
@@ -27,6 +29,7 @@ class VerifiedPanel:
         self.view = view
         self._came: Came | None = None
         self._of: Any = None
+        self._coming: tuple[Path, asyncio.Future[Came]] | None = None
         self._turn = 0
         self._filling = False
         ui.label("How past forecasts came out").classes("text-base font-bold")
@@ -60,13 +63,15 @@ class VerifiedPanel:
             return None
         if self._of != folder:
             self._tell("Drawing the sea that came …")
+            if self._coming is None or self._coming[0] != folder or self._coming[1].done():
+                self._coming = folder, asyncio.ensure_future(asyncio.to_thread(what_came, folder))
             try:
-                self._came = await asyncio.to_thread(what_came, folder)
+                came = await asyncio.shield(self._coming[1])  # drawn once, whatever is looked at meanwhile
             except InputError as refusal:
                 self._tell(f"What came is not known: {refusal}")
                 return None
-            self._of = folder
-            self._begin(self._came)
+            self._of, self._came = folder, came
+            self._begin(came)
         assert self._came is not None
         self._step(self._came)
         return self._came
@@ -105,7 +110,7 @@ class VerifiedPanel:
         held = np.flatnonzero(windows.judged == at) if windows is not None and at is not None else np.array([])
         self._plots["issue"].set_visibility(bool(held.size))
         if windows is not None and held.size:
-            title = f"Quiet windows after turn {came.issue[at] + 1}, and which came"
+            title = f"Quiet windows after {turn_name(came.issue[at])}, and which came"
             graph = verified_graphs.windows_of_issue(
                 windows, int(held[0]), float(windows.figures["confidence"]), title, dark
             )
