@@ -11,7 +11,7 @@ from ..conventions import turn_name
 from ..errors import InputError
 from . import drawing, figures
 from .comparing import Figure, Judged, drawing_of, in_words
-from .drawing import Easel
+from .drawing import Easel, grey_of
 from .maps_panel import MapsPanel
 from .prospects_view import number
 from .results import Results
@@ -45,9 +45,9 @@ class CompareView:
             ]
             ui.button("Swap", icon="swap_horiz", on_click=self._swap).props("flat dense no-caps")
         self._said = ui.label().classes("text-sm").props("role=status")
-        self._drawn = ui.label().classes("text-sm waits").props("role=status")
-        self._easel = Easel(self._grey)
+        drawn = ui.label().classes("text-sm waits").props("role=status")
         self._body = ui.column().classes("w-full gap-2 min-w-0")
+        self._easel = Easel(grey_of(drawn, self._body))
         with self._body:
             self._verdict = ui.label().classes("font-bold").mark("compared")
             self._table = ui.element("div").classes("w-full grid gap-2 grid-cols-2 md:grid-cols-4").mark("figures")
@@ -103,12 +103,9 @@ class CompareView:
         return self._sources[name]
 
     def _redraw(self) -> None:
+        self._easel.drop(f"drawing {self.tab.run} and {self.tab.other} …")
         with self._body:
             ui.timer(0.0, self._draw, once=True)
-
-    def _grey(self, words: str) -> None:
-        self._drawn.set_text(words)
-        self._body.classes(add="stale") if words else self._body.classes(remove="stale")
 
     async def _draw(self) -> None:
         try:

@@ -130,8 +130,7 @@ def judge(first: tuple[Array, Array], second: tuple[Array, Array]) -> list[Judge
     errors that is 1/(2N) of each run. A difference is more than chance beyond t σ, with Student's t of n − 1 for 5 %
     in all ranges together (Bonferroni). Sectors of one long crest, as of a regular wave, are not independent.
     """
-    (low, a), (other, b) = first, second
-    start = np.union1d(low, other)
+    start = np.union1d(first[0], second[0])
     both = np.zeros((2, 36, start.size, 2))
     for into, (ends, sums) in zip(both, (first, second), strict=True):
         into[:, np.searchsorted(start, ends)] = sums
@@ -146,7 +145,7 @@ def judge(first: tuple[Array, Array], second: tuple[Array, Array]) -> list[Judge
 def _judged(range_m: tuple[float, float], sums: Array, tests: int) -> Judged:
     """sums: (run, 10°, 2) of one range."""
     total = sums.sum(axis=1)
-    rms = [float(np.sqrt(square / cells)) if cells else float("nan") for cells, square in total]
+    a, b = (float(np.sqrt(square / cells)) if cells else float("nan") for cells, square in total)
     seen = np.flatnonzero((sums[:, :, 0] > 0.0).all(axis=0))
     n = min(_SECTORS, seen.size)
     chance = float("nan")
@@ -161,7 +160,7 @@ def _judged(range_m: tuple[float, float], sums: Array, tests: int) -> Judged:
             near = max(0.0, float(np.sum(off * np.roll(off, 1))) / spread) if spread else 0.0
             sigma = np.sqrt((n - 1) / n * spread * (1.0 + 2.0 * near))
             chance = float(np.exp(stdtrit(n - 1, 1.0 - 0.025 / tests) * sigma))
-    return Judged(range_m, *rms, chance)
+    return Judged(range_m, a, b, chance)
 
 
 def in_words(told: Sequence[Judged]) -> str:

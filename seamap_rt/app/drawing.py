@@ -27,11 +27,12 @@ class Lane:
 
         Raises OSError where the process ended, and what the function raises.
         """
+        packed = pickle.dumps((make, given))
         await self._free.acquire()
         loop = asyncio.get_running_loop()
         pool = self._pool = self._pool or ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _begin)
         try:
-            future = pool.submit(_call, pickle.dumps((make, given)))
+            future = pool.submit(_call, packed)
         except BrokenExecutor as error:
             self._pool = None
             self._free.release()
@@ -71,6 +72,17 @@ def _begin() -> None:
         os._exit(0)
 
     threading.Thread(target=follow, daemon=True, name="follow").start()
+
+
+def grey_of(line: Any, stage: Any) -> Callable[[str], None]:
+    """For an `Easel`: a label and the element that all drawings stand in."""
+
+    def grey(words: str) -> None:
+        line.set_text(words)
+        for each in (line, stage):
+            each.classes(add="stale") if words else each.classes(remove="stale")
+
+    return grey
 
 
 class Easel:

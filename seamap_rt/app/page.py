@@ -31,8 +31,9 @@ _STYLE = """
 .section > .q-expansion-item__container > .q-item { font-weight: 600; }
 .figure-value { font-variant-numeric: tabular-nums; }
 .nicegui-content { padding: 0; }
-.stale { opacity: 0.25; filter: grayscale(1); pointer-events: none; }
-.stale, .waits { transition: opacity 0.1s 0.15s; }  /* what comes at once does not flicker */
+.waits { opacity: 0; min-height: 1.25rem; }
+.stale { opacity: 0.25; filter: grayscale(1); pointer-events: none; transition: all 0.1s 0.15s; }  /* no flicker */
+.waits.stale { opacity: 1; filter: none; }
 .js-plotly-plot { min-height: 200px; }
 .js-plotly-plot .imagelayer image { image-rendering: pixelated; }
 @media (prefers-reduced-motion: reduce) { * { transition: none !important; } }

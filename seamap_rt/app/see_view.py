@@ -16,7 +16,7 @@ from nicegui import ui
 from ..conventions import turn_name
 from ..errors import InputError
 from . import drawing
-from .drawing import Easel
+from .drawing import Easel, grey_of
 from .files import products_of
 from .maps_panel import MapsPanel
 from .pictures import Shown
@@ -62,13 +62,13 @@ class SeeView:
         self._views.value = self.tab.view
         self._views.classes("w-full").on_value_change(self._view_chosen)
         self._empty = ui.label().classes("text-sm p-4")
-        self._drawn = ui.label().classes("text-sm waits").props("role=status").mark("drawing")
+        drawn = ui.label().classes("text-sm waits").props("role=status").mark("drawing")
         with ui.column().classes("w-full min-w-0") as self._stage:
             with ui.column().classes("w-full min-w-0") as self._maps_place:
                 self.maps = MapsPanel(page.width, page.dark, self._cut)
             self._curves_place = ui.column().classes("w-full min-w-0")
             self._study_place = ui.column().classes("w-full min-w-0")
-        self.easel = Easel(self._grey)
+        self.easel = Easel(grey_of(drawn, self._stage))
         ui.timer(_LOOK_S, self._look)
         ui.timer(_PLAY_S, self._play)
 
@@ -246,7 +246,8 @@ class SeeView:
 
     def redraw(self) -> None:
         """Show the turn that is wanted now; what another one's drawing gives is dropped."""
-        self._name_turn()
+        if name := self._name_turn():
+            self.easel.drop(f"drawing {name} …")
         with self._stage:
             ui.timer(0.0, self._draw, once=True)
 
@@ -254,10 +255,6 @@ class SeeView:
         name = turn_name(self._turns[self.tab.turn], self._of) if 0 <= self.tab.turn < len(self._turns) else ""
         self._clock.set_text(name + when)
         return name
-
-    def _grey(self, words: str) -> None:
-        self._drawn.set_text(words)
-        self._stage.classes(add="stale") if words else self._stage.classes(remove="stale")
 
     async def _draw(self) -> None:
         source, view, turn = self.source, self.tab.view, self.tab.turn
