@@ -20,7 +20,7 @@ from .views import Source
 
 Array = NDArray[np.floating]
 
-_SECTORS, _FEWEST = 12, 4
+_SLOTS, _SECTORS, _FEWEST = 24, 12, 4  # of azimuth
 _MOST_TURNS, _MOST_KEYS = 40, 8
 
 
@@ -102,15 +102,16 @@ class Judged(NamedTuple):
 
 def squares(source: Source) -> tuple[Array, Array]:
     """Ranges' lower ends (range,) [m] of 25 m each, and what is counted there: cells, and the sum of the squares of
-    their errors of height [m²], (10° of azimuth, range, 2). Of cells as metrics.json counts them, of 40 turns at most.
+    their errors of height [m²], (15° of azimuth, range, 2). Of cells as metrics.json counts them, of 40 turns at most.
 
     OSError, KeyError where there is no true sea to err from.
     """
     field, layout = source.results.field, source.layout
     place = np.floor(layout.range / BIN_M).astype(np.intp)
     place -= place[0]
-    sums = np.zeros((36, place[-1] + 1, 2))
-    at = (np.floor(layout.azimuth % 360.0 / 10.0).astype(np.intp) % 36)[:, None], place[None, :]
+    sums = np.zeros((_SLOTS, place[-1] + 1, 2))
+    slot = np.floor(layout.azimuth % 360.0 * (_SLOTS / 360.0)).astype(np.intp) % _SLOTS
+    at = slot[:, None], place[None, :]
     turns = len(source.results.turns())
     for turn in np.unique(np.linspace(0, turns - 1, min(turns, _MOST_TURNS)).astype(int)):
         error = field("maps/polar/height", turn) - field("truth/polar/height", turn)
@@ -122,45 +123,53 @@ def squares(source: Source) -> tuple[Array, Array]:
 
 
 def judge(first: tuple[Array, Array], second: tuple[Array, Array]) -> list[Judged]:
-    """`squares` of both, first over the headline's ranges, then range by range.
+    """`squares` of both: first the headline's ranges, where they are seen, then range by range.
 
-    The scatter of ln(rms B / rms A) is the jackknife's over up to twelve sectors of azimuth that both see, all turns of
-    a sector together, so that cells and turns of one wave count once. With n sectors, θᵢ the value without sector i:
+    The scatter of θ = ln(rms B / rms A) is the jackknife's over up to twelve sectors of azimuth that both see, all
+    turns of a sector together, so that cells and turns of one wave count once. With θᵢ that without sector i of n:
     σ² = (n − 1)/n Σ(θᵢ − θ̄)², times 1 + 2ρ for the correlation ρ > 0 of neighbours. For N independent cells of normal
-    errors that is 1/(2N) of each run. A difference is more than chance beyond t σ, with Student's t of n − 1 for 5 %
-    in all ranges together (Bonferroni). Sectors of one long crest, as of a regular wave, are not independent.
+    errors that is 1/(2N) of each run. Few sectors give σ a wide scatter: of a range it is at least the median of all.
+    A difference is more than chance beyond t σ, with Student's t of n − 1: 2.5 % for the headline and 2.5 % for all
+    ranges together (Bonferroni). Sectors of one long crest, as of a regular wave, are not independent.
     """
     start = np.union1d(first[0], second[0])
-    both = np.zeros((2, 36, start.size, 2))
+    both = np.zeros((2, _SLOTS, start.size, 2))
     for into, (ends, sums) in zip(both, (first, second), strict=True):
         into[:, np.searchsorted(start, ends)] = sums
-    headline = (start >= HEADLINE_M[0]) & (start < HEADLINE_M[1])
-    ranges = [headline, *np.eye(start.size, dtype=bool)] if headline.any() else list(np.eye(start.size, dtype=bool))
-    return [
-        _judged((float(start[of][0]), float(start[of][-1]) + BIN_M), both[:, :, of].sum(axis=2), len(ranges))
-        for of in ranges
-    ]
+    headline = np.flatnonzero((start >= HEADLINE_M[0]) & (start < HEADLINE_M[1]))
+    ranges = [np.array([each]) for each in range(start.size)]
+    scatters = [_scatter(both[:, :, of].sum(axis=2)) for of in ranges]
+    known = [sigma for sigma, _ in scatters if np.isfinite(sigma)]
+    floor = float(np.median(known)) if known else 0.0
+    tested = [(of, max(sigma, floor), n, len(ranges)) for of, (sigma, n) in zip(ranges, scatters, strict=True)]
+    if headline.size:
+        tested.insert(0, (headline, *_scatter(both[:, :, headline].sum(axis=2)), 1))
+    told = []
+    for of, sigma, n, tests in tested:
+        cells, square = np.moveaxis(both[:, :, of].sum(axis=(1, 2)), -1, 0)
+        a, b = np.sqrt(np.divide(square, cells, out=np.full(2, np.nan), where=cells > 0.0))
+        chance = np.exp(stdtrit(n - 1, 1.0 - 0.0125 / tests) * sigma) if np.isfinite(sigma) else np.nan
+        told.append(Judged((float(start[of][0]), float(start[of][-1]) + BIN_M), float(a), float(b), float(chance)))
+    return told
 
 
-def _judged(range_m: tuple[float, float], sums: Array, tests: int) -> Judged:
-    """sums: (run, 10°, 2) of one range."""
-    total = sums.sum(axis=1)
-    a, b = (float(np.sqrt(square / cells)) if cells else float("nan") for cells, square in total)
+def _scatter(sums: Array) -> tuple[float, int]:
+    """σ of θ, NaN where there is too little to tell, and of how many sectors. sums: (run, slot, 2)."""
     seen = np.flatnonzero((sums[:, :, 0] > 0.0).all(axis=0))
     n = min(_SECTORS, seen.size)
-    chance = float("nan")
-    if n >= _FEWEST:
-        sectors = np.stack([sums[:, part].sum(axis=1) for part in np.array_split(seen, n)], axis=1)
-        cells, square = np.moveaxis(sectors.sum(axis=1, keepdims=True) - sectors, -1, 0)
-        if (square > 0.0).all():
-            mean = np.log(square / cells)
-            off = 0.5 * (mean[1] - mean[0])
-            off -= off.mean()
-            spread = float(np.sum(off**2))
-            near = max(0.0, float(np.sum(off * np.roll(off, 1))) / spread) if spread else 0.0
-            sigma = np.sqrt((n - 1) / n * spread * (1.0 + 2.0 * near))
-            chance = float(np.exp(stdtrit(n - 1, 1.0 - 0.025 / tests) * sigma))
-    return Judged(range_m, a, b, chance)
+    if n < _FEWEST:
+        return float("nan"), n
+    sectors = np.stack([sums[:, part].sum(axis=1) for part in np.array_split(seen, n)], axis=1)
+    cells, square = np.moveaxis(sectors.sum(axis=1, keepdims=True) - sectors, -1, 0)
+    if not (square > 0.0).all():
+        return float("nan"), n
+    off = 0.5 * np.diff(np.log(square / cells), axis=0)[0]
+    off -= off.mean()
+    spread = float(np.sum(off**2))
+    near = (
+        float(np.sum(off * np.roll(off, 1))) / spread + 1.0 / (n - 1) if spread else 0.0
+    )  # about −1/(n − 1) by chance
+    return float(np.sqrt((n - 1) / n * spread * (1.0 + 2.0 * max(0.0, near)))), n
 
 
 def in_words(told: Sequence[Judged]) -> str:

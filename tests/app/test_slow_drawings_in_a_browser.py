@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
-from browsing import Server, Watched, choose, open_page, serve
+from browsing import Server, choose, open_page, serve
 from made_folders import maps_tree, write_run
 from playwright.sync_api import Browser, Page, expect
 
@@ -114,7 +113,10 @@ def test_under_a_tab_and_a_turn_stands_nothing_but_theirs_while_drawings_are_slo
         page.wait_for_timeout(300)
         before.click()  # six times: from the last turn to the second
         page.wait_for_timeout(300)
-    for place, there in (("Runs", page.get_by_role("button", name="See whole")), ("See", page.get_by_label("Next turn"))):
+    for place, there in (
+        ("Runs", page.get_by_role("button", name="See whole")),
+        ("See", page.get_by_label("Next turn")),
+    ):
         begin = time.monotonic()
         page.locator(".q-header").get_by_role("tab", name=place, exact=True).click()  # other places answer too
         expect(there).to_be_visible()
