@@ -10,6 +10,7 @@ import numpy as np
 from nicegui import ui
 from numpy.typing import NDArray
 
+from ..conventions import turn_name
 from ..report import style
 from . import drawing, figures
 from .sea_light import SUN_ELEVATION_DEG, lambert, mast_picture, sun
@@ -130,7 +131,7 @@ class SeaPanel:
         assert scene is not None
         number = source.results.turns()[turn]
         name = source.results.folder.relative_to(desk.roots.runs).as_posix()
-        folder = f"{name}_sea_turn{number + 1}"
+        folder = f"{name}_sea_{turn_name(number).replace(' ', '')}"
         if not desk.awaited(folder):
             words = ["sea", "{scene}", "--out", "{out}", f"--times={source.results.time(turn):.3f}"]
             desk.queue.add(f"the sea of {name} from the mast", folder, scene.to_toml(), words, 15.0)

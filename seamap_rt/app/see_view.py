@@ -367,12 +367,16 @@ class SeeView:
                 ui.menu_item("this turn's section and curves (CSV)", on_click=self._csv)
                 ui.menu_item("this turn's height maps (PNG)", on_click=self._png)
 
+    def _file(self, ending: str) -> str:
+        turn = turn_name(self._turns[self.tab.turn]).replace(" ", "")
+        return f"{Path(self.tab.run).name}_{turn}.{ending}"
+
     async def _csv(self) -> None:
         from .export import turn_csv
 
         if self.source is not None:
             made = await drawing.quick(turn_csv, self.source, self.azimuth, self.tab.turn)
-            ui.download.content(made, f"{Path(self.tab.run).name}_turn{self.tab.turn + 1}.csv")
+            ui.download.content(made, self._file("csv"))
 
     async def _png(self) -> None:
         from .export import turn_png
@@ -382,7 +386,7 @@ class SeeView:
             made = await drawing.slow(turn_png, self.source, self.tab.turn)
             self._say.set_text("" if made else "Only a run's maps, with their truth, are drawn.")
             if made:
-                ui.download.content(made, f"{Path(self.tab.run).name}_turn{self.tab.turn + 1}.png")
+                ui.download.content(made, self._file("png"))
 
 
 def _opened(folder: Path) -> Source | None:

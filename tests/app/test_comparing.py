@@ -18,7 +18,7 @@ from seamap_rt.app.results import Layout, Results
 from seamap_rt.app.views import Source
 from seamap_rt.scene import load_scene
 
-_DRAWS = 300
+_DRAWS = 200
 _RANGE = np.arange(15.0, 300.0, 3.0)
 
 
