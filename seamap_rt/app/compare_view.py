@@ -43,7 +43,7 @@ class CompareView:
                 .mark(f"compare-{label}")
                 for i, label in enumerate("AB")
             ]
-            ui.button("Swap", icon="swap_horiz", on_click=self._swap).props("flat dense no-caps")
+            ui.button("Swap A and B", icon="swap_horiz", on_click=self._swap).props("flat dense no-caps")
         self._said = ui.label().classes("text-sm").props("role=status")
         drawn = ui.label().classes("text-sm waits").props("role=status")
         self._body = ui.column().classes("w-full gap-2 min-w-0")

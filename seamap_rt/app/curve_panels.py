@@ -77,4 +77,4 @@ def _why_no_state(source: Source) -> str:
         return "Nothing was retrieved of these echoes yet: press Retrieve beside them in Runs."
     if source.results.growing or source.scene is not None:
         return "The wave height, turn by turn, is worked out when a run has ended."
-    return "The wave height of these echoes stands in their own page: Take away, retrieval.html."
+    return "The wave height of these echoes stands in their own page: Download, retrieval.html."

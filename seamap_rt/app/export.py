@@ -1,4 +1,4 @@
-"""What is taken away from a view: its numbers as CSV, its maps as the report's own picture."""
+"""What is downloaded from a view: its numbers as CSV, its maps as the report's own picture."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ class SeeView:
         self._azimuth: float | None = None
         self._shown_key: tuple[Any, ...] = ()
         self._study = ""  # a folder without turns that is shown
-        self._products: list[str] = []  # that may be taken away
+        self._products: list[str] = []  # that may be downloaded
         self._kinds: dict[str, str] = {}
         self._head()
         self._bar()
@@ -76,7 +76,7 @@ class SeeView:
         with ui.row().classes("w-full items-center gap-2"):
             self._choice = ui.select({}, label="Run", on_change=lambda e: self._choose(e.value))
             self._choice.props("dense outlined options-dense").classes("w-64 max-w-full").mark("run-choice")
-            with ui.button("Take away", icon="download").props("flat dense no-caps").mark("export"):
+            with ui.button("Download", icon="download").props("flat dense no-caps").mark("export"):
                 self._menu = ui.menu()
             self._say = ui.label().classes("text-sm").props("role=status")
         self._headline = ui.label().classes("font-bold").mark("verdict")

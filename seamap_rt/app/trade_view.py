@@ -35,14 +35,14 @@ class TradeView:
             self._keys = [self._key(number) for number in range(2)]
             self._seeds = ui.number("Seeds", value=2, min=1, max=64, precision=0, on_change=self._counted)
             self._seeds.props("dense outlined").classes("w-20").mark("seeds")
-            ui.button("Trade", icon="query_stats", on_click=self._trade).props("no-caps").mark("trade")
+            ui.button("Run all points", icon="query_stats", on_click=self._trade).props("no-caps").mark("trade")
         self._said = ui.label().classes("text-sm").props("role=status").mark("trade-said")
         with ui.row().classes("w-full items-center gap-2"):
             self._choice = ui.select({}, label="Trade", on_change=self._chosen).props("dense outlined options-dense")
             self._choice.classes("w-64 max-w-full").mark("trade-choice")
             self._measure = ui.select(MEASURES, value="fully_measured_radius_m", on_change=self._again)
             self._measure.props("dense outlined options-dense").classes("w-72 max-w-full")
-            with ui.button("Take away", icon="download").props("flat dense no-caps"):
+            with ui.button("Download", icon="download").props("flat dense no-caps"):
                 self._menu = ui.menu()
         self._plot = ui.plotly(figures.figure([], figures.layout(page.dark))).classes("w-full").mark("trade-graph")
         self._plot.on("plotly_click", self._clicked, args=["points"])
@@ -52,9 +52,9 @@ class TradeView:
             self._point.props("dense outlined options-dense").classes("w-96 max-w-full").mark("trade-point")
             self._maps = ui.button("Run this point", icon="map", on_click=self._open_maps)
             self._maps.props("no-caps dense").mark("trade-maps")
-            ui.button("Into the design", icon="edit", on_click=self._into_design).props("flat no-caps dense").mark(
-                "trade-design"
-            )
+            ui.button("Use these values in Design", icon="edit", on_click=self._into_design).props(
+                "flat no-caps dense"
+            ).mark("trade-design")
         self._point_said = ui.label().classes("text-sm").props("role=status").mark("trade-point-said")
         ui.timer(_LOOK_S, self._look)
 
