@@ -94,7 +94,7 @@ class Judged(NamedTuple):
         """Of B, where the difference is more than chance."""
         ratio = self.second / self.first
         if not np.isfinite(ratio):
-            return "in one of them alone" if np.isfinite(self.first) or np.isfinite(self.second) else ""
+            return "in one of them alone"
         if not np.isfinite(self.chance):
             return "too little to tell"
         return "▼ B worse" if ratio > self.chance else "▲ B better" if ratio < 1.0 / self.chance else "within chance"
@@ -136,6 +136,8 @@ def judge(first: tuple[Array, Array], second: tuple[Array, Array]) -> list[Judge
     both = np.zeros((2, _SLOTS, start.size, 2))
     for into, (ends, sums) in zip(both, (first, second), strict=True):
         into[:, np.searchsorted(start, ends)] = sums
+    there = both[..., 0].any(axis=(0, 1))
+    start, both = start[there], both[:, :, there]
     headline = np.flatnonzero((start >= HEADLINE_M[0]) & (start < HEADLINE_M[1]))
     ranges = [np.array([each]) for each in range(start.size)]
     scatters = [_scatter(both[:, :, of].sum(axis=2)) for of in ranges]

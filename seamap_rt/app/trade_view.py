@@ -13,6 +13,7 @@ from . import figures
 from .files import products_of
 from .prospects import run_seconds
 from .runs import find_runs, free_name
+from .runs_view import duration
 from .trade_point import folder_of_point, scene_of_point, words_of_point
 from .trading import MEASURES, Point, count_of, graph, numeric_fields, read_points, words_of
 
@@ -101,10 +102,15 @@ class TradeView:
                 self._said.set_text("Choose a key, and its values in the units of the scene file.")
                 return
             count, scene = count_of(vary, seeds), self.tab.draft.scene
-            time = f", about {count * run_seconds(scene) / 2.0 / 60.0:.0f} min on two cores" if scene else ""
-            self._said.set_text(f"{count} points{time}")
+            self._said.set_text(f"{count} points{self._time(count * run_seconds(scene) / 2.0) if scene else ''}")
         except (InputError, ValueError) as refusal:
             self._said.set_text(str(refusal))
+
+    def _time(self, guess_s: float) -> str:
+        pace = self.page.desk.queue.pace("trade")
+        if pace is None:
+            return f"; guessed to take {duration(guess_s)} (no trade was run here)"
+        return f", about {duration(guess_s * pace)}"
 
     def _trade(self) -> None:
         scene, desk = self.tab.draft.scene, self.page.desk
