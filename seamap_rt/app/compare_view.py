@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from nicegui import ui
 
 from ..conventions import turn_name
@@ -23,7 +24,13 @@ if TYPE_CHECKING:
 
 _COLUMNS = [
     {"name": name, "label": label, "field": name, "align": "left"}
-    for name, label in (("range", "Range (m)"), ("a", "A: rms error (m)"), ("b", "B: rms error (m)"), ("verdict", ""))
+    for name, label in (
+        ("range", "Range (m)"),
+        ("a", "A: rms error (m)"),
+        ("b", "B: rms error (m)"),
+        ("verdict", "B against A"),
+        ("chance", "Chance alone makes"),
+    )
 ]
 
 
@@ -158,6 +165,7 @@ class CompareView:
             {
                 "range": f"{each.range_m[0]:.0f}–{each.range_m[1]:.0f}",
                 "a": number(each.first, 3), "b": number(each.second, 3), "verdict": each.verdict,
+                "chance": f"{100.0 * (each.chance - 1.0):.0f} %" if np.isfinite(each.chance) else "—",
             }
             for each in judged
         ]  # fmt: skip

@@ -108,7 +108,9 @@ def test_from_a_scene_to_maps_section_comparison_and_files(watched: Watched, ser
     _place(page, "Compare")
     expect(page.get_by_text(re.compile(r"A \d+ · B \d+")).first).to_be_visible()
     expect(page.get_by_text(re.compile(r"^Differ in: .*turns \(A \d, B \d\)|^Differ in: .*seed"))).to_be_visible()
-    expect(page.get_by_text(re.compile(r"^50–200 m: (no difference beyond chance|B better|B worse) \(A 0"))).to_be_visible()
+    expect(
+        page.get_by_text(re.compile(r"^50–200 m: (no difference beyond chance|B better|B worse) \(A 0"))
+    ).to_be_visible()
     expect(page.get_by_role("cell", name="within chance").first).to_be_visible()
     expect(page.get_by_text(re.compile(r"^turn 1 of \d$"))).to_be_visible()
 
