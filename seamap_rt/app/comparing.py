@@ -129,8 +129,9 @@ def judge(first: tuple[Array, Array], second: tuple[Array, Array]) -> list[Judge
     turns of a sector together, so that cells and turns of one wave count once. With θᵢ that without sector i of n:
     σ² = (n − 1)/n Σ(θᵢ − θ̄)², times 1 + 2ρ for the correlation ρ > 0 of neighbours. For N independent cells of normal
     errors that is 1/(2N) of each run. Few sectors give σ a wide scatter: of a range it is at least the median of all.
-    A difference is more than chance beyond t σ, with Student's t of n − 1: 2.5 % for the headline and 2.5 % for all
-    ranges together (Bonferroni). Sectors of one long crest, as of a regular wave, are not independent.
+    A difference is more than chance beyond t σ, with Student's t of n − 2, one for θ̄ and one for ρ: 2.5 % for the
+    headline and 2.5 % for all ranges together (Bonferroni). Sectors of one long crest, as of a regular wave, are not
+    independent.
     """
     start = np.union1d(first[0], second[0])
     both = np.zeros((2, _SLOTS, start.size, 2))
@@ -150,7 +151,7 @@ def judge(first: tuple[Array, Array], second: tuple[Array, Array]) -> list[Judge
     for of, sigma, n, tests in tested:
         cells, square = np.moveaxis(both[:, :, of].sum(axis=(1, 2)), -1, 0)
         a, b = np.sqrt(np.divide(square, cells, out=np.full(2, np.nan), where=cells > 0.0))
-        chance = np.exp(stdtrit(n - 1, 1.0 - 0.0125 / tests) * sigma) if np.isfinite(sigma) else np.nan
+        chance = np.exp(stdtrit(n - 2, 1.0 - 0.0125 / tests) * sigma) if np.isfinite(sigma) else np.nan
         told.append(Judged((float(start[of][0]), float(start[of][-1]) + BIN_M), float(a), float(b), float(chance)))
     return told
 

@@ -86,7 +86,7 @@ def test_the_stated_chance_is_the_scatter_of_independent_cells() -> None:
         sums[..., 0] = cells / 24
         sums[..., 1] = random.chisquare(cells / 24, (2, 24, 1))
         told = judge((np.array([0.0]), sums[0]), (np.array([0.0]), sums[1]))
-        found.append(np.log(told[0].chance) / student.ppf(0.9875, 11))
+        found.append(np.log(told[0].chance) / student.ppf(0.9875, 10))
     # neighbours' correlation, where it is positive by chance, adds: the mean of √(1 + 2 max(0, ρ)) with ρ of σ 0.3
     assert 1.0 / np.sqrt(cells) < np.mean(found) < 1.2 / np.sqrt(cells)
 
