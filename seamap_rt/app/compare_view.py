@@ -126,15 +126,16 @@ class CompareView:
         first, second = [await asyncio.to_thread(self._source, name) for name in names]
         count = min([len(await asyncio.to_thread(each.results.turns)) for each in (first, second)])
         turn = min(int(self._slider.value or 1), count) - 1
-        made = await drawing.quick(drawing_of, first, second, turn, names, self.page.dark)
+        key = (*names, self.page.dark)
+        whole = key != self._shown
+        made = await drawing.quick(drawing_of, first, second, turn, names, self.page.dark, whole)
         self._said.set_text(made.differ if names[0] != names[1] else "Choose two different runs.")
         self._body.set_visibility(True)
         self._slider.props["max"] = max(count, 2)
         self._slider.set_enabled(count > 1)
         self._slider.update()
         self._turn.set_text(turn_name(turn, count))
-        key = (*names, self.page.dark)
-        if key == self._shown:
+        if not whole:
             self._maps.frame(made.shown)
         else:
             self._shown = key

@@ -191,17 +191,17 @@ def _span(judged: Judged) -> str:
     return f"{judged.range_m[0]:.0f}–{judged.range_m[1]:.0f} m"
 
 
-def drawing_of(first: Source, second: Source, turn: int, names: tuple[str, str], dark: bool) -> Drawn:
-    """All that is shown of two. OSError, IndexError where a run has no such turn."""
+def drawing_of(first: Source, second: Source, turn: int, names: tuple[str, str], dark: bool, whole: bool) -> Drawn:
+    """What is shown of two. whole: with what is of all turns. OSError, IndexError where a run has no such turn."""
     told = {name: each.by_range(turn) for name, each in zip(names, (first, second), strict=True)}
-    judged = [squares(each) for each in (first, second)] if first.results.has_truth and second.results.has_truth else []
+    known = whole and first.results.has_truth and second.results.has_truth
     return Drawn(
         side_by_side(first, second, turn, names),
         curves.error_graph(told, None, dark),
         curves.visible_graph(told, None, dark),
         figures_of(first.results.metrics(), second.results.metrics()),
         differences(first, second),
-        judge(*judged) if judged else [],
+        judge(squares(first), squares(second)) if known else [],
     )
 
 

@@ -16,9 +16,10 @@ Result = TypeVar("Result")
 
 
 class Lane:
-    """A process that draws one thing after another; it starts with the first."""
+    """A process that draws one thing after another; it starts with the first. most: after so many another follows."""
 
-    def __init__(self) -> None:
+    def __init__(self, most: int | None = None) -> None:
+        self._most = most
         self._pool: ProcessPoolExecutor | None = None
         self._free = asyncio.Lock()
 
@@ -30,7 +31,8 @@ class Lane:
         packed = pickle.dumps((make, given))
         await self._free.acquire()
         loop = asyncio.get_running_loop()
-        pool = self._pool = self._pool or ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _begin)
+        spawn = multiprocessing.get_context("spawn")
+        pool = self._pool = self._pool or ProcessPoolExecutor(1, spawn, _begin, max_tasks_per_child=self._most)
         try:
             future = pool.submit(_call, packed)
         except BrokenExecutor as error:
@@ -47,7 +49,8 @@ class Lane:
 
 _ENDED = "the process that draws has ended, as it does where memory runs out; choose the view again"
 
-quick, slow = Lane(), Lane()  # maps, sections, curves; what may take seconds, and what nobody waits for
+quick, slow = Lane(), Lane()  # maps, sections, curves; what may take seconds
+alone = Lane(1)  # what takes much memory
 
 
 def close() -> None:

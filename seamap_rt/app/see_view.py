@@ -252,7 +252,8 @@ class SeeView:
             ui.timer(0.0, self._draw, once=True)
 
     def _name_turn(self, when: str = "") -> str:
-        name = turn_name(self._turns[self.tab.turn], self._of) if 0 <= self.tab.turn < len(self._turns) else ""
+        there = self.source is not None and 0 <= self.tab.turn < len(self._turns)
+        name = turn_name(self._turns[self.tab.turn], self._of) if there else ""
         self._clock.set_text(name + when)
         return name
 
@@ -375,18 +376,19 @@ class SeeView:
         from .export import turn_csv
 
         if self.source is not None:
-            made = await drawing.quick(turn_csv, self.source, self.azimuth, self.tab.turn)
-            ui.download.content(made, self._file("csv"))
+            name = self._file("csv")
+            ui.download.content(await drawing.quick(turn_csv, self.source, self.azimuth, self.tab.turn), name)
 
     async def _png(self) -> None:
         from .export import turn_png
 
         if self.source is not None:
+            name = self._file("png")
             self._say.set_text("drawing …")
             made = await drawing.slow(turn_png, self.source, self.tab.turn)
             self._say.set_text("" if made else "Only a run's maps, with their truth, are drawn.")
             if made:
-                ui.download.content(made, self._file("png"))
+                ui.download.content(made, name)
 
 
 def _opened(folder: Path) -> Source | None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,7 +27,6 @@ class VerifiedPanel:
         self.view = view
         self._came: Came | None = None
         self._of: Any = None
-        self._coming: tuple[Path, asyncio.Future[Came]] | None = None
         self._turn = 0
         self._filling = False
         ui.label("How past forecasts came out").classes("text-base font-bold")
@@ -63,11 +60,9 @@ class VerifiedPanel:
             return None
         if self._of != folder:
             self._tell("Drawing the sea that came …")
-            if self._coming is None or self._coming[0] != folder or self._coming[1].done():
-                self._coming = folder, asyncio.ensure_future(asyncio.to_thread(what_came, folder))
             try:
-                came = await asyncio.shield(self._coming[1])  # drawn once, whatever is looked at meanwhile
-            except InputError as refusal:
+                came = await what_came(folder)
+            except (InputError, OSError) as refusal:
                 self._tell(f"What came is not known: {refusal}")
                 return None
             self._of, self._came = folder, came
