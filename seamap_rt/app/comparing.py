@@ -92,12 +92,12 @@ class Judged(NamedTuple):
     @property
     def verdict(self) -> str:
         """Of B, where the difference is more than chance."""
-        ratio = self.second / self.first
-        if not np.isfinite(ratio):
+        if not np.isfinite(self.first + self.second):
             return "in one of them alone"
         if not np.isfinite(self.chance):
             return "too little to tell"
-        return "▼ B worse" if ratio > self.chance else "▲ B better" if ratio < 1.0 / self.chance else "within chance"
+        worse, better = self.second > self.chance * self.first, self.chance * self.second < self.first
+        return "▼ B worse" if worse else "▲ B better" if better else "within chance"
 
 
 def squares(source: Source) -> tuple[Array, Array]:

@@ -95,6 +95,7 @@ def test_what_cannot_be_judged_is_not() -> None:
     told = judge(squares(_run(1, 1, span_deg=20.0)), squares(_run(2, 1, 0.3, span_deg=20.0)))
     assert {each.verdict for each in told} == {"too little to tell"}
     assert Judged((0.0, 25.0), 0.1, float("nan"), float("nan")).verdict == "in one of them alone"
+    assert Judged((0.0, 25.0), 0.0, 0.0, float("nan")).verdict == "too little to tell"  # no error at all
 
 
 def test_what_differs_is_named(tmp_path: Path) -> None:
