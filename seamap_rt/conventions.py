@@ -9,6 +9,8 @@ Slopes are ∂z/∂(ground range), outward, and ∂z/∂(cross range), clockwise
 
 from __future__ import annotations
 
+from typing import SupportsInt
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -21,6 +23,11 @@ SURFACE_TENSION = 0.074  # N/m, clean sea water
 EARTH_RADIUS = 6_371_000.0  # m; the 4/3 Earth of radar propagation uses 4/3 of it
 
 POLARIZATIONS = ("VV", "HH")
+
+
+def turn_name(turn: SupportsInt, of: int | None = None) -> str:
+    """A turn as people count, from 1: "turn 3", or "turn 3 of 5". turn: as datasets count, from 0."""
+    return f"turn {int(turn) + 1}" + ("" if of is None else f" of {of}")
 
 
 def unit_from_azimuth(azimuth_deg: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -1,4 +1,4 @@
-"""What is taken away from a view: its numbers as CSV, its maps as the report's own picture."""
+"""What is downloaded from a view: its numbers as CSV, its maps as the report's own picture."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import math
 
 import xarray as xr
 
+from ..conventions import turn_name
 from ..report import maps as report_maps
 from ..report import style
 from .views import Source
@@ -18,7 +19,7 @@ def turn_csv(source: Source, azimuth_deg: float, index: int) -> str:
     section, told = source.section(azimuth_deg, index), source.by_range(index)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([f"section along {section.azimuth_deg:.2f} degrees; turn {source.results.turns()[index] + 1}"])
+    writer.writerow([f"section along {section.azimuth_deg:.2f} degrees; {turn_name(source.results.turns()[index])}"])
     writer.writerow(["ground_range_m", "true_height_m", "visible_fraction", "placed_at_m", "height_m", "height_std_m"])
     columns = (section.ground_m, section.true, section.visible, section.placed_m, section.retrieved, section.spread)
     _rows(writer, columns)

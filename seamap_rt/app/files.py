@@ -12,7 +12,7 @@ from ..errors import InputError
 if TYPE_CHECKING:
     from .desk import Desk
 
-PRODUCTS = {  # that may be taken away, with their types; a page of ours is shown, the others are saved
+PRODUCTS = {  # that may be downloaded, with their types; a page of ours is shown, the others are saved
     "report.html": "text/html; charset=utf-8",
     "retrieval.html": "text/html; charset=utf-8",
     "trade.html": "text/html; charset=utf-8",
@@ -68,5 +68,5 @@ def give_files(app: FastAPI, desk: Desk) -> None:
 
 
 def products_of(folder) -> list[str]:
-    """What of a folder may be taken away."""
+    """What of a folder may be downloaded."""
     return [name for name in PRODUCTS if (folder / name).is_file()]

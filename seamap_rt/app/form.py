@@ -122,9 +122,20 @@ class Form:
                 for field in rest:
                     self._field(field)
         if part.many:
-            ui.button(
-                "Take out", icon="delete", on_click=lambda: self._restructure(self.draft.remove, part.path)
-            ).props("flat dense size=sm")
+            ui.button("Delete", icon="delete", on_click=lambda: self._delete(part)).props("flat dense size=sm no-caps")
+
+    def _delete(self, part: Part) -> None:
+        """An entry of a list, when it is asked for twice."""
+
+        def sure() -> None:
+            asked.close()
+            self._restructure(self.draft.remove, part.path)
+
+        with ui.dialog(value=True) as asked, ui.card():
+            ui.label(f"Delete {part.label} from the design? Undo brings it back.")
+            with ui.row():
+                ui.button("Delete it", icon="delete", on_click=sure).props("no-caps")
+                ui.button("Keep it", on_click=asked.close).props("flat no-caps")
 
     def _comes_first(self, part: Part, field: Field) -> bool:
         if part.path.startswith("sea.waves"):

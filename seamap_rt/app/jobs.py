@@ -20,7 +20,10 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..compute.locks import alive
+from ..compute.machine import cores
 from ..errors import InputError, one_line
 from ..io.progress_file import VARIABLE
 from ..io.results_folder import write_whole
@@ -30,6 +33,7 @@ FOLDER = ".jobs"
 _ENDED = ("done", "cancelled", "failed")
 _LAST = 4096  # bytes of what a process said that are read
 _POLL_S = 0.2
+_MEASURED, _NICE = 3, 5
 
 
 @dataclass
@@ -50,7 +54,8 @@ class Job:
     asked: float = field(default_factory=time.time)
     started: float = 0.0
     ended: float = 0.0
-    guess_s: float = 0.0  # how long it was expected to take
+    guess_s: float = 0.0  # how long it was expected to take, on the machine that the guess was made for
+    crowd: float = 1.0  # how many wanted each core when it ended, this job's own threads among them
 
     @property
     def over(self) -> bool:
@@ -103,7 +108,14 @@ class Queue:
 
     def progress(self, job: Job) -> Progress:
         """How far a job is."""
-        return read_progress(self._folder / f"{job.name}.progress", job)
+        return read_progress(self._folder / f"{job.name}.progress", job, pace=self.pace(job.words[0]))
+
+    def pace(self, kind: str) -> float | None:
+        """What a command takes now over what is guessed, by the last three of its kind that were done here and by how
+        many want each core now and wanted it then; None where none was done."""
+        done = [job for job in self.jobs() if job.state == "done" and job.words[0] == kind and job.guess_s > 0.0]
+        took = [(job.ended - job.started) / (job.guess_s * job.crowd) for job in done[:_MEASURED]]
+        return float(np.median(took)) * _crowd() if took else None
 
     # ------------------------------------------------------------------------------------------------ stopping
 
@@ -177,6 +189,8 @@ class Queue:
                     env=environment,
                     start_new_session=True,
                 )
+                with contextlib.suppress(OSError):
+                    os.setpriority(os.PRIO_PROCESS, process.pid, _NICE)  # the page answers first
         except OSError as error:
             job.state, job.reason, job.ended = "failed", one_line(f"cannot be started: {error}"), time.time()
         else:
@@ -198,7 +212,7 @@ class Queue:
         state, reason = self._ending(job, code)
         with self._change:
             self._processes.pop(job.name, None)
-            job.state, job.reason, job.ended = state, reason, time.time()
+            job.state, job.reason, job.ended, job.crowd = state, reason, time.time(), _crowd()
             self._note(job)
 
     def _ending(self, job: Job, code: int | None) -> tuple[str, str]:
@@ -254,6 +268,11 @@ class Queue:
             elif job.state == "queued":
                 job.state, job.reason = "cancelled", "the page ended before it began"
             self._jobs[job.name] = job
+
+
+def _crowd() -> float:
+    """How many want each core, in the mean of the last minute; 1 where none need wait."""
+    return max(1.0, os.getloadavg()[0] / len(cores()))
 
 
 def _last_line(path: Path) -> str:

@@ -52,8 +52,12 @@ class ProspectsView:
         then = beside.values if beside else {}
         if set(self._shown) != {key for key, *_ in found.figures}:
             self._make_tiles(found)
+        pace = self.page.desk.queue.pace("run")
+        self._shown["seconds"].words.set_text("A run takes about" if pace else "A run takes (guessed)")
         for key, _, value, _, digits, better in found.figures:
-            self._shown[key].fill(value, digits, then.get(key), better)
+            scale = pace or 1.0 if key == "seconds" else 1.0
+            before = then.get(key)
+            self._shown[key].fill(scale * value, digits, None if before is None else scale * before, better)
 
     def draw(self, found: Prospects, scene: Scene, beside: Prospects | None) -> None:
         """Fill the graphs, which take the browser longer than the figures do."""
@@ -81,7 +85,7 @@ class _Tile:
 
     def __init__(self, key: str, words: str, unit: str) -> None:
         with ui.card().classes("p-2 gap-0 w-full").props("flat bordered"):
-            ui.label(words).classes("text-xs opacity-80")
+            self.words = ui.label(words).classes("text-xs opacity-80")
             with ui.row().classes("items-baseline gap-1"):
                 self._value = ui.label().classes("text-lg font-bold figure-value").mark(f"figure-{key}")
                 ui.label(unit).classes("text-xs")

@@ -42,7 +42,7 @@ class RunsView:
         with ui.row().classes("w-full items-center"):
             ui.label("Results").classes("text-base font-bold")
             ui.label(f"in {page.desk.roots.runs}").classes("text-xs opacity-80 break-all")
-            ui.button(icon="refresh", on_click=self._find).props('flat dense round aria-label="Look again"')
+            ui.button(icon="refresh", on_click=self._find).props('flat dense round aria-label="Refresh the list"')
         self._results = ui.column().classes("w-full gap-1").mark("results")
         ui.timer(_LOOK_S, self._look)
 
@@ -112,7 +112,7 @@ class RunsView:
                 again.props(f'dense no-caps flat aria-label="Retrieve {entry.name}"')
             see = ui.button("See", icon="visibility", on_click=lambda: open_folder(self.page, entry.name, entry.kind))
             see.props(f'dense no-caps flat aria-label="See {entry.name}"').mark(f"see-{entry.name}")
-            with ui.button(icon="download").props('flat dense round aria-label="Take away"'), ui.menu():
+            with ui.button(icon="download").props('flat dense round aria-label="Download"'), ui.menu():
                 for name in products_of(folder):
                     ui.menu_item(name, on_click=partial(ui.navigate.to, f"/files/{entry.name}/{name}", new_tab=True))
 
@@ -152,7 +152,7 @@ class _Row:
                     ).mark(f"cancel-{job.folder}")
                 else:
                     ui.button(icon="close", on_click=lambda: page.desk.queue.forget(job.name)).props(
-                        'flat dense round aria-label="Take off the list"'
+                        'flat dense round aria-label="Remove from the list; results stay"'
                     )
                 if job.state != "queued":
                     kind = "trade" if job.words[0] == "trade" else None

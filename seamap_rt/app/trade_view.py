@@ -13,6 +13,7 @@ from . import figures
 from .files import products_of
 from .prospects import run_seconds
 from .runs import find_runs, free_name
+from .runs_view import duration
 from .trade_point import folder_of_point, scene_of_point, words_of_point
 from .trading import MEASURES, Point, advice, count_of, graph, numeric_fields, read_points, words_of
 
@@ -37,14 +38,14 @@ class TradeView:
             self._seeds.props("dense outlined").classes("w-20").mark("seeds")
             self._at_most = ui.number("Recommend at most", on_change=self._counted).mark("at-most")
             self._at_most.props("dense outlined clearable").classes("w-40")
-            ui.button("Trade", icon="query_stats", on_click=self._trade).props("no-caps").mark("trade")
+            ui.button("Run all points", icon="query_stats", on_click=self._trade).props("no-caps").mark("trade")
         self._said = ui.label().classes("text-sm").props("role=status").mark("trade-said")
         with ui.row().classes("w-full items-center gap-2"):
             self._choice = ui.select({}, label="Trade", on_change=self._chosen).props("dense outlined options-dense")
             self._choice.classes("w-64 max-w-full").mark("trade-choice")
             self._measure = ui.select(MEASURES, value="fully_measured_radius_m", on_change=self._again)
             self._measure.props("dense outlined options-dense").classes("w-72 max-w-full")
-            with ui.button("Take away", icon="download").props("flat dense no-caps"):
+            with ui.button("Download", icon="download").props("flat dense no-caps"):
                 self._menu = ui.menu()
         self._plot = ui.plotly(figures.figure([], figures.layout(page.dark))).classes("w-full").mark("trade-graph")
         self._plot.on("plotly_click", self._clicked, args=["points"])
@@ -54,9 +55,9 @@ class TradeView:
             self._point.props("dense outlined options-dense").classes("w-96 max-w-full").mark("trade-point")
             self._maps = ui.button("Run this point", icon="map", on_click=self._open_maps)
             self._maps.props("no-caps dense").mark("trade-maps")
-            ui.button("Into the design", icon="edit", on_click=self._into_design).props("flat no-caps dense").mark(
-                "trade-design"
-            )
+            ui.button("Use these values in Design", icon="edit", on_click=self._into_design).props(
+                "flat no-caps dense"
+            ).mark("trade-design")
         self._point_said = ui.label().classes("text-sm").props("role=status").mark("trade-point-said")
         ui.timer(_LOOK_S, self._look)
 
@@ -103,10 +104,15 @@ class TradeView:
                 self._said.set_text("Choose a key, and its values in the units of the scene file.")
                 return
             count, scene = count_of(vary, seeds), self.tab.draft.scene
-            time = f", about {count * run_seconds(scene) / 2.0 / 60.0:.0f} min on two cores" if scene else ""
-            self._said.set_text(f"{count} points{time}")
+            self._said.set_text(f"{count} points{self._time(count * run_seconds(scene) / 2.0) if scene else ''}")
         except (InputError, ValueError) as refusal:
             self._said.set_text(str(refusal))
+
+    def _time(self, guess_s: float) -> str:
+        pace = self.page.desk.queue.pace("trade")
+        if pace is None:
+            return f"; guessed to take {duration(guess_s)} (no trade was run here)"
+        return f", about {duration(guess_s * pace)}"
 
     def _trade(self) -> None:
         scene, desk = self.tab.draft.scene, self.page.desk

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from nicegui import ui
 
-from ..conventions import written
+from ..conventions import turn_name, written
 from ..errors import InputError
 from . import figures, verified_graphs
 from .what_came import Came, what_came
@@ -62,12 +61,12 @@ class VerifiedPanel:
         if self._of != folder:
             self._tell("Drawing the sea that came …")
             try:
-                self._came = await asyncio.to_thread(what_came, folder)
-            except InputError as refusal:
+                came = await what_came(folder)
+            except (InputError, OSError) as refusal:
                 self._tell(f"What came is not known: {refusal}")
                 return None
-            self._of = folder
-            self._begin(self._came)
+            self._of, self._came = folder, came
+            self._begin(came)
         assert self._came is not None
         self._step(self._came)
         return self._came
@@ -106,7 +105,7 @@ class VerifiedPanel:
         held = np.flatnonzero(windows.judged == at) if windows is not None and at is not None else np.array([])
         self._plots["issue"].set_visibility(bool(held.size))
         if windows is not None and held.size:
-            title = f"Quiet windows after turn {came.issue[at] + 1}, and which came"
+            title = f"Quiet windows after {turn_name(came.issue[at])}, and which came"
             graph = verified_graphs.windows_of_issue(
                 windows, int(held[0]), float(windows.figures["confidence"]), title, dark
             )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from cyclopts import Parameter
 
+from ..conventions import turn_name
 from ..errors import InputError
 from .shell import Names, Settings, app, console, overrides_of, section_of
 
@@ -135,7 +136,7 @@ def _exports(to: list[str] | None, at: str | None) -> tuple[list[Kind], Origin |
 def _told(maps: xr.DataTree) -> None:
     """A line for a turn that has just come."""
     polar = maps["polar"].to_dataset()
-    console.print(f"turn {int(polar['turn'].values[-1])}: {_answered(maps)[0]}")
+    console.print(f"{turn_name(polar['turn'].values[-1])}: {_answered(maps)[0]}")
 
 
 def _opened(echoes: Path, header: Path | None, name: list[str] | None) -> xr.Dataset:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
 
+from seamap_rt.app import jobs
 from seamap_rt.app.jobs import Job, Queue
 from seamap_rt.app.progress import read_progress
 
@@ -165,3 +168,45 @@ def test_a_damaged_file_of_progress_is_no_error(tmp_path: Path, content: bytes) 
         now = read_progress(path, job, now=101.0)
         assert 0.0 <= now.share <= 1.0
         assert now.left_s is None or now.left_s >= 0.0
+
+
+# -------------------------------------------------------------------------------------------------------- pace
+
+
+def _done(runs: Path, kind: str, *took: tuple[float, float, float]) -> Queue:
+    """A queue that finds jobs that were done: seconds that each took, was guessed to take, and how crowded it was."""
+    (runs / ".jobs").mkdir(parents=True, exist_ok=True)
+    for number, (seconds, guess, crowd) in enumerate(took):
+        job = Job(f"{kind}{number}", "x", "x", (kind,), state="done", asked=float(number), guess_s=guess, crowd=crowd)
+        job.started, job.ended = 1000.0 * number, 1000.0 * number + seconds
+        (runs / ".jobs" / f"{job.name}.json").write_text(json.dumps(asdict(job)))
+    return Queue(runs)
+
+
+def test_nothing_is_called_about_so_long_before_one_was_done_here(tmp_path: Path) -> None:
+    queue = _done(tmp_path, "trade", (20.0, 10.0, 1.0))
+    assert queue.pace("run") is None
+    for lines in ((), ((110.0, "preparing"),), ((110.0, "turn 1 of 9: mesh, … left"),), ((110.0, "comparing"),)):
+        told = read_progress(_told(tmp_path, *lines), _job(), now=111.0, pace=queue.pace("run"))
+        assert told.left_s is None
+    queue.close()
+
+
+@pytest.mark.parametrize(("load", "cores", "crowd"), [(0.3, 4, 1.0), (4.0, 4, 1.0), (6.0, 2, 3.0)])
+def test_a_guess_is_scaled_by_the_last_runs_and_by_who_else_wants_the_cores(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, load: float, cores: int, crowd: float
+) -> None:
+    monkeypatch.setattr(os, "getloadavg", lambda: (load, 0.0, 0.0))
+    monkeypatch.setattr(jobs, "cores", lambda: list(range(cores)))
+    # the first is of long ago; the others took twice the guess, or eight times where four wanted each core
+    queue = _done(tmp_path, "run", (900.0, 10.0, 1.0), (20.0, 10.0, 1.0), (80.0, 10.0, 4.0), (60.0, 30.0, 1.0))
+    assert queue.pace("run") == pytest.approx(2.0 * crowd)
+    told = read_progress(_told(tmp_path, (101.0, "preparing")), _job(), now=101.0, pace=queue.pace("run"))
+    assert told.left_s == pytest.approx(30.0 * 2.0 * crowd)
+    queue.close()
+
+
+def test_a_run_gives_way_to_the_page(queue: Queue, tmp_path: Path) -> None:
+    job = _add(queue, "wait", "a")
+    _wait(lambda: (tmp_path / "a" / "ready").exists())
+    assert os.getpriority(os.PRIO_PROCESS, job.pid) > os.getpriority(os.PRIO_PROCESS, 0)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ...conventions import turn_name
 from ...dataset import ECHO_ATTRIBUTES, FURTHER_ECHO_ATTRIBUTES
 from ...errors import SchemaError
 from ...io.numbers import rounded_up
@@ -95,7 +96,7 @@ def check_maps(echoes: xr.Dataset, settings: RetrievalSettings) -> None:
     needed = BYTES_PER_VOLTAGE * pulses * receivers * gates.size
     if needed > 1.01 * MOST_ECHO_BYTES:  # a turn may hold a pulse more than the mean, which limits a scene
         raise SchemaError(
-            f"echoes: turn {int(echoes['turn'].values[0])} holds {pulses:.3g} pulses of {gates.size} gates and takes "
+            f"echoes: {turn_name(echoes['turn'].values[0])} holds {pulses:.3g} pulses of {gates.size} gates and takes "
             f"{needed / 1e9:.3g} GB, and may take {MOST_ECHO_BYTES / 1e9:.3g}; leave out gates or pulses"
         )
     far, side = float(gates[-1]), settings.ground_m
