@@ -11,7 +11,7 @@ from ..errors import InputError
 from . import curves, figures
 from .comparing import Figure, figures_of, side_by_side
 from .maps_panel import MapsPanel
-from .prospects_view import number
+from .prospects_view import COLOURS, number
 from .results import Results
 from .runs import find_runs
 from .views import Source
@@ -134,7 +134,6 @@ class CompareView:
                     first, second = (
                         "—" if each is None else number(each, row.digits) for each in (row.first, row.second)
                     )
-                    colour = {1: "text-positive", -1: "text-negative", 0: ""}[row.verdict]
                     sign = {1: "▲ B better", -1: "▼ B worse", 0: ""}[row.verdict]
                     ui.label(f"A {first} · B {second}").classes("font-bold figure-value")
-                    ui.label(sign).classes(f"text-xs {colour}")
+                    ui.label(sign).classes("text-xs").classes(COLOURS[row.verdict])

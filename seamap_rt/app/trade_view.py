@@ -10,7 +10,7 @@ from nicegui import events, ui
 
 from ..errors import InputError
 from . import figures
-from .files import products_of
+from .files import address, products_of
 from .prospects import run_seconds
 from .runs import find_runs, free_name
 from .trade_point import folder_of_point, scene_of_point, words_of_point
@@ -166,8 +166,7 @@ class TradeView:
         self._menu.clear()
         with self._menu:
             for product in products_of(folder):
-                target = f"/files/{name}/{product}"
-                ui.menu_item(product, on_click=partial(ui.navigate.to, target, new_tab=True))
+                ui.menu_item(product, on_click=partial(ui.navigate.to, address(name, product), new_tab=True))
 
     # ------------------------------------------------------------------------------------------------ one point
 
