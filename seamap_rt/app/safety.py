@@ -203,6 +203,11 @@ class Roots:
                 self.check_files(entry, f"{key}.{index}")
 
 
+def is_text(name: str) -> bool:
+    """False for a file's name in bytes that are no text, which no browser can be told."""
+    return not any("\ud800" <= letter <= "\udfff" for letter in name)
+
+
 def safe_name(name: str, fallback: str = "upload") -> str:
     """The last part of a name that a browser gave, with letters that any file system takes."""
     last = name.replace("\\", "/").rsplit("/", 1)[-1]

@@ -14,7 +14,7 @@ from .files import address, products_of
 from .prospects import run_seconds
 from .runs import find_runs, free_name
 from .trade_point import folder_of_point, scene_of_point, words_of_point
-from .trading import MEASURES, Point, count_of, graph, numeric_fields, read_points, words_of
+from .trading import MEASURES, Point, count_of, graph, numeric_fields, place_of, read_points, words_of
 
 if TYPE_CHECKING:
     from .page import Page
@@ -189,7 +189,7 @@ class TradeView:
         near = [
             i
             for i, each in enumerate(self._points)
-            if each.status == "done" and next(iter(each.keys.values())) == place
+            if each.status == "done" and place_of(next(iter(each.keys.values()))) == place
         ]
         if near:
             self._point.value = min(near, key=lambda i: abs(self._points[i].metrics.get(measure, float("inf")) - value))
