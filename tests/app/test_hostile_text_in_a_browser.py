@@ -121,7 +121,7 @@ def _go(page: Page, place: str) -> None:
 
 def _choose(page: Page, label: str, option: str) -> None:
     page.get_by_label(label, exact=True).locator("visible=true").first.click()
-    page.get_by_role("option", name=option, exact=True).click()
+    page.get_by_role("option", name=option, exact=True).last.click()  # a list that was just shut may still be there
 
 
 def _unharmed(page: Page, where: str) -> None:
