@@ -41,13 +41,6 @@ _PIXEL = bytes.fromhex(
 )
 
 
-def _hostile(value: Any) -> Any:
-    """A tree with each text replaced."""
-    if isinstance(value, dict):
-        return {key: _hostile(each) for key, each in value.items()}
-    return ALL if isinstance(value, str) else value
-
-
 def _spoil(path: Path) -> None:
     """Every attribute of a file that is text, as one that is hostile."""
     with h5py.File(path, "a") as file:
