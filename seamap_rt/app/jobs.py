@@ -68,6 +68,7 @@ class Queue:
     """Runs jobs one after another. runs: the folder below which all of them write. program: what runs the command."""
 
     def __init__(self, runs: Path, program: Sequence[str] = (sys.executable, "-m", "seamap_rt.cli")) -> None:
+        runs = runs.resolve()
         self._runs, self._folder, self._program = runs, runs / FOLDER, tuple(program)
         self._folder.mkdir(parents=True, exist_ok=True)
         self._jobs: dict[str, Job] = {}
@@ -270,10 +271,9 @@ class Queue:
         for path in self._folder.glob("*.json"):
             try:
                 job = _JOB.validate_json(path.read_bytes())
-                within = (self._runs / job.folder).resolve().is_relative_to(self._runs.resolve())
+                if job.name != path.stem or not (self._runs / job.folder).resolve().is_relative_to(self._runs):
+                    continue
             except (OSError, ValueError):  # ValidationError is one
-                continue
-            if job.name != path.stem or not within:
                 continue
             if job.state == "running" and not self._lives(job):
                 job.state, job.reason = self._ending(job, None)

@@ -218,7 +218,7 @@ def table(data: xr.Dataset) -> str:
     shown = ("visible_fraction", "smith", "wagner", "exact", "crest_bias")
     runs = [f"{kind}_run_{end}" for kind in ("shadow", "visible") for end in ("median", "90")]
     columns = [f"{name}{end}" for name in (*shown, *runs) for end in ("", "_low", "_high")] + ["r50", "r50_note"]
-    lines: list[list[Any]] = []
+    lines: list[Sequence[Any]] = []
     for dim, prefix in (("look", "look_"), ("azimuth", "")):
         names = {f"{prefix}{column}": column for column in columns if f"{prefix}{column}" in data}
         part = data[list(names)].rename(names).drop_vars("lowest_antenna")
@@ -228,14 +228,8 @@ def table(data: xr.Dataset) -> str:
         else:
             frame.insert(2, "look", [f"at {angle:+.0f}°" for angle in frame.pop("from_waves")])
         lines += [] if lines else [list(frame)]
-        lines += [[_cell(value) for value in row] for row in frame.itertuples(index=False, name=None)]
-    return csv_text(lines)
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, float):
-        return "" if np.isnan(value) else f"{value:.6g}"
-    return str(value)
+        lines += frame.itertuples(index=False, name=None)
+    return csv_text(lines, 6)
 
 
 def _write_all(folder: Path, made: Mapping[str, bytes]) -> None:

@@ -174,17 +174,12 @@ def _ramp(number: int, count: int) -> Any:
 
 def _value(table: xr.Dataset, key: str, number: int) -> str:
     value = table[key].values[number]
-    return f"{value:g}" if isinstance(value, float) else _plain(str(value))
+    return f"{value:g}" if isinstance(value, float) else str(value).replace("$", r"\$")  # no formula of Matplotlib's
 
 
 def _words(table: xr.Dataset, key: str, number: int) -> str:
     words = words_of(key)
-    return f"{words.name} {_plain(words.value(table[key].values[number]))}"
-
-
-def _plain(text: str) -> str:
-    """A text in which Matplotlib reads no formula."""
-    return text.replace("$", r"\$")
+    return f"{words.name} {words.value(table[key].values[number])}".replace("$", r"\$")
 
 
 def _foot(figure: Figure, table: xr.Dataset) -> None:

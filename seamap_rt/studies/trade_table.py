@@ -135,11 +135,5 @@ def rows(table: xr.Dataset) -> str:
     lines: list[list[Any]] = [[*dims, *columns]]
     for index in np.ndindex(table["status"].shape):
         labels = [table[dim].values[i] for dim, i in zip(dims, index, strict=True)]
-        lines.append([_cell(value) for value in (*labels, *(table[name].values[index] for name in columns))])
+        lines.append([*labels, *(table[name].values[index] for name in columns)])
     return csv_text(lines)
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, float):
-        return "" if np.isnan(value) else f"{value:.10g}"
-    return str(value)

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from seamap_rt.app.jobs import Job, Queue
+from seamap_rt.app.jobs import Job, Queue, State
 from seamap_rt.app.progress import read_progress
 from seamap_rt.io.progress_file import VARIABLE
 
@@ -239,7 +239,7 @@ def _told(tmp_path: Path, *lines: tuple[float, str]) -> Path:
     return path
 
 
-def _job(state: str = "running", started: float = 100.0) -> Job:
+def _job(state: State = "running", started: float = 100.0) -> Job:
     return Job("x", "x", "x", ("run",), state=state, started=started, guess_s=30.0)
 
 

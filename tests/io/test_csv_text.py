@@ -63,8 +63,10 @@ def _is_number(text: str) -> bool:
 
 @given(st.floats() | st.integers())
 def test_numbers_stay_as_they_are(value: float) -> None:
-    for written in (value, f"{value:.6g}", f"{value:+g}"):
+    for written in (f"{value}", f"{value:.6g}", f"{value:+g}"):
         assert csv_text([[written]]) == f"{written}\n"
+    told = f"{value:.10g}" if isinstance(value, float) else f"{value}"
+    assert csv_text([[value, 1]]) == f"{'' if value != value else told},1\n"
 
 
 @pytest.mark.parametrize("text", HOSTILE)
