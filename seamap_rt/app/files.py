@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 from fastapi import FastAPI
 from fastapi.responses import FileResponse, PlainTextResponse, Response
@@ -65,6 +66,11 @@ def give_files(app: FastAPI, desk: Desk) -> None:
         return FileResponse(
             file, media_type=kind, filename=saved, content_disposition_type=disposition, headers=headers
         )
+
+
+def address(run: str, name: str) -> str:
+    """Of a product of a run, by the run's name."""
+    return f"/files/{quote(run)}/{name}"
 
 
 def products_of(folder) -> list[str]:

@@ -187,7 +187,7 @@ class Form:
         if field.kind != "switch":
             element.without_auto_validation()  # which would clear, after each change, what is refused
         element.classes("w-full").mark(field.key)
-        element.props(f'data-key="{field.key}"')
+        element.props["data-key"] = field.key
         element.on("focusin", lambda: self._help.set_text(field.help))
         self._fields[field.key] = (field, element)
 
@@ -234,8 +234,8 @@ class Form:
                 line = refused.pop(key, None)
                 if field.kind != "switch":
                     element.error = line
-                element.classes(**({"add": "changed"} if key in changed else {"remove": "changed"}))
-                element.classes(**({"add": "sm:col-span-2"} if line else {"remove": "sm:col-span-2"}))
+                element.classes("changed" if key in changed else None, remove=None if key in changed else "changed")
+                element.classes("sm:col-span-2" if line else None, remove=None if line else "sm:col-span-2")
         finally:
             self._filling = False
         self._elsewhere.set_text(" · ".join(refused.values()))

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .prospects import Prospects, Spectrum
 
 _FIRST = ("reach", "radius", "error", "half_visible", "hs", "steepness", "across_100", "seconds")
+COLOURS = {0: "", 1: "text-positive", -1: "text-negative"}  # of neither, better and worse
 _GRAPHS = ("visible", "error", "snr", "beam", "spectrum", "cycle")
 
 
@@ -99,10 +100,9 @@ class _Tile:
             self._change.set_text("")
             return
         good = 0 if better == 0 else (1 if change * better > 0.0 else -1)
-        colour = {0: "", 1: "text-positive", -1: "text-negative"}[good]
         sign = {0: "", 1: "▲ better ", -1: "▼ worse "}[good]
         self._change.set_text(f"{sign}{change:+.{digits}f}")
-        self._change.classes(replace=f"text-xs figure-value {colour}")
+        self._change.classes(replace="text-xs figure-value").classes(COLOURS[good])
 
 
 def _sentence(found: Prospects, scene: Scene) -> str:

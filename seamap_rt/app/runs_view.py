@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from .files import products_of
+from .files import address, products_of
 from .jobs import Job
 from .runs import RunEntry, find_runs, free_name
 
@@ -109,12 +109,12 @@ class RunsView:
                     ui.label(entry.headline).classes("text-sm")
             if entry.kind == "simulation":
                 again = ui.button("Retrieve", icon="travel_explore", on_click=lambda: self._retrieve(entry.name))
-                again.props(f'dense no-caps flat aria-label="Retrieve {entry.name}"')
+                again.props("dense no-caps flat").props["aria-label"] = f"Retrieve {entry.name}"
             see = ui.button("See", icon="visibility", on_click=lambda: open_folder(self.page, entry.name, entry.kind))
-            see.props(f'dense no-caps flat aria-label="See {entry.name}"').mark(f"see-{entry.name}")
+            see.props("dense no-caps flat").mark(f"see-{entry.name}").props["aria-label"] = f"See {entry.name}"
             with ui.button(icon="download").props('flat dense round aria-label="Download"'), ui.menu():
                 for name in products_of(folder):
-                    ui.menu_item(name, on_click=partial(ui.navigate.to, f"/files/{entry.name}/{name}", new_tab=True))
+                    ui.menu_item(name, on_click=partial(ui.navigate.to, address(entry.name, name), new_tab=True))
 
     def _retrieve(self, name: str) -> None:
         """Maps from the echoes of a simulation, in a folder beside it."""

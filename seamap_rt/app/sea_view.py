@@ -98,7 +98,7 @@ class SeaPanel:
         if mast:
             azimuth = float(self._look.value or 0.0)
             made = await drawing.slow(from_mast, source, turn, retrieved, azimuth)
-            self._picture.props(f'src="data:image/jpeg;base64,{base64.b64encode(made).decode("ascii")}"')
+            self._picture.props["src"] = f"data:image/jpeg;base64,{base64.b64encode(made).decode('ascii')}"
             self._said.set_text(
                 f"From {source.height_m:.1f} m, towards {azimuth:.0f}°, the sun {SUN_ELEVATION_DEG:.0f}° high. "
                 "Heights are true; waves shorter than the map's cells are left out, and beyond it the sea is flat."

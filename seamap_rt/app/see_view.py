@@ -17,7 +17,7 @@ from ..conventions import turn_name
 from ..errors import InputError
 from . import drawing
 from .drawing import Easel, grey_of
-from .files import products_of
+from .files import address, products_of
 from .maps_panel import MapsPanel
 from .pictures import Shown
 from .results import Results
@@ -86,7 +86,8 @@ class SeeView:
             self._button = ui.button(icon="play_arrow", on_click=self._toggle).props('dense round aria-label="Play"')
             self._button.mark("play")
             for icon, step, words in (("skip_previous", -1, "Turn before"), ("skip_next", 1, "Next turn")):
-                ui.button(icon=icon, on_click=partial(self._step, step)).props(f'flat dense round aria-label="{words}"')
+                button = ui.button(icon=icon, on_click=partial(self._step, step)).props("flat dense round")
+                button.props["aria-label"] = words
             self._slider = ui.slider(min=1, max=2, value=1, step=1, on_change=lambda e: self._to(e.value))
             self._slider.props('label aria-label="Turn"').classes("grow min-w-0 mx-2").mark("turn")
             self._clock = ui.label().classes("text-sm figure-value whitespace-nowrap").mark("clock")
@@ -316,8 +317,7 @@ class SeeView:
 
     def _toggle(self) -> None:
         self._playing = not self._playing and len(self._turns) > 1
-        self._button.props(f"icon={'pause' if self._playing else 'play_arrow'}")
-        self._button.props(f'aria-label="{"Pause" if self._playing else "Play"}"')
+        self._button.props('icon=pause aria-label="Pause"' if self._playing else 'icon=play_arrow aria-label="Play"')
         self._next = time.monotonic()
 
     def _play(self) -> None:
@@ -363,7 +363,7 @@ class SeeView:
         self._menu.clear()
         with self._menu:
             for name in products_of(folder):
-                ui.menu_item(name, on_click=partial(ui.navigate.to, f"/files/{self.tab.run}/{name}", new_tab=True))
+                ui.menu_item(name, on_click=partial(ui.navigate.to, address(self.tab.run, name), new_tab=True))
             if self.source is not None:
                 ui.menu_item("this turn's section and curves (CSV)", on_click=self._csv)
                 ui.menu_item("this turn's height maps (PNG)", on_click=self._png)

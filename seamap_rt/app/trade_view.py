@@ -10,12 +10,12 @@ from nicegui import events, ui
 
 from ..errors import InputError
 from . import figures
-from .files import products_of
+from .files import address, products_of
 from .prospects import run_seconds
 from .runs import find_runs, free_name
 from .runs_view import duration
 from .trade_point import folder_of_point, scene_of_point, words_of_point
-from .trading import MEASURES, Point, advice, count_of, graph, numeric_fields, read_points, words_of
+from .trading import MEASURES, Point, advice, count_of, graph, numeric_fields, place_of, read_points, words_of
 
 if TYPE_CHECKING:
     from .page import Page
@@ -175,8 +175,7 @@ class TradeView:
         self._menu.clear()
         with self._menu:
             for product in products_of(folder):
-                target = f"/files/{name}/{product}"
-                ui.menu_item(product, on_click=partial(ui.navigate.to, target, new_tab=True))
+                ui.menu_item(product, on_click=partial(ui.navigate.to, address(name, product), new_tab=True))
 
     # ------------------------------------------------------------------------------------------------ one point
 
@@ -199,7 +198,7 @@ class TradeView:
         near = [
             i
             for i, each in enumerate(self._points)
-            if each.status == "done" and next(iter(each.keys.values())) == place
+            if each.status == "done" and place_of(next(iter(each.keys.values()))) == place
         ]
         if near:
             self._point.value = min(near, key=lambda i: abs(self._points[i].metrics.get(measure, float("inf")) - value))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic_core import from_json
 
 from ..errors import InputError
 from ..scene import Scene
@@ -43,7 +43,7 @@ def read_points(folder: Path) -> list[Point]:
         if number >= _MOST_FILES:
             break
         try:
-            told = json.loads(path.read_text(encoding="utf-8"))
+            told = from_json(path.read_bytes())
             metrics = {k: float(v) for k, v in (told.get("metrics") or {}).items() if isinstance(v, int | float)}
             found.append(
                 Point(dict(told["keys"]), int(told["seed"]), str(told["status"]), str(told.get("reason", "")), metrics)
@@ -100,7 +100,7 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
     curves: dict[tuple[str, ...], dict[Any, list[float]]] = {}
     for each in done:
         name = tuple(f"{label_of(key)} {shown(key, each.keys[key])} {shown_unit_of(key)}".strip() for key in others)
-        curves.setdefault(name, {}).setdefault(_plain(each.keys[first]), []).append(each.metrics[measure])
+        curves.setdefault(name, {}).setdefault(place_of(each.keys[first]), []).append(each.metrics[measure])
     colours = (figures.BLUE, figures.VERMILION, figures.GREEN, figures.ORANGE, figures.SKY, figures.GREY)
     data: list[figures.Figure] = []
     for number, (name, values) in enumerate(sorted(curves.items())):
@@ -133,5 +133,6 @@ def shown_unit_of(key: str) -> str:
     return in_words(key).unit or shown_unit(key, "")
 
 
-def _plain(value: Any) -> Any:
-    return value if isinstance(value, int | float | str) and not isinstance(value, bool) else str(value)
+def place_of(value: Any) -> Any:
+    """Where a value stands on a graph's axis: a number, or words."""
+    return value if isinstance(value, int | float) and not isinstance(value, bool) else figures.text(str(value))

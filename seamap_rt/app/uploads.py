@@ -10,7 +10,7 @@ from typing import Any
 
 from ..errors import InputError
 from .child import asked
-from .safety import Roots, safe_name
+from .safety import Roots, is_text, safe_name
 
 MB = 2**20
 _LONGEST_S = 150.0
@@ -123,4 +123,5 @@ def kept(roots: Roots, kind: str) -> list[Path]:
     """What of a kind's endings lies among the uploads, by name."""
     if not roots.uploads.is_dir():
         return []
-    return sorted(each for each in roots.uploads.iterdir() if each.suffix.lower() in KINDS[kind].endings)
+    there = (each for each in roots.uploads.iterdir() if is_text(each.name))
+    return sorted(each for each in there if each.suffix.lower() in KINDS[kind].endings)

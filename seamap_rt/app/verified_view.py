@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .views import Source
 
 _LEAD_S = 10.0  # of the forecasts that are drawn first, as in the report
+_TWO = "w-full grid gap-2 grid-cols-1 lg:grid-cols-2"
 _PLOTS = ("time", "errors", "correlation", "issue", "reliability", "hits")
 
 
@@ -35,13 +36,12 @@ class VerifiedPanel:
             self._lead = ui.select({}, label="Forecast so long before", on_change=self._chosen)
             self._lead.props("dense outlined options-dense").classes("w-56 max-w-full").mark("verified-lead")
             self._plots = {"time": self._plot("time")}
-            two = "w-full grid gap-2 grid-cols-1 lg:grid-cols-2"
-            with ui.element("div").classes(two):
+            with ui.element("div").classes(_TWO):
                 self._plots |= {name: self._plot(name) for name in ("errors", "correlation")}
             with ui.column().classes("w-full min-w-0 gap-2") as self._windows:
                 self._called = ui.label().classes("text-sm").mark("windows-words")
                 self._plots["issue"] = self._plot("issue")
-                with ui.element("div").classes(two):
+                with ui.element("div").classes(_TWO):
                     self._plots |= {name: self._plot(name) for name in ("reliability", "hits")}
         self._body.set_visibility(False)
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Sequence
 
@@ -11,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import db, written
+from ..io.csv_text import csv_text
 from ..radar import link
 from ..radar.antenna import antenna
 from ..radar.data_rate import data_rate
@@ -68,12 +67,9 @@ def link_table(radar: RadarSettings, table: LinkBudget) -> str:
                 columns.append(
                     (f"{each.name}_{prefix}_{integration.name.replace(' ', '_').replace('-', '')}_db", db(row))
                 )
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([name for name, _ in columns])
-    for row in zip(*(values for _, values in columns), strict=True):
-        writer.writerow([f"{value:.10g}" if math.isfinite(value) else "" for value in row])
-    return text.getvalue()
+    rows = zip(*(values for _, values in columns), strict=True)
+    numbers = [[f"{value:.10g}" if math.isfinite(value) else "" for value in row] for row in rows]
+    return csv_text([[name for name, _ in columns], *numbers])
 
 
 def _facts(scene: Scene) -> list[tuple[str, str]]:

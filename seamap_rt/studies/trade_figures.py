@@ -174,12 +174,12 @@ def _ramp(number: int, count: int) -> Any:
 
 def _value(table: xr.Dataset, key: str, number: int) -> str:
     value = table[key].values[number]
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    return f"{value:g}" if isinstance(value, float) else str(value).replace("$", r"\$")  # no formula of Matplotlib's
 
 
 def _words(table: xr.Dataset, key: str, number: int) -> str:
     words = words_of(key)
-    return f"{words.name} {words.value(table[key].values[number])}"
+    return f"{words.name} {words.value(table[key].values[number])}".replace("$", r"\$")
 
 
 def _foot(figure: Figure, table: xr.Dataset) -> None:

@@ -5,17 +5,20 @@ from __future__ import annotations
 import json
 import os
 import signal
+import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from seamap_rt.app import jobs
-from seamap_rt.app.jobs import Job, Queue
+from seamap_rt.app.jobs import Job, Queue, State
 from seamap_rt.app.progress import read_progress
+from seamap_rt.io.progress_file import VARIABLE
 
 _PROGRAM = """
 import os, signal, sys, time
@@ -120,6 +123,115 @@ def test_a_damaged_note_of_a_job_is_passed_over(tmp_path: Path) -> None:
     queue.close()
 
 
+# ----------------------------------------------------------------------------------------- whose a process is
+
+
+def _note(runs: Path, job: str, /, **told: Any) -> None:
+    (runs / ".jobs").mkdir(exist_ok=True)
+    whole = {"name": job, "title": "t", "folder": "a", "words": ["wait"], "state": "running", "started": time.time()}
+    (runs / ".jobs" / f"{job}.json").write_text(json.dumps({**whole, **told}))
+
+
+@pytest.fixture(params=["nothing", "another job's file", "our own session"])
+def stranger(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """A process that no page began, by what its environment says, or in the group of the one that asks."""
+    environment = dict(os.environ)
+    if request.param == "another job's file":
+        environment[VARIABLE] = str(tmp_path / ".jobs" / "a.11.progress")
+    own = request.param != "our own session"
+    with subprocess.Popen(["sleep", "600"], env=environment, start_new_session=own) as process:
+        yield process
+        process.kill()
+
+
+def test_a_stranger_who_has_the_number_of_a_run_is_no_run_and_is_never_signalled(
+    tmp_path: Path, stranger: subprocess.Popen[bytes]
+) -> None:
+    """By a note of any state; a new job does not wait for it, and neither Cancel, twice, nor the end of the page."""
+    for number, state in enumerate(("queued", "running", "done", "cancelled", "failed")):
+        _note(tmp_path, f"a.{number}", state=state, pid=stranger.pid)
+    _note(tmp_path, "a.9", pid=stranger.pid, reason="asked to end")
+    queue = Queue(tmp_path, (sys.executable, "-c", _PROGRAM))
+    try:
+        assert all(job.over for job in queue.jobs())
+        after = _add(queue, "run", "b")
+        _wait(lambda: after.over)
+        assert after.state == "done"
+        for job in queue.jobs():  # and where a note came between
+            job.state, job.pid = "running", stranger.pid
+            queue.cancel(job.name)
+            queue.cancel(job.name)
+    finally:
+        queue.close()
+    with pytest.raises(subprocess.TimeoutExpired):
+        stranger.wait(0.5)
+
+
+def test_the_end_of_a_page_ends_what_it_began_alone_and_cancel_a_run_of_an_earlier_one_too(tmp_path: Path) -> None:
+    first = Queue(tmp_path, (sys.executable, "-c", _PROGRAM))
+    running = _add(first, "wait", "a")
+    _wait((tmp_path / "a/ready").exists)
+    second = Queue(tmp_path, (sys.executable, "-c", _PROGRAM))
+    assert [job.state for job in second.jobs()] == ["running"]
+    begin = time.monotonic()
+    second.close()
+    assert time.monotonic() - begin < 5.0  # it does not wait for what it has not begun
+    time.sleep(0.3)
+    assert not running.over
+    first.close()
+    assert running.state == "cancelled"
+
+
+@pytest.mark.parametrize("pid", [0, -1, 1, os.getpid(), 2**31, 2**70])
+def test_no_number_in_a_note_is_a_run_by_itself(tmp_path: Path, pid: int) -> None:
+    _note(tmp_path, "a.1", pid=pid)
+    queue = Queue(tmp_path)
+    assert all(job.over for job in queue.jobs())
+    queue.close()
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        {"name": "../../a"},  # which "take off the list" would remove
+        {"name": "b"},
+        {"folder": "../elsewhere"},
+        {"folder": "/etc"},
+        {"folder": "a\0b"},
+        {"state": "sailing"},
+        {"words": []},
+        {"words": [1]},
+        {"asked": "now"},
+        {"asked": {}},
+    ],
+    ids=str,
+)
+def test_a_note_that_is_none_of_a_job_is_passed_over(tmp_path: Path, told: dict[str, Any]) -> None:
+    _note(tmp_path, "a.1", **told)
+    queue = Queue(tmp_path)
+    assert queue.jobs() == []
+    queue.close()
+
+
+def test_signals_are_sent_in_one_place_and_numbers_of_processes_believed_in_one() -> None:
+    """Whoever sends a signal, or asks whether a number lives, must ask whose it is: there are two who do."""
+    package = Path(__file__).parents[2] / "seamap_rt"
+    sends = ("os.kill(", "os.killpg(", ".send_signal(", ".terminate(", "pidfd_send_signal(", ".kill()", "alive(")
+    found = {
+        (str(path.relative_to(package)), word)
+        for path in package.rglob("*.py")
+        for word in sends
+        if word in path.read_text()
+    }
+    assert found == {
+        ("app/jobs.py", "os.kill("),
+        ("app/jobs.py", "os.killpg("),
+        ("compute/locks.py", "os.kill("),  # signal 0: whether there is one
+        ("compute/locks.py", "alive("),
+        ("compute/scratch.py", "alive("),  # whose folder stays if anybody lives
+    }
+
+
 # ---------------------------------------------------------------------------------------------------- progress
 
 
@@ -129,7 +241,7 @@ def _told(tmp_path: Path, *lines: tuple[float, str]) -> Path:
     return path
 
 
-def _job(state: str = "running", started: float = 100.0) -> Job:
+def _job(state: State = "running", started: float = 100.0) -> Job:
     return Job("x", "x", "x", ("run",), state=state, started=started, guess_s=30.0)
 
 
