@@ -23,7 +23,7 @@ _PACKAGE = Path(__file__).parents[2] / "seamap_rt"
 _CODE = {"props", "classes", "style", "default_props", "default_classes", "default_style"}
 _CODE |= {"add_css", "add_scss", "add_sass", "add_head_html", "add_body_html", "run_javascript", "js_handler"}
 _NEVER = {"html", "markdown", "restructured_text", "interactive_image", "mermaid", "editor", "chat_message", "log"}
-_NEVER |= {"aggrid", "echart", "highchart", "table", "tree", "query", "add_slot_template"}  # whose options are code
+_NEVER |= {"aggrid", "echart", "highchart", "tree", "query", "add_slot_template"}  # whose options are code
 
 
 def _is_constant(node: ast.AST, module: object) -> bool:
@@ -66,6 +66,11 @@ def _wrong(source: str, module: object) -> list[str]:
         given += [each.value for each in node.keywords if each.arg in ("js_handler", "innerHTML", "sanitize")]
         if name == "add_slot":
             given += node.args[1:]
+        if name == "table" and not any(
+            each.arg == "columns" and isinstance(each.value, ast.Name) and each.value.id.isupper()
+            for each in node.keywords
+        ):
+            found.append(ast.unparse(node))  # columns may hold code; rows are text
         if name in _NEVER and ast.unparse(node.func).startswith("ui."):
             found.append(ast.unparse(node))
         found += [ast.unparse(node) for each in given if not _is_constant(each, module)]
