@@ -19,7 +19,7 @@ import math
 import os
 import stat
 import zlib
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, BinaryIO
@@ -39,6 +39,9 @@ LONG = 256_000_000  # bytes of a table as text, unpacked
 _FREELY = 64 * 2**20  # bytes that anything may take
 _DENSEST = 100.0  # times that more may unpack to: measured numbers pack to a tenth, nothing but zeros to a thousandth
 _OF_FREE = 0.8  # of the memory that is free
+_DESCRIPTIONS = ("zarr.json", ".zarray", ".zattrs", ".zgroup", ".zmetadata")
+_DESCRIBED = 16_000_000  # bytes of one
+_A_CHUNK = 200  # bytes that reading one more chunk takes
 _MOST_OBJECTS = 10_000  # in a file of HDF5
 _KINDS = {stat.S_IFIFO: "a FIFO", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device"}
 
@@ -104,7 +107,7 @@ def read_bytes(path: PathLike, wanted: str = "a file", *, most: float = SHORT, *
     """All of a regular file of at most `most` bytes. Raises InputError."""
     called = rules.get("named") or os.fspath(path)
     with open_file(path, wanted, most=most, **rules) as file:
-        return _at_most(file, called, most)
+        return b"".join(_pieces(file, called, most))
 
 
 def read_json(path: PathLike, wanted: str = "a JSON file", **rules: Any) -> Any:
@@ -118,6 +121,16 @@ def read_json(path: PathLike, wanted: str = "a JSON file", **rules: Any) -> Any:
 
 def read_unpacked(path: PathLike, wanted: str = "a file", *, most: float = LONG, **rules: Any) -> bytes:
     """All of a file, unpacked where it ends in .gz, .bz2, .xz or .zst; at most `most` bytes. Raises InputError."""
+    return b"".join(_unpacked(path, wanted, most, rules))
+
+
+def check_unpacked(path: PathLike, wanted: str = "a file", *, most: float = LONG, **rules: Any) -> None:
+    """Raise InputError where `read_unpacked` would: before a library unpacks the file by its path."""
+    for _ in _unpacked(path, wanted, most, rules):
+        pass
+
+
+def _unpacked(path: PathLike, wanted: str, most: float, rules: dict[str, Any]) -> Iterator[bytes]:
     import zstandard
 
     called = rules.get("named") or os.fspath(path)
@@ -126,19 +139,18 @@ def read_unpacked(path: PathLike, wanted: str = "a file", *, most: float = LONG,
         opener = openers.get(Path(path).suffix.lower())
         try:
             with packed if opener is None else closing(opener(packed, "rb")) as file:
-                return _at_most(file, called, most)
+                yield from _pieces(file, called, most)
         except (OSError, EOFError, lzma.LZMAError, zlib.error, zstandard.ZstdError) as error:
             raise InputError(f"{called}: cannot be read ({error}); give a whole file") from None
 
 
-def _at_most(file: IO[bytes], called: str, most: float) -> bytes:
-    pieces, total = [], 0
+def _pieces(file: IO[bytes], called: str, most: float) -> Iterator[bytes]:
+    total = 0
     while piece := file.read(1 << 20):
-        pieces.append(piece)
         total += len(piece)
         if total > most:
             raise InputError(f"{called}: holds more than {size(most)}, the most it may; make it smaller")
-    return b"".join(pieces)
+        yield piece
 
 
 # --------------------------------------------------------------------------------------------------------- memory
@@ -282,7 +294,7 @@ def weigh_arrays(file: h5py.File, names: Iterable[str], called: str) -> None:
 def open_dataset(path: PathLike, wanted: str = "a NetCDF file", **options: Any) -> xr.Dataset:
     """A NetCDF file, version 3 or 4, as `xarray.open_dataset` opens it with these options, not yet read.
 
-    named, below: as everywhere. Raises InputError, also for what is no NetCDF, and what xarray raises for damage.
+    named, below: as everywhere. Raises InputError, OSError for what is no NetCDF, and what xarray raises for damage.
     """
     import xarray as xr
 
@@ -316,7 +328,7 @@ def _netcdf_engine(path: PathLike, wanted: str, options: dict[str, Any]) -> Any:
     import h5py
 
     if not h5py.is_hdf5(path):
-        raise InputError(f"{called}: is no NetCDF; give {wanted}")
+        raise OSError("neither NetCDF-3 nor NetCDF-4")
     with h5py.File(path, "r") as opened:
         check_hdf5(opened, called, vectors=True)
     return "h5netcdf"
@@ -333,15 +345,33 @@ def _check_netcdf3(path: PathLike, called: str) -> None:
 
 
 def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | None = None) -> None:
-    """Raise InputError unless a folder holds regular files alone, links followed to such below it, and descriptions of
-    bounded length: before Zarr reads one."""
-    called, root = named or os.fspath(path), Path(path)
-    if not root.is_dir():
-        raise InputError(f"{called}: is not a folder; give {wanted}")
-    for at, _, _ in os.walk(root):
-        for entry in os.scandir(at):
-            if entry.is_dir(follow_symlinks=False):
-                continue
-            most = SHORT * 4 if entry.name in ("zarr.json", ".zarray", ".zattrs", ".zgroup", ".zmetadata") else None
-            if most is not None or not entry.is_file(follow_symlinks=False):
-                check_file(entry.path, f"{wanted} of regular files", most=most, below=root)
+    """Raise InputError for a folder that is no Zarr store of regular files, links followed to such below it, or whose
+    vectors and chunks do not fit: before Zarr reads one."""
+    called, root, need, held = named or os.fspath(path), Path(path), 0, 0
+    if not any((root / name).exists() for name in _DESCRIPTIONS):
+        raise InputError(f"{called}: is no Zarr store; give {wanted}")
+    for at, _, names in os.walk(root):
+        for name in names:
+            file = os.path.join(at, name)
+            if name in _DESCRIPTIONS:
+                told = read_json(file, f"{wanted} of regular files", most=_DESCRIBED, below=root)
+                need += _least_read(told) if isinstance(told, dict) and "shape" in told else 0
+            elif not stat.S_ISREG(os.lstat(file).st_mode):
+                check_file(file, f"{wanted} of regular files", below=root)
+            held += bytes_held(file)
+    weigh(called, need, held)
+
+
+def _least_read(told: dict[str, Any]) -> int:
+    """Bytes that the least access to an array of Zarr reads, by its description: a vector, or a chunk."""
+    import numpy as np
+
+    try:
+        grid = [told.get("chunk_grid", {}), *(each for each in told.get("codecs") or () if "shard" in each["name"])]
+        chunk = grid[-1].get("configuration", told).get("chunk_shape") or told["chunks"]
+        kind, shape = told.get("data_type") or told["dtype"], told["shape"]
+        width = np.dtype(kind).itemsize if isinstance(kind, str) else 8
+        chunks = math.prod(-(-size // each) for size, each in zip(shape, chunk, strict=True))
+    except (KeyError, TypeError, ValueError, ZeroDivisionError, AttributeError):
+        return 0  # of another kind, or damaged: Zarr says so
+    return math.prod(shape) * width + chunks * _A_CHUNK if len(shape) < 2 else math.prod(chunk) * width

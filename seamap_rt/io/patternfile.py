@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
 from ..errors import InputError
+from .opening import read_bytes
 
 CUTS = ("azimuth", "elevation")
 _MSI_CUTS = {"HORIZONTAL": "azimuth", "VERTICAL": "elevation"}
@@ -74,10 +75,7 @@ def read_pattern(path: str | os.PathLike[str]) -> PatternFile:
     readers = {".csv": _read_csv, ".msi": _read_msi, ".pln": _read_msi, ".ant": _read_msi}
     if path.suffix.lower() not in readers:
         raise InputError(f"file '{path}': must end in .csv, .msi, .pln or .ant; rename or convert it")
-    try:
-        text = path.read_text(encoding="utf-8-sig", errors="replace")
-    except OSError as error:
-        raise InputError(f"file '{path}': cannot be read ({error.strerror}); give the path of a pattern") from None
+    text = read_bytes(path, "a pattern", named=f"file '{path}'").decode("utf-8-sig", "replace")
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1)]
     full = [(number, line) for number, line in lines if line and line[0] not in "#;!"]
     rows, gain_dbi, frequency_hz = readers[path.suffix.lower()](path, full)

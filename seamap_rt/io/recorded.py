@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError, must_be
 from .matlab import plain_value, read_matlab
+from .opening import open_hdf5, read_npz, weigh_arrays
 from .recording_header import Header, RecordingHeader, as_in_toml, header_object, read_header, validated
 
 NEEDED = ("lower", "upper", "time", "azimuth")
@@ -34,6 +35,7 @@ HDF5_ENDINGS = (".h5", ".hdf5", ".nc")
 RECORDING_ENDINGS = (".npz", *HDF5_ENDINGS, ".mat")
 MAY_LACK = ("transmitter", "turn", "attitude", "quality")  # where zeros, and nothing else, are usual
 _VECTORS = ("time", "azimuth", "ranges", "attitude_time", "position_time", "transmitter", "turn", "quality")
+_WANTED = "a recording"
 _MOST_UNWRITTEN = 1e8  # bytes of an array of which nothing is in the file
 _MOST_BYTES = 64e9  # of an array: more than an hour
 _PIECES = (("real", "imag"), ("r", "i"), ("re", "im"), ("i", "q"))  # names of a pair's two numbers
@@ -64,8 +66,6 @@ def read_recording(
         raise InputError(f"{path}: must be a file of the kinds {', '.join(RECORDING_ENDINGS)}; save it as one of them")
     try:
         arrays, held = read(path, names)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; give the path of a recording") from None
     except InputError:
         raise
     except Exception as error:  # NumPy, zip and HDF5 raise exceptions of many types where a file is damaged
@@ -85,16 +85,19 @@ def read_recording(
 
 
 def _npz(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
-    with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
-        _refuse_slips(path, file.files, names)
-        arrays = {name: pairs_of(file[inside], inside) for name, inside in _inside(names).items() if inside in file}
-        held = str(file["header"]) if "header" in file else None
-    return arrays, None if held is None else header_object(json.loads(held), f"{path}: header")
+    inside = _inside(names)
+    held, found = read_npz(path, {*inside.values(), "header"}, _WANTED)
+    _refuse_slips(path, held, names)
+    arrays = {name: pairs_of(found[stored], stored) for name, stored in inside.items() if stored in found}
+    if "header" not in found:
+        return arrays, None
+    return arrays, header_object(json.loads(str(found["header"])), f"{path}: header")
 
 
 def _hdf5(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
-    with h5py.File(path) as file:
+    with open_hdf5(path, _WANTED) as file:
         _refuse_slips(path, list(file), names)
+        weigh_arrays(file, (*_inside(names).values(), "header"), str(path))
         arrays = {
             name: _dataset(_of_three(file[inside], name, inside), inside, name in MAY_LACK)
             for name, inside in _inside(names).items()
@@ -169,11 +172,11 @@ def _values(node: Any, name: str, may_lack: bool) -> NDArray:
             f"{name}: has the shape {node.shape} and takes {node.nbytes / 1e9:.3g} GB: must take at most "
             f"{_MOST_BYTES / 1e9:g}; split the recording"
         )
-    stored = node.id.get_num_chunks() if node.chunks else int(node.id.get_storage_size() > 0 or node.is_virtual)
+    stored = node.id.get_num_chunks() if node.chunks else int(node.id.get_storage_size() > 0)
     promised = 1
     if node.chunks:
         promised = math.prod(-(-size // chunk) for size, chunk in zip(node.shape, node.chunks, strict=True))
-    if node.size and stored < promised and not may_lack and node.external is None:
+    if node.size and stored < promised and not may_lack:
         raise InputError(
             f"{name}: holds {stored} of {promised} chunks, and the others would be read as zeros; copy the file whole, "
             "or cut it to what was recorded"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Mapping
@@ -14,6 +13,7 @@ from pydantic import BeforeValidator, model_validator
 
 from ..errors import InputError
 from ..settings import Meaning, Section, as_tuple
+from .opening import read_json
 from .plain_json import plain
 from .scenefile import read_toml
 from .validation import validate
@@ -245,7 +245,7 @@ def read_header(header: Header | RecordingHeader) -> RecordingHeader:
         return validate(RecordingHeader, {str(key): as_in_toml(value) for key, value in header.items()})
     if not isinstance(header, str | os.PathLike):
         raise InputError(f"header = {header!r}: must be a dict, or the path of a TOML or JSON file; give one of these")
-    tree = _json(Path(header)) if Path(header).suffix == ".json" else read_toml(header)
+    tree = _json(Path(header)) if Path(header).suffix == ".json" else read_toml(header, "a header")
     return validated(str(header), tree)
 
 
@@ -257,13 +257,7 @@ def validated(source: str, tree: Mapping[str, Any]) -> RecordingHeader:
 
 
 def _json(path: Path) -> Mapping[str, Any]:
-    try:
-        tree = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; give the path of a header") from None
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not JSON ({error}); mend the header") from None
-    return header_object(tree, str(path))
+    return header_object(read_json(path, "a header"), str(path))
 
 
 def header_object(tree: Any, what: str) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
+from ..io.opening import load, open_dataset
 from ..physics.dispersion import wavenumber
 from .vessel import Complex, Met, Real, Responses, Vessel, meeting
 
@@ -75,12 +76,12 @@ def read_capytaine(path: str | Path) -> Vessel:
     """
     path = Path(path)
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as file:
-            held = file.load()
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; give the path of a NetCDF file of Capytaine") from None
+        with open_dataset(path, "a NetCDF file of Capytaine") as file:
+            held = load(file, str(path), path)
+    except InputError:
+        raise
     except Exception as error:  # h5py, h5netcdf and xarray each have their own for a file of another make
-        raise InputError(f"{path}: cannot be read as NetCDF-4 ({error}); save the dataset in that form") from None
+        raise InputError(f"{path}: cannot be read as NetCDF ({error}); save the dataset in that form") from None
     among = {name: [str(each) for each in np.atleast_1d(held[name])] if name in held else [] for name in _DOFS}
     dofs = tuple(each for each in among[_DOFS[0]] if each in among[_DOFS[1]])
     if missing := [name for name in _FREE if name not in dofs]:

@@ -322,8 +322,8 @@ def test_refusals_name_file_and_line(tmp_path: Path, name: str, text: str, messa
 def test_refusals_of_a_file_as_a_whole(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"^file '.*a\.txt': must end in \.csv, \.msi, \.pln or \.ant; .*$"):
         read_pattern(write(tmp_path, "a.txt", GOOD_CSV))
-    with pytest.raises(InputError, match=r"^file '.*none\.csv': cannot be read \(No such file or directory\); .*$"):
+    with pytest.raises(InputError, match=r"^file '.*none\.csv': no such file; .*$"):
         of_file(tmp_path / "none.csv")
     (tmp_path / "folder.csv").mkdir()
-    with pytest.raises(InputError, match=r"^file '.*folder\.csv': cannot be read \(Is a directory\); .*$"):
+    with pytest.raises(InputError, match=r"^file '.*folder\.csv': is a folder, not a file; .*$"):
         read_pattern(tmp_path / "folder.csv")
