@@ -59,7 +59,7 @@ _RULES: dict[str, tuple[tuple[str, tuple[Any, ...]], ...]] = {  # all conditions
     "prediction.vessel.beam_m": (("prediction.vessel.shape", ("disc", "box")),),
     "prediction.vessel.draught_m": (("prediction.vessel.shape", ("disc", "box")),),
     "prediction.vessel.roll_period_s": (("prediction.vessel.shape", ("box",)),),
-    "prediction.vessel.file": (("prediction.vessel.shape", ("file",)),),
+    **{f"prediction.vessel.{name}": (("prediction.vessel.shape", ("file",)),) for name in ("file", "body", "symmetry")},
     **{
         f"prediction.quiet.{name}": (("prediction.vessel.shape", ("raft", "disc", "box", "file")),)
         for name in ("heave_m", "roll_deg", "pitch_deg")

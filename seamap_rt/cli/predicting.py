@@ -69,6 +69,8 @@ def predict(
             for last in chain([first], made):
                 file.append(last)
                 issued += 1
+    if told := last.attrs.get("vessel_notes"):
+        console.print(f"flag: {told}")
     for line in _headlines(last, issued, seen["polar"].sizes["turn"]):
         console.print(line)
     console.print(str(folder / _PRODUCT))
