@@ -14,7 +14,7 @@ _SINUSOIDAL = tuple(
 )
 _RULES: dict[str, tuple[tuple[str, tuple[Any, ...]], ...]] = {  # all conditions hold: a key has one of the values
     "sea.file": (("sea.model", ("recorded",)),),
-    "sea.beyond": (("sea.model", ("recorded",)),),
+    **{f"sea.{name}": (("sea.model", ("recorded",)),) for name in ("beyond", "start_s")},
     "scattering.nrcs_db": (("scattering.nrcs", ("constant",)),),
     "scattering.calibrated_to": (("scattering.nrcs", ("two_scale",)),),
     "scattering.breaking": (("scattering.nrcs", ("two_scale",)),),

@@ -73,6 +73,7 @@ _RIM = 0.05  # of a patch's side that does not repeat, at its edges
 class RecordedSea:
     """What a file of a recorded sea holds; frames are read as they are asked for. Safe in threads.
 
+    begin_s: the file's time of its first frame, 0 of dates, and then began: that date;
     spacing_m, points: of the square patch, a side; west_m, south_m: of its first point from the antenna; step_s,
     frames: in time; depth_m: None where the file does not say; flow: names of its velocities, where it has them; cut:
     of the file's own points, those of the patch are fewer; level_m: the file's mean level, which is taken off, 0 where
@@ -94,8 +95,16 @@ class RecordedSea:
     cut: bool
     level_m: float
     long_share: float
+    begin_s: float
+    began: np.datetime64 | None
     _first: tuple[int, int]  # row and column of the patch in the file
     _scale: float  # to metres, of the elevation
+
+    def said(self, time_s: float) -> str:
+        """A time of the file, in s as `begin_s`, in its own words."""
+        if self.began is None:
+            return f"{time_s:.6g} s"
+        return str(np.datetime_as_string(self.began + np.timedelta64(round(1e9 * time_s), "ns"), unit="ms"))
 
     @property
     def side_m(self) -> float:
@@ -235,7 +244,7 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
             f"{wrong}x and y are {spacing[0]:.4g} and {spacing[1]:.4g} m apart: must be alike; resample it"
         )
     _within(spacing[0], _SPACINGS_M, "m", f"{wrong}{axes['x']} and {axes['y']}: points")
-    times = _seconds(opened[axes["time"]], wrong)
+    times, began = _seconds(opened[axes["time"]], wrong)
     step = _even(times, _FEWEST_FRAMES, f"{wrong}{axes['time']}")
     if times[1] < times[0]:
         raise InputError(f"{wrong}{axes['time']} runs backwards; turn it round")
@@ -274,6 +283,8 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
         _scale=scale,
         level_m=level,
         long_share=min(long_share, 1.0),
+        begin_s=float(times[0]),
+        began=began,
     )
 
 
@@ -421,14 +432,17 @@ def _within(step: float, limits: tuple[float, float], unit: str, what: str) -> N
         )
 
 
-def _seconds(times: xr.DataArray, wrong: str) -> NDArray[np.float64]:
+def _seconds(times: xr.DataArray, wrong: str) -> tuple[NDArray[np.float64], np.datetime64 | None]:
+    """Times, of dates from the first one on, which comes with them."""
     values = times.values
-    if np.issubdtype(values.dtype, np.datetime64) or np.issubdtype(values.dtype, np.timedelta64):
-        return (values - values[0]) / np.timedelta64(1, "ns") * 1e-9
+    if values.dtype.kind == "M":
+        return (values - values[0]) / np.timedelta64(1, "ns") * 1e-9, values[0]
+    if values.dtype.kind == "m":
+        return values / np.timedelta64(1, "ns") * 1e-9, None
     unit = str(times.attrs.get("units", "s")).strip().lower()
     if unit not in _SECONDS:
         raise InputError(f"{wrong}{times.name}: is in '{unit}': must be in seconds, or dates; convert it")
-    return _as_stored(values)
+    return _as_stored(values), None
 
 
 def _even(values: NDArray, fewest: int, what: str) -> float:
