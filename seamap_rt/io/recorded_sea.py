@@ -17,16 +17,17 @@ import threading
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from .declared import outside, valid_limits
 from .gaps import filled, half_width, largest_square, unseen_edges
 from .opening import bytes_held, weigh
 from .recorded_layouts import open_layout
+from .units import to_unit
 
 NAMES = ("elevation", "eta", "sea_surface_elevation", "surface_elevation", "zeta", "ssh", "height", "z", "zgrid")
 POTENTIAL = "surface_potential"
@@ -38,7 +39,6 @@ _FLOW_STANDARDS = (
     ("sea_water_x_velocity", "sea_water_y_velocity"),
     ("eastward_sea_water_velocity", "northward_sea_water_velocity"),
 )
-_SPEEDS = ("m/s", "m s-1", "m s^-1", "m.s-1", "meter/second", "metre/second")
 _STANDARD = "sea_surface_height"
 _AXES = {
     "time": ("time", "t"),
@@ -46,19 +46,6 @@ _AXES = {
     "x": ("x", "east", "easting", "lon", "longitude"),
 }
 _CF_AXES = {"time": ("T", "time"), "y": ("Y", "projection_y_coordinate"), "x": ("X", "projection_x_coordinate")}
-_LENGTHS = {
-    "mm": 0.001,
-    "millimeter": 0.001,
-    "millimetre": 0.001,
-    "m": 1.0,
-    "metre": 1.0,
-    "meter": 1.0,
-    "metres": 1.0,
-    "meters": 1.0,
-    "cm": 0.01,
-    "km": 1000.0,
-}
-_SECONDS = ("s", "sec", "second", "seconds", "")
 _UNEVEN = 1e-3  # of a step, by which the points of an axis may stray; and the rounding of how they are stored
 _ROUNDED = 0.1  # of a step, at most that rounding
 _HIGHEST_M = 30.0
@@ -98,7 +85,6 @@ class RecordedSea:
     begin_s: float
     began: np.datetime64 | None
     _first: tuple[int, int]  # row and column of the patch in the file
-    _scale: float  # to metres, of the elevation
 
     def said(self, time_s: float) -> str:
         """A time of the file, in s as `begin_s`, in its own words."""
@@ -160,7 +146,7 @@ class RecordedSea:
         the patch's edge into what is judged.
         """
         wrong = f"sea.file = '{self.path}': frame {frame} "
-        values = self._read(self.name, frame) * self._scale - self.level_m
+        values = self._read(self.name, frame) - self.level_m
         gap = ~np.isfinite(values)
         wide = 0.0
         if gap.any():
@@ -201,7 +187,9 @@ class RecordedSea:
             raise InputError(f"sea.file = '{self.path}': holds frames 0 to {self.frames - 1}, asked for {frame}")
         with _LOCK:
             whole = _opened(self.path, _version(self.path))
-            return _cut(whole, whole[name], frame, self._first, (self.points, self.points))
+            cut = _cut(whole, whole[name], frame, self._first, (self.points, self.points))
+        unit = {self.name: "m", POTENTIAL: "m²/s"}.get(name, "m/s")
+        return cut * _scale(whole[name], unit, f"sea.file = '{self.path}': ")
 
 
 _LOCK = threading.Lock()
@@ -236,7 +224,7 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
             f"name the variable one of {', '.join(NAMES[:6])}, and its axes time, y and x"
         )
     axes = _axes(opened[name])
-    scale = _length(opened[name].attrs.get("units", "m"), f"{wrong}{name}")
+    scale = _scale(opened[name], "m", wrong)
     x, y = (_places(opened[axes[each]], f"{wrong}{axes[each]}") for each in ("x", "y"))
     spacing = [_even(values, _FEWEST_POINTS, f"{wrong}{axes[each]}") for each, values in (("x", x), ("y", y))]
     if abs(spacing[0] - spacing[1]) > _UNEVEN * spacing[0]:
@@ -280,7 +268,6 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
         flow=_flow_of(opened, opened[name], wrong),
         cut=points < max(x.size, y.size),
         _first=first,
-        _scale=scale,
         level_m=level,
         long_share=min(long_share, 1.0),
         begin_s=float(times[0]),
@@ -363,6 +350,11 @@ def _cut(
         for most in (values.sizes[axes[axis]],)
     }
     cut = values.isel({axes["time"]: frame, **taken}).transpose(axes["y"], axes["x"]).values.astype(np.float64)
+    low, high = valid_limits(values.attrs)
+    if low is not None or high is not None:  # xarray undoes packing, and leaves these
+        scale, offset = values.encoding.get("scale_factor", 1.0), values.encoding.get("add_offset", 0.0)
+        ends = [scale * end + offset if end is not None else None for end in (low, high)]
+        cut[outside(cut, *ends)] = np.nan
     return cut[:: way["y"], :: way["x"]]
 
 
@@ -381,9 +373,7 @@ def _flow_of(opened: xr.Dataset, elevation: xr.DataArray, wrong: str) -> tuple[s
         for east, north in known:
             if east in held and north in held:
                 for name in (held[east], held[north]):
-                    unit = str(there[name].attrs.get("units", "m/s")).strip().lower()
-                    if unit not in _SPEEDS:
-                        raise InputError(f"{wrong}{name}: is in '{unit}': must be in m/s; convert it")
+                    _scale(there[name], "m/s", wrong)
                 return held[east], held[north]
     return None
 
@@ -407,17 +397,14 @@ def _direction(opened: xr.Dataset, axis: str) -> int:
     return 1 if values[-1] >= values[0] else -1
 
 
-def _length(unit: Any, what: str) -> float:
-    """Metres a unit."""
-    word = str(unit).strip().lower()
-    if word not in _LENGTHS:
-        raise InputError(f"{what}: is in '{unit}': must be in m, cm or km; convert it (degrees to local metres)")
-    return _LENGTHS[word]
+def _scale(values: xr.DataArray, unit: str, wrong: str) -> float:
+    """What makes a variable's numbers those in a unit. Raises InputError for one in a unit of another kind."""
+    return float(to_unit(np.ones(1), values.attrs.get("units"), unit, f"{wrong}{values.name}")[0])
 
 
 def _places(axis: xr.DataArray, what: str) -> NDArray[np.float64]:
     """The points of an axis in m, in as many digits as the file has."""
-    return _length(axis.attrs.get("units", "m"), what) * _as_stored(axis.values)
+    return to_unit(_as_stored(axis.values), axis.attrs.get("units"), "m", what)
 
 
 def _as_stored(values: NDArray) -> NDArray:
@@ -439,10 +426,7 @@ def _seconds(times: xr.DataArray, wrong: str) -> tuple[NDArray[np.float64], np.d
         return (values - values[0]) / np.timedelta64(1, "ns") * 1e-9, values[0]
     if values.dtype.kind == "m":
         return values / np.timedelta64(1, "ns") * 1e-9, None
-    unit = str(times.attrs.get("units", "s")).strip().lower()
-    if unit not in _SECONDS:
-        raise InputError(f"{wrong}{times.name}: is in '{unit}': must be in seconds, or dates; convert it")
-    return _as_stored(values), None
+    return to_unit(_as_stored(values), times.attrs.get("units"), "s", f"{wrong}{times.name}"), None
 
 
 def _even(values: NDArray, fewest: int, what: str) -> float:

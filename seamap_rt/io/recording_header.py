@@ -8,11 +8,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from annotated_types import Ge, Gt, Le
 from pydantic import BeforeValidator, model_validator
 
 from ..errors import InputError
 from ..settings import Meaning, Section, as_tuple
+from .declared import plain_attribute
 from .opening import read_json
 from .plain_json import plain
 from .scenefile import read_toml
@@ -21,7 +23,7 @@ from .validation import validate
 Header = Mapping[str, Any] | str | os.PathLike[str]
 
 # Key → the values that it can have [SI], and units in which others give it. Outside, one of them is meant.
-_USUAL: dict[str, tuple[float, float, str, dict[str, float]]] = {
+USUAL: dict[str, tuple[float, float, str, dict[str, float]]] = {
     "frequency_hz": (1e8, 1e12, "hertz", {"GHz": 1e9, "MHz": 1e6}),
     "pulse_width_s": (0.0, 1e-2, "seconds", {"ns": 1e-9, "µs": 1e-6}),
     "bandwidth_hz": (1e4, 1e11, "hertz", {"MHz": 1e6, "GHz": 1e9}),
@@ -206,7 +208,7 @@ class RecordingHeader(Section):
     @model_validator(mode="before")
     @classmethod
     def _in_its_unit(cls, given: Any) -> Any:
-        for key, (least, most, unit, others) in _USUAL.items():
+        for key, (least, most, unit, others) in USUAL.items():
             value = given.get(key) if isinstance(given, Mapping) else None
             if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0.0:
                 continue
@@ -262,10 +264,13 @@ def _json(path: Path) -> Mapping[str, Any]:
 
 def header_object(tree: Any, what: str) -> dict[str, Any]:
     if not isinstance(tree, dict):
-        raise InputError(f"{what}: is a {type(tree).__name__}: must be an object of keys and values; write it so")
+        kind = {list: "a list", str: "a text", bool: "true or false", int: "a number", float: "a number"}
+        raise InputError(
+            f"{what}: is {kind.get(type(tree), 'null')}: must be an object of keys and values; write it so"
+        )
     return tree
 
 
 def as_in_toml(value: Any) -> Any:
-    """An attribute of a recording, numpy's or bytes, as TOML would give it."""
-    return value.decode() if isinstance(value, bytes) else plain(value)
+    """An attribute of a recording, numpy's or bytes, as TOML would give it; HDF5 may make an array of a number."""
+    return plain(plain_attribute(value)) if isinstance(value, np.ndarray | np.generic | bytes) else plain(value)

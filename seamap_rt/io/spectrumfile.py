@@ -95,8 +95,10 @@ def read_directional_spectrum(
         except InputError:
             raise
         except Exception as error:  # the parsers raise exceptions of many types
-            damage = f"{type(error).__name__}: {error}"[:200]
-    raise InputError(f"{path}: is damaged, or not quite a spectrum of the kind {result} ({damage}); {_KINDS_IN_WORDS}")
+            damage = (
+                f" ({error})"[:200] if isinstance(error, OSError | ValueError) else ""
+            )  # others speak of the program
+    raise InputError(f"{path}: is damaged, or not quite a spectrum of the kind {result}{damage}; {_KINDS_IN_WORDS}")
 
 
 # ---------------------------------------------------------------------------------------------------- the file's kind
@@ -247,8 +249,17 @@ def _open_swan(path: Path) -> Iterator[xr.DataArray]:
     for word, (count,) in zip(header, lines[1:], strict=False):
         if word in _COUNTED and count.isdecimal() and int(count[:18]) > most:  # wavespectra would read on for ever
             raise InputError(f"{path}: declares {count} of {word} in {most} lines; give a whole file")
-    if not {"NDIR", "CDIR"} & set(header[: header.index("QUANT") if "QUANT" in header else None]):
+    if "ITER" in header:
+        raise InputError(
+            f"{path}: holds the iterations of a test point (ITER), none of which is the sea; give the file that SWAN's "
+            "SPECOUT writes"
+        )
+    words = set(header[: header.index("QUANT") if "QUANT" in header else None])
+    if not {"NDIR", "CDIR"} & words:
         raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
+    for one, other in (("LONLAT", "LOCATIONS"), ("AFREQ", "RFREQ")):
+        if not {one, other[:8]} & words:
+            raise InputError(f"{path}: has neither {one} nor {other} in its header; give the file as SWAN writes it")
     from wavespectra.core.swan import SwanSpecFile
 
     swan = SwanSpecFile(path)

@@ -119,5 +119,7 @@ def test_only_a_recorded_sea_has_a_start() -> None:
 def test_times_as_durations_are_seconds(tmp_path: Path) -> None:
     data = dataset_of().assign_coords(time=AXES["seconds"])
     store = tmp_path / "sea.zarr"
-    data.assign_coords(time=("time", (data["time"].values * 1e9).astype("timedelta64[ns]"))).to_zarr(store, consolidated=False)
+    data.assign_coords(time=("time", (data["time"].values * 1e9).astype("timedelta64[ns]"))).to_zarr(
+        store, consolidated=False
+    )
     assert realize(scene_with(str(store)).sea, 1).resolved.record_start_s == pytest.approx(AUTOMATIC_S)
