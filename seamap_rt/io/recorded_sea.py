@@ -23,7 +23,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .declared import outside, valid_limits
 from .gaps import filled, half_width, largest_square, unseen_edges
 from .opening import bytes_held, weigh
 from .recorded_layouts import open_layout
@@ -350,11 +349,6 @@ def _cut(
         for most in (values.sizes[axes[axis]],)
     }
     cut = values.isel({axes["time"]: frame, **taken}).transpose(axes["y"], axes["x"]).values.astype(np.float64)
-    low, high = valid_limits(values.attrs)
-    if low is not None or high is not None:  # xarray undoes packing, and leaves these
-        scale, offset = values.encoding.get("scale_factor", 1.0), values.encoding.get("add_offset", 0.0)
-        ends = [scale * end + offset if end is not None else None for end in (low, high)]
-        cut[outside(cut, *ends)] = np.nan
     return cut[:: way["y"], :: way["x"]]
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from itertools import product
 from math import inf
 from pathlib import Path
 from typing import Literal
@@ -107,14 +106,13 @@ def read_capytaine(path: str | Path, body: str | None = None, symmetry: Symmetry
     if not np.isfinite([mass, stiffness]).all():
         name = "hydrostatic_stiffness" if np.isfinite(mass).all() else "inertia_matrix"
         raise InputError(f"{path}: {name} holds what is no number; set the body's mass and its centre")
-    if "omega" in held and held["omega"].ndim == 1 and held["omega"].dims != ("omega",):  # by period or wavenumber
-        held = held.swap_dims({held["omega"].dims[0]: "omega"})
     added_mass, damping = (
         _numbers(held, path, name, ("omega", *_DOFS)) for name in ("added_mass", "radiation_damping")
     )
     scattered, incident = (
-        np.array([1.0, 1j]) @ np.moveaxis(_numbers(held, path, name, ("complex", *_WAVES, _DOFS[0])), 0, -2)
+        real + 1j * imaginary
         for name in ("diffraction_force", "Froude_Krylov_force")
+        for real, imaginary in (_numbers(held, path, name, ("complex", *_WAVES, _DOFS[0])),)
     )
     omega, towards = (
         to_unit(_numbers(held, path, name, (name,)), held[name].attrs.get("units"), unit, f"{path}: {name}")
@@ -158,7 +156,7 @@ def read_capytaine(path: str | Path, body: str | None = None, symmetry: Symmetry
     for name in ("Roll", "Pitch"):
         if (own := stiffness[dofs.index(name), dofs.index(name)]) <= 0.0:
             notes.append(f"{name} has the stiffness {own:.3g} N m, of a boat that capsizes; check its centre of mass")
-    force = force[:, np.append(columns, columns[0])]
+    force = force[:, np.append(columns, columns[0])].astype(np.complex128)
     told = tuple(f"{path}: {note}" for note in notes)
     return _Tabulated(dofs, omega, direction, mass, stiffness, added_mass, damping, force, told)
 
@@ -198,7 +196,7 @@ def _numbers(held: xr.Dataset, path: Path, name: str, dims: tuple[str, ...]) -> 
     return held[name].transpose(*dims).to_numpy().astype(np.float64)
 
 
-def _known(path: Path, omega: Real, *tables: Complex | Real) -> tuple[NDArray[np.bool_], list[str]]:
+def _known(path: Path, omega: Real, *tables: NDArray[np.inexact]) -> tuple[NDArray[np.bool_], list[str]]:
     """Which frequencies, of tables (omega, …), hold numbers, and what to say of the others."""
     whole = np.logical_and.reduce([np.isfinite(each).reshape(omega.size, -1).all(axis=1) for each in tables])
     known = whole & np.isfinite(omega) & (omega > 0.0)
@@ -216,11 +214,11 @@ def _known(path: Path, omega: Real, *tables: Complex | Real) -> tuple[NDArray[np
     return known, [f"frequencies that hold no numbers, 0 or inf are left out: {left} rad/s"]
 
 
-def _place(k: float, towards: Real, heave: Complex, stiffness: Real, dofs: tuple[str, ...]) -> Real:
+def _place(k: float, towards: Real, heave: NDArray[np.inexact], stiffness: Real, dofs: tuple[str, ...]) -> Real:
     """Where a body's rotation centre is, x and y [m]: of long waves of wavenumber k the force of heave has the phase of
     the waterplane's centre, and the stiffness between heave and the turns says how far that is from it."""
     toward = np.stack((np.cos(towards), np.sin(towards)), axis=1)
-    centre = np.linalg.lstsq(toward, np.angle(heave) / k, rcond=None)[0]
+    centre = np.asarray(np.linalg.lstsq(toward, np.angle(heave) / k, rcond=None)[0], dtype=np.float64)
     stiff = {name: stiffness[dofs.index(name)] / stiffness[dofs.index("Heave")] for name in ("Roll", "Pitch")}
     return centre + np.array([stiff["Pitch"], -stiff["Roll"]])
 
@@ -229,10 +227,10 @@ def _all_round(
     path: Path,
     dofs: tuple[str, ...],
     towards: Real,
-    force: Complex,
+    force: NDArray[np.inexact],
     symmetry: Symmetry | None,
     matrices: dict[str, Real],
-) -> tuple[Real, Complex]:
+) -> tuple[Real, NDArray[np.inexact]]:
     """Directions (direction,) rad and forces (omega, direction, dof) with those that a symmetry gives."""
     if symmetry is None:
         return towards, force
@@ -242,10 +240,10 @@ def _all_round(
             "compute without it, or leave prediction.vessel.symmetry out"
         )
     sides, ends = (np.diag([_MIRRORED[name][mirror] for name in dofs]) for mirror in (0, 1))
-    parts = {"sides": [sides], "sides_and_ends": [sides, ends], "round": [sides, _turned(dofs, np.pi / 2)]}[symmetry]
+    images = {"sides": [sides], "sides_and_ends": [sides, ends], "round": [sides, _turned(dofs, np.pi / 2)]}[symmetry]
     turns = np.array([name in ("Roll", "Pitch", "Yaw") for name in dofs])
-    for (name, matrix), part in product(matrices.items(), parts):
-        like = part @ matrix @ part.T
+    for image, (name, matrix) in ((image, each) for image in images for each in matrices.items()):
+        like = image @ matrix @ image.T
         own = np.abs(np.diag(matrix))
         size = np.sqrt(np.where(turns, own[turns].max(), own[~turns].max()))
         if (np.abs(like - matrix) > _ALIKE * np.outer(size, size)).any():

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -70,7 +70,7 @@ def one_entry(arrays: dict[str, Array], told: Attributes) -> tuple[dict[str, Arr
     return arrays, {name: {key: np.array([value]) for key, value in own.items()} for name, own in told.items()}
 
 
-def as_hdf5(path: Path, arrays: dict[str, Array], told: Attributes) -> None:
+def as_hdf5(path: Path, arrays: Mapping[str, Any], told: Attributes) -> None:
     with h5py.File(path, "w") as file:
         for name, values in arrays.items():
             file.create_dataset(name, data=values).attrs.update(told.get(name, {}))
@@ -140,22 +140,17 @@ def test_packed_numbers_are_unpacked(ending: str, name: str, wrapped: bool, righ
     alike(opened(tmp_path, ending, *(one_entry(arrays, told) if wrapped else (arrays, told))), right)
 
 
-@pytest.mark.parametrize(
-    ("attribute", "value"), [("_FillValue", -32768), ("missing_value", -32768), ("valid_min", -32767),
-                             ("valid_range", [-32767, 32767])],
-)  # fmt: skip
+@pytest.mark.parametrize("attribute", ["_FillValue", "missing_value"])
 @pytest.mark.parametrize("scaled", [False, True])
 @pytest.mark.parametrize("name", ["lower", "upper", "attitude", "position"])
 @pytest.mark.parametrize("ending", WRITERS)
-def test_missing_numbers_are_missing(
-    ending: str, name: str, scaled: bool, attribute: str, value: Any, tmp_path: Path
-) -> None:
+def test_missing_numbers_are_missing(ending: str, name: str, scaled: bool, attribute: str, tmp_path: Path) -> None:
     """As NaN in the plain file, in each form in which a file says it."""
     gone = (slice(7, 9), slice(3, 5)) if name in ("lower", "upper") else (slice(2, 3),)
     counts = np.rint(PLAIN[name] / STEP).astype(np.int16)
     numbers = counts * (STEP if scaled else 1.0)
     numbers[gone], counts[gone] = np.nan, -32768
-    told = {attribute: np.asarray(value, np.int16)} | ({"scale_factor": STEP} if scaled else {})
+    told = {attribute: np.int16(-32768)} | ({"scale_factor": STEP} if scaled else {})
     alike(opened(tmp_path, ending, {name: counts}, {name: told}), opened(tmp_path, ending, {name: numbers}))
 
 
@@ -253,7 +248,7 @@ def test_numbers_without_units_that_can_be_none_are_refused(
         opened(tmp_path, ending, {name: PLAIN[name] * factor})
 
 
-@pytest.mark.parametrize("attribute", ["scale_factor", "add_offset", "_FillValue", "missing_value", "valid_range"])
+@pytest.mark.parametrize("attribute", ["scale_factor", "add_offset", "_FillValue", "missing_value"])
 @pytest.mark.parametrize("value", ["text", [1.0, 2.0, 3.0]])
 def test_attributes_that_cannot_be_obeyed_are_refused_by_name(attribute: str, value: Any, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=rf"ranges: {attribute} = .*: must be a number; correct the attribute"):
@@ -347,23 +342,6 @@ def test_a_sea_is_what_its_attributes_say(name: str, kind: str, tmp_path: Path) 
     for fact in ("frames", "step_s", "points", "spacing_m", "west_m", "south_m", "periodic"):
         assert getattr(found, fact) == pytest.approx(getattr(plain, fact), rel=1e-6), fact
     assert found.depth_m == (12.0 if name in ("one entry", "lists") else None)
-
-
-@pytest.mark.parametrize("kind", ["h5netcdf", "scipy", "zarr"])
-@pytest.mark.parametrize("told", [{"valid_max": 3000.0}, {"valid_range": np.array([-5000.0, 3000.0])}])
-def test_heights_that_are_not_valid_are_gaps(told: dict[str, Any], kind: str, tmp_path: Path) -> None:
-    """In the units in which they are stored; a gap is filled."""
-
-    def wrong(data: xr.Dataset) -> xr.Dataset:
-        heights = data["elevation"].values.copy()
-        heights[20, 30, 30] = 9.0
-        units = {name: (value.tolist() if isinstance(value, np.ndarray) and kind == "zarr" else value)
-                 for name, value in told.items()}  # fmt: skip
-        return data.assign(elevation=(("time", "y", "x"), heights * 1e3, {"units": "mm", **units}))
-
-    (plain, frame), (_, same) = sea(tmp_path, lambda data: data, kind), sea(tmp_path, wrong, kind)
-    assert plain.points == 64
-    np.testing.assert_allclose(same, frame, atol=0.02)
 
 
 # ------------------------------------------------------------------------------------------------ headers

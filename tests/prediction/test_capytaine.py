@@ -340,11 +340,6 @@ def test_frequencies_and_directions_are_in_the_units_that_the_file_says(
     alike(saved(told, tmp_path), saved(data, tmp_path))
 
 
-def test_a_file_by_periods_is_read_by_its_frequencies(tmp_path: Path) -> None:
-    data = boat_file().assign_coords(period=("omega", 2.0 * np.pi / FREQUENCIES))
-    alike(saved(data.swap_dims(omega="period"), tmp_path), saved(data, tmp_path))
-
-
 def test_a_file_is_refused_in_one_line_that_says_what_it_lacks(tmp_path: Path) -> None:
     good = boat_file()
     without_roll = good.sel(influenced_dof=["Surge", "Heave", "Pitch"], radiating_dof=["Surge", "Heave", "Pitch"])

@@ -87,10 +87,10 @@ def echoes_from_recording(
     head = read_header(header)
     zero = np.asarray(time).ravel()[:1]  # of dates, from which all times count
     time = _since(zero, time, "time")
-    attitude, position = (
-        (_since(zero, each[0], f"{name}_time"), *each[1:]) if isinstance(each, tuple) and each else each
-        for name, each in (("attitude", attitude), ("position", position))
-    )
+    if isinstance(attitude, tuple) and len(attitude) == 2:
+        attitude = _since(zero, attitude[0], "attitude_time"), attitude[1]
+    if isinstance(position, tuple) and len(position) == 2:
+        position = _since(zero, position[0], "position_time"), position[1]
     voltage, overdriven = _voltages(lower, upper, head)
     count = voltage.shape[0]
     times = _increasing(_shaped("time", time, (count,)), "time")
