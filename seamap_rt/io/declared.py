@@ -11,19 +11,11 @@ from numpy.typing import NDArray
 from xarray.conventions import decode_cf_variable
 
 from ..errors import InputError
+from .plain_json import plain_attribute
 from .units import to_unit
 
 _PACKING = ("scale_factor", "add_offset", "_Unsigned")
 _FILLS = ("_FillValue", "missing_value")
-
-
-def plain_attribute(value: Any) -> Any:
-    """A value as it was meant: arrays and lists of one entry, which HDF5 and JSON make of it, and bytes."""
-    while isinstance(value, np.ndarray | list | tuple) and np.size(value) == 1 and np.ndim(value) > 0:
-        value = value[0]
-    if isinstance(value, np.generic | np.ndarray):
-        value = value.tolist() if value.dtype.kind != "V" else value
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
 
 
 def plain_attributes(values: xr.Dataset) -> xr.Dataset:

@@ -27,9 +27,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError, must_be
-from .declared import decoded, in_unit, plain_attribute
+from .declared import decoded, in_unit
 from .matlab import plain_value, read_matlab
 from .opening import load, open_dataset, open_file, open_hdf5, read_npz, weigh_arrays
+from .plain_json import plain_attribute
 from .recording_header import Header, RecordingHeader, as_in_toml, header_object, read_header, validated
 
 NEEDED = ("lower", "upper", "time", "azimuth")

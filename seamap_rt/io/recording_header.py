@@ -14,9 +14,8 @@ from pydantic import BeforeValidator, model_validator
 
 from ..errors import InputError
 from ..settings import Meaning, Section, as_tuple
-from .declared import plain_attribute
 from .opening import read_json
-from .plain_json import plain
+from .plain_json import plain, plain_attribute
 from .scenefile import read_toml
 from .validation import validate
 

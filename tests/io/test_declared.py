@@ -272,6 +272,11 @@ def test_a_header_of_attributes_of_one_entry_is_a_header(right: xr.Dataset, tmp_
         alike(open_recording(tmp_path / "own.nc"), right)
 
 
+def test_echoes_whose_attributes_are_arrays_of_one_entry_are_retrieved_alike(right: xr.Dataset) -> None:
+    wrapped = {name: value if np.ndim(value) else np.array([value]) for name, value in right.attrs.items()}
+    alike(right.assign_attrs(wrapped), right)
+
+
 def test_whole_numbers_at_the_converters_limit_are_still_known_beside_a_fill_value(tmp_path: Path) -> None:
     counts = np.rint(PLAIN["lower"] / STEP).astype(np.int16)
     counts[5, 5], counts[6, 6] = 32767, -32768
