@@ -137,9 +137,7 @@ class SeaSettings(Section):
                 "leave it out"
             )
         if self.model != "recorded" and self.start_s is not None:
-            raise ValueError(
-                f"start_s = {self.start_s:g}: is of a recorded sea, and model = '{self.model}'; leave it out"
-            )
+            raise ValueError(f"model = '{self.model}': has no record to begin in; leave start_s = {self.start_s:g} out")
         if self.model == "recorded" and self.current_m_s:
             raise ValueError(
                 f"current_m_s = {self.current_m_s:g}: must be 0 where model = 'recorded' (the record holds what the "

@@ -25,7 +25,7 @@ from seamap_rt.io.recording_header import RecordingHeader, read_header
 from seamap_rt.settings import RetrievalSettings
 
 Array = NDArray[Any]
-PULSES, GATES, PRF = 400, 16, 800.0
+PULSES, GATES, PRF = 200, 16, 400.0
 SLIM = RetrievalSettings(estimator="single_cell", cell_range_m=3.0, cell_azimuth_deg=7.2, ground_m=20.0)
 HEADER: dict[str, Any] = {
     "frequency_hz": 10e9, "pulse_width_s": 20e-9, "bandwidth_hz": 50e6, "height_m": 5.0, "baseline_m": 0.2,
@@ -116,10 +116,16 @@ def alike(one: xr.Dataset, other: xr.Dataset) -> None:
     """The same echoes, and the same maps, to rounding."""
     for name in ("voltage", "time", "azimuth", "range", "attitude", "position"):
         np.testing.assert_allclose(one[name].values, other[name].values, rtol=1e-6, atol=1e-6, err_msg=name)
-    maps = [retrieve(each, SLIM)["polar"].to_dataset() for each in (one, other)]
-    for name in ("height", "visible_fraction"):
-        if name in maps[0]:
-            np.testing.assert_allclose(maps[0][name].values, maps[1][name].values, atol=2e-3, err_msg=name)
+    np.testing.assert_allclose(height_of(one), height_of(other), atol=2e-3)
+
+
+_HEIGHTS: dict[int, tuple[xr.Dataset, Array]] = {}  # of echoes that are compared with again and again
+
+
+def height_of(echoes: xr.Dataset) -> Array:
+    if id(echoes) not in _HEIGHTS:
+        _HEIGHTS[id(echoes)] = echoes, retrieve(echoes, SLIM)["polar"].to_dataset()["height"].values
+    return _HEIGHTS[id(echoes)][1]
 
 
 @pytest.fixture(scope="module")
@@ -234,8 +240,8 @@ def test_times_since_a_date_are_on_one_clock(ending: str, unit: str, right: xr.D
 @pytest.mark.parametrize(
     ("name", "factor", "words"),
     [
-        ("time", 1e3, r"time: pulses are 1\.25 s apart, a PRF of 0\.8 Hz: must be 5 to 1e\+07; give times in seconds"),
-        ("time", 1e-6, r"time: pulses are 1\.25e-09 s apart, a PRF of 8e\+08 Hz: must be 5 to 1e\+07"),
+        ("time", 1e3, r"time: pulses are 2\.5 s apart, a PRF of 0\.4 Hz: must be 5 to 1e\+07; give times in seconds"),
+        ("time", 1e-6, r"time: pulses are 2\.5e-09 s apart, a PRF of 4e\+08 Hz: must be 5 to 1e\+07"),
         ("ranges", 1e-3, r"ranges: end at 0\.0525 m: must go beyond height_m = 5, .*; give metres"),
         ("ranges", 1e3, r"ranges: gates are 1500 m apart, and resolve 3 m: must be at most 20 times that; give metres"),
         ("azimuth", np.pi / 180.0, r"give degrees, if these are radians"),

@@ -112,7 +112,7 @@ def test_a_run_longer_than_what_is_left_says_how_to_shorten_it(files: dict[str, 
 
 
 def test_only_a_recorded_sea_has_a_start() -> None:
-    with pytest.raises(InputError, match=r"start_s = 3: is of a recorded sea, and model = 'linear'; leave it out"):
+    with pytest.raises(InputError, match=r"model = 'linear': has no record to begin in; leave start_s = 3 out"):
         scene_of({"name": "drawn", "sea": {"start_s": 3.0}})
 
 
