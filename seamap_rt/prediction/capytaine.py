@@ -240,7 +240,11 @@ def _all_round(
             "compute without it, or leave prediction.vessel.symmetry out"
         )
     sides, ends = (np.diag([_MIRRORED[name][mirror] for name in dofs]) for mirror in (0, 1))
-    images = {"sides": [sides], "sides_and_ends": [sides, ends], "round": [sides, _turned(dofs, np.pi / 2)]}[symmetry]
+    known = {"sides": [sides], "sides_and_ends": [sides, ends], "round": [sides, _turned(dofs, np.pi / 2)]}
+    if (images := known.get(symmetry)) is None:
+        raise InputError(
+            f"symmetry = '{symmetry}': must be one of {', '.join(known)}; leave it out where there is none"
+        )
     turns = np.array([name in ("Roll", "Pitch", "Yaw") for name in dofs])
     for image, (name, matrix) in ((image, each) for image in images for each in matrices.items()):
         like = image @ matrix @ image.T

@@ -295,6 +295,13 @@ def test_each_of_two_bodies_moves_as_it_would_alone(place: tuple[float, float], 
         saved(both, tmp_path, body="barge")
 
 
+def test_a_symmetry_of_no_boat_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(
+        InputError, match=r"symmetry = 'none': must be one of sides, sides_and_ends, round; leave it out"
+    ):
+        saved(boat_file(), tmp_path, symmetry="none")
+
+
 def test_one_body_has_the_name_of_its_file(tmp_path: Path) -> None:
     named = raft_file().assign_coords(body_name="raft")
     alike(saved(named, tmp_path, body="raft"), saved(named, tmp_path))
