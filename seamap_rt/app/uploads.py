@@ -33,7 +33,7 @@ KINDS = {
         32 * MB,
     ),
     "sea": Kind("a recorded sea", (".nc", ".dat"), 60 * MB),  # a larger one is put below the runs by hand
-    "pattern": Kind("an antenna pattern", (".csv", ".msi", ".pln", ".ant"), 4 * MB),
+    "pattern": Kind("an antenna pattern", (".csv", ".msi", ".pln", ".ant", ".txt"), 4 * MB),
     "motion": Kind("a boat's motion", (".csv", ".txt"), 32 * MB),
     "vessel": Kind("a vessel of Capytaine", (".nc",), 32 * MB),
     "mesh": Kind("a mesh", (".stl", ".glb", ".obj", ".ply"), 32 * MB),  # glTF as text may name any other file

@@ -17,6 +17,7 @@ from ...conventions import turn_name
 from ...dataset import ECHO_ATTRIBUTES, FURTHER_ECHO_ATTRIBUTES
 from ...errors import SchemaError
 from ...io.numbers import rounded_up
+from ...io.plain_json import plain_attribute
 from ...radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS, ground_cells, least_ground_side
 from ...radar.transmitter import comparing_pulses
 from ...settings import RetrievalSettings
@@ -63,6 +64,7 @@ _WITHIN = {"time": 1e12, "azimuth": 1e6, "attitude": 1e6, "position": 1e8}  # s,
 
 def checked_echoes(echoes: xr.Dataset) -> xr.Dataset:
     """Echoes whose pulses are all known and in the order of time. Raises SchemaError for those of no use."""
+    echoes = echoes.assign_attrs({name: plain_attribute(value) for name, value in echoes.attrs.items()})
     check_attributes(echoes.attrs)
     _check_gates(np.asarray(echoes["range"].values, dtype=np.float64))
     senders = np.asarray(echoes["transmitter"].values)
