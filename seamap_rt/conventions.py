@@ -9,6 +9,8 @@ Slopes are ∂z/∂(ground range), outward, and ∂z/∂(cross range), clockwise
 
 from __future__ import annotations
 
+from typing import SupportsInt
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -21,6 +23,11 @@ SURFACE_TENSION = 0.074  # N/m, clean sea water
 EARTH_RADIUS = 6_371_000.0  # m; the 4/3 Earth of radar propagation uses 4/3 of it
 
 POLARIZATIONS = ("VV", "HH")
+
+
+def turn_name(turn: SupportsInt, of: int | None = None) -> str:
+    """A turn as people count, from 1: "turn 3", or "turn 3 of 5". turn: as datasets count, from 0."""
+    return f"turn {int(turn) + 1}" + ("" if of is None else f" of {of}")
 
 
 def unit_from_azimuth(azimuth_deg: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -49,3 +56,15 @@ def db(ratio: ArrayLike) -> NDArray[np.float64]:
 def from_db(level_db: ArrayLike) -> NDArray[np.float64]:
     """A level in decibels as a power ratio."""
     return 10.0 ** (np.asarray(level_db, dtype=np.float64) / 10.0)
+
+
+def written(value: float, decimals: int) -> str:
+    """A number with so many decimals, or with as many more as its first two digits need: 0.015 is never 0.0. Below a
+    millionth by its power of ten. Without minus zero; a dash for what is not finite."""
+    if not np.isfinite(value):
+        return "—"
+    size = abs(float(value))
+    if 0.0 < size < 1e-6:
+        return f"{value:.1e}"
+    more = 1 - int(np.floor(np.log10(size))) if 0.0 < size < 0.95 * 10.0**-decimals else decimals
+    return f"{round(float(value), more) + 0.0:.{more}f}"

@@ -63,6 +63,7 @@ def _check_record(scene: Scene, sea: Sea) -> None:
     if scene.turns * turn + _LAST_BEAM_S > sea.ends_s:
         most = int((sea.ends_s - _LAST_BEAM_S) / turn)
         last = f"lower turns to {most}, or give a longer one" if most > 0 else "give a longer one"
+        last += ", or an earlier sea.start_s" if scene.sea.start_s is not None else ""
         raise InputError(
             f"turns = {scene.turns}: last {scene.turns * turn:.4g} s, and {_LAST_BEAM_S:g} s more are heard; the "
             f"record of sea.file goes on for {sea.ends_s:.4g} s; {last}"

@@ -209,6 +209,10 @@ class Simulator:
         with clock("truth"):
             ground = ground_truth(self.sea, self.radar, scene.retrieval, number, self.mast)
             known = where_known(truth, self.sea, self.mast, scene.retrieval)
+            resolved = self.sea.resolved
+            if resolved.record_start_s is not None:  # to lay the record's own gauges beside
+                zero = {"record_start_s": resolved.record_start_s, "record_start": resolved.record_start}
+                known, ground = known.assign_attrs(zero), ground.assign_attrs(zero)
             both = xr.DataTree.from_dict({"/polar": known, "/ground": ground})
         with clock("sea"):
             folded = self._folded_share(facets)

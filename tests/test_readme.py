@@ -121,7 +121,7 @@ def test_table_of_commands_is_whole() -> None:
     assert {name for name, _ in table} == {name for name in app if not name.startswith("-")}
     for name, usage in table:
         known = {option for argument in app[name].assemble_argument_collection() for option in argument.names}
-        assert set(re.findall(r"--[a-z]+", usage)) <= known, name
+        assert set(re.findall(r"--[a-z-]+", usage)) <= known, name
 
 
 @pytest.mark.parametrize("readme", READMES)

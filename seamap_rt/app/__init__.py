@@ -5,8 +5,8 @@ process of its own (`jobs`), and what it wrote is read turn by turn from its fil
 
 `safety` says who may ask and which files may be touched; `draft`, `fields`, `relevance` and `words` are the form
 without the page; `prospects` is what a design is likely to do; `pictures`, `figures` and `curves` make what is shown.
-`child` starts what takes memory or reads what nobody vouches for: the sea that came of a forecast (`what_came`), and
-the first reading of an upload (`checking`). The files whose names end with `_view` are the parts of the page.
+`drawing` draws in processes of its own, `child` starts what reads what nobody vouches for: the first reading of an
+upload (`checking`). The files whose names end with `_view` are the parts of the page.
 """
 
 from .serving import serve

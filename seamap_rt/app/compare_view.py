@@ -5,11 +5,14 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from nicegui import ui
 
+from ..conventions import turn_name
 from ..errors import InputError
-from . import curves, figures
-from .comparing import Figure, figures_of, side_by_side
+from . import drawing, figures
+from .comparing import Figure, Judged, drawing_of, in_words
+from .drawing import Easel, grey_of
 from .maps_panel import MapsPanel
 from .prospects_view import number
 from .results import Results
@@ -19,7 +22,16 @@ from .views import Source
 if TYPE_CHECKING:
     from .page import Page
 
-_LOOK_S = 1.0
+_COLUMNS = [
+    {"name": name, "label": label, "field": name, "align": "left"}
+    for name, label in (
+        ("range", "Range (m)"),
+        ("a", "A: rms error (m)"),
+        ("b", "B: rms error (m)"),
+        ("verdict", "B against A"),
+        ("chance", "Chance alone makes"),
+    )
+]
 
 
 class CompareView:
@@ -38,15 +50,20 @@ class CompareView:
                 .mark(f"compare-{label}")
                 for i, label in enumerate("AB")
             ]
-            ui.button("Swap", icon="swap_horiz", on_click=self._swap).props("flat dense no-caps")
+            ui.button("Swap A and B", icon="swap_horiz", on_click=self._swap).props("flat dense no-caps")
         self._said = ui.label().classes("text-sm").props("role=status")
+        drawn = ui.label().classes("text-sm waits").props("role=status")
         self._body = ui.column().classes("w-full gap-2 min-w-0")
+        self._easel = Easel(grey_of(drawn, self._body))
         with self._body:
+            self._verdict = ui.label().classes("font-bold").mark("compared")
             self._table = ui.element("div").classes("w-full grid gap-2 grid-cols-2 md:grid-cols-4").mark("figures")
+            self._ranges = ui.table(rows=[], columns=_COLUMNS, row_key="range").props("dense flat bordered")
+            self._ranges.classes("w-full").mark("compared-ranges")
             with ui.row().classes("w-full items-center no-wrap gap-2"):
-                ui.label("Turn").classes("text-sm")
-                self._slider = ui.slider(min=0, max=1, value=0, step=1).props('label aria-label="Turn"')
-                self._slider.classes("grow mx-2").on_value_change(lambda: ui.timer(0.0, self._draw, once=True))
+                self._turn = ui.label("Turn").classes("text-sm figure-value whitespace-nowrap")
+                self._slider = ui.slider(min=1, max=2, value=1, step=1).props('label aria-label="Turn"')
+                self._slider.classes("grow mx-2").on_value_change(self._redraw)
             self._maps = MapsPanel(page.width, page.dark, lambda *_: None)
             with ui.element("div").classes("w-full grid gap-2 grid-cols-1 lg:grid-cols-2"):
                 blank = figures.figure([], figures.layout(page.dark))
@@ -81,7 +98,7 @@ class CompareView:
                 self.tab.run = name
             else:
                 self.tab.other = name
-            ui.timer(0.0, self._draw, once=True)
+            self._redraw()
 
     def _swap(self) -> None:
         self.tab.run, self.tab.other = self.tab.other, self.tab.run
@@ -92,36 +109,41 @@ class CompareView:
             self._sources[name] = Source(Results(self.page.desk.roots.run(name)))
         return self._sources[name]
 
+    def _redraw(self) -> None:
+        self._easel.drop(f"drawing {self.tab.run} and {self.tab.other} …")
+        with self._body:
+            ui.timer(0.0, self._draw, once=True)
+
     async def _draw(self) -> None:
-        names = (self.tab.run, self.tab.other)
         try:
-            first, second = [await asyncio.to_thread(self._source, name) for name in names]
-            counts = [len(await asyncio.to_thread(each.results.turns)) for each in (first, second)]
-            turn = min(int(self._slider.value or 0), min(counts) - 1)
-            shown = await asyncio.to_thread(side_by_side, first, second, turn, names)
-            told = {
-                name: await asyncio.to_thread(each.by_range, turn)
-                for name, each in ((names[0], first), (names[1], second))
-            }
-            metrics = [await asyncio.to_thread(each.results.metrics) for each in (first, second)]
+            await self._easel.show(f"drawing {self.tab.run} and {self.tab.other} …", self._draw_both())
         except (InputError, OSError, KeyError, IndexError) as refusal:
             self._said.set_text(f"These two cannot be held against each other: {refusal}")
             self._body.set_visibility(False)
-            return
-        self._said.set_text("" if names[0] != names[1] else "Choose two different runs.")
-        self._body.set_visibility(True)
-        self._slider.props["max"] = max(min(counts) - 1, 1)
-        self._slider.set_enabled(min(counts) > 1)
-        self._slider.update()
+
+    async def _draw_both(self) -> None:
+        names = (self.tab.run, self.tab.other)
+        first, second = [await asyncio.to_thread(self._source, name) for name in names]
+        count = min([len(await asyncio.to_thread(each.results.turns)) for each in (first, second)])
+        turn = min(int(self._slider.value or 1), count) - 1
         key = (*names, self.page.dark)
-        if key == self._shown:
-            self._maps.frame(shown[2])
+        whole = key != self._shown
+        made = await drawing.quick(drawing_of, first, second, turn, names, self.page.dark, whole)
+        self._said.set_text(made.differ if names[0] != names[1] else "Choose two different runs.")
+        self._body.set_visibility(True)
+        self._slider.props["max"] = max(count, 2)
+        self._slider.set_enabled(count > 1)
+        self._slider.update()
+        self._turn.set_text(turn_name(turn, count))
+        if not whole:
+            self._maps.frame(made.shown)
         else:
             self._shown = key
-            self._maps.show(*shown)
-            self._fill_table(figures_of(*metrics))
-        self._error.update_figure(curves.error_graph(told, None, self.page.dark))
-        self._visible.update_figure(curves.visible_graph(told, None, self.page.dark))
+            self._maps.show(made.shown)
+            self._fill_table(made.figures)
+            self._fill_ranges(made.judged)
+        self._error.update_figure(made.errors)
+        self._visible.update_figure(made.visible)
 
     def _fill_table(self, rows: list[Figure]) -> None:
         self._table.clear()
@@ -134,7 +156,17 @@ class CompareView:
                     first, second = (
                         "—" if each is None else number(each, row.digits) for each in (row.first, row.second)
                     )
-                    colour = {1: "text-positive", -1: "text-negative", 0: ""}[row.verdict]
-                    sign = {1: "▲ B better", -1: "▼ B worse", 0: ""}[row.verdict]
                     ui.label(f"A {first} · B {second}").classes("font-bold figure-value")
-                    ui.label(sign).classes(f"text-xs {colour}")
+
+    def _fill_ranges(self, judged: list[Judged]) -> None:
+        """Whose heights err less, range by range."""
+        self._verdict.set_text(in_words(judged) if judged else "Whose heights err less is not told: a true sea lacks.")
+        self._ranges.set_visibility(bool(judged))
+        self._ranges.rows = [
+            {
+                "range": f"{each.range_m[0]:.0f}–{each.range_m[1]:.0f}",
+                "a": number(each.first, 3), "b": number(each.second, 3), "verdict": each.verdict,
+                "chance": f"{100.0 * (each.chance - 1.0):.0f} %" if np.isfinite(each.chance) else "—",
+            }
+            for each in judged
+        ]  # fmt: skip

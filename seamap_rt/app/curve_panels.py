@@ -5,10 +5,9 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING
 
-import numpy as np
 from nicegui import ui
 
-from . import curves
+from . import curves, drawing
 from .spectrum_view import SpectrumPanel
 
 if TYPE_CHECKING:
@@ -30,10 +29,8 @@ class SectionPanel:
         self.plot.mark("section")
 
     async def show(self, source: Source, turn: int) -> None:
-        section = await asyncio.to_thread(source.section, self.view.azimuth, turn)
-        heights = np.abs(np.concatenate([section.true, section.retrieved]))
-        limit = max(float(np.nanmax(heights)) if np.isfinite(heights).any() else 1.0, 0.2)
-        self.plot.update_figure(curves.section_graph(section, limit, self.view.page.dark))
+        made = await drawing.quick(curves.section_of, source, self.view.azimuth, turn, self.view.page.dark)
+        self.plot.update_figure(made)
 
 
 class RangePanel:
@@ -48,12 +45,11 @@ class RangePanel:
             )
 
     async def show(self, source: Source, turn: int) -> None:
-        told = await asyncio.to_thread(source.by_range, turn)
-        law = await asyncio.to_thread(source.expected)
-        dark = self.view.page.dark
-        self.error.set_visibility(bool(np.isfinite(told.rms).any() or np.isfinite(told.stated).any()))
-        self.error.update_figure(curves.error_graph({"": told}, law, dark))
-        self.visible.update_figure(curves.visible_graph({"": told}, law, dark))
+        error, visible = await drawing.quick(curves.by_range_of, source, turn, self.view.page.dark)
+        self.error.set_visibility(error is not None)
+        if error is not None:
+            self.error.update_figure(error)
+        self.visible.update_figure(visible)
 
 
 class StatePanel:
@@ -81,4 +77,4 @@ def _why_no_state(source: Source) -> str:
         return "Nothing was retrieved of these echoes yet: press Retrieve beside them in Runs."
     if source.results.growing or source.scene is not None:
         return "The wave height, turn by turn, is worked out when a run has ended."
-    return "The wave height of these echoes stands in their own page: Take away, retrieval.html."
+    return "The wave height of these echoes stands in their own page: Download, retrieval.html."

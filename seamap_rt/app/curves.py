@@ -11,9 +11,24 @@ from numpy.typing import NDArray
 from . import figures
 from .figures import Figure
 from .prospects import Prospects
-from .views import ByRange, Section
+from .views import ByRange, Section, Source
 
 _MARGIN = {"l": 50, "r": 10, "t": 30, "b": 66}
+
+
+def section_of(source: Source, azimuth_deg: float, turn: int, dark: bool) -> Figure:
+    """The section of a turn along a look."""
+    section = source.section(azimuth_deg, turn)
+    heights = np.abs(np.concatenate([section.true, section.retrieved]))
+    limit = max(float(np.nanmax(heights)) if np.isfinite(heights).any() else 1.0, 0.2)
+    return section_graph(section, limit, dark)
+
+
+def by_range_of(source: Source, turn: int, dark: bool) -> tuple[Figure | None, Figure]:
+    """Errors of a turn against range, None where there is neither a true nor a stated one; and what is in sight."""
+    told, law = source.by_range(turn), source.expected()
+    known = bool(np.isfinite(told.rms).any() or np.isfinite(told.stated).any())
+    return error_graph({"": told}, law, dark) if known else None, visible_graph({"": told}, law, dark)
 
 
 def section_graph(section: Section, limit_m: float, dark: bool) -> Figure:

@@ -150,7 +150,7 @@ class DesignView:
                 'flat dense round aria-label="Copy the command"'
             )
         with ui.row().classes("gap-2"):
-            ui.button("Save", icon="download", on_click=self._save).props("flat dense no-caps").mark("save")
+            ui.button("Download", icon="download", on_click=self._save).props("flat dense no-caps").mark("save")
             ui.upload(
                 label="Load a scene (TOML), or a file that another needs beside it",
                 auto_upload=True,

@@ -83,7 +83,7 @@ class Draft:
     @property
     def changed(self) -> dict[str, Any]:
         """Keys that differ from where the scene began, with their new values; None for one that was taken out."""
-        now, then = dict(_flat(self.tree)), dict(_flat(self._base))
+        now, then = dict(flat(self.tree)), dict(flat(self._base))
         return {key: now.get(key) for key in {**now, **then} if now.get(key) != then.get(key)}
 
     # ------------------------------------------------------------------------------------------------- editing
@@ -245,11 +245,11 @@ def _entry(node: Any, index: int) -> Any:
     return node[index] if isinstance(node, list | tuple) and index < len(node) else None
 
 
-def _flat(tree: Any, key: str = "") -> list[tuple[str, Any]]:
+def flat(tree: Any, key: str = "") -> list[tuple[str, Any]]:
     if isinstance(tree, Mapping):
-        return [pair for name, value in tree.items() for pair in _flat(value, f"{key}.{name}" if key else str(name))]
+        return [pair for name, value in tree.items() for pair in flat(value, f"{key}.{name}" if key else str(name))]
     if isinstance(tree, list) and any(isinstance(each, Mapping) for each in tree):
-        return [pair for index, value in enumerate(tree) for pair in _flat(value, f"{key}.{index}")]
+        return [pair for index, value in enumerate(tree) for pair in flat(value, f"{key}.{index}")]
     return [(key, tree)]
 
 

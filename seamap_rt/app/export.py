@@ -1,13 +1,14 @@
-"""What is taken away from a view: its numbers as CSV, its maps as the report's own picture."""
+"""What is downloaded from a view: its numbers as CSV, its maps as the report's own picture."""
 
 from __future__ import annotations
 
-import csv
-import io
 import math
+from collections.abc import Iterable
 
 import xarray as xr
 
+from ..conventions import turn_name
+from ..io.csv_text import csv_text
 from ..report import maps as report_maps
 from ..report import style
 from .views import Source
@@ -16,22 +17,20 @@ from .views import Source
 def turn_csv(source: Source, azimuth_deg: float, index: int) -> str:
     """The section along a look and the errors by range of a turn; a table below the other, each with its heading."""
     section, told = source.section(azimuth_deg, index), source.by_range(index)
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([f"section along {section.azimuth_deg:.2f} degrees; turn {source.results.turns()[index] + 1}"])
-    writer.writerow(["ground_range_m", "true_height_m", "visible_fraction", "placed_at_m", "height_m", "height_std_m"])
     columns = (section.ground_m, section.true, section.visible, section.placed_m, section.retrieved, section.spread)
-    _rows(writer, columns)
-    writer.writerow([])
-    writer.writerow(["errors by ground range, cells more than half visible"])
-    writer.writerow(["ground_range_m", "rms_m", "bias_m", "stated_m", "visible_fraction", "answered_fraction"])
-    _rows(writer, (told.centre_m, told.rms, told.bias, told.stated, told.visible, told.answered))
-    return text.getvalue()
+    return csv_text([
+        [f"section along {section.azimuth_deg:.2f} degrees; {turn_name(source.results.turns()[index])}"],
+        ["ground_range_m", "true_height_m", "visible_fraction", "placed_at_m", "height_m", "height_std_m"],
+        *_rows(columns),
+        [],
+        ["errors by ground range, cells more than half visible"],
+        ["ground_range_m", "rms_m", "bias_m", "stated_m", "visible_fraction", "answered_fraction"],
+        *_rows((told.centre_m, told.rms, told.bias, told.stated, told.visible, told.answered)),
+    ])  # fmt: skip
 
 
-def _rows(writer, columns) -> None:
-    for row in zip(*columns, strict=True):
-        writer.writerow([f"{value:.6g}" if math.isfinite(value) else "" for value in row])
+def _rows(columns: Iterable[Iterable[float]]) -> list[list[str]]:
+    return [[f"{value:.6g}" if math.isfinite(value) else "" for value in row] for row in zip(*columns, strict=True)]
 
 
 def turn_png(source: Source, index: int) -> bytes | None:

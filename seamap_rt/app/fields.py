@@ -33,7 +33,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Part:
-    """A section of the form. many: it is an entry of a list, and may be taken out."""
+    """A section of the form. many: it is an entry of a list, and may be deleted."""
 
     path: str
     label: str

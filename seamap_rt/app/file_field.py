@@ -47,8 +47,8 @@ def upload_button(
             f"must be {wanted.words} ({', '.join(wanted.endings)}) of at most {wanted.most / MB:.0f} MB"
         ),
     )
-    upload.classes("hidden").props(f'accept="{",".join(wanted.endings)}"').mark(f"upload-{kind}")
+    upload.classes("hidden").mark(f"upload-{kind}").props["accept"] = ",".join(wanted.endings)
     button = ui.button(label, icon="upload_file")
-    button.props(f'flat dense no-caps aria-label="Upload {wanted.words}"')
+    button.props("flat dense no-caps").props["aria-label"] = f"Upload {wanted.words}"
     button.on("click", js_handler=f"() => getElement({upload.id}).$refs.qRef.pickFiles()")
     return button

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 from fastapi import FastAPI
 from fastapi.responses import FileResponse, PlainTextResponse, Response
@@ -12,7 +13,7 @@ from ..errors import InputError
 if TYPE_CHECKING:
     from .desk import Desk
 
-PRODUCTS = {  # that may be taken away, with their types; a page of ours is shown, the others are saved
+PRODUCTS = {  # that may be downloaded, with their types; a page of ours is shown, the others are saved
     "report.html": "text/html; charset=utf-8",
     "retrieval.html": "text/html; charset=utf-8",
     "trade.html": "text/html; charset=utf-8",
@@ -67,6 +68,11 @@ def give_files(app: FastAPI, desk: Desk) -> None:
         )
 
 
+def address(run: str, name: str) -> str:
+    """Of a product of a run, by the run's name."""
+    return f"/files/{quote(run)}/{name}"
+
+
 def products_of(folder) -> list[str]:
-    """What of a folder may be taken away."""
+    """What of a folder may be downloaded."""
     return [name for name in PRODUCTS if (folder / name).is_file()]

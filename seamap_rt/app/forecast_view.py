@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,10 +10,11 @@ import h5py
 import numpy as np
 from nicegui import ui
 
+from ..conventions import turn_name
 from ..io.committed_file import part_of
 from ..io.growing_file import read_whole_turns
 from ..settings import QuietSettings
-from . import figures
+from . import drawing, figures
 from .verified_view import VerifiedPanel
 from .what_came import Came
 from .words import label_of
@@ -123,6 +123,7 @@ class ForecastPanel:
         self.past.set_visibility(found is not None)
         if found is None:
             return
+        self.view.easel.ready()  # what came may take long
         came = await self.verified.show(source, turn)
         if came is not None:
             self.ahead.update_figure(_curve(found, self.view.page.dark, came))
@@ -133,7 +134,7 @@ class ForecastPanel:
         await self._show(folder, number, QuietSettings())
 
     async def _show(self, folder: Path, number: int, quiet: QuietSettings) -> Ahead | None:
-        found = await asyncio.to_thread(read_ahead, folder, number, quiet)
+        found = await drawing.slow(read_ahead, folder, number, quiet)
         self.ahead.set_visibility(found is not None)
         self.windows.set_visibility(found is not None and bool(np.isfinite(found.chance).any()))
         if found is None:
@@ -189,7 +190,7 @@ def _curve(ahead: Ahead, dark: bool, came: Came | None = None) -> figures.Figure
         for level in levels
     ]  # fmt: skip
     look = figures.layout(
-        dark, f"The next {ahead.lead_s[-1]:.0f} s at the boat, as known after turn {ahead.issue + 1}",
+        dark, f"The next {ahead.lead_s[-1]:.0f} s at the boat, as known after {turn_name(ahead.issue)}",
         340, shapes=quiet, margin={"l": 50, "r": 10, "t": 30, "b": 66},
         xaxis=figures.axis("Seconds ahead", dark), yaxis=figures.axis("Height (m)", dark),
     )  # fmt: skip

@@ -122,9 +122,20 @@ class Form:
                 for field in rest:
                     self._field(field)
         if part.many:
-            ui.button(
-                "Take out", icon="delete", on_click=lambda: self._restructure(self.draft.remove, part.path)
-            ).props("flat dense size=sm")
+            ui.button("Delete", icon="delete", on_click=lambda: self._delete(part)).props("flat dense size=sm no-caps")
+
+    def _delete(self, part: Part) -> None:
+        """An entry of a list, when it is asked for twice."""
+
+        def sure() -> None:
+            asked.close()
+            self._restructure(self.draft.remove, part.path)
+
+        with ui.dialog(value=True) as asked, ui.card():
+            ui.label(f"Delete {part.label} from the design? Undo brings it back.")
+            with ui.row():
+                ui.button("Delete it", icon="delete", on_click=sure).props("no-caps")
+                ui.button("Keep it", on_click=asked.close).props("flat no-caps")
 
     def _comes_first(self, part: Part, field: Field) -> bool:
         if part.path.startswith("sea.waves"):
@@ -176,7 +187,7 @@ class Form:
         if field.kind != "switch":
             element.without_auto_validation()  # which would clear, after each change, what is refused
         element.classes("w-full").mark(field.key)
-        element.props(f'data-key="{field.key}"')
+        element.props["data-key"] = field.key
         element.on("focusin", lambda: self._help.set_text(field.help))
         self._fields[field.key] = (field, element)
 
@@ -223,8 +234,8 @@ class Form:
                 line = refused.pop(key, None)
                 if field.kind != "switch":
                     element.error = line
-                element.classes(**({"add": "changed"} if key in changed else {"remove": "changed"}))
-                element.classes(**({"add": "sm:col-span-2"} if line else {"remove": "sm:col-span-2"}))
+                element.classes("changed" if key in changed else None, remove=None if key in changed else "changed")
+                element.classes("sm:col-span-2" if line else None, remove=None if line else "sm:col-span-2")
         finally:
             self._filling = False
         self._elsewhere.set_text(" · ".join(refused.values()))

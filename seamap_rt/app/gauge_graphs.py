@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
 import xarray as xr
 
-from ..gauges import GaugeSpectra, NoSpectrum, spectra
+from ..gauges import GaugeSpectra, NoSpectrum, aliasing, judge_one, spectra
 from ..io.growing_file import read_whole_turns
 from . import figures
 from .figures import Figure
 from .results import Results
+from .views import Source
 
 _LONGEST = 90  # turns that are drawn in time
 _DECADES = 4.0  # of a spectrum that are drawn
@@ -44,6 +45,39 @@ def _read(file: h5py.File) -> xr.Dataset:
         variables["true_height"] = ("gauge", "sample"), values("true_height")
     coordinates = {"gauge": names, "turn": values("turn"), "time": (("sample",), values("time"))}
     return xr.Dataset(variables, coordinates)
+
+
+class Told(NamedTuple):
+    """Of one gauge up to a turn, and what gauges there are; graphs that have nothing to show are None."""
+
+    names: list[str]
+    name: str
+    place: str
+    record: Figure
+    why: str  # there is no spectrum, or what it leaves out
+    spectrum: Figure | None
+    pairs: Figure | None
+    judged: dict[str, Any]
+
+
+def told_of(source: Source, turn: int, chosen: str | None, dark: bool) -> Told | None:
+    """What there is up to a turn of the gauge that is chosen, else of the first; None of a run without gauges."""
+    if not has_gauges(source.results):
+        return None
+    read = read_gauges(source.results)
+    names = [str(each) for each in read["gauge"].values]
+    name = chosen if chosen in names else names[0]
+    gauge = read.sel(gauge=name)
+    east, north = (float(gauge[each]) for each in ("east", "north"))
+    place = f"At {np.hypot(east, north):.0f} m, {np.degrees(np.arctan2(east, north)) % 360.0:.0f}°."
+    drawn = record(gauge, source.results.turns()[turn], dark)
+    result = spectra_of(gauge)
+    if isinstance(result, NoSpectrum):
+        why, graph = f"No spectrum: {result.reason}.", None
+    else:
+        told = (each for each in (aliasing(result), result.reason) if each)
+        why, graph = " ".join(f"{each[:1].upper()}{each[1:]}." for each in told), spectrum(result, dark)
+    return Told(names, name, place, drawn, why, graph, pairs(gauge, dark), judge_one(gauge))
 
 
 def record(gauge: xr.Dataset, turn: int, dark: bool) -> Figure:

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-import xarray as xr
 from nicegui import ui
 
-from ..gauges import NoSpectrum, aliasing, judge_one
-from . import figures, gauge_graphs
+from . import drawing, figures, gauge_graphs
 from .prospects_view import number
 
 if TYPE_CHECKING:
@@ -34,8 +30,6 @@ class GaugePanel:
 
     def __init__(self, view: SeeView) -> None:
         self.view = view
-        self._now: tuple[Source, int] | None = None
-        self._read: tuple[Any, xr.Dataset] | None = None
         self._filling = False
         blank = figures.figure([], figures.layout(view.page.dark))
         self._said = ui.label().classes("text-sm").props("role=status").mark("gauge-words")
@@ -53,52 +47,29 @@ class GaugePanel:
 
     async def show(self, source: Source, turn: int) -> None:
         """What there is up to now, with the turn marked."""
-        if not gauge_graphs.has_gauges(source.results):
+        chosen = self._choice.value
+        told = await drawing.slow(gauge_graphs.told_of, source, turn, chosen, self.view.page.dark)
+        self._body.set_visibility(told is not None)
+        if told is None:
             self._said.set_text(
                 "This run has no wave gauge. Press “Add wave gauge” at the end of the form in Design, say where it "
                 "stands, and run the design: its record of the surface is held against the map there."
             )
-            self._body.set_visibility(False)
             return
-        self._now = source, turn
-        key = source.results.folder, len(source.results.turns())
-        if self._read is None or self._read[0] != key:
-            self._read = key, await asyncio.to_thread(gauge_graphs.read_gauges, source.results)
-            names = [str(each) for each in self._read[1]["gauge"].values]
-            self._filling = True
-            self._choice.set_options(
-                {each: each for each in names}, value=self._choice.value if self._choice.value in names else names[0]
-            )
-            self._filling = False
-        await self._draw()
+        self._filling = True
+        self._choice.set_options({each: each for each in told.names}, value=told.name)
+        self._filling = False
+        self._said.set_text(told.place)
+        self._why.set_text(told.why)
+        for plot, made in ((self._record, told.record), (self._spectrum, told.spectrum), (self._pairs, told.pairs)):
+            plot.set_visibility(made is not None)
+            if made is not None:
+                plot.update_figure(made)
+        self._fill(told.judged)
 
-    async def _chosen(self) -> None:
-        if not self._filling and self._read is not None:
-            await self._draw()
-
-    async def _draw(self) -> None:
-        assert self._read is not None
-        assert self._now is not None
-        gauge, dark = self._read[1].sel(gauge=str(self._choice.value)), self.view.page.dark
-        source, turn = self._now
-        self._body.set_visibility(True)
-        east, north = (float(gauge[name]) for name in ("east", "north"))
-        self._said.set_text(f"At {np.hypot(east, north):.0f} m, {np.degrees(np.arctan2(east, north)) % 360.0:.0f}°.")
-        self._record.update_figure(gauge_graphs.record(gauge, source.results.turns()[turn], dark))
-        result = await asyncio.to_thread(gauge_graphs.spectra_of, gauge)
-        self._spectrum.set_visibility(not isinstance(result, NoSpectrum))
-        if isinstance(result, NoSpectrum):
-            self._why.set_text(f"No spectrum: {result.reason}.")
-        else:
-            self._why.set_text(
-                " ".join(f"{each[:1].upper()}{each[1:]}." for each in (aliasing(result), result.reason) if each)
-            )
-            self._spectrum.update_figure(gauge_graphs.spectrum(result, dark))
-        made = gauge_graphs.pairs(gauge, dark)
-        self._pairs.set_visibility(made is not None)
-        if made is not None:
-            self._pairs.update_figure(made)
-        self._fill(await asyncio.to_thread(judge_one, gauge))
+    def _chosen(self) -> None:
+        if not self._filling:
+            self.view.redraw()
 
     def _fill(self, told: dict[str, Any]) -> None:
         self._tiles.clear()

@@ -22,10 +22,10 @@ class IssuesPanel:
 
     def __init__(self, view: SeeView) -> None:
         self._issues: list[int] = []
-        self._folder = Path()
+        self._folder, self._view = Path(), view
         with ui.row().classes("w-full items-center no-wrap gap-2"):
             ui.label("Forecast").classes("text-sm")
-            self._slider = ui.slider(min=0, max=1, value=0, step=1, on_change=self._step)
+            self._slider = ui.slider(min=1, max=2, value=1, step=1, on_change=self._step)
             self._slider.props('label aria-label="Forecast"').classes("grow mx-2").mark("issue")
         self._panel = ForecastPanel(view)
 
@@ -33,14 +33,18 @@ class IssuesPanel:
         """Of a folder. OSError, KeyError where it holds no forecasts."""
         self._folder = folder
         self._issues = await asyncio.to_thread(read_whole_turns, folder / "prediction.nc", _issues)
-        self._slider.props["max"] = max(len(self._issues) - 1, 1)
+        self._slider.props["max"] = max(len(self._issues), 2)
         self._slider.set_enabled(len(self._issues) > 1)
-        self._slider.value = len(self._issues) - 1
-        await self._step()
+        self._slider.value = len(self._issues)
+        await self._show()
 
-    async def _step(self) -> None:
+    def _step(self) -> None:
         if self._issues:
-            at = min(max(int(self._slider.value or 0), 0), len(self._issues) - 1)
+            self._view.draw_beside(self._show(), self._folder.name)
+
+    async def _show(self) -> None:
+        if self._issues:
+            at = min(int(self._slider.value or 1), len(self._issues)) - 1
             await self._panel.show_issue(self._folder, self._issues[at])
 
 

@@ -2,7 +2,8 @@
 
 A job's files lie in `.jobs` below the runs: `NAME.toml` the scene, `NAME.json` what it is, `NAME.progress` a line for
 each step with its time, `NAME.errors` what the process said. So a page that is opened again finds them, and so does a
-server that is started again, whose runs went on without it.
+server that is started again, whose runs went on without it. A number of a process in a file proves nothing: another one
+may have it by now. A run is known as this server's child, or by the file of progress that its own environment names.
 """
 
 from __future__ import annotations
@@ -18,9 +19,13 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Literal
 
-from ..compute.locks import alive
+import numpy as np
+from annotated_types import MinLen
+from pydantic import TypeAdapter
+
+from ..compute.machine import cores
 from ..errors import InputError, one_line
 from ..io.progress_file import VARIABLE
 from ..io.results_folder import write_whole
@@ -28,8 +33,10 @@ from .progress import Progress, read_progress
 
 FOLDER = ".jobs"
 _ENDED = ("done", "cancelled", "failed")
+State = Literal["queued", "running", "done", "cancelled", "failed"]
 _LAST = 4096  # bytes of what a process said that are read
 _POLL_S = 0.2
+_MEASURED, _NICE = 3, 5
 
 
 @dataclass
@@ -43,24 +50,29 @@ class Job:
     name: str
     title: str
     folder: str  # of its results, relative to the runs
-    words: tuple[str, ...]
-    state: str = "queued"
+    words: Annotated[tuple[str, ...], MinLen(1)]
+    state: State = "queued"
     reason: str = ""
     pid: int = 0
     asked: float = field(default_factory=time.time)
     started: float = 0.0
     ended: float = 0.0
-    guess_s: float = 0.0  # how long it was expected to take
+    guess_s: float = 0.0  # how long it was expected to take, on the machine that the guess was made for
+    crowd: float = 1.0  # how many wanted each core when it ended, this job's own threads among them
 
     @property
     def over(self) -> bool:
         return self.state in _ENDED
 
 
+_JOB = TypeAdapter(Job)
+
+
 class Queue:
     """Runs jobs one after another. runs: the folder below which all of them write. program: what runs the command."""
 
     def __init__(self, runs: Path, program: Sequence[str] = (sys.executable, "-m", "seamap_rt.cli")) -> None:
+        runs = runs.resolve()
         self._runs, self._folder, self._program = runs, runs / FOLDER, tuple(program)
         self._folder.mkdir(parents=True, exist_ok=True)
         self._jobs: dict[str, Job] = {}
@@ -103,7 +115,14 @@ class Queue:
 
     def progress(self, job: Job) -> Progress:
         """How far a job is."""
-        return read_progress(self._folder / f"{job.name}.progress", job)
+        return read_progress(Path(self._told(job)), job, pace=self.pace(job.words[0]))
+
+    def pace(self, kind: str) -> float | None:
+        """What a command takes now over what is guessed, by the last three of its kind that were done here and by how
+        many want each core now and wanted it then; None where none was done."""
+        done = [job for job in self.jobs() if job.state == "done" and job.words[0] == kind and job.guess_s > 0.0]
+        took = [(job.ended - job.started) / (job.guess_s * job.crowd) for job in done[:_MEASURED]]
+        return float(np.median(took)) * _crowd() if took else None
 
     # ------------------------------------------------------------------------------------------------ stopping
 
@@ -119,12 +138,13 @@ class Queue:
                 return
             again = job.reason != ""
             job.reason = "asked to end"
-            pid = job.pid
         with contextlib.suppress(ProcessLookupError, PermissionError):
+            if not self._lives(job):
+                return
             if again:
-                os.killpg(pid, signal.SIGKILL)
+                os.killpg(job.pid, signal.SIGKILL)
             else:
-                os.kill(pid, signal.SIGTERM)
+                os.kill(job.pid, signal.SIGTERM)
 
     def forget(self, name: str) -> None:
         """Take a job that is over off the list; what it wrote stays."""
@@ -136,13 +156,13 @@ class Queue:
                     (self._folder / f"{name}.{ending}").unlink(missing_ok=True)
 
     def close(self, wait_s: float = 15.0) -> None:
-        """End what runs, so that whole turns stay, and begin nothing more."""
+        """End what this queue began, so that whole turns stay, and begin nothing more."""
         with self._change:
             self._closing = True
-            running = [job for job in self._jobs.values() if job.state == "running"]
+            running = list(self._processes)
             self._change.notify_all()
-        for job in running:
-            self.cancel(job.name)
+        for name in running:
+            self.cancel(name)
         self._worker.join(wait_s)
 
     # ------------------------------------------------------------------------------------------------- working
@@ -151,7 +171,7 @@ class Queue:
         while True:
             with self._change:
                 waiting = [job for job in self._jobs.values() if job.state in ("queued", "running")]
-                if self._closing and not any(job.state == "running" for job in waiting):
+                if self._closing and not self._processes:
                     return
                 waiting.sort(key=lambda job: (job.state != "running", job.asked))
                 if not waiting:
@@ -163,7 +183,7 @@ class Queue:
             self._attend(job)
 
     def _begin(self, job: Job) -> None:
-        environment = {**os.environ, VARIABLE: str(self._folder / f"{job.name}.progress"), "COLUMNS": "200"}
+        environment = {**os.environ, VARIABLE: self._told(job), "COLUMNS": "200"}
         for ending in ("progress", "errors"):
             (self._folder / f"{job.name}.{ending}").unlink(missing_ok=True)
         job.state, job.started = "running", time.time()
@@ -177,6 +197,8 @@ class Queue:
                     env=environment,
                     start_new_session=True,
                 )
+                with contextlib.suppress(OSError):
+                    os.setpriority(os.PRIO_PROCESS, process.pid, _NICE)  # the page answers first
         except OSError as error:
             job.state, job.reason, job.ended = "failed", one_line(f"cannot be started: {error}"), time.time()
         else:
@@ -190,7 +212,9 @@ class Queue:
         if process is not None:
             code: int | None = process.wait()
         else:  # of a server that ended before this one was started: not this one's child
-            while alive(job.pid):
+            while self._lives(job):
+                if self._closing:
+                    return
                 time.sleep(_POLL_S)
             code = None
         if job.over:
@@ -198,10 +222,21 @@ class Queue:
         state, reason = self._ending(job, code)
         with self._change:
             self._processes.pop(job.name, None)
-            job.state, job.reason, job.ended = state, reason, time.time()
+            job.state, job.reason, job.ended, job.crowd = state, reason, time.time(), _crowd()
             self._note(job)
 
-    def _ending(self, job: Job, code: int | None) -> tuple[str, str]:
+    def _lives(self, job: Job) -> bool:
+        """Whether the process of a job's number is its run, and has not ended."""
+        process = self._processes.get(job.name)
+        if process is not None:
+            return process.poll() is None
+        try:
+            environment = Path(f"/proc/{job.pid}/environ").read_bytes()
+        except OSError:
+            return False
+        return os.fsencode(f"{VARIABLE}={self._told(job)}") in environment.split(b"\0")
+
+    def _ending(self, job: Job, code: int | None) -> tuple[State, str]:
         last = _last_line(self._folder / f"{job.name}.errors")
         if code == 0 or (code is None and (self._runs / job.folder / "report.html").exists()):
             return "done", ""
@@ -236,6 +271,10 @@ class Queue:
             number += 1
         return f"{base}.{number}"
 
+    def _told(self, job: Job) -> str:
+        """The file of a job's progress."""
+        return str(self._folder / f"{job.name}.progress")
+
     def _note(self, job: Job) -> None:
         with contextlib.suppress(OSError):
             write_whole(self._folder / f"{job.name}.json", json.dumps(asdict(job)))
@@ -244,16 +283,22 @@ class Queue:
         """Jobs of an earlier server: one whose process lives is attended, any other has ended."""
         for path in self._folder.glob("*.json"):
             try:
-                told: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-                job = Job(**{**told, "words": tuple(told["words"])})
-            except (OSError, ValueError, TypeError, KeyError):
+                job = _JOB.validate_json(path.read_bytes())
+                if job.name != path.stem or not (self._runs / job.folder).resolve().is_relative_to(self._runs):
+                    continue
+            except (OSError, ValueError):  # ValidationError is one
                 continue
-            if job.state == "running" and not (job.pid and alive(job.pid)):
+            if job.state == "running" and not self._lives(job):
                 job.state, job.reason = self._ending(job, None)
                 job.ended = job.ended or time.time()
             elif job.state == "queued":
                 job.state, job.reason = "cancelled", "the page ended before it began"
             self._jobs[job.name] = job
+
+
+def _crowd() -> float:
+    """How many want each core, in the mean of the last minute; 1 where none need wait."""
+    return max(1.0, os.getloadavg()[0] / len(cores()))
 
 
 def _last_line(path: Path) -> str:

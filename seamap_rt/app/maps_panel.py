@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,26 +12,11 @@ from nicegui import events, ui
 from numpy.typing import NDArray
 
 from . import figures
-from .pictures import Raster, Scale, picture
+from .pictures import Panel, Raster, Shown
 
 Array = NDArray[np.floating]
 
 _BAR, _BETWEEN, _TITLE, _HIGHEST = 62.0, 30.0, 46.0, 430.0  # pixels: bar of colours, between panels, above one
-
-
-@dataclass(frozen=True)
-class Panel:
-    """One map. digits: of its values, in the line below."""
-
-    title: str
-    scale: Scale
-    digits: int = 2
-
-    @property
-    def unit(self) -> str:
-        """In brackets in the scale's words."""
-        words = self.scale.words
-        return words.rsplit("(", 1)[-1].rstrip(")") if "(" in words else ""
 
 
 class MapsPanel:
@@ -42,7 +26,8 @@ class MapsPanel:
         self._width, self._dark, self._picked = width, dark, picked
         self._panels: Sequence[Panel] = ()
         self._raster: Raster | None = None
-        self._values: list[Array] = []
+        self._values: Sequence[Array] = ()
+        self._pictures: Sequence[str] = ()
         self._drawn = False  # by the browser, which loads the graphs' code first
         self.plot = ui.plotly(figures.figure([], figures.layout(dark), figures.CONFIG)).classes("w-full").mark("maps")
         self.readout = ui.label("Point at a map for its values; click to cut along that look.")
@@ -51,21 +36,18 @@ class MapsPanel:
         self.plot.on("plotly_click", self._click, args=["points"])
         self.plot.on("plotly_afterplot", self._was_drawn, args=[], throttle=5.0)
 
-    def show(self, panels: Sequence[Panel], raster: Raster, values: Sequence[Array], line: Any = None) -> None:
-        """New panels, with their values (row, column) on the raster."""
-        self._panels, self._raster, self._values = panels, raster, list(values)
+    def show(self, shown: Shown, line: Any = None) -> None:
+        """New panels."""
+        self._panels, self._raster, self._values, self._pictures = shown
         self.plot.update_figure(self._figure(line))
 
-    def frame(self, values: Sequence[Array]) -> None:
-        """The values of another turn on the panels that are shown."""
-        if self._raster is None:
-            return
-        self._values = list(values)
-        sources = self._sources()
-        for image, source in zip(self.plot.figure["layout"]["images"], sources, strict=True):  # type: ignore[index]
+    def frame(self, shown: Shown) -> None:
+        """Another turn on the panels that are shown."""
+        self._values, self._pictures = shown.values, shown.pictures
+        for image, source in zip(self.plot.figure["layout"]["images"], shown.pictures, strict=True):  # type: ignore[index]
             image["source"] = source
         if self._drawn:
-            self.plot.client.run_javascript(f"showFrame({self.plot.id}, {json.dumps(sources)})")
+            self.plot.client.run_javascript(f"showFrame({self.plot.id}, {json.dumps(shown.pictures)})")
         else:
             self.plot.update()
 
@@ -73,11 +55,6 @@ class MapsPanel:
         self._drawn = True
 
     # ------------------------------------------------------------------------------------------------ the graph
-
-    def _sources(self) -> list[str]:
-        assert self._raster is not None
-        area = self._raster.area
-        return [picture(each, area, panel.scale) for panel, each in zip(self._panels, self._values, strict=True)]
 
     def _images(self) -> list[figures.Figure]:
         assert self._raster is not None
@@ -87,7 +64,7 @@ class MapsPanel:
                 "source": source, "xref": _axis("x", i), "yref": _axis("y", i), "x": west, "y": north,
                 "sizex": east - west, "sizey": north - south, "sizing": "stretch", "layer": "below",
             }
-            for i, source in enumerate(self._sources())
+            for i, source in enumerate(self._pictures)
         ]  # fmt: skip
 
     def _shapes(self, line: Any) -> list[figures.Figure]:

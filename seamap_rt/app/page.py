@@ -31,6 +31,9 @@ _STYLE = """
 .section > .q-expansion-item__container > .q-item { font-weight: 600; }
 .figure-value { font-variant-numeric: tabular-nums; }
 .nicegui-content { padding: 0; }
+.waits { opacity: 0; min-height: 1.25rem; margin-bottom: -1.25rem; position: relative; z-index: 2; }
+.stale { opacity: 0.25; filter: grayscale(1); pointer-events: none; transition: all 0.1s 0.15s; }  /* no flicker */
+.waits.stale { opacity: 1; filter: none; }
 .js-plotly-plot { min-height: 200px; }
 .js-plotly-plot .imagelayer image { image-rendering: pixelated; }
 @media (prefers-reduced-motion: reduce) { * { transition: none !important; } }

@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 from pathlib import Path
 from typing import TYPE_CHECKING
-from urllib.parse import quote
 
 from nicegui import ui
+
+from .files import address
 
 if TYPE_CHECKING:
     from .see_view import SeeView
@@ -40,9 +41,8 @@ class PicturedPanel:
             for each in there:
                 ui.label(PICTURES[each]).classes("font-bold")
                 stamp = (folder / each).stat().st_mtime_ns  # so that no older picture is shown
-                ui.element("img").classes("max-w-full").props(
-                    f'src="/files/{quote(name)}/{each}?at={stamp}" alt="{PICTURES[each]}"'
-                )
+                shown = ui.element("img").classes("max-w-full")
+                shown.props["src"], shown.props["alt"] = f"{address(name, each)}?at={stamp}", PICTURES[each]
             if text:
                 ui.label(text).classes("w-full text-xs font-mono whitespace-pre overflow-x-auto").props("tabindex=0")
 

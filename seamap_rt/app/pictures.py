@@ -5,8 +5,10 @@ from __future__ import annotations
 import base64
 import struct
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -136,3 +138,34 @@ def polar_raster(azimuth_deg: Array, slant_m: Array, height_m: float) -> Raster:
     gate = np.clip(np.searchsorted(edges, distance, side="right") - 1, 0, ground.size - 1)
     area = (sweep <= borders[-1] - borders[0]) & (distance >= min(near, edges[0])) & (distance <= edges[-1])
     return Raster(x, y, area, slice(None), slice(None), order[place], gate)
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One map. digits: of its values, in the line below."""
+
+    title: str
+    scale: Scale
+    digits: int = 2
+
+    @property
+    def unit(self) -> str:
+        """In brackets in the scale's words."""
+        words = self.scale.words
+        return words.rsplit("(", 1)[-1].rstrip(")") if "(" in words else ""
+
+
+class Shown(NamedTuple):
+    """A view of one turn. values (row, column) of each panel, on the raster; pictures: of them, as addresses."""
+
+    panels: Sequence[Panel]
+    raster: Raster
+    values: Sequence[Array]
+    pictures: Sequence[str]
+
+    @classmethod
+    def of(cls, panels: Sequence[Panel], raster: Raster, fields: Sequence[Array]) -> Shown:
+        """fields: of each panel, on the cells of its map."""
+        values = [raster.of(each) for each in fields]
+        drawn = [picture(each, raster.area, panel.scale) for panel, each in zip(panels, values, strict=True)]
+        return cls(panels, raster, values, drawn)

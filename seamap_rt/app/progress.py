@@ -30,8 +30,9 @@ class Progress:
     left_s: float | None
 
 
-def read_progress(path: Path, job: Job, now: float | None = None) -> Progress:
-    """Of a job, from the file of its progress."""
+def read_progress(path: Path, job: Job, now: float | None = None, pace: float | None = 1.0) -> Progress:
+    """Of a job, from the file of its progress. pace: of this machine over the guesses'; None where nobody knows."""
+    guess = None if pace is None else job.guess_s * pace or None
     now = time.time() if now is None else now
     if job.state == "queued":
         return Progress("waits", 0.0, 0, 0, None)
@@ -41,7 +42,7 @@ def read_progress(path: Path, job: Job, now: float | None = None) -> Progress:
         of = _of(lines)
         return Progress(job.reason or "done", 1.0, of if job.state == "done" else max(0, len(whole) - 1), of, 0.0)
     if not lines:
-        return Progress("starting", 0.0, 0, 0, job.guess_s or None)
+        return Progress("starting", 0.0, 0, 0, guess)
     line = lines[-1][1]
     points = _POINTS.match(line)
     if points:
@@ -55,18 +56,18 @@ def read_progress(path: Path, job: Job, now: float | None = None) -> Progress:
         done = max(0, len(starts) - 1)
         return Progress(line, 0.05 + 0.9 * done / max(of, 1), done, of, told)
     if not starts:
-        return Progress(line, 0.02, 0, of, job.guess_s or None)
+        return Progress(line, 0.02, 0, of, guess)
     if not _TURN.match(line):  # comparing and drawing
-        return Progress(line, 0.97, of, of, max(0.0, _AFTER_S - (now - lines[-1][0])))
+        after = None if pace is None else max(0.0, _AFTER_S * pace - (now - lines[-1][0]))
+        return Progress(line, 0.97, of, of, after)
     done = len(starts) - 1
     if len(starts) > 2:  # the first turn compiles and builds
         each = (starts[-1][1] - starts[1][1]) / (len(starts) - 2)
     elif done:
         each = starts[1][1] - starts[0][1]
     else:
-        guess = max(0.0, job.guess_s - (now - job.started))
-        return Progress(line, 0.05, 0, of, guess or None)
-    left = max(0.0, each * (of - done) - (now - starts[-1][1])) + _AFTER_S
+        return Progress(line, 0.05, 0, of, max(0.0, guess - (now - job.started)) or None if guess else None)
+    left = max(0.0, each * (of - done) - (now - starts[-1][1])) + _AFTER_S * (pace or 1.0)
     return Progress(line, 0.05 + 0.9 * done / of, done, of, left)
 
 

@@ -164,7 +164,7 @@ def _figures(
     yield from _of_radar(scene, slant, snr, noise)
     yield "facets", "Facets a turn", float(scene.detail.facets or 0), "", 0, 0
     yield "memory", "Memory", run_bytes(scene) / 1e9, "GB", 1, -1
-    yield "seconds", "A run takes about", run_seconds(scene), "s", 0, -1
+    yield "seconds", "A run takes", run_seconds(scene), "s", 0, -1
 
 
 def _of_sea(scene: Scene, waves: ResolvedWaves | None) -> Figures:
@@ -216,7 +216,7 @@ def run_bytes(scene: Scene) -> float:
 
 
 def run_seconds(scene: Scene) -> float:
-    """Wall time of a run with its page, about."""
+    """Wall time of a run with its page, about, on two cores; a queue knows its own pace."""
     return _SECONDS_A_RUN + scene.turns * (0.05 + _SECONDS_A_FACET * scene.detail.facets)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from nicegui import ui
 
+from ..conventions import written
 from . import figures
 from .figures import Figure
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from .prospects import Prospects, Spectrum
 
 _FIRST = ("reach", "radius", "error", "half_visible", "hs", "steepness", "across_100", "seconds")
+COLOURS = {0: "", 1: "text-positive", -1: "text-negative"}  # of neither, better and worse
 _GRAPHS = ("visible", "error", "snr", "beam", "spectrum", "cycle")
 
 
@@ -51,8 +53,12 @@ class ProspectsView:
         then = beside.values if beside else {}
         if set(self._shown) != {key for key, *_ in found.figures}:
             self._make_tiles(found)
+        pace = self.page.desk.queue.pace("run")
+        self._shown["seconds"].words.set_text("A run takes about" if pace else "A run takes (guessed)")
         for key, _, value, _, digits, better in found.figures:
-            self._shown[key].fill(value, digits, then.get(key), better)
+            scale = pace or 1.0 if key == "seconds" else 1.0
+            before = then.get(key)
+            self._shown[key].fill(scale * value, digits, None if before is None else scale * before, better)
 
     def draw(self, found: Prospects, scene: Scene, beside: Prospects | None) -> None:
         """Fill the graphs, which take the browser longer than the figures do."""
@@ -80,7 +86,7 @@ class _Tile:
 
     def __init__(self, key: str, words: str, unit: str) -> None:
         with ui.card().classes("p-2 gap-0 w-full").props("flat bordered"):
-            ui.label(words).classes("text-xs opacity-80")
+            self.words = ui.label(words).classes("text-xs opacity-80")
             with ui.row().classes("items-baseline gap-1"):
                 self._value = ui.label().classes("text-lg font-bold figure-value").mark(f"figure-{key}")
                 ui.label(unit).classes("text-xs")
@@ -94,10 +100,9 @@ class _Tile:
             self._change.set_text("")
             return
         good = 0 if better == 0 else (1 if change * better > 0.0 else -1)
-        colour = {0: "", 1: "text-positive", -1: "text-negative"}[good]
         sign = {0: "", 1: "▲ better ", -1: "▼ worse "}[good]
         self._change.set_text(f"{sign}{change:+.{digits}f}")
-        self._change.classes(replace=f"text-xs figure-value {colour}")
+        self._change.classes(replace="text-xs figure-value").classes(COLOURS[good])
 
 
 def _sentence(found: Prospects, scene: Scene) -> str:
@@ -119,10 +124,8 @@ def _sentence(found: Prospects, scene: Scene) -> str:
 
 
 def number(value: float, digits: int) -> str:
-    """With separators from ten thousand on."""
-    if not math.isfinite(value):
-        return "—"
-    return f"{value:,.{digits}f}" if abs(value) >= 1e4 else f"{value:.{digits}f}"
+    """As `written`, with separators from ten thousand on."""
+    return f"{value:,.{digits}f}" if 1e4 <= abs(value) < math.inf else written(value, digits)
 
 
 # ------------------------------------------------------------------------------------------------------ graphs

@@ -44,7 +44,9 @@ class RecordingsPanel:
                     'no-caps aria-label="Retrieve the recording"'
                 ).mark("retrieve")
                 self._wrong = ui.checkbox("even if the inspection finds it surely wrong").props("dense")
-                ui.button("A header to fill in", icon="download", on_click=_give_header).props("flat dense no-caps")
+                ui.button("Download a header to fill in", icon="download", on_click=_give_header).props(
+                    "flat dense no-caps"
+                )
             self._said = ui.label().classes("text-sm").props("role=status").mark("recording-said")
         self.fill()
 

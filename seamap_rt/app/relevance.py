@@ -14,7 +14,7 @@ _SINUSOIDAL = tuple(
 )
 _RULES: dict[str, tuple[tuple[str, tuple[Any, ...]], ...]] = {  # all conditions hold: a key has one of the values
     "sea.file": (("sea.model", ("recorded",)),),
-    "sea.beyond": (("sea.model", ("recorded",)),),
+    **{f"sea.{name}": (("sea.model", ("recorded",)),) for name in ("beyond", "start_s")},
     "scattering.nrcs_db": (("scattering.nrcs", ("constant",)),),
     "scattering.calibrated_to": (("scattering.nrcs", ("two_scale",)),),
     "scattering.breaking": (("scattering.nrcs", ("two_scale",)),),
@@ -59,7 +59,7 @@ _RULES: dict[str, tuple[tuple[str, tuple[Any, ...]], ...]] = {  # all conditions
     "prediction.vessel.beam_m": (("prediction.vessel.shape", ("disc", "box")),),
     "prediction.vessel.draught_m": (("prediction.vessel.shape", ("disc", "box")),),
     "prediction.vessel.roll_period_s": (("prediction.vessel.shape", ("box",)),),
-    "prediction.vessel.file": (("prediction.vessel.shape", ("file",)),),
+    **{f"prediction.vessel.{name}": (("prediction.vessel.shape", ("file",)),) for name in ("file", "body", "symmetry")},
     **{
         f"prediction.quiet.{name}": (("prediction.vessel.shape", ("raft", "disc", "box", "file")),)
         for name in ("heave_m", "roll_deg", "pitch_deg")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
@@ -13,6 +12,7 @@ from typing import Any, TypeVar
 import h5py
 import numpy as np
 from numpy.typing import NDArray
+from pydantic_core import from_json
 
 from ..errors import InputError
 from ..io.committed_file import part_of
@@ -115,7 +115,7 @@ class Results:
     def metrics(self) -> dict[str, Any]:
         """Of a finished run; empty of another one."""
         try:
-            told = json.loads((self.folder / "metrics.json").read_text(encoding="utf-8"))
+            told = from_json((self.folder / "metrics.json").read_bytes())
         except (OSError, ValueError):
             return {}
         return told if isinstance(told, dict) else {}

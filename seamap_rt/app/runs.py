@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pydantic_core import from_json
+
 from ..errors import InputError
 from ..io.committed_file import part_of
 from ..io.scenefile import read_toml
+from .safety import is_text
 
 _DEEPEST = 3
 _MOST = 2000  # folders that are looked into
@@ -46,7 +48,9 @@ def find_runs(runs: Path) -> list[RunEntry]:
             []
             if depth >= _DEEPEST
             else sorted(
-                each for each in folders if not each.startswith(".") and not each.endswith(".zarr") and each != "points"
+                each
+                for each in folders
+                if not each.startswith(".") and not each.endswith(".zarr") and each != "points" and is_text(each)
             )
         )
         entry = _entry(runs, Path(place), set(files))
@@ -88,7 +92,7 @@ def headline_of(folder: Path) -> str:
     from ..report.headline import verdict  # takes a second
 
     try:
-        metrics: Any = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+        metrics: Any = from_json((folder / "metrics.json").read_bytes())
         return verdict(metrics)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return ""

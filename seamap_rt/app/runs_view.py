@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from .files import products_of
+from .files import address, products_of
 from .jobs import Job
 from .runs import RunEntry, find_runs, free_name
 
@@ -42,7 +42,7 @@ class RunsView:
         with ui.row().classes("w-full items-center"):
             ui.label("Results").classes("text-base font-bold")
             ui.label(f"in {page.desk.roots.runs}").classes("text-xs opacity-80 break-all")
-            ui.button(icon="refresh", on_click=self._find).props('flat dense round aria-label="Look again"')
+            ui.button(icon="refresh", on_click=self._find).props('flat dense round aria-label="Refresh the list"')
         self._results = ui.column().classes("w-full gap-1").mark("results")
         ui.timer(_LOOK_S, self._look)
 
@@ -109,12 +109,12 @@ class RunsView:
                     ui.label(entry.headline).classes("text-sm")
             if entry.kind == "simulation":
                 again = ui.button("Retrieve", icon="travel_explore", on_click=lambda: self._retrieve(entry.name))
-                again.props(f'dense no-caps flat aria-label="Retrieve {entry.name}"')
+                again.props("dense no-caps flat").props["aria-label"] = f"Retrieve {entry.name}"
             see = ui.button("See", icon="visibility", on_click=lambda: open_folder(self.page, entry.name, entry.kind))
-            see.props(f'dense no-caps flat aria-label="See {entry.name}"').mark(f"see-{entry.name}")
-            with ui.button(icon="download").props('flat dense round aria-label="Take away"'), ui.menu():
+            see.props("dense no-caps flat").mark(f"see-{entry.name}").props["aria-label"] = f"See {entry.name}"
+            with ui.button(icon="download").props('flat dense round aria-label="Download"'), ui.menu():
                 for name in products_of(folder):
-                    ui.menu_item(name, on_click=partial(ui.navigate.to, f"/files/{entry.name}/{name}", new_tab=True))
+                    ui.menu_item(name, on_click=partial(ui.navigate.to, address(entry.name, name), new_tab=True))
 
     def _retrieve(self, name: str) -> None:
         """Maps from the echoes of a simulation, in a folder beside it."""
@@ -152,7 +152,7 @@ class _Row:
                     ).mark(f"cancel-{job.folder}")
                 else:
                     ui.button(icon="close", on_click=lambda: page.desk.queue.forget(job.name)).props(
-                        'flat dense round aria-label="Take off the list"'
+                        'flat dense round aria-label="Remove from the list; results stay"'
                     )
                 if job.state != "queued":
                     kind = "trade" if job.words[0] == "trade" else None

@@ -7,18 +7,20 @@ that it listens on (a foreign name that was made to point here is refused), and 
 from __future__ import annotations
 
 import hmac
+import re
 import secrets
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from http.cookies import CookieError, SimpleCookie
 from pathlib import Path
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, quote
 
 from ..errors import InputError
 
 COOKIE = "seamap_rt"
 MOST_BYTES = 64 * 2**20  # of a request: the largest upload
+_MOST_HEAD = 2**15  # bytes of its query and headers: others read cookies in a time that grows with their square
+_NO_TEXT = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff]")  # controls, and bytes that are no UTF-8
 _HEADERS = (
     (b"x-content-type-options", b"nosniff"),
     (b"x-frame-options", b"DENY"),
@@ -50,18 +52,18 @@ class Gate:
         if len([name for name, _ in pairs if name == b"host"]) != 1 or given[b"host"].lower() not in self.hosts:
             return "unknown host: open the address that seamap-rt app printed"
         origin = given.get(b"origin")
-        if origin is not None and urlsplit(origin).netloc.lower() != given[b"host"].lower():
+        if origin is not None and origin.partition("://")[2].lower() != given[b"host"].lower():
             return "another origin: open the address that seamap-rt app printed"
         if not self._knows(given.get(b"cookie", ""), query):
             return "no token: open the address that seamap-rt app printed, with its ?token="
         return None
 
     def _knows(self, cookies: str, query: bytes) -> bool:
-        try:
-            morsel = SimpleCookie(cookies).get(self.cookie)
-        except CookieError:
-            morsel = None
-        told = [*parse_qs(query.decode("latin-1")).get("token", []), *([morsel.value] if morsel else [])]
+        pairs = (each.strip().partition("=") for each in cookies.split(";"))
+        told = [
+            *parse_qs(query.decode("latin-1")).get("token", []),
+            *(v for name, _, v in pairs if name == self.cookie),
+        ]
         return any(hmac.compare_digest(each.encode(), self.token.encode()) for each in told)
 
 
@@ -77,9 +79,16 @@ class Guard:
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
-        refusal = self.gate.refusal(scope["headers"], scope.get("query_string", b""))
+        query: bytes = scope.get("query_string", b"")
+        if len(query) + sum(len(name) + len(value) for name, value in scope["headers"]) > _MOST_HEAD:
+            await _refuse(scope, receive, send, 431, f"more than {_MOST_HEAD / 2**10:.0f} kB before the request's body")
+            return
+        refusal = self.gate.refusal(scope["headers"], query)
         if refusal is not None:
             await _refuse(scope, receive, send, 403, refusal)
+            return
+        if not is_text(scope["path"]):
+            await _refuse(scope, receive, send, 400, "the address has a character that does not print")
             return
         if scope["type"] == "websocket":
             await self.app(scope, receive, send)
@@ -87,21 +96,21 @@ class Guard:
         if _stated_length(scope["headers"]) > self.most_bytes:
             await _refuse(scope, receive, send, 413, f"more than {self.most_bytes / 2**20:.0f} MB")
             return
-        if b"token=" in scope.get("query_string", b"") and scope["method"] == "GET":
+        if b"token=" in query and scope["method"] == "GET":
             await self._welcome(scope["path"], send)
             return
         request = _Request(receive, self.most_bytes)
         try:
             await self.app(scope, request.read, _with_headers(send))
-        except RuntimeError:
-            if not request.gone:  # Starlette's own complaint that there was nobody left to answer
+        except Exception:
+            if not request.gone:  # else a library's complaint that there was nobody left to answer
                 raise
 
     async def _welcome(self, path: str, send: Any) -> None:
         """The token goes from the address into a cookie, so that it is not in the history, nor passed on."""
         value = f"{self.gate.cookie}={self.gate.token}; Path=/; HttpOnly; SameSite=Strict"
         local = "/" + path.lstrip("/\\")  # "//elsewhere" would be another machine
-        headers = [(b"location", local.encode("latin-1", "replace")), (b"set-cookie", value.encode()), *_HEADERS]
+        headers = [(b"location", quote(local).encode()), (b"set-cookie", value.encode()), *_HEADERS]
         await send({"type": "http.response.start", "status": 303, "headers": headers})
         await send({"type": "http.response.body", "body": b""})
 
@@ -123,7 +132,7 @@ class _Request:
 def _stated_length(headers: Iterable[tuple[bytes, bytes]]) -> int:
     for name, value in headers:
         if name.lower() == b"content-length" and value.isdigit():
-            return int(value)
+            return int(value) if len(value) < 20 else 2**64
     return 0
 
 
@@ -201,6 +210,11 @@ class Roots:
         elif isinstance(tree, list | tuple):
             for index, entry in enumerate(tree):
                 self.check_files(entry, f"{key}.{index}")
+
+
+def is_text(name: str) -> bool:
+    """False for a name with letters that do not print, or in bytes that are no text: no browser can be told it."""
+    return not _NO_TEXT.search(name)
 
 
 def safe_name(name: str, fallback: str = "upload") -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import base64
 from typing import TYPE_CHECKING
 
@@ -11,8 +10,9 @@ import numpy as np
 from nicegui import ui
 from numpy.typing import NDArray
 
+from ..conventions import turn_name
 from ..report import style
-from . import figures
+from . import drawing, figures
 from .sea_light import SUN_ELEVATION_DEG, lambert, mast_picture, sun
 from .views import Source
 
@@ -67,7 +67,7 @@ class SeaPanel:
         with ui.row().classes("w-full items-center gap-3"):
             toggle = ui.toggle(_VIEWS, value="above", on_change=self._turned).props("dense no-caps").mark("camera")
             toggle.props('aria-label="Where one looks from"')
-            self._retrieved = ui.checkbox("as retrieved", on_change=self._again).props("dense")
+            self._retrieved = ui.checkbox("as retrieved", on_change=view.redraw).props("dense")
         self.plot = ui.plotly(figures.figure([], figures.layout(view.page.dark))).classes("w-full").mark("sea-3d")
         with ui.column().classes("w-full gap-1") as self._mast:
             self._picture = ui.element("img").classes("w-full max-w-5xl rounded").mark("from-mast")
@@ -97,33 +97,30 @@ class SeaPanel:
         retrieved = bool(self._retrieved.value)
         if mast:
             azimuth = float(self._look.value or 0.0)
-            made = await asyncio.to_thread(from_mast, source, turn, retrieved, azimuth)
-            self._picture.props(f'src="data:image/jpeg;base64,{base64.b64encode(made).decode("ascii")}"')
+            made = await drawing.slow(from_mast, source, turn, retrieved, azimuth)
+            self._picture.props["src"] = f"data:image/jpeg;base64,{base64.b64encode(made).decode('ascii')}"
             self._said.set_text(
                 f"From {source.height_m:.1f} m, towards {azimuth:.0f}°, the sun {SUN_ELEVATION_DEG:.0f}° high. "
                 "Heights are true; waves shorter than the map's cells are left out, and beyond it the sea is flat."
                 + (" Grey: no height was retrieved." if retrieved or not source.results.has_truth else "")
             )
             return
-        surface = await asyncio.to_thread(sea_surface, source, turn, retrieved)
-        self.plot.update_figure(self._figure(*surface, source.height_m))
+        self.plot.update_figure(
+            await drawing.slow(sea_figure, source, turn, retrieved, self._camera, self.view.page.dark)
+        )
         self._said.set_text(
             "Lit by a sun that stands low in the south-west. "
             + ("Dark: hidden from the antennas behind crests. " if source.results.has_truth else "")
             + "Heights are drawn three times too large."
         )
 
-    async def _turned(self, event) -> None:
+    def _turned(self, event) -> None:
         self._camera = event.value
-        await self._again()
+        self.view.redraw()
 
-    async def _looked(self) -> None:
+    def _looked(self) -> None:
         if self._camera == "mast":
-            await self._again()
-
-    async def _again(self) -> None:
-        if self._source is not None:
-            await self.show(*self._source)
+            self.view.redraw()
 
     def _queue(self) -> None:
         """The sea on file at this moment, by the command line in a process of its own; seen when it is done."""
@@ -134,42 +131,44 @@ class SeaPanel:
         assert scene is not None
         number = source.results.turns()[turn]
         name = source.results.folder.relative_to(desk.roots.runs).as_posix()
-        folder = f"{name}_sea_turn{number + 1}"
+        folder = f"{name}_sea_{turn_name(number).replace(' ', '')}"
         if not desk.awaited(folder):
             words = ["sea", "{scene}", "--out", "{out}", f"--times={source.results.time(turn):.3f}"]
             desk.queue.add(f"the sea of {name} from the mast", folder, scene.to_toml(), words, 15.0)
         self.view.page.see(folder)
 
-    def _figure(self, x, y, height, lit, limit: float, mast_m: float) -> figures.Figure:
-        dark = self.view.page.dark
-        surface = _mesh(x, y, height, lit, limit)
-        mast = {
-            "type": "scatter3d", "x": [0, 0], "y": [0, 0], "z": [0, mast_m], "mode": "lines+markers",
-            "line": {"color": figures.ORANGE, "width": 6}, "marker": {"size": 3, "color": figures.ORANGE},
-            "hoverinfo": "skip", "showlegend": False,
-        }  # fmt: skip
-        wide = max(float(np.ptp(x)), float(np.ptp(y)), 1.0)
-        axes = {
-            name: {"title": {"text": words}, "gridcolor": figures.faint(dark), "color": figures.ink(dark)}
-            for name, words in (("xaxis", "East (m)"), ("yaxis", "North (m)"), ("zaxis", "Height (m)"))
-        }  # fmt: skip
-        top = max(limit, mast_m)
-        axes["zaxis"]["range"] = [-1.2 * limit, 1.1 * top]
-        ratio = {
-            "x": float(np.ptp(x)) / wide * 1.6,
-            "y": float(np.ptp(y)) / wide * 1.6,
-            "z": _EXAGGERATED * 1.6 * (1.2 * limit + 1.1 * top) / wide,
-        }
-        scene = {**axes, "aspectmode": "manual", "aspectratio": ratio, "camera": self._eye()}
-        look = figures.layout(
-            dark, "", 560, scene=scene, margin={"l": 0, "r": 0, "t": 0, "b": 0}, uirevision=self._camera
-        )
-        return figures.figure([surface, mast], look, figures.CONFIG)
 
-    def _eye(self) -> figures.Figure:
-        """Where one looks from, in units of the box that is drawn, whose middle is 0."""
-        eye = {"x": 0.0, "y": -0.75, "z": 1.95} if self._camera == "above" else {"x": 0.9, "y": -0.95, "z": 0.35}
-        return {"eye": eye, "up": {"x": 0, "y": 0, "z": 1}}
+def sea_figure(source: Source, turn: int, retrieved: bool, camera: str, dark: bool) -> figures.Figure:
+    """The surface with the mast. camera: above or side."""
+    x, y, height, lit, limit = sea_surface(source, turn, retrieved)
+    mast_m = source.height_m
+    surface = _mesh(x, y, height, lit, limit)
+    mast = {
+        "type": "scatter3d", "x": [0, 0], "y": [0, 0], "z": [0, mast_m], "mode": "lines+markers",
+        "line": {"color": figures.ORANGE, "width": 6}, "marker": {"size": 3, "color": figures.ORANGE},
+        "hoverinfo": "skip", "showlegend": False,
+    }  # fmt: skip
+    wide = max(float(np.ptp(x)), float(np.ptp(y)), 1.0)
+    axes = {
+        name: {"title": {"text": words}, "gridcolor": figures.faint(dark), "color": figures.ink(dark)}
+        for name, words in (("xaxis", "East (m)"), ("yaxis", "North (m)"), ("zaxis", "Height (m)"))
+    }  # fmt: skip
+    top = max(limit, mast_m)
+    axes["zaxis"]["range"] = [-1.2 * limit, 1.1 * top]
+    ratio = {
+        "x": float(np.ptp(x)) / wide * 1.6,
+        "y": float(np.ptp(y)) / wide * 1.6,
+        "z": _EXAGGERATED * 1.6 * (1.2 * limit + 1.1 * top) / wide,
+    }
+    scene = {**axes, "aspectmode": "manual", "aspectratio": ratio, "camera": _eye(camera)}
+    look = figures.layout(dark, "", 560, scene=scene, margin={"l": 0, "r": 0, "t": 0, "b": 0}, uirevision=camera)
+    return figures.figure([surface, mast], look, figures.CONFIG)
+
+
+def _eye(camera: str) -> figures.Figure:
+    """Where one looks from, in units of the box that is drawn, whose middle is 0."""
+    eye = {"x": 0.0, "y": -0.75, "z": 1.95} if camera == "above" else {"x": 0.9, "y": -0.95, "z": 0.35}
+    return {"eye": eye, "up": {"x": 0, "y": 0, "z": 1}}
 
 
 def from_mast(source: Source, turn: int, retrieved: bool, azimuth_deg: float) -> bytes:

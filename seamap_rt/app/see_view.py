@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Coroutine
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -12,12 +13,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from nicegui import ui
 
+from ..conventions import turn_name
 from ..errors import InputError
-from .files import products_of
+from . import drawing
+from .drawing import Easel, grey_of
+from .files import address, products_of
 from .maps_panel import MapsPanel
+from .pictures import Shown
 from .results import Results
 from .runs import MAPPED, find_runs, headline_of, kind_of
-from .views import MAP_VIEWS, Shown, Source
+from .views import MAP_VIEWS, Source
 
 if TYPE_CHECKING:
     from .page import Page
@@ -42,12 +47,11 @@ class SeeView:
         self.page, self.tab = page, page.tab
         self.source: Source | None = None
         self._turns: list[int] = []
-        self._busy = self._wanted = False
-        self._playing = False
+        self._looking = self._playing = False
         self._azimuth: float | None = None
         self._shown_key: tuple[Any, ...] = ()
         self._study = ""  # a folder without turns that is shown
-        self._products: list[str] = []  # that may be taken away
+        self._products: list[str] = []  # that may be downloaded
         self._kinds: dict[str, str] = {}
         self._head()
         self._bar()
@@ -58,10 +62,13 @@ class SeeView:
         self._views.value = self.tab.view
         self._views.classes("w-full").on_value_change(self._view_chosen)
         self._empty = ui.label().classes("text-sm p-4")
-        with ui.column().classes("w-full min-w-0") as self._maps_place:
-            self.maps = MapsPanel(page.width, page.dark, self._cut)
-        self._curves_place = ui.column().classes("w-full min-w-0")
-        self._study_place = ui.column().classes("w-full min-w-0")
+        drawn = ui.label().classes("text-sm waits").props("role=status").mark("drawing")
+        with ui.column().classes("w-full min-w-0") as self._stage:
+            with ui.column().classes("w-full min-w-0") as self._maps_place:
+                self.maps = MapsPanel(page.width, page.dark, self._cut)
+            self._curves_place = ui.column().classes("w-full min-w-0")
+            self._study_place = ui.column().classes("w-full min-w-0")
+        self.easel = Easel(grey_of(drawn, self._stage))
         ui.timer(_LOOK_S, self._look)
         ui.timer(_PLAY_S, self._play)
 
@@ -69,7 +76,7 @@ class SeeView:
         with ui.row().classes("w-full items-center gap-2"):
             self._choice = ui.select({}, label="Run", on_change=lambda e: self._choose(e.value))
             self._choice.props("dense outlined options-dense").classes("w-64 max-w-full").mark("run-choice")
-            with ui.button("Take away", icon="download").props("flat dense no-caps").mark("export"):
+            with ui.button("Download", icon="download").props("flat dense no-caps").mark("export"):
                 self._menu = ui.menu()
             self._say = ui.label().classes("text-sm").props("role=status")
         self._headline = ui.label().classes("font-bold").mark("verdict")
@@ -79,8 +86,9 @@ class SeeView:
             self._button = ui.button(icon="play_arrow", on_click=self._toggle).props('dense round aria-label="Play"')
             self._button.mark("play")
             for icon, step, words in (("skip_previous", -1, "Turn before"), ("skip_next", 1, "Next turn")):
-                ui.button(icon=icon, on_click=partial(self._step, step)).props(f'flat dense round aria-label="{words}"')
-            self._slider = ui.slider(min=0, max=1, value=0, step=1, on_change=lambda e: self._to(e.value))
+                button = ui.button(icon=icon, on_click=partial(self._step, step)).props("flat dense round")
+                button.props["aria-label"] = words
+            self._slider = ui.slider(min=1, max=2, value=1, step=1, on_change=lambda e: self._to(e.value))
             self._slider.props('label aria-label="Turn"').classes("grow min-w-0 mx-2").mark("turn")
             self._clock = ui.label().classes("text-sm figure-value whitespace-nowrap").mark("clock")
 
@@ -122,26 +130,41 @@ class SeeView:
         """What is shown, so that it is opened anew."""
         self.source, self._study, self._shown_key, self._products = None, "", (), []
         self._headline.set_text("")
+        self._clock.set_text("")
+        self.easel.drop(f"opening {self.tab.run} …" if self.tab.run else "")
 
     async def _look(self) -> None:
         """Whether the run has more turns than before; it is opened when the first is there."""
-        if self.tab.place != "See" or not self.tab.run or self._busy:
+        if self.tab.place != "See" or not self.tab.run or self._looking:
             return
+        self._looking = True
+        try:
+            await self._look_at(self.tab.run)
+        finally:
+            self._looking = False
+
+    async def _look_at(self, run: str) -> None:
         try:
             if self.source is None:
-                folder = self.page.desk.roots.run(self.tab.run)
+                folder = self.page.desk.roots.run(run)
                 if await self._is_study(folder):
                     return
                 opened = await asyncio.to_thread(_opened, folder)
+                if run != self.tab.run:  # another was chosen meanwhile
+                    return
                 if opened is None:
                     self._wait_for_it()
                     return
                 self.source = opened
                 self._fill_menu()
-            turns = await asyncio.to_thread(self.source.results.turns)
+            source = self.source
+            turns = await asyncio.to_thread(source.results.turns)
+            if source is not self.source or self.easel.busy:  # a run that grows waits for what is drawn
+                return
         except (InputError, *_GONE) as refusal:
-            self.source = None
-            self._wait_for_it(str(refusal))
+            if run == self.tab.run:
+                self.source = None
+                self._wait_for_it(str(refusal))
             return
         products = products_of(self.source.results.folder)
         if products != self._products and not self.source.results.growing:
@@ -153,11 +176,11 @@ class SeeView:
             self._turns = turns
             if at_end or self.tab.turn >= len(turns):
                 self.tab.turn = len(turns) - 1
-            self._slider.props["max"] = max(len(turns) - 1, 1)
+            self._slider.props["max"] = max(len(turns), 2)
             self._slider.update()
             self._slider.set_enabled(len(turns) > 1)
-            self._slider.value = self.tab.turn
-            await self._draw()
+            self._slider.value = self.tab.turn + 1
+            self.redraw()
 
     async def _is_study(self, folder: Path) -> bool:
         """Whether a folder has no turns but is shown all the same; then it is."""
@@ -174,11 +197,20 @@ class SeeView:
         with self._study_place:
             panel = made(self)
         self._place_shown(self._study_place)
-        try:
-            await panel.show_folder(folder)
-        except _GONE as error:
-            self._tell(f"{self.tab.run}: cannot be read: {error}")
+        self.draw_beside(panel.show_folder(folder), self._study)
         return True
+
+    def draw_beside(self, drawing: Coroutine[Any, Any, None], name: str) -> None:
+        """A drawing of a folder without turns."""
+
+        async def draw() -> None:
+            try:
+                await self.easel.show(f"drawing {name} …", drawing)
+            except _GONE as error:
+                self._tell(f"{name}: cannot be read: {error}")
+
+        with self._stage:
+            ui.timer(0.0, draw, once=True)
 
     def _place_shown(self, shown: Any) -> None:
         """One of the places, alone; turns and views where there are any."""
@@ -202,6 +234,7 @@ class SeeView:
 
     def _tell(self, words: str) -> None:
         """Instead of a view."""
+        self.easel.drop("")
         self._empty.set_text(words)
         self._place_shown(self._empty)
 
@@ -210,50 +243,52 @@ class SeeView:
     def _view_chosen(self, event: Any) -> None:
         self.tab.view = event.value
         self._shown_key = ()
-        ui.timer(0.01, self._draw, once=True)
+        self.redraw()
+
+    def redraw(self) -> None:
+        """Show the turn that is wanted now; what another one's drawing gives is dropped."""
+        if name := self._name_turn():
+            self.easel.drop(f"drawing {name} …")
+        with self._stage:
+            ui.timer(0.0, self._draw, once=True)
+
+    def _name_turn(self, when: str = "") -> str:
+        there = self.source is not None and 0 <= self.tab.turn < len(self._turns)
+        name = turn_name(self._turns[self.tab.turn], self._of) if there else ""
+        self._clock.set_text(name + when)
+        return name
 
     async def _draw(self) -> None:
-        """Show the turn that is wanted. While one is drawn, others only leave word that another is wanted."""
-        if self._busy:
-            self._wanted = True
-            return
-        self._busy = True
-        try:
-            while True:
-                self._wanted = False
-                await self._draw_turn()
-                if not self._wanted:
-                    break
-        finally:
-            self._busy = False
-
-    async def _draw_turn(self) -> None:
         source, view, turn = self.source, self.tab.view, self.tab.turn
         if source is None or not 0 <= turn < len(self._turns):
             return
         try:
-            when = await asyncio.to_thread(source.results.time, turn)
-            self._clock.set_text(f"turn {self._turns[turn] + 1} of {self._of(source)} · {when:.1f} s")
-            if view in MAP_VIEWS:
-                shown = await asyncio.to_thread(source.view, view, turn)
-                if source is self.source:  # else another run was chosen meanwhile
-                    self._show_maps(shown, view)
-            else:
-                await self._show_curves(source, view, turn)
+            await self.easel.show(f"drawing {VIEWS[view]}, {self._name_turn()} …", self._draw_turn(source, view, turn))
         except _GONE as error:
-            self._tell(f"This turn cannot be read: {error}")
+            if (source, view, turn) == (self.source, self.tab.view, self.tab.turn):
+                self._tell(f"This turn cannot be read: {error}")
 
-    def _of(self, source: Source) -> int:
-        return max(source.scene.turns if source.scene is not None else 0, len(self._turns))
+    async def _draw_turn(self, source: Source, view: str, turn: int) -> None:
+        when = await asyncio.to_thread(source.results.time, turn)
+        if view in MAP_VIEWS:
+            self._show_maps(await drawing.quick(Source.view, source, view, turn), view)
+        else:
+            await self._show_curves(source, view, turn)
+        self._name_turn(f" · {when:.1f} s")
+
+    @property
+    def _of(self) -> int:
+        scene = self.source.scene if self.source is not None else None
+        return max(scene.turns if scene is not None else 0, len(self._turns))
 
     def _show_maps(self, shown: Shown, view: str) -> None:
         self._place_shown(self._maps_place)
         key = (self.tab.run, view, self.page.dark)
         if key == self._shown_key:
-            self.maps.frame(shown.values)
+            self.maps.frame(shown)
         else:
             self._shown_key = key
-            self.maps.show(shown.panels, shown.raster, shown.values, self._look_line())
+            self.maps.show(shown, self._look_line())
 
     async def _show_curves(self, source: Source, view: str, turn: int) -> None:
         dark = self.page.dark
@@ -261,8 +296,6 @@ class SeeView:
         fresh = key != self._shown_key
         module, name = _PANELS[view]
         made = getattr(await asyncio.to_thread(import_module, f"seamap_rt.app.{module}"), name)
-        if source is not self.source:
-            return
         self._place_shown(self._curves_place)
         if fresh:
             self._shown_key = key
@@ -274,23 +307,22 @@ class SeeView:
     # ------------------------------------------------------------------------------------------------- the time
 
     def _to(self, turn: float | None) -> None:
-        if turn is not None and int(turn) != self.tab.turn:
-            self.tab.turn = int(turn)
-            ui.timer(0.0, self._draw, once=True)
+        if turn is not None and int(turn) - 1 != self.tab.turn:
+            self.tab.turn = int(turn) - 1
+            self.redraw()
 
     def _step(self, by: int) -> None:
         if self._turns:
-            self._slider.value = (self.tab.turn + by) % len(self._turns)
+            self._slider.value = (self.tab.turn + by) % len(self._turns) + 1
 
     def _toggle(self) -> None:
         self._playing = not self._playing and len(self._turns) > 1
-        self._button.props(f"icon={'pause' if self._playing else 'play_arrow'}")
-        self._button.props(f'aria-label="{"Pause" if self._playing else "Play"}"')
+        self._button.props('icon=pause aria-label="Pause"' if self._playing else 'icon=play_arrow aria-label="Play"')
         self._next = time.monotonic()
 
     def _play(self) -> None:
         """Turns follow each other as they did, but at most ten a second."""
-        if not self._playing or self._busy or time.monotonic() < self._next:
+        if not self._playing or self.easel.busy or time.monotonic() < self._next:
             return
         scene = self.source.scene if self.source else None
         every = max(0.1, min(scene.turn_duration_s, 1.0) if scene is not None else 0.5)
@@ -312,7 +344,7 @@ class SeeView:
     def set_azimuth(self, azimuth_deg: float) -> None:
         """Cut along another look."""
         self._azimuth = azimuth_deg % 360.0
-        ui.timer(0.0, self._draw, once=True)
+        self.redraw()
 
     def _cut(self, east: float, north: float) -> None:
         self._azimuth = float(np.degrees(np.arctan2(east, north)) % 360.0)
@@ -331,27 +363,32 @@ class SeeView:
         self._menu.clear()
         with self._menu:
             for name in products_of(folder):
-                ui.menu_item(name, on_click=partial(ui.navigate.to, f"/files/{self.tab.run}/{name}", new_tab=True))
+                ui.menu_item(name, on_click=partial(ui.navigate.to, address(self.tab.run, name), new_tab=True))
             if self.source is not None:
                 ui.menu_item("this turn's section and curves (CSV)", on_click=self._csv)
                 ui.menu_item("this turn's height maps (PNG)", on_click=self._png)
+
+    def _file(self, ending: str) -> str:
+        turn = turn_name(self._turns[self.tab.turn]).replace(" ", "")
+        return f"{Path(self.tab.run).name}_{turn}.{ending}"
 
     async def _csv(self) -> None:
         from .export import turn_csv
 
         if self.source is not None:
-            made = await asyncio.to_thread(turn_csv, self.source, self.azimuth, self.tab.turn)
-            ui.download.content(made, f"{Path(self.tab.run).name}_turn{self.tab.turn + 1}.csv")
+            name = self._file("csv")
+            ui.download.content(await drawing.quick(turn_csv, self.source, self.azimuth, self.tab.turn), name)
 
     async def _png(self) -> None:
         from .export import turn_png
 
         if self.source is not None:
+            name = self._file("png")
             self._say.set_text("drawing …")
-            made = await asyncio.to_thread(turn_png, self.source, self.tab.turn)
+            made = await drawing.slow(turn_png, self.source, self.tab.turn)
             self._say.set_text("" if made else "Only a run's maps, with their truth, are drawn.")
             if made:
-                ui.download.content(made, f"{Path(self.tab.run).name}_turn{self.tab.turn + 1}.png")
+                ui.download.content(made, name)
 
 
 def _opened(folder: Path) -> Source | None:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from . import drawing
 from .safety import COOKIE, Gate, Guard, new_token
 
 INTERRUPTED = 130
@@ -85,6 +86,7 @@ def _close(desk: Any) -> None:
     last = threading.Timer(_LONGEST_END_S, os._exit, (INTERRUPTED,))
     last.daemon = True
     last.start()
+    drawing.close()
     desk.queue.close()
 
 

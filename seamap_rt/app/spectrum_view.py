@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,14 +9,14 @@ from nicegui import ui
 from numpy.typing import NDArray
 
 from ..errors import SchemaError
-from . import figures
+from . import drawing, figures
 from .figures import Figure
 from .map_spectrum import Density, MapSpectra, map_spectra
+from .views import Source
 
 if TYPE_CHECKING:
     from .prospects import Prospects
     from .see_view import SeeView
-    from .views import Source
 
 _POINTS = 81  # a side of a directional spectrum
 _MARGIN = {"l": 50, "r": 10, "t": 30, "b": 66}
@@ -41,31 +40,39 @@ class SpectrumPanel:
     async def show(self, source: Source, turn: int) -> None:
         """Of the turns up to one."""
         try:
-            found = await asyncio.to_thread(map_spectra, source, turn)
+            said, density, roses = await drawing.slow(spectrum_of, source, turn, self.view.page.dark)
         except (SchemaError, KeyError, ValueError) as error:  # maps of another program
             self._said.set_text(f"No spectrum: {error}")
             self._body.set_visibility(False)
             return
-        law = await asyncio.to_thread(source.expected)
-        dark = self.view.page.dark
-        there = found.retrieved is not None or found.true is not None
-        self._body.set_visibility(there)
-        turns = f"the last {found.turns} turns" if found.turns > 1 else "this turn"
-        of = f"Of {turns}, in the frame of the water. {found.why}" if there else found.why
-        self._said.set_text(of)
-        if not there:
+        self._said.set_text(said)
+        self._body.set_visibility(density is not None)
+        if density is None:
             return
-        self._density.update_figure(_by_frequency(found, law, dark))
-        told = [each.directional for each in (found.true, found.retrieved) if each is not None]
-        known = [each for each in told if each is not None]
-        top = max((float(each.max()) for each in known), default=0.0)
-        for plot, density, title in (
-            (self._true, found.true, "True sea"), (self._retrieved, found.retrieved, "By the maps"),
-        ):  # fmt: skip
-            there = density is not None and density.directional is not None and top > 0.0
-            plot.set_visibility(there)
-            if there and density is not None:
-                plot.update_figure(_by_direction(density, top, title, dark))
+        self._density.update_figure(density)
+        for plot, rose in zip((self._true, self._retrieved), roses, strict=True):
+            plot.set_visibility(rose is not None)
+            if rose is not None:
+                plot.update_figure(rose)
+
+
+def spectrum_of(source: Source, turn: int, dark: bool) -> tuple[str, Figure | None, tuple[Figure | None, ...]]:
+    """What is said of the spectra up to a turn; graphs by frequency, and by direction of the true and the mapped."""
+    found = map_spectra(source, turn)
+    if found.retrieved is None and found.true is None:
+        return found.why, None, ()
+    turns = f"the last {found.turns} turns" if found.turns > 1 else "this turn"
+    both = ((found.true, "True sea"), (found.retrieved, "By the maps"))
+    tops = [float(each.directional.max()) for each, _ in both if each is not None and each.directional is not None]
+    top = max(tops, default=0.0)
+    roses = tuple(
+        _by_direction(each, top, title, dark)
+        if each is not None and each.directional is not None and top > 0.0
+        else None
+        for each, title in both
+    )
+    said = f"Of {turns}, in the frame of the water. {found.why}"
+    return said, _by_frequency(found, source.expected(), dark), roses
 
 
 def _by_frequency(found: MapSpectra, law: Prospects | None, dark: bool) -> Figure:

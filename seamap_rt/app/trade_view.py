@@ -10,11 +10,12 @@ from nicegui import events, ui
 
 from ..errors import InputError
 from . import figures
-from .files import products_of
+from .files import address, products_of
 from .prospects import run_seconds
 from .runs import find_runs, free_name
+from .runs_view import duration
 from .trade_point import folder_of_point, scene_of_point, words_of_point
-from .trading import MEASURES, Point, count_of, graph, numeric_fields, read_points, words_of
+from .trading import MEASURES, Point, advice, count_of, graph, numeric_fields, place_of, read_points, words_of
 
 if TYPE_CHECKING:
     from .page import Page
@@ -33,16 +34,18 @@ class TradeView:
         ui.label("Vary keys of the design that stands in Design, and see what they are worth").classes("font-bold")
         with ui.row().classes("w-full items-end gap-2"):
             self._keys = [self._key(number) for number in range(2)]
-            self._seeds = ui.number("Seeds", value=2, min=1, max=64, precision=0, on_change=self._counted)
+            self._seeds = ui.number("Seeds", value=3, min=1, max=64, precision=0, on_change=self._counted)
             self._seeds.props("dense outlined").classes("w-20").mark("seeds")
-            ui.button("Trade", icon="query_stats", on_click=self._trade).props("no-caps").mark("trade")
+            self._at_most = ui.number("Recommend at most", on_change=self._counted).mark("at-most")
+            self._at_most.props("dense outlined clearable").classes("w-40")
+            ui.button("Run all points", icon="query_stats", on_click=self._trade).props("no-caps").mark("trade")
         self._said = ui.label().classes("text-sm").props("role=status").mark("trade-said")
         with ui.row().classes("w-full items-center gap-2"):
             self._choice = ui.select({}, label="Trade", on_change=self._chosen).props("dense outlined options-dense")
             self._choice.classes("w-64 max-w-full").mark("trade-choice")
             self._measure = ui.select(MEASURES, value="fully_measured_radius_m", on_change=self._again)
             self._measure.props("dense outlined options-dense").classes("w-72 max-w-full")
-            with ui.button("Take away", icon="download").props("flat dense no-caps"):
+            with ui.button("Download", icon="download").props("flat dense no-caps"):
                 self._menu = ui.menu()
         self._plot = ui.plotly(figures.figure([], figures.layout(page.dark))).classes("w-full").mark("trade-graph")
         self._plot.on("plotly_click", self._clicked, args=["points"])
@@ -52,9 +55,9 @@ class TradeView:
             self._point.props("dense outlined options-dense").classes("w-96 max-w-full").mark("trade-point")
             self._maps = ui.button("Run this point", icon="map", on_click=self._open_maps)
             self._maps.props("no-caps dense").mark("trade-maps")
-            ui.button("Into the design", icon="edit", on_click=self._into_design).props("flat no-caps dense").mark(
-                "trade-design"
-            )
+            ui.button("Use these values in Design", icon="edit", on_click=self._into_design).props(
+                "flat no-caps dense"
+            ).mark("trade-design")
         self._point_said = ui.label().classes("text-sm").props("role=status").mark("trade-point-said")
         ui.timer(_LOOK_S, self._look)
 
@@ -96,15 +99,20 @@ class TradeView:
         """How many points that is, or why it is none."""
         try:
             vary, seeds = self._vary, int(self._seeds.value or 0)
-            words_of(vary, seeds)
+            words_of(vary, seeds, self._at_most.value)
             if not vary:
                 self._said.set_text("Choose a key, and its values in the units of the scene file.")
                 return
             count, scene = count_of(vary, seeds), self.tab.draft.scene
-            time = f", about {count * run_seconds(scene) / 2.0 / 60.0:.0f} min on two cores" if scene else ""
-            self._said.set_text(f"{count} points{time}")
+            self._said.set_text(f"{count} points{self._time(count * run_seconds(scene) / 2.0) if scene else ''}")
         except (InputError, ValueError) as refusal:
             self._said.set_text(str(refusal))
+
+    def _time(self, guess_s: float) -> str:
+        pace = self.page.desk.queue.pace("trade")
+        if pace is None:
+            return f"; guessed to take {duration(guess_s)} (no trade was run here)"
+        return f", about {duration(guess_s * pace)}"
 
     def _trade(self) -> None:
         scene, desk = self.tab.draft.scene, self.page.desk
@@ -113,7 +121,7 @@ class TradeView:
             return
         try:
             vary, seeds = self._vary, int(self._seeds.value or 0)
-            words = words_of(vary, seeds)
+            words = words_of(vary, seeds, self._at_most.value)
             if not vary:
                 raise InputError("Choose a key, and its values.")
             count = count_of(vary, seeds)
@@ -161,13 +169,13 @@ class TradeView:
         self._plot.set_visibility(made is not None)
         if made is not None:
             self._plot.update_figure(made)
-        self._note.set_text(_words(points))
+        told = await asyncio.to_thread(advice, folder)
+        self._note.set_text(" ".join([told + "." if told else "", _words(points)]).strip())
         self._fill_points()
         self._menu.clear()
         with self._menu:
             for product in products_of(folder):
-                target = f"/files/{name}/{product}"
-                ui.menu_item(product, on_click=partial(ui.navigate.to, target, new_tab=True))
+                ui.menu_item(product, on_click=partial(ui.navigate.to, address(name, product), new_tab=True))
 
     # ------------------------------------------------------------------------------------------------ one point
 
@@ -190,7 +198,7 @@ class TradeView:
         near = [
             i
             for i, each in enumerate(self._points)
-            if each.status == "done" and next(iter(each.keys.values())) == place
+            if each.status == "done" and place_of(next(iter(each.keys.values()))) == place
         ]
         if near:
             self._point.value = min(near, key=lambda i: abs(self._points[i].metrics.get(measure, float("inf")) - value))

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic_core import from_json
 
 from ..errors import InputError
 from ..scene import Scene
-from ..studies.vary import parse_vary
+from ..studies.vary import parse_varies, parse_vary, refuse_limit
 from . import figures
 from .fields import Field, parts_of
 from .words import label_of, shown, shown_unit
@@ -43,7 +43,7 @@ def read_points(folder: Path) -> list[Point]:
         if number >= _MOST_FILES:
             break
         try:
-            told = json.loads(path.read_text(encoding="utf-8"))
+            told = from_json(path.read_bytes())
             metrics = {k: float(v) for k, v in (told.get("metrics") or {}).items() if isinstance(v, int | float)}
             found.append(
                 Point(dict(told["keys"]), int(told["seed"]), str(told["status"]), str(told.get("reason", "")), metrics)
@@ -59,13 +59,27 @@ def numeric_fields(scene: Scene) -> list[Field]:
     return [field for part in parts_of(tree) for field in part.fields if field.kind == "number"]
 
 
-def words_of(vary: list[str], seeds: int) -> list[str]:
+def words_of(vary: list[str], seeds: int, at_most: float | None = None) -> list[str]:
     """The command's words for what is varied. InputError, as the command line says it, for what cannot be."""
-    for each in vary:
-        parse_vary(each)
+    varied = parse_varies(vary)
+    refuse_limit(varied, at_most)
     if not 1 <= seeds <= 64:
         raise InputError(f"--seeds {seeds}: must be 1 to 64")
-    return [word for each in vary for word in ("--vary", each)] + ["--seeds", str(seeds)]
+    limit = [] if at_most is None else ["--at-most", f"{at_most:g}"]
+    return [word for each in vary for word in ("--vary", each)] + ["--seeds", str(seeds), *limit]
+
+
+def advice(folder: Path) -> str:
+    """What a trade that has ended recommends, as its own page says it; empty before."""
+    import xarray as xr
+
+    from ..studies.choices import recommendations
+
+    try:
+        with xr.open_dataset(folder / "trade.nc", engine="h5netcdf") as table:
+            return ". ".join(line[0].upper() + line[1:] for line in recommendations(table.load()))
+    except (OSError, ValueError, KeyError):
+        return ""
 
 
 def count_of(vary: list[str], seeds: int) -> int:
@@ -86,7 +100,7 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
     curves: dict[tuple[str, ...], dict[Any, list[float]]] = {}
     for each in done:
         name = tuple(f"{label_of(key)} {shown(key, each.keys[key])} {shown_unit_of(key)}".strip() for key in others)
-        curves.setdefault(name, {}).setdefault(_plain(each.keys[first]), []).append(each.metrics[measure])
+        curves.setdefault(name, {}).setdefault(place_of(each.keys[first]), []).append(each.metrics[measure])
     colours = (figures.BLUE, figures.VERMILION, figures.GREEN, figures.ORANGE, figures.SKY, figures.GREY)
     data: list[figures.Figure] = []
     for number, (name, values) in enumerate(sorted(curves.items())):
@@ -119,5 +133,6 @@ def shown_unit_of(key: str) -> str:
     return in_words(key).unit or shown_unit(key, "")
 
 
-def _plain(value: Any) -> Any:
-    return value if isinstance(value, int | float | str) and not isinstance(value, bool) else str(value)
+def place_of(value: Any) -> Any:
+    """Where a value stands on a graph's axis: a number, or words."""
+    return value if isinstance(value, int | float) and not isinstance(value, bool) else figures.text(str(value))

@@ -10,7 +10,7 @@ from typing import Any
 
 from ..errors import InputError
 from .child import asked
-from .safety import Roots, safe_name
+from .safety import Roots, is_text, safe_name
 
 MB = 2**20
 _LONGEST_S = 150.0
@@ -33,7 +33,7 @@ KINDS = {
         32 * MB,
     ),
     "sea": Kind("a recorded sea", (".nc", ".dat"), 60 * MB),  # a larger one is put below the runs by hand
-    "pattern": Kind("an antenna pattern", (".csv", ".msi", ".pln", ".ant"), 4 * MB),
+    "pattern": Kind("an antenna pattern", (".csv", ".msi", ".pln", ".ant", ".txt"), 4 * MB),
     "motion": Kind("a boat's motion", (".csv", ".txt"), 32 * MB),
     "vessel": Kind("a vessel of Capytaine", (".nc",), 32 * MB),
     "mesh": Kind("a mesh", (".stl", ".glb", ".obj", ".ply"), 32 * MB),  # glTF as text may name any other file
@@ -123,4 +123,5 @@ def kept(roots: Roots, kind: str) -> list[Path]:
     """What of a kind's endings lies among the uploads, by name."""
     if not roots.uploads.is_dir():
         return []
-    return sorted(each for each in roots.uploads.iterdir() if each.suffix.lower() in KINDS[kind].endings)
+    there = (each for each in roots.uploads.iterdir() if is_text(each.name))
+    return sorted(each for each in there if each.suffix.lower() in KINDS[kind].endings)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..conventions import turn_name
 from . import figures
 from .figures import Figure
 from .what_came import Came, CameWindows
@@ -30,7 +31,7 @@ def in_time(came: Came, lead: int, turn: int, dark: bool) -> Figure:
     if at is not None:
         data.append({
             "type": "scatter", "mode": "markers", "x": [float(moment[at])], "y": [float(mean[at])],
-            "name": f"made after turn {came.issue[at] + 1}",
+            "name": f"made after {turn_name(came.issue[at])}",
             "marker": {"symbol": "diamond", "size": 13, "color": figures.VERMILION},
         })  # fmt: skip
     look = figures.layout(

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from nicegui import ui
 
+from ..conventions import turn_name, written
 from ..errors import InputError
 from . import figures, verified_graphs
 from .what_came import Came, what_came
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .views import Source
 
 _LEAD_S = 10.0  # of the forecasts that are drawn first, as in the report
+_TWO = "w-full grid gap-2 grid-cols-1 lg:grid-cols-2"
 _PLOTS = ("time", "errors", "correlation", "issue", "reliability", "hits")
 
 
@@ -35,13 +36,12 @@ class VerifiedPanel:
             self._lead = ui.select({}, label="Forecast so long before", on_change=self._chosen)
             self._lead.props("dense outlined options-dense").classes("w-56 max-w-full").mark("verified-lead")
             self._plots = {"time": self._plot("time")}
-            two = "w-full grid gap-2 grid-cols-1 lg:grid-cols-2"
-            with ui.element("div").classes(two):
+            with ui.element("div").classes(_TWO):
                 self._plots |= {name: self._plot(name) for name in ("errors", "correlation")}
             with ui.column().classes("w-full min-w-0 gap-2") as self._windows:
                 self._called = ui.label().classes("text-sm").mark("windows-words")
                 self._plots["issue"] = self._plot("issue")
-                with ui.element("div").classes(two):
+                with ui.element("div").classes(_TWO):
                     self._plots |= {name: self._plot(name) for name in ("reliability", "hits")}
         self._body.set_visibility(False)
 
@@ -61,12 +61,12 @@ class VerifiedPanel:
         if self._of != folder:
             self._tell("Drawing the sea that came …")
             try:
-                self._came = await asyncio.to_thread(what_came, folder)
-            except InputError as refusal:
+                came = await what_came(folder)
+            except (InputError, OSError) as refusal:
                 self._tell(f"What came is not known: {refusal}")
                 return None
-            self._of = folder
-            self._begin(self._came)
+            self._of, self._came = folder, came
+            self._begin(came)
         assert self._came is not None
         self._step(self._came)
         return self._came
@@ -105,7 +105,7 @@ class VerifiedPanel:
         held = np.flatnonzero(windows.judged == at) if windows is not None and at is not None else np.array([])
         self._plots["issue"].set_visibility(bool(held.size))
         if windows is not None and held.size:
-            title = f"Quiet windows after turn {came.issue[at] + 1}, and which came"
+            title = f"Quiet windows after {turn_name(came.issue[at])}, and which came"
             graph = verified_graphs.windows_of_issue(
                 windows, int(held[0]), float(windows.figures["confidence"]), title, dark
             )
@@ -122,7 +122,7 @@ def _in_words(came: Came, lead: int) -> str:
     mean, std, true = (each[came.warm, lead] for each in (came.mean, came.std, came.true))
     rms, within = float(np.sqrt(np.mean((mean - true) ** 2))), float(np.mean(np.abs(mean - true) < 1.96 * std))
     words = (
-        f"Of {int(came.warm.sum())} forecasts, {came.lead[lead]:g} s ahead: error {rms:.2f} m rms "
+        f"Of {int(came.warm.sum())} forecasts, {came.lead[lead]:g} s ahead: error {written(rms, 2)} m rms "
         f"({told['found'][lead]:.2f} of the sea's standard deviation), {within:.0%} within the stated band"
     )
     correlation = told["correlation"][lead]

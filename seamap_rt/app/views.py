@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from itertools import count
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,8 +16,7 @@ from ..conventions import wrap_degrees
 from ..errors import InputError, SchemaError
 from ..interferometry import open_echoes
 from ..report import maps, reduce, style
-from .maps_panel import Panel
-from .pictures import Raster, Scale, ground_raster, polar_raster
+from .pictures import Panel, Raster, Scale, Shown, ground_raster, polar_raster
 from .prospects import Prospects, prospects
 from .results import Results
 
@@ -31,23 +32,22 @@ _WIDE = 1.96
 _BIN_M, _FEWEST = 10.0, 8
 
 
-class Shown(NamedTuple):
-    """A view of one turn. values (row, column) of each panel, on the raster."""
-
-    panels: tuple[Panel, ...]
-    raster: Raster
-    values: tuple[Array, ...]
-
-
 class Source:
-    """A run's results with what its views need beside them: rasters and scales, which stay while it is seen."""
+    """A run's results with what its views need beside them: rasters and scales, which stay while it is seen.
+
+    Given to another process, it is opened there once, and stays while it is among the last.
+    """
 
     def __init__(self, results: Results) -> None:
         self.results, self.layout = results, results.layout()
+        self.number = next(_NUMBERS)
         self.scene = results.scene()
         self._rasters: dict[str, Raster] = {}
         self._scales: dict[str, Scale] = {}
         self._echoes: xr.Dataset | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _opened_here, (self.results.folder, self.number)
 
     @cached_property
     def height_m(self) -> float:
@@ -79,7 +79,7 @@ class Source:
             "echo": self._echo,
         }[name](index)
         raster = self._raster("ground" if name in ("heights", "slopes") else "polar", index)
-        return Shown(tuple(panels), raster, tuple(raster.of(each) for each in fields))
+        return Shown.of(panels, raster, fields)
 
     def _raster(self, kind: str, index: int) -> Raster:
         if kind not in self._rasters:
@@ -252,6 +252,20 @@ class Source:
     def expected(self) -> Prospects | None:
         """What its design was likely to do, for floors and closed forms; None of a retrieval."""
         return prospects(self.scene) if self.scene is not None else None
+
+
+_NUMBERS = count()
+_MOST_OPEN = 4
+_OPEN: dict[int, Source] = {}  # in a process that draws, those of the page by their numbers
+
+
+def _opened_here(folder: Path, number: int) -> Source:
+    if number not in _OPEN:
+        _OPEN[number] = Source(Results(folder))
+        while len(_OPEN) > _MOST_OPEN:
+            _OPEN.pop(next(iter(_OPEN))).results.close()
+    _OPEN[number] = _OPEN.pop(number)  # the one used last is the last
+    return _OPEN[number]
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,12 @@
 """What came of a run's forecasts: the sea of its scene at the moments and places that they were made for.
 
-A sea of a million waves takes memory that a page should not hold: `python -m seamap_rt.app.what_came FOLDER` draws it
-again in a process of its own, from the scene and its seed, and prints what came as JSON; `what_came` asks for that.
+A sea of a million waves takes memory that a page should not hold: it is drawn again from the scene and its seed in a
+process of its own, which ends with that.
 """
 
 from __future__ import annotations
 
-import json
-import sys
+import asyncio
 from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,14 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, one_line
-from .child import asked
+from ..errors import InputError
+from . import drawing
 
 Array = NDArray[np.float64]
 
-_LONGEST_S = 300.0
 _MOST_KEPT = 8
-_KEPT: OrderedDict[tuple[str, int], Came] = OrderedDict()
+_KEPT: OrderedDict[tuple[str, int], asyncio.Future[Came]] = OrderedDict()
 
 
 @dataclass(frozen=True)
@@ -104,56 +102,24 @@ def _correlation(a: Array, b: Array) -> Array:
     return np.divide(np.sum(a * b, axis=0), spread, out=np.full(a.shape[1], np.nan), where=spread > 0.0)
 
 
-def what_came(folder: Path) -> Came:
-    """Of a finished run that forecast; some seconds the first time, then kept. Safe in threads.
+async def what_came(folder: Path) -> Came:
+    """Of a finished run that forecast; some seconds the first time, then kept. However many ask, it is drawn once.
 
-    Raises InputError where there is nothing to tell of, or the sea cannot be drawn again.
+    Raises InputError where there is nothing to tell of, or the sea cannot be drawn again; OSError where no memory is.
     """
     try:
         key = str(folder), (folder / "prediction.nc").stat().st_mtime_ns
     except OSError:
         raise InputError("no finished forecasts are here") from None
-    if key not in _KEPT:
-        _KEPT[key] = _parsed(json.loads(asked(__name__, str(folder), longest_s=_LONGEST_S)))
+    if key not in _KEPT or (_KEPT[key].done() and (_KEPT[key].cancelled() or _KEPT[key].exception())):
+        _KEPT[key] = asyncio.ensure_future(drawing.alone(came_of, folder))
         while len(_KEPT) > _MOST_KEPT:
             _KEPT.popitem(last=False)
-    return _KEPT[key]
+    return await asyncio.shield(_KEPT[key])
 
 
-def _parsed(told: Any) -> Came:
-    windows = told["windows"]
-    return Came(
-        issue=np.array(told["issue"], dtype=np.intp),
-        warm=np.array(told["warm"], dtype=bool),
-        windows=None if windows is None else _windows(windows),
-        **{name: _numbers(told[name]) for name in ("issued", "lead", "mean", "std", "true")},
-    )
-
-
-def _windows(told: Any) -> CameWindows:
-    return CameWindows(
-        lead=_numbers(told["lead"]),
-        judged=np.array(told["judged"], dtype=np.intp),
-        chance=_numbers(told["chance"]),
-        quiet=_numbers(told["quiet"]),
-        curves={
-            name: (_numbers(each["alarms"]), _numbers(each["hits"]), float(each["area"]))
-            for name, each in told["curves"].items()
-        },
-        classes=tuple(Class(**each) for each in told["classes"]),
-        figures=dict(told["figures"]),
-    )
-
-
-def _numbers(values: Any) -> Array:
-    return np.array(values, dtype=np.float64)  # null is NaN
-
-
-# ------------------------------------------------------------------------------------------------ the other process
-
-
-def told_of(folder: Path) -> dict[str, Any]:
-    """All that is told of a folder, as plain values. InputError where there is nothing to tell of."""
+def came_of(folder: Path) -> Came:
+    """Of a folder, in this process. InputError where there is nothing to tell of, or a file is damaged."""
     import xarray as xr
 
     from ..forecast_errors import came, warm
@@ -164,25 +130,31 @@ def told_of(folder: Path) -> dict[str, Any]:
     if not (folder / "scene.toml").is_file():
         raise InputError("the scene is not known, and so nobody knows what came")
     scene = scene_of(read_toml(folder / "scene.toml"))
-    with xr.open_dataset(folder / "prediction.nc", engine="h5netcdf") as opened:
-        forecasts = opened.isel(place=[0]).load()
+    try:
+        with xr.open_dataset(folder / "prediction.nc", engine="h5netcdf") as opened:
+            forecasts = opened.isel(place=[0]).load()
+    except (OSError, KeyError, ValueError) as error:
+        raise InputError(str(error)) from None
     if not forecasts.sizes["issue"]:
         raise InputError("no turn showed a sea, so that nothing was forecast")
     sea = run_sea(scene)
     here = forecasts.isel(place=0)
-    return {
-        "issue": here["issue"].values,
-        "issued": here["issued"].values,
-        "lead": here["lead"].values,
-        "mean": here["elevation"].values,
-        "std": here["elevation_std"].values,
-        "true": came(sea.judge, forecasts)[:, :, 0],
-        "warm": warm(forecasts),
-        "windows": _windows_told(sea, forecasts, scene.prediction.quiet.confidence),
-    }
+    issued, lead, mean, std = (
+        here[name].values.astype(np.float64) for name in ("issued", "lead", "elevation", "elevation_std")
+    )
+    return Came(
+        issue=here["issue"].values.astype(np.intp),
+        issued=issued,
+        lead=lead,
+        mean=mean,
+        std=std,
+        true=came(sea.judge, forecasts)[:, :, 0],
+        warm=warm(forecasts),
+        windows=_windows(sea, forecasts, scene.prediction.quiet.confidence),
+    )
 
 
-def _windows_told(sea: Any, forecasts: Any, confidence: float) -> dict[str, Any] | None:
+def _windows(sea: Any, forecasts: Any, confidence: float) -> CameWindows | None:
     from ..forecast_errors import warm
     from ..window_errors import area, hits_and_alarms, judge_windows, reliability, windows_that_came
 
@@ -197,31 +169,13 @@ def _windows_told(sea: Any, forecasts: Any, confidence: float) -> dict[str, Any]
     curves = {}
     for name, score in scores.items() if both else ():
         hits, alarms = hits_and_alarms(score, windows.quiet)
-        curves[name] = {"alarms": alarms, "hits": hits, "area": area(score, windows.quiet)}
-    return {
-        "lead": forecasts["lead"].values[told],
-        "judged": judged,
-        "chance": windows.chance.reshape(judged.size, -1),
-        "quiet": windows.quiet.reshape(judged.size, -1).astype(float),
-        "curves": curves,
-        "classes": [
-            {"stated": each.stated, "found": each.found, "count": each.count} for each in reliability([windows])
-        ],
-        "figures": judge_windows(windows, confidence),
-    }
-
-
-def main() -> int:
-    """Print what came of the folder that is named."""
-    from ..io.plain_json import to_json
-
-    try:
-        print(to_json(told_of(Path(sys.argv[1]))))
-    except (InputError, OSError, KeyError, ValueError) as error:
-        print(one_line(str(error)), file=sys.stderr)
-        return 2
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        curves[name] = alarms, hits, float(area(score, windows.quiet))
+    return CameWindows(
+        lead=forecasts["lead"].values[told].astype(np.float64),
+        judged=judged,
+        chance=windows.chance.reshape(judged.size, -1),
+        quiet=windows.quiet.reshape(judged.size, -1).astype(np.float64),
+        curves=curves,
+        classes=tuple(Class(each.stated, each.found, each.count) for each in reliability([windows])),
+        figures=judge_windows(windows, confidence),
+    )

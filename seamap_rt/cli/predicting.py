@@ -55,8 +55,6 @@ def predict(
 
     leads, places = _leads(lead), [_place(each) for each in at] if at else None
     settings = section_of(PredictionSettings, "prediction", "predict", set_, lead_s=float(leads.max()))
-    if not maps.is_file():
-        raise InputError(f"MAPS = '{maps}': no such file; give the path of a maps.nc")
     refuse_unfinished(maps.parent, "MAPS")
     folder = out or maps.parent
     with results_folder(folder, overwrite, (_PRODUCT,)):
@@ -71,6 +69,8 @@ def predict(
             for last in chain([first], made):
                 file.append(last)
                 issued += 1
+    if told := last.attrs.get("vessel_notes"):
+        console.print(f"flag: {told}")
     for line in _headlines(last, issued, seen["polar"].sizes["turn"]):
         console.print(line)
     console.print(str(folder / _PRODUCT))
@@ -78,11 +78,11 @@ def predict(
 
 
 def _opened(maps: Path) -> xr.DataTree:
-    import xarray as xr
+    from ..io.opening import load, open_tree
 
     try:
-        with xr.open_datatree(maps, engine="h5netcdf") as tree:
-            return tree.load()
+        with open_tree(maps, "a maps.nc", named=f"MAPS = '{maps}'") as tree:
+            return load(tree, f"MAPS = '{maps}'")
     except OSError as error:
         raise InputError(f"MAPS = '{maps}': cannot be read as NetCDF ({error}); give a maps.nc") from None
 
@@ -112,6 +112,8 @@ def _place(text: str) -> tuple[float, float]:
 
 def _headlines(last: xr.Dataset, issued: int, turns: int) -> list[str]:
     """What the last forecast says of the first place."""
+    from ..conventions import written
+
     here = last.isel(issue=0, place=0)
     sea = float(here["significant_wave_height"]) / 4.0
     lines = [f"{issued} forecasts from {turns} turns" + ("" if issued == turns else ": other turns show no sea")]
@@ -120,6 +122,6 @@ def _headlines(last: xr.Dataset, issued: int, turns: int) -> list[str]:
         mean, std = float(at["elevation"]), float(at["elevation_std"])
         if abs(float(at["lead"]) - lead) < 1.0:
             lines.append(
-                f"{lead:g} s after the last look: {mean:+.2f} ± {std:.2f} m ({std / sea:.2f} of the sea's own)"
+                f"{lead:g} s after the last look: {mean:+.2f} ± {written(std, 2)} m ({std / sea:.2f} of the sea's own)"
             )
     return lines

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from cyclopts import Parameter
 
+from ..conventions import turn_name
 from ..errors import InputError
 from .shell import Names, Settings, app, console, overrides_of, section_of
 
@@ -135,7 +136,7 @@ def _exports(to: list[str] | None, at: str | None) -> tuple[list[Kind], Origin |
 def _told(maps: xr.DataTree) -> None:
     """A line for a turn that has just come."""
     polar = maps["polar"].to_dataset()
-    console.print(f"turn {int(polar['turn'].values[-1])}: {_answered(maps)[0]}")
+    console.print(f"{turn_name(polar['turn'].values[-1])}: {_answered(maps)[0]}")
 
 
 def _opened(echoes: Path, header: Path | None, name: list[str] | None) -> xr.Dataset:
@@ -152,13 +153,14 @@ def _opened(echoes: Path, header: Path | None, name: list[str] | None) -> xr.Dat
 
 def _answered(maps: xr.DataTree) -> list[str]:
     """How much of the maps holds heights, and what kept the rest from it, if that is all."""
+    from ..conventions import written
     from ..dataset import QUALITY_FLAGS
 
     polar = maps["polar"].to_dataset()
     known = np.isfinite(polar["height"].values)
     if known.any():
         spread = float(np.median(polar["height_std"].values[known]))
-        return [f"{known.mean():.0%} of the cells answered, median error bar {spread:.3f} m"]
+        return [f"{known.mean():.0%} of the cells answered, median error bar {written(spread, 3)} m"]
     flags = polar["quality"].values
     shares = {name: float(np.mean((flags & bit) != 0)) for name, bit in QUALITY_FLAGS.items()}
     reasons = ", ".join(f"{name} {share:.0%}" for name, share in shares.items() if share > 0.0)

@@ -15,13 +15,14 @@ if TYPE_CHECKING:
 
 
 def _headline(metrics: dict[str, Any]) -> str:
+    from ..conventions import written
     from ..report.headline import wave_height  # takes a second
 
     overall = metrics.get("overall", {})
 
     def number(key: str, digits: int = 2) -> str:
         value = overall.get(key)
-        return "—" if value is None else f"{value:.{digits}f}"
+        return "—" if value is None else written(value, digits)
 
     band = overall.get("range_m")
     at = f"{band[0]:.0f}–{band[1]:.0f} m" if band else "50–200 m"

@@ -72,7 +72,9 @@ def _metres(text: str) -> list[float]:
 
 
 @app.command
-def outlook(scene: str, *, vary: Varied | None = None, set_: Settings | None = None) -> int:
+def outlook(
+    scene: str, *, vary: Varied | None = None, at_most: float | None = None, set_: Settings | None = None
+) -> int:
     """What a scene's radar is likely to measure, at once: a model, not a simulation.
 
     Parameters
@@ -81,6 +83,8 @@ def outlook(scene: str, *, vary: Varied | None = None, set_: Settings | None = N
         Path of a scene file, or the name of a shipped scene.
     vary
         KEY=START:STOP:STEP or KEY=VALUE,VALUE,… for a line a design, and what a trade would choose of them.
+    at_most
+        Highest antenna (or greatest value of the key that is chosen) to recommend; says what that costs.
     set_
         KEY=VALUE, any key of the scene file.
     """
@@ -91,8 +95,10 @@ def outlook(scene: str, *, vary: Varied | None = None, set_: Settings | None = N
     from ..studies.vary import parse_varies
 
     if vary:
-        found = outlooks(loaded, parse_varies(vary))
+        found = outlooks(loaded, parse_varies(vary), at_most)
         lines = [*outlook_table(found), *outlook_lines(found)]
+    elif at_most is not None:
+        raise InputError(f"--at-most {at_most:g}: limits what is varied; give --vary too, as radar.height_m=3:12:1")
     else:
         lines = list(outlook_rows(outlook_of(loaded)))
     for line in lines:
@@ -108,6 +114,7 @@ def trade(
     seeds: Whole = 1,
     until: float | None = None,
     budget: str | None = None,
+    at_most: float | None = None,
     workers: Whole | None = None,
     scheduler: str | None = None,
     out: Path | None = None,
@@ -129,6 +136,8 @@ def trade(
         Add seeds until each choice has this confidence, as 0.95.
     budget
         Add seeds as long as they end in this time, as 10min.
+    at_most
+        Highest antenna (or greatest value of the key that is chosen) to recommend; says what that costs.
     workers
         Processes of the local cluster; default as many as fit the cores and the memory.
     scheduler
@@ -158,6 +167,7 @@ def trade(
             seeds=seeds,
             until=until,
             budget_s=budget_s,
+            at_most=at_most,
             workers=workers,
             scheduler=scheduler,
             resume=resume,

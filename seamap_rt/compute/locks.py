@@ -1,7 +1,8 @@
 """A lock on a file that ends with the process that holds it, however that process ends.
 
 It is the system's own `flock`. Where a file system has none (some network ones), what the file says decides: a process
-that is alive on this host holds it, and any process of another host does, since nothing tells whether that one lives.
+that is alive on this host holds it, unless it began at another time than the file says and so only has got the number
+of one that ended; and any process of another host does, since nothing tells whether that one lives.
 """
 
 from __future__ import annotations
@@ -24,15 +25,17 @@ _MOST = 4096  # bytes of the holder's words
 
 @dataclass(frozen=True)
 class Holder:
-    """The process that holds a lock. since: date and time of its host."""
+    """The process that holds a lock. since: date and time of its host. began: as of `began`."""
 
     pid: int
     host: str
     since: str
+    began: str = ""
 
     @classmethod
     def this_process(cls) -> Holder:
-        return cls(os.getpid(), socket.gethostname(), datetime.now().astimezone().isoformat(" ", "seconds"))
+        now = datetime.now().astimezone().isoformat(" ", "seconds")
+        return cls(os.getpid(), socket.gethostname(), now, began(os.getpid()))
 
     def __str__(self) -> str:
         return f"process {self.pid} on {self.host}, since {self.since}"
@@ -40,11 +43,11 @@ class Holder:
     @property
     def may_live(self) -> bool:
         """False where it is known to have ended."""
-        return self.host != socket.gethostname() or alive(self.pid)
+        return self.host != socket.gethostname() or (alive(self.pid) and self.began in ("", began(self.pid)))
 
     @property
     def is_this_process(self) -> bool:
-        return (self.pid, self.host) == (os.getpid(), socket.gethostname())
+        return self.pid == os.getpid() and self.host == socket.gethostname() and self.may_live
 
 
 class Held(Exception):
@@ -60,6 +63,14 @@ def alive(pid: int) -> bool:
     except OSError:  # someone else's
         return True
     return True
+
+
+def began(pid: int) -> str:
+    """When a process began, in the system's ticks since its own start; empty where it does not tell."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()[19].decode()
+    except (OSError, IndexError):
+        return ""
 
 
 @contextmanager
@@ -109,7 +120,8 @@ def _lock(handle: int, path: Path) -> None:
 def holder_of(path: Path) -> Holder | None:
     """What a lock's file says of the process that holds it, or has been killed while it did; None without a word."""
     try:
-        return Holder(**json.loads(path.read_bytes()[:_MOST]))
+        holder = Holder(**json.loads(path.read_bytes()[:_MOST]))
+        return holder if 0 < holder.pid < 2**31 else None
     except (OSError, ValueError, TypeError):
         return None
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ..conventions import from_db
 from ..radar import link
+from ..radar.antenna import antenna
 from ..radar.receiver import noise_power
 from ..scattering import ShortWaves, mean_level, nrcs_composite
 from ..scattering.calibration import fit_scale
@@ -62,9 +63,12 @@ def calibrated(
     return raw * scale(grazing[None], wind)[:, None].astype(np.float32)
 
 
-def snr_of_unity(radar: RadarSettings, ranges: Array) -> Array:
-    """Signal to noise ratio (gate,) of one pulse of a sea of σ0 = 1."""
+def snr_of_unity(radar: RadarSettings, ranges: Array, lean: Array | None = None) -> Array:
+    """Signal to noise ratio (gate,) of one pulse of a sea of σ0 = 1; of antennas that lean up (n,) [rad]: (n, gate)."""
     losses = link.losses_to_textbook(radar, ranges)
     power = link.textbook_power(radar, 1.0, ranges)
-    lost = from_db(losses.azimuth + losses.elevation + losses.response)
-    return power / lost * link.eclipsed_share(radar, ranges) / noise_power(radar)
+    lost = from_db(losses.azimuth + (losses.elevation if lean is None else 0.0) + losses.response)
+    level = power / lost * link.eclipsed_share(radar, ranges) / noise_power(radar)
+    if lean is None:
+        return level
+    return level * antenna(radar).voltage(0.0, -link.grazing_angle(radar, ranges) - lean[:, None]) ** 4

@@ -17,11 +17,13 @@ from ..measured import LEVEL, Rings
 from ..radar import link
 from ..radar.array import as_it_looks
 from ..scene import Scene, SceneLike, as_scene
+from ..settings import PlatformSettings
 from ..settings.sea import DEFAULT_RESOLUTION_M
 from ..tracing.unresolved_waves import UnresolvedWaves
 from .design import Design
 from .echo import calibrated, echo_by_grazing, snr_of_unity
 from .error import Spectrum, ambiguous_share, error_variance, information, score
+from .motion import Motion
 from .sight import STARTS, TABLE, Sight, sight, table_grazing
 from .strips import LOOKS, ROW_M, ROWS, strips, waves_of
 
@@ -46,14 +48,16 @@ _VARIABLES = {
 class Likely:
     """An outlook as plain arrays: `outlook` has it as a Dataset.
 
-    range (gate,) slant [m]; profile: each of `_VARIABLES`, (gate,); figures: the two radii and whether the reach is
-    the window's end; left_out: what it does not know of the scene, in words.
+    range (gate,) slant [m]; profile: each of `_VARIABLES`, (gate,); figures: the two radii, whether the reach is the
+    window's end, and the first radius of the same radar on a boat at rest; left_out: what it does not know of the
+    scene, motion: how large the boat's and its sensors' errors are, in words, empty where neither is.
     """
 
     range: Array
     profile: dict[str, Array]
     figures: dict[str, Any]
     left_out: str
+    motion: str
 
 
 def outlook(scene: SceneLike) -> xr.Dataset:
@@ -61,9 +65,9 @@ def outlook(scene: SceneLike) -> xr.Dataset:
 
     A Dataset over `range` (slant, m) with `visible_fraction`, `seen_fraction`, `answered_fraction`, `height_error` [m],
     `quality` and `snr_db`; attributes `fully_measured_radius_m`, `reach_m`, `reach_to_the_end` (as in a run's
-    metrics; None without waves) and `left_out`. The same random strips of sea serve every scene, so that designs
-    compare on the same waves. A model, not a simulation: README and validation say how far the two are apart.
-    Raises InputError for a radar without a baseline or a window that holds no sea.
+    metrics; None without waves), `radius_at_rest_m`, `motion` and `left_out`. The same random strips of sea serve every
+    scene, so that designs compare on the same waves. A model, not a simulation: README and validation say how far the
+    two are apart. Raises InputError for a radar without a baseline or a window that holds no sea.
     """
     found = likely(as_scene(scene))
     variables = {
@@ -71,7 +75,11 @@ def outlook(scene: SceneLike) -> xr.Dataset:
         for name, (units, words) in _VARIABLES.items()
     }
     coordinates = {"range": ("range", found.range, {"units": "m", "long_name": "slant range"})}
-    return xr.Dataset(variables, coordinates, {**found.figures, "reach_level": LEVEL, "left_out": found.left_out})
+    return xr.Dataset(variables, coordinates, {**found.figures, **_told(found)})
+
+
+def _told(found: Likely) -> dict[str, Any]:
+    return {"reach_level": LEVEL, "motion": found.motion, "left_out": found.left_out}
 
 
 def likely(scene: Scene) -> Likely:
@@ -96,10 +104,13 @@ def likely(scene: Scene) -> Likely:
     )
     table = echo_by_grazing(scene.scattering, radar.frequency_hz, limit, np.sqrt(slope), surface.azimuth)
     in_sight, facing = _unhidden(scene, limit, surface.azimuth)
-    seen = sight(surface, radar.height_m - 0.5 * design.baseline, edges, table * facing, in_sight)
+    motion = Motion.of(scene, radar, waves)
+    eye = radar.height_m - 0.5 * design.baseline + (np.zeros(STARTS) if motion is None else motion.rise)
+    seen = sight(surface, eye, edges, table * facing, in_sight)
     nrcs = calibrated(scene.scattering, radar.frequency_hz, seen.echo, link.grazing_angle(radar, design.ranges), looks)
     cell, dwell, window = (_across(width) for width in _widths(design))
-    unity = snr_of_unity(radar, design.ranges)
+    unity = snr_of_unity(radar, design.ranges, None if motion is None else motion.lean)
+    unity = np.broadcast_to(unity, (looks.size, design.ranges.size))[:, None]
     visible, snr = _rows(seen.visible, cell), _rows(nrcs, dwell) * unity
     inside = np.flatnonzero(_in_sector(looks, radar.sector_deg))
     counts = visible > _HALF
@@ -108,6 +119,10 @@ def likely(scene: Scene) -> Likely:
     known = (information(design, spectrum, snr) * heard).mean(axis=1)
     known = uniform_filter1d(known, max(1, round(_AROUND_M / design.spacing)), axis=1)
     error = error_variance(design, spectrum, known, sea)[:, None] + _hidden(design, seen, cell, visible, counts)
+    moves = ""
+    if motion is not None:
+        error += np.tile(motion.height_variance(design, waves), (STARTS, 1))[:, None]
+        moves = motion.in_words(design, waves)
     sure = heard * (1.0 - ambiguous_share(design, sea, slope)) * counts
     visible, snr, counts, sure, error = visible[inside], snr[inside], counts[inside], sure[inside], error[inside]
     quality = np.mean(sure * score(error, sea), axis=(0, 1)) if sea > 0.0 else np.full(design.ranges.size, np.nan)
@@ -120,12 +135,10 @@ def likely(scene: Scene) -> Likely:
             quality,
             db(np.maximum(snr.mean(axis=(0, 1)), 1e-30)),
         )
-    return Likely(
-        design.ranges,
-        dict(zip(_VARIABLES, profile, strict=True)),
-        _radii(design.ranges, quality),
-        _left_out(scene),
-    )
+    figures = _radii(design.ranges, quality)
+    at_rest = scene.model_copy(update={"platform": PlatformSettings(heading_deg=scene.platform.heading_deg)})
+    figures["radius_at_rest_m"] = (figures if motion is None else likely(at_rest).figures)["fully_measured_radius_m"]
+    return Likely(design.ranges, dict(zip(_VARIABLES, profile, strict=True)), figures, _left_out(scene), moves)
 
 
 def _unhidden(scene: Scene, limit: float, looks: Array) -> tuple[Array, Array]:
@@ -148,7 +161,6 @@ def _left_out(scene: Scene) -> str:
     """What of this scene the outlook does not know."""
     left = {
         "objects and the boat's own structure": bool(scene.objects),
-        "the boat's motion": scene.platform.motion != "fixed",
         "sharper crests": scene.sea.model != "linear",
         "diffraction": scene.tracing.diffraction != "none",
     }

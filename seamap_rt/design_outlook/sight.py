@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..compute.compiled import compiled
 from .strips import LOOKS, ROWS, Strips
@@ -31,32 +31,33 @@ def table_grazing() -> Array:
     return np.arctan2(even, 1.0 - even)
 
 
-def sight(strips: Strips, eye_m: float, edges: tuple[Array, Array], echo: Array, in_sight: Array) -> Sight:
+def sight(strips: Strips, eye_m: ArrayLike, edges: tuple[Array, Array], echo: Array, in_sight: Array) -> Sight:
     """What a mast sees that stands at several places of each strip, one after the other along the first axis.
 
-    eye_m: height of the lower antenna over mean sea level. edges: ground ranges [m] at which gates begin and end,
-    (gate,). echo: σ0 (look, TABLE) per ground, at the grazing angles of `table_grazing`; in_sight: likewise, the
-    share of what the strips light that shorter waves leave in sight. Strips repeat.
+    eye_m: height of the lower antenna over mean sea level, of all places or (place,). edges: ground ranges [m] at which
+    gates begin and end, (gate,). echo: σ0 (look, TABLE) per ground, at the grazing angles of `table_grazing`; in_sight:
+    likewise, the share of what the strips light that shorter waves leave in sight. Strips repeat.
     """
     steps = strips.distance.size
     first, last = (np.clip(np.rint(each / strips.step), 0, steps - 1).astype(np.int64) for each in edges)
     last = np.maximum(last, first + 1)
     starts = np.arange(STARTS) * (steps // STARTS)
     shape = (STARTS * LOOKS, ROWS, first.size)
+    eyes = np.broadcast_to(np.asarray(eye_m, dtype=np.float64), STARTS).copy()
     made = Sight(*(np.empty(shape, np.float32) for _ in Sight._fields))
     tables = np.stack((echo, in_sight), axis=-1).astype(np.float32)
-    _look(strips.height, strips.step, eye_m, starts, first, last, tables, *made)
+    _look(strips.height, strips.step, eyes, starts, first, last, tables, *made)
     return made
 
 
 @compiled
-def _look(height, step, eye, starts, first, last, table, visible, mean, lit_mean, echo):
+def _look(height, step, eyes, starts, first, last, table, visible, mean, lit_mean, echo):
     looks, rows, steps = height.shape
     entries = table.shape[1] - 1
     reach = last[-1]
     sums = np.zeros((4, reach + 1))
     for place in range(starts.size * looks):
-        look, start = place % looks, starts[place // looks]
+        look, start, eye = place % looks, starts[place // looks], eyes[place // looks]
         for row in range(rows):
             z = height[look, row]
             horizon = -np.inf

@@ -215,6 +215,9 @@ def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int) -> x
             "paths": paths,
             "pulse_m": 2.0 * np.sqrt(2.0 * np.log(2.0)) * radar.response.spread_m,
             "azimuth_beamwidth_deg": radar.azimuth_beamwidth,
+            "elevation_beamwidth_deg": radar.elevation_beamwidth,
+            "height_m": radar.height,
+            "tilt_deg": radar.tilt,
             "crest_bias": settings.crest_bias,
         },
     )

@@ -97,7 +97,7 @@ def placed_maps(
     wanted = held if turns is None else [int(number) for number in turns]
     missing = [number for number in wanted if number not in held]
     if missing or not wanted:
-        raise InputError(f"turns = {wanted}: the maps hold {held[0]} to {held[-1]}; choose among them")
+        raise InputError(f"turns = {wanted}: the maps' `turn` is {held[0]} to {held[-1]}; choose among them")
     ground, polar = (each.isel(turn=[held.index(number) for number in wanted]) for each in (ground, polar))
     grid = np.meshgrid(ground["x"].values, ground["y"].values)
     latitude, longitude = origin.places(*grid)

@@ -8,8 +8,9 @@ of the first zone have x [m], y [m], η [m] and φs [m²/s], x fastest; those of
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import xarray as xr
@@ -18,8 +19,10 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from ..errors import InputError
+from .opening import open_file
 
 _ZONE = re.compile(rb'ZONE\s+(?:SOLUTIONTIME\s*=|T\s*=\s*")\s*([-+.\dEe]+)"?.*?I=\s*(\d+)\s*,\s*J=\s*(\d+)')
+_LONGEST = 10_000  # bytes of a line
 _ROUNDED_S = 0.006  # half the last digit of a time, and a little
 
 
@@ -42,10 +45,10 @@ class _Zones(BackendArray):
 
     def _zone(self, number: int) -> NDArray[np.float64]:
         columns = 4 if number == 0 else 2
-        with self._path.open("rb") as file:
+        with open_file(self._path) as file:
             file.seek(self._starts[number])
             count = self.shape[1] * self.shape[2]
-            values = np.loadtxt(file, max_rows=count, usecols=columns - 2 + self._column, ndmin=1)
+            values = np.loadtxt(_lines(file), max_rows=count, usecols=columns - 2 + self._column, ndmin=1)
         if values.size != count:
             raise ValueError(f"zone {number} ends after {values.size} of {count} points")
         return values.reshape(self.shape[1:])
@@ -53,7 +56,7 @@ class _Zones(BackendArray):
 
 def is_hos_ocean(path: Path) -> bool:
     """Whether a file begins as one of HOS-ocean's."""
-    with path.open("rb") as file:
+    with open_file(path) as file:
         head = file.read(20_000)
     return b'"eta"' in head and b"VARIABLES" in head and b"ZONE" in head
 
@@ -63,15 +66,15 @@ def open_hos_ocean(path: Path) -> xr.Dataset:
     starts: list[int] = []
     times: list[float] = []
     size, end = (0, 0), 0
-    with path.open("rb") as file:
-        while line := file.readline():
+    with open_file(path) as file:
+        for line in _lines(file):
             found = _ZONE.search(line) if line.lstrip().startswith(b"ZONE") else None
             if found is None:
                 continue
             size = int(found[2]), int(found[3])
             times.append(float(found[1]))
             starts.append(file.tell())
-            width = len(file.readline())  # all lines of a zone are as long as its first
+            width = len(file.readline(_LONGEST))  # all lines of a zone are as long as its first
             end = starts[-1] + width * size[0] * size[1]
             file.seek(end)
         whole = file.seek(0, 2) >= end
@@ -101,6 +104,14 @@ def open_hos_ocean(path: Path) -> xr.Dataset:
 
 def _corner(path: Path, start: int, rows: int, column: int) -> NDArray[np.float64]:
     """The first rows of a column of the first zone."""
-    with path.open("rb") as file:
+    with open_file(path) as file:
         file.seek(start)
-        return np.loadtxt(file, max_rows=rows, usecols=column, ndmin=1)
+        return np.loadtxt(_lines(file), max_rows=rows, usecols=column, ndmin=1)
+
+
+def _lines(file: BinaryIO) -> Iterator[bytes]:
+    """The lines of a file, which may be moved in between."""
+    while line := file.readline(_LONGEST):
+        if len(line) == _LONGEST:
+            raise ValueError(f"a line is longer than {_LONGEST} bytes")
+        yield line

@@ -13,6 +13,7 @@ Whatever is wrong with a file becomes an InputError of one line.
 from __future__ import annotations
 
 import csv
+import io
 import math
 import os
 from collections.abc import Iterator
@@ -24,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
 from ..errors import InputError
+from .opening import LONG, read_bytes
 
 OTHER_NAMES = {"yaw_deg": "heading_deg", "z_m": "heave_m"}
 COLUMNS = ("time_s", "roll_deg", "pitch_deg", "heading_deg", "heave_m", "x_m", "y_m")
@@ -100,7 +102,8 @@ def read_motion(path: str | os.PathLike[str], heading_deg: float = 0.0) -> Motio
 def _read(path: Path) -> tuple[list[int], dict[str, NDArray[np.float64]]]:
     """Line numbers (reading,) and columns (reading,) by their names in COLUMNS."""
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
+        content = read_bytes(path, "a motion file", named=f"file '{path}'", most=LONG)
+        with io.TextIOWrapper(io.BytesIO(content), encoding="utf-8-sig", newline="") as file:
             rows = _rows(file)
             number, header = next(rows, (1, []))
             names = _names(path, number, header)
@@ -108,14 +111,10 @@ def _read(path: Path) -> tuple[list[int], dict[str, NDArray[np.float64]]]:
             for number, cells in rows:
                 lines.append(number)
                 values.append(_numbers(path, number, names, cells))
-    except FileNotFoundError:
-        raise InputError(f"file '{path}': no such file; give the path of a motion file") from None
     except UnicodeDecodeError:
         raise InputError(f"file '{path}': is not UTF-8 text; give a CSV file") from None
     except csv.Error as error:
         raise InputError(f"file '{path}': is not CSV ({error}); give a CSV file") from None
-    except OSError as error:
-        raise InputError(f"file '{path}': cannot be read ({error.strerror}); give a readable file") from None
     table = np.array(values, dtype=np.float64).reshape(len(values), len(names))
     return lines, dict(zip(names, table.T, strict=True))
 

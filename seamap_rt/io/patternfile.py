@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,11 +22,13 @@ from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
 from ..errors import InputError
+from .opening import read_bytes
 
 CUTS = ("azimuth", "elevation")
 _MSI_CUTS = {"HORIZONTAL": "azimuth", "VERTICAL": "elevation"}
 _LEVELS = ("gain_db", "attenuation", "GAIN")
 _COLUMNS = ("cut", "angle_deg", "gain_db")
+_MSI_ENDINGS = (".msi", ".pln", ".ant")
 
 _FEWEST = 8  # points of a cut
 _BEAMS = 3.0  # to either side of boresight that an azimuth cut must tell of
@@ -35,6 +38,7 @@ _MOST_DB = 1000.0  # of any level or gain, and of its opposite: lower nulls are 
 _HALF_POWER_DB = 10.0 * np.log10(0.5)
 
 Rows = list[tuple[int, float, float]]  # line of the file, angle [deg], level [dB]
+Read = tuple[dict[str, Rows], float | None, float | None]  # the cuts, gain [dBi], frequency [Hz]
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,28 +68,41 @@ class PatternFile:
 
 
 def read_pattern(path: str | os.PathLike[str]) -> PatternFile:
-    """The pattern of a CSV or MSI/Planet file. Boresight is the file's angle 0, wherever the peak may be.
+    """The pattern of a CSV or MSI/Planet file, known by its content. Boresight is the file's angle 0, wherever the peak
+    may be.
 
     An elevation cut must reach ±90°; an azimuth cut ±3 of its own beam widths or ±90°, and is 0 beyond its ends.
     Angles must increase from line to line and lie between −180 and 360. InputError of one line, with the file's line,
     for what cannot be read, is missing, NaN, too short, out of order, or has its peak behind or beside the antenna.
     """
     path = Path(path)
-    readers = {".csv": _read_csv, ".msi": _read_msi, ".pln": _read_msi, ".ant": _read_msi}
-    if path.suffix.lower() not in readers:
-        raise InputError(f"file '{path}': must end in .csv, .msi, .pln or .ant; rename or convert it")
-    try:
-        text = path.read_text(encoding="utf-8-sig", errors="replace")
-    except OSError as error:
-        raise InputError(f"file '{path}': cannot be read ({error.strerror}); give the path of a pattern") from None
+    text = read_bytes(path, "a pattern", named=f"file '{path}'").decode("utf-8-sig", "replace")
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1)]
     full = [(number, line) for number, line in lines if line and line[0] not in "#;!"]
-    rows, gain_dbi, frequency_hz = readers[path.suffix.lower()](path, full)
+    rows, gain_dbi, frequency_hz = _reader(path, full)(path, full)
     for name in CUTS:
         if not rows[name]:
             raise _refusal(path, max(1, len(lines)), f"{name} cut: is missing at the end of the file; give both cuts")
     azimuth, elevation = (_cut(path, name, rows[name]) for name in CUTS)
     return PatternFile(azimuth, elevation, gain_dbi, frequency_hz)
+
+
+def _reader(path: Path, lines: list[tuple[int, str]]) -> Callable[[Path, list[tuple[int, str]]], Read]:
+    """By content; an ending decides for a file that has neither's words."""
+    if any(line.split()[0].upper().rstrip(":=") in _MSI_CUTS for _, line in lines):
+        return _read_msi
+    if path.suffix.lower() == ".csv" or (lines and "," in lines[0][1] and set(_COLUMNS) & set(_words(lines[0][1]))):
+        return _read_csv
+    if path.suffix.lower() in _MSI_ENDINGS:
+        return _read_msi
+    raise InputError(
+        f"file '{path}': is no antenna pattern: must be CSV with the header {','.join(_COLUMNS)}, or MSI/Planet with "
+        "the cuts HORIZONTAL and VERTICAL; convert it"
+    )
+
+
+def _words(header: str) -> list[str]:
+    return [word.strip().lower() for word in header.split(",")]
 
 
 def _refusal(path: Path, line: int, what: str) -> InputError:
@@ -107,9 +124,9 @@ def _number(path: Path, line: int, name: str, text: str) -> float:
 # ------------------------------------------------------------------------------------------------------ the two formats
 
 
-def _read_csv(path: Path, lines: list[tuple[int, str]]) -> tuple[dict[str, Rows], float | None, None]:
+def _read_csv(path: Path, lines: list[tuple[int, str]]) -> Read:
     head, header = lines[0] if lines else (1, "")
-    columns = [word.strip().lower() for word in header.split(",")]
+    columns = _words(header)
     if sorted(columns) not in (sorted(_COLUMNS), sorted((*_COLUMNS, "phase_deg"))):
         raise _refusal(path, head, f"header = {header[:60]}: must be {','.join(_COLUMNS)}[,phase_deg]; write it so")
     rows: dict[str, Rows] = {name: [] for name in CUTS}
@@ -132,7 +149,7 @@ def _read_csv(path: Path, lines: list[tuple[int, str]]) -> tuple[dict[str, Rows]
     return rows, highest if highest > _LEAST_ABSOLUTE_DB else None, None
 
 
-def _read_msi(path: Path, lines: list[tuple[int, str]]) -> tuple[dict[str, Rows], float | None, float | None]:
+def _read_msi(path: Path, lines: list[tuple[int, str]]) -> Read:
     rows: dict[str, Rows] = {name: [] for name in CUTS}
     promised: dict[str, tuple[int, str]] = {}
     gain_dbi, frequency_hz, cut = None, None, ""

@@ -22,6 +22,15 @@ def plain(value: Any) -> Any:
     return value
 
 
+def plain_attribute(value: Any) -> Any:
+    """A value of an attribute as it was meant: HDF5 and JSON may make an array or list of one entry of it, or bytes."""
+    while isinstance(value, np.ndarray | list | tuple) and np.size(value) == 1 and np.ndim(value) > 0:
+        value = value[0]
+    if isinstance(value, np.generic | np.ndarray):
+        value = value.tolist() if value.dtype.kind != "V" else value
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
+
+
 def to_json(value: Any) -> str:
     """Strict JSON of plain or numpy values; what is not finite becomes null."""
     return json.dumps(_finite(plain(value)), indent=1, allow_nan=False)

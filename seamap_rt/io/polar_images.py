@@ -11,28 +11,21 @@ header says the antenna's height, the pulse or the polarization either.
 
 from __future__ import annotations
 
-import bz2
-import gzip
-import io
-import lzma
 import os
 import re
-import zlib
 from collections.abc import Iterable, Mapping
-from contextlib import closing
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import IO, Any
 
 import numpy as np
 import xarray as xr
-import zstandard
 from numpy.typing import NDArray
 
 from ..conventions import SPEED_OF_LIGHT
 from ..dataset import build
 from ..errors import InputError
+from .opening import read_unpacked
 
 _MOST_BYTES = 256 << 20  # of a file, decompressed: some hundred turns
 _MOST_HEADER = 1 << 20
@@ -135,7 +128,7 @@ def _dataset(header: Mapping[str, str], frames: list[_Frame], offset: float, ran
 
 def _read(path: Path) -> tuple[dict[str, str], list[_Frame]]:
     """Header and frames of one file."""
-    content = _decompressed(path)
+    content = read_unpacked(path, "a .pol", most=_MOST_BYTES)
     end = content.find(b"\nEOH", 0, _MOST_HEADER)
     begin = content.find(b"\n", end + 1) + 1
     if end < 0 or not begin:
@@ -150,29 +143,6 @@ def _read(path: Path) -> tuple[dict[str, str], list[_Frame]]:
         words, begin = _words(path, content, begin, int(_number(header, "FIFO")))
         frames.append(_frame(path, stamp, words))
     return header, frames
-
-
-def _decompressed(path: Path) -> bytes:
-    """The file's bytes; at most so many that a small file that unpacks to gigabytes does no harm."""
-    openers: dict[str, Any] = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open, ".zst": zstandard.open}
-    try:
-        with closing(openers.get(path.suffix.lower(), io.open)(path, "rb")) as file:
-            content = _at_most(file, path)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; give the path of a .pol") from None
-    except (OSError, EOFError, lzma.LZMAError, zlib.error, zstandard.ZstdError) as error:
-        raise InputError(f"{path}: cannot be read ({error}); give a whole file") from None
-    return content
-
-
-def _at_most(file: IO[bytes], path: Path) -> bytes:
-    pieces, total = [], 0
-    while piece := file.read(1 << 20):
-        pieces.append(piece)
-        total += len(piece)
-        if total > _MOST_BYTES:
-            raise InputError(f"{path}: holds more than {_MOST_BYTES >> 20} MB: must be fewer turns; split it")
-    return b"".join(pieces)
 
 
 def _header(path: Path, lines: list[str]) -> dict[str, str]:

@@ -3,7 +3,8 @@
 Arrays are found by their names: `lower` and `upper` (pulse, gate), complex or pairs of real numbers (…, 2); `time` [s]
 and `azimuth` (pulse,); and, where there are any, `ranges` (gate,), `attitude`, `position`, `transmitter`, `turn` and
 `quality`. Sensors slower than the pulses have times of their own, `attitude_time` and `position_time`. Files are .npz
-(NumPy), .mat (MATLAB), and HDF5 or NetCDF-4 (.h5, .hdf5, .nc); what has other names in them is found by saying which.
+(NumPy), .mat (MATLAB), and HDF5 or NetCDF (.h5, .hdf5, .nc); what has other names in them is found by saying which.
+What attributes there say of packing, missing values and units is obeyed.
 
 The header, a TOML or JSON file or a dict, says what the arrays do not: RecordingHeader (recording_header.py). Whatever
 is wrong becomes an InputError of one line.
@@ -15,6 +16,7 @@ import difflib
 import json
 import math
 import os
+import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +27,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError, must_be
+from .declared import decoded, in_unit
 from .matlab import plain_value, read_matlab
+from .opening import load, open_dataset, open_file, open_hdf5, read_npz, weigh_arrays
+from .plain_json import plain_attribute
 from .recording_header import Header, RecordingHeader, as_in_toml, header_object, read_header, validated
 
 NEEDED = ("lower", "upper", "time", "azimuth")
@@ -34,6 +39,11 @@ HDF5_ENDINGS = (".h5", ".hdf5", ".nc")
 RECORDING_ENDINGS = (".npz", *HDF5_ENDINGS, ".mat")
 MAY_LACK = ("transmitter", "turn", "attitude", "quality")  # where zeros, and nothing else, are usual
 _VECTORS = ("time", "azimuth", "ranges", "attitude_time", "position_time", "transmitter", "turn", "quality")
+_UNITS = {"attitude": "degree", "position": "m", "ranges": "m", "azimuth": "degree"} | dict.fromkeys(
+    ("time", "attitude_time", "position_time"), "s"
+)
+_COUNTS = ("count", "counts", "1", "")  # units of an encoder's azimuths
+_WANTED = "a recording"
 _MOST_UNWRITTEN = 1e8  # bytes of an array of which nothing is in the file
 _MOST_BYTES = 64e9  # of an array: more than an hour
 _PIECES = (("real", "imag"), ("r", "i"), ("re", "im"), ("i", "q"))  # names of a pair's two numbers
@@ -64,13 +74,11 @@ def read_recording(
         raise InputError(f"{path}: must be a file of the kinds {', '.join(RECORDING_ENDINGS)}; save it as one of them")
     try:
         arrays, held = read(path, names)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; give the path of a recording") from None
     except InputError:
         raise
     except Exception as error:  # NumPy, zip and HDF5 raise exceptions of many types where a file is damaged
-        damage = f"{type(error).__name__}: {error}"
-        raise InputError(f"{path}: cannot be read ({damage}); give a whole recording") from None
+        damage = f" ({error})" if isinstance(error, OSError | ValueError | zipfile.BadZipFile) else ""
+        raise InputError(f"{path}: cannot be read{damage}; give a whole recording, or save it anew") from None
     for name in NEEDED:
         if name not in arrays:
             raise InputError(f"{path}: holds no '{names.get(name, name)}'; add it, or say by names what it is called")
@@ -85,25 +93,64 @@ def read_recording(
 
 
 def _npz(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
-    with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
-        _refuse_slips(path, file.files, names)
-        arrays = {name: pairs_of(file[inside], inside) for name, inside in _inside(names).items() if inside in file}
-        held = str(file["header"]) if "header" in file else None
-    return arrays, None if held is None else header_object(json.loads(held), f"{path}: header")
+    inside = _inside(names)
+    held, found = read_npz(path, {*inside.values(), "header"}, _WANTED)
+    _refuse_slips(path, held, names)
+    arrays = {name: pairs_of(found[stored], stored) for name, stored in inside.items() if stored in found}
+    if "header" not in found:
+        return arrays, None
+    return arrays, header_object(json.loads(str(found["header"])), f"{path}: header")
 
 
 def _hdf5(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
-    with h5py.File(path) as file:
+    with open_file(path, _WANTED) as opened:
+        if opened.read(3) == b"CDF":
+            return _netcdf3(path, names)
+    with open_hdf5(path, _WANTED) as file:
         _refuse_slips(path, list(file), names)
+        weigh_arrays(file, (*_inside(names).values(), "header"), str(path))
         arrays = {
-            name: _dataset(_of_three(file[inside], name, inside), inside, name in MAY_LACK)
+            name: _in_its_unit(
+                _dataset(_of_three(file[inside], name, inside), inside, name in MAY_LACK),
+                file[inside].attrs,
+                name,
+                inside,
+            )
             for name, inside in _inside(names).items()
             if inside in file
         }
-        held: Any = file.get("header")
-        if isinstance(held, h5py.Dataset):
-            return arrays, header_object(json.loads(str(held.asstr()[()])), f"{path}: header")
-        return arrays, None if held is None else {key: as_in_toml(value) for key, value in held.attrs.items()}
+        held: Any = file.get("header", file.attrs.get("header"))
+        if isinstance(held, h5py.Group):
+            return arrays, {key: _of_kind(key, as_in_toml(value)) for key, value in held.attrs.items()}
+        return arrays, _header_text(held.asstr()[()] if isinstance(held, h5py.Dataset) else held, path)
+
+
+def _netcdf3(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
+    with open_dataset(path, _WANTED, decode_cf=False) as file:
+        inside = {name: stored for name, stored in _inside(names).items() if stored in file.variables}
+        _refuse_slips(path, [str(name) for name in file.variables], names)
+        held = load(file[[*inside.values(), *({"header"} & set(map(str, file.variables)))]], str(path), path)
+        arrays = {
+            name: _in_its_unit(
+                decoded(held[stored].to_numpy(), held[stored].attrs, stored), held[stored].attrs, name, stored
+            )
+            for name, stored in inside.items()
+        }
+        text = b"".join(held["header"].values.ravel()) if "header" in held.variables else file.attrs.get("header")
+        return arrays, _header_text(text, path)
+
+
+def _header_text(text: Any, path: Path) -> Mapping[str, Any] | None:
+    """The header in a file's text (JSON), if there is one."""
+    text = plain_attribute(text)
+    return None if text is None else header_object(json.loads(str(text)), f"{path}: header")
+
+
+def _in_its_unit(values: NDArray, attributes: Mapping[str, Any], name: str, stored: str) -> NDArray:
+    """An array in the unit of its name, if it tells another."""
+    unit = _UNITS.get(name)
+    counts = name == "azimuth" and str(plain_attribute(attributes.get("units", ""))).lower() in _COUNTS
+    return values if unit is None or counts else in_unit(values, attributes, unit, stored)
 
 
 def _matlab(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
@@ -169,18 +216,18 @@ def _values(node: Any, name: str, may_lack: bool) -> NDArray:
             f"{name}: has the shape {node.shape} and takes {node.nbytes / 1e9:.3g} GB: must take at most "
             f"{_MOST_BYTES / 1e9:g}; split the recording"
         )
-    stored = node.id.get_num_chunks() if node.chunks else int(node.id.get_storage_size() > 0 or node.is_virtual)
+    stored = node.id.get_num_chunks() if node.chunks else int(node.id.get_storage_size() > 0)
     promised = 1
     if node.chunks:
         promised = math.prod(-(-size // chunk) for size, chunk in zip(node.shape, node.chunks, strict=True))
-    if node.size and stored < promised and not may_lack and node.external is None:
+    if node.size and stored < promised and not may_lack:
         raise InputError(
             f"{name}: holds {stored} of {promised} chunks, and the others would be read as zeros; copy the file whole, "
             "or cut it to what was recorded"
         )
     if not stored and node.nbytes > _MOST_UNWRITTEN:
         raise InputError(f"{name}: has the shape {node.shape} and was never written; leave it out, or write it")
-    return node[()]
+    return decoded(node[()], node.attrs, name)
 
 
 def pairs_of(values: NDArray, name: str) -> NDArray:

@@ -14,23 +14,34 @@ import numpy as np
 import xarray as xr
 
 from ..errors import InputError
+from .declared import plain_attributes
 from .hos_ocean import is_hos_ocean, open_hos_ocean
+from .opening import check_file, check_store, open_dataset
 from .stereo_bursts import is_stereo_burst, open_stereo_bursts
 
 _SLANTED = 1e-3  # of a step, by which the points of a row may leave it
 
 
 def open_layout(path: Path) -> xr.Dataset:
-    """The file's variables, not yet read. Raises InputError, OSError or ValueError where that cannot be."""
+    """The file's variables, not yet read, with plain attributes. Raises InputError, OSError or ValueError where that
+    cannot be."""
+    return plain_attributes(_open(path))
+
+
+def _open(path: Path) -> xr.Dataset:
+    wanted, named = "a recorded sea", f"sea.file = '{path}'"
+    if not path.is_dir():
+        check_file(path, wanted, named=named)
     if is_stereo_burst(path):
         return _with_axes(open_stereo_bursts(path), path)
     if path.is_dir():
-        return xr.open_zarr(path, chunks=None, consolidated=False)
+        check_store(path, wanted, named=named)
+        return xr.open_zarr(path, chunks=None, consolidated=False, decode_timedelta=False)
     if is_hos_ocean(path):
         return open_hos_ocean(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of how seconds will be read one day: they are taken as they are
-        opened = xr.open_dataset(path, chunks=None, cache=False, decode_timedelta=False)
+        opened = open_dataset(path, wanted, named=named, chunks=None, cache=False, decode_timedelta=False)
     return _with_axes(opened, path) if {"X_grid", "Y_grid", "Z"} <= set(opened.variables) else opened
 
 

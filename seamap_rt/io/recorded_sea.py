@@ -17,7 +17,6 @@ import threading
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -25,7 +24,9 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from .gaps import filled, half_width, largest_square, unseen_edges
+from .opening import bytes_held, weigh
 from .recorded_layouts import open_layout
+from .units import to_unit
 
 NAMES = ("elevation", "eta", "sea_surface_elevation", "surface_elevation", "zeta", "ssh", "height", "z", "zgrid")
 POTENTIAL = "surface_potential"
@@ -37,7 +38,6 @@ _FLOW_STANDARDS = (
     ("sea_water_x_velocity", "sea_water_y_velocity"),
     ("eastward_sea_water_velocity", "northward_sea_water_velocity"),
 )
-_SPEEDS = ("m/s", "m s-1", "m s^-1", "m.s-1", "meter/second", "metre/second")
 _STANDARD = "sea_surface_height"
 _AXES = {
     "time": ("time", "t"),
@@ -45,19 +45,6 @@ _AXES = {
     "x": ("x", "east", "easting", "lon", "longitude"),
 }
 _CF_AXES = {"time": ("T", "time"), "y": ("Y", "projection_y_coordinate"), "x": ("X", "projection_x_coordinate")}
-_LENGTHS = {
-    "mm": 0.001,
-    "millimeter": 0.001,
-    "millimetre": 0.001,
-    "m": 1.0,
-    "metre": 1.0,
-    "meter": 1.0,
-    "metres": 1.0,
-    "meters": 1.0,
-    "cm": 0.01,
-    "km": 1000.0,
-}
-_SECONDS = ("s", "sec", "second", "seconds", "")
 _UNEVEN = 1e-3  # of a step, by which the points of an axis may stray; and the rounding of how they are stored
 _ROUNDED = 0.1  # of a step, at most that rounding
 _HIGHEST_M = 30.0
@@ -72,6 +59,7 @@ _RIM = 0.05  # of a patch's side that does not repeat, at its edges
 class RecordedSea:
     """What a file of a recorded sea holds; frames are read as they are asked for. Safe in threads.
 
+    begin_s: the file's time of its first frame, 0 of dates, and then began: that date;
     spacing_m, points: of the square patch, a side; west_m, south_m: of its first point from the antenna; step_s,
     frames: in time; depth_m: None where the file does not say; flow: names of its velocities, where it has them; cut:
     of the file's own points, those of the patch are fewer; level_m: the file's mean level, which is taken off, 0 where
@@ -93,8 +81,15 @@ class RecordedSea:
     cut: bool
     level_m: float
     long_share: float
+    begin_s: float
+    began: np.datetime64 | None
     _first: tuple[int, int]  # row and column of the patch in the file
-    _scale: float  # to metres, of the elevation
+
+    def said(self, time_s: float) -> str:
+        """A time of the file, in s as `begin_s`, in its own words."""
+        if self.began is None:
+            return f"{time_s:.6g} s"
+        return str(np.datetime_as_string(self.began + np.timedelta64(round(1e9 * time_s), "ns"), unit="ms"))
 
     @property
     def side_m(self) -> float:
@@ -150,7 +145,7 @@ class RecordedSea:
         the patch's edge into what is judged.
         """
         wrong = f"sea.file = '{self.path}': frame {frame} "
-        values = self._read(self.name, frame) * self._scale - self.level_m
+        values = self._read(self.name, frame) - self.level_m
         gap = ~np.isfinite(values)
         wide = 0.0
         if gap.any():
@@ -191,7 +186,9 @@ class RecordedSea:
             raise InputError(f"sea.file = '{self.path}': holds frames 0 to {self.frames - 1}, asked for {frame}")
         with _LOCK:
             whole = _opened(self.path, _version(self.path))
-            return _cut(whole, whole[name], frame, self._first, (self.points, self.points))
+            cut = _cut(whole, whole[name], frame, self._first, (self.points, self.points))
+        unit = {self.name: "m", POTENTIAL: "m²/s"}.get(name, "m/s")
+        return cut * _scale(whole[name], unit, f"sea.file = '{self.path}': ")
 
 
 _LOCK = threading.Lock()
@@ -226,7 +223,7 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
             f"name the variable one of {', '.join(NAMES[:6])}, and its axes time, y and x"
         )
     axes = _axes(opened[name])
-    scale = _length(opened[name].attrs.get("units", "m"), f"{wrong}{name}")
+    scale = _scale(opened[name], "m", wrong)
     x, y = (_places(opened[axes[each]], f"{wrong}{axes[each]}") for each in ("x", "y"))
     spacing = [_even(values, _FEWEST_POINTS, f"{wrong}{axes[each]}") for each, values in (("x", x), ("y", y))]
     if abs(spacing[0] - spacing[1]) > _UNEVEN * spacing[0]:
@@ -234,7 +231,7 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
             f"{wrong}x and y are {spacing[0]:.4g} and {spacing[1]:.4g} m apart: must be alike; resample it"
         )
     _within(spacing[0], _SPACINGS_M, "m", f"{wrong}{axes['x']} and {axes['y']}: points")
-    times = _seconds(opened[axes["time"]], wrong)
+    times, began = _seconds(opened[axes["time"]], wrong)
     step = _even(times, _FEWEST_FRAMES, f"{wrong}{axes['time']}")
     if times[1] < times[0]:
         raise InputError(f"{wrong}{axes['time']} runs backwards; turn it round")
@@ -242,6 +239,7 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
     periodic = bool(int(opened.attrs.get("periodic", 0)))
     if periodic and x.size != y.size:
         raise InputError(f"{wrong}is {x.size} × {y.size} points: a patch that repeats must be square; resample it")
+    weigh(wrong[:-2], 8.0 * x.size * y.size, bytes_held(path))
     x, y = np.sort(x), np.sort(y)
     free, level, long_share = np.ones((y.size, x.size), dtype=bool), 0.0, 0.0
     if not periodic:
@@ -269,9 +267,10 @@ def _recorded(path: str, version: tuple[int, int]) -> RecordedSea:
         flow=_flow_of(opened, opened[name], wrong),
         cut=points < max(x.size, y.size),
         _first=first,
-        _scale=scale,
         level_m=level,
         long_share=min(long_share, 1.0),
+        begin_s=float(times[0]),
+        began=began,
     )
 
 
@@ -368,9 +367,7 @@ def _flow_of(opened: xr.Dataset, elevation: xr.DataArray, wrong: str) -> tuple[s
         for east, north in known:
             if east in held and north in held:
                 for name in (held[east], held[north]):
-                    unit = str(there[name].attrs.get("units", "m/s")).strip().lower()
-                    if unit not in _SPEEDS:
-                        raise InputError(f"{wrong}{name}: is in '{unit}': must be in m/s; convert it")
+                    _scale(there[name], "m/s", wrong)
                 return held[east], held[north]
     return None
 
@@ -394,17 +391,14 @@ def _direction(opened: xr.Dataset, axis: str) -> int:
     return 1 if values[-1] >= values[0] else -1
 
 
-def _length(unit: Any, what: str) -> float:
-    """Metres a unit."""
-    word = str(unit).strip().lower()
-    if word not in _LENGTHS:
-        raise InputError(f"{what}: is in '{unit}': must be in m, cm or km; convert it (degrees to local metres)")
-    return _LENGTHS[word]
+def _scale(values: xr.DataArray, unit: str, wrong: str) -> float:
+    """What makes a variable's numbers those in a unit. Raises InputError for one in a unit of another kind."""
+    return float(to_unit(np.ones(1), values.attrs.get("units"), unit, f"{wrong}{values.name}")[0])
 
 
 def _places(axis: xr.DataArray, what: str) -> NDArray[np.float64]:
     """The points of an axis in m, in as many digits as the file has."""
-    return _length(axis.attrs.get("units", "m"), what) * _as_stored(axis.values)
+    return to_unit(_as_stored(axis.values), axis.attrs.get("units"), "m", what)
 
 
 def _as_stored(values: NDArray) -> NDArray:
@@ -419,14 +413,14 @@ def _within(step: float, limits: tuple[float, float], unit: str, what: str) -> N
         )
 
 
-def _seconds(times: xr.DataArray, wrong: str) -> NDArray[np.float64]:
+def _seconds(times: xr.DataArray, wrong: str) -> tuple[NDArray[np.float64], np.datetime64 | None]:
+    """Times, of dates from the first one on, which comes with them."""
     values = times.values
-    if np.issubdtype(values.dtype, np.datetime64) or np.issubdtype(values.dtype, np.timedelta64):
-        return (values - values[0]) / np.timedelta64(1, "ns") * 1e-9
-    unit = str(times.attrs.get("units", "s")).strip().lower()
-    if unit not in _SECONDS:
-        raise InputError(f"{wrong}{times.name}: is in '{unit}': must be in seconds, or dates; convert it")
-    return _as_stored(values)
+    if values.dtype.kind == "M":
+        return (values - values[0]) / np.timedelta64(1, "ns") * 1e-9, values[0]
+    if values.dtype.kind == "m":
+        return values / np.timedelta64(1, "ns") * 1e-9, None
+    return to_unit(_as_stored(values), times.attrs.get("units"), "s", f"{wrong}{times.name}"), None
 
 
 def _even(values: NDArray, fewest: int, what: str) -> float:

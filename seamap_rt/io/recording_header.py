@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from annotated_types import Ge, Gt, Le
 from pydantic import BeforeValidator, model_validator
 
 from ..errors import InputError
 from ..settings import Meaning, Section, as_tuple
-from .plain_json import plain
+from .opening import read_json
+from .plain_json import plain, plain_attribute
 from .scenefile import read_toml
 from .validation import validate
 
 Header = Mapping[str, Any] | str | os.PathLike[str]
 
 # Key → the values that it can have [SI], and units in which others give it. Outside, one of them is meant.
-_USUAL: dict[str, tuple[float, float, str, dict[str, float]]] = {
+USUAL: dict[str, tuple[float, float, str, dict[str, float]]] = {
     "frequency_hz": (1e8, 1e12, "hertz", {"GHz": 1e9, "MHz": 1e6}),
     "pulse_width_s": (0.0, 1e-2, "seconds", {"ns": 1e-9, "µs": 1e-6}),
     "bandwidth_hz": (1e4, 1e11, "hertz", {"MHz": 1e6, "GHz": 1e9}),
@@ -206,7 +207,7 @@ class RecordingHeader(Section):
     @model_validator(mode="before")
     @classmethod
     def _in_its_unit(cls, given: Any) -> Any:
-        for key, (least, most, unit, others) in _USUAL.items():
+        for key, (least, most, unit, others) in USUAL.items():
             value = given.get(key) if isinstance(given, Mapping) else None
             if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0.0:
                 continue
@@ -245,7 +246,7 @@ def read_header(header: Header | RecordingHeader) -> RecordingHeader:
         return validate(RecordingHeader, {str(key): as_in_toml(value) for key, value in header.items()})
     if not isinstance(header, str | os.PathLike):
         raise InputError(f"header = {header!r}: must be a dict, or the path of a TOML or JSON file; give one of these")
-    tree = _json(Path(header)) if Path(header).suffix == ".json" else read_toml(header)
+    tree = _json(Path(header)) if Path(header).suffix == ".json" else read_toml(header, "a header")
     return validated(str(header), tree)
 
 
@@ -257,21 +258,18 @@ def validated(source: str, tree: Mapping[str, Any]) -> RecordingHeader:
 
 
 def _json(path: Path) -> Mapping[str, Any]:
-    try:
-        tree = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; give the path of a header") from None
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not JSON ({error}); mend the header") from None
-    return header_object(tree, str(path))
+    return header_object(read_json(path, "a header"), str(path))
 
 
 def header_object(tree: Any, what: str) -> dict[str, Any]:
     if not isinstance(tree, dict):
-        raise InputError(f"{what}: is a {type(tree).__name__}: must be an object of keys and values; write it so")
+        kind = {list: "a list", str: "a text", bool: "true or false", int: "a number", float: "a number"}
+        raise InputError(
+            f"{what}: is {kind.get(type(tree), 'null')}: must be an object of keys and values; write it so"
+        )
     return tree
 
 
 def as_in_toml(value: Any) -> Any:
-    """An attribute of a recording, numpy's or bytes, as TOML would give it."""
-    return value.decode() if isinstance(value, bytes) else plain(value)
+    """An attribute of a recording, numpy's or bytes, as TOML would give it; HDF5 may make an array of a number."""
+    return plain(plain_attribute(value)) if isinstance(value, np.ndarray | np.generic | bytes) else plain(value)

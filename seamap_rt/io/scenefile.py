@@ -18,6 +18,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from ..errors import InputError, must_be
+from .opening import read_bytes
 from .plain_json import plain
 from .toml_text import key_text, quoted, shown, toml_value
 
@@ -28,18 +29,9 @@ _TOO_DEEP = "is nested too deeply; a scene file has tables two or three deep"
 # --------------------------------------------------------------------------------------------------- reading
 
 
-def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """The tree of a TOML file. Raises InputError if it cannot be read or is no TOML."""
-    try:
-        data = Path(path).read_bytes()
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; give the path of a scene file") from None
-    except IsADirectoryError:
-        raise InputError(f"{path}: is a folder, not a file; give the scene file in it") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); give a readable file") from None
-    except ValueError as error:  # a path with a null byte
-        raise InputError(f"{path!r}: is not a path ({error}); give the path of a scene file") from None
+def read_toml(path: str | os.PathLike[str], wanted: str = "a scene file") -> dict[str, Any]:
+    """The tree of a TOML file. wanted: what it is to be. Raises InputError if it cannot be read or is no TOML."""
+    data = read_bytes(path, wanted)
     try:
         tree = tomllib.loads(data.decode("utf-8-sig"))
     except UnicodeDecodeError as error:

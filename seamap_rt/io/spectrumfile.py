@@ -23,6 +23,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from .opening import check_unpacked, open_dataset, open_file
 from .quiet import quietly, without_complaints
 
 KINDS = ("ndbc", "swan", "ww3", "wavespectra")
@@ -30,6 +31,8 @@ KINDS = ("ndbc", "swan", "ww3", "wavespectra")
 NetCDF; wavespectra: NetCDF as that library writes it."""
 
 _KINDS_IN_WORDS = f"kinds are {', '.join(KINDS)}"
+_WANTED = "a directional spectrum"
+_COUNTED = ("LONLAT", "LOCATION", "AFREQ", "RFREQ", "CDIR", "NDIR", "QUANT")  # after which SWAN says how many follow
 _NEAR = np.timedelta64(3, "h")  # a sea state is as good as the same for so long
 _UNDERSHOOT = 0.01  # of the highest density, by which one that was interpolated may fall below 0
 _NDBC_STEP = 5.0  # degrees; a buoy's density is smooth
@@ -92,8 +95,10 @@ def read_directional_spectrum(
         except InputError:
             raise
         except Exception as error:  # the parsers raise exceptions of many types
-            damage = f"{type(error).__name__}: {error}"[:200]
-    raise InputError(f"{path}: is damaged, or not quite a spectrum of the kind {result} ({damage}); {_KINDS_IN_WORDS}")
+            damage = (
+                f" ({error})"[:200] if isinstance(error, OSError | ValueError) else ""
+            )  # others speak of the program
+    raise InputError(f"{path}: is damaged, or not quite a spectrum of the kind {result}{damage}; {_KINDS_IN_WORDS}")
 
 
 # ---------------------------------------------------------------------------------------------------- the file's kind
@@ -102,16 +107,12 @@ def read_directional_spectrum(
 def _kind_of(path: Path) -> str | None:
     """The kind of a file by its content; None for a file that is no spectrum."""
     try:
-        with path.open("rb") as file:
+        with open_file(path, _WANTED) as file:
             start = file.read(8)
         if start[:3] == b"CDF" or start == b"\x89HDF\r\n\x1a\n":
             return _netcdf_kind(path)
         with _text(path) as file:
             first = file.readline(4096)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; give the path of a directional spectrum") from None
-    except IsADirectoryError:
-        raise InputError(f"{path}: is a folder, not a file; give the spectrum's file in it") from None
     except (OSError, EOFError) as error:
         raise InputError(f"{path}: cannot be read ({error}); give a readable file") from None
     if first.startswith("SWAN"):
@@ -122,8 +123,10 @@ def _kind_of(path: Path) -> str | None:
 def _netcdf_kind(path: Path) -> str | None:
     with quietly():
         try:
-            with xr.open_dataset(path, decode_times=False) as file:
+            with open_dataset(path, _WANTED, decode_times=False) as file:
                 names = {str(name) for name in (*file.variables, *file.dims)}
+        except InputError:
+            raise
         except Exception:  # a NetCDF file cut short, or of another make: each library below has its own errors
             return None
     marks = {
@@ -221,7 +224,7 @@ def _table(spectrum: xr.DataArray, path: Path) -> DirectionalTable:
 
 @contextmanager
 def _open_wavespectra(path: Path) -> Iterator[xr.DataArray]:
-    with xr.open_dataset(path) as file:
+    with open_dataset(path, _WANTED) as file:
         yield file["efth"]
 
 
@@ -230,7 +233,7 @@ def _open_ww3(path: Path) -> Iterator[xr.DataArray]:
     """efth in m² s/rad by the direction waves go to, as WAVEWATCH III writes it, turned and scaled by wavespectra."""
     from wavespectra.input.ww3 import from_ww3
 
-    with xr.open_dataset(path) as file:
+    with open_dataset(path, _WANTED) as file:
         if not {"efth", "direction"} <= {str(name) for name in file.variables}:
             raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
         yield from_ww3(file)["efth"]
@@ -238,10 +241,25 @@ def _open_ww3(path: Path) -> Iterator[xr.DataArray]:
 
 @contextmanager
 def _open_swan(path: Path) -> Iterator[xr.DataArray]:
+    check_unpacked(path, _WANTED)
     with _text(path) as file:
-        header = [line[:8].strip() for line in islice(file, 100_000)]
-    if not {"NDIR", "CDIR"} & set(header[: header.index("QUANT") if "QUANT" in header else None]):
+        lines = [line.split(maxsplit=1)[:1] or [""] for line in islice(file, 100_000)]
+        most = len(lines) + sum(1 for _ in file)
+    header = [line[:8] for (line,) in lines]
+    for word, (count,) in zip(header, lines[1:], strict=False):
+        if word in _COUNTED and count.isdecimal() and int(count[:18]) > most:  # wavespectra would read on for ever
+            raise InputError(f"{path}: declares {count} of {word} in {most} lines; give a whole file")
+    if "ITER" in header:
+        raise InputError(
+            f"{path}: holds the iterations of a test point (ITER), none of which is the sea; give the file that SWAN's "
+            "SPECOUT writes"
+        )
+    words = set(header[: header.index("QUANT") if "QUANT" in header else None])
+    if not {"NDIR", "CDIR"} & words:
         raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
+    for one, other in (("LONLAT", "LOCATIONS"), ("AFREQ", "RFREQ")):
+        if not {one, other[:8]} & words:
+            raise InputError(f"{path}: has neither {one} nor {other} in its header; give the file as SWAN writes it")
     from wavespectra.core.swan import SwanSpecFile
 
     swan = SwanSpecFile(path)
@@ -259,11 +277,12 @@ def _open_swan(path: Path) -> Iterator[xr.DataArray]:
 
 @contextmanager
 def _open_ndbc(path: Path) -> Iterator[xr.DataArray]:
-    start = path.read_bytes()[:3]
+    with open_file(path, _WANTED) as file:
+        start = file.read(3)
     if start not in (b"CDF", b"\x89HD"):
         yield _ndbc_text(path)
         return
-    with xr.open_dataset(path) as file:
+    with open_dataset(path, _WANTED) as file:
         if not set(_NDBC_NAMES) <= set(file.data_vars):
             raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
         yield file[list(_NDBC_NAMES)].to_dataarray("moment").rename(frequency="freq")
@@ -327,6 +346,7 @@ def _ndbc_text(path: Path) -> xr.DataArray:
 
     tables = []
     for file in (path, *_ndbc_beside(path)):
+        check_unpacked(file, _WANTED)
         table = read_file(str(file)).drop(columns="Sep_Freq", errors="ignore").astype(np.float64)
         table.columns = [round(float(name), 7) for name in table.columns]
         tables.append(table[~table.index.duplicated()])

@@ -16,10 +16,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.io import whosmat
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from ..errors import InputError
+from .matlab import read_matlab
+from .opening import open_file, open_hdf5
 
 _HEIGHTS = re.compile(r"ZGrid_(\d+)\.mat$")
 _MINUTE_S = 60.0
@@ -101,33 +104,20 @@ def _minute(path: Path, _: int) -> NDArray[np.floating]:
     return _read(path, "zgrid")
 
 
-def _is_hdf5(path: Path) -> bool:
-    with path.open("rb") as file:
-        return b"MATLAB 7.3" in file.read(128)
-
-
 def _read(path: Path, name: str) -> NDArray[np.floating]:
     """An array as Matlab has it, single precision where the file has that."""
-    if _is_hdf5(path):
-        import h5py
-
-        with h5py.File(path) as file:
-            return np.asarray(_there(file, name, path)).T
-    from scipy.io import loadmat
-
-    return np.asarray(_there(loadmat(path, variable_names=[name]), name, path))
+    return np.asarray(_there(read_matlab(path, [name], lambda array, _: array[()])[1], name, path))
 
 
 def _shape(path: Path, name: str) -> tuple[int, ...]:
-    if _is_hdf5(path):
-        import h5py
-
-        with h5py.File(path) as file:
-            found = tuple(reversed(_there(file, name, path).shape))
+    with open_file(path) as opened:
+        packed = b"MATLAB 7.3" not in opened.read(128)
+        shapes = {each: shape for each, shape, _ in whosmat(opened)} if packed else {}
+    if packed:
+        found = tuple(_there(shapes, name, path))
     else:
-        from scipy.io import whosmat
-
-        found = tuple(_there({each: shape for each, shape, _ in whosmat(path)}, name, path))
+        with open_hdf5(path) as file:
+            found = tuple(reversed(_there(file, name, path).shape))
     if len(found) != 3:
         raise InputError(f"sea.file = '{path}': {name} has axes {found}; must be points by points by frames")
     return found

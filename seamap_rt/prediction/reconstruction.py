@@ -95,6 +95,8 @@ def issue(
     lead = np.arange(0.0, settings.lead_s + _FINE_S, _FINE_S) if lead_s is None else np.asarray(lead_s, np.float64)
     heading, speed = settings.heading_deg or 0.0, settings.speed_m_s or 0.0
     made = forecast(field, at, lead, vessel=vessel, heading_deg=heading, speed_m_s=speed, draws=0)
+    if told := told_of_vessel(vessel):
+        made.attrs["vessel_notes"] = "; ".join(told)
     limits = settings.quiet.limits
     if limits:
         last = max(settings.lead_s, settings.quiet.duration_s)
@@ -124,10 +126,15 @@ def vessel_of(settings: VesselSettings) -> Vessel | None:
                 sizes = settings.length_m or 0.0, settings.beam_m or 0.0, settings.draught_m or 0.0
                 return Box(*sizes, roll_period_s=settings.roll_period_s)
             case "file":
-                return read_capytaine(settings.file or "")
+                return read_capytaine(settings.file or "", settings.body, settings.symmetry)
     except ValueError as error:
         raise InputError(f"prediction.vessel: {error}") from None
     return None
+
+
+def told_of_vessel(vessel: Vessel | None) -> tuple[str, ...]:
+    """What one should know of a vessel's file: what of it was left out, or is odd; a line each."""
+    return getattr(vessel, "notes", ())
 
 
 def _of_observations(seen: Observations, spectrum: Spectrum, settings: PredictionSettings) -> WaveField:

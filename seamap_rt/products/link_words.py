@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..conventions import db
+from ..conventions import db, written
+from ..io.csv_text import csv_text
 from ..radar import link
 from ..radar.antenna import antenna
 from ..radar.data_rate import data_rate
@@ -68,12 +67,9 @@ def link_table(radar: RadarSettings, table: LinkBudget) -> str:
                 columns.append(
                     (f"{each.name}_{prefix}_{integration.name.replace(' ', '_').replace('-', '')}_db", db(row))
                 )
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([name for name, _ in columns])
-    for row in zip(*(values for _, values in columns), strict=True):
-        writer.writerow([f"{value:.10g}" if math.isfinite(value) else "" for value in row])
-    return text.getvalue()
+    rows = zip(*(values for _, values in columns), strict=True)
+    numbers = [[f"{value:.10g}" if math.isfinite(value) else "" for value in row] for row in rows]
+    return csv_text([[name for name, _ in columns], *numbers])
 
 
 def _facts(scene: Scene) -> list[tuple[str, str]]:
@@ -85,7 +81,7 @@ def _facts(scene: Scene) -> list[tuple[str, str]]:
     facts = [
         ("wavelength", f"{1e3 * link.wavelength(radar):.2f} mm"),
         ("antenna", f"{gain:.2f} dBi; {_beam(radar)}"),
-        ("beam across the look", "{:.2f} m at 100 m, {:.2f} m at 200 m".format(*across)),
+        ("beam across the look", "{} m at 100 m, {} m at 200 m".format(*(written(float(each), 2) for each in across))),
         ("range resolution", _resolution(radar)),
         ("gates", f"every {spacing:.3f} m; a point between two loses {worst:.2f} dB, on average {mean:.2f}"),
         ("noise", f"{_dbm(noise_power(radar)):.2f} dBm in {radar.bandwidth_hz / 1e6:g} MHz"),
@@ -113,7 +109,7 @@ def _beam(radar: RadarSettings) -> str:
 
 def _resolution(radar: RadarSettings) -> str:
     measured, cell = RangeResponse.of(radar).resolution_m, link.range_cell_m(radar)
-    words = f"{measured:.2f} m at −3 dB; the textbook's cell is {cell:.2f} m"
+    words = f"{written(measured, 2)} m at −3 dB; the textbook's cell is {written(cell, 2)} m"
     if radar.waveform != "chirp":
         return words
     return f"{words}; compression gains {db(link.compression_gain(radar)):.1f} dB at best"
@@ -127,17 +123,18 @@ def _dwell(scene: Scene) -> list[tuple[str, str]]:
     if pulse_coherence(scene.radar) == 0.0:
         in_phase = "coherent 0 dB, of a magnetron's random phases"
     return [
-        ("dwell", f"{1e3 * pulses.duration_s:.2f} ms, {pulses.pulses} pulses a receiver"),
+        ("dwell", f"{written(1e3 * pulses.duration_s, 2)} ms, {pulses.pulses} pulses a receiver"),
         ("integration", f"non-coherent √N {db(loose.gain):.2f} dB; {in_phase}"),
     ]
 
 
 def _data_rate(radar: RadarSettings) -> str:
     rate = data_rate(radar)
-    gates = f"gates {rate.complex_12 / 1e6:.1f} MB/s at 12 + 12 bits, {rate.complex_16 / 1e6:.1f} at 16 + 16"
+    fine, coarse, raw = (written(each / 1e6, 1) for each in (rate.complex_12, rate.complex_16, rate.raw))
+    gates = f"gates {fine} MB/s at 12 + 12 bits, {coarse} at 16 + 16"
     if radar.receiver.chain != "digital":
         return gates
-    return f"{gates}; the converters' samples {rate.raw / 1e6:.1f} at {radar.receiver.adc_bits}"
+    return f"{gates}; the converters' samples {raw} at {radar.receiver.adc_bits}"
 
 
 def _reaches(curve: LinkBudget) -> list[tuple[str, str]]:

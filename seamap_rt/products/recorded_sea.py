@@ -269,6 +269,8 @@ def _recorded(
     evolution = frames.plan.evolution(float(frames.seconds[0]), frames.interval)
     steps = round(frames.interval / evolution.step)
     if not at.frames:
+        with uninterrupted():
+            keep(folder, told, at)  # from here on an interruption leaves what --resume goes on from
         at = _before(evolution, folder, frames, told, at, pace)
     while at.frames < frames.seconds.size:
         state = evolution.advanced(at.state, steps) if at.frames else at.state

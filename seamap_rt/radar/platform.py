@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import unit_from_azimuth
 from ..io.motionfile import read_motion
-from ..sea import ResolvedWaves, Sea
+from ..sea import Components, ResolvedWaves
 from ..settings import PlatformSettings
 from .pose import boat_axes
 from .wave_following import WaveFollowing, wave_tilt_std
@@ -30,11 +31,21 @@ class BoatState:
 
 _TILT_TIMES = 512
 
+
+class Rideable(Protocol):
+    """Waves that a boat can follow; current: m/s east, north."""
+
+    @property
+    def current(self) -> tuple[float, float]: ...
+
+    def components(self) -> Components: ...
+
+
 BoatMotion = Callable[[ArrayLike], BoatState]
 """The boat at times (n,) s."""
 
 
-def boat_motion(platform: PlatformSettings, sea: Sea | None = None) -> BoatMotion:
+def boat_motion(platform: PlatformSettings, sea: Rideable | None = None) -> BoatMotion:
     """The motion that the settings ask for; `wave_following` needs the sea that the radar sees.
 
     Any time may be given, before 0 too, but of a recorded motion only those of its record. Raises ValueError for
@@ -89,7 +100,7 @@ def _sinusoidal(platform: PlatformSettings) -> BoatMotion:
     return motion
 
 
-def _wave_following(platform: PlatformSettings, sea: Sea) -> BoatMotion:
+def _wave_following(platform: PlatformSettings, sea: Rideable) -> BoatMotion:
     """The deck lies along the plane that fits the waves best within the waterline, list and trim added to its angles.
 
     The middle of the waterline is the point about which the boat turns. On a current the boat's speed is still that

@@ -18,6 +18,7 @@ from matplotlib.patches import Wedge
 from numpy.typing import NDArray
 from PIL import Image
 
+from ..conventions import turn_name
 from ..metrics import HALF_VISIBLE, error_figures
 from ..scene import Scene
 from . import reduce, style
@@ -126,7 +127,7 @@ def _frames(
         canvas.restore_region(still)
         for tree, image in pair:
             image.set_data(style.masked(_heights(tree, turn)))
-        words.set_text(f"turn {int(numbers[turn])}, from {numbers[turn] * scene.turn_duration_s:.2f} s")
+        words.set_text(f"{turn_name(numbers[turn])}, from {numbers[turn] * scene.turn_duration_s:.2f} s")
         for artist in moving:
             figure.draw_artist(artist)
         yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
@@ -210,7 +211,7 @@ def _row(maps: xr.DataTree, truth: xr.DataTree, index: int) -> list[str]:
     figures = error_figures(result, real)["overall"]
     answered = figures["cells"] / visible.sum() if visible.any() else float("nan")
     return [
-        str(int(reduce.coordinate(result, "polar", "turn")[0])),
+        turn_name(reduce.coordinate(result, "polar", "turn")[0]).removeprefix("turn "),
         digits(time[time.size // 2], 2),
         str(figures["cells"]),
         digits(figures["height_rmse_m"], 3),

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
+from ..conventions import turn_name
 from ..forecast_errors import Verified, warm
 from ..scene import Scene
 from . import reduce, style
@@ -211,7 +212,7 @@ def _frames(verified: Verified) -> Iterator[Image.Image]:
         axes.fill_between(lead, mean - _BAND * std, mean + _BAND * std, color=style.ORANGE, alpha=0.3, linewidth=0.0)
         axes.plot(lead, mean, color=style.ORANGE)
         axes.axvline(0.0, color=style.GREY, linewidth=0.6)
-        style.graph(axes, "Time from now (s)", "Height at the boat (m)", f"turn {int(forecasts['issue'][number])}")
+        style.graph(axes, "Time from now (s)", "Height at the boat (m)", turn_name(forecasts["issue"][number]))
         axes.set_xlim(-_BACK_S, float(lead[-1]))
         axes.set_ylim(-limit, limit)
         canvas.draw()

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..conventions import written
 from ..radar.array import antenna_array
 from ..scene import Scene
 from . import maps, reduce
@@ -33,7 +34,10 @@ def verdict(metrics: Mapping[str, Any]) -> str:
         return ""
     reach, radius = told["reach_m"], told["fully_measured_radius_m"]
     if not reach:
-        return "This radar hardly measures this sea: its heights are no better than the mean level at any range."
+        why = "its heights are no better than the mean level at any range"
+        if overall.get("cells") == 0 and overall.get("visible_fraction") is not None:
+            why = f"no cell gets a sure height, and {percent(overall['visible_fraction'])} of the sea is in sight"
+        return f"This radar hardly measures this sea: {why}."
     error = overall.get("height_rmse_m")
     heights = f", their height to {_centimetres(error)}" if error is not None else ""
     missed = told.get("missed_share")
@@ -93,7 +97,7 @@ def wave_height(metrics: Mapping[str, Any]) -> str:
     mean, error = (reduce.number(reduce.mean(each)) for each in (height, errors))
     if not np.isfinite(mean):
         return metres(None)
-    return f"{mean:.2f} ± {error:.2f} m" if np.isfinite(error) else f"{mean:.2f} m"
+    return f"{written(mean, 2)} ± {written(error, 2)} m" if np.isfinite(error) else f"{written(mean, 2)} m"
 
 
 def _whole_metres(value: Any) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..conventions import written
 from . import reduce
 
 NOTHING = "—"
@@ -36,12 +37,9 @@ class Table:
 
 
 def digits(value: Any, decimals: int, signed: bool = False) -> str:
-    """A number with so many decimals and a true minus sign; a dash for what is missing."""
+    """A number as `written`, with a true minus sign; a dash for what is missing."""
     plain = reduce.number(value)
-    if not np.isfinite(plain):
-        return NOTHING
-    plain = round(plain, decimals) + 0.0  # no minus zero
-    return f"{plain:{'+' if signed and plain else ''}.{decimals}f}".replace("-", "−")
+    return ("+" if signed and plain > 0.0 else "") + written(plain, decimals).replace("-", "−")
 
 
 def metres(value: Any, decimals: int = 3, signed: bool = False) -> str:
@@ -51,7 +49,7 @@ def metres(value: Any, decimals: int = 3, signed: bool = False) -> str:
 
 def percent(share: Any) -> str:
     value = reduce.number(share)
-    return f"{100.0 * value:.0f} %" if np.isfinite(value) else NOTHING
+    return f"{written(100.0 * value, 0)} %" if np.isfinite(value) else NOTHING
 
 
 def count(value: Any) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..conventions import turn_name
 from ..forecast_errors import Verified
 from ..scene import Scene
 from ..window_errors import Windows
@@ -71,7 +72,7 @@ class _Run:
 
     @property
     def which_turn(self) -> str:
-        return f" The last of {self.turns.size} turns (turn {self.turn}) is shown." if self.turns.size > 1 else ""
+        return f" The last of {self.turns.size} turns ({turn_name(self.turn)}) is shown." if self.turns.size > 1 else ""
 
     @property
     def over_turns(self) -> str:

@@ -40,6 +40,7 @@ CHECKS = (
     Check("height", lambda s: ranges.check_height(s.radar)),
     Check("above water", lambda s: antennas.check_above_water(s.radar), ("antennas",)),
     Check("patch", lambda s: ranges.check_patch(s.radar, s.sea), ("waveform", "receiver")),
+    Check("record's start", lambda s: ranges.check_start(s.sea)),
     Check("gates", lambda s: ranges.check_gates(s.radar, s.retrieval), ("waveform", "receiver")),
     Check("pulses", lambda s: looks.check_pulses(s.radar, s.retrieval), ("antennas", "mode")),
     Check("window", lambda s: ranges.check_window(s.radar, s.retrieval), ("height", "gates")),

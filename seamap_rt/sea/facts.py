@@ -56,6 +56,8 @@ class Resolved:
     choppy: ChoppyFacts | None = None
     filled_m: float = 0.0  # width of the widest gap of a record that was filled, of the frames that were looked at
     filled_error: float = 0.0  # m rms, in the middle of that gap
+    record_start_s: float | None = None  # time of a record's file, of dates from its first, that is the scene's time 0
+    record_start: str | None = None  # the same in the file's own words: s, or a date
 
     @property
     def look_slope_variance(self) -> float:

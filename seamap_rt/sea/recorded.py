@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from threading import Lock
 from typing import NamedTuple
@@ -42,13 +42,14 @@ from .sums import Term
 from .surface import Sea
 from .systems import SpectralSystem
 from .tabulated import TabulatedSpectrum
-from .wave_trains import PlaneTrain
+from .wave_trains import PlaneTrain, Points, Quantity
 
 TAPS = range(-2, 4)  # the frames around an interval that its points take from
 _ORDER, _OVERSAMPLING = 7, 1.25  # of the spline in space, as of a drawn sea
 _SLOPE_TAPS = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / 60.0  # of frames −3 … 3, per step
 _BESIDE = len(_SLOPE_TAPS) // 2
 _BEFORE_S = 0.5  # of the record before time 0: what a beam hears before it points at a place
+_ROUNDED = 1e-6  # of a step, by which a time may stray from a frame's
 _AVERAGED = 12  # frames from which the spectrum is taken
 _DIRECTIONS = 24
 _FINE_RINGS, _WIDER = 10, 1.08  # rings of wavenumbers one step wide, and by how much the next ones grow
@@ -74,10 +75,15 @@ class RecordedField(MovingField):
     base: Kind | None = None  # the frames are the elevation's, and what else the file has
 
     def __init__(
-        self, source: Continued, lattice: Lattice, variance: NDArray[np.float64], widest_gap: float = np.inf
+        self,
+        source: Continued,
+        lattice: Lattice,
+        variance: NDArray[np.float64],
+        widest_gap: float = np.inf,
+        first: int | None = None,
     ) -> None:
         """variance: of each wave of the lattice, as the frames have it: what the errors are taken from. widest_gap: m,
-        the half-width above which one is refused."""
+        the half-width above which one is refused. first: the frame of time 0; None: `first_frame`."""
         file = source.file
         self.source, self.file, self.lattice, self.order = source, file, lattice, _ORDER
         self._widest_gap = widest_gap
@@ -97,7 +103,7 @@ class RecordedField(MovingField):
         self._keep_nothing()
         self._lock = Lock()
         self._spectra: OrderedDict[tuple[str, int], NDArray[np.complex64]] = OrderedDict()
-        self._first = first_frame(file)
+        self._first = first_frame(file) if first is None else first
 
     @property
     def _rows(self) -> NDArray[np.int64]:
@@ -210,9 +216,28 @@ def first_frame(file: RecordedSea) -> int:
     return -TAPS[0] + _BESIDE + int(np.ceil(_BEFORE_S / file.step_s))
 
 
-def duration_s(file: RecordedSea) -> float:
+def start_of(file: RecordedSea, start_s: float | None) -> tuple[int, float]:
+    """The frame at or before the scene's time 0, and how long before [s]. start_s: the file's time that is to be the
+    scene's time 0; None: of `first_frame`. Raises InputError for one outside of the record, less its margins."""
+    if start_s is None:
+        return first_frame(file), 0.0
+    low = file.begin_s + (-TAPS[0] + _BESIDE) * file.step_s + _BEFORE_S
+    high = file.begin_s + (file.frames - 1 - TAPS[-1] - _BESIDE) * file.step_s
+    if not low - _ROUNDED * file.step_s <= start_s <= high + _ROUNDED * file.step_s:
+        dates = "" if file.began is None else f", counted from {file.said(0.0)}"
+        raise InputError(
+            f"sea.start_s = {start_s:.10g}: must lie within {low:.10g} and {high:.10g} s of sea.file"
+            f"{dates} (what is interpolated, and heard before time 0, takes frames beside it); choose one between"
+        )
+    steps = (start_s - file.begin_s) / file.step_s
+    frame = int(np.floor(steps + _ROUNDED))
+    return frame, max(0.0, (steps - frame) * file.step_s)
+
+
+def duration_s(file: RecordedSea, start_s: float | None = None) -> float:
     """From the scene's time 0 to the last that is known."""
-    return (file.frames - 1 - first_frame(file) - TAPS[-1] - _BESIDE + 1) * file.step_s
+    first, late = start_of(file, start_s)
+    return (file.frames - 1 - first - TAPS[-1] - _BESIDE + 1) * file.step_s - late
 
 
 def half_plane_of(values: NDArray[np.float64], lattice: Lattice) -> NDArray[np.complex64]:
@@ -251,11 +276,25 @@ def lagrange_error(cycles: ArrayLike, derivative: int = 0) -> NDArray[np.float64
 # ------------------------------------------------------------------------------------------------- the whole sea
 
 
+@dataclass(frozen=True)
+class RecordedTrain(PlaneTrain):
+    """The waves of a record, whose frames are `late_s` before whole steps of the scene's time."""
+
+    late_s: float = 0.0
+
+    def sample(
+        self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity], rate: float = 0.0
+    ) -> NDArray[np.float64]:
+        return super().sample(x, y, t + self.late_s, quantities, rate)
+
+
 def realize_recorded(settings: SeaSettings, spacing: float, system: SpectralSystem) -> Sea:
     """The sea of a file. spacing [m]: of the waves that are kept; system: their spectrum. Raises InputError."""
     file = recorded_sea(settings.file)
     source = Continued(file, settings.beyond)
-    train, variance, gap = _train(source, spacing, settings.depth_m)
+    start = start_of(file, settings.start_s)
+    begin = file.begin_s + start[0] * file.step_s + start[1]
+    train, variance, gap = _train(source, spacing, settings.depth_m, *start)
     resolved = resolved_facts([train], [system], spacing)
     deviation = float(np.sqrt(variance))
     _check_frames(file, resolved.elevation_error, deviation)
@@ -268,17 +307,18 @@ def realize_recorded(settings: SeaSettings, spacing: float, system: SpectralSyst
         significant_steepness=resolved.significant_steepness * deviation / max(resolved.elevation_std, 1e-12),
         filled_m=2.0 * gap,
         filled_error=gap_error(train.lattice, train.variance, gap),
+        record_start_s=begin,
+        record_start=file.said(begin),
     )
-    return Sea(
-        [train], LinearSurface((train,)), resolved, ends_s=duration_s(file), patch=None if file.periodic else file
-    )
+    ends_s = duration_s(file, settings.start_s)
+    return Sea([train], LinearSurface((train,)), resolved, ends_s=ends_s, patch=None if file.periodic else file)
 
 
 def check_gaps(sea: Sea, until_s: float) -> None:
     """Read the frames of a recorded sea up to a time. Raises InputError for a gap too wide to be filled."""
     for train in sea.trains:
-        if isinstance(train, PlaneTrain) and isinstance(train.field, RecordedField):
-            train.field.check_gaps(until_s)
+        if isinstance(train, RecordedTrain) and isinstance(train.field, RecordedField):
+            train.field.check_gaps(until_s + train.late_s)
 
 
 def _check_frames(file: RecordedSea, error: float, deviation: float) -> None:
@@ -290,7 +330,9 @@ def _check_frames(file: RecordedSea, error: float, deviation: float) -> None:
         )
 
 
-def _train(source: Continued, spacing: float, depth: float) -> tuple[PlaneTrain, float, float]:
+def _train(
+    source: Continued, spacing: float, depth: float, first: int, late_s: float
+) -> tuple[RecordedTrain, float, float]:
     """The waves, their variance, and the half-width [m] of the widest gap in the frames that were looked at."""
     file = source.file
     if source.points > MOST_POINTS_A_SIDE:
@@ -299,15 +341,16 @@ def _train(source: Continued, spacing: float, depth: float) -> tuple[PlaneTrain,
             f"{MOST_POINTS_A_SIDE}; set sea.beyond = 'level', or give fewer points"
         )
     lattice = Lattice(source.side_m, np.pi / max(spacing, file.spacing_m), depth)
-    amplitude, variance, level, gap = _waves(source, lattice)
+    amplitude, variance, level, gap = _waves(source, lattice, first)
     if np.sqrt(variance.sum()) < _LOWEST_M:
         raise InputError(
             f"sea.file = '{file.path}': waves of {np.sqrt(variance.sum()):.2g} m rms: must be at least {_LOWEST_M:g}; "
             f"check the units of {file.name}"
         )
     widest = widest_gap(lattice, variance)
-    field = RecordedField(source, lattice, variance, widest)
-    return PlaneTrain(lattice, variance, amplitude, field), float(variance.sum()) + level, gap
+    field = RecordedField(source, lattice, variance, widest, first)
+    amplitude = amplitude * np.exp(-1j * lattice.unfold(lattice.omega) * late_s)
+    return RecordedTrain(lattice, variance, amplitude, field, late_s), float(variance.sum()) + level, gap
 
 
 def gap_error(lattice: Lattice, variance: NDArray[np.float64], half_width: float) -> float:
@@ -327,16 +370,20 @@ def widest_gap(lattice: Lattice, variance: NDArray[np.float64]) -> float:
     return low
 
 
-def _waves(source: Continued, lattice: Lattice) -> tuple[NDArray[np.complex128], NDArray[np.float64], float, float]:
-    """Amplitudes of the lattice's waves at time 0; the variance of each over the record, in all the surface's; that of
-    the mean level of a patch that ends, which longer waves move; the half-width [m] of the widest gap filled."""
+def _waves(
+    source: Continued, lattice: Lattice, start: int
+) -> tuple[NDArray[np.complex128], NDArray[np.float64], float, float]:
+    """Amplitudes of the lattice's waves at the frame `start`; the variance of each over the record, in all the
+    surface's; that of the mean level of a patch that ends, which longer waves move; the half-width [m] of the widest
+    gap filled."""
     file = source.file
     rows, columns = lattice.reach
     omega = lattice.unfold(np.where(lattice.omega > 0.0, lattice.omega, np.inf))
     first, last = first_frame(file), file.frames - 1 - _BESIDE
     chosen = np.unique(np.linspace(first, last, _AVERAGED).astype(int))
+    shift = np.exp(-1j * (lattice.east * file.west_m + lattice.north[:, None] * file.south_m))
     power, whole, amplitude, widest, level = np.zeros(omega.shape), 0.0, np.zeros(omega.shape, complex), 0.0, 0.0
-    for frame in chosen:
+    for frame in np.union1d(chosen, start):
         read = [source.elevation_and_gap(int(frame) + n) for n in range(-_BESIDE, _BESIDE + 1)]
         widest = max(widest, *(gap for _, gap in read))
         made = [_whole_plane(values, lattice) for values, _ in read]
@@ -344,14 +391,15 @@ def _waves(source: Continued, lattice: Lattice) -> tuple[NDArray[np.complex128],
         rate = sum(weight / file.step_s * each for weight, each in zip(_SLOPE_TAPS, made, strict=True))
         ahead = middle + 1j * np.asarray(rate) / omega
         ahead[rows, columns] = 0.0
+        if frame == start:
+            amplitude = ahead * shift
+        if frame not in chosen:
+            continue
         if not file.periodic:
             level += float(np.abs(middle[rows, columns]) ** 2) / chosen.size / source.kept
         middle[rows, columns] = 0.0
         power += 0.5 * np.abs(ahead) ** 2 / chosen.size
         whole += float(np.sum(np.abs(middle) ** 2)) / chosen.size
-        if frame == first:
-            shift = np.exp(-1j * (lattice.east * file.west_m + lattice.north[:, None] * file.south_m))
-            amplitude = ahead * shift
     total = float(power.sum())
     if total <= 0.0:
         raise InputError(f"sea.file = '{file.path}': is flat at all frames; there is nothing to see")
@@ -375,7 +423,9 @@ def recorded_spectrum(path: str, depth: float) -> TabulatedSpectrum:
 @lru_cache(maxsize=4)
 def _spectrum(file: RecordedSea, depth: float) -> TabulatedSpectrum:
     lattice = Lattice(file.side_m, np.pi / file.spacing_m, depth)
-    _, variance, *_ = _waves(Continued(file, "level"), lattice)  # a mirrored sea's waves also come from elsewhere
+    _, variance, *_ = _waves(
+        Continued(file, "level"), lattice, first_frame(file)
+    )  # a mirrored sea's waves also come from elsewhere
     east, north = lattice.east[None, :], lattice.north[:, None]
     k = np.hypot(east, north)
     edges = [0.5, *(0.5 + np.arange(1, _FINE_RINGS + 1))]

@@ -96,6 +96,7 @@ def run(
             verified = ahead.verified() if ahead else None
             windows = ahead.windows() if ahead else None
             metrics["prediction"] = judge_forecasts(verified) if verified else []
+            metrics["vessel_notes"] = list(ahead.vessel_notes) if ahead else []
             metrics["quiet_windows"] = judge_windows(windows, scene.prediction.quiet.confidence) if windows else None
             metrics["run_s"] = time.perf_counter() - start
             say("report: drawing")

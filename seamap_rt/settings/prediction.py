@@ -45,13 +45,28 @@ class VesselSettings(Section):
             left_out="none: only the shape file needs one",
         ),
     ] = None
+    body: Annotated[
+        str | None,
+        Meaning(
+            "Which body of `file`: the name before `__Heave`. Others are there, and held fast.",
+            left_out="the only one there",
+        ),
+    ] = None
+    symmetry: Annotated[
+        Literal["sides", "sides_and_ends", "round"] | None,
+        Meaning(
+            "What gives the directions of waves that `file` leaves out: with `sides` port is like starboard, with "
+            "`sides_and_ends` bow like stern too, with `round` all directions are alike, and one is enough.",
+            left_out="none: the file has all directions",
+        ),
+    ] = None
 
     @model_validator(mode="after")
     def _sizes_are_those_of_the_shape(self) -> Self:
         needed = {"disc": ("beam_m", "draught_m"), "box": ("length_m", "beam_m", "draught_m"), "file": ("file",)}
-        also = {"box": ("roll_period_s",)}
+        also = {"box": ("roll_period_s",), "file": ("body", "symmetry")}
         mine = needed.get(self.shape, ())
-        for name in ("length_m", "beam_m", "draught_m", "roll_period_s", "file"):
+        for name in ("length_m", "beam_m", "draught_m", "roll_period_s", "file", "body", "symmetry"):
             given = getattr(self, name) is not None
             if name in mine and not given:
                 raise ValueError(f'{name} is missing; shape = "{self.shape}" needs it')

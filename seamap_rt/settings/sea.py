@@ -46,6 +46,17 @@ class SeaSettings(Section):
             "`mirrored` at the patch's edges. Nothing there is judged: no metric, gauge or forecast takes a cell of it."
         ),
     ] = "refused"
+    start_s: Annotated[
+        float | None,
+        Ge(-1e9),
+        Le(1e9),
+        Meaning(
+            "Time of a recorded sea's file, of dates from its first, that is the scene's time 0.",
+            unit="s",
+            reason="times of a record; it must hold the run",
+            left_out="as early as the record allows: what is interpolated and heard before time 0 takes its beginning",
+        ),
+    ] = None
     depth_m: Annotated[
         float,
         Ge(0.05),
@@ -125,6 +136,8 @@ class SeaSettings(Section):
                 f"beyond = '{self.beyond}': must be 'refused' where model = '{self.model}', which has no edge; "
                 "leave it out"
             )
+        if self.model != "recorded" and self.start_s is not None:
+            raise ValueError(f"model = '{self.model}': has no record to begin in; leave start_s = {self.start_s:g} out")
         if self.model == "recorded" and self.current_m_s:
             raise ValueError(
                 f"current_m_s = {self.current_m_s:g}: must be 0 where model = 'recorded' (the record holds what the "

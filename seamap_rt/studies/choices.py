@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..conventions import written
 from ..measured import LEVEL
 from .key_words import words_of
-from .paired import WITHIN, Choice, choose, means
+from .paired import WITHIN, Choice, choose, end_of, means, with_band
+from .vary import CIRCUMSTANCES, chosen_key
 
 FULLY_MEASURED = (
     "fully measured radius: of a disc of perfect heights that holds as much as all cells' scores; reach: where their "
@@ -35,28 +37,67 @@ def headline(table: xr.Dataset) -> Iterator[str]:
     seconds, most = table["cost_s"].values, table["peak_memory_bytes"].values
     if np.isfinite(seconds).any():
         memory = f", at most {np.nanmax(most) / 1e9:.2g} GB" if np.isfinite(most).any() else ""
-        yield f"{np.nanmean(seconds):.1f} s a point{memory}"
+        yield f"{written(float(np.nanmean(seconds)), 1)} s a point{memory}"
 
 
 def recommendations(table: xr.Dataset) -> Iterator[str]:
     """What to choose of the antenna's height, or of the key with the most numbers, for each choice of the others, by
-    the fully measured radius; the best of all where no key's values are numbers."""
-    if not _along(table):
-        mean = means(table["fully_measured_radius_m"])["mean"]
-        best = mean.isel(mean.argmax(...))
-        where = ", ".join(_valued(str(name), best[name].item()) for name in mean.dims if mean.sizes[name] > 1)
-        yield f"greatest fully measured radius {best.item():.0f} m" + (f", at {where}" if where else "")
-        return
+    the fully measured radius; and the best of all where several keys are chosen, or none whose values are numbers.
+
+    Keys of the sea, the scattering and the boat are circumstances, among which nobody chooses. The attribute `at_most`
+    of the table limits the key that is chosen."""
     for words, here, choice in choices(table):
         yield (f"{words}: " if words else "") + f"{choice_in_words(choice)}; {_there(table, here, choice)}"
+    yield from best_of_all(table)
+
+
+def best_of_all(table: xr.Dataset) -> Iterator[str]:
+    """The greatest radius of all designs, for each of the circumstances, and at which ends of the grid it lies; where
+    one key alone is chosen and its values are numbers, `choices` has said it."""
+    mean, along = table["fully_measured_radius_m"].mean("seed"), along_of(table)
+    free = [str(name) for name in mean.dims if mean.sizes[name] > 1 and not str(name).startswith(CIRCUMSTANCES)]
+    if along and len(free) < 2:
+        return
+    given = [str(name) for name in mean.dims if str(name).startswith(CIRCUMSTANCES)]
+    for at in product(*(range(mean.sizes[name]) for name in given)):
+        here = mean.isel(dict(zip(given, at, strict=True)))
+        if along:
+            here = here.sel({along: here[along] <= table.attrs.get("at_most", np.inf)})
+        if not here.notnull().any():
+            continue
+        best = here.isel(here.argmax(...))
+        words = [_valued(name, best[name].item()) for name in given if mean.sizes[name] > 1]
+        where = [f"{_valued(name, best[name].item())}{_end_in_words(mean, here, best, name)}" for name in free]
+        greatest = f"{'greatest ' if free else ''}fully measured radius{' of all' if along else ''} {best.item():.0f} m"
+        yield (f"{', '.join(words)}: " if words else "") + greatest + (f", at {'; '.join(where)}" if where else "")
+
+
+def _end_in_words(mean: xr.DataArray, here: xr.DataArray, best: xr.DataArray, name: str) -> str:
+    """Of a key whose best value is an end of the grid, that it is; empty elsewhere, and of values that are text."""
+    if mean[name].dtype.kind != "f":
+        return ""
+    beside = here.sel({other: best[other].item() for other in here.dims if other != name})
+    others = beside.where(beside[name] != best[name])
+    end = end_of(mean[name].values, best[name].item(), not bool((others >= best).any()))
+    return f" (the {end} of the grid; widen it)" if end else ""
 
 
 def choice_in_words(choice: Choice) -> str:
-    """What to choose, and how sure that is."""
+    """What is good enough and how sure that is; which is the best, whether the grid ends there; what a limit costs."""
     key = words_of(choice.key)
+    limit = f" of at most {key.value(choice.at_most)}" if np.isfinite(choice.at_most) else ""
     sure = "" if np.isnan(choice.confidence) else f" (confidence {_confidence(choice.confidence)})"
-    edge = ", at the edge of the grid" if choice.at_edge else ""
-    return f"lowest {key.name} within {WITHIN:.0%} of the best: {key.value(choice.value)}{sure}{edge}"
+    text = f"lowest {key.name} within {WITHIN:.0%} of the best{limit}: {key.value(choice.value)}{sure}, good enough"
+    if choice.is_first and choice.best != choice.value:
+        text += " (the first of the grid; a lower one may be, too)"
+    text += f"; the best is {key.value(choice.best)}"
+    if choice.best_end:
+        text += f", the {choice.best_end} of the grid; widen it"
+        text += " to see what the limit costs" if choice.best_end == "last" and limit else ""
+    if np.isfinite(choice.lost):
+        costs = f"{choice.lost:.0%} of the fully measured radius" if choice.lost > 0.0 else "nothing"
+        text += f"; the limit costs {costs} (without it the best is {key.value(choice.beyond)})"
+    return text
 
 
 def _confidence(share: float) -> str:
@@ -65,31 +106,30 @@ def _confidence(share: float) -> str:
 
 def choices(table: xr.Dataset) -> Iterator[tuple[str, xr.Dataset, Choice]]:
     """For each choice of the other keys: these in words, their part of the table, and what to choose there."""
-    key = _along(table)
+    key = along_of(table)
     if not key:
         return
     radius = table["fully_measured_radius_m"]
     others = [str(dim) for dim in radius.dims if dim not in (key, "seed")]
     for at in product(*(range(radius.sizes[name]) for name in others)):
         here = table.isel(dict(zip(others, at, strict=True)))
-        choice = choose(here["fully_measured_radius_m"], key)
+        choice = choose(here["fully_measured_radius_m"], key, at_most=table.attrs.get("at_most", np.inf))
         if choice is not None:
             words = [_valued(name, here[name].item()) for name in others if radius.sizes[name] > 1]
             yield ", ".join(words), here, choice
 
 
 def least_confidence(table: xr.Dataset) -> float:
-    """Of all choices; NaN where there are none, or of a single seed."""
+    """Of all choices; NaN where there are none, or of fewer seeds than a confidence takes."""
     sure = [choice.confidence for _, _, choice in choices(table)]
     return min(sure) if sure and np.isfinite(sure).all() else np.nan
 
 
-def _along(table: xr.Dataset) -> str:
-    """The antenna's height where it varies, else the key with the most numbers; empty where there is none."""
-    from .trade_figures import layout  # loads matplotlib, which workers do without
-
-    key = "radar.height_m" if table.sizes.get("radar.height_m", 1) > 1 else layout(table).along
-    return key if table[key].dtype.kind == "f" else ""
+def along_of(table: xr.Dataset) -> str:
+    """The key that is chosen: the antenna's height where it varies, else the one with the most numbers that is no
+    circumstance; empty where there is none."""
+    values = {str(dim): table[dim].values.tolist() for dim in table["fully_measured_radius_m"].dims if dim != "seed"}
+    return chosen_key(values)
 
 
 def _there(table: xr.Dataset, here: xr.Dataset, choice: Choice) -> str:
@@ -98,13 +138,14 @@ def _there(table: xr.Dataset, here: xr.Dataset, choice: Choice) -> str:
     band = means(table["fully_measured_radius_m"])
     same = {name: here[name] for name in band.dims if name != choice.key}
     radius = band.sel(same).isel({choice.key: at})
-    half = 0.5 * float(radius["high"] - radius["low"])
     one = here.isel({choice.key: at})
-    wide = f" ± {half:.0f}" if np.isfinite(half) else ""
+    wide = with_band(float(radius["mean"]), float(radius["low"]), float(radius["high"]), " m")
+    gross = written(100.0 * float(one["gross_share"].mean()), 1)
     more = "at least " if float(one["reach_to_the_end"].max()) > 0.0 else ""
     return (
-        f"fully measured radius {float(radius['mean']):.0f}{wide} m, reach {more}{float(one['reach_m'].mean()):.0f} m, "
-        f"{float(one['gross_share'].mean()):.1%} of the heights wrong by more than half the wave height"
+        f"at {words_of(choice.key).value(choice.value)} fully measured radius {wide}, "
+        f"reach {more}{float(one['reach_m'].mean()):.0f} m, "
+        f"{gross}% of the heights wrong by more than half the wave height"
     )
 
 

@@ -19,10 +19,11 @@ _UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
 class Goal:
     """until: confidence of every choice that is asked for, 0 to 1; budget_s: seconds in which no further seeds begin
     that would not end in them. None: not asked for; with neither, the seeds that a sweep begins with are enough.
-    Raises InputError for what cannot be reached."""
+    at_most: of the key that is chosen, the greatest value that may be. Raises InputError for what cannot be reached."""
 
     until: float | None = None
     budget_s: float | None = None
+    at_most: float | None = None
 
     def __post_init__(self) -> None:
         if self.until is not None and not 0.5 <= self.until < 1.0:
@@ -34,7 +35,7 @@ class Goal:
         """How many seeds to have next; `have` where these are enough.
 
         computed: of `have`, how many were computed in spent_s seconds; 0 where all were there already. confidence:
-        least of all choices; NaN of one seed.
+        least of all choices; NaN of too few seeds.
         """
         if (self.until is None and self.budget_s is None) or (self.until is not None and confidence >= self.until):
             return have
@@ -51,7 +52,8 @@ class Goal:
         if confidence >= self.until:
             return f"{have} seeds, after which every choice is as sure as asked for ({self.until:.0%})"
         why = f"{have} seeds are the most" if have >= MOST_SEEDS else "the time given is over"
-        return f"flag: a choice is less sure ({confidence:.0%}) than asked for ({self.until:.0%}), and {why}"
+        sure = "a choice is less sure" + (f" ({confidence:.0%})" if confidence >= 0.0 else ", of too few seeds,")
+        return f"flag: {sure} than asked for ({self.until:.0%}), and {why}"
 
 
 def seconds(text: str) -> float:

@@ -18,6 +18,7 @@ from scipy.special import stdtrit
 Array = NDArray[np.float64]
 
 WITHIN = 0.05  # of the best: designs between which a user need not choose by this
+FEWEST_SEEDS = 3  # of which a band and a confidence are stated: of two, t is 12.7 and says next to nothing
 _DRAWS = 4000
 
 
@@ -26,7 +27,8 @@ def means(values: xr.DataArray) -> xr.Dataset:
 
     values: over keys and `seed`. The variance over seeds is pooled over each design and those beside it along the keys
     whose values are numbers; as these meet the same seas, they tell it not as well as independent ones would: by the
-    square of the correlation of their deviations. NaN bands where no design has two seeds.
+    square of the correlation of their deviations. What has a mean here is never negative, and no band goes below 0. NaN
+    bands of designs with fewer than FEWEST_SEEDS.
     """
     count = values.notnull().sum("seed")
     mean = values.mean("seed")
@@ -37,8 +39,15 @@ def means(values: xr.DataArray) -> xr.Dataset:
     pooled, known, beside = (_with_neighbours(each, keys) for each in (square, freedom, (freedom > 0).astype(float)))
     variance = pooled / known.where(known > 0)
     effective = known / (1.0 + (beside - 1.0).clip(0.0) * alike**2)
-    half = np.sqrt(variance / count.where(count > 0)) * xr.apply_ufunc(stdtrit, effective, 0.975)
-    return xr.Dataset({"mean": mean, "low": mean - half, "high": mean + half, "seeds": count})
+    half = np.sqrt(variance / count.where(count >= FEWEST_SEEDS)) * xr.apply_ufunc(stdtrit, effective, 0.975)
+    return xr.Dataset({"mean": mean, "low": (mean - half).clip(0.0), "high": mean + half, "seeds": count})
+
+
+def with_band(value: float, low: float, high: float, unit: str = "") -> str:
+    """A whole number with its band: symmetric, or from 0 where that cuts it; without one where none is known."""
+    if not np.isfinite(high):
+        return f"{value:.0f}{unit}"
+    return f"{value:.0f} ± {high - value:.0f}{unit}" if low > 0.0 else f"{value:.0f}{unit} (0 to {high:.0f}{unit})"
 
 
 def _likeness(rest: Array) -> float:
@@ -63,58 +72,85 @@ def _with_neighbours(values: xr.DataArray, keys: Sequence[str]) -> xr.DataArray:
 
 @dataclass(frozen=True)
 class Choice:
-    """The least value of a key that is within WITHIN of the best.
+    """The least value of a key that is within WITHIN of the best, of those up to a limit.
 
-    confidence: that it is, if the seas were drawn again; NaN of a single seed. at_edge: of the values, beyond which the
-    answer may lie."""
+    confidence: that it is, if the seas were drawn again; NaN of fewer than FEWEST_SEEDS. best: the value whose mean is
+    greatest; best_end: "first" or "last" where that is an end of the grid and no other value is as good, else empty.
+    is_first: the value is the first of the grid. at_most: the limit; beyond: the best value without it, and lost: the
+    share of the mean there that the limit costs; NaN where no value beyond it has been tried.
+    """
 
     key: str
     value: float
-    best: float  # the value whose mean is greatest
+    best: float
     confidence: float
-    at_edge: bool
+    best_end: str
+    is_first: bool
+    at_most: float
+    beyond: float
+    lost: float
 
 
-def choose(values: xr.DataArray, key: str, seed: int = 0) -> Choice | None:
-    """What to take of a key whose values are numbers; None where no design has a value.
+def choose(values: xr.DataArray, key: str, seed: int = 0, at_most: float = np.inf) -> Choice | None:
+    """What to take of a key whose values are numbers, up to `at_most`; None where no design has a value.
 
-    values: over the key and `seed` alone. Only seeds that all designs have are compared. What is left of the scatter
-    when means of designs and of seeds are taken away is normal, its variance known by (designs − 1)(seeds − 1) degrees
-    of freedom; means drawn by it tell how often the same design is chosen.
+    values: over the key and `seed` alone. Only seeds that all designs have are compared. Means are drawn from the
+    multivariate t of the seeds' scatter about them, by which each difference between two designs, and each comparison
+    of one with a share of another, is the paired Student t of seeds − 1 degrees of freedom; the confidence is how often
+    the same design is chosen. No design's scatter is taken for another's.
     """
-    table = values.transpose(key, "seed").sortby(key).dropna(key, how="all")
-    if not table.sizes[key]:
-        return None
+    table = values.transpose(key, "seed").sortby(key)
+    grid = table[key].values
+    table = table.dropna(key, how="all")
     whole = table.dropna("seed", how="any")
     data, at = whole.values, table[key].values
     if not data.size:
         data = table.mean("seed").values[:, None]
-    mean, (designs, seeds) = data.mean(axis=1), data.shape
-    chosen = _least(mean[None])[0]
+    mean, seeds = data.mean(axis=1), data.shape[1]
+    allowed = int(np.count_nonzero(at <= at_most))
+    if not allowed:
+        return None
+    chosen = _least(mean[None, :allowed])[0]
     confidence = np.nan
-    if seeds > 1 and designs > 1:
-        rest = data - mean[:, None] - data.mean(axis=0) + data.mean()
-        freedom = (designs - 1) * (seeds - 1)
+    if seeds >= FEWEST_SEEDS and allowed > 1:
+        rest = (data - mean[:, None])[:allowed]
         stream = np.random.default_rng(seed)
-        spread = np.sqrt(np.sum(rest**2) / stream.chisquare(freedom, _DRAWS) / seeds)
-        drawn = mean + spread[:, None] * stream.normal(size=(_DRAWS, designs))
+        spread = np.sqrt(1.0 / (seeds * stream.chisquare(seeds - 1, _DRAWS)))
+        drawn = mean[:allowed] + spread[:, None] * (stream.normal(size=(_DRAWS, seeds)) @ rest.T)
         confidence = float(np.mean(_least(drawn) == chosen))
-    best = int(np.argmax(mean))
-    at_edge = designs > 1 and (best == designs - 1 or chosen == 0)
-    return Choice(key, float(at[chosen]), float(at[best]), confidence, at_edge)
+    best, beyond = int(np.argmax(mean[:allowed])), int(np.argmax(mean))
+    tried = allowed < at.size
+    return Choice(
+        key,
+        float(at[chosen]),
+        float(at[best]),
+        confidence,
+        end_of(grid, at[best], allowed > 1 and np.delete(mean[:allowed], best).max() < mean[best]),
+        at[chosen] == grid[0] and grid.size > 1,
+        at_most,
+        float(at[beyond]) if tried else np.nan,
+        1.0 - float(mean[best] / mean[beyond]) if tried and mean[beyond] > 0.0 else np.nan,
+    )
+
+
+def end_of(grid: NDArray[np.float64], value: float, alone: bool) -> str:
+    """Which end of a key's values (n,) the best one is: "first", "last", or empty; alone: no other is as good."""
+    if grid.size < 2 or not alone:
+        return ""
+    return "last" if value == grid.max() else "first" if value == grid.min() else ""
 
 
 def significant_difference(values: xr.DataArray) -> float:
     """By how much two designs' means must differ to differ with 95 % confidence, over the same seas.
 
     values: over keys and `seed`. From what is left of the scatter when means of designs and of seeds are taken away, of
-    the seeds that all designs have. NaN where fewer than two seeds or designs tell it.
+    the seeds that all designs have. NaN where fewer than FEWEST_SEEDS or than two designs tell it.
     """
     table = values.transpose("seed", ...).values.reshape(values.sizes["seed"], -1)
     table = table[:, np.isfinite(table).any(axis=0)]
     table = table[np.isfinite(table).all(axis=1)]
     seeds, designs = table.shape
-    if seeds < 2 or designs < 2:
+    if seeds < FEWEST_SEEDS or designs < 2:
         return np.nan
     rest = table - table.mean(axis=0) - table.mean(axis=1, keepdims=True) + table.mean()
     freedom = (designs - 1) * (seeds - 1)

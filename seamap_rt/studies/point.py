@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import hashlib
 import json
 import os
 import socket
 import threading
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -46,16 +48,6 @@ class SchedulerLost(RuntimeError):
 _ONE_AT_A_TIME = threading.Lock()
 KEPT = Kept()  # of this process
 _LONGEST_REASON = 400
-_BY_RANGE = {
-    "range_m",
-    "height_rmse_m",
-    "height_bias_m",
-    "slope_rmse",
-    "visible_fraction",
-    "answered",
-    "known_share",
-    "quality",
-}
 
 
 @dataclass(frozen=True)
@@ -74,6 +66,13 @@ class Task:
     def file(self) -> Path:
         """The file of the point's result."""
         return Path(self.folder) / POINTS / f"{self.name}.json"
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What the point's result depends on, as its file states it."""
+        keys = {key: _writable(value) for key, value in self.keys.items()}
+        scene = hashlib.sha256(self.scene.encode()).hexdigest()
+        return {"name": self.name, "keys": keys, "seed": self.seed, "scene_sha256": scene, "version": self.version}
 
 
 def compute(task: Task) -> Outcome:
@@ -118,47 +117,34 @@ def ended(task: Task, status: Status, reason: str) -> Outcome:
 
 
 def keep(task: Task, outcome: Outcome) -> None:
-    """Write a point's file, whole or not at all."""
+    """Write a point's file, whole or not at all, with the point's identity and a checksum of all of it."""
+    content = outcome | {"point": task.identity}
     task.file.parent.mkdir(exist_ok=True)
-    write_whole(task.file, json.dumps(outcome, indent=1, allow_nan=False))
+    write_whole(task.file, json.dumps(content | {"sha256": _checksum(content)}, indent=1, allow_nan=False))
 
 
 def kept(file: Path) -> Outcome | None:
-    """What a point's file holds; None where there is none, or none that can be read."""
+    """What a point's file holds; None where there is none, or not what `keep` wrote."""
     try:
         outcome = json.loads(file.read_text(encoding="utf-8"))
+        intact = isinstance(outcome, dict) and outcome.pop("sha256", None) == _checksum(outcome)
     except (OSError, ValueError, RecursionError):
         return None
-    return outcome if _is_whole(outcome) else None
+    return outcome if intact else None
 
 
-def _is_whole(outcome: Any) -> bool:
-    """Whether a file's content is what `keep` wrote: a point whose file is damaged is computed anew."""
-    if not isinstance(outcome, dict) or not isinstance(outcome.get("reason"), str):
-        return False
-    parts = [outcome.get(name, {}) for name in ("cost", "metrics", "by_range", "facts")]
-    if not all(isinstance(part, dict) for part in parts):
-        return False
-    cost, metrics, by_range, facts = parts
-    seconds = cost.get("seconds", {})
-    if not (isinstance(seconds, dict) and _are_numbers([*seconds.values(), cost.get("peak_memory_bytes")])):
-        return False
-    if outcome.get("status") != "done":
-        return outcome.get("status") in ("refused", "failed")
-    columns = list(by_range.values())
-    return (
-        {"metrics", "by_range", "facts"} <= set(outcome)
-        and set(by_range) >= _BY_RANGE
-        and all(isinstance(column, list) for column in columns)
-        and len({len(column) for column in columns}) == 1
-        and _are_numbers([*metrics.values(), facts.get("significant_height_m"), *(each for c in columns for each in c)])
-        and None not in (facts.get("significant_height_m"), *by_range["range_m"])
-    )
+def kept_of(task: Task) -> tuple[Outcome | None, str]:
+    """What is kept of a point, and why its file is not believed: "" where it is, or where there is none."""
+    outcome = kept(task.file)
+    if outcome is None:
+        return None, "is damaged or was edited" if task.file.exists() else ""
+    stored, identity = outcome.pop("point", {}), task.identity
+    other = [name for name in identity if not isinstance(stored, dict) or stored.get(name) != identity[name]]
+    return (None, f"holds another point (its {other[0]} differs)") if other else (outcome, "")
 
 
-def _are_numbers(values: list[Any]) -> bool:
-    """Numbers, or null where none is defined."""
-    return all(value is None or (isinstance(value, int | float) and not isinstance(value, bool)) for value in values)
+def _checksum(content: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:

@@ -17,6 +17,7 @@ import numpy as np
 import xarray as xr
 
 from ..errors import InputError, telling_what_is_left
+from ..io.csv_text import csv_text
 from ..io.interrupts import uninterrupted
 from ..io.results_folder import results_folder
 from ..mesh import polar_grid
@@ -118,7 +119,7 @@ def _refuse(heights_m: Sequence[float], seeds: int, bin_m: float) -> None:
     if len({float(height) for height in heights_m}) < len(heights_m):
         raise InputError(f"heights = {', '.join(f'{h:g}' for h in heights_m)}: one is given twice; give each once")
     if seeds < 1:
-        raise InputError(f"seeds = {seeds}: must be at least 1; 2 or more give bands")
+        raise InputError(f"seeds = {seeds}: must be at least 1; 3 or more give bands")
     if not (np.isfinite(bin_m) and bin_m > 0.0):
         raise InputError(f"bin = {bin_m:g}: must be finite and greater than 0, the length of a range bin in metres")
 
@@ -208,7 +209,7 @@ def _half_in_words(mast: xr.Dataset) -> str:
     if np.isnan(half):
         return f"no range {where} ({mast['look_r50_note'].item()})"
     low, high = float(mast["look_r50_low"]), float(mast["look_r50_high"])
-    band = f" [{max(low, 0.0):.0f}, {high:.0f}]" if np.isfinite(low) else ""
+    band = f" [{low:.0f}, {high:.0f}]" if np.isfinite(low) else ""
     return f"{half:.0f} m{band} {where} (Smith {float(mast['look_r50_smith']):.0f} m)"
 
 
@@ -217,7 +218,7 @@ def table(data: xr.Dataset) -> str:
     shown = ("visible_fraction", "smith", "wagner", "exact", "crest_bias")
     runs = [f"{kind}_run_{end}" for kind in ("shadow", "visible") for end in ("median", "90")]
     columns = [f"{name}{end}" for name in (*shown, *runs) for end in ("", "_low", "_high")] + ["r50", "r50_note"]
-    text = ""
+    lines: list[Sequence[Any]] = []
     for dim, prefix in (("look", "look_"), ("azimuth", "")):
         names = {f"{prefix}{column}": column for column in columns if f"{prefix}{column}" in data}
         part = data[list(names)].rename(names).drop_vars("lowest_antenna")
@@ -225,9 +226,10 @@ def table(data: xr.Dataset) -> str:
         if dim == "look":
             frame.insert(1, "azimuth", np.nan)
         else:
-            frame.insert(2, "look", [f"{angle:+.0f}°" for angle in frame.pop("from_waves")])
-        text += frame.to_csv(index=False, header=not text, float_format="%.6g")
-    return text
+            frame.insert(2, "look", [f"at {angle:+.0f}°" for angle in frame.pop("from_waves")])
+        lines += [] if lines else [list(frame)]
+        lines += frame.itertuples(index=False, name=None)
+    return csv_text(lines, 6)
 
 
 def _write_all(folder: Path, made: Mapping[str, bytes]) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..report.answer_page import Cell, answer_page
+from .paired import FEWEST_SEEDS
 from .seeds_needed import ASKED_M, seeds_for
 
 _SHARES = (
@@ -47,9 +48,9 @@ def _rows(data: xr.Dataset) -> list[list[Cell]]:
 
 
 def _seeds(data: xr.Dataset, seeds: int) -> str:
-    if seeds < 2:
-        return "One seed: no bands."
-    half = 0.5 * (data["look_r50_high"] - data["look_r50_low"]).values
+    if seeds < FEWEST_SEEDS:
+        return f"{'One seed' if seeds == 1 else f'{seeds} seeds'}: no bands. Give --seeds 3 or more."
+    half = (data["look_r50_high"] - data["look_r50"]).values
     if not np.isfinite(half).any():
         return f"{seeds} seeds."
     worst = float(np.nanmax(half))

@@ -12,7 +12,7 @@ import json
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,7 @@ from ..io.results_folder import clear_folder, remove_hidden, results_folder, wri
 from ..io.scenefile import apply_overrides
 from ..scene import Scene
 from .outlooks import outlook_columns
-from .point import MANIFEST, POINTS, Outcome, Task, ended, keep, kept
+from .point import MANIFEST, POINTS, Outcome, Task, ended, keep, kept_of
 from .trade_table import rows, trade_table
 from .usable import Criterion
 from .vary import Point, Vary, grid, scenes_of, seeds_of
@@ -43,6 +43,7 @@ class Sweep:
     vary: Vary
     seeds: list[int]
     folder: Path
+    notes: list[str] = field(default_factory=list, compare=False)  # which files of points were not believed
 
     @classmethod
     def of(cls, scene: Scene, vary: Mapping[str, Sequence[Any]], seeds: int, folder: Path) -> Sweep:
@@ -57,7 +58,7 @@ class Sweep:
 
     def with_seeds(self, seeds: int) -> Sweep:
         """The same with so many seeds; the manifest, where there is one, says so."""
-        result = Sweep(self.scene, self.vary, seeds_of(self.scene, seeds), self.folder)
+        result = Sweep(self.scene, self.vary, seeds_of(self.scene, seeds), self.folder, self.notes)
         write_whole(self.folder / MANIFEST, json.dumps(result.manifest, indent=1))
         return result
 
@@ -150,7 +151,9 @@ class Sweep:
         wanted: list[Task] = []
         for point, scene in zip(self.points, self.scenes, strict=True):
             task = self.task(point, scene)
-            outcome = kept(task.file)
+            outcome, why_not = kept_of(task)
+            if why_not:
+                self.notes.append(f"{POINTS}/{task.file.name}: {why_not}; the point is run again")
             if outcome is not None and outcome["status"] in ("done", "refused"):
                 continue
             task.file.unlink(missing_ok=True)
@@ -162,8 +165,9 @@ class Sweep:
 
     def outcomes(self) -> dict[tuple[int, ...], Outcome]:
         """What is there, by the point's place in the grid."""
-        files = {point.index: self.folder / POINTS / f"{point.name}.json" for point in self.points}
-        return {index: outcome for index, file in files.items() if (outcome := kept(file)) is not None}
+        every = zip(self.points, self.scenes, strict=True)
+        found = {point.index: kept_of(self.task(point, scene))[0] for point, scene in every}
+        return {index: outcome for index, outcome in found.items() if outcome is not None}
 
     def table(self, criterion: Criterion) -> xr.Dataset:
         """The results so far over the varied keys and seeds."""

@@ -24,9 +24,10 @@ from ..session.pace import duration
 from .by_sea import BySea
 from .choices import headline, least_confidence
 from .enough import Goal
-from .point import KEPT, Outcome, SchedulerLost, Task, compute, keep, kept
+from .point import KEPT, Outcome, SchedulerLost, Task, compute, keep, kept_of
 from .sweep import PRODUCTS, Sweep
 from .usable import Criterion
+from .vary import chosen_key, refuse_limit
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -58,6 +59,7 @@ def trade(
     criterion: Criterion | None = None,
     until: float | None = None,
     budget_s: float | None = None,
+    at_most: float | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """How accurate maps are, and how far they reach, over keys of the scene: a table over these keys and `seed`.
@@ -69,9 +71,10 @@ def trade(
     workers=0 all is computed in this process. Results have the same bits whichever it is.
     until, budget_s: seeds are added until every choice (see `recommendations`) has this confidence, 0.5 to 1, or so
     many seconds are over; at most 64 seeds.
+    at_most: of the varied height (or the key with the most numbers), the greatest value that is recommended.
     out: a folder that keeps the points' files, the table and a figure, see `write_trade`; else nothing is kept.
     """
-    scene, choice, goal = as_scene(scene), criterion or Criterion(), Goal(until, budget_s)
+    scene, choice, goal = as_scene(scene), criterion or Criterion(), Goal(until, budget_s, at_most)
     with scratch_folder() as scratch, _answers(client, None, workers) as answers:
         sweep = Sweep.of(scene, vary, seeds, Path(out or scratch).resolve())
         return _swept(sweep, answers, choice, goal, resume, overwrite, progress, keep_table=out is not None)
@@ -90,6 +93,7 @@ def write_trade(
     criterion: Criterion | None = None,
     until: float | None = None,
     budget_s: float | None = None,
+    at_most: float | None = None,
     progress: Progress | None = None,
 ) -> TradeProducts:
     """Sweep a scene into a folder (default `runs/<scene>-trade`): points/*.json, trade.csv, trade.nc, trade.png
@@ -102,13 +106,13 @@ def write_trade(
     (default one per core; 0: none, all in this process).
     resume: compute only what is missing, and what failed by an error or a killed worker; what a limit of the scene
     refused stays so. It has to be the same scene, keys and version of the package; the seeds may be more or fewer.
-    until, budget_s: as for `trade`.
+    until, budget_s, at_most: as for `trade`.
     Raises InputError for bad input; KeyboardInterrupt, with what is done and how to go on, when interrupted.
     """
     scene = as_scene(scene)
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-trade"
     sweep = Sweep.of(scene, vary, seeds, folder.resolve())
-    notes, goal = _network_notes(scheduler), Goal(until, budget_s)
+    notes, goal = _network_notes(scheduler), Goal(until, budget_s, at_most)
     say = progress or (lambda _: None)
     for note in notes:
         say(note)
@@ -116,7 +120,7 @@ def write_trade(
         table = _swept(sweep, answers, criterion or Criterion(), goal, resume, overwrite, progress, keep_table=True)
     files = tuple(name for name in PRODUCTS if (folder / name).exists())
     ended = goal.told(table.sizes["seed"], least_confidence(table))
-    return TradeProducts(folder, files, table, (*notes, *((ended,) if ended else ()), *headline(table)))
+    return TradeProducts(folder, files, table, (*notes, *sweep.notes, *((ended,) if ended else ()), *headline(table)))
 
 
 # ------------------------------------------------------------------------------------------------------- the sweep
@@ -179,14 +183,14 @@ def _swept(
     say = progress or (lambda _: None)
     say(f"checking {len(sweep.points)} points")
     _ = sweep.scenes  # refused before anything is written
-    if goal.until is not None and not any(_are_numbers(values) for values in sweep.vary.values()):
-        raise InputError("--until: no varied key's values are numbers, so there is nothing to be sure of; leave it out")
+    if goal.until is not None and not chosen_key(sweep.vary):
+        raise InputError(
+            "--until: no varied key is a number that a design chooses (the sea, the scattering and the boat are "
+            "given), so there is nothing to be sure of; leave it out"
+        )
+    refuse_limit(sweep.vary, goal.at_most)
     with sweep.prepared(resume, overwrite):
         return _computed(sweep, answers, criterion, goal, say, keep_table)
-
-
-def _are_numbers(values: Sequence[Any]) -> bool:
-    return len(values) > 1 and all(isinstance(each, int | float) and not isinstance(each, bool) for each in values)
 
 
 def _computed(
@@ -196,12 +200,13 @@ def _computed(
     try:
         while True:
             computed += _compute(sweep, answers, say) * len(sweep.seeds) / len(sweep.points)
-            table = sweep.table(criterion)
+            table = _table(sweep, criterion, goal)
             have, sure = len(sweep.seeds), least_confidence(table)
             seeds = goal.seeds(have, computed, sure, time.perf_counter() - start)
             if seeds == have:
                 break
-            say(f"{have} seeds: least sure of the choices {sure:.0%}; {seeds - have} more")
+            least = f"least sure of the choices {sure:.0%}; " if sure >= 0.0 else ""
+            say(f"{have} seed{'s' * (have > 1)}: {least}{seeds - have} more")
             sweep = sweep.with_seeds(seeds)
         if keep_table:
             say("drawing")
@@ -209,7 +214,7 @@ def _computed(
     except BaseException as error:
         interrupted = is_interruption(error)
         if keep_table and (interrupted or isinstance(error, SchedulerLost)):
-            sweep.write(sweep.table(criterion))
+            sweep.write(_table(sweep, criterion, goal))
         if interrupted:
             raise KeyboardInterrupt(f"{_settled(sweep)}; --resume goes on") from None
         if isinstance(error, SchedulerLost):
@@ -221,16 +226,23 @@ def _computed(
     return table
 
 
+def _table(sweep: Sweep, criterion: Criterion, goal: Goal) -> xr.Dataset:
+    table = sweep.table(criterion)
+    return table if goal.at_most is None else table.assign_attrs(at_most=goal.at_most)
+
+
 def _compute(sweep: Sweep, answers: Answers, say: Progress) -> int:
     """How many points were missing, and are no more."""
     tasks, start, every = sweep.missing(), time.perf_counter(), len(sweep.points)
+    for note in sweep.notes:
+        say(note)
     if not tasks:
         return 0
     say(f"{every - len(tasks)} of {every} points, … left: starting")
     failed = 0
     with closing(answers(tasks)) as results:  # type: ignore[type-var]
         for number, (task, outcome) in enumerate(results, 1):
-            if kept(task.file) is None:  # its worker could not write it
+            if kept_of(task)[0] is None:  # its worker could not write it
                 keep(task, outcome)
             failed += outcome["status"] != "done"
             left = (time.perf_counter() - start) / number * (len(tasks) - number)

@@ -16,7 +16,8 @@ from matplotlib.figure import Figure
 from ..measured import LEVEL
 from ..report import style
 from .key_words import words_of
-from .paired import means, significant_difference
+from .paired import FEWEST_SEEDS, means, significant_difference
+from .vary import CIRCUMSTANCES, chosen_key
 
 QUANTITIES = {
     "fully_measured_radius_m": "Fully measured radius (m)",
@@ -26,7 +27,6 @@ QUANTITIES = {
 _FAMILY = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY)
 _FIRST = "fully_measured_radius_m"
 _MOST_CURVES, _MOST_COLUMNS, _MOST_PANELS = 12, 3, 6
-_CIRCUMSTANCES = ("sea.", "scattering.", "platform.")  # keys that nobody chooses, unlike those of the radar
 _LEFT, _TOP, _GAP, _FOOT = 0.62, 0.3, 0.62, 0.4  # inches
 _LEGEND, _LEGEND_COLUMNS = 0.17, 6
 
@@ -102,7 +102,7 @@ def _curves(axes: Axes, panel: xr.Dataset, name: str, chosen: Layout) -> None:
             np.repeat(x, values.sizes["seed"]), values.values.ravel(), ".", color=colour, markersize=2.5, alpha=0.5
         )
         axes.plot(x, band["mean"], color=colour, marker="o", markersize=3.0, label=label)
-        if int(band["seeds"].max()) >= 3:
+        if band["high"].notnull().any():
             axes.fill_between(x, band["low"], band["high"], color=colour, alpha=0.15, linewidth=0.0)
         if f"outlook_{name}" in member:
             axes.plot(x, member[f"outlook_{name}"], ":", color=colour, linewidth=1.0)
@@ -174,18 +174,18 @@ def _ramp(number: int, count: int) -> Any:
 
 def _value(table: xr.Dataset, key: str, number: int) -> str:
     value = table[key].values[number]
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    return f"{value:g}" if isinstance(value, float) else str(value).replace("$", r"\$")  # no formula of Matplotlib's
 
 
 def _words(table: xr.Dataset, key: str, number: int) -> str:
     words = words_of(key)
-    return f"{words.name} {words.value(table[key].values[number])}"
+    return f"{words.name} {words.value(table[key].values[number])}".replace("$", r"\$")
 
 
 def _foot(figure: Figure, table: xr.Dataset) -> None:
     """What the quantities are, and what the curves leave out."""
     seeds, absent = table.sizes["seed"], int((table["status"] != "done").sum())
-    band = "; dots: each seed; band: 95 % confidence of the mean" if seeds >= 3 else "; dots: each seed"
+    band = "; dots: each seed; band: 95 % confidence of the mean" if seeds >= FEWEST_SEEDS else "; dots: each seed"
     lost = f" {absent} of {table['status'].size} points have no result." if absent else ""
     open_end = " ▵: up to the end of the range window." if (table["reach_to_the_end"] > 0.0).any() else ""
     at_once = " Dotted: the outlook, a model without simulation." if "outlook_reach_m" in table else ""
@@ -278,24 +278,25 @@ def draw_shares(table: xr.Dataset) -> Figure:
 
 @style.styled
 def draw_pareto(table: xr.Dataset, cost: str | None = None) -> Figure:
-    """Fully measured radius against a cost that is better low: the antenna's height if it varies, else seconds of
-    computing.
+    """Fully measured radius against a cost that is better low: the key that is chosen (the antenna's height if it
+    varies), else seconds of computing.
 
     Each set of circumstances (keys of sea, scattering and platform) has its own front: the choices that no other one
     beats in both, and of which each gains over the cheaper one before it what the seeds tell from chance.
     """
-    price = cost or ("radar.height_m" if "radar.height_m" in table.dims else "cost_s")
+    varied = {str(dim): table[dim].values.tolist() for dim in table["status"].dims if dim != "seed"}
+    price = cost or chosen_key(varied) or "cost_s"
     figure = style.new_figure(4.0)
     axes = style.place(figure, _LEFT, 0.75, style.WIDTH - _LEFT - 0.12, 2.4)
     style.graph(
         axes,
         "Seconds a point" if price == "cost_s" else words_of(price).label,
         QUANTITIES[_FIRST],
-        "What a larger radius costs",
+        larger_radius(price),
     )
     reach = means(table[_FIRST])["mean"]
     costs = means(table["cost_s"])["mean"] if price == "cost_s" else table[price].broadcast_like(reach)
-    given = [str(dim) for dim in reach.dims if str(dim).startswith(_CIRCUMSTANCES) and dim != price]
+    given = [str(dim) for dim in reach.dims if str(dim).startswith(CIRCUMSTANCES) and dim != price]
     choices = [str(dim) for dim in reach.dims if dim not in given and dim != price]
     settings = list(itertools.product(*(range(table.sizes[key]) for key in given)))
     for number, at in enumerate(settings):
@@ -317,6 +318,11 @@ def draw_pareto(table: xr.Dataset, cost: str | None = None) -> Figure:
         )
     _foot(figure, table)
     return figure
+
+
+def larger_radius(price: str) -> str:
+    """What `draw_pareto` shows, by the key that is its price or "cost_s"."""
+    return f"What a larger radius costs in {'computing' if price == 'cost_s' else words_of(price).name}"
 
 
 def pareto_front(cost: np.ndarray, gain: np.ndarray, least: float = 0.0) -> np.ndarray:

@@ -7,13 +7,14 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
+from ..conventions import written
 from ..report import style
 from ..report.answer_page import Cell, answer_page, cell
-from .choices import FULLY_MEASURED, headline, recommendations
+from .choices import FULLY_MEASURED, along_of, headline, recommendations
 from .key_words import words_of
-from .paired import means, significant_difference
+from .paired import FEWEST_SEEDS, means, significant_difference, with_band
 from .seeds_needed import ASKED_M, seeds_for
-from .trade_figures import draw_pareto, draw_quality, draw_shares
+from .trade_figures import draw_pareto, draw_quality, draw_shares, larger_radius
 
 
 def trade_page(table: xr.Dataset, figure: bytes) -> str:
@@ -24,7 +25,7 @@ def trade_page(table: xr.Dataset, figure: bytes) -> str:
         drawn += [
             ("How much is measured at which range", style.png(draw_quality(table)), _QUALITY),
             ("What is wrong and what is missed", style.png(draw_shares(table)), _SHARES),
-            ("What a larger radius costs", style.png(draw_pareto(table)), _PARETO),
+            (larger_radius(along_of(table) or "cost_s"), style.png(draw_pareto(table)), _PARETO),
         ]
     keys = [str(dim) for dim in table["status"].dims if dim != "seed"]
     said = list(recommendations(table)) if done else []
@@ -35,7 +36,7 @@ def trade_page(table: xr.Dataset, figure: bytes) -> str:
         notes=[_seeds(table), *(line for line in headline(table) if line not in (*said, FULLY_MEASURED))],
         figures=drawn,
         table_title="All designs",
-        table_note="Means over the seeds, ± half of the 95 % band.",
+        table_note="Means over the seeds, with their 95 % bands from three seeds on.",
         files=["trade.csv", "trade.nc"],
         heads=[*(each.label for _, each in words), *(label for label, _ in _COLUMNS.values())],
         rows=_rows(table, keys),
@@ -59,18 +60,19 @@ _QUALITY = (
 _SHARES = "The score does not tell a height that is wrong by a little too much from one that is wrong by far; these do."
 _PARETO = (
     "A step leads from design to design that no cheaper one matches: each gains over the one before it more than the "
-    "seeds leave to chance (95 %, over the same seas). Faint dots: all other designs."
+    "seeds leave to chance (95 %, over the same seas; of fewer than three seeds any gain counts). Faint dots: all "
+    "other designs."
 )
-# Column of the table: label, and how a number is written.
-_COLUMNS: dict[str, tuple[str, str]] = {
-    "fully_measured_radius_m": ("Fully measured radius (m)", ".0f"),
-    "reach_m": ("Reach (m)", ".0f"),
-    "gross_share": ("Wrong by more than half Hs (%)", ".1f"),
-    "missed_share": ("Cells without a height, 50–200 m (%)", ".0f"),
-    "height_rmse_m": ("Height error, rms (m)", ".3f"),
-    "visible_fraction": ("Visible, 50–200 m (%)", ".0f"),
-    "usable_range_m": ("Usable range (m)", ".0f"),
-    "cost_s": ("Computed in (s)", ".1f"),
+# Column of the table: label, and decimals.
+_COLUMNS: dict[str, tuple[str, int]] = {
+    "fully_measured_radius_m": ("Fully measured radius (m)", 0),
+    "reach_m": ("Reach (m)", 0),
+    "gross_share": ("Wrong by more than half Hs (%)", 1),
+    "missed_share": ("Cells without a height, 50–200 m (%)", 0),
+    "height_rmse_m": ("Height error, rms (m)", 3),
+    "visible_fraction": ("Visible, 50–200 m (%)", 0),
+    "usable_range_m": ("Usable range (m)", 0),
+    "cost_s": ("Computed in (s)", 1),
 }
 _IN_PER_CENT = ("gross_share", "missed_share", "visible_fraction")
 
@@ -83,12 +85,12 @@ def _rows(table: xr.Dataset, keys: list[str]) -> list[list[Cell]]:
     for at in product(*(range(table.sizes[key]) for key in keys)):
         here = dict(zip(keys, at, strict=True))
         cells = [cell(table[key].values[number]) for key, number in here.items()]
-        for name, (_, written) in _COLUMNS.items():
+        for name, (_, decimals) in _COLUMNS.items():
             value = float(found[name].isel(here))
-            text = f"{value:{written}}" if np.isfinite(value) else "—"
+            text = written(value, decimals)
             if name in bands and np.isfinite(value):
-                half = 0.5 * float(bands[name]["high"].isel(here) - bands[name]["low"].isel(here))
-                text += f" ± {half:.0f}" if np.isfinite(half) else ""
+                low, high = (float(bands[name][end].isel(here)) for end in ("low", "high"))
+                text = with_band(value, low, high)
             cells.append(Cell(text, value if np.isfinite(value) else None))
         result.append(cells)
     return result
@@ -97,16 +99,17 @@ def _rows(table: xr.Dataset, keys: list[str]) -> list[list[Cell]]:
 def _seeds(table: xr.Dataset) -> str:
     """How many there are, what they tell apart, and how many would tell more."""
     have, radius = table.sizes["seed"], table["fully_measured_radius_m"]
-    if have < 2:
-        return "One seed: no bands, and no word on how sure the choice is. Give --seeds 3, or --until 0.95."
+    if have < FEWEST_SEEDS:
+        seeds = "One seed" if have == 1 else f"{have} seeds"
+        return f"{seeds}: no bands, and no word on how sure the choice is. Give --seeds 3, or --until 0.95."
     band = means(radius)
-    half = 0.5 * float((band["high"] - band["low"]).max())
+    half = float((band["high"] - band["mean"]).max())
     if not np.isfinite(half):
-        return f"{have} seeds; no design has two of them."
+        return f"{have} seeds; no design has {FEWEST_SEEDS} of them."
     words = f"{have} seeds over the same seas for all designs: bands of ± {half:.0f} m at most"
     apart = significant_difference(radius)
     if np.isfinite(apart):
-        words += f"; two designs differ for sure where their means do by {apart:.0f} m"
+        words += f"; two designs differ with 95% confidence where their means do by {apart:.0f} m"
     if half > ASKED_M:
         words += f". {seeds_for(have, half)}"
     return words + "."

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -11,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from .. import __version__
+from ..io.csv_text import csv_text
 from ..measured import LEVEL
 from .point import Outcome
 from .usable import Criterion
@@ -133,16 +132,8 @@ def rows(table: xr.Dataset) -> str:
     dims = table["status"].dims
     numbers = [name for name in (*_OVERALL, *_DERIVED) if name not in COST]
     columns = ["status", *numbers, *COST, "reason"]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*dims, *columns])
+    lines: list[list[Any]] = [[*dims, *columns]]
     for index in np.ndindex(table["status"].shape):
         labels = [table[dim].values[i] for dim, i in zip(dims, index, strict=True)]
-        writer.writerow([_cell(value) for value in (*labels, *(table[name].values[index] for name in columns))])
-    return text.getvalue()
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, float):
-        return "" if np.isnan(value) else f"{value:.10g}"
-    return str(value)
+        lines.append([*labels, *(table[name].values[index] for name in columns)])
+    return csv_text(lines)

@@ -22,6 +22,8 @@ from ..scene import Scene, load_scene
 MOST_POINTS = 10_000
 _FORM = "write KEY=START:STOP:STEP or KEY=A,B,C, as in radar.height_m=3:20:1"
 
+CIRCUMSTANCES = ("sea.", "scattering.", "platform.")  # keys that nobody chooses, unlike those of the radar
+
 Vary = dict[str, list[Any]]
 
 
@@ -70,6 +72,30 @@ def _steps(text: str, pieces: list[str]) -> list[Any]:
         raise InputError(f"--vary {text}: {float(count):.3g} values, and at most {MOST_POINTS} are taken; widen STEP")
     whole = all(re.fullmatch(r"\s*[+-]?\d+\s*", part) for part in pieces)
     return [int(value) if whole else float(value) for value in (start + k * step for k in range(int(count) + 1))]
+
+
+def chosen_key(vary: Mapping[str, Sequence[Any]]) -> str:
+    """The key among whose values a study recommends: the antenna's height where it varies, else the one with the most
+    numbers that is no circumstance; empty where there is none."""
+    numbers = {
+        key: len(values)
+        for key, values in vary.items()
+        if len(values) > 1 and labels(values).dtype.kind == "f" and not key.startswith(CIRCUMSTANCES)
+    }
+    return "radar.height_m" if "radar.height_m" in numbers else max(numbers, key=lambda key: numbers[key], default="")
+
+
+def refuse_limit(vary: Mapping[str, Sequence[Any]], at_most: float | None) -> None:
+    """Raise InputError for a limit of the chosen key that leaves none of its values; None limits nothing."""
+    if at_most is None:
+        return
+    key = chosen_key(vary)
+    if not key:
+        raise InputError(f"--at-most {at_most:g}: limits the key that is chosen, and no number that a design chooses "
+                         "is varied; vary radar.height_m, or leave it out")  # fmt: skip
+    least = min(vary[key])
+    if not at_most >= least:
+        raise InputError(f"--at-most {at_most:g}: must be at least {least:g}, the least {key} that is varied; raise it")
 
 
 # ---------------------------------------------------------------------------------------------------------- the grid

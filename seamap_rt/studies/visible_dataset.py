@@ -12,6 +12,7 @@ from ..mesh import PolarGrid
 from ..report.reduce import main_waves
 from ..scene import Scene
 from ..sea import Sea, resolution
+from .paired import FEWEST_SEEDS
 from .visible_exact import FUNCTIONS, exact_share, exact_wave, resolved_slope, shadowing_half, shadowing_share
 from .visible_statistics import count_quantile, half_range, jackknife, neighbour_correlation, why_no_half
 from .visible_tally import Looks, Tally
@@ -124,7 +125,8 @@ def shadowing_dataset(
             units, words = _VARIABLES[plain]
             data[name].attrs = {"long_name": words} | ({"units": units} if units else {})
     freedom = f"{seeds - 1} degree{'s' if seeds > 2 else ''} of freedom"
-    bands = f"95 %, Student's t over {seeds} seeds ({freedom})" if seeds > 1 else "none, of one seed"
+    told = f"95 %, Student's t over {seeds} seeds ({freedom})"
+    bands = told if seeds >= FEWEST_SEEDS else f"none, of {'one seed' if seeds == 1 else f'{seeds} seeds'}"
     data.attrs = {
         "title": f"Visible share of the sea of scene {scene.name}",
         "bands": bands + "; neighbouring looks and ranges share crests and count as one draw",
@@ -147,12 +149,12 @@ def _counted(scene: Scene, mast: MastView, tallies: list[Tally], window: Window)
     share = np.stack([each.lit / each.area for each in tallies])
     sums = np.stack([(each.area, each.lit, each.height, each.lit_height) for each in tallies])
     slope = np.sqrt(np.sum([each.slope for each in tallies], axis=0) / sums[:, 0].sum(axis=(0, 2)))
-    visible = jackknife(lambda mean: mean, share)
+    visible = jackknife(lambda mean: mean, share, (0.0, 1.0))
     values: dict[str, object] = {"share": (("seed", *both), share)}
     for name, (dims, three) in {
-        "visible_fraction": (both, [np.clip(each, 0.0, 1.0) for each in visible]),
+        "visible_fraction": (both, visible),
         "crest_bias": (both, jackknife(lambda mean: mean[3] / mean[1] - mean[2] / mean[0], sums)),
-        "r50": ("group", jackknife(lambda mean: half_range(middle, mean), share)),
+        "r50": ("group", jackknife(lambda mean: half_range(middle, mean), share, (0.0, np.inf))),
     }.items():
         values |= {f"{name}{end}": (dims, each) for end, each in zip(("", "_low", "_high"), three, strict=True)}
     values["r50_note"] = ("group", [_note(mast, middle, each) for each in visible[0]])

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from .paired import FEWEST_SEEDS
+
 CONFIDENCE = 0.95
 HALF = 0.5
 _SMOOTHED = 0.25  # of the range, standard deviation
@@ -20,22 +22,25 @@ _NOTHING = 1e-9  # of the sea shadowed: rounding
 Array = NDArray[np.float64]
 
 
-def jackknife(statistic: Callable[[Array], Array], draws: Array) -> tuple[Array, Array, Array]:
-    """A statistic of the mean over draws (draw, …), and its 95 % band: estimate, low, high.
+def jackknife(
+    statistic: Callable[[Array], Array], draws: Array, within: tuple[float, float] = (-np.inf, np.inf)
+) -> tuple[Array, Array, Array]:
+    """A statistic of the mean over draws (draw, …), and its 95 % band: estimate, low, high; within: what it can be.
 
     Quenouille's and Tukey's pseudo-values: for a statistic that is linear in the mean, the mean's own t band. NaN bands
-    for a single draw, and where the statistic is not defined without one of the draws.
+    of fewer draws than FEWEST_SEEDS, and where the statistic is not defined without one of the draws.
     """
     number = len(draws)
     whole = statistic(draws.mean(axis=0))
-    if number < 2:
+    if number < FEWEST_SEEDS:
         unknown = np.full(np.shape(whole), np.nan)
         return whole, unknown, unknown
     total = draws.sum(axis=0)
     without = np.stack([statistic((total - draw) / (number - 1)) for draw in draws])
     spread = np.std((number - 1) * without, axis=0, ddof=1) / np.sqrt(number)
     reach = stdtrit(number - 1, 0.5 + 0.5 * CONFIDENCE) * spread
-    return whole, whole - reach, whole + reach
+    low, high = (np.clip(each, *within) for each in (whole - reach, whole + reach))
+    return whole, low, high
 
 
 def half_range(middle: Array, share: Array) -> Array:

@@ -12,8 +12,8 @@ from ..conventions import unit_from_azimuth, wrap_degrees
 from ..dataset import QUALITY_FLAGS
 from .wave_spectrum import Cells, Field
 
-_BIN_M = 15.0  # width of the range bins that are judged as one
-_STEEPEST = 5.5  # mast heights: nearer by, points above one another share a gate, and errors are larger than said
+BIN_M = 15.0  # width of the range bins that are judged as one
+STEEPEST = 5.5  # mast heights: nearer by, points above one another share a gate, and errors are larger than said
 _SEEN = 0.5  # share of a range bin in sight: of less, the mean square of what is seen falls short of the sea's
 _GLIMPSED = 0.35  # the same for the waves' lengths and directions, which hardly depend on which half is seen
 _BREADTH_M = 250.0  # of the belt whose waves are sorted: enough of them, and no longer to do
@@ -98,17 +98,17 @@ class RangeBins:
         )
         gate = np.nonzero(polar_map.known)[1]
         mast = float(np.median(np.sqrt(np.maximum(polar_map.ranges[gate] ** 2 - out**2, 0.0)) + height))
-        number = (out / _BIN_M).astype(np.intp)
-        count = int(max(polar_map.ranges[-1], out.max()) / _BIN_M) + 1
-        middle = (np.arange(count, dtype=np.float64) + 0.5) * _BIN_M
+        number = (out / BIN_M).astype(np.intp)
+        count = int(max(polar_map.ranges[-1], out.max()) / BIN_M) + 1
+        middle = (np.arange(count, dtype=np.float64) + 0.5) * BIN_M
         held = np.maximum(np.bincount(number, out, count), 1e-300)
-        gates = np.histogram(polar_map.ranges, np.arange(count + 1) * _BIN_M)[0]
+        gates = np.histogram(polar_map.ranges, np.arange(count + 1) * BIN_M)[0]
         area = polar_map.azimuth.size * polar_map.width * gates * polar_map.step * middle
         square, errors = (np.bincount(number, out * each, count) / held for each in (height**2, noise))
         in_sight = np.bincount(number, out * polar_map.seen[polar_map.known], count) * polar_map.step * polar_map.width
         seen = np.minimum(in_sight / np.maximum(area, 1e-300), 1.0)
         waves = square + errors if polar_map.conditional else square - errors
-        far_enough = middle - 0.5 * _BIN_M >= _STEEPEST * mast
+        far_enough = middle - 0.5 * BIN_M >= STEEPEST * mast
         lit = far_enough & (seen >= _SEEN)
         best = lit & (errors <= np.median(errors[lit]) if lit.any() else False)
         typical = max(float(np.average(waves[best], weights=area[best])), 0.0) if best.any() else 0.0
@@ -126,7 +126,7 @@ class RangeBins:
     def edges(self, chosen: NDArray[np.bool_]) -> tuple[float, float]:
         """Where the first of those chosen begins and the last one ends [m]."""
         middles = self.middle[chosen]
-        return float(middles.min()) - 0.5 * _BIN_M, float(middles.max()) + 0.5 * _BIN_M
+        return float(middles.min()) - 0.5 * BIN_M, float(middles.max()) + 0.5 * BIN_M
 
     def within(self, chosen: NDArray[np.bool_], distance: Field) -> NDArray[np.bool_]:
         """Which distances [m] lie between those edges."""

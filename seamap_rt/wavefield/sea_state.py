@@ -15,8 +15,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..conventions import written
 from ..dataset import WATER_ATTRIBUTES, group_of
 from ..physics.dispersion import Water
+from .hindrance import hindrance
 from .range_bins import PolarMap, RangeBins
 from .resolution import Resolution
 from .wave_direction import Travel, travel
@@ -70,8 +72,9 @@ def sea_state(maps: xr.DataTree) -> xr.Dataset:
     The standard error
     `significant_wave_height_std` is against the sea that was seen; how far that may differ from the sea at large, by
     chance, is `significant_wave_height_sampling`, and part of the other errors. Where too little is seen, or too noisy,
-    all is NaN; of a calm sea, and of looks that span less than 80°, the period and directions are. Mean direction and
-    spread are NaN as well where no radial velocity gives which way the waves run; `mean_axis` needs none.
+    all is NaN, and the attribute `unknown` says why and what would mend it; of a calm sea, and of looks that span less
+    than 80°, the period and directions are NaN. Mean direction and spread are NaN as well where no radial velocity
+    gives which way the waves run; `mean_axis` needs none.
 
     Raises SchemaError for maps without one of the fields it reads, or with one of another kind.
 
@@ -91,8 +94,10 @@ def sea_state(maps: xr.DataTree) -> xr.Dataset:
             attributes["standard_name"] = standard_name
         return "turn", np.array([row.get(name, np.nan) for row in rows]), attributes
 
+    unknown = [turn for turn, row in enumerate(rows) if not np.isfinite(row.get("significant_wave_height", np.nan))]
+    why = {"unknown": hindrance(polar.isel(turn=unknown[-1]))} if unknown else {}
     return xr.Dataset(
-        {name: variable(name) for name in _VARIABLES}, {"turn": polar["turn"]}, {"Conventions": "CF-1.11"} | known
+        {name: variable(name) for name in _VARIABLES}, {"turn": polar["turn"]}, {"Conventions": "CF-1.11"} | known | why
     )
 
 
@@ -248,12 +253,13 @@ def in_words(state: xr.Dataset) -> str:
     height = state["significant_wave_height"].values
     known = np.isfinite(height)
     if not known.any():
-        return "sea state unknown: too little of the sea in sight"
-    text = f"Hs {height[known].mean():.2f}"
+        return f"sea state unknown: {state.attrs.get('unknown', 'no heights')}"
+    text = f"Hs {written(height[known].mean(), 2)}"
     if known.sum() == 1:
-        text += f" ± {float(state['significant_wave_height_std'].values[known][0]):.2f} m"
+        text += f" ± {written(state['significant_wave_height_std'].values[known][0], 2)} m"
     else:  # what a turn's own bar leaves out: a patch of sea is one draw of many
-        text += f" m in the mean of {known.sum()} turns ({height[known].min():.2f} to {height[known].max():.2f} m)"
+        least, most = written(height[known].min(), 2), written(height[known].max(), 2)
+        text += f" m in the mean of {known.sum()} turns ({least} to {most} m)"
     period, direction = (state[name].values for name in ("peak_period", "mean_direction"))
     if np.isfinite(period).any():
         text += f", Tp {np.nanmean(period):.1f} s{_assumed(state, float(np.nanmean(period)))}"

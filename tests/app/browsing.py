@@ -46,11 +46,11 @@ class Server:
         return code
 
 
-def serve(runs: Path) -> Server:
-    """Start a page on a free port."""
+def serve(runs: Path, program: tuple[str, ...] = ("-m", "seamap_rt.cli")) -> Server:
+    """Start a page on a free port. program: that takes the command, for Python."""
     begin = time.monotonic()
     process = subprocess.Popen(
-        [sys.executable, "-m", "seamap_rt.cli", "app", "--port", "0", "--runs", str(runs), "--no-browser"],
+        [sys.executable, *program, "app", "--port", "0", "--runs", str(runs), "--no-browser"],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

@@ -127,7 +127,7 @@ def test_a_trade_from_the_form_says_what_each_mast_is_worth(watched: Watched, se
     expect(page.get_by_text(re.compile("a:b"))).to_be_visible()  # refused in a line
     page.get_by_label("Values: from:to:step, or a,b,c").first.fill("4,8")
     expect(page.get_by_text(re.compile("^2 points"))).to_be_visible()
-    page.get_by_role("button", name="Trade", exact=True).click()
+    page.get_by_role("button", name="Run all points").click()
     expect(page.get_by_text(re.compile("^2 points are there"))).to_be_visible()
     _place(page, "Runs")
     expect(page.get_by_text(re.compile("tiny-trade · done"))).to_be_visible()

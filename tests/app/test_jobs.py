@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
+import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from seamap_rt.app.jobs import Job, Queue
+from seamap_rt.app import jobs
+from seamap_rt.app.jobs import Job, Queue, State
 from seamap_rt.app.progress import read_progress
+from seamap_rt.io.progress_file import VARIABLE
 
 _PROGRAM = """
 import os, signal, sys, time
@@ -117,6 +123,116 @@ def test_a_damaged_note_of_a_job_is_passed_over(tmp_path: Path) -> None:
     queue.close()
 
 
+# ----------------------------------------------------------------------------------------- whose a process is
+
+
+def _note(runs: Path, job: str, /, **told: Any) -> None:
+    (runs / ".jobs").mkdir(exist_ok=True)
+    whole = {"name": job, "title": "t", "folder": "a", "words": ["wait"], "state": "running", "started": time.time()}
+    (runs / ".jobs" / f"{job}.json").write_text(json.dumps({**whole, **told}))
+
+
+@pytest.fixture(params=["nothing", "another job's file", "our own session"])
+def stranger(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """A process that no page began, by what its environment says, or in the group of the one that asks."""
+    environment = dict(os.environ)
+    if request.param == "another job's file":
+        environment[VARIABLE] = str(tmp_path / ".jobs" / "a.11.progress")
+    own = request.param != "our own session"
+    with subprocess.Popen(["sleep", "600"], env=environment, start_new_session=own) as process:
+        yield process
+        process.kill()
+
+
+def test_a_stranger_who_has_the_number_of_a_run_is_no_run_and_is_never_signalled(
+    tmp_path: Path, stranger: subprocess.Popen[bytes]
+) -> None:
+    """By a note of any state; a new job does not wait for it, and neither Cancel, twice, nor the end of the page."""
+    for number, state in enumerate(("queued", "running", "done", "cancelled", "failed")):
+        _note(tmp_path, f"a.{number}", state=state, pid=stranger.pid)
+    _note(tmp_path, "a.9", pid=stranger.pid, reason="asked to end")
+    queue = Queue(tmp_path, (sys.executable, "-c", _PROGRAM))
+    try:
+        assert all(job.over for job in queue.jobs())
+        after = _add(queue, "run", "b")
+        _wait(lambda: after.over)
+        assert after.state == "done"
+        for job in queue.jobs():  # and where a note came between
+            job.state, job.pid = "running", stranger.pid
+            queue.cancel(job.name)
+            queue.cancel(job.name)
+    finally:
+        queue.close()
+    with pytest.raises(subprocess.TimeoutExpired):
+        stranger.wait(0.5)
+
+
+def test_the_end_of_a_page_ends_what_it_began_alone_and_cancel_a_run_of_an_earlier_one_too(tmp_path: Path) -> None:
+    first = Queue(tmp_path, (sys.executable, "-c", _PROGRAM))
+    running = _add(first, "wait", "a")
+    _wait((tmp_path / "a/ready").exists)
+    second = Queue(tmp_path, (sys.executable, "-c", _PROGRAM))
+    assert [job.state for job in second.jobs()] == ["running"]
+    begin = time.monotonic()
+    second.close()
+    assert time.monotonic() - begin < 5.0  # it does not wait for what it has not begun
+    time.sleep(0.3)
+    assert not running.over
+    first.close()
+    assert running.state == "cancelled"
+
+
+@pytest.mark.parametrize("pid", [0, -1, 1, "this", 2**31, 2**70])
+def test_no_number_in_a_note_is_a_run_by_itself(tmp_path: Path, pid: Any) -> None:
+    _note(tmp_path, "a.1", pid=os.getpid() if pid == "this" else pid)
+    queue = Queue(tmp_path)
+    assert all(job.over for job in queue.jobs())
+    queue.close()
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        {"name": "../../a"},  # which "take off the list" would remove
+        {"name": "b"},
+        {"folder": "../elsewhere"},
+        {"folder": "/etc"},
+        {"folder": "a\0b"},
+        {"state": "sailing"},
+        {"words": []},
+        {"words": [1]},
+        {"asked": "now"},
+        {"asked": {}},
+    ],
+    ids=str,
+)
+def test_a_note_that_is_none_of_a_job_is_passed_over(tmp_path: Path, told: dict[str, Any]) -> None:
+    _note(tmp_path, "a.1", **told)
+    queue = Queue(tmp_path)
+    assert queue.jobs() == []
+    queue.close()
+
+
+def test_signals_are_sent_in_one_place_and_numbers_of_processes_believed_in_one() -> None:
+    """Whoever sends a signal, or asks whether a number lives, must ask whose it is: few do."""
+    package = Path(__file__).parents[2] / "seamap_rt"
+    sends = ("os.kill(", "os.killpg(", ".send_signal(", ".terminate(", "pidfd_send_signal(", ".kill()", "alive(")
+    found = {
+        (str(path.relative_to(package)), word)
+        for path in package.rglob("*.py")
+        for word in sends
+        if word in path.read_text()
+    }
+    assert found == {
+        ("app/drawing.py", ".terminate("),  # of multiprocessing's own children
+        ("app/jobs.py", "os.kill("),
+        ("app/jobs.py", "os.killpg("),
+        ("compute/locks.py", "os.kill("),  # signal 0: whether there is one
+        ("compute/locks.py", "alive("),
+        ("compute/scratch.py", "alive("),  # whose folder stays if anybody lives
+    }
+
+
 # ---------------------------------------------------------------------------------------------------- progress
 
 
@@ -126,7 +242,7 @@ def _told(tmp_path: Path, *lines: tuple[float, str]) -> Path:
     return path
 
 
-def _job(state: str = "running", started: float = 100.0) -> Job:
+def _job(state: State = "running", started: float = 100.0) -> Job:
     return Job("x", "x", "x", ("run",), state=state, started=started, guess_s=30.0)
 
 
@@ -165,3 +281,45 @@ def test_a_damaged_file_of_progress_is_no_error(tmp_path: Path, content: bytes) 
         now = read_progress(path, job, now=101.0)
         assert 0.0 <= now.share <= 1.0
         assert now.left_s is None or now.left_s >= 0.0
+
+
+# -------------------------------------------------------------------------------------------------------- pace
+
+
+def _done(runs: Path, kind: str, *took: tuple[float, float, float]) -> Queue:
+    """A queue that finds jobs that were done: seconds that each took, was guessed to take, and how crowded it was."""
+    (runs / ".jobs").mkdir(parents=True, exist_ok=True)
+    for number, (seconds, guess, crowd) in enumerate(took):
+        job = Job(f"{kind}{number}", "x", "x", (kind,), state="done", asked=float(number), guess_s=guess, crowd=crowd)
+        job.started, job.ended = 1000.0 * number, 1000.0 * number + seconds
+        (runs / ".jobs" / f"{job.name}.json").write_text(json.dumps(asdict(job)))
+    return Queue(runs)
+
+
+def test_nothing_is_called_about_so_long_before_one_was_done_here(tmp_path: Path) -> None:
+    queue = _done(tmp_path, "trade", (20.0, 10.0, 1.0))
+    assert queue.pace("run") is None
+    for lines in ((), ((110.0, "preparing"),), ((110.0, "turn 1 of 9: mesh, … left"),), ((110.0, "comparing"),)):
+        told = read_progress(_told(tmp_path, *lines), _job(), now=111.0, pace=queue.pace("run"))
+        assert told.left_s is None
+    queue.close()
+
+
+@pytest.mark.parametrize(("load", "cores", "crowd"), [(0.3, 4, 1.0), (4.0, 4, 1.0), (6.0, 2, 3.0)])
+def test_a_guess_is_scaled_by_the_last_runs_and_by_who_else_wants_the_cores(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, load: float, cores: int, crowd: float
+) -> None:
+    monkeypatch.setattr(os, "getloadavg", lambda: (load, 0.0, 0.0))
+    monkeypatch.setattr(jobs, "cores", lambda: list(range(cores)))
+    # the first is of long ago; the others took twice the guess, or eight times where four wanted each core
+    queue = _done(tmp_path, "run", (900.0, 10.0, 1.0), (20.0, 10.0, 1.0), (80.0, 10.0, 4.0), (60.0, 30.0, 1.0))
+    assert queue.pace("run") == pytest.approx(2.0 * crowd)
+    told = read_progress(_told(tmp_path, (101.0, "preparing")), _job(), now=101.0, pace=queue.pace("run"))
+    assert told.left_s == pytest.approx(30.0 * 2.0 * crowd)
+    queue.close()
+
+
+def test_a_run_gives_way_to_the_page(queue: Queue, tmp_path: Path) -> None:
+    job = _add(queue, "wait", "a")
+    _wait(lambda: (tmp_path / "a" / "ready").exists())
+    assert os.getpriority(os.PRIO_PROCESS, job.pid) > os.getpriority(os.PRIO_PROCESS, 0)

@@ -122,6 +122,12 @@ def test_files_are_taken_at_their_fields_and_recordings_in_their_place(watched: 
     expect(page.get_by_text(re.compile(r"x\.stl.*is damaged, or not what its ending says"))).to_be_visible()
     _upload(page, "Upload a mesh", _BUOY)
     expect(page.get_by_label("Mesh", exact=True)).to_have_value(str(server.runs / ".uploads" / "buoy.stl"))
+    page.get_by_role("button", name="Delete", exact=True).last.click()  # of the object: it asks first
+    page.get_by_role("button", name="Keep it").click()
+    expect(page.get_by_label("Mesh", exact=True)).to_be_visible()
+    page.get_by_role("button", name="Delete", exact=True).last.click()
+    page.get_by_role("button", name="Delete it").click()
+    expect(page.get_by_label("Mesh", exact=True)).to_have_count(0)
     _place(page, "Runs")
     page.get_by_text("Recorded echoes").click()
     _upload(page, "Upload a recording", {"name": "night.npz", "mimeType": "x/y", "buffer": b"no recording"})

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 from pathlib import Path
 
 import numpy as np
 import pytest
 from made_folders import OFFSET_M, STATED_M, forecasts
 
-from seamap_rt.app.what_came import Came, told_of, what_came
+from seamap_rt.app.what_came import Came, came_of, what_came
 from seamap_rt.errors import InputError
 from seamap_rt.scene import load_scene
 
@@ -23,7 +24,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def found(folder: Path) -> Came:
-    return what_came(folder)
+    return asyncio.run(what_came(folder))
 
 
 def test_the_sea_is_the_runs_own_and_an_offset_is_found_as_such(found: Came) -> None:
@@ -62,15 +63,15 @@ def test_windows_that_came_are_those_in_which_the_water_stayed_below(found: Came
 
 
 def test_what_is_asked_again_is_kept(folder: Path, found: Came) -> None:
-    assert what_came(folder) is found
+    assert asyncio.run(what_came(folder)) is found
 
 
 def test_where_nobody_knows_what_came_a_line_says_so(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no finished forecasts"):
-        what_came(tmp_path)
+        asyncio.run(what_came(tmp_path))
     (tmp_path / "prediction.nc").write_bytes(b"\x89HDF")
     with pytest.raises(InputError, match="scene is not known"):
-        told_of(tmp_path)
+        came_of(tmp_path)
     (tmp_path / "scene.toml").write_text("[radar]\nheight_m = 500.0\n")
     with pytest.raises(InputError, match=r"radar\.range_m"):
-        what_came(tmp_path)
+        asyncio.run(what_came(tmp_path))

@@ -141,9 +141,9 @@ def test_a_store_is_followed_while_it_grows(echoes: xr.Dataset, call: Any) -> No
     writer.join()
     assert answer.code == 0, answer.err
     assert [line.split(":")[0] for line in answer.out.splitlines() if line.startswith("turn ")] == [
-        "turn 0",
         "turn 1",
         "turn 2",
+        "turn 3",
     ]
     with xr.open_datatree("maps/maps.nc") as maps:
         assert maps["polar"].sizes["turn"] == 3

@@ -13,6 +13,7 @@ from seamap_rt.design_outlook.design import Design
 from seamap_rt.design_outlook.error import Spectrum, ambiguous_share, error_variance, information, score
 from seamap_rt.design_outlook.sight import TABLE, sight
 from seamap_rt.design_outlook.strips import LOOKS, Waves, azimuths, directions, strips, waves_of
+from seamap_rt.design_outlook.words import outlook_rows
 from seamap_rt.products.link import link_budget
 from seamap_rt.scattering import ShortWaves
 from seamap_rt.scattering.bragg import radar_wavenumber
@@ -194,3 +195,11 @@ def test_a_magnetron_compares_no_pulses() -> None:
     assert (design().paths, design(**magnetron).paths) == (2, 1)
     assert design(**measured, radar__transmit_phase_error_deg=18.0).paths == 2
     assert design(**measured, radar__transmit_phase_error_deg=19.0).paths == 1
+
+
+def test_words_of_a_design_that_hears_nothing_name_the_echo_and_no_digits_of_nothing() -> None:
+    lines = list(outlook_rows(sr.outlook(scene(radar__height_m=60.0))))
+    assert lines[1].startswith("the echo lacks, not the light")
+    assert not any("e-" in line for line in lines)
+    assert "the echo lacks" not in "".join(outlook_rows(sr.outlook(scene(radar__height_m=60.0, radar__tilt_deg=10.0))))
+    assert "the echo lacks" not in "".join(outlook_rows(sr.outlook(CHOPPY)))

@@ -138,7 +138,7 @@ def test_headings_are_circular_means_of_each_turn() -> None:
         ({"at": "north,7"}, "must be LAT,LON"),
         ({"path": "ground.shp"}, "kind = '.shp'"),
         ({"path": "nowhere/ground.nc"}, "does not exist"),
-        ({"turns": [5]}, "the maps hold 0 to 1"),
+        ({"turns": [5]}, "the maps' `turn` is 0 to 1"),
         ({"heading_deg": [1.0, 2.0, 3.0]}, "each of 2 turns"),
         ({"heading_deg": float("inf")}, "finite"),
     ],

@@ -304,14 +304,23 @@ def test_scratch_of_others_stays(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("host", "pid", "held"),
-    [("", os.getpid(), True), ("", 99999999, False), ("another", 99999999, True)],
-    ids=["living", "dead", "another host"],
+    ("host", "pid", "began", "held"),
+    [
+        ("", os.getpid(), None, True),
+        ("", os.getpid(), locks.began(os.getpid()), True),
+        ("", os.getpid(), "1", False),
+        ("", 99999999, None, False),
+        ("", -1, None, False),
+        ("", "1", None, False),
+        ("another", 99999999, None, True),
+        ("another", os.getpid(), "1", True),
+    ],
+    ids=["living", "the same", "another of its number", "dead", "no number", "words", "another host", "and its number"],
 )
 def test_without_locks_the_file_says_who_holds_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, host: str, pid: int, held: bool
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, host: str, pid: int, began: str | None, held: bool
 ) -> None:
-    """A living process of this host, and any of another one."""
+    """A living process of this host, not one that has got its number since, and any of another host."""
 
     def flock(*_: int) -> None:
         raise OSError(errno.ENOLCK, "no locks here")
@@ -319,7 +328,8 @@ def test_without_locks_the_file_says_who_holds_it(
     monkeypatch.setattr(locks.fcntl, "flock", flock)
     path = tmp_path / "lock"
     here = locks.Holder.this_process()
-    path.write_text(json.dumps({"pid": pid, "host": host or here.host, "since": here.since}))
+    told = {"pid": pid, "host": host or here.host, "since": here.since}
+    path.write_text(json.dumps(told if began is None else {**told, "began": began}))
     if held:
         with pytest.raises(locks.Held, match=str(pid)):
             locks.locked(path).__enter__()

@@ -171,7 +171,7 @@ def test_what_lies_on_a_limit_passes(tmp_path: Path, text: str) -> None:
 
 def test_files_that_are_none(tmp_path: Path) -> None:
     assert "no such file" in refusal(tmp_path / "none.csv")
-    assert "cannot be read" in refusal(tmp_path)
+    assert "is a folder" in refusal(tmp_path)
     path = tmp_path / "motion.csv"
     path.write_bytes(b"time_s,roll_deg\n0,\xff\xfe\n")
     assert "not UTF-8" in refusal(path)

@@ -162,7 +162,7 @@ def test_damaged_packing_is_refused(tmp_path: Path, ending: str) -> None:
 
 
 def test_a_small_file_that_unpacks_to_much_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(polar_images, "_MOST_BYTES", 4 << 20)
+    monkeypatch.setattr(polar_images, "_MOST_BYTES", 4_000_000)
     path = tmp_path / "bomb.pol.zst"
     path.write_bytes(zstandard.ZstdCompressor().compress(bytes(64 << 20)))
     with pytest.raises(sr.InputError, match="more than 4 MB"):

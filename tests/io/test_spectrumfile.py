@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import importlib.util
+import re
 import shutil
 from pathlib import Path
 from types import ModuleType
@@ -277,3 +278,19 @@ def test_a_fill_value_that_no_one_declared_is_no_calm(tmp_path: Path) -> None:
     assert read_directional_spectrum(written()).density.min() == 0.0
     values[0, 0] = -999.0
     assert "holds a density of -999: must be at least 0" in refusal(written())
+
+
+@pytest.mark.parametrize("word", ["SWAN", "TIME", "LONLAT", "RFREQ", "NDIR", "QUANT", "FACTOR"])
+@pytest.mark.parametrize("instead", ["ITER", "", "OTHER"])
+def test_a_swan_file_with_another_word_in_its_header_is_refused_in_plain_words(
+    word: str, instead: str, tmp_path: Path
+) -> None:
+    """ITER is what SWAN writes in place of TIME at test points: the iterations of one sea."""
+    lines = (FOLDER / "swan.spc").read_text().splitlines()
+    first = next(number for number, line in enumerate(lines) if line.startswith(word))
+    lines[first] = instead.ljust(len(word)) + lines[first][len(word) :] if instead else ""
+    path = tmp_path / "swan.spc"
+    path.write_text("\n".join([line for line in lines if line]) + "\n")
+    line = refusal(path)
+    assert not re.search(r"Error|object is|NoneType|\bbool\b|index out|subscript", line), line
+    assert ("iterations" in line) == (instead == "ITER" and word != "SWAN")

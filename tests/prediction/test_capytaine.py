@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -13,9 +15,11 @@ from numpy.typing import NDArray
 from seamap_rt.conventions import GRAVITY
 from seamap_rt.errors import InputError
 from seamap_rt.physics.dispersion import wavenumber
-from seamap_rt.prediction.capytaine import read_capytaine
+from seamap_rt.prediction import told_of_vessel
+from seamap_rt.prediction.capytaine import Symmetry, read_capytaine
 from seamap_rt.prediction.vessel import Follower, Vessel
 
+Engine = Literal["scipy", "h5netcdf"]
 FREQUENCIES = np.array([0.4, 0.7, 1.1, 1.6, 2.3])
 DIRECTIONS = np.radians(np.arange(0.0, 360.0, 30.0))
 DOFS = ("Surge", "Heave", "Roll", "Pitch")
@@ -50,10 +54,11 @@ def file(force: NDArray[np.generic], mass: NDArray, stiffness: NDArray, added: N
     )
 
 
-def saved(dataset: xr.Dataset, folder: Path) -> Vessel:
+def saved(dataset: xr.Dataset, folder: Path, engine: Engine = "h5netcdf", **choice: Any) -> Vessel:
     path = folder / "boat.nc"
-    dataset.to_netcdf(path, engine="h5netcdf")
-    return read_capytaine(path)
+    path.unlink(missing_ok=True)
+    dataset.to_netcdf(path, engine=engine)
+    return read_capytaine(path, **choice)
 
 
 def boat_file() -> xr.Dataset:
@@ -186,13 +191,172 @@ def test_a_boat_of_a_file_under_way_has_the_waves_force_at_the_frequency_it_meet
     assert np.isfinite(each(still)).all()
 
 
+def without(data: xr.Dataset, omega: NDArray[np.float64]) -> xr.Dataset:
+    """The same with NaN where the solver found nothing."""
+    known = ~data["omega"].isin(omega)
+    return data.assign({name: each.where(known) for name, each in data.items() if "omega" in each.dims})
+
+
+def alike(one: Vessel, other: Vessel, columns: range | list[int] = range(12)) -> None:
+    """The same motions in waves of the file's own frequencies and directions, and as it meets them under way."""
+    for column, speed in ((column, speed) for column in columns for speed in (0.0, 1.5)):
+        azimuth, k = -np.degrees(DIRECTIONS[column]), FREQUENCIES**2 / GRAVITY
+        got, want = (each(moved(vessel, azimuth, 0.0, speed, k)) for vessel in (one, other))
+        np.testing.assert_allclose(got, want, rtol=1e-6, atol=1e-7)  # directions are told apart by 1e-7
+
+
+_SIDES = np.array([1.0, 1.0, -1.0, 1.0])  # of Surge, Heave, Roll, Pitch, where port and starboard change places
+_ENDS = np.array([-1.0, 1.0, 1.0, -1.0])
+
+
+def symmetric_file(symmetry: str) -> xr.Dataset:
+    """A boat with a symmetry, and with forces of which it alone is known."""
+    data = boat_file()
+    if symmetry == "round":
+        data = data.sel(influenced_dof=list(DOFS[1:]), radiating_dof=list(DOFS[1:]))  # heave and the turns
+        toward = np.stack((np.ones(12), -np.sin(DIRECTIONS), np.cos(DIRECTIONS)), axis=1)
+        scale = np.array([[3e4, 2e3 - 1e3j, 2e3 - 1e3j]]) * FREQUENCIES[:, None]
+        force = toward[None] * scale[:, None]
+        for name in ("diffraction_force", "Froude_Krylov_force"):
+            data[name] = (data[name].dims, np.array([force.real, force.imag]))
+        matrix = data["inertia_matrix"].dims, np.diag([900.0, 800.0, 800.0])
+        stiff = data["inertia_matrix"].dims, np.diag([4e4, 9e3, 9e3])
+        changing = (1.0 + 0.3 * np.cos(FREQUENCIES))[:, None, None] * np.diag([1500.0, 300.0, 300.0])
+        dims = data["added_mass"].dims
+        return data.assign(
+            inertia_matrix=matrix, hydrostatic_stiffness=stiff, added_mass=(dims, changing),
+            radiation_damping=(dims, changing),
+        )  # fmt: skip
+    mirrors = {"sides": [_SIDES], "sides_and_ends": [_SIDES, _ENDS]}[symmetry]
+    for mirror in mirrors:
+        to = -DIRECTIONS if mirror is _SIDES else np.pi - DIRECTIONS
+        columns = np.rint(np.degrees(to) / 30.0).astype(int) % 12
+        for name in ("diffraction_force", "Froude_Krylov_force"):
+            data[name] = 0.5 * (data[name] + data[name].isel(wave_direction=columns).values * mirror)
+        for name in ("inertia_matrix", "hydrostatic_stiffness", "added_mass", "radiation_damping"):
+            data[name] = 0.5 * (data[name] + data[name] * np.outer(mirror, mirror))
+    return data
+
+
+@pytest.mark.parametrize("engine", ["scipy", "h5netcdf"])
+def test_netcdf_of_either_version_is_read_alike(engine: Engine, tmp_path: Path) -> None:
+    alike(saved(boat_file(), tmp_path, engine), saved(boat_file(), tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("symmetry", "kept"), [("sides", range(7)), ("sides_and_ends", range(4)), ("round", [0]), ("round", [4])]
+)
+def test_directions_left_out_follow_by_the_boats_symmetry(
+    symmetry: Symmetry, kept: range | list[int], tmp_path: Path
+) -> None:
+    whole = symmetric_file(symmetry)
+    part = whole.isel(wave_direction=list(kept))
+    alike(saved(part, tmp_path, symmetry=symmetry), saved(whole, tmp_path))
+    with pytest.raises(InputError, match=r"set prediction\.vessel\.symmetry, by which they follow"):
+        saved(part, tmp_path)
+
+
+@pytest.mark.parametrize("name", ["inertia_matrix", "hydrostatic_stiffness", "added_mass"])
+@pytest.mark.parametrize(
+    ("symmetry", "wrong"), [("sides", "Heave Roll"), ("sides_and_ends", "Heave Pitch"), ("round", "Roll Roll")]
+)
+def test_a_symmetry_that_a_boat_has_not_is_refused(name: str, symmetry: Symmetry, wrong: str, tmp_path: Path) -> None:
+    data, (row, column) = symmetric_file(symmetry), wrong.split()
+    own = [data[name].sel(influenced_dof=each, radiating_dof=each).to_numpy() for each in (row, column)]
+    data[name].loc[{"influenced_dof": row, "radiating_dof": column}] = 0.7 * np.sqrt(own[0] * own[1])
+    wanted = rf"{name} is not that of a boat with prediction\.vessel\.symmetry = '{symmetry}'"
+    with pytest.raises(InputError, match=wanted):
+        saved(data, tmp_path, symmetry=symmetry)
+
+
+@pytest.mark.parametrize("place", [(0.0, 0.0), (30.0, -12.0)])
+def test_each_of_two_bodies_moves_as_it_would_alone(place: tuple[float, float], tmp_path: Path) -> None:
+    """Neither feels the other, which lies at a place of its own: there its waves are late, and its motions too."""
+    alone = raft_file()
+    k = FREQUENCIES[:, None] ** 2 / GRAVITY
+    late = np.exp(1j * k * (np.cos(DIRECTIONS) * place[0] + np.sin(DIRECTIONS) * place[1]))[..., None]
+    pair = ("influenced_dof", "radiating_dof")
+    both = xr.Dataset(coords={name: each for name, each in alone.coords.items() if name not in pair})
+    both = both.assign_coords({key: [f"{body}__{dof}" for body in ("hull", "raft") for dof in DOFS] for key in pair})
+    for name in ("diffraction_force", "Froude_Krylov_force"):
+        real, imaginary = alone[name].to_numpy()
+        there = (real + 1j * imaginary) * late
+        forces = [alone[name].to_numpy(), np.array([there.real, there.imag])]
+        both[name] = (alone[name].dims, np.concatenate(forces, axis=-1))
+    for name in ("inertia_matrix", "hydrostatic_stiffness", "added_mass", "radiation_damping"):
+        one = alone[name].to_numpy()
+        both[name] = (alone[name].dims, np.block([[3.0 * one, 0.0 * one], [0.0 * one, one]]))
+    got = saved(both, tmp_path, body="raft")
+    alike(got, saved(alone, tmp_path))
+    assert len(told_of_vessel(got)) == (1 if any(place) else 0)
+    with pytest.raises(InputError, match=r"holds several bodies, prediction\.vessel\.body is missing: .* hull or raft"):
+        saved(both, tmp_path)
+    with pytest.raises(InputError, match=r"several bodies, prediction\.vessel\.body is 'barge': must be hull or raft"):
+        saved(both, tmp_path, body="barge")
+
+
+def test_a_symmetry_of_no_boat_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(
+        InputError, match=r"symmetry = 'none': must be one of sides, sides_and_ends, round; leave it out"
+    ):
+        saved(boat_file(), tmp_path, symmetry="none")
+
+
+def test_one_body_has_the_name_of_its_file(tmp_path: Path) -> None:
+    named = raft_file().assign_coords(body_name="raft")
+    alike(saved(named, tmp_path, body="raft"), saved(named, tmp_path))
+    with pytest.raises(
+        InputError, match=r"holds one body, prediction\.vessel\.body is 'hull'; write raft, or leave it out"
+    ):
+        saved(named, tmp_path, body="hull")
+
+
+@pytest.mark.parametrize("where", [[0.05], [9.0], [0.05, 1.3]])
+@pytest.mark.parametrize(
+    "what", ["added_mass", "radiation_damping", "diffraction_force", "Froude_Krylov_force", "omega"]
+)
+def test_frequencies_without_numbers_are_left_out_and_named(what: str, where: list[float], tmp_path: Path) -> None:
+    """As if they were not in the file, be it one variable or the frequency itself, 0 and infinite, that is none."""
+    data = raft_file()
+    more = data.reindex(omega=np.sort([*FREQUENCIES, *where]), method="nearest")
+    if what == "omega":
+        at = np.where(np.isin(more["omega"], where), np.where(more["omega"] > 5.0, np.inf, 0.0), more["omega"])
+        at = at[np.unique(at, return_index=True)[1]] if 1.3 not in where else np.where(more["omega"] == 1.3, np.inf, at)
+        more = more.assign_coords(omega=at)
+    else:
+        more[what] = more[what].where(~more["omega"].isin(where))
+    got = saved(more, tmp_path)
+    alike(got, saved(data, tmp_path))
+    (note,) = told_of_vessel(got)
+    assert re.search(r"frequencies that hold no numbers, 0 or inf are left out: .* rad/s", note)
+
+
+@pytest.mark.parametrize("turn", ["deg", "degrees", "rad", "radians", None])
+@pytest.mark.parametrize("rate", ["rad/s", "rad s-1", "Hz", None])
+def test_frequencies_and_directions_are_in_the_units_that_the_file_says(
+    turn: str | None, rate: str | None, tmp_path: Path
+) -> None:
+    data = boat_file()
+    direction, omega = DIRECTIONS, FREQUENCIES
+    direction = np.degrees(direction) if turn and turn.startswith("deg") else direction
+    omega = omega / (2.0 * np.pi) if rate == "Hz" else omega
+    told = data.assign_coords(
+        wave_direction=("wave_direction", direction, {"units": turn} if turn else {}),
+        omega=("omega", omega, {"units": rate} if rate else {}),
+    )
+    alike(saved(told, tmp_path), saved(data, tmp_path))
+
+
 def test_a_file_is_refused_in_one_line_that_says_what_it_lacks(tmp_path: Path) -> None:
     good = boat_file()
     without_roll = good.sel(influenced_dof=["Surge", "Heave", "Pitch"], radiating_dof=["Surge", "Heave", "Pitch"])
     half = good.sel(wave_direction=slice(0.0, np.pi + 0.01))
     blank = good.copy(deep=True)
     blank["inertia_matrix"][0, 0] = np.nan
-    at_zero = good.assign_coords(omega=[0.0, *FREQUENCIES[1:]])
+    twice = good.assign_coords(omega=[0.4, *FREQUENCIES[[0, 2, 3, 4]]])
+    short = without(raft_file(), FREQUENCIES[:3])
+    for name in ("diffraction_force", "Froude_Krylov_force"):
+        short[name] = short[name] * 0.04
     cases = {
         r"lacks Roll among its degrees of freedom \(Surge, Heave, Pitch\); compute": without_roll,
         r"lacks Heave, Roll, Pitch among its degrees of freedom \(none\)": good.drop_vars("radiating_dof")[["omega"]],
@@ -205,9 +369,17 @@ def test_a_file_is_refused_in_one_line_that_says_what_it_lacks(tmp_path: Path) -
         r"Froude_Krylov_force has dims .*: must be complex,": good.assign(
             Froude_Krylov_force=good["Froude_Krylov_force"].sel(complex="re", drop=True)
         ),
-        r"inertia_matrix holds what is no number; leave": blank,
-        r"omega holds 0 rad/s or one twice; compute": at_zero,
+        r"inertia_matrix holds what is no number; set the body's mass": blank,
+        r"omega holds 0\.4 rad/s or one twice; compute": twice,
+        r"omega holds -1 rad/s or one twice; compute": good.assign_coords(omega=[-1.0, *FREQUENCIES[1:]]),
+        r"1 of 5 frequencies hold numbers \(not 0\.7, 1\.1, 1\.6, 2\.3 rad/s\): must be at least 2": without(
+            good, FREQUENCIES[1:]
+        ),
+        r"the lowest frequency that holds numbers is 1\.6 rad/s, where heave's force is 0\.04 of .* lower": short,
         r"wave_direction leaves out 180°: must be at most 45° apart, all round; compute": half,
+        r"wave_direction = 330: must be in rad, or say its units; write": good.assign_coords(
+            wave_direction=np.degrees(DIRECTIONS)
+        ),
         r"complex is not re, im; save": good.assign_coords(complex=["im", "re"]),
         r"forward_speed is not 0; compute": good.assign_coords(forward_speed=2.0),
     }
@@ -218,5 +390,5 @@ def test_a_file_is_refused_in_one_line_that_says_what_it_lacks(tmp_path: Path) -
     with pytest.raises(InputError, match=r"none\.nc: no such file; give the path"):
         read_capytaine(tmp_path / "none.nc")
     (tmp_path / "text.nc").write_text("not a dataset")
-    with pytest.raises(InputError, match=r"text\.nc: cannot be read as NetCDF-4 \(.*\); save the dataset in that form"):
+    with pytest.raises(InputError, match=r"text\.nc: cannot be read as NetCDF \(.*\); save the dataset in that form"):
         read_capytaine(str(tmp_path / "text.nc"))

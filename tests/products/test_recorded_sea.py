@@ -155,11 +155,15 @@ def assert_goes_on(folder: Path, whole: xr.Dataset) -> None:
     assert not list(folder.glob("*.part")) + list(folder.glob(".recorded*"))
 
 
-@pytest.mark.parametrize("word", ["set in: 0.", "recorded: 1.8"])
+@pytest.mark.parametrize(("word", "keep_every"), [("set in", 1e9), ("set in: 0.", 0.0), ("recorded: 1.8", 0.0)])
 def test_interrupted_it_goes_on_with_the_same_bits(
-    word: str, whole: tuple[xr.Dataset, RecordedSea], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    word: str,
+    keep_every: float,
+    whole: tuple[xr.Dataset, RecordedSea],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(recorded_sea, "_KEEP_EVERY", 0.0)
+    monkeypatch.setattr(recorded_sea, "_KEEP_EVERY", keep_every)
 
     def stop(line: str) -> None:
         if word in line:
@@ -178,6 +182,16 @@ def test_interrupted_it_goes_on_with_the_same_bits(
     assert_goes_on(tmp_path, whole[0])
 
 
+def test_interrupted_before_anything_is_kept_it_says_nothing_of_going_on(tmp_path: Path) -> None:
+    def stop(_: str) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        write(tmp_path, progress=stop)
+    assert "--resume" not in str(stopped.value)
+    write(tmp_path)  # and the same command begins anew
+
+
 _KILLED = """
 import os, sys
 sys.path.insert(0, {tests!r})
@@ -187,7 +201,7 @@ keep, count = it.recorded_sea.keep, 0
 def killed(*given):
     global count
     count += 1
-    if count == 4:
+    if count == 5:  # the first is before all frames
         os._exit(9)  # the fourth frame is on file, its state is not
     keep(*given)
 it.recorded_sea.keep = killed

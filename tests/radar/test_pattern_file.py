@@ -320,10 +320,22 @@ def test_refusals_name_file_and_line(tmp_path: Path, name: str, text: str, messa
 
 
 def test_refusals_of_a_file_as_a_whole(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"^file '.*a\.txt': must end in \.csv, \.msi, \.pln or \.ant; .*$"):
-        read_pattern(write(tmp_path, "a.txt", GOOD_CSV))
-    with pytest.raises(InputError, match=r"^file '.*none\.csv': cannot be read \(No such file or directory\); .*$"):
+    with pytest.raises(
+        InputError, match=r"^file '.*a\.txt': is no antenna pattern: must be CSV with the header cut,.*$"
+    ):
+        read_pattern(write(tmp_path, "a.txt", "NAME an antenna\nGAIN 20 dBi\n"))
+    with pytest.raises(InputError, match=r"^file '.*none\.csv': no such file; .*$"):
         of_file(tmp_path / "none.csv")
     (tmp_path / "folder.csv").mkdir()
-    with pytest.raises(InputError, match=r"^file '.*folder\.csv': cannot be read \(Is a directory\); .*$"):
+    with pytest.raises(InputError, match=r"^file '.*folder\.csv': is a folder, not a file; .*$"):
         read_pattern(tmp_path / "folder.csv")
+
+
+@pytest.mark.parametrize("ending", ["csv", "msi", "pln", "ant", "txt", "dat", "MSI.TXT"])
+@pytest.mark.parametrize("text", [GOOD_CSV, GOOD_MSI])
+def test_a_pattern_is_known_by_its_content_whatever_its_ending(text: str, ending: str, tmp_path: Path) -> None:
+    found = read_pattern(write(tmp_path, f"a.{ending}", text))
+    right = read_pattern(write(tmp_path, "csv.csv" if text is GOOD_CSV else "msi.msi", text))
+    for name in ("azimuth", "elevation"):
+        np.testing.assert_array_equal(getattr(found, name)(COSINES), getattr(right, name)(COSINES))
+    assert (found.gain_dbi, found.frequency_hz) == (right.gain_dbi, right.frequency_hz)

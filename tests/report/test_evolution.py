@@ -156,7 +156,7 @@ def test_each_turn_is_judged_as_the_metrics_judge_it(run: Run) -> None:
         known = np.isfinite(values(run.maps, "polar/height")[turn]) & (visible > 0.5)
         share = known[:, inside].sum() / (visible > 0.5)[:, inside].sum()
         assert columns["Answered"][turn] == f"{100.0 * share:.0f} %"
-    assert columns["Turn"] == ["0", "1", "2", "3", "4"]
+    assert columns["Turn"] == ["1", "2", "3", "4", "5"]
 
 
 def test_a_turn_without_a_cell_has_dashes(run: Run) -> None:
@@ -171,7 +171,7 @@ def test_a_turn_without_a_cell_has_dashes(run: Run) -> None:
 def test_of_very_many_turns_some_are_listed(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(evolution, "MOST_ROWS", 2)
     (table,) = evolution.turn_table(run.maps, run.truth)
-    assert [row[0] for row in table.rows] == ["0", "3"]
+    assert [row[0] for row in table.rows] == ["1", "4"]
     assert "Every 3. turn of 5" in table.note
 
 

@@ -84,3 +84,9 @@ def test_objects_that_outshine_the_sea_are_said_first() -> None:
     assert "32 dB" in line
     assert warnings({"modelled": [{**row, "value": -3.0}]}) == []
     assert warnings({"modelled": [{**row, "unit": "objects"}]}) == []
+
+
+def test_a_map_without_heights_of_a_sea_in_sight_says_both() -> None:
+    measured = {"reach_m": 0.0, "fully_measured_radius_m": 0.0}
+    text = verdict({"measured": measured, "overall": {"cells": 0, "visible_fraction": 0.99}})
+    assert text.endswith("no cell gets a sure height, and 99 % of the sea is in sight.")

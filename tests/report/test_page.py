@@ -100,7 +100,7 @@ def test_several_turns_have_a_table_and_the_last_is_shown(tmp_path: Path) -> Non
     values(run.maps, "ground/height")[2, 10, 20] = 0.777
     text = write_report(tmp_path, run.scene, run.maps, run.truth, run.metrics, run.echoes).read_text(encoding="utf-8")
     assert "Turn by turn" in text
-    assert "The last of 3 turns (turn 2) is shown." in text
+    assert "The last of 3 turns (turn 3) is shown." in text
     last = shown(images_of(height_maps(run.scene, run.maps, run.truth))[1])
     assert_allclose(last[10, 20], 0.777, rtol=1e-6)
 

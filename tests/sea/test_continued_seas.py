@@ -124,7 +124,8 @@ def test_it_is_known_within_its_rim_alone(path: str) -> None:
 
 def test_how_far_it_reaches_is_told_before_anything_runs(path: str) -> None:
     scene = scene_with(path, "level")
-    (line,) = told_of_record(scene.sea, scene.radar)
+    begins, line = told_of_record(scene.sea, scene.radar)
+    assert begins.endswith("runs from 0 s to 4.9 s; time 0 of the run is its 1 s (sea.start_s)")
     assert line.endswith(
         "reaches 52.5 m from the antenna, radar.range_m to 70 m: beyond the sea is level, and nothing there is judged"
     )

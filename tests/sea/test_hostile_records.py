@@ -65,12 +65,12 @@ HOSTILE: dict[str, tuple[Change, str]] = {
     "one time step": (lambda data: data.isel(time=slice(1)), "time: has 1 points: must have at least 14"),
     "uneven time": (with_a_late_frame, "time: is not evenly spaced"),
     "time that runs backwards": (lambda data: data.isel(time=slice(None, None, -1)), "time runs backwards"),
-    "time in hours": (with_axis("time", 1.0, "hours"), "time: is in 'hours': must be in seconds, or dates"),
+    "time in hours": (with_axis("time", 1.0, "hours"), "time: frames are 360 s apart: must be 0.001 to 10"),
     "time in microseconds": (with_axis("time", 1e6), "frames are 1e+05 s apart: must be 0.001 to 10"),
     "uneven places": (lambda data: data.isel(x=[*range(40), *range(41, 60)]), "x: is not evenly spaced"),
     "places that are none": (with_axis("x", np.nan), "x: is not evenly spaced"),
     "few places": (lambda data: data.isel(x=slice(9)), "x: has 9 points: must have at least 16"),
-    "degrees": (by_latitude, "longitude: is in 'degrees_east': must be in m, cm or km"),
+    "degrees": (by_latitude, "longitude: is in 'degrees_east': must be in m"),
     "degrees without a word": (in_metres_that_are_degrees, "points are 9e-06 m apart: must be 0.001 to 100"),
     "places in micrometres": (
         lambda data: with_axis("x", 1e6)(with_axis("y", 1e6)(data)),
@@ -81,7 +81,7 @@ HOSTILE: dict[str, tuple[Change, str]] = {
     "heights in megametres": (scaled(1e-6), "waves of 2.1e-07 m rms: must be at least 0.001; check the units"),
     "heights in degrees": (
         lambda data: data.assign(elevation=data["elevation"].assign_attrs(units="degree")),
-        "elevation: is in 'degree': must be in m, cm or km",
+        "elevation: is in 'degree': must be in m",
     ),
     "a flat sea": (scaled(0.0), "is flat at all frames"),
     "nothing but gaps": (with_gaps(slice(None), slice(None)), "elevation is missing everywhere"),

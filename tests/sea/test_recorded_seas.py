@@ -329,7 +329,7 @@ def _wrong(name: str, data: xr.Dataset) -> xr.Dataset:
 @pytest.mark.parametrize(
     ("name", "line"),
     [
-        ("degrees", "x: is in 'degrees_east': must be in m, cm or km"),
+        ("degrees", "x: is in 'degrees_east': must be in m"),
         ("no elevation", "holds no elevation over time, y and x"),
         ("gaps", r"frame 20 has a gap 25 m wide"),
         ("micrometres", "check the units of elevation"),
@@ -338,7 +338,7 @@ def _wrong(name: str, data: xr.Dataset) -> xr.Dataset:
         ("uneven points", "x: is not evenly spaced"),
         ("not square", "100 × 128 points: a patch that repeats must be square"),
         ("flat", "is flat at all frames"),
-        ("hours", "(time: is in 'h'|not evenly spaced|cannot be read)"),
+        ("hours", "time: frames are 360 s apart: must be 0.001 to 10"),
     ],
 )
 def test_a_file_that_is_wrong_is_refused_in_a_line(name: str, line: str, data: xr.Dataset, tmp_path: Path) -> None:

@@ -266,3 +266,11 @@ def test_refusals_say_what_is_wrong(arguments: dict, words: str) -> None:
 def test_no_resolutions_are_refused() -> None:
     with pytest.raises(InputError, match="resolutions: is empty"):
         shadowing_by_cutoff(small_sea(), [])
+
+
+@pytest.mark.parametrize(("seeds", "known"), [(2, False), (3, True)])
+def test_bands_begin_with_three_seeds_and_within_what_can_be(seeds: int, known: bool) -> None:
+    draws = np.random.default_rng(1).uniform(0.0, 1.0, (seeds, 40))
+    _, low, high = jackknife(lambda mean: mean, draws, (0.0, 1.0))
+    assert np.isfinite(low).all() == known
+    assert not ((low < 0.0) | (high > 1.0)).any()

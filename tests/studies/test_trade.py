@@ -5,6 +5,9 @@ from __future__ import annotations
 import csv
 import errno
 import json
+import shutil
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -199,12 +202,13 @@ def made_up(heights: int = 3, baselines: int = 2, seeds: int = 3, extra: int = 1
 
 @pytest.mark.parametrize("part", ["metrics", "by_range", "facts", "status", "reason"])
 def test_a_point_that_lacks_a_part_is_computed_anew(part: str, tmp_path: Path) -> None:
-    file, whole = tmp_path / "point.json", outcome(0.01, [12.5, 37.5])
-    file.write_text(json.dumps(whole), encoding="utf-8")
-    assert point.kept(file) == whole
-    del whole[part]
-    file.write_text(json.dumps(whole), encoding="utf-8")
-    assert point.kept(file) is None
+    task = point.Task("00000_a", "", {"radar.height_m": 3.0}, 1, str(tmp_path))
+    point.keep(task, whole := outcome(0.01, [12.5, 37.5]))
+    assert point.kept_of(task) == (whole, "")
+    content = json.loads(task.file.read_text(encoding="utf-8"))
+    del content[part]
+    task.file.write_text(json.dumps(content), encoding="utf-8")
+    assert point.kept_of(task) == (None, "is damaged or was edited")
 
 
 def test_the_table_holds_each_point_in_its_place() -> None:
@@ -410,6 +414,64 @@ def test_resume_with_more_seeds_computes_these_alone(
     table = write_trade(small(), tmp_path, VARY, 2, workers=0, resume=True).table
     assert sorted(counted) == [(height, seed) for height in (3.0, 5.0) for seed in (1, 2)]
     assert bits(table).identical(bits(whole[1]))
+
+
+def _swap(files: list[Path]) -> int:
+    first, second = (file.read_bytes() for file in files[:2])
+    files[0].write_bytes(second)
+    files[1].write_bytes(first)
+    return 2
+
+
+def _copy_over(files: list[Path]) -> int:
+    files[-1].write_bytes(files[0].read_bytes())
+    return 1
+
+
+def _edit(path: tuple[str, ...], value: Any, files: list[Path]) -> int:
+    content = part = json.loads(files[0].read_text(encoding="utf-8"))
+    for name in path[:-1]:
+        part = part[name]
+    part[path[-1]] = value
+    files[0].write_text(json.dumps(content), encoding="utf-8")
+    return 1
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        _swap,
+        _copy_over,
+        *(
+            pytest.param(partial(_edit, path, value), id=f"{'.'.join(path)}={value}")
+            for path, value in [
+                (("seed",), 7),
+                (("keys", "radar.height_m"), 9.0),
+                (("status",), "refused"),
+                (("metrics", "height_rmse_m"), 1e300),
+                (("by_range", "height_rmse_m"), [np.nan]),
+                (("facts", "significant_height_m"), None),
+                (("point", "scene_sha256"), "0" * 64),
+                (("point", "version"), "0.0.1"),
+                (("sha256",), ""),
+            ]
+        ),
+    ],
+)
+def test_a_file_that_is_not_its_points_is_not_believed(
+    spoil: Callable[[list[Path]], int],
+    whole: tuple[Path, xr.Dataset],
+    tmp_path: Path,
+    counted: list[tuple[float, int]],
+) -> None:
+    """Whatever lies in a point's file, the table is that of a sweep from nothing; points that are whole stay."""
+    folder = tmp_path / "sweep"
+    shutil.copytree(whole[0], folder)
+    spoilt = spoil(sorted((folder / "points").glob("*.json")))
+    made = write_trade(small(), folder, VARY, 2, workers=0, resume=True)
+    assert bits(made.table).identical(bits(whole[1]))
+    assert len(counted) == spoilt
+    assert sum("is run again" in line for line in made.lines) == spoilt
 
 
 def test_seeds_are_added_until_the_choice_is_sure_or_the_time_over(

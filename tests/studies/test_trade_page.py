@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import re
 from typing import Any
 
@@ -9,10 +10,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from seamap_rt.report.style import png
 from seamap_rt.studies.key_words import words_of
 from seamap_rt.studies.paired import significant_difference
 from seamap_rt.studies.seeds_needed import seeds_for
-from seamap_rt.studies.trade_figures import draw_quality, draw_shares, pareto_front
+from seamap_rt.studies.trade_figures import draw_pareto, draw_quality, draw_shares, draw_trade, pareto_front
 from seamap_rt.studies.trade_page import trade_page
 from seamap_rt.studies.trade_table import trade_table
 from seamap_rt.studies.usable import Criterion
@@ -59,6 +61,30 @@ def test_the_page_begins_with_what_to_choose() -> None:
     assert "1.2</td>" in text  # per cent of gross errors
     assert "&lt;made up&gt;" in text
     assert not re.search(r"https?://|url\(|@import|src=\"(?!data:)", text)
+
+
+_MARKUP = "</td><script>x</script><img src=x onerror=alert(1)>{{7*7}}"
+_FORMULA = "$\\frac{$ $a$"  # no whole one: Matplotlib refuses it
+_GATES = {"radar.height_m": HEIGHTS, "radar.gates": [8, 9]}
+
+
+@pytest.mark.parametrize(
+    ("text", "others"),
+    [(_MARKUP, {}), (_FORMULA, {}), (_FORMULA, {"radar.height_m": HEIGHTS}), (_FORMULA, _GATES)],
+)
+def test_a_value_in_words_is_those_words_on_the_page_and_in_its_figures(text: str, others: dict[str, Any]) -> None:
+    table = made_up(3).isel({"radar.baseline_m": [0]}, drop=True)
+    for key, values in {"sea.waves.0.file": [text, f"{text}2"], **others}.items():
+        if key not in table.dims:
+            table = xr.concat([table] * len(values), key).assign_coords({key: values})
+    table = table.transpose(*(dim for dim in table.dims if dim != "seed"), "seed")
+    table["reason"] = xr.full_like(table["status"], text, dtype=object)
+    made = page(table)
+    assert html.escape(text) in made.replace("&#39;", "&#x27;").replace("&#34;", "&quot;")
+    assert "<img src=x" not in made
+    assert "<script>x" not in made
+    for figure in (draw_trade(table), draw_pareto(table)):
+        assert png(figure)
 
 
 def test_one_seed_says_that_nothing_is_sure() -> None:

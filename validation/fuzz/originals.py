@@ -15,10 +15,19 @@ import zstandard
 
 import seamap_rt as sr
 from seamap_rt.io.appendable import AppendableNetCDF
-from seamap_rt.studies.point import _BY_RANGE as BINS
 
 POLAR = Path(__file__).parents[1] / "reference" / "wamos_revelle.pol.zst"
 SPECTRA = Path(__file__).parents[2] / "tests" / "io" / "spectra"
+BINS = (
+    "answered",
+    "height_bias_m",
+    "height_rmse_m",
+    "known_share",
+    "quality",
+    "range_m",
+    "slope_rmse",
+    "visible_fraction",
+)
 SMALL: dict[str, Any] = {
     "radar.sector_deg": [260.0, 275.0],
     "radar.range_m": [15.0, 45.0],

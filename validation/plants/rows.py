@@ -5,6 +5,7 @@ from __future__ import annotations
 from . import (
     rows_app,
     rows_begin,
+    rows_declared,
     rows_files,
     rows_judged,
     rows_light,
@@ -29,6 +30,7 @@ PLANTS = (
     *rows_nonlinear_sea.PLANTS,
     *rows_radar.PLANTS,
     *rows_recorded_sea.PLANTS,
+    *rows_declared.PLANTS,
     *rows_transmitter.PLANTS,
     *rows_maps.PLANTS,
     *rows_judged.PLANTS,

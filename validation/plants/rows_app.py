@@ -8,8 +8,8 @@ PLANTS = (
     Plant(
         "a page of another origin is let in",
         "seamap_rt/app/safety.py",
-        "if origin is not None and urlsplit(origin)",
-        "if origin is None and urlsplit(str(origin))",
+        'if origin is not None and origin.partition("://")',
+        'if origin is None and str(origin).partition("://")',
         "tests/app/test_safety.py::test_anything_else_is_refused",
     ),
     Plant(
@@ -116,5 +116,40 @@ PLANTS = (
         '{**point.keys, "seed": point.seed}',
         "{**point.keys}",
         "tests/app/test_folders.py::test_a_point_is_run_with_the_scene_and_the_seed_that_the_trade_gave_it",
+    ),
+    Plant(
+        "a number of a process is taken for a run",
+        "seamap_rt/app/jobs.py",
+        'return os.fsencode(f"{VARIABLE}={self._told(job)}") in environment.split(b"\\0")',
+        "return bool(environment)",
+        "tests/app/test_jobs.py::test_a_stranger_who_has_the_number_of_a_run_is_no_run_and_is_never_signalled",
+    ),
+    Plant(
+        "a lock is held by whoever has got its holder's number",
+        "seamap_rt/compute/locks.py",
+        'and self.began in ("", began(self.pid))',
+        "",
+        "tests/io/test_killed.py::test_without_locks_the_file_says_who_holds_it",
+    ),
+    Plant(
+        "an address goes into a header with its breaks",
+        "seamap_rt/app/safety.py",
+        'if not is_text(scope["path"]):',
+        "if False:",
+        "tests/app/test_safety.py::test_whatever_bytes_come_the_answer_is_one_that_can_be_sent",
+    ),
+    Plant(
+        "a text in a table is a formula",
+        "seamap_rt/io/csv_text.py",
+        'return f"\'{text}"',
+        "return text",
+        "tests/io/test_csv_text.py::test_what_is_read_back_is_no_formula_and_else_what_was_written",
+    ),
+    Plant(
+        "a run's name is part of a string of props",
+        "seamap_rt/app/runs_view.py",
+        'see.props("dense no-caps flat").mark(f"see-{entry.name}").props["aria-label"] = f"See {entry.name}"',
+        'see.props(f\'dense no-caps flat aria-label="See {entry.name}"\').mark(f"see-{entry.name}")',
+        "tests/app/test_markup.py::test_what_the_page_hands_to_a_language_is_constant",
     ),
 )

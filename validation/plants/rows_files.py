@@ -89,10 +89,31 @@ PLANTS = (
         "tests/design_outlook/test_outlook.py::test_strips_have_the_variance_and_the_slopes_of_the_sea_along_each_look",
     ),
     Plant(
+        "a boat whose lean leaves the beam where it is",
+        "seamap_rt/design_outlook/echo.py",
+        "-link.grazing_angle(radar, ranges) - lean[:, None]",
+        "-link.grazing_angle(radar, ranges) - 0.0 * lean[:, None]",
+        "tests/design_outlook/test_motion.py::test_a_run_on_a_moving_boat_measures_as_much_as_the_outlook_says",
+    ),
+    Plant(
+        "sensors whose late and askew angles cost an outlook nothing",
+        "seamap_rt/design_outlook/motion.py",
+        "ground**2 * (self.attitude[:, None] + attitude)",
+        "ground**2 * (0.0 * self.attitude[:, None] + attitude)",
+        "tests/design_outlook/test_motion.py::test_a_run_on_a_moving_boat_measures_as_much_as_the_outlook_says",
+    ),
+    Plant(
+        "a beam over the sea taken for one on it",
+        "seamap_rt/wavefield/hindrance.py",
+        "abs(down - tilt) > 0.5 * width",
+        "abs(down - tilt) > 5.0 * width",
+        "tests/wavefield/test_hindrance.py::test_what_hinders_is_named_and_its_remedy_mends_it",
+    ),
+    Plant(
         "an outlook's echo without the elevation pattern",
         "seamap_rt/design_outlook/echo.py",
-        "losses.azimuth + losses.elevation + losses.response",
-        "losses.azimuth + losses.response",
+        "(losses.elevation if lean is None else 0.0)",
+        "0.0",
         "tests/design_outlook/test_outlook.py::test_the_echo_is_that_of_the_link_budget",
     ),
     Plant(

@@ -127,8 +127,8 @@ PLANTS = (
     Plant(
         "a choice among masts that forgets their seas",
         "seamap_rt/studies/paired.py",
-        "rest = data - mean[:, None] - data.mean(axis=0) + data.mean()",
-        "rest = data - mean[:, None]",
+        "stream.normal(size=(_DRAWS, seeds)) @ rest.T",
+        "stream.normal(size=(_DRAWS, allowed)) * np.sqrt(np.sum(rest**2, axis=1))",
         "tests/studies/test_paired.py::test_what_a_seed_does_to_all_masts_is_no_doubt_about_the_choice",
     ),
     Plant(

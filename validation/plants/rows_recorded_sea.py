@@ -47,8 +47,8 @@ PLANTS = (
     Plant(
         "recorded sea: its own mean is taken off each frame",
         _IO + "recorded_sea.py",
-        "frame) * self._scale - self.level_m",
-        "frame) * self._scale - np.nanmean(self._read(self.name, frame)) * self._scale",
+        "frame) - self.level_m",
+        "frame) - np.nanmean(self._read(self.name, frame))",
         _CONTINUED + "test_waves_too_long_for_the_patch_are_told",
     ),
     Plant(

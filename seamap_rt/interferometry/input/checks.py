@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ...conventions import turn_name
 from ...dataset import ECHO_ATTRIBUTES, FURTHER_ECHO_ATTRIBUTES
 from ...errors import SchemaError
 from ...io.numbers import rounded_up
+from ...io.plain_json import plain_attribute
 from ...radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS, ground_cells, least_ground_side
 from ...radar.transmitter import comparing_pulses
 from ...settings import RetrievalSettings
@@ -62,6 +64,7 @@ _WITHIN = {"time": 1e12, "azimuth": 1e6, "attitude": 1e6, "position": 1e8}  # s,
 
 def checked_echoes(echoes: xr.Dataset) -> xr.Dataset:
     """Echoes whose pulses are all known and in the order of time. Raises SchemaError for those of no use."""
+    echoes = echoes.assign_attrs({name: plain_attribute(value) for name, value in echoes.attrs.items()})
     check_attributes(echoes.attrs)
     _check_gates(np.asarray(echoes["range"].values, dtype=np.float64))
     senders = np.asarray(echoes["transmitter"].values)
@@ -95,7 +98,7 @@ def check_maps(echoes: xr.Dataset, settings: RetrievalSettings) -> None:
     needed = BYTES_PER_VOLTAGE * pulses * receivers * gates.size
     if needed > 1.01 * MOST_ECHO_BYTES:  # a turn may hold a pulse more than the mean, which limits a scene
         raise SchemaError(
-            f"echoes: turn {int(echoes['turn'].values[0])} holds {pulses:.3g} pulses of {gates.size} gates and takes "
+            f"echoes: {turn_name(echoes['turn'].values[0])} holds {pulses:.3g} pulses of {gates.size} gates and takes "
             f"{needed / 1e9:.3g} GB, and may take {MOST_ECHO_BYTES / 1e9:.3g}; leave out gates or pulses"
         )
     far, side = float(gates[-1]), settings.ground_m

@@ -34,6 +34,7 @@ class RadarDescription:
     staring: bool = False
     receiver_antennas: tuple[int, ...] = (0, 1)  # the antenna of each receiver
     azimuth_beamwidth: float = 1.8  # deg, one-way −3 dB
+    elevation_beamwidth: float = np.nan  # deg, likewise
     coherent: bool = True  # phases mean something from pulse to pulse
     transmit_phase_error: float = 0.0  # rad rms, new at each pulse
 
@@ -67,6 +68,7 @@ class RadarDescription:
             staring=staring,
             receiver_antennas=tuple(int(antenna) for antenna in receivers),
             azimuth_beamwidth=float(attrs["azimuth_beamwidth_deg"]),
+            elevation_beamwidth=float(attrs.get("elevation_beamwidth_deg", np.nan)),
             coherent=measured or not magnetron,
             transmit_phase_error=float(np.radians(attrs.get("transmit_phase_error_deg", 0.0))) if measured else 0.0,
         )

@@ -19,10 +19,11 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaincinv
 
+from ...conventions import SPEED_OF_LIGHT
 from ...dataset import QUALITY_FLAGS, build
 from ...errors import InputError
 from ...io.recorded import pairs_of, read_recording
-from ...io.recording_header import Header, RecordingHeader, read_header
+from ...io.recording_header import USUAL, Header, RecordingHeader, read_header
 from ...radar.pose import antenna_axes, bearing, boat_axes, scan_of_bearing
 from .turns import Turns, turns_of
 
@@ -31,6 +32,7 @@ Sensed = ArrayLike | tuple[ArrayLike, ArrayLike]  # (pulse, 3), or times (n,) s 
 
 _EVEN = 1e-3  # of a gate's spacing; ranges that are written to the millimetre are even
 _PRF_ERROR = 0.05
+_SPARSE = 20.0  # range resolutions between gates, at most: a recorder that keeps every tenth gate still passes
 _FAR_SHARE = 0.25  # of the gates, the farthest, which hold least beside noise
 _DARKEST = 0.02  # of their stretches
 _STRETCH = 16  # pulses
@@ -71,16 +73,24 @@ def echoes_from_recording(
     """The schema's `echoes` from the voltages of the lower and of the upper receiver.
 
     lower, upper: (pulse, gate), complex, or pairs (pulse, gate, 2) of I and Q of any real type; NaN where not heard.
-    time (pulse,) s, increasing, from any zero; azimuth (pulse,) of the boresight, deg or an encoder's counts; ranges
-    (gate,) m unless the header gives first_gate_m and gate_m. attitude: roll, pitch, heading [deg] as (pulse, 3), or
-    (times, readings) of a slower sensor, drawn straight between readings. position: the boat's way from its rest, east
-    north up [m], in the same two forms, or the phase centres (pulse, 2, 3) themselves. transmitter (pulse,): 0 the
-    lower antenna, 1 the upper, −1 none; turn, quality (pulse,): the number of the turn, the schema's flags.
+    time (pulse,) s, increasing, from any zero, or dates; azimuth (pulse,) of the boresight, deg or an encoder's counts;
+    ranges (gate,) m unless the header gives first_gate_m and gate_m. attitude: roll, pitch, heading [deg] as
+    (pulse, 3), or (times, readings) of a slower sensor, drawn straight between readings. position: the boat's way from
+    its rest, east north up [m], in the same two forms, or the phase centres (pulse, 2, 3) themselves. transmitter
+    (pulse,): 0 the lower antenna, 1 the upper, −1 none; turn, quality (pulse,): the number of the turn, the schema's
+    flags.
 
     Echoes' times count from the start of the first turn. Pulses of unknown azimuth and those without transmission are
-    left out, as are gates before the antennas. Raises InputError for what does not fit together.
+    left out, as are gates before the antennas. Masked values are missing, as NaN is. Raises InputError for what does
+    not fit together.
     """
     head = read_header(header)
+    zero = np.asarray(time).ravel()[:1]  # of dates, from which all times count
+    time = _since(zero, time, "time")
+    if isinstance(attitude, tuple) and len(attitude) == 2:
+        attitude = _since(zero, attitude[0], "attitude_time"), attitude[1]
+    if isinstance(position, tuple) and len(position) == 2:
+        position = _since(zero, position[0], "position_time"), position[1]
     voltage, overdriven = _voltages(lower, upper, head)
     count = voltage.shape[0]
     times = _increasing(_shaped("time", time, (count,)), "time")
@@ -118,8 +128,26 @@ def echoes_from_recording(
             "transmitter": sender[rows],
             "turn": turns.number,
         },
-        _attributes(head, turns, prf, noise),
+        _attributes(head, turns, prf, noise) | _date(zero, turns.start),
     )
+
+
+def _since(zero: NDArray, times: ArrayLike, name: str) -> ArrayLike:
+    """Times in s: of dates, since the first pulse's `zero`; durations; and numbers as they are."""
+    kind = np.asarray(times).dtype.kind
+    if (kind == "M") != (zero.dtype.kind == "M"):
+        raise InputError(f"{name}: holds {'dates' if kind == 'M' else 'no dates'}, unlike time; give all on one clock")
+    if kind not in "mM":
+        return times
+    step = np.asarray(times) - zero if kind == "M" else np.asarray(times)
+    return step / np.timedelta64(1, "ns") * 1e-9
+
+
+def _date(zero: NDArray, start: float) -> dict[str, str]:
+    """The date of the echoes' time 0, where the recording has dates."""
+    if zero.dtype.kind != "M":
+        return {}
+    return {"time_zero": str(zero[0].astype("datetime64[ns]") + np.timedelta64(round(1e9 * start), "ns"))}
 
 
 def _flags(quality: Array) -> NDArray[np.int16]:
@@ -166,8 +194,9 @@ def _voltages(
     lower: ArrayLike, upper: ArrayLike, head: RecordingHeader
 ) -> tuple[NDArray[np.complex64], NDArray[np.bool_] | None]:
     """Voltages (pulse, 2, gate) [√W], NaN where not finite or not sampled; where a converter was at its limit."""
-    pairs = [_pairs(name, np.asarray(each)) for name, each in (("lower", lower), ("upper", upper))]
+    pairs = [_pairs(name, np.ma.getdata(each)) for name, each in (("lower", lower), ("upper", upper))]
     shapes = [pair[0].shape for pair in pairs]
+    missing = [_missing(each, shape) for each, shape in zip((lower, upper), shapes, strict=True)]
     if shapes[0] != shapes[1]:
         raise InputError(
             f"upper: has the shape {shapes[1]}: must be that of lower, {shapes[0]}; give them pulse by pulse"
@@ -180,6 +209,8 @@ def _voltages(
     with np.errstate(over="ignore", invalid="ignore"):
         for receiver, (real, imag) in enumerate(pairs):
             voltage[:, receiver].real, voltage[:, receiver].imag = real, imag
+            if (gone := missing[receiver]) is not None:
+                voltage[:, receiver][gone] = np.nan
         if head.interferogram == "alternating_pulse":  # converters that wait write zeros
             voltage[~voltage.any(axis=2)] = np.nan
         if head.dc_offset == "remove":
@@ -197,10 +228,21 @@ def _voltages(
     if limits[0] is None or limits[1] is None:
         return voltage, None
     over = [
-        (np.abs(each.astype(np.float64)) >= limit) for pair, limit in zip(pairs, limits, strict=True) for each in pair
+        (np.abs(each.astype(np.float64)) >= limit) & (True if gone is None else ~gone)
+        for pair, limit, gone in zip(pairs, limits, missing, strict=True)
+        for each in pair
     ]
     overdriven = np.logical_or.reduce(over)
     return voltage, overdriven if overdriven.any() else None
+
+
+def _missing(values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_] | None:
+    """Where (pulse, gate) a masked array lacks a number of a pair."""
+    if not np.ma.is_masked(values):
+        return None
+    mask = np.ma.getmaskarray(values)  # type: ignore[arg-type]
+    mask = np.logical_or.reduce([mask[name] for name in mask.dtype.names]) if mask.dtype.names else mask
+    return mask.reshape(*shape, -1).any(axis=-1)
 
 
 def _pairs(name: str, values: NDArray) -> tuple[NDArray, NDArray]:
@@ -279,6 +321,17 @@ def _gates(head: RecordingHeader, ranges: ArrayLike | None, count: int) -> Array
     else:
         raise InputError("ranges: are missing: must be given, or first_gate_m and gate_m in the header; add them")
     gates = np.asarray(gates - head.range_offset_m, dtype=np.float64)
+    if gates[-1] > 0.0 and gates[-1] <= head.height_m:
+        raise InputError(
+            f"ranges: end at {gates[-1]:.4g} m: must go beyond height_m = {head.height_m:g}, for the sea is no nearer; "
+            "give metres, or say their units in the file"
+        )
+    resolution = 0.5 * SPEED_OF_LIGHT * max(1.0 / head.bandwidth_hz, _compressed_s(head))
+    if count > 1 and (spacing := float(gates[1] - gates[0])) > _SPARSE * resolution:
+        raise InputError(
+            f"ranges: gates are {spacing:.4g} m apart, and resolve {resolution:.3g} m: must be at most {_SPARSE:g} "
+            "times that; give metres, or correct bandwidth_hz and pulse_width_s"
+        )
     if not (gates > 0.0).any():
         raise InputError(
             f"range_offset_m = {head.range_offset_m:g}: leaves the last gate at {gates[-1]:g} m: must leave gates "
@@ -287,12 +340,23 @@ def _gates(head: RecordingHeader, ranges: ArrayLike | None, count: int) -> Array
     return gates
 
 
+def _compressed_s(head: RecordingHeader) -> float:
+    """Length of a pulse, s, of a chirp when it is compressed."""
+    return 1.0 / head.chirp_bandwidth_hz if head.waveform == "chirp" else head.pulse_width_s
+
+
 def _prf(head: RecordingHeader, time: Array) -> float:
     if time.size < 2:
         if head.prf_hz is None:
             raise InputError("prf_hz: is missing: must be given with a single pulse; add it to the header")
         return head.prf_hz
     heights = 1.0 / float(np.median(np.diff(time)))
+    least, most, *_ = USUAL["prf_hz"]
+    if not least <= heights <= most:
+        raise InputError(
+            f"time: pulses are {1.0 / heights:.4g} s apart, a PRF of {heights:.4g} Hz: must be {least:g} to {most:g}; "
+            "give times in seconds, or say their units in the file"
+        )
     if head.prf_hz is not None and abs(heights / head.prf_hz - 1.0) > _PRF_ERROR:
         raise InputError(
             f"prf_hz = {head.prf_hz:g}: must agree with the times, of which most are 1/{heights:.6g} s apart; correct "
@@ -361,6 +425,8 @@ def _positions(position: Sensed | None, time: Array, look: Array, attitude: Arra
 
 def _shaped(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
     given = np.asarray(values)
+    if np.ma.is_masked(values) and given.dtype.kind in "biuf":
+        given = np.ma.filled(np.ma.asarray(values, dtype=np.float64), np.nan)
     if given.dtype.kind in "mM":
         raise InputError(f"{name}: holds dates: must be plain numbers, times in seconds; convert it")
     if given.dtype.kind == "c":

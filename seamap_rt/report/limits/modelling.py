@@ -43,6 +43,8 @@ def _sea(case: Case) -> Iterator[Row]:
     sea, tracing, radar, resolved = case.scene.sea, case.scene.tracing, case.scene.radar, case.resolved
     shares = f"{resolved.variance_share:.2%} of the variance, {resolved.mean_square_slope_share:.0%} of the slopes'"
     says = f"{sea.model}, evolving; waves longer than {2.0 * resolved.resolution_m:.3g} m resolved: {shares}"
+    if resolved.record_start is not None:
+        says += f"; time 0 of the run is {resolved.record_start} of sea.file"
     yield row("sea", resolved.elevation_std, HEIGHT, "σ of the resolved spectrum", says)
     still = case.waves.still_sea_error(scanned_share(radar) * case.scene.turn_duration_s)
     says = "azimuth is time: each column of the sea is meshed when the beam passes it"

@@ -64,15 +64,30 @@ def check_reach(sea: SeaSettings, radar: RadarSettings, margin: float) -> None:
         )
 
 
+def check_start(sea: SeaSettings) -> None:
+    """A recorded sea's time 0 lies in its record, with what is taken from before and after it."""
+    if sea.model == "recorded" and sea.start_s is not None:
+        from ...io.recorded_sea import recorded_sea  # loads what reads files
+        from ...sea.recorded import start_of
+
+        start_of(recorded_sea(sea.file), sea.start_s)
+
+
 def told_of_record(sea: SeaSettings, radar: RadarSettings) -> list[str]:
     """What one should know of a recorded sea before it is run, a line each: how far it reaches, and what comes
     beyond."""
     if sea.model != "recorded":
         return []
     from ...io.recorded_sea import recorded_sea  # loads what reads files
+    from ...sea.recorded import start_of
 
     file = recorded_sea(sea.file)
-    told = []
+    frame, late = start_of(file, sea.start_s)
+    begin, end = file.begin_s, file.begin_s + (file.frames - 1) * file.step_s
+    told = [
+        f"sea.file = '{sea.file}' runs from {file.said(begin)} to {file.said(end)}; time 0 of the run is its "
+        f"{file.said(begin + frame * file.step_s + late)} (sea.start_s)"
+    ]
     if file.cut:
         told.append(
             f"sea.file = '{sea.file}': {file.points} × {file.points} points of it are used, {file.side_m:.4g} m a "

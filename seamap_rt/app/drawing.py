@@ -1,0 +1,128 @@
+"""Drawing in processes of its own, so that the page answers meanwhile; and only what was asked for last is shown."""
+
+from __future__ import annotations
+
+import asyncio
+import multiprocessing
+import os
+import pickle
+import signal
+import threading
+from collections.abc import Callable, Coroutine
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
+from typing import Any, TypeVar
+
+Result = TypeVar("Result")
+
+
+class Lane:
+    """A process that draws one thing after another; it starts with the first. most: after so many another follows."""
+
+    def __init__(self, most: int | None = None) -> None:
+        self._most = most
+        self._pool: ProcessPoolExecutor | None = None
+        self._free = asyncio.Lock()
+
+    async def __call__(self, make: Callable[..., Result], *given: Any) -> Result:
+        """What a function of a module gives. Cancelled while it waits, it is never begun.
+
+        Raises OSError where the process ended, and what the function raises.
+        """
+        packed = pickle.dumps((make, given))
+        await self._free.acquire()
+        loop = asyncio.get_running_loop()
+        spawn = multiprocessing.get_context("spawn")
+        pool = self._pool = self._pool or ProcessPoolExecutor(1, spawn, _begin, max_tasks_per_child=self._most)
+        try:
+            future = pool.submit(_call, packed)
+        except BrokenExecutor as error:
+            self._pool = None
+            self._free.release()
+            raise OSError(_ENDED) from error
+        future.add_done_callback(lambda _: loop.call_soon_threadsafe(self._free.release))
+        try:
+            return await asyncio.wrap_future(future)
+        except BrokenExecutor as error:
+            self._pool = None
+            raise OSError(_ENDED) from error
+
+
+_ENDED = "the process that draws has ended, as it does where memory runs out; choose the view again"
+
+quick, slow = Lane(), Lane()  # maps, sections, curves; what may take seconds
+alone = Lane(1)  # what takes much memory
+
+
+def close() -> None:
+    """End what is drawn."""
+    for child in multiprocessing.active_children():
+        child.terminate()
+
+
+def _call(packed: bytes) -> Any:
+    make, given = pickle.loads(packed)  # here, so that what cannot be opened is an answer
+    return make(*given)
+
+
+def _begin() -> None:
+    """In a process that draws: Ctrl-C is for the page, and the process ends with the page, however that ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    page = multiprocessing.parent_process()
+    assert page is not None
+
+    def follow() -> None:
+        page.join()
+        os._exit(0)
+
+    threading.Thread(target=follow, daemon=True, name="follow").start()
+
+
+def grey_of(line: Any, stage: Any) -> Callable[[str], None]:
+    """For an `Easel`: a label and the element that all drawings stand in."""
+
+    def grey(words: str) -> None:
+        line.set_text(words)
+        for each in (line, stage):
+            each.classes(add="stale") if words else each.classes(remove="stale")
+
+    return grey
+
+
+class Easel:
+    """A place for one drawing at a time. From a question to its answer all that stands there is grey, under a line that
+    says what is drawn; a question ends the one before it, whose answer is never shown.
+
+    grey: called with that line, and with "" when the answer stands.
+    """
+
+    def __init__(self, grey: Callable[[str], None]) -> None:
+        self._grey = grey
+        self._task: asyncio.Future[None] | None = None
+
+    @property
+    def busy(self) -> bool:
+        return self._task is not None and not self._task.done()
+
+    def drop(self, words: str) -> None:
+        """Nothing that is there, or comes, is asked for any more."""
+        if self._task is not None:
+            self._task.cancel()
+        self._task = None
+        self._grey(words)
+
+    def ready(self) -> None:
+        """Called by a drawing: what stands is the answer, though more follows."""
+        self._grey("")
+
+    async def show(self, words: str, drawing: Coroutine[Any, Any, None]) -> None:
+        """Draw. drawing: shows what it has made itself; it is cancelled where it waits. Raises what it raises."""
+        self.drop(words)
+        task = self._task = asyncio.ensure_future(drawing)
+        try:
+            await task
+        except asyncio.CancelledError:
+            if task is self._task:  # the page has gone
+                raise
+        finally:
+            if task is self._task:
+                self._grey("")
