@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .compute.complex_on_device import ComplexOnDevice
 from .errors import SchemaError, must_be
 
 
@@ -345,10 +344,9 @@ def build(
     if unknown:
         raise SchemaError(f"{product}: '{unknown[0]}' is not in the schema; it has {', '.join(schema)}")
 
-    def checked(name: str, value: Any) -> tuple[tuple[str, ...], np.ndarray | ComplexOnDevice, dict[str, Any]]:
+    def checked(name: str, value: Any) -> tuple[tuple[str, ...], np.ndarray, dict[str, Any]]:
         variable = schema[name]
-        there = isinstance(value, ComplexOnDevice)  # and stays there
-        array = value if there else np.asarray(value).astype(variable.dtype, copy=False)
+        array = np.asarray(value).astype(variable.dtype, copy=False)
         if array.ndim != len(variable.dims):
             raise SchemaError(f"{product}: '{name}' has {array.ndim} dimensions; the schema says {variable.dims}")
         attributes = variable.attributes()

@@ -20,16 +20,13 @@ from .echoes.dataset import echo_dataset
 from .echoes.parted import Gathered
 from .echoes.radar_cross_section import Returns, SeaSurface
 from .echoes.receiving import Received
-from .echoes.returns_on_device import returns_on_device
 from .echoes.scenery import Scenery
 from .echoes.spike_field import SpikeField
-from .echoes.summation import on_device
 from .echoes.turn import turn_echoes
 from .echoes.unheard import share_unheard
 from .errors import InputError
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
 from .mesh.grid import PolarGrid
-from .mesh.on_device import MeshOnDevice
 from .mesh.surface import sea_on_grid, submerged_lines
 from .radar.array import antenna_array
 from .radar.scan import Pulses, pulses
@@ -39,8 +36,7 @@ from .scene import Scene, SceneLike, as_scene
 from .sea import Sea
 from .tracing import Illumination, RayScenes, UnresolvedWaves, tracer
 from .tracing.circle import circle_grid
-from .tracing.light_on_device import LightOnDevice
-from .truth import ground_truth, polar_truth, polar_truth_on_device, where_known
+from .truth import ground_truth, polar_truth, where_known
 
 _FOLD_LINES = 8  # one line of the mesh in so many is searched for folds
 
@@ -200,8 +196,7 @@ class Simulator:
             with clock("calibrate"):
                 _ = self.surface  # of the whole circle, of which a sector's sea is then a part that is known
         mesh = self.mesh(number, clock)
-        heard = self._heard_on_device if on_device() else self._heard
-        submerged, received, truth, rays = heard(number, clock, mesh, fired)
+        submerged, received, truth, rays = self._heard(number, clock, mesh, fired)
         facets = mesh.facets
         with clock("echoes"):
             under_water = _submerged_pulses(submerged, facets, fired)
@@ -241,38 +236,6 @@ class Simulator:
         with clock("truth"):
             truth = polar_truth(facets, returns.rcs, self.radar, self.scene.retrieval, number)
         return _Heard(submerged, received, truth, facets.rays)
-
-    def _heard_on_device(self, number: int, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses) -> _Heard:
-        """The same: of the facets and their light nothing leaves the device."""
-        from .echoes.turn_on_device import turn_echoes_on_device  # Dr.Jit's users load where they are asked for
-        from .truth.on_device import FacetsOnDevice
-
-        surface = self.surface
-        with clock("mesh"):
-            levelled, placed = mesh.levelled, MeshOnDevice.of(mesh)
-        with clock("trace"):
-            light = self._light_on_device(levelled, placed.levelled)
-        objects = self._object_voltages(clock, mesh, fired)
-        with clock("echoes"):
-            with clock("scattering"):
-                returns = returns_on_device(surface, levelled.facets, placed.levelled, light)
-            speckle = self.scene.seed, self.scene.scattering.decorrelation_time_s
-            received = turn_echoes_on_device(
-                mesh.facets, placed, light, returns, self.radar, fired, *speckle, objects, self._unheard
-            )
-        with clock("sea"):
-            submerged = submerged_lines(mesh, self.sea)
-        with clock("truth"):
-            seen = FacetsOnDevice(mesh.facets, placed, light, returns)
-            truth = polar_truth_on_device(seen, self.radar, self.scene.retrieval, number)
-        return _Heard(submerged, received, truth, light.rays)
-
-    def _light_on_device(self, levelled: SurfaceMesh, placed: MeshOnDevice) -> LightOnDevice:
-        from .tracing.rays import RayTracer
-
-        if isinstance(self._trace, RayTracer) and not self.scenery.there and self.unresolved is None:
-            return self._trace.on_device(levelled, placed)
-        return LightOnDevice.of(self.shaded(self.scenery.hide(self._trace(levelled))))
 
     def _object_voltages(self, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses) -> NDArray[np.complex64] | None:
         with clock("objects"):

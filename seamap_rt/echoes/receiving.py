@@ -29,7 +29,7 @@ _NOISE_SAMPLE_SEED = 3  # of the sample by which a receiver's own noise is measu
 class Received(NamedTuple):
     """What is recorded of a turn."""
 
-    voltage: NDArray[np.complex64]  # (pulse, receiver, gate) √W; may lie on the device, as a ComplexOnDevice
+    voltage: NDArray[np.complex64]  # (pulse, receiver, gate) √W
     saturated: NDArray[np.bool_] | None  # (pulse, gate) of any receiver; None where nothing can saturate
     full_scale_w: float | None = None  # W of a sine, the median over the pulses; None without a converter
 

@@ -36,7 +36,17 @@ from .paths import facet_paths, wavenumber
 from .receiving import Received, receive
 from .slow_time import Nodes, choose_nodes, nodes_first, pulses_from_nodes
 from .speckle import Heard, StillSpeckle, speckle_basis
-from .summation import Beam, ColumnBatch, Columns, Geometry, Kernel, ListedFacets, RangeTable, Speckle, kernel
+from .summation import (
+    BATCH_COLUMNS,
+    Beam,
+    ColumnBatch,
+    Columns,
+    Geometry,
+    ListedFacets,
+    RangeTable,
+    Speckle,
+    sum_columns,
+)
 from .unheard import beams_heard, share_of_speckle
 
 T = TypeVar("T")
@@ -78,8 +88,7 @@ def turn_echoes(
     if motion is not None:
         motion.check(facets)
     hearing = Hearing.of(facets, radar, pulses, seed, decorrelation_time_s, motion, unheard)
-    chosen = kernel()
-    total = hearing.total(ColumnSums(hearing, facets, rcs, chosen), chosen.columns)
+    total = hearing.total(ColumnSums(hearing, facets, rcs), BATCH_COLUMNS)
     return received(total, hearing, pulses, seed, objects)
 
 
@@ -268,7 +277,6 @@ class ColumnSums:
     hearing: Hearing
     facets: Illumination
     rcs: NDArray[np.float32]
-    kernel: Kernel
 
     def __call__(self, columns: slice) -> tuple[int, NDArray[np.float32]]:
         """First node's number and the columns' sum (component, path, gate, node), real and imaginary."""
@@ -283,7 +291,7 @@ class ColumnSums:
         )
         strengths = self.hearing.speckle.strengths((column, facet))
         low, batch = self.hearing.batch(columns, first, listed, strengths)
-        return low, self.kernel.sum_columns(batch)
+        return low, sum_columns(batch)
 
 
 @compiled

@@ -10,7 +10,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..compute.complex_on_device import ComplexOnDevice
 from ..radar.grid import look_sweeps
 from ..settings import RetrievalSettings
 from .covariance.dwell_sums import DwellSums, Paired
@@ -34,7 +33,7 @@ LASTING = 0.9  # coherence of an antenna's echo with its next one, below which p
 class Looks:
     """One turn's pulses, and how they are shared out."""
 
-    voltage: NDArray[np.complex64] | ComplexOnDevice  # (pulse, receiver, gate)
+    voltage: NDArray[np.complex64]  # (pulse, receiver, gate)
     transmitter: NDArray[np.integer]
     pulses: PulsePoses
     dwells: Dwells
@@ -52,7 +51,7 @@ class Looks:
         antennas = compared_receivers(echoes, radar, settings.receivers)
         pulses = PulsePoses.of(echoes, radar)
         return cls(
-            voltage if isinstance(voltage := echoes["voltage"].data, ComplexOnDevice) else np.asarray(voltage),
+            np.asarray(echoes["voltage"].data),
             np.asarray(echoes["transmitter"].values),
             pulses,
             pulses.dwells(radar, antennas[0], sweeps, width),

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from seamap_rt.compute.functions import functions_of
 from seamap_rt.conventions import GRAVITY, SPEED_OF_LIGHT, WATER_DENSITY
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.sea.elfouhaily import elfouhaily97_peak_wavenumber, friction_velocity
@@ -103,9 +102,8 @@ def nrcs_breaker(
     """
     lean = lean_of(direction)
     cosine = (cos_local + lean * upwind) * (1.0 / np.sqrt(1.0 + lean * lean))
-    of = functions_of(cos_local)
-    secant2 = 1.0 / of.square(of.maximum(cosine, 0.05))  # beyond, the exponential is nothing
-    return secant2 * secant2 * (1.0 / ROUGHNESS) * of.exp((1.0 - secant2) * (1.0 / ROUGHNESS)) + WALL / ROUGHNESS
+    secant2 = 1.0 / np.square(np.maximum(cosine, 0.05))  # beyond, the exponential is nothing
+    return secant2 * secant2 * (1.0 / ROUGHNESS) * np.exp((1.0 - secant2) * (1.0 / ROUGHNESS)) + WALL / ROUGHNESS
 
 
 def lean_of(direction: float) -> float:

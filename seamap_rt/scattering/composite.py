@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from seamap_rt.compute.functions import functions_of
 from seamap_rt.compute.machine import pool
 from seamap_rt.conventions import POLARIZATIONS, db
 from seamap_rt.scattering.breaking import Breakers, breakers, nrcs_breaker
@@ -175,10 +174,9 @@ class CompositeSea(NamedTuple):
     def nrcs(
         self, incidence: Array, slope_range: Array, slope_cross: Array, wind_angle: Array, strain: Array
     ) -> tuple[Array, Array, Array]:
-        """The terms of some facets, in float32: arrays of the host or of the device."""
-        of = functions_of(incidence)
-        view = facet_view(of.sin(incidence), of.cos(incidence), slope_range, slope_cross)
-        along, across = of.cos(wind_angle), of.sin(wind_angle)
+        """The terms of some facets, in float32."""
+        view = facet_view(np.sin(incidence), np.cos(incidence), slope_range, slope_cross)
+        along, across = np.cos(wind_angle), np.sin(wind_angle)
         wind_cosine, wind_sine = view.wind_double(along, across)
         crowded = crowding(strain)
         bragg = self.bragg.nrcs(view, wind_cosine, wind_sine) * (crowded * (1.0 / self.mean_crowding))

@@ -1,7 +1,6 @@
 """How a ray meets a tilted plane: its incidence, the turn of its polarization, and the wind in the plane's own axes.
 
-Facets of the mesh and the unresolved tilts on them are both such planes, one upon the other. These formulas, and those
-of the scattering terms, work on arrays of the host and of the device alike (`compute.functions`).
+Facets of the mesh and the unresolved tilts on them are both such planes, one upon the other.
 """
 
 from __future__ import annotations
@@ -10,8 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from seamap_rt.compute.functions import functions_of
 
 Array = NDArray[np.floating]
 
@@ -29,8 +26,7 @@ class FacetView(NamedTuple):
     def wind_double(self, along: Array, across: Array) -> tuple[Array, Array]:
         """cos and sin of 2 (w − χ), from cos w and sin w: the wind's axis against the Bragg vector."""
         square = self.inverse_sine2 == 0.0
-        where = functions_of(along).where
-        cosine = where(square, 1.0, (self.along_range**2 - self.along_cross**2) * self.inverse_sine2)
+        cosine = np.where(square, 1.0, (self.along_range**2 - self.along_cross**2) * self.inverse_sine2)
         sine = 2.0 * self.along_range * self.along_cross * self.inverse_sine2
         wind_cosine, wind_sine = along * along - across * across, 2.0 * along * across
         return wind_cosine * cosine + wind_sine * sine, wind_sine * cosine - wind_cosine * sine
@@ -47,22 +43,22 @@ def facet_view(sine: Array, cosine: Array, slope_range: Array, slope_cross: Arra
     plane, of length sin θi, and turns anticlockwise from the look by χ, tan χ = cos(θ − s_in) sin s_cross/sin(θ − s_in)
     (Valenzuela, Boundary-Layer Meteorol. 13, 61–85, 1978). A plane seen squarely counts as A = 1, χ = 0.
     """
-    p, q, of = slope_range, slope_cross, functions_of(slope_range)
+    p, q = slope_range, slope_cross
     in_plane = 1.0 / (1.0 + p * p)  # cos² s_in
     normal_up = 1.0 / (1.0 + p * p + q * q)  # (cos s_in cos s_cross)²
     towards, away = cosine + p * sine, sine - p * cosine  # cos(θ − s_in), sin(θ − s_in), both over cos s_in
-    up = of.sqrt(normal_up)
-    root = of.sqrt(in_plane)
+    up = np.sqrt(normal_up)
+    root = np.sqrt(in_plane)
     along_range, along_cross = away * root, towards * root * (q * up)
     sine2 = along_range * along_range + along_cross * along_cross
     square = sine2 < 1e-12
-    inverse = of.where(square, 0.0, 1.0 / of.where(square, 1.0, sine2))
+    inverse = np.where(square, 0.0, 1.0 / np.where(square, 1.0, sine2))
     b = q * normal_up * inverse
     return FacetView(
-        cos_local=of.minimum(towards * up, 1.0),
+        cos_local=np.minimum(towards * up, 1.0),
         inverse_sine2=inverse,
         along_range=along_range,
         along_cross=along_cross,
-        a2=1.0 - of.minimum(q * b, 1.0),
+        a2=1.0 - np.minimum(q * b, 1.0),
         ab=away * b,
     )

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import root_scalar
 
-from seamap_rt.compute.functions import functions_of
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scattering.breaking import FRONT_POWER
@@ -62,8 +61,7 @@ def approaching_share(wind_angle: ArrayLike) -> NDArray[np.float64]:
 
 def crowding(strain: NDArray[np.floating]) -> NDArray[np.floating]:
     """N/N0 of the short waves, exp(4.5 strain), with the strain bent smoothly below ±½: 0.105 to 9.5."""
-    of = functions_of(strain)
-    return of.exp(ACTION_POWER * MOST_STRAIN * of.tanh(strain * (1.0 / MOST_STRAIN)))
+    return np.exp(ACTION_POWER * MOST_STRAIN * np.tanh(strain * (1.0 / MOST_STRAIN)))
 
 
 def modulation_db(strain_std: float) -> float:

@@ -9,8 +9,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import ndtr
 
-from seamap_rt.compute.functions import functions_of
 from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scattering.facet_view import Array
 from seamap_rt.scattering.permittivity import fresnel
@@ -38,16 +38,14 @@ class Mirror(NamedTuple):
 
     def nrcs(self, cos_local: Array, wind_cosine: Array) -> Array:
         """σ0 per unit true area of the facet, for cos θi and cos 2φ in float32; 0 from behind."""
-        of = functions_of(cos_local)
-        secant2 = 1.0 / of.square(of.maximum(cos_local, LEAST_COSINE))
+        secant2 = 1.0 / np.square(np.maximum(cos_local, LEAST_COSINE))
         mean = float(np.float32(0.25 / self.along + 0.25 / self.across))
         split = float(np.float32(0.25 / self.along - 0.25 / self.across))
-        return self.peak * secant2 * secant2 * of.exp((1.0 - secant2) * (mean + split * wind_cosine))
+        return self.peak * secant2 * secant2 * np.exp((1.0 - secant2) * (mean + split * wind_cosine))
 
     def facing(self, cos_local: Array) -> Array:
         """Share of the tilts that face the ray, 1 seen squarely and ½ at a facet's own grazing."""
-        of = functions_of(cos_local)
-        return of.ndtr(cos_local * self.steepness / of.sqrt(of.maximum(1.0 - cos_local * cos_local, 1e-6)))
+        return ndtr(cos_local * self.steepness / np.sqrt(np.maximum(1.0 - cos_local * cos_local, 1e-6)))
 
 
 @lru_cache(maxsize=32)

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from seamap_rt.compute.functions import functions_of
 from seamap_rt.scattering.bragg import bragg_coefficients, radar_wavenumber
 from seamap_rt.scattering.facet_view import Array, FacetView, facet_view
 from seamap_rt.scattering.short_waves import ShortWaves
@@ -42,13 +41,14 @@ class TiltedBragg(NamedTuple):
 
     def nrcs(self, view: FacetView, wind_cosine: Array, wind_sine: Array) -> Array:
         """σ0 per unit true area, for a view in float32 and the cos 2φ and sin 2φ of the wind."""
-        of = functions_of(view.cos_local)
         scale = float(np.float32(NODES / (1.0 - self.low)))
-        index, part = of.split(of.maximum(view.cos_local - float(np.float32(self.low)), 0.0) * scale)
+        position = np.maximum(view.cos_local - float(np.float32(self.low)), 0.0) * scale
+        index = position.astype(np.intp)
+        part = position - index.astype(np.float32)
 
         def look_up(column: Column) -> Array:
-            low = of.take(column, index)
-            return low + part * (of.take(column, index + 1) - low)
+            low = column.take(index)
+            return low + part * (column.take(index + 1) - low)
 
         def towards(columns: tuple[Column, Column]) -> Array:
             return look_up(columns[0]) + look_up(columns[1]) * wind_cosine
@@ -57,7 +57,7 @@ class TiltedBragg(NamedTuple):
         b2 = 1.0 - a2
         like, other = towards(self.like) * a2, towards(self.other) * b2
         skew = (look_up(self.like_skew) * a2 + look_up(self.other_skew) * b2) * (view.ab * wind_sine)
-        return of.maximum(like * a2 + towards(self.mixed) * (a2 * b2) + other * b2 + skew, 0.0)
+        return np.maximum(like * a2 + towards(self.mixed) * (a2 * b2) + other * b2 + skew, 0.0)
 
 
 @lru_cache(maxsize=32)

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import NDArray
 
 from ..compute.compiled import compiled
 
 
-def phasor(xp: Any, omega: Any, time: float) -> Any:
-    """exp(−iωt) in complex64, by an array library xp of NumPy's interface. omega: float64, rad/s; time: s.
+def phasor(omega: NDArray[np.float64], time: float) -> NDArray[np.complex64]:
+    """exp(−iωt), in the shape of omega [rad/s]; time: s.
 
     The phase is reduced in float64: 12 hours lose nothing.
     """
     turns = omega * (time / (2.0 * np.pi))
-    turns -= xp.rint(turns)
+    turns -= np.rint(turns)
     phase = (turns * (-2.0 * np.pi)).astype(np.float32)
-    made = xp.empty(phase.shape, dtype=np.complex64)
-    xp.cos(phase, out=made.real)
-    xp.sin(phase, out=made.imag)
+    made = np.empty(phase.shape, dtype=np.complex64)
+    np.cos(phase, out=made.real)
+    np.sin(phase, out=made.imag)
     return made
 
 

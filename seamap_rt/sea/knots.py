@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import OrderedDict, deque
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from threading import Lock
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 from .fields import Kind
 
@@ -32,19 +32,16 @@ class Strip:
         return slice(start, start + self.count) if start + self.count <= other.count else None
 
 
-Key = TypeVar("Key", bound=Hashable)
-
-
-class KeptKnots(OrderedDict[Key, tuple[Strip, Any]], Generic[Key]):
+class KeptKnots(OrderedDict[Knot, tuple[Strip, Any]]):
     """By knot its strip and the coefficients of that strip's rows, what the latest calls used, those used last at the
     end; for several threads."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._recent: deque[frozenset[Key]] = deque(maxlen=_REMEMBERED)
+        self._recent: deque[frozenset[Knot]] = deque(maxlen=_REMEMBERED)
         self._lock = Lock()
 
-    def take(self, wanted: Sequence[Key], strip: Strip, row_bytes: int, most: int) -> dict[Key, tuple[Strip, Any]]:
+    def take(self, wanted: Sequence[Knot], strip: Strip, row_bytes: int, most: int) -> dict[Knot, tuple[Strip, Any]]:
         """What is kept of the wanted, which `keep` takes back. The rest makes room for them: they are to be rows of
         that strip, of so many bytes each, and all that is kept is to have at most so many."""
         with self._lock:
@@ -57,12 +54,12 @@ class KeptKnots(OrderedDict[Key, tuple[Strip, Any]], Generic[Key]):
                 held -= self.popitem(last=False)[1][0].count
         return known
 
-    def keep(self, values: Mapping[Key, tuple[Strip, Any]]) -> None:
+    def keep(self, values: Mapping[Knot, tuple[Strip, Any]]) -> None:
         """These, as the latest used."""
         with self._lock:
             self.update(values)
 
-    def add(self, values: Mapping[Key, tuple[Strip, Any]]) -> None:
+    def add(self, values: Mapping[Knot, tuple[Strip, Any]]) -> None:
         """Those of these that are not there."""
         with self._lock:
             for key, value in values.items():

@@ -15,14 +15,13 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache, cached_property, partial
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
 from ..compute.machine import threads
-from ..compute.placement import library_for_sea, sea_on_device
 from .accuracy import TIME_ORDER, InterpolationError, interpolation_error, kept_base, longest_time_step
 from .fields import Kind, per_elevation
 from .knots import KeptKnots, Knot, Strip
@@ -30,16 +29,12 @@ from .lattice import Lattice
 from .spline import bspline_polynomials, bspline_transform
 from .sums import DERIVATIVES, Sums, Term, sums_of
 
-if TYPE_CHECKING:
-    from .knots_on_device import WavesOnDevice
-
 Coefficients = dict[Knot, NDArray[np.float32]]  # the rows of one strip
 Making = dict[Knot, Future[NDArray[np.float32]]]
 Run = tuple[int, int, int]  # time interval, first and last + 1 of its points
 
 TAPS = range((1 - TIME_ORDER) // 2, (TIME_ORDER + 3) // 2)  # the knots around an interval that its points take from
 CACHE_BYTES = 400_000_000  # forty-eight knots of the default sea's one field; one turn takes eleven
-WORTH_THE_DEVICE = 1 << 16  # points: for fewer, such as gauges', the coefficients would go there for little
 _CHUNK = 1 << 14  # points per task
 _ROWS = 64  # transformed at a time: few enough to stay in the cache
 _NEARLY_ALL = 0.7  # of the rows: from here on a strip is no longer worth its while
@@ -80,9 +75,7 @@ class MovingField:
 
     def _keep_nothing(self) -> None:
         """Before the first call."""
-        self._cache: KeptKnots[Knot] = KeptKnots()
-        self._cache_there: KeptKnots[tuple[Knot, Strip]] = KeptKnots()  # on the device
-        self._waves_there: WavesOnDevice | None = None
+        self._cache = KeptKnots()
         self._factors: dict[Kind, NDArray[np.complex64]] = {}
 
     @cached_property
@@ -121,16 +114,12 @@ class MovingField:
         together = len(self.taps) * self._field_bytes(strip) * len(sums) <= 2 * CACHE_BYTES
         for chosen in [sums] if together else [[each] for each in sums]:
             for batch in self._batches(runs, len(chosen), strip):
-                numbers = sorted({first + tap for first, _, _ in batch for tap in self.taps})
                 kinds: tuple[Kind, ...] = tuple(each.kind for each in chosen)
-                wanted: list[Knot] = [(number, kind) for number in numbers for kind in kinds]
-                if t.size >= WORTH_THE_DEVICE and sea_on_device():
-                    within = slice(None) if len(batch) == len(runs) else order[batch[0][1] : batch[-1][2]]
-                    points = x[within], y[within], knot_time[within]
-                    knots = self._knots_there(wanted, strip)
-                    for values, rows_of in self._there(numbers, knots, strip, points, chosen):
-                        result[rows_of, within] = values
-                    continue
+                wanted: list[Knot] = [
+                    (number, kind)
+                    for number in sorted({first + tap for first, _, _ in batch for tap in self.taps})
+                    for kind in kinds
+                ]
                 making, tasks = self._knots(wanted, strip, pool), []
                 for first, start, stop in batch:
                     for tap, kind in product(self.taps, kinds):  # the first points do not wait for the last knots
@@ -144,36 +133,6 @@ class MovingField:
                 self._kept(making, strip)
                 del making, tasks  # before the next ones take memory
         return result
-
-    def _there(
-        self,
-        numbers: Sequence[int],
-        knots: dict[Knot, Any],
-        strip: Strip,
-        points: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
-        chosen: Sequence[Sums],
-    ) -> Iterator[tuple[NDArray[np.float64], int]]:
-        """Values (n,) and their output rows, of points x, y and time in time steps: evaluated on the device, where the
-        knots' coefficients lie."""
-        from ..compute.device import ONE_AT_A_TIME, device
-        from .spline_on_device import CoefficientsThere, PointsThere, splines_on_device
-
-        x, y, knot_time = points
-        interval = np.floor(knot_time)
-        first = np.searchsorted(numbers, interval + self.taps[0])
-        rows, columns = (bspline_polynomials(order) for order in (0 if self.lattice.line else self.order, self.order))
-        origin = strip.first, self.shape[0]
-        with ONE_AT_A_TIME:
-            placed = PointsThere.of(x, y, first, knot_time - interval)
-            for each in chosen:
-                grids = [knots[number, each.kind] for number in numbers]
-                there = CoefficientsThere.of(grids, (strip.count, self._columns), origin, self.shape[1])
-                weights = rows, columns, each.in_time
-                wanted = np.argwhere(each.output_row >= 0).tolist()
-                derivatives = [(*DERIVATIVES[m], n) for n, m in wanted]
-                made = splines_on_device(there, placed, self._per_metre, weights, derivatives)
-                for (n, m), values in zip(wanted, made, strict=True):
-                    yield self._in_space[m] * device().fetch(values, x.shape), int(each.output_row[n, m])
 
     @property
     def _in_space(self) -> NDArray[np.float64]:
@@ -254,30 +213,6 @@ class MovingField:
         self._cache.add({key: (strip, rows) for key, rows in made.items()})
         return made
 
-    def _knots_there(self, wanted: Sequence[Knot], strip: Strip) -> dict[Knot, Any]:
-        """The same on the device. What does not lie there is made there, or made here and goes up, once."""
-        from ..compute.device import ONE_AT_A_TIME, device
-        from .knots_on_device import WavesOnDevice
-
-        known = self._cache_there.take([(key, strip) for key in wanted], strip, 4 * self._columns, CACHE_BYTES)
-        there = {key: rows for (key, _), (_, rows) in known.items()}
-        missing = [key for key in wanted if key not in there]
-        library = self._library() if missing else None
-        here = self._kept(self._knots(missing, strip, _pool()), strip) if missing and library is None else {}
-        with ONE_AT_A_TIME:
-            if library is not None:
-                if self._waves_there is None:
-                    waves = self._ahead, self._behind, self.lattice.omega
-                    self._waves_there = WavesOnDevice(library, *waves, self.shape, self.time_step)
-                made = self._waves_there.coefficients(missing, self._per_elevation, strip, self._columns)
-            else:
-                made = [device().place(here[key]) for key in missing]
-        there.update(zip(missing, made, strict=True))
-        self._cache_there.keep({(key, strip): (strip, there[key]) for key in wanted})
-        return there
-
-    _library = staticmethod(library_for_sea)  # for FFTs on the device
-
     def _made(self, kind: Kind, state: Future[Any], strip: Strip) -> NDArray[np.float32]:
         return self._coefficients(kind, state.result(), strip)
 
@@ -298,7 +233,7 @@ class MovingField:
         """What the fields at a knot are made of: exp(−iωt) on the quadrant."""
         from .half_plane import phasor
 
-        return phasor(np, self.lattice.omega, number * self.time_step)
+        return phasor(self.lattice.omega, number * self.time_step)
 
     def _half_plane(self, kind: Kind, state: Any) -> NDArray[np.complex64]:
         """Fourier coefficients of a field at a knot, those of columns i ≥ 0, over the spline's transform.

@@ -17,15 +17,12 @@ from numpy.typing import NDArray
 from trimesh import Trimesh
 
 from ..compute.backend import prepare
-from ..compute.device import device, moved
 from ..mesh import SurfaceMesh
-from ..mesh.on_device import MeshOnDevice
 from ..mesh.surface import as_trimesh, triangulation, widths
 from ..scattering.permittivity import PERMITTIVITIES
 from ..settings import RadarSettings, ScatteringSettings
 from .hiding import hiding_facets
 from .illumination import Illumination
-from .light_on_device import LightOnDevice
 from .shadow_rays import ShadowRays, shadow_rays
 from .shapes import mitsuba, mitsuba_mesh, set_triangles
 
@@ -56,27 +53,6 @@ class RayTracer:
             lit[:, rays.columns] = rays.lit(scene.hits(rays))
             traced += rays.number.size
         return Illumination.of(facets, lit, traced)
-
-    def on_device(self, mesh: SurfaceMesh, there: MeshOnDevice) -> LightOnDevice:
-        """The same light, which stays there. there: the mesh on the device."""
-        of, shape = device(), (mesh.grid.antenna_positions.shape[1], *mesh.facets.height.shape)
-        lit, traced = of.dr.zeros(of.Bool, int(np.prod(shape))), 0
-        for rays, scene in self._sheets(mesh):
-            if rays.number.size == 0:
-                continue
-            number = of.place(rays.number)
-            row = number // shape[2]  # antennas times the sheet's columns
-            column = of.dr.gather(of.UInt32, of.place(rays.columns.astype(np.uint32)), row % rays.columns.size)
-            antenna, facet = row // rays.columns.size, number % shape[2]
-            origins = mesh.grid.column_height + mesh.grid.antenna_positions[..., 2]
-            origin = of.dr.gather(of.Float64, of.place(origins), column * shape[0] + antenna)
-            rise = of.Float(there.height(column, facet) - origin)
-            place = (antenna * shape[1] + column) * shape[2] + facet
-            of.dr.scatter(lit, ~scene.stopped_on_device(rays.on_device(number, rise)), place)
-            of.dr.eval(lit)
-            of.dr.sync_thread()  # the next part may come into the same scene
-            traced += rays.number.size
-        return LightOnDevice(of, mesh.grid, lit, traced)
 
     def _sheets(self, mesh: SurfaceMesh) -> Iterator[tuple[ShadowRays, SeaScene]]:
         """The rays of each sheet, and the scene that holds its surface."""
@@ -149,15 +125,12 @@ class SeaScene:
 
     def hits(self, rays: ShadowRays) -> NDArray[np.bool_]:
         """(ray,): something lies between its start and its end."""
-        return self.stopped(rays.on_device()) if rays.number.size else np.zeros(0, dtype=bool)
+        return self.stopped(rays.traced) if rays.number.size else np.zeros(0, dtype=bool)
 
     def stopped(self, rays: Any) -> NDArray[np.bool_]:
         """(ray,): Mitsuba's ray hits something."""
-        return moved.down(np.array(self.stopped_on_device(rays)))
-
-    def stopped_on_device(self, rays: Any) -> Any:
-        """The same, which stays there."""
-        return device().dr.detach(self.scene.mi_scene.ray_test(rays, coherent=True), preserve_type=False)
+        dr: Any = importlib.import_module("drjit")
+        return np.array(dr.detach(self.scene.mi_scene.ray_test(rays, coherent=True), preserve_type=False))
 
 
 def _positions(antennas: NDArray[np.float64]) -> list[list[float]]:

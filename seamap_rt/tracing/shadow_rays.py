@@ -21,12 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compute.compiled import compiled
-from ..compute.device import copied
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets, SurfaceMesh
 from ..mesh.facets import FAR_FRACTION, NEAR_FRACTION, Plane
 from ..mesh.grid import PolarGrid
-from .shapes import mitsuba
+from .shapes import copied, mitsuba
 
 _STOP_SHORT = 0.9  # of the way back from a facet's point to where its plane enters the facet
 _EDGE_ON = 1e-3  # rad: float32 corners tilt a facet by less, 1e-5 at 400 m and 0.5 m between rungs
@@ -62,29 +61,25 @@ class ShadowRays:
     @cached_property
     def direction(self) -> NDArray[np.float32]:
         """(3, ray) unit vectors."""
-        return np.array(self.on_device().d)
+        return np.array(self.traced.d)
 
     @cached_property
     def length(self) -> NDArray[np.float32]:
         """(ray,) m"""
-        return np.array(self.on_device().maxt)
+        return np.array(self.traced.maxt)
 
-    def on_device(self, number: Any = None, rise: Any = None) -> Any:
-        """Mitsuba's rays, not yet evaluated. Unit vectors: with others Embree's packets of rays take 7 % longer.
-
-        number, rise: (ray,) their numbers and their facets' rise, where these are there already.
-        """
+    @property
+    def traced(self) -> Any:
+        """Mitsuba's rays, not yet evaluated. Unit vectors: with others Embree's packets of rays take 7 % longer."""
         mi, dr, facets = mitsuba(), importlib.import_module("drjit"), self.front.shape[2]
-        number = copied(mi.UInt32, self.number) if number is None else mi.UInt32(number)
+        number = copied(mi.UInt32, self.number)
         row = number // facets
         start = dr.gather(mi.Point3f, mi.Point3f(*_axes(mi, self.starts.T)), row)
         look = dr.gather(mi.Vector2f, mi.Vector2f(*_axes(mi, self.look.T)), row)
         ahead, right, short = dr.gather(mi.Vector3f, mi.Vector3f(*_axes(mi, self.points)), number - row * facets)
         east = look.x * ahead + look.y * right - start.x
         north = look.y * ahead - look.x * right - start.y
-        up = mi.Float(rise) if rise is not None else None
-        if up is None:
-            up = dr.gather(mi.Float, copied(mi.Float, self.rise.reshape(-1)), number)
+        up = dr.gather(mi.Float, copied(mi.Float, self.rise.reshape(-1)), number)
         away = dr.sqrt(east * east + north * north)
         slant = dr.sqrt(away * away + up * up)
         return mi.Ray3f(

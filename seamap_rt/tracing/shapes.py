@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from trimesh import Trimesh
 
 from ..compute.backend import prepare
-from ..compute.device import copied
 
 
 def mitsuba() -> Any:
@@ -42,3 +41,17 @@ def set_triangles(parameters: Any, prefix: str, surface: Trimesh) -> None:
 def flat(kind: Any, values: NDArray[Any], dtype: Any = np.float32) -> Any:
     """Values (any shape) as one flat Dr.Jit array of a type."""
     return copied(kind, np.ascontiguousarray(values, dtype=dtype).ravel())
+
+
+def copied(kind: Any, values: NDArray[Any]) -> Any:
+    """Values (n,) as an array of a type of Dr.Jit's, in memory of its own.
+
+    On LLVM it would share NumPy's memory otherwise: be changed with it, or freed while a kernel still runs, and be read
+    beyond its end, for kernels take whole packets of lanes, which Dr.Jit's own memory has room for.
+    """
+    dr = importlib.import_module("drjit")
+    if dr.backend_v(kind) != dr.JitBackend.LLVM or not values.size:
+        return kind(values)
+    made = dr.empty(kind, values.size)
+    np.array(made, copy=False)[...] = values
+    return made

@@ -2,6 +2,6 @@
 
 from .ground import ground_truth
 from .known import where_known
-from .polar import polar_truth, polar_truth_on_device
+from .polar import polar_truth
 
-__all__ = ["ground_truth", "polar_truth", "polar_truth_on_device", "where_known"]
+__all__ = ["ground_truth", "polar_truth", "where_known"]

@@ -7,7 +7,6 @@ by its overlap with the cell.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -42,9 +41,6 @@ from .kernel import (
     fill_mean_heights,
 )
 
-if TYPE_CHECKING:
-    from .on_device import FacetsOnDevice
-
 FAINTEST = 1e-15  # NRCS below which a cell is dark: smaller values are rounding errors
 _BINS_PER_GATE = 6
 _POINTS_A_CELL = 6  # along the look, at least
@@ -64,18 +60,6 @@ def polar_truth(
     cells, weighted = _column_cells(facets, rcs, radar, retrieval)
     bent = facets.field is not None
     return _truth(facets.grid, _added(looks, cells), _added(beam, weighted), radar, retrieval, turn, bent)
-
-
-def polar_truth_on_device(
-    facets: FacetsOnDevice, radar: RadarSettings, retrieval: RetrievalSettings, turn: int
-) -> xr.Dataset:
-    """`polar_truth` of facets that are on the device: only the looks' cells come back."""
-    from .on_device import summed_on_device
-
-    given, sweeps = facets.grid, _sweeps(radar, retrieval)
-    looks, beam = _look_columns(given, sweeps, retrieval.cell_azimuth_deg), _beam(given, sweeps, radar, retrieval)
-    sums = summed_on_device(facets, *_bands(given, radar, retrieval), looks, beam)
-    return _truth(given.grid, *sums, radar, retrieval, turn, facets.light.field is not None)
 
 
 def _truth(

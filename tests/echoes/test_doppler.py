@@ -15,7 +15,6 @@ from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.echoes import turn, turn_voltages
 from seamap_rt.echoes.motion import Fastest, Motion, MovingSpeckle, fastest_echo
 from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis, two_way_basis
-from seamap_rt.echoes.summation import kernel
 from seamap_rt.echoes.summation.gaussian import draw_all, key_of
 from seamap_rt.echoes.turn import choose_nodes
 from seamap_rt.mesh import mesh_turn, polar_grid, surface_mesh
@@ -268,8 +267,7 @@ def test_threads_and_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     one, two, again = heard
     np.testing.assert_array_equal(one, two)
     np.testing.assert_array_equal(two, again)
-    seven = kernel()._replace(columns=7)  # only the order of the sum changes: float32
-    monkeypatch.setattr(turn, "kernel", lambda: seven)
+    monkeypatch.setattr(turn, "BATCH_COLUMNS", 7)  # only the order of the sum changes: float32
     other = turn_voltages(facets, rcs, radar, fired, SEED, 0.01, motion=motion)
     np.testing.assert_allclose(other, one, rtol=0, atol=1e-5 * np.abs(one).max())
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from seamap_rt.echoes.motion import Motion, MovingSpeckle
 from seamap_rt.echoes.speckle import EVENLY, Heard, StillSpeckle, speckle_basis
+from seamap_rt.echoes.summation import ListedFacets
 from seamap_rt.echoes.turn import Hearing, best_towards_any_gate
-from seamap_rt.echoes.turn_on_device import _NO_FACETS
 from seamap_rt.echoes.unheard import share_of_speckle, share_unheard
 
 NODES, SPACING_S, K = 21, 8e-4, 209.6
@@ -58,7 +58,10 @@ def test_no_gate_hears_a_node_louder_than_its_modes_reckon(platform: dict | None
     reckoned = hearing.heard.at(hearing.window)
     assert reckoned.min() < 0.1  # there are nodes that are hardly heard
     nowhere = np.zeros(facets.grid.columns + 1, np.intp)
-    low, batch = hearing.batch(slice(0, facets.grid.columns), nowhere, _NO_FACETS, np.empty((0, 1), np.float32))
+    none = ListedFacets(
+        np.empty(0, np.intp), np.empty(0), np.empty((1, 0)), np.empty((1, 0)), np.empty((1, 0), np.complex64)
+    )
+    low, batch = hearing.batch(slice(0, facets.grid.columns), nowhere, none, np.empty((0, 1), np.float32))
     first, beam = low + batch.columns.first_node, batch.beam
     inside = (first >= 0) & (first + hearing.window <= hearing.nodes.count)
     assert inside.sum() > 10

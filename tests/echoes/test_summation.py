@@ -1,5 +1,4 @@
-"""The seam of the echo kernel: a batch in, its sums out, against the law in float64. A kernel for another device has
-the same to show."""
+"""The sum over facets: a batch in, its sums out, against the law in float64."""
 
 from __future__ import annotations
 
@@ -10,25 +9,19 @@ import pytest
 from exact_echoes import ROCKING, SEED, radar_of, sea_seen
 from numpy.typing import NDArray
 
-from seamap_rt.compute.device import moved
 from seamap_rt.echoes import turn, turn_voltages
 from seamap_rt.echoes.motion import Motion
 from seamap_rt.echoes.summation import (
-    VARIABLE,
     Beam,
     ColumnBatch,
     Columns,
     Geometry,
-    Kernel,
     ListedFacets,
     RangeTable,
     Speckle,
-    device,
-    kernel,
-    processor,
+    sum_columns,
 )
 from seamap_rt.echoes.summation.gaussian import gaussians, key_of
-from seamap_rt.errors import InputError
 from seamap_rt.random_streams import Stream, key
 
 
@@ -118,35 +111,30 @@ def by_the_law(batch: ColumnBatch) -> NDArray[np.complex128]:
     return out
 
 
-KERNELS = pytest.mark.parametrize("of", [processor, device], ids=["processor", "device"])
-
-
-@KERNELS
 @pytest.mark.parametrize("window", [1, 8, 13, 40])  # less than the processor's lanes, just these, more
 @pytest.mark.parametrize("kinds", [1, 2])
 @pytest.mark.parametrize("alike", [True, False], ids=["tables alike", "tables of each path"])
-def test_sums_by_the_law(of: Any, window: int, kinds: int, alike: bool) -> None:
+def test_sums_by_the_law(window: int, kinds: int, alike: bool) -> None:
     # Single precision, and phasors that err by 1e-5 rad; a beam's entry that rounds to its neighbour is 4e-4 of it.
     batch = batch_of(window, kinds, alike)
-    sums, exact = of.sum_columns(batch), by_the_law(batch)
+    sums, exact = sum_columns(batch), by_the_law(batch)
     assert sums.dtype == np.float32
     assert sums.shape == (2, *exact.shape)
     np.testing.assert_allclose(sums[0] + 1j * sums[1], exact, rtol=0, atol=1e-4 * np.abs(exact).max())
 
 
-@KERNELS
-def test_a_batch_is_the_sum_of_its_columns(of: Any) -> None:
+def test_a_batch_is_the_sum_of_its_columns() -> None:
     """A facet's numbers are those of its column's and its own keys, whatever else is in the batch."""
     batch = batch_of()
-    whole, total = of.sum_columns(batch), 0.0
+    whole, total = sum_columns(batch), 0.0
     for column in range(3):
         alone = batch.columns.first_facet.copy()
         alone[: column + 1], alone[column + 1 :] = alone[column], alone[column + 1]
         if column:  # those before stay empty
             alone[:column] = alone[column]
-        total = total + of.sum_columns(batch._replace(columns=batch.columns._replace(first_facet=alone)))
+        total = total + sum_columns(batch._replace(columns=batch.columns._replace(first_facet=alone)))
     np.testing.assert_allclose(whole, total, rtol=0, atol=1e-6 * np.abs(whole).max())
-    np.testing.assert_array_equal(whole, of.sum_columns(batch))
+    np.testing.assert_array_equal(whole, sum_columns(batch))
 
 
 @pytest.mark.parametrize("moving", [False, True], ids=["still", "moving scatterers"])
@@ -160,9 +148,10 @@ def test_a_turns_batches_are_as_they_are_described(moving: bool, monkeypatch: py
 
     def recorded(batch: ColumnBatch) -> NDArray[np.float32]:
         seen.append(batch)
-        return processor.sum_columns(batch)
+        return sum_columns(batch)
 
-    monkeypatch.setattr(turn, "kernel", lambda: Kernel(recorded, 16))
+    monkeypatch.setattr(turn, "sum_columns", recorded)
+    monkeypatch.setattr(turn, "BATCH_COLUMNS", 16)
     turn_voltages(facets, rcs, radar_of(), fired, SEED, 0.01, motion=motion)
     assert seen
     for batch in seen:
@@ -185,32 +174,3 @@ def test_a_turns_batches_are_as_they_are_described(moving: bool, monkeypatch: py
         assert batch.speckle.strength.shape == (count, batch.speckle.streams.size)
         assert batch.speckle.modes.shape[::2] in ((each, batch.window), (1, batch.window))
         assert batch.beam.along.shape == batch.beam.up.shape == batch.beam.past_m.shape == (each, batch.window)
-
-
-def test_a_turn_by_the_device_is_the_processors(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of whole turns, in other batches; the processor's phasors err by 1e-5 rad."""
-    facets, rcs, fired = sea_seen(radar_of(), ROCKING)
-    turns = {}
-    for name in ("processor", "device"):
-        monkeypatch.setenv(VARIABLE, name)
-        turns[name] = turn_voltages(facets, rcs, radar_of(), fired, SEED, 0.01)
-    apart = turns["device"] - turns["processor"]
-    assert np.sqrt(np.mean(np.abs(apart) ** 2) / np.mean(np.abs(turns["processor"]) ** 2)) <= 1e-5
-
-
-def test_what_goes_to_the_device_comes_back_once_as_sums() -> None:
-    batch = batch_of()
-    moved.forget()
-    sums = device.sum_columns(batch)
-    groups = (batch.columns, batch.facets, batch.speckle, batch.response, batch.beam)
-    given = sum(each.nbytes for group in groups for each in group if isinstance(each, np.ndarray))
-    paths = len(batch.geometry.antennas)
-    assert moved.down_bytes == sums.nbytes
-    assert moved.down_count == 2 * paths
-    assert moved.up_bytes <= given * paths  # what a path has for itself, once a path
-
-
-def test_another_kernel_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(VARIABLE, "gpu")
-    with pytest.raises(InputError, match="SEAMAP_RT_ECHOES = gpu: must be processor or device"):
-        kernel()

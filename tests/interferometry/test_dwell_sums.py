@@ -10,12 +10,10 @@ from numpy.typing import NDArray
 from scipy.special import gamma
 
 from seamap_rt.compute import machine
-from seamap_rt.compute.complex_on_device import ComplexOnDevice
-from seamap_rt.compute.device import moved
 from seamap_rt.errors import SchemaError
 from seamap_rt.interferometry.covariance.dwell_sums import DwellSums, Paired
 from seamap_rt.interferometry.covariance.dwells import Dwells
-from seamap_rt.interferometry.covariance.windows import powers, without_noise
+from seamap_rt.interferometry.covariance.windows import without_noise
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import RetrievalSettings
@@ -40,7 +38,7 @@ def noise(rng: np.random.Generator, *shape: int) -> NDArray[np.complex64]:
 
 
 def sums(
-    voltage: NDArray[np.complex64] | ComplexOnDevice,
+    voltage: NDArray[np.complex64],
     dwells: Dwells,
     radar: RadarDescription = RADAR,
     number: NDArray[np.intp] | None = None,
@@ -85,9 +83,8 @@ def written_out(
 
 @pytest.mark.parametrize("leaning", [False, True])
 @pytest.mark.parametrize("levelled", [False, True])
-@pytest.mark.parametrize("there", [False, True])
 @pytest.mark.parametrize("gaps", [0.0, 1e-3, 0.1])
-def test_every_sum_is_what_it_says_it_is(leaning: bool, levelled: bool, there: bool, gaps: float) -> None:
+def test_every_sum_is_what_it_says_it_is(leaning: bool, levelled: bool, gaps: float) -> None:
     # Pulses missing, voltages NaN nowhere, here and there, and often, pulses of no look, a look without pulses, blocks
     # of 64 crossed, gates that fill lanes and some that do not.
     rng = np.random.default_rng(1)
@@ -99,14 +96,13 @@ def test_every_sum_is_what_it_says_it_is(leaning: bool, levelled: bool, there: b
     look = np.where(look == 2, -1, look)
     dwells = Dwells(look if leaning else look[:, 0], 6)
     levels = {p: rng.uniform(-50.0, 50.0, (number.size, GATES)) for p in (1, 2)} if levelled else None
-    found = sums(ComplexOnDevice.of(voltage) if there else voltage, dwells, number=number, levels=levels)
+    found = sums(voltage, dwells, number=number, levels=levels)
     assert found.one is not None
     assert found.two is not None
 
     one, two = (levels or {}).get(1), (levels or {}).get(2)
     asked = written_out(voltage, dwells, number, [(0, 0, 1, None)], one)
-    # Products of float32 are exact to 1e-7 each, and turns to 1e-7 of a turn of a radian or so; sums of thirty, float32
-    # too on the device, to 3e-7.
+    # Products of float32 are exact to 1e-7 each, and turns to 1e-7 of a turn of a radian or so; sums are float64.
     np.testing.assert_allclose(found.one.cross, asked, rtol=0.0, atol=1e-6)
     forward = written_out(voltage, dwells, number, [(1, 0, 1, 0)], two)
     backward = written_out(voltage, dwells, number, [(-1, 0, 1, 0)], two)
@@ -235,30 +231,3 @@ def test_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
         assert found[0].one is not None
         np.testing.assert_array_equal(other.one.cross, found[0].one.cross)
         np.testing.assert_array_equal(other.lags[0].products.cross, found[0].lags[0].products.cross)
-
-
-def test_of_voltages_on_the_device_cells_come_back_alone() -> None:
-    """Up: three numbers of each product, one of each pulse, and two of each look. Down: four of each cell and kind, and
-    whether each pulse was heard."""
-    pulses, looks = 3000, 30
-    voltage = noise(np.random.default_rng(10), pulses, 2, GATES)
-    voltage[7, 1], voltage[11, 0, : GATES - 1] = np.nan, np.nan
-    there, look = ComplexOnDevice.of(voltage), np.arange(pulses) // (pulses // looks)
-    moved.forget()
-    here, found = sums(voltage, Dwells(look, looks)), sums(there, Dwells(look, looks))
-    assert here.one is not None
-    assert found.one is not None
-    assert found.two is not None
-    assert found.one.there  # and so their windows are summed there
-    assert found.two.there
-    kinds = 3 + len(found.lags)  # of one way, of both ways before and after
-    assert moved.down_bytes == 16 * looks * GATES * kinds + 2 * pulses
-    products = pulses * (1 + 1 + 2 * len(found.lags))  # each receiver's lags
-    assert moved.up_bytes <= 12 * products + 4 * pulses + 8 * looks * kinds
-    pairs = zip(here.lags, found.lags, strict=True)
-    for one, other in [(here.one, found.one), *((a.products, b.products) for a, b in pairs)]:
-        assert np.abs(other.cross - one.cross).max() <= 1e-6
-        np.testing.assert_allclose(other.lower, one.lower, rtol=1e-6)  # √100 roundings of 6e-8
-    for gates in (None, np.array([5, 2])):
-        rows = np.array([7, 3, 11])
-        np.testing.assert_allclose(powers(there, 1, rows, gates), powers(voltage, 1, rows, gates), rtol=2e-7)

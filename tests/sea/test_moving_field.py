@@ -9,10 +9,7 @@ import numpy as np
 import pytest
 from small_seas import PARTS
 
-from seamap_rt.compute import placement
-from seamap_rt.compute.device import moved
 from seamap_rt.compute.lanes import LANES
-from seamap_rt.errors import InputError
 from seamap_rt.sea import accuracy, moving_field, realize
 from seamap_rt.sea.fields import Relaxed, flow_missed
 from seamap_rt.sea.lattice import Lattice
@@ -427,49 +424,3 @@ def test_the_kernel_runs_where_compiled_code_cannot_be_kept(monkeypatch):
 def test_importing_the_sea_does_not_import_the_compiler():
     code = "import sys, seamap_rt.sea; sys.exit('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
-# ------------------------------------------------------------------------------------------------- on the device
-
-
-@pytest.mark.parametrize("name", ["plane", "line"])
-def test_the_device_has_the_same_splines(name, monkeypatch):
-    """Of the same coefficients. Sums of 216 terms in another order: float32 rounds each of them by 6e-8. A wave of κ
-    radians a step is the sum of terms of its own size, its second derivative κ² of theirs: here κ is 0.1 at the peak,
-    so that 6e-8 becomes 6e-6, on the processor as much."""
-    part = part_of(name)
-    x, y, t = scattered(2000, seed=4)
-    right = part.sample(x, y, t, QUANTITIES)
-    monkeypatch.setattr(moving_field, "WORTH_THE_DEVICE", 0)
-    monkeypatch.setenv(placement.SEA, "device")
-    moved.forget()
-    found = part.sample(x, y, t, QUANTITIES)
-    rms = np.sqrt(np.mean((found - right) ** 2, axis=1) / np.mean(right**2, axis=1))
-    assert rms[:8].max() <= 1e-6
-    assert rms.max() <= 2e-5
-    # Up: a field's knots, once, and of each point two float64, where its knots begin and the rest of its time step.
-    field = part.field
-    knots = int(np.ptp(np.floor(t / field.time_step))) + 1 + len(moving_field.TAPS) - 1
-    rows = field.shape[0] + (0 if field.lattice.line else field.order)
-    coefficients = 4 * rows * (field.shape[1] + LANES - 1)
-    assert moved.up_bytes <= 2 * knots * coefficients + 24 * x.size + 2**12  # of the potential, and of the shift
-    assert moved.up_bytes >= 2 * knots * coefficients
-    first = moved.up_bytes
-    part.sample(x, y, t, QUANTITIES)  # of knots that are there
-    assert moved.up_bytes == 2 * first - 2 * knots * coefficients
-    assert moved.down_bytes == 2 * 4 * x.size * (6 if field.lattice.line else 11)  # those of a line have one direction
-
-
-def test_the_sea_goes_to_a_graphics_processor_with_the_echoes(monkeypatch):
-    monkeypatch.setattr(placement, "_is_graphics_processor", lambda: True)
-    assert not placement.sea_on_device()
-    monkeypatch.setenv(placement.ECHOES, "device")
-    assert placement.sea_on_device()
-    monkeypatch.setenv(placement.SEA, "processor")
-    assert not placement.sea_on_device()
-    monkeypatch.delenv(placement.SEA)
-    monkeypatch.setattr(placement, "_is_graphics_processor", lambda: False)
-    assert not placement.sea_on_device()
-    monkeypatch.setenv(placement.SEA, "gpu")
-    with pytest.raises(InputError, match="SEAMAP_RT_SEA = gpu: must be processor or device"):
-        placement.sea_on_device()

@@ -11,13 +11,12 @@ import pytest
 import xarray as xr
 from recorded_files import BEFORE, FRAMES, SIDE_M, STEP_S, dataset_of, drawn, drawn_settings, write
 
-from seamap_rt.compute import placement
 from seamap_rt.errors import InputError
 from seamap_rt.io.gaps import filled, half_width
 from seamap_rt.io.recorded_sea import recorded_sea
 from seamap_rt.scene import Scene
 from seamap_rt.scene.loading import scene_of
-from seamap_rt.sea import Sea, moving_field, realize, wave_facts
+from seamap_rt.sea import Sea, realize, wave_facts
 from seamap_rt.sea.recorded import duration_s, first_frame, gap_error, lagrange_error, recorded_spectrum
 from seamap_rt.sea.wave_trains import PlaneTrain
 from seamap_rt.settings import FileWaves, SeaSettings
@@ -76,19 +75,6 @@ def test_in_water_of_a_depth_the_flow_is_that_depths(tmp_path: Path) -> None:
     data = dataset_of(shallow).assign_attrs(periodic=1, depth_m=3.0)
     again, places = read(data, tmp_path / "sea.nc"), somewhere()
     assert rms(again.velocity(*places) - shallow.velocity(*places)) < 5e-3 * rms(shallow.velocity(*places))
-
-
-@pytest.mark.parametrize("word", ["processor", "device"])  # its frames are transformed here in either case
-def test_a_recorded_sea_on_the_device_is_the_same(
-    word: str, data: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Sums of the same 216 terms in another order, each rounded by 6e-8, as of a drawn sea."""
-    again, places = read(data, tmp_path / "sea.nc"), somewhere()
-    right = again.elevation(*places)
-    monkeypatch.setattr(moving_field, "WORTH_THE_DEVICE", 0)
-    monkeypatch.setenv(placement.SEA, "device")
-    monkeypatch.setenv(placement.SEA_FFT, word)
-    assert rms(again.elevation(*places) - right) < 1e-6 * rms(right)
 
 
 def test_between_few_frames_it_errs_by_what_is_stated(sea: Sea, data: xr.Dataset, tmp_path: Path) -> None:

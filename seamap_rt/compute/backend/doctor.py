@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from ..machine import cores
 from . import choose, memory
-from .kinds import PACKAGES, REMEDY_ATOMIC, Kind, package_version
+from .kinds import PACKAGES, REMEDY_ATOMIC, package_version
 
 
 class Check(NamedTuple):
@@ -45,23 +45,7 @@ def _check_backend() -> list[Check]:
         Check("library", f"{version}, {backend.library}", True),
         Check("found by", backend.source, True),
         *(Check("passed over", note, True) for note in backend.notes),
-        _check_sea_fft(backend.kind),
     ]
-
-
-def _check_sea_fft(kind: Kind) -> Check:
-    """What makes the FFTs of a sea that is evaluated on the device."""
-    from ..array_library import array_library
-    from ..placement import library_for_sea
-
-    item, on_processor = "sea's FFT", "SciPy, on the processor"
-    try:
-        if library := library_for_sea():
-            return Check(item, f"{library.name}, on the device", True)
-        why_not = array_library() if kind == "cuda" else None
-    except Exception as error:  # the device is asked for and makes none, or a word is neither
-        return Check(item, _one_line(error), False)
-    return Check(item, f"{on_processor}; {why_not}" if isinstance(why_not, str) else on_processor, True)
 
 
 def _check_libatomic() -> Check:

@@ -1,4 +1,4 @@
-"""The processor's kernel: what some columns return into every gate, at every node at which they are heard.
+"""What some columns return into every gate, at every node at which they are heard.
 
     V(path, gate, node) = Σ_facets E(path, facet, node) a(path) h(path, gate) s(node) exp(−jk(R_tx + R_rx)(node))
 
@@ -22,6 +22,7 @@ from .gaussian import key_of, normals, unit_phasor
 
 _CYCLES_PER_RAD = 1.0 / (2.0 * np.pi)
 _FACETS = 32  # worked on at a time
+BATCH_COLUMNS = 32  # of which the sums stay near the cache
 
 
 def sum_columns(batch: ColumnBatch) -> NDArray[np.float32]:

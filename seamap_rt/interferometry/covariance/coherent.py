@@ -78,5 +78,4 @@ def integrated(means: Sequence[Covariance], extended: Extended, lags: Sequence[L
         np.asarray(cross / count, dtype=np.complex128),
         np.asarray(sum(each.lower for each in base) / len(base)),
         np.asarray(sum(each.upper for each in base) / len(base)),
-        there=base[0].there,
     )

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compute.complex_on_device import ComplexOnDevice
 from ...settings import RetrievalSettings
 from ..input.description import RadarDescription
 from .channels import Channel, crossing, ratio_of
@@ -35,7 +34,7 @@ class Paired:
     @classmethod
     def of(
         cls,
-        voltage: NDArray[np.complex64] | ComplexOnDevice,
+        voltage: NDArray[np.complex64],
         transmitter: NDArray[np.integer],
         time: NDArray[np.float64],
         antennas: tuple[int, int],
@@ -68,7 +67,7 @@ class DwellSums:
     @classmethod
     def of(
         cls,
-        voltage: NDArray[np.complex64] | ComplexOnDevice,
+        voltage: NDArray[np.complex64],
         transmitter: NDArray[np.integer],
         time: NDArray[np.float64],
         paired: Paired,

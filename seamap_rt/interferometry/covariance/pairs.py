@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compute.complex_on_device import ComplexOnDevice
 from ...errors import SchemaError
 
 Rows = NDArray[np.intp]
@@ -42,12 +41,8 @@ class PulsePairs:
         return 1.0 / len(self.pairs)
 
 
-def sampled(voltage: NDArray[np.complex64] | ComplexOnDevice) -> NDArray[np.bool_]:
+def sampled(voltage: NDArray[np.complex64]) -> NDArray[np.bool_]:
     """Whether each receiver was sampled on each pulse, (pulse, receiver), of voltage (pulse, receiver, gate)."""
-    if isinstance(voltage, ComplexOnDevice):
-        from .dwells_on_device import sampled_on_device  # loaded where there is one
-
-        return sampled_on_device(voltage)
     known = np.asarray(np.isfinite(voltage[:, :, voltage.shape[2] // 2].real))  # one gate decides for most pulses
     rest = np.nonzero(~known)
     known[rest] = np.isfinite(voltage[rest].real).any(axis=1)

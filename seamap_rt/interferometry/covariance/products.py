@@ -9,7 +9,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compute.complex_on_device import ComplexOnDevice
 from ...compute.lanes import LANES
 from ...compute.machine import pool
 from .dwell_kernel import add_products, means_of
@@ -37,18 +36,14 @@ def half_turns(level: NDArray[np.float64]) -> NDArray[np.complex64]:
 
 
 def dwell_means(
-    voltage: NDArray[np.complex64] | ComplexOnDevice, dwells: Dwells, kinds: Sequence[Sequence[Products]]
+    voltage: NDArray[np.complex64], dwells: Dwells, kinds: Sequence[Sequence[Products]]
 ) -> list[Covariance]:
     """Of each kind of products their mean over each cell's dwell, and the mean powers of their first and second
     factors. voltage (pulse, receiver, gate).
 
     Voltages that are not finite are left out, product by product and gate by gate; cells without products are NaN.
-    Sums are kept in float64, in the order of the pulses. Of voltages on the device the means alone come here.
+    Sums are kept in float64, in the order of the pulses.
     """
-    if isinstance(voltage, ComplexOnDevice):
-        from .dwells_on_device import dwell_means_on_device  # loaded where there is one
-
-        return dwell_means_on_device(voltage, dwells, kinds)
     pulses, receivers, gates = voltage.shape
     rows = np.ascontiguousarray(voltage).reshape(pulses * receivers, gates)
     ends = np.minimum(_BLOCK * np.arange(-(-pulses // _BLOCK) + 1), pulses)

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compute.complex_on_device import ComplexOnDevice
 from ...compute.lanes import LANES
 from ...compute.machine import in_blocks
 from .window_kernel import window_means, window_means_as_they_are, window_powers
-
-if TYPE_CHECKING:
-    from .windows_on_device import CellsThere
 
 Level = Callable[[int], NDArray[np.float64]]
 
@@ -48,7 +44,6 @@ class Covariance:
     cross: NDArray[np.complex128]  # ⟨V_lower V_upper*⟩ [W]
     lower: NDArray[np.float64]  # ⟨|V_lower|²⟩ [W], noise included
     upper: NDArray[np.float64]
-    there: bool = field(default=False, kw_only=True)  # it was summed on the device, and so are its windows
 
     @cached_property
     def known(self) -> NDArray[np.bool_]:
@@ -70,8 +65,6 @@ class Covariance:
         the window shrinks on both sides alike: half a gate's shift would cost centimetres. The first and the last look
         of a circle do not meet: they lie a turn apart in time. Unknown cells stay NaN.
         """
-        if self.there:
-            return self._windowed_there(range_weights, look_weights, along)
         known, half, level = self.known, range_weights.size // 2, along.level
         margin = _whole(half)
         fields, counted = self._wide(margin)
@@ -97,9 +90,6 @@ class Covariance:
 
     def power_in(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> NDArray[np.float64]:
         """Mean power [W] (look, gate) of both receivers over such a window."""
-        if self.there:
-            cells = self._windowed_there(range_weights, look_weights, PhaseSlopes(np.zeros(1), np.zeros(1)))
-            return 0.5 * (cells.lower + cells.upper)
         known, margin = self.known, _whole(range_weights.size // 2)
         fields, counted = self._wide(margin)
         power = 0.5 * (fields[2] + fields[3])
@@ -119,26 +109,6 @@ class Covariance:
     @cached_property
     def _kept(self) -> dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]]:
         return {}
-
-    def _windowed_there(
-        self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64], along: PhaseSlopes
-    ) -> Covariance:
-        """What `windowed_along` gives, worked out on the device."""
-        from .windows_on_device import windows_on_device  # loaded where there is one
-
-        shape, half = self.cross.shape, range_weights.size // 2
-        here, there = np.empty((0, *shape), dtype=complex), np.empty(shape, dtype=complex)
-        if (level := along.level) is not None:
-            here = np.exp(1j * np.stack([level(gate) for gate in range(-half, half + 1)]))
-            there = np.exp(-1j * level(0))
-        turns = np.atleast_2d(along.per_gate), np.atleast_2d(along.per_look), here, there
-        return Covariance(*windows_on_device(self._cells_there, range_weights, look_weights, *turns), there=True)
-
-    @cached_property
-    def _cells_there(self) -> CellsThere:
-        from .windows_on_device import CellsThere
-
-        return CellsThere.of(self.cross, self.lower, self.upper, self.known)
 
     def rotated(self, phase: NDArray[np.float64]) -> Covariance:
         """The same with a phase [rad], (look, gate), added to that between the receivers."""
@@ -211,7 +181,7 @@ def independent_looks(weights: NDArray[np.float64], correlation: NDArray[np.floa
 
 
 def pulse_correlation(
-    voltage: NDArray[np.complex64] | ComplexOnDevice,
+    voltage: NDArray[np.complex64],
     look: NDArray[np.intp],
     noise_power: float,
     most_lag: int,
@@ -250,16 +220,12 @@ def pulse_correlation(
 
 
 def powers(
-    voltage: NDArray[np.complex64] | ComplexOnDevice,
+    voltage: NDArray[np.complex64],
     receiver: int,
     rows: NDArray[np.intp],
     gates: NDArray[np.intp] | None = None,
 ) -> NDArray[np.float64]:
     """Power (row, gate) of some pulses' voltages and some gates', all if left out; 0 where that is not finite."""
-    if isinstance(voltage, ComplexOnDevice):
-        from .dwells_on_device import powers_on_device  # loaded where there is one
-
-        return powers_on_device(voltage, receiver, rows, gates)
     chosen = voltage[rows, receiver] if gates is None else voltage[rows[:, None], receiver, gates]
     with np.errstate(invalid="ignore"):  # of a file's own NaN
         power = np.square(chosen.real, dtype=np.float64) + np.square(chosen.imag, dtype=np.float64)
