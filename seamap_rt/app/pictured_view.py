@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 from nicegui import ui
 
+from ..errors import InputError
+from ..io.opening import open_file
 from .files import address
 
 if TYPE_CHECKING:
@@ -49,7 +51,7 @@ class PicturedPanel:
 
 def _text(path: Path) -> str:
     try:
-        with path.open(encoding="utf-8", errors="replace") as file:
-            return file.read(_MOST_TEXT)
-    except OSError:
+        with open_file(path) as file:
+            return file.read(_MOST_TEXT).decode("utf-8", "replace")
+    except (OSError, InputError):
         return ""

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..errors import InputError
+from ..io.opening import open_file
+
 if TYPE_CHECKING:
     from .jobs import Job
 
@@ -81,9 +84,9 @@ def _without_left(line: str) -> tuple[str, float | None]:
 
 def _lines(path: Path) -> list[tuple[float, str]]:
     try:
-        with path.open("rb") as file:
+        with open_file(path) as file:
             text = file.read(_MOST_BYTES).decode("utf-8", "replace")
-    except OSError:
+    except (OSError, InputError):
         return []
     found = []
     for line in text.split("\n"):

@@ -12,11 +12,11 @@ from typing import Any, TypeVar
 import h5py
 import numpy as np
 from numpy.typing import NDArray
-from pydantic_core import from_json
 
 from ..errors import InputError
 from ..io.committed_file import part_of
 from ..io.growing_file import read_whole_turns
+from ..io.opening import LONG, open_hdf5, read_json, weigh_arrays
 from ..io.scenefile import read_toml
 from ..scene import Scene, scene_of
 
@@ -115,7 +115,7 @@ class Results:
     def metrics(self) -> dict[str, Any]:
         """Of a finished run; empty of another one."""
         try:
-            told = from_json((self.folder / "metrics.json").read_bytes())
+            told = read_json(self.folder / "metrics.json", most=LONG)
         except (OSError, ValueError):
             return {}
         return told if isinstance(told, dict) else {}
@@ -162,7 +162,7 @@ class Results:
     def time(self, index: int) -> float:
         """When a turn began, s."""
         if index >= self._times.size:
-            self._times = self._read(self._main, lambda file: np.min(_array(file, "polar/time")[:], axis=1))
+            self._times = self._read(self._main, _first_times)
         return float(self._times[index])
 
     def _read(self, path: Path, read: Callable[[h5py.File], Result]) -> Result:
@@ -170,7 +170,7 @@ class Results:
         try:
             with self._lock:
                 if path.name not in self._open and path.exists():
-                    self._open[path.name] = h5py.File(path, "r")
+                    self._open[path.name] = open_hdf5(path, rows=True)
                 held = self._open.get(path.name)
             return read_whole_turns(path, read) if held is None else read(held)
         except (IndexError, ValueError) as error:
@@ -189,6 +189,11 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.ravel()[0]
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
+
+
+def _first_times(file: h5py.File) -> NDArray[np.float64]:
+    weigh_arrays(file, ["polar/time"], "polar/time")
+    return np.min(_array(file, "polar/time")[:], axis=1)
 
 
 def _array(file: h5py.File, name: str) -> h5py.Dataset:

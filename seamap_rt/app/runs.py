@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic_core import from_json
-
 from ..errors import InputError
 from ..io.committed_file import part_of
+from ..io.opening import LONG, read_json
 from ..io.scenefile import read_toml
-from .safety import is_text
+from .safety import is_text, odd_product
 
 _DEEPEST = 3
 _MOST = 2000  # folders that are looked into
@@ -74,6 +73,8 @@ def _entry(runs: Path, folder: Path, files: set[str]) -> RunEntry | None:
     kind = kind_of(folder, files)
     if kind is None or folder == runs:
         return None
+    if odd := odd_product(folder, lambda path: path.resolve().is_relative_to(runs.resolve())):
+        return RunEntry(str(folder.relative_to(runs)), kind, "", folder.lstat().st_mtime, f"not read: {odd}")
     title = ""
     if "scene.toml" in files:
         try:
@@ -92,7 +93,7 @@ def headline_of(folder: Path) -> str:
     from ..report.headline import verdict  # takes a second
 
     try:
-        metrics: Any = from_json((folder / "metrics.json").read_bytes())
+        metrics: Any = read_json(folder / "metrics.json", most=LONG)
         return verdict(metrics)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return ""

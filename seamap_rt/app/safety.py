@@ -7,15 +7,17 @@ that it listens on (a foreign name that was made to point here is refused), and 
 from __future__ import annotations
 
 import hmac
+import os
 import re
 import secrets
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, quote
 
 from ..errors import InputError
+from ..io.opening import check_file
 
 COOKIE = "seamap_rt"
 MOST_BYTES = 64 * 2**20  # of a request: the largest upload
@@ -159,6 +161,7 @@ async def _refuse(scope: Mapping[str, Any], receive: Any, send: Any, status: int
 # ------------------------------------------------------------------------------------------------------ files
 
 _FILE_KEYS = ("file", "mesh")  # of scenes, at any depth
+_PRODUCTS = (".nc", ".json", ".toml", ".part", ".journal", ".txt")
 
 
 @dataclass(frozen=True)
@@ -194,6 +197,8 @@ class Roots:
             found = False
         if not found:
             raise InputError(f"run = '{name}': no such folder in {self.runs}; choose one from the list")
+        if odd := odd_product(folder, self.holds):
+            raise InputError(f"run = '{name}': {odd}")
         return folder
 
     def check_files(self, tree: Any, key: str = "") -> None:
@@ -215,6 +220,20 @@ class Roots:
 def is_text(name: str) -> bool:
     """False for a name with letters that do not print, or in bytes that are no text: no browser can be told it."""
     return not _NO_TEXT.search(name)
+
+
+def odd_product(folder: Path, holds: Callable[[Path], bool]) -> str:
+    """Which of a folder's products nobody may read, in words: it is no regular file, or a link to a place that `holds`
+    denies. Empty where all are as they should be."""
+    for entry in os.scandir(folder):
+        if entry.name.endswith(_PRODUCTS) and not entry.is_file(follow_symlinks=False):
+            try:
+                check_file(entry.path, "a result", named=entry.name)
+            except InputError as refusal:
+                return str(refusal)
+            if not holds(Path(entry.path)):
+                return f"{entry.name}: links to a place that this page may not read; copy the file"
+    return ""
 
 
 def safe_name(name: str, fallback: str = "upload") -> str:

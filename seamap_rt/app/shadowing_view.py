@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from nicegui import ui
 
+from ..io.opening import load, open_dataset
 from . import figures
 from .figures import Figure
 
@@ -28,8 +29,9 @@ _MARGIN = {"l": 50, "r": 10, "t": 30, "b": 100}
 
 def read_shadowing(folder: Path) -> xr.Dataset:
     """Of a finished study. OSError where there is none."""
-    with xr.open_dataset(folder / "shadowing.nc", engine="h5netcdf") as opened:
-        return opened.load()
+    path = folder / "shadowing.nc"
+    with open_dataset(path) as opened:
+        return load(opened, path.name)
 
 
 class ShadowingPanel:

@@ -5,12 +5,12 @@ A trade keeps the figures of its points, not their maps. The same scene with the
 
 from __future__ import annotations
 
-import json
 import tomllib
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..io.opening import read_json
 from ..io.scenefile import apply_overrides
 from ..scene import Scene, scene_of
 from ..studies.point import MANIFEST
@@ -22,7 +22,7 @@ from .words import label_of
 def scene_of_point(folder: Path, point: Point, roots: Roots) -> Scene:
     """That the trade ran at a point. InputError where the trade's own scene cannot be read, or is refused."""
     try:
-        told: Any = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        told: Any = read_json(folder / MANIFEST, below=folder)
         tree = tomllib.loads(str(told["scene"]))
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         raise InputError(f"{folder.name}: its {MANIFEST} cannot be read; the point cannot be run again") from None

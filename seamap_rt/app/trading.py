@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic_core import from_json
 
 from ..errors import InputError
+from ..io.opening import read_json
 from ..scene import Scene
 from ..studies.vary import parse_varies, parse_vary, refuse_limit
 from . import figures
@@ -43,7 +43,7 @@ def read_points(folder: Path) -> list[Point]:
         if number >= _MOST_FILES:
             break
         try:
-            told = from_json(path.read_bytes())
+            told = read_json(path, below=folder)
             metrics = {k: float(v) for k, v in (told.get("metrics") or {}).items() if isinstance(v, int | float)}
             found.append(
                 Point(dict(told["keys"]), int(told["seed"]), str(told["status"]), str(told.get("reason", "")), metrics)

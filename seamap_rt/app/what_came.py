@@ -120,9 +120,8 @@ async def what_came(folder: Path) -> Came:
 
 def came_of(folder: Path) -> Came:
     """Of a folder, in this process. InputError where there is nothing to tell of, or a file is damaged."""
-    import xarray as xr
-
     from ..forecast_errors import came, warm
+    from ..io.opening import load, open_dataset
     from ..io.scenefile import read_toml
     from ..resolved_scene import run_sea
     from ..scene import scene_of
@@ -131,9 +130,9 @@ def came_of(folder: Path) -> Came:
         raise InputError("the scene is not known, and so nobody knows what came")
     scene = scene_of(read_toml(folder / "scene.toml"))
     try:
-        with xr.open_dataset(folder / "prediction.nc", engine="h5netcdf") as opened:
-            forecasts = opened.isel(place=[0]).load()
-    except (OSError, KeyError, ValueError) as error:
+        with open_dataset(folder / "prediction.nc") as opened:
+            forecasts = load(opened.isel(place=[0]), "prediction.nc")
+    except (OSError, KeyError) as error:
         raise InputError(str(error)) from None
     if not forecasts.sizes["issue"]:
         raise InputError("no turn showed a sea, so that nothing was forecast")

@@ -120,7 +120,9 @@ def _lock(handle: int, path: Path) -> None:
 def holder_of(path: Path) -> Holder | None:
     """What a lock's file says of the process that holds it, or has been killed while it did; None without a word."""
     try:
-        holder = Holder(**json.loads(path.read_bytes()[:_MOST]))
+        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+        with open(handle, "rb") as file:
+            holder = Holder(**json.loads(file.read(_MOST)))
         return holder if 0 < holder.pid < 2**31 else None
     except (OSError, ValueError, TypeError):
         return None

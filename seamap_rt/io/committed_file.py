@@ -18,6 +18,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from .opening import LONG, read_bytes
+
 _PAGE = 4096
 _HEAD = struct.Struct("<8sQQQ")  # mark, size of the file, number of pages, bytes of the note
 _MARK = b"SEAMAP-1"
@@ -177,10 +179,9 @@ def mend(path: Path) -> dict[str, Any] | None:
     May itself be killed and called again. Raises OSError, ValueError for a journal that is not one.
     """
     try:
-        content = journal_of(path).read_bytes()
-    except FileNotFoundError:
-        return None
-    try:
+        content = read_bytes(journal_of(path), most=LONG) if journal_of(path).exists() else None
+        if content is None:
+            return None
         note, size, pages = _read_journal(content)
     except ValueError:
         raise ValueError(f"{journal_of(path)} is not a journal") from None

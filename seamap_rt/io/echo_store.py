@@ -22,6 +22,7 @@ import zarr
 
 from ..compute.machine import pool
 from .growing_array import DESCRIPTION, PARTIAL, GrowingArray, write_file
+from .opening import read_json
 from .results_folder import write_whole
 from .stored_chunks import EVERY_CHUNK
 
@@ -175,6 +176,6 @@ def recover_echoes(path: Path, turns: int) -> None:
 def _attributes(path: Path) -> dict[str, Any] | None:
     """What the store says of itself; None where it does not even exist whole."""
     try:
-        return dict(json.loads((path / DESCRIPTION).read_text(encoding="utf-8"))["attributes"])
+        return dict(read_json(path / DESCRIPTION)["attributes"])
     except (OSError, ValueError, KeyError):
         return None

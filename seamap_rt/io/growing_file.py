@@ -15,7 +15,9 @@ from typing import TypeVar
 
 import h5py
 
+from ..errors import InputError
 from .committed_file import journal_of, pages_of_journal, part_of
+from .opening import LONG, check_hdf5, open_file, open_hdf5
 
 Result = TypeVar("Result")
 _TRIES = 20
@@ -26,7 +28,8 @@ class _Overlaid(io.RawIOBase):
 
     def __init__(self, path: Path, content: bytes) -> None:
         self._size, self._pages, self._page = pages_of_journal(content)
-        self._handle = os.open(path, os.O_RDONLY)
+        self._file = open_file(path)
+        self._handle = self._file.fileno()
         self._place = 0
 
     def readable(self) -> bool:
@@ -59,7 +62,7 @@ class _Overlaid(io.RawIOBase):
 
     def close(self) -> None:
         if not self.closed:
-            os.close(self._handle)
+            self._file.close()
         super().close()
 
 
@@ -72,13 +75,15 @@ def read_whole_turns(path: Path, read: Callable[[h5py.File], Result]) -> Result:
     for _ in range(_TRIES):
         try:
             if path.exists():
-                with h5py.File(path, "r") as file:
+                with open_hdf5(path, rows=True) as file:
                     return read(file)
             with _growing(path) as (file, unchanged):
                 found = read(file)
                 if unchanged():
                     return found
-        except (OSError, KeyError, RuntimeError, ValueError):
+        except (OSError, KeyError, RuntimeError, ValueError) as error:
+            if isinstance(error, InputError):
+                raise OSError(str(error)) from None
             if not path.exists() and not journal_of(part_of(path)).exists():
                 raise OSError(f"{path}: holds no whole turn yet") from None
     raise OSError(f"{path}: changes faster than it can be read; try again")
@@ -87,12 +92,15 @@ def read_whole_turns(path: Path, read: Callable[[h5py.File], Result]) -> Result:
 @contextmanager
 def _growing(path: Path) -> Iterator[tuple[h5py.File, Callable[[], bool]]]:
     journal = journal_of(part_of(path))
-    with journal.open("rb") as opened:
+    if not journal.exists():
+        raise FileNotFoundError(journal)
+    with open_file(journal, most=LONG) as opened:
         before = os.fstat(opened.fileno())
         content = opened.read()
     overlaid = _Overlaid(part_of(path), content)
     try:
         with h5py.File(overlaid, "r") as file:
+            check_hdf5(file, str(path), rows=True)
 
             def unchanged() -> bool:
                 try:

@@ -11,9 +11,9 @@ In all functions `wanted` is what the file is to be, in words; `named` is how me
 from __future__ import annotations
 
 import bz2
+import contextlib
 import errno
 import gzip
-import json
 import lzma
 import math
 import os
@@ -112,10 +112,12 @@ def read_bytes(path: PathLike, wanted: str = "a file", *, most: float = SHORT, *
 
 def read_json(path: PathLike, wanted: str = "a JSON file", **rules: Any) -> Any:
     """What a JSON file holds. Raises InputError."""
+    from pydantic_core import from_json  # bounded in depth and in digits, and text that no one can write is refused
+
     content = read_bytes(path, wanted, **rules)
     try:
-        return json.loads(content.decode("utf-8-sig"))
-    except (ValueError, RecursionError) as error:
+        return from_json(content.removeprefix(b"\xef\xbb\xbf"))
+    except ValueError as error:
         raise InputError(f"{rules.get('named') or os.fspath(path)}: is not JSON ({error}); mend it") from None
 
 
@@ -221,27 +223,27 @@ def _declared(file: NpzFile, name: str) -> int:
     return math.prod(shape) * kind.itemsize
 
 
-def open_hdf5(path: PathLike, wanted: str = "a file of HDF5", **rules: Any) -> h5py.File:
+def open_hdf5(path: PathLike, wanted: str = "a file of HDF5", *, rows: bool = False, **rules: Any) -> h5py.File:
     """A file of HDF5, to be closed, that reads no other file. Raises InputError, and OSError for what is no HDF5.
 
-    What is read whole is to be weighed (`weigh_arrays`).
+    What is read whole is to be weighed (`weigh_arrays`), rows too unless they are asked for: see `check_hdf5`.
     """
     import h5py
 
     check_file(path, wanted, **rules)
     file = h5py.File(path, "r")
     try:
-        check_hdf5(file, rules.get("named") or os.fspath(path))
+        check_hdf5(file, rules.get("named") or os.fspath(path), rows)
     except BaseException:
         file.close()
         raise
     return file
 
 
-def check_hdf5(file: h5py.File, called: str, vectors: bool = False) -> None:
+def check_hdf5(file: h5py.File, called: str, rows: bool = False) -> None:
     """Raise InputError for a file with external links, external storage or virtual arrays, which are others' files; or
-    with a chunk of more than there is room for, which the least access reads. vectors: or with such vectors, which
-    xarray reads where they are axes."""
+    with a chunk of more than there is room for, which the least access reads. rows: or with such vectors, which xarray
+    reads where they are axes, or rows, turns and frames mostly."""
     from h5py import h5d, h5l, h5o  # type: ignore[attr-defined]
 
     told, seen, need, stored = list[str](), 0, 0, 0
@@ -261,8 +263,8 @@ def check_hdf5(file: h5py.File, called: str, vectors: bool = False) -> None:
                 told.append(f"'{name}' is made of other arrays (a virtual dataset)")
             else:
                 chunk = math.prod(made.get_chunk()) if made.get_layout() == h5d.CHUNKED else 0
-                vector = math.prod(found.shape) if vectors and len(found.shape) < 2 else 0
-                need += max(chunk, vector) * found.get_type().get_size()
+                row = math.prod(found.shape[1:] or found.shape) if rows else 0
+                need += max(chunk, row) * found.get_type().get_size()
                 stored += found.get_storage_size()
         return True if told else None  # ends the visit
 
@@ -330,7 +332,7 @@ def _netcdf_engine(path: PathLike, wanted: str, options: dict[str, Any]) -> Any:
     if not h5py.is_hdf5(path):
         raise OSError("neither NetCDF-3 nor NetCDF-4")
     with h5py.File(path, "r") as opened:
-        check_hdf5(opened, called, vectors=True)
+        check_hdf5(opened, called, rows=True)
     return "h5netcdf"
 
 
@@ -356,9 +358,11 @@ def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | No
             if name in _DESCRIPTIONS:
                 told = read_json(file, f"{wanted} of regular files", most=_DESCRIBED, below=root)
                 need += _least_read(told) if isinstance(told, dict) and "shape" in told else 0
-            elif not stat.S_ISREG(os.lstat(file).st_mode):
-                check_file(file, f"{wanted} of regular files", below=root)
-            held += bytes_held(file)
+                continue
+            with contextlib.suppress(FileNotFoundError):  # of a store that grows
+                if not stat.S_ISREG(os.lstat(file).st_mode):
+                    check_file(file, f"{wanted} of regular files", below=root)
+                held += bytes_held(file)
     weigh(called, need, held)
 
 

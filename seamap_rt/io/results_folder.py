@@ -14,6 +14,7 @@ from typing import NamedTuple
 from ..compute.locks import Held, holder_of, locked
 from ..compute.scratch import clear_dead
 from ..errors import InputError
+from .opening import read_json
 
 # What a folder of each kind of results is known by. Retrievals and forecasts may stand in a run's.
 KINDS = {
@@ -106,7 +107,7 @@ def growing(folder: Path, files: tuple[str, ...], unit: str = "turns") -> Iterat
 def unfinished(folder: Path) -> Unfinished | None:
     """What a kill has left unfinished in a folder, or what is growing in it now; None if all is finished."""
     try:
-        note = json.loads((folder / _MARKER).read_text(encoding="utf-8"))
+        note = read_json(folder / _MARKER)
         return Unfinished(tuple(note["files"]), str(note["unit"]))
     except (OSError, ValueError, KeyError, TypeError):
         return None

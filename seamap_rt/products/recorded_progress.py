@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..io.opening import read_npz
 from ..sea.high_order import Evolution, State
 
 _NUMBERS = ("frames", "variance", "skewness", "energy_first", "broken_first")
@@ -75,11 +76,11 @@ def kept(folder: Path, told: Mapping[str, Any]) -> Kept:
     """What was kept. InputError where it is damaged, or of another record than the one that is asked for."""
     path = state_file(folder)
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            before = json.loads(str(stored["told"]))
-            time, energy, broken = map(float, stored["of_state"])
-            numbers = dict(zip(_NUMBERS, map(float, stored["numbers"]), strict=True))
-            state = State(time, stored["elevation"], stored["potential"], energy, broken)
+        _, stored = read_npz(path, ("told", "of_state", "numbers", "elevation", "potential"))
+        before = json.loads(str(stored["told"]))
+        time, energy, broken = map(float, stored["of_state"])
+        numbers = dict(zip(_NUMBERS, map(float, stored["numbers"]), strict=True))
+        state = State(time, stored["elevation"], stored["potential"], energy, broken)
     except (OSError, ValueError, KeyError, EOFError) as error:
         raise InputError(f"{path}: cannot be read ({error}); run it again with --overwrite") from None
     now = json.loads(_plain(told))

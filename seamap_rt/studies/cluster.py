@@ -11,7 +11,6 @@ that starts them must stand under `if __name__ == "__main__":`, since spawned pr
 
 from __future__ import annotations
 
-import json
 import logging
 import multiprocessing
 import os
@@ -33,6 +32,7 @@ from ..compute.asyncio_log import silence_the_overheard
 from ..compute.machine import cores
 from ..compute.scratch import scratch_folder
 from ..errors import InputError
+from ..io.opening import read_json
 from .by_sea import BySea
 from .point import Outcome, SchedulerLost, Task, compute, ended
 
@@ -209,7 +209,7 @@ def _address(scheduler: str) -> str:
     """The address itself, or the one in a scheduler file."""
     if "://" not in scheduler:
         try:
-            return str(json.loads(Path(scheduler).read_text(encoding="utf-8"))["address"])
+            return str(read_json(scheduler)["address"])
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             raise InputError(
                 f"--scheduler = '{scheduler}': is neither an address, such as tcp://host:8786, nor a scheduler file; "

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from .. import __version__
 from ..compute.machine import forget_peak_memory, one_blas_thread, peak_memory
 from ..errors import InputError
+from ..io.opening import read_json
 from ..io.results_folder import write_whole
 from ..io.validation import validate
 from ..measured import Rings
@@ -126,7 +127,7 @@ def keep(task: Task, outcome: Outcome) -> None:
 def kept(file: Path) -> Outcome | None:
     """What a point's file holds; None where there is none, or not what `keep` wrote."""
     try:
-        outcome = json.loads(file.read_text(encoding="utf-8"))
+        outcome = read_json(file)
         intact = isinstance(outcome, dict) and outcome.pop("sha256", None) == _checksum(outcome)
     except (OSError, ValueError, RecursionError):
         return None

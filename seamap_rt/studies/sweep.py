@@ -22,6 +22,7 @@ import xarray as xr
 from .. import __version__
 from ..errors import InputError, must_be
 from ..io.interrupts import uninterrupted
+from ..io.opening import open_file, read_json
 from ..io.results_folder import clear_folder, remove_hidden, results_folder, write_whole
 from ..io.scenefile import apply_overrides
 from ..scene import Scene
@@ -87,7 +88,7 @@ class Sweep:
         """Fingerprints of the files that the scenes name: spectra, patterns, motions, objects."""
         trees = [tomllib.loads(scene.to_toml()) for scene in self.scenes if isinstance(scene, Scene)]
         paths = sorted({path for tree in trees for path in _named_files(tree)})
-        return {path: hashlib.sha256(Path(path).read_bytes()).hexdigest() for path in paths if Path(path).is_file()}
+        return {path: _hash(path) for path in paths if Path(path).is_file()}
 
     # ----------------------------------------------------------------------------------------------- the folder
 
@@ -121,7 +122,7 @@ class Sweep:
 
     def _refuse_another(self, file: Path) -> None:
         try:
-            stored = dict(json.loads(file.read_text(encoding="utf-8")))
+            stored = dict(read_json(file))
         except (OSError, ValueError, TypeError, RecursionError):
             raise InputError(
                 f"--resume: '{file.parent}' holds no sweep; leave --resume out, or name its folder"
@@ -207,3 +208,8 @@ def _named_files(tree: Any) -> Iterator[str]:
     if isinstance(tree, Mapping | list):
         for each in tree.values() if isinstance(tree, Mapping) else tree:
             yield from _named_files(each)
+
+
+def _hash(path: str) -> str:
+    with open_file(path) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -17,6 +17,7 @@ from ...compute.asyncio_log import silence_the_overheard
 from ...dataset import check
 from ...errors import InputError, SchemaError
 from ...io.echo_store import PULSES
+from ...io.opening import bytes_held, check_store, weigh
 from ...io.stored_chunks import EVERY_CHUNK, check_chunks
 from .checks import check_attributes
 
@@ -34,6 +35,7 @@ def open_echoes(path: str | Path) -> xr.Dataset:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of what else lies in the folder: what matters is checked after
+            check_store(path, "an echoes.zarr", named=f"ECHOES = '{path}'")
             dataset = _opened(path)
             dataset = dataset.set_coords([n for n in ("time", "azimuth", "transmitter", "turn") if n in dataset])
             return _whole_turns(dataset, Path(path))
@@ -71,6 +73,7 @@ def _names(array: zarr.Array) -> tuple[str | None, ...]:
 
 def read_turn(echoes: xr.Dataset) -> xr.Dataset:
     """Echoes with their voltages in memory. Raises SchemaError where the file that holds them is damaged."""
+    weigh("echoes", echoes.nbytes)
     try:
         return echoes.load()
     except Exception as error:
@@ -92,8 +95,9 @@ def _whole_turns(dataset: xr.Dataset, path: Path) -> xr.Dataset:
     if path.is_dir():
         check_chunks(path, {"pulse": whole}, _MAY_LACK)
     dataset = dataset.isel(pulse=slice(0, whole))
-    for name in dataset.variables:
-        if name not in _BULK:
-            dataset[name].load()
+    once = [name for name in dataset.variables if name not in _BULK]
+    weigh(f"ECHOES = '{path}'", sum(dataset[name].nbytes for name in once), bytes_held(path))
+    for name in once:
+        dataset[name].load()
     dataset.attrs.pop(EVERY_CHUNK, None)  # of the store: who writes these echoes elsewhere may leave some out
     return dataset
