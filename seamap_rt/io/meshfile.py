@@ -10,16 +10,22 @@ import io
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from trimesh.exchange.ply import load_ply
 
 from ..errors import InputError
 from ..settings import ObjectSettings
+from .gltf import FilesBeside, check_gltf
+from .opening import LONG, read_bytes
+from .polygons import triangles_of
 from .quiet import quietly, without_log
 
 ENDINGS = (".stl", ".glb", ".gltf", ".obj", ".ply")
+Polygons = tuple[NDArray[np.float64], Any]  # vertices (n, 3), and rows of their places
 MOST_TRIANGLES = 2_000_000
 MOST_EXTENT_M = 30_000.0  # a file in millimetres whose scale was forgotten
 _FROM_GLTF = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])  # rows: right, ahead, up of its x, y, z
@@ -43,13 +49,11 @@ def load_mesh(settings: ObjectSettings, number: int = 0) -> trimesh.Trimesh:
         raise InputError(f"{what}: is damaged, or holds no triangles; give a surface, not points or lines")
     if len(faces) > MOST_TRIANGLES:
         raise InputError(f"{what}: holds {len(faces)} triangles: must be at most {MOST_TRIANGLES}; decimate the mesh")
-    if faces.min() < 0 or faces.max() >= len(vertices):
-        raise InputError(f"{what}: has triangles of vertices that are not there; export the mesh anew")
     with np.errstate(over="ignore", invalid="ignore"):
-        vertices = vertices * settings.scale
-        used = vertices[np.unique(faces)]  # vertices of no triangle do not count
-        extent = float(np.max(np.ptp(used, axis=0)))
-    if not np.isfinite(used).all():
+        used, places = np.unique(faces, return_inverse=True)  # vertices of no triangle do not count
+        vertices, faces = vertices[used] * settings.scale, places.reshape(faces.shape)
+        extent = float(np.max(np.ptp(vertices, axis=0)))
+    if not np.isfinite(vertices).all():
         raise InputError(f"{what}: has vertices that are not finite; mend or export the mesh anew")
     if extent > MOST_EXTENT_M:
         raise InputError(
@@ -70,19 +74,15 @@ def load_mesh(settings: ObjectSettings, number: int = 0) -> trimesh.Trimesh:
 
 def _read(path: str, what: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Vertices (n, 3) and triangles (m, 3) of all parts of a file, each where the file's own scene puts it."""
-    try:
-        with open(path, "rb"):
-            pass
-    except FileNotFoundError:
-        raise InputError(f"{what}: no such file; give the path of a mesh") from None
-    except IsADirectoryError:
-        raise InputError(f"{what}: is a folder, not a file; give the mesh's file in it") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"{what}: cannot be read ({error}); give a readable file") from None
+    content = read_bytes(path, "a mesh", named=what, most=LONG)
+    ending = os.path.splitext(path)[1].lower()
     try:
         with quietly(), without_log("trimesh"):  # of materials and numbers: what matters is checked after
-            mesh = _loaded(path).to_mesh()
-        return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
+            vertices, faces = _READERS[ending](content, Path(path))
+            vertices = np.asarray(vertices, dtype=np.float64)
+            return vertices, triangles_of(vertices, faces)
+    except InputError as refusal:
+        raise InputError(f"{what}: {refusal}") from None
     except MemoryError:
         raise InputError(f"{what}: is damaged: it promises more than it holds; export it anew") from None
     except Exception as error:  # the parsers raise exceptions of many types
@@ -90,34 +90,78 @@ def _read(path: str, what: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]
     raise InputError(f"{what}: is damaged, or not what its ending says ({damage}); export the mesh anew")
 
 
-def _loaded(path: str) -> trimesh.Scene:
-    """What a file holds. Text that is not UTF-8 is taken as Latin-1, which has a letter for each byte: only names and
-    remarks hold such ones, and to guess the encoding, as trimesh does, could swallow a digit beside them."""
-    ending = os.path.splitext(path)[1].lower()
-    if ending in _TEXTS:
-        content = Path(path).read_bytes()
-        end = _TEXTS[ending](content)
-        try:
-            content[:end].decode("utf-8")
-        except UnicodeDecodeError:
-            content = content[:end].decode("latin-1").encode("utf-8") + content[end:]
-            return trimesh.load_scene(io.BytesIO(content), ending[1:], process=False, skip_materials=True)
-    return trimesh.load_scene(path, process=False, skip_materials=True)
+def _by_trimesh(content: bytes, ending: str, resolver: Any = None) -> Polygons:
+    loaded = trimesh.load_scene(io.BytesIO(content), ending, resolver=resolver, process=False, skip_materials=True)
+    mesh = loaded.to_mesh()
+    return mesh.vertices, mesh.faces
 
 
-def _text_of_stl(content: bytes) -> int:
-    """Binary STL says in bytes 80 to 83 how many triangles of 50 bytes follow, and may begin with `solid` as well."""
-    if len(content) == 84 + 50 * int.from_bytes(content[80:84], "little"):
-        return 0
-    if content.lstrip(b"\xef\xbb\xbf \t\r\n")[:5].lower() != b"solid":
-        raise ValueError("neither text that begins with solid, nor as long as its triangles")
-    return len(content)
+def _obj(content: bytes, _: Path) -> Polygons:
+    """Vertices and faces alone. Relative numbers count back from the last vertex before the face."""
+    vertices: list[list[float]] = []
+    faces: list[list[int]] = []
+    triangles = 0
+    for line in content.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").splitlines():
+        match line.partition(b"#")[0].split():
+            case [b"v", x, y, z, *_]:
+                vertices.append([float(x), float(y), float(z)])
+            case [b"f", _, _, _, *_] as words:
+                numbers = [int(each.partition(b"/")[0]) for each in words[1:]]
+                faces.append([each - 1 if each > 0 else each + len(vertices) if each else -1 for each in numbers])
+                triangles += len(numbers) - 2
+            case [b"v" | b"f", *_]:
+                raise ValueError(f"a line has fewer than three numbers: {line[:40]!r}")
+        if max(triangles, len(vertices) // 3) > MOST_TRIANGLES:
+            raise InputError(f"holds more than {MOST_TRIANGLES} triangles; decimate the mesh")
+    return np.array(vertices).reshape(-1, 3), faces
 
 
-def _text_of_ply(content: bytes) -> int:
-    """The header; what follows may be text or numbers."""
+def _ply(content: bytes, _: Path) -> Polygons:
+    """Faces as the file has them, whatever their corners. What is not UTF-8 in its text is a name or a remark."""
     end = content.find(b"end_header")
-    return end if end >= 0 and b"format ascii" not in content[:end] else len(content)
+    end = end if end >= 0 and b"format ascii" not in content[:end] else len(content)
+    try:
+        loaded = load_ply(io.BytesIO(_as_utf8(content, end)), fix_texture=False, skip_materials=True)
+    except ValueError as error:
+        if "unexpected length" not in str(error):
+            raise
+        raise InputError(
+            "is damaged, or its faces, in binary, have unlike numbers of corners; save it as text, or triangles alone"
+        ) from None
+    raw = loaded["metadata"]["_ply_raw"]
+    vertices = np.stack([np.ravel(raw["vertex"]["data"][axis]) for axis in "xyz"], axis=-1)
+    held: Any = raw["face"]["data"] if raw.get("face", {}).get("length") else np.empty((0, 3), dtype=np.int64)
+    if isinstance(held, np.ndarray) and held.dtype.names is None:
+        return vertices, held
+    names = list(held) if isinstance(held, dict) else list(held.dtype.names)
+    faces = held[next((name for name in names if name in ("vertex_index", "vertex_indices")), names[0])]
+    return vertices, faces["f1"] if getattr(faces, "dtype", np.dtype(float)).names else faces
 
 
-_TEXTS: dict[str, Callable[[bytes], int]] = {".obj": len, ".stl": _text_of_stl, ".ply": _text_of_ply}  # bytes of text
+def _stl(content: bytes, _: Path) -> Polygons:
+    """Binary STL says in bytes 80 to 83 how many triangles of 50 bytes follow, and may begin with `solid` as well."""
+    binary = len(content) == 84 + 50 * int.from_bytes(content[80:84], "little")
+    if not binary and content.lstrip(b"\xef\xbb\xbf \t\r\n")[:5].lower() != b"solid":
+        raise ValueError("neither text that begins with solid, nor as long as its triangles")
+    return _by_trimesh(content if binary else _as_utf8(content, len(content)), "stl")
+
+
+def _as_utf8(content: bytes, end: int) -> bytes:
+    """Text up to `end` that is not UTF-8 is taken as Latin-1, which has a letter for each byte: only names and remarks
+    hold such ones, and to guess the encoding, as trimesh does, could swallow a digit beside them."""
+    try:
+        content[:end].decode("utf-8")
+    except UnicodeDecodeError:
+        return content[:end].decode("latin-1").encode("utf-8") + content[end:]
+    return content
+
+
+def _gltf(content: bytes, path: Path) -> Polygons:
+    beside = FilesBeside(path.parent)
+    check_gltf(content, beside)
+    return _by_trimesh(content, path.suffix[1:].lower(), beside)
+
+
+_READERS: dict[str, Callable[[bytes, Path], Polygons]] = {
+    ".stl": _stl, ".glb": _gltf, ".gltf": _gltf, ".obj": _obj, ".ply": _ply,
+}  # fmt: skip

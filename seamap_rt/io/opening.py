@@ -21,8 +21,9 @@ import stat
 import zlib
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import closing
+from io import BufferedReader
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, BinaryIO
+from typing import IO, TYPE_CHECKING, Any
 
 from ..errors import InputError
 
@@ -56,7 +57,7 @@ def open_file(
     named: str | None = None,
     most: float | None = None,
     below: PathLike | None = None,
-) -> BinaryIO:
+) -> BufferedReader:
     """A regular file, open for reading bytes; it neither waits nor reads. most: bytes that it may have.
 
     Raises InputError for one that is missing, no regular file, not readable, longer than `most`, or not `below`.
@@ -78,7 +79,7 @@ def open_file(
                 raise InputError(f"{called}: is a socket or a device, not a regular file; give {wanted}") from None
             raise InputError(f"{called}: cannot be read ({error.strerror}); give a readable file") from None
         if isinstance(error, ValueError) and not isinstance(error, InputError):  # a path with a null byte
-            raise InputError(f"{called!r}: is not a path ({error}); give the path of {wanted}") from None
+            raise InputError(f"{called}: is not a path ({error}); give the path of {wanted}") from None
         raise
 
 
@@ -351,7 +352,7 @@ def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | No
     vectors and chunks do not fit: before Zarr reads one."""
     called, root, need, held = named or os.fspath(path), Path(path), 0, 0
     if not any((root / name).exists() for name in _DESCRIPTIONS):
-        raise InputError(f"{called}: is no Zarr store; give {wanted}")
+        raise OSError("no Zarr store")
     for at, _, names in os.walk(root):
         for name in names:
             file = os.path.join(at, name)

@@ -108,7 +108,9 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path) -> None:
     (tmp_path / "folder.ply").mkdir()
     assert "is a folder" in refusal(tmp_path / "folder.ply")
     assert "kinds .stl, .glb" in refusal(tmp_path / "a.dae")
-    assert "cannot be read" in refusal("a\0.stl")
+    assert "is not a path" in refusal("a\0.stl")
+    (tmp_path / "a.gltf").write_text('{"asset": {"version": "2.0"}, "buffers": [{"uri": "none.bin", "byteLength": 4}]}')
+    assert "'none.bin': no such file" in refusal(tmp_path / "a.gltf")
 
 
 @pytest.mark.parametrize(
@@ -119,7 +121,7 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path) -> None:
         ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 3\n"),
         ("a.stl", bytes(range(250))),
         ("a.obj", b"v 1 2\nf 1 2 9\n"),
-        ("a.gltf", b'{"asset": {"version": "2.0"}, "buffers": [{"uri": "missing.bin", "byteLength": 4}]}'),
+        ("a.gltf", b'{"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}]}'),
     ],
 )
 def test_damage_is_refused(tmp_path: Path, name: str, data: bytes) -> None:
