@@ -31,7 +31,7 @@ def read_shadowing(folder: Path) -> xr.Dataset:
     """Of a finished study. OSError where there is none."""
     path = folder / "shadowing.nc"
     with open_dataset(path) as opened:
-        return load(opened, path.name)
+        return load(opened, path.name, path)
 
 
 class ShadowingPanel:

@@ -129,9 +129,10 @@ def came_of(folder: Path) -> Came:
     if not (folder / "scene.toml").is_file():
         raise InputError("the scene is not known, and so nobody knows what came")
     scene = scene_of(read_toml(folder / "scene.toml"))
+    path = folder / "prediction.nc"
     try:
-        with open_dataset(folder / "prediction.nc") as opened:
-            forecasts = load(opened.isel(place=[0]), "prediction.nc")
+        with open_dataset(path) as opened:
+            forecasts = load(opened.isel(place=[0]), path.name, path, dense=False)
     except (OSError, KeyError) as error:
         raise InputError(str(error)) from None
     if not forecasts.sizes["issue"]:

@@ -82,7 +82,7 @@ def _opened(maps: Path) -> xr.DataTree:
 
     try:
         with open_tree(maps, "a maps.nc", named=f"MAPS = '{maps}'") as tree:
-            return load(tree, f"MAPS = '{maps}'")
+            return load(tree, f"MAPS = '{maps}'", maps, dense=False)
     except OSError as error:
         raise InputError(f"MAPS = '{maps}': cannot be read as NetCDF ({error}); give a maps.nc") from None
 

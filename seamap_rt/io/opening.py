@@ -284,14 +284,19 @@ def _held_by(file: h5py.File) -> float:
 
 def weigh_arrays(file: h5py.File, names: Iterable[str], called: str) -> None:
     """Raise InputError where the arrays of these names, or in the groups of these names, do not fit together."""
+    weigh(called, sum(_bytes_of(file[name]) for name in names if name in file), _held_by(file))
+
+
+def _bytes_of(node: Any) -> int:
+    """Of an array of HDF5, or of all in a group."""
     import h5py
 
-    need = 0
-    for name in names:
-        found: Any = file.get(name)
-        parts = found.values() if isinstance(found, h5py.Group) else (found,)
-        need += sum(each.nbytes for each in parts if isinstance(each, h5py.Dataset))
-    weigh(called, need, _held_by(file))
+    if isinstance(node, h5py.Dataset):
+        return node.nbytes
+    found = list[int]()
+    if isinstance(node, h5py.Group):
+        node.visititems(lambda _, each: found.append(each.nbytes) if isinstance(each, h5py.Dataset) else None)
+    return sum(found)
 
 
 def open_dataset(path: PathLike, wanted: str = "a NetCDF file", **options: Any) -> xr.Dataset:
@@ -313,9 +318,15 @@ def open_tree(path: PathLike, wanted: str = "a NetCDF file", **options: Any) -> 
     return xr.open_datatree(path, engine=engine, **options)
 
 
-def load(opened: Any, called: str, path: PathLike | None = None) -> Any:
-    """A dataset or a tree in memory, weighed first; path: of its file, where it must not swell either."""
-    weigh(called, opened.nbytes, None if path is None else bytes_held(path))
+def load(opened: Any, called: str, path: PathLike, dense: bool = True) -> Any:
+    """A dataset or a tree in memory, weighed first. path: its file. dense: it does not consist of what is missing."""
+    import h5py
+
+    need = opened.nbytes
+    if h5py.is_hdf5(path):  # whose arrays may be longer than the dimensions that h5netcdf tells, and are read whole
+        with h5py.File(path, "r") as file:
+            need = max(need, _bytes_of(file))
+    weigh(called, need, bytes_held(path) if dense else None)
     return opened.load()
 
 

@@ -23,7 +23,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .opening import check_unpacked, open_dataset, open_file
+from .opening import bytes_held, check_unpacked, open_dataset, open_file, weigh
 from .quiet import quietly, without_complaints
 
 KINDS = ("ndbc", "swan", "ww3", "wavespectra")
@@ -87,6 +87,7 @@ def read_directional_spectrum(
         try:
             with _OPENERS[result](path) as spectra:
                 spectrum = _chosen(spectra, path, time, site)
+                weigh(str(path), spectrum.nbytes, bytes_held(path))
                 if "moment" in spectrum.dims:
                     spectrum = _from_moments(spectrum, path)
                 elif result != "swan":  # whose exception value is -99

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,7 +82,7 @@ def kept(folder: Path, told: Mapping[str, Any]) -> Kept:
         time, energy, broken = map(float, stored["of_state"])
         numbers = dict(zip(_NUMBERS, map(float, stored["numbers"]), strict=True))
         state = State(time, stored["elevation"], stored["potential"], energy, broken)
-    except (OSError, ValueError, KeyError, EOFError) as error:
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
         raise InputError(f"{path}: cannot be read ({error}); run it again with --overwrite") from None
     now = json.loads(_plain(told))
     other = [name for name in now if before.get(name) != now[name]]
