@@ -36,7 +36,7 @@ KINDS = {
     "pattern": Kind("an antenna pattern", (".csv", ".msi", ".pln", ".ant", ".txt"), 4 * MB),
     "motion": Kind("a boat's motion", (".csv", ".txt"), 32 * MB),
     "vessel": Kind("a vessel of Capytaine", (".nc",), 32 * MB),
-    "mesh": Kind("a mesh", (".stl", ".glb", ".obj", ".ply"), 32 * MB),  # glTF as text may name any other file
+    "mesh": Kind("a mesh", (".stl", ".glb", ".obj", ".ply", ".dae"), 32 * MB),  # glTF as text may name any other file
     "recording": Kind("a recording", (".npz", ".mat", ".h5", ".hdf5", ".nc"), 60 * MB),
     "header": Kind("a recording's header", (".toml", ".json"), MB),
     "beside": Kind(  # which only who names it in a field reads

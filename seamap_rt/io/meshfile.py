@@ -1,7 +1,8 @@
-"""The shape of an object from a mesh file, read by the library trimesh.
+"""The shape of an object from a mesh file, read by the library trimesh, or here where faces may be polygons.
 
 In STL, OBJ and PLY files, which say nothing of it, z is up and y ahead. glTF (GLB) has axes of its own, y up and z
-ahead (Khronos glTF 2.0, section 3.4), and is turned. Whatever is wrong with a file becomes an InputError of one line.
+ahead (Khronos glTF 2.0, section 3.4), and is turned; Collada tells its axes and its unit, which are obeyed. Whatever is
+wrong with a file becomes an InputError of one line.
 """
 
 from __future__ import annotations
@@ -19,12 +20,13 @@ from trimesh.exchange.ply import load_ply
 
 from ..errors import InputError
 from ..settings import ObjectSettings
+from .collada import read_collada
 from .gltf import FilesBeside, check_gltf
 from .opening import LONG, read_bytes
 from .polygons import triangles_of
 from .quiet import quietly, without_log
 
-ENDINGS = (".stl", ".glb", ".gltf", ".obj", ".ply")
+ENDINGS = (".stl", ".glb", ".gltf", ".obj", ".ply", ".dae")
 Polygons = tuple[NDArray[np.float64], Any]  # vertices (n, 3), and rows of their places
 MOST_TRIANGLES = 2_000_000
 MOST_EXTENT_M = 30_000.0  # a file in millimetres whose scale was forgotten
@@ -164,4 +166,5 @@ def _gltf(content: bytes, path: Path) -> Polygons:
 
 _READERS: dict[str, Callable[[bytes, Path], Polygons]] = {
     ".stl": _stl, ".glb": _gltf, ".gltf": _gltf, ".obj": _obj, ".ply": _ply,
+    ".dae": lambda content, _: read_collada(content, 6 * MOST_TRIANGLES),
 }  # fmt: skip

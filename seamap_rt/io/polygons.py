@@ -58,10 +58,11 @@ def _in_their_planes(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64],
 def _clip_ears(place: NDArray[np.float64]) -> NDArray[np.int64]:
     """Triangles (k − 2, 3) of a polygon (k, 2) that turns anticlockwise. One that crosses itself has as many."""
     left, found, at, tried = list(range(len(place))), [], 0, 0
+    least = 1e-12 * float(np.ptp(place, axis=0).max()) ** 2  # corners on one line, but for rounding, are no ear
     while len(left) > 2:
         a, b, c = (left[(at + step) % len(left)] for step in range(3))
         one, two = place[b] - place[a], place[c] - place[b]
-        ear = _cross(one, two) > 0.0 and not np.any(
+        ear = _cross(one, two) > least and not np.any(
             (_cross(one, (others := place[left]) - place[a]) > 0.0)
             & (_cross(two, others - place[b]) > 0.0)
             & (_cross(one + two, others - place[a]) < 0.0)
