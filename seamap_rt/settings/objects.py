@@ -24,7 +24,8 @@ class ObjectSettings(Section):
     mesh: Annotated[
         str,
         Meaning(
-            "Path of an STL, GLB, OBJ or PLY mesh, z up, y ahead; a relative one counts from the scene file's folder."
+            "Path of an STL, GLB, OBJ, PLY or Collada mesh, z up, y ahead; a relative one counts from the scene file's "
+            "folder."
         ),
     ]
     position_m: Annotated[
