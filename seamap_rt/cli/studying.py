@@ -8,6 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..errors import InputError
+from ..io.text import number_in
 from .shell import Count, Number, Settings, Whole, command, console, progress, scene_of
 
 FAILED = 1
@@ -66,7 +67,7 @@ def shadowing(
 def _metres(text: str) -> list[float]:
     """The numbers of a comma-separated list."""
     try:
-        return [float(part) for part in text.split(",")]
+        return [number_in(part) for part in text.split(",")]
     except ValueError:
         raise InputError(f"--heights {text}: must be metres with commas between, as in --heights 3,5,10") from None
 

@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from .opening import LONG, read_bytes
+from .text import decoded_text, number_in, refuse_semicolons
 
 OTHER_NAMES = {"yaw_deg": "heading_deg", "z_m": "heave_m"}
 COLUMNS = ("time_s", "roll_deg", "pitch_deg", "heading_deg", "heave_m", "x_m", "y_m")
@@ -103,7 +104,7 @@ def _read(path: Path) -> tuple[list[int], dict[str, NDArray[np.float64]]]:
     """Line numbers (reading,) and columns (reading,) by their names in COLUMNS."""
     try:
         content = read_bytes(path, "a motion file", named=f"file '{path}'", most=LONG)
-        with io.TextIOWrapper(io.BytesIO(content), encoding="utf-8-sig", newline="") as file:
+        with io.StringIO(decoded_text(content, f"file '{path}'"), newline="") as file:
             rows = _rows(file)
             number, header = next(rows, (1, []))
             names = _names(path, number, header)
@@ -111,8 +112,6 @@ def _read(path: Path) -> tuple[list[int], dict[str, NDArray[np.float64]]]:
             for number, cells in rows:
                 lines.append(number)
                 values.append(_numbers(path, number, names, cells))
-    except UnicodeDecodeError:
-        raise InputError(f"file '{path}': is not UTF-8 text; give a CSV file") from None
     except csv.Error as error:
         raise InputError(f"file '{path}': is not CSV ({error}); give a CSV file") from None
     table = np.array(values, dtype=np.float64).reshape(len(values), len(names))
@@ -130,6 +129,7 @@ def _rows(file: Iterator[str]) -> Iterator[tuple[int, list[str]]]:
 
 def _names(path: Path, line: int, header: list[str]) -> list[str]:
     """The columns' names in COLUMNS."""
+    refuse_semicolons(",".join(header), f"file '{path}', line {line}")
     names = [OTHER_NAMES.get(name.lower(), name.lower()) for name in header]
     known = f"{', '.join(COLUMNS)} (or {', '.join(OTHER_NAMES)})"
     if "time_s" not in names:
@@ -148,7 +148,7 @@ def _numbers(path: Path, line: int, names: list[str], cells: list[str]) -> list[
     numbers = []
     for name, cell in zip(names, cells, strict=True):
         try:
-            number = float(cell)
+            number = number_in(cell)
         except ValueError:
             number = math.nan
         if not math.isfinite(number):

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from .opening import read_bytes
+from .text import decoded_text, number_in, refuse_semicolons
 
 CUTS = ("azimuth", "elevation")
 _MSI_CUTS = {"HORIZONTAL": "azimuth", "VERTICAL": "elevation"}
@@ -76,7 +77,11 @@ def read_pattern(path: str | os.PathLike[str]) -> PatternFile:
     for what cannot be read, is missing, NaN, too short, out of order, or has its peak behind or beside the antenna.
     """
     path = Path(path)
-    text = read_bytes(path, "a pattern", named=f"file '{path}'").decode("utf-8-sig", "replace")
+    content = read_bytes(path, "a pattern", named=f"file '{path}'")
+    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        decoded_text(content, f"file '{path}'")
+    text = content.decode("utf-8-sig", "replace")  # of another encoding are comments alone
+    refuse_semicolons(text.split("\n", 1)[0], f"file '{path}'")
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1)]
     full = [(number, line) for number, line in lines if line and line[0] not in "#;!"]
     rows, gain_dbi, frequency_hz = _reader(path, full)(path, full)
@@ -111,7 +116,7 @@ def _refusal(path: Path, line: int, what: str) -> InputError:
 
 def _number(path: Path, line: int, name: str, text: str) -> float:
     try:
-        value = float(text)
+        value = number_in(text)
     except ValueError:
         value = np.nan
     if not np.isfinite(value):

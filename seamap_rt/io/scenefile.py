@@ -20,6 +20,7 @@ from pydantic import BaseModel
 from ..errors import InputError, must_be
 from .opening import read_bytes
 from .plain_json import plain
+from .text import decoded_text
 from .toml_text import key_text, quoted, shown, toml_value
 
 _DEEPEST = 16  # tables in tables: a scene has three
@@ -33,16 +34,13 @@ def read_toml(path: str | os.PathLike[str], wanted: str = "a scene file") -> dic
     """The tree of a TOML file. wanted: what it is to be. Raises InputError if it cannot be read or is no TOML."""
     data = read_bytes(path, wanted)
     try:
-        tree = tomllib.loads(data.decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        raise InputError(
-            f"{path}: is not UTF-8 text (byte {data[error.start]:#04x} at position {error.start}); "
-            "save the scene file as UTF-8"
-        ) from None
+        tree = tomllib.loads(decoded_text(data, str(path)))
+    except InputError:
+        raise
     except RecursionError:
         raise InputError(f"{path}: {_TOO_DEEP}") from None
     except ValueError as error:  # TOMLDecodeError, or an integer of thousands of digits
-        raise InputError(f"{path}: is not TOML: {error}; mend that line of the scene file") from None
+        raise InputError(f"{path}: is not TOML: {error}; mend that line of {wanted.removeprefix('a ')}") from None
     if _is_deep(tree):
         raise InputError(f"{path}: {_TOO_DEEP}")
     return tree

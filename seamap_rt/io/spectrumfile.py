@@ -9,10 +9,11 @@ from __future__ import annotations
 import gzip
 import os
 import re
+import tempfile
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from itertools import islice
 from pathlib import Path
@@ -22,8 +23,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..conventions import GRAVITY, WATER_DENSITY
 from ..errors import InputError
-from .opening import bytes_held, check_unpacked, open_dataset, open_file, weigh
+from .declared_spectrum import DensityUnit, density_unit, spectrum_as_declared
+from .opening import bytes_held, check_unpacked, open_dataset, open_file, read_unpacked, weigh
 from .quiet import quietly, without_complaints
 
 KINDS = ("ndbc", "swan", "ww3", "wavespectra")
@@ -34,6 +37,8 @@ _KINDS_IN_WORDS = f"kinds are {', '.join(KINDS)}"
 _WANTED = "a directional spectrum"
 _COUNTED = ("LONLAT", "LOCATION", "AFREQ", "RFREQ", "CDIR", "NDIR", "QUANT")  # after which SWAN says how many follow
 _NEAR = np.timedelta64(3, "h")  # a sea state is as good as the same for so long
+_HEIGHTS = ("hs", "Hs", "hm0", "Hm0", "swh", "VHM0", "hsig", "Hsig", "significant_wave_height", "wave_height")
+_HEIGHT_OFF = 0.05  # by which the spectrum's own height may differ from the one that the file states
 _UNDERSHOOT = 0.01  # of the highest density, by which one that was interpolated may fall below 0
 _NDBC_STEP = 5.0  # degrees; a buoy's density is smooth
 _NDBC_NAMES = ("spectral_wave_density", "mean_wave_dir", "principal_wave_dir", "wave_spectrum_r1", "wave_spectrum_r2")
@@ -110,6 +115,8 @@ def _kind_of(path: Path) -> str | None:
     try:
         with open_file(path, _WANTED) as file:
             start = file.read(8)
+        if start[:2] in (b"\xff\xfe", b"\xfe\xff"):
+            raise InputError(f"{path}: is text in UTF-16; save it as UTF-8")
         if start[:3] == b"CDF" or start == b"\x89HDF\r\n\x1a\n":
             return _netcdf_kind(path)
         with _text(path) as file:
@@ -139,8 +146,8 @@ def _netcdf_kind(path: Path) -> str | None:
 
 
 def _text(path: Path) -> IO[str]:
-    """A text file, packed or not."""
-    return (gzip.open if path.suffix == ".gz" else open)(path, "rt", encoding="utf-8", errors="replace")
+    """A text file, packed or not, without a byte-order mark; letters of another encoding are marked as such."""
+    return (gzip.open if path.suffix == ".gz" else open)(path, "rt", encoding="utf-8-sig", errors="replace")
 
 
 # -------------------------------------------------------------------------------------------------- one time, one site
@@ -170,6 +177,12 @@ def _chosen(spectra: xr.DataArray, path: Path, time: str | None, site: int) -> x
 
 def _time_index(times: NDArray[np.datetime64], path: Path, wanted: str | None) -> int:
     """The nearest time, within a step of the file or three hours, whichever is longer."""
+    times = np.asarray(times)
+    known = np.flatnonzero(~np.isnat(times)) if times.dtype.kind == "M" else np.arange(0)
+    if not known.size:
+        raise InputError(f"{path}: has no time that is a date; correct the file's times")
+    if known.size < times.size:
+        return int(known[_time_index(times[known], path, wanted)])
     if wanted is None:
         return int(np.argmin(times))
     try:
@@ -215,9 +228,26 @@ def _table(spectrum: xr.DataArray, path: Path) -> DirectionalTable:
         raise InputError(f"{path}: has fewer than two frequencies; give a spectrum")
     if direction.size < 3:
         raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
-    return DirectionalTable(
+    table = DirectionalTable(
         frequency[waves], direction, density[np.ix_(rows[waves], columns)], str(spectrum.attrs["source"])
     )
+    _refuse_another_height(table, spectrum, path)
+    return table
+
+
+def _refuse_another_height(table: DirectionalTable, spectrum: xr.DataArray, path: Path) -> None:
+    """A file that states its wave height states its units once more."""
+    stated = spectrum.coords.get("stated_height")
+    if stated is None or stated.size != 1 or not np.isfinite(float(stated)) or float(stated) <= 0.0:
+        return
+    angle = np.append(table.from_deg, table.from_deg[0] + 360.0)
+    density = np.trapezoid(np.column_stack((table.density, table.density[:, 0])), angle, axis=1)
+    height = 4.0 * float(np.sqrt(np.trapezoid(density, table.frequency_hz)))
+    if abs(height / float(stated) - 1.0) > _HEIGHT_OFF:
+        raise InputError(
+            f"{path}: its densities make waves of {height:.3g} m, and it states a height of {float(stated):.3g} m; "
+            "correct the units of the density, the frequencies or the directions"
+        )
 
 
 # ------------------------------------------------------------------------------------------------------- the formats
@@ -226,18 +256,25 @@ def _table(spectrum: xr.DataArray, path: Path) -> DirectionalTable:
 @contextmanager
 def _open_wavespectra(path: Path) -> Iterator[xr.DataArray]:
     with open_dataset(path, _WANTED) as file:
-        yield file["efth"]
+        yield _stated(spectrum_as_declared(file["efth"], str(path)), file)
 
 
 @contextmanager
 def _open_ww3(path: Path) -> Iterator[xr.DataArray]:
-    """efth in m² s/rad by the direction waves go to, as WAVEWATCH III writes it, turned and scaled by wavespectra."""
-    from wavespectra.input.ww3 import from_ww3
-
+    """efth in m² s/rad by the direction waves go to, unless the file says something else."""
     with open_dataset(path, _WANTED) as file:
         if not {"efth", "direction"} <= {str(name) for name in file.variables}:
             raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
-        yield from_ww3(file)["efth"]
+        density = file["efth"].rename(frequency="freq", direction="dir")
+        yield _stated(spectrum_as_declared(density, str(path), "to", "m2 s rad-1"), file)
+
+
+def _stated(spectrum: xr.DataArray, file: xr.Dataset) -> xr.DataArray:
+    """The spectrum with the wave height that its file states beside it, where that has the same times and sites."""
+    for name in _HEIGHTS:
+        if name in file and set(file[name].dims) <= set(spectrum.dims):
+            return spectrum.assign_coords(stated_height=file[name])
+    return spectrum
 
 
 @contextmanager
@@ -263,17 +300,48 @@ def _open_swan(path: Path) -> Iterator[xr.DataArray]:
             raise InputError(f"{path}: has neither {one} nor {other} in its header; give the file as SWAN writes it")
     from wavespectra.core.swan import SwanSpecFile
 
-    swan = SwanSpecFile(path)
-    try:
-        density = np.array(list(swan.readall()))
-    finally:
-        swan.close()
+    scale = _swan_unit(path, header)
+    with _plain_text(path) as plain:
+        swan = SwanSpecFile(plain)
+        try:
+            density = np.array(list(swan.readall()))
+        finally:
+            swan.close()
+    factor = scale.factor * (2.0 * np.pi * np.asarray(swan.freqs)[:, None] if scale.action else 1.0)
+    density = np.where(density > 0.0, density * factor, density)  # SWAN's exception value stays
     coordinates = {"freq": swan.freqs, "dir": swan.dirs}
     if not isinstance(swan.times, list):  # a stationary run
         yield xr.DataArray(density[0], dims=("site", "freq", "dir"), coords=coordinates)
     else:
         times = np.array(swan.times, dtype="datetime64[ns]")
         yield xr.DataArray(density, dims=("time", "site", "freq", "dir"), coords={"time": times, **coordinates})
+
+
+def _swan_unit(path: Path, header: list[str]) -> DensityUnit:
+    """Of the density, by the two lines that QUANT has for it: its name, and its unit. wavespectra has divided energy by
+    ρg already."""
+    if "QUANT" not in header:
+        return DensityUnit(1.0)
+    begin = header.index("QUANT") + 2  # past how many quantities there are
+    with _text(path) as file:
+        name, unit = ([*line.split(maxsplit=1), ""][0] for line in islice(file, begin, begin + 2))
+    if name.lower() not in ("vadens", "endens", "acdens"):
+        raise InputError(f"{path}: holds '{name}', not VaDens, EnDens or AcDens; give a directional spectrum")
+    found = density_unit(unit, f"{path}: {name}", action=name.lower() == "acdens")
+    return replace(found, factor=found.factor * WATER_DENSITY * GRAVITY) if unit[:1] in "Jj" else found
+
+
+@contextmanager
+def _plain_text(path: Path) -> Iterator[Path]:
+    """A file that wavespectra can read: itself, or a copy without what is not ASCII, which only comments hold."""
+    content = read_unpacked(path, _WANTED)
+    if content.isascii():
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder, "spectrum.spc")
+        copy.write_bytes(content.removeprefix(b"\xef\xbb\xbf").decode("ascii", "replace").encode("ascii", "replace"))
+        yield copy
 
 
 @contextmanager

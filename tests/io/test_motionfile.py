@@ -121,7 +121,7 @@ def test_beyond_the_record_it_is_refused(tmp_path: Path) -> None:
     ("text", "line", "words"),
     [
         ("roll_deg,pitch_deg\n1,2\n1,2\n", 1, "no column time_s"),
-        ("time_s;roll_deg\n0;1\n1;2\n", 1, "no column time_s"),
+        ("time_s;roll_deg\n0;1\n1;2\n", 1, "commas between them and points"),
         ("", 1, "no column time_s"),
         ("time_s,rol_deg\n0,1\n1,2\n", 1, "column 'rol_deg'"),
         ("time_s,roll_deg,roll_deg\n0,1,1\n1,2,2\n", 1, "column roll_deg: must be there once"),

@@ -1,0 +1,33 @@
+"""Text that people write: its encoding, its numbers, and what parts its columns."""
+
+from __future__ import annotations
+
+from ..errors import InputError
+
+
+def number_in(text: str | float) -> float:
+    """The number that a text holds. Raises ValueError for what only Python takes for one: 1_0, full-width digits."""
+    if isinstance(text, str) and ("_" in text or not text.isascii()):
+        raise ValueError(f"{text!r} is not a number")
+    return float(text)
+
+
+def decoded_text(content: bytes, called: str) -> str:
+    """Text of a file in UTF-8, with a byte-order mark or without. Raises InputError for another encoding."""
+    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise InputError(f"{called}: is text in UTF-16; save it as UTF-8")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        raise InputError(
+            f"{called}, line {line}: holds a letter that is not UTF-8 (Windows-1252, perhaps); save it as UTF-8"
+        ) from None
+
+
+def refuse_semicolons(header: str, called: str) -> None:
+    """Raise InputError for a table whose columns a semicolon parts, and so perhaps commas the decimals."""
+    if ";" in header and "," not in header:
+        raise InputError(
+            f"{called}: has ';' between its columns; save it with commas between them and points in its numbers"
+        )
