@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
 
 class _Numpy:
@@ -19,7 +19,11 @@ class _Numpy:
 
     sqrt, exp, tanh, sin, cos = np.sqrt, np.exp, np.tanh, np.sin, np.cos
     arctan, square, where, minimum, maximum, clip = np.arctan, np.square, np.where, np.minimum, np.maximum, np.clip
-    ndtr = ndtr
+
+    @staticmethod
+    def ndtr(value: Any) -> Any:
+        """The normal distribution's cumulative share."""
+        return scipy.special.ndtr(value)
 
     @staticmethod
     def split(position: Any) -> tuple[Any, Any]:

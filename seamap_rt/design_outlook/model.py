@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.special import gammaincc
@@ -26,6 +25,9 @@ from .error import Spectrum, ambiguous_share, error_variance, information, score
 from .motion import Motion
 from .sight import STARTS, TABLE, Sight, sight, table_grazing
 from .strips import LOOKS, ROW_M, ROWS, strips, waves_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Array = NDArray[np.float64]
 
@@ -69,6 +71,8 @@ def outlook(scene: SceneLike) -> xr.Dataset:
     scene, so that designs compare on the same waves. A model, not a simulation: README and validation say how far the
     two are apart. Raises InputError for a radar without a baseline or a window that holds no sea.
     """
+    import xarray as xr
+
     found = likely(as_scene(scene))
     variables = {
         name: ("range", found.profile[name], {"units": units, "long_name": words})
