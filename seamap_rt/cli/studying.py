@@ -89,18 +89,19 @@ def outlook(
         KEY=VALUE, any key of the scene file.
     """
     loaded = scene_of(scene, set_)
-    from ..design_outlook import outlook as outlook_of
-    from ..design_outlook.words import outlook_rows
-    from ..studies.outlooks import outlook_lines, outlook_table, outlooks
-    from ..studies.vary import parse_varies
-
     if vary:
+        from ..studies.outlooks import outlook_lines, outlook_table, outlooks  # takes a second to load
+        from ..studies.vary import parse_varies
+
         found = outlooks(loaded, parse_varies(vary), at_most)
         lines = [*outlook_table(found), *outlook_lines(found)]
     elif at_most is not None:
         raise InputError(f"--at-most {at_most:g}: limits what is varied; give --vary too, as radar.height_m=3:12:1")
     else:
-        lines = list(outlook_rows(outlook_of(loaded)))
+        from ..design_outlook import likely
+        from ..design_outlook.words import outlook_rows
+
+        lines = list(outlook_rows(likely(loaded)))
     for line in lines:
         console.print(line)
     return 0

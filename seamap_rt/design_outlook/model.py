@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.special import gammaincc
 
+from ..compute.machine import one_blas_thread
 from ..conventions import db, from_db
 from ..errors import InputError
 from ..measured import LEVEL, Rings
@@ -86,6 +87,7 @@ def _told(found: Likely) -> dict[str, Any]:
     return {"reach_level": LEVEL, "motion": found.motion, "left_out": found.left_out}
 
 
+@one_blas_thread()
 def likely(scene: Scene) -> Likely:
     """The same as `outlook` says, without the half second that the first Dataset of a process takes."""
     radar, settings = as_it_looks(scene.radar), scene.resolved_retrieval

@@ -11,10 +11,9 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from ..errors import InputError, telling_what_is_left
 from ..io.interrupts import uninterrupted
@@ -27,8 +26,10 @@ from ..sea import Sea
 from ..session.pace import Pace
 from ..settings import TracingSettings
 from .visible_dataset import OUTSIDE, MastView, Window, shadowing_dataset
-from .visible_light import Light, common_meshing, lights, realised, with_keys
 from .visible_tally import Looks, tally
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 LEAST_RUNGS_A_BIN = 4
 PRODUCTS = ("scene.toml", "shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png", "shadowing.html")
@@ -51,6 +52,8 @@ def shadowing(
     are for the lowest antenna: what it sees, all see. Over the dims `azimuth` and, with `look_` before their names,
     `look`; `share(seed, …)` holds the realisations themselves.
     """
+    from .visible_light import Light, common_meshing, lights, realised, with_keys
+
     _refuse(heights_m, seeds, bin_m)
     scene = as_scene(scene)
     say = progress or (lambda _: None)
@@ -93,6 +96,8 @@ def shadowing_by_cutoff(
     spacing. `cutoff_wavelength(resolution)` [m], twice the spacing, is the shortest wave. Different resolutions have
     independent draws. Raises InputError for no resolution.
     """
+    from .visible_light import with_keys
+
     if not len(resolutions_m):
         raise InputError("resolutions: is empty; give spacings of the sea's grid in metres, such as 0.8")
     each: list[xr.Dataset] = []
@@ -106,6 +111,8 @@ def shadowing_by_cutoff(
 
 def joined(each: Sequence[xr.Dataset]) -> xr.Dataset:
     """Studies of one scene as one, along their `resolution`."""
+    import xarray as xr
+
     how: Any = {"join": "exact", "combine_attrs": "override", "data_vars": "all", "coords": "minimal"}
     return xr.concat(each, "resolution", compat="override", **how)
 

@@ -15,8 +15,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import xarray as xr
-
 from ..compute.scratch import scratch_folder
 from ..errors import InputError, is_interruption
 from ..scene import SceneLike, as_scene
@@ -30,6 +28,7 @@ from .usable import Criterion
 from .vary import chosen_key, refuse_limit
 
 if TYPE_CHECKING:
+    import xarray as xr
     from distributed import Client
 
 Progress = Callable[[str], None]
