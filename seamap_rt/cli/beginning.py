@@ -8,13 +8,12 @@ from pathlib import Path
 from rich.table import Table
 from rich.text import Text
 
-from ..io.scenefile import list_shipped, read_toml
-from .shell import app, console
+from .shell import app, console, examples
 
 _WIDEST = 36  # characters of a column in a pipe; what is longer moves its line's rest
 
 
-@app.command
+@app.command(**examples("new mine.toml", "new night.toml --like solid_state_chirp"))
 def new(file: Path = Path("my_scene.toml"), /, *, like: str = "choppy_sea", overwrite: bool = False) -> int:
     """Write a scene file to begin with, its keys explained. It runs as it stands.
 
@@ -35,18 +34,19 @@ def new(file: Path = Path("my_scene.toml"), /, *, like: str = "choppy_sea", over
     return 0
 
 
-@app.command
-def keys(section: str = "", /) -> int:
+@app.command(**examples("keys radar.height_m", "keys height"))
+def keys(what: str = "", /) -> int:
     """Tell of the keys of a scene file: unit, default, limits and meaning. In a pipe, a line each.
 
     Parameters
     ----------
-    section
-        As radar, radar.antenna or sea.waves; default all.
+    what
+        A key, as radar.height_m; a section, as radar or sea.waves; or a word of names and meanings, as height.
+        Default all.
     """
-    from ..scene.keys import KeySection, key_sections, sections_at
+    from ..scene.keys import KeySection, key_sections, keys_about
 
-    found: Sequence[KeySection] = sections_at(section) if section.strip() else key_sections()
+    found: Sequence[KeySection] = keys_about(what) if what.strip() else key_sections()
     if console.is_terminal:
         for each in found:
             _print_table(each)
@@ -87,9 +87,11 @@ def _print_table(section) -> None:
     console.print(table, soft_wrap=False)
 
 
-@app.command
+@app.command(**examples("scenes", "new mine.toml --like pier"))
 def scenes() -> int:
     """List the shipped scenes, a line each."""
+    from ..io.scenefile import list_shipped, read_toml
+
     for name, path in list_shipped().items():
         console.print(f"{name:20} {read_toml(path).get('title', '')}")
     return 0

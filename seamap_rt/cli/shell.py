@@ -16,19 +16,35 @@ app = App(
     name="seamap-rt",
     version=__version__,
     help="What an interferometric radar on a small boat's mast can see of the sea around it.",
+    help_format="plaintext",
     suppress_keyboard_interrupt=False,  # `main` says what an interrupted run leaves
 )
+app.register_install_completion_command(help="Let bash, zsh or fish complete commands and options by Tab.")
 Names = Annotated[list[str], Parameter(name="--name", negative=(), consume_multiple=False)]
 
 
-def _whole(_: Any, tokens: Sequence[Token]) -> int:
-    try:
-        return int(tokens[0].value)
-    except ValueError:
-        raise ValueError(f"{tokens[0].value} must be a whole number; round it") from None
+def _number(kind: Callable[[str], Any], wanted: str) -> Parameter:
+    """An option's number, whose refusal says what is wanted."""
+
+    def convert(_: Any, tokens: Sequence[Token]) -> Any:
+        try:
+            return kind(tokens[0].value)
+        except ValueError:
+            raise ValueError(f"{tokens[0].value} must be {wanted}") from None
+
+    return Parameter(converter=convert)
 
 
-Whole = Annotated[int, Parameter(converter=_whole)]  # cyclopts itself would take 1.5 as 1
+Count = Annotated[int, _number(int, "a whole number, 1 or more")]  # cyclopts itself would take 1.5 as 1
+Whole = Annotated[int, _number(int, "a whole number, 0 or more")]
+Number = Annotated[float, _number(float, "a number")]
+
+
+def examples(*arguments: str) -> dict[str, str]:
+    """What a command's --help ends with."""
+    return {"help_epilogue": "\n".join(["Examples:", *(f"  seamap-rt {each}" for each in arguments)])}
+
+
 Settings = Annotated[list[str], Parameter(name="--set", negative=(), consume_multiple=False)]
 errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 console = Console(soft_wrap=True, highlight=False, markup=False)  # a path may hold [brackets]

@@ -8,20 +8,20 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..errors import InputError
-from .shell import Settings, Whole, app, console, progress, scene_of
+from .shell import Count, Number, Settings, Whole, app, console, examples, progress, scene_of
 
 FAILED = 1
 Varied = Annotated[list[str], Parameter(name="--vary", negative=(), consume_multiple=False)]
-Bin = Annotated[float, Parameter(name="--bin")]
+Bin = Annotated[Number, Parameter(name="--bin")]
 Cases = Annotated[list[str], Parameter(name="--only", negative=(), consume_multiple=False)]
 
 
-@app.command
+@app.command(**examples("shadowing choppy_sea --heights 3,5,10", "shadowing mine.toml --seeds 8 --out seen"))
 def shadowing(
     scene: str,
     *,
     heights: str | None = None,
-    seeds: Whole = 4,
+    seeds: Count = 4,
     bin_m: Bin = 10.0,
     out: Path | None = None,
     overwrite: bool = False,
@@ -71,9 +71,9 @@ def _metres(text: str) -> list[float]:
         raise InputError(f"--heights {text}: must be metres with commas between, as in --heights 3,5,10") from None
 
 
-@app.command
+@app.command(**examples("outlook choppy_sea", "outlook mine.toml --vary radar.height_m=3:20:1"))
 def outlook(
-    scene: str, *, vary: Varied | None = None, at_most: float | None = None, set_: Settings | None = None
+    scene: str, *, vary: Varied | None = None, at_most: Number | None = None, set_: Settings | None = None
 ) -> int:
     """What a scene's radar is likely to measure, at once: a model, not a simulation.
 
@@ -107,15 +107,20 @@ def outlook(
     return 0
 
 
-@app.command
+@app.command(
+    **examples(
+        "trade choppy_sea --vary radar.height_m=5,8,12 --until 0.95",
+        "trade mine.toml --vary radar.height_m=3:9:2 --vary radar.transmit_power_w=1,10 --seeds 3",
+    )
+)
 def trade(
     scene: str,
     *,
     vary: Varied,
-    seeds: Whole = 1,
-    until: float | None = None,
+    seeds: Count = 1,
+    until: Number | None = None,
     budget: str | None = None,
-    at_most: float | None = None,
+    at_most: Number | None = None,
     workers: Whole | None = None,
     scheduler: str | None = None,
     out: Path | None = None,
@@ -184,7 +189,7 @@ def trade(
     return 0
 
 
-@app.command
+@app.command(**examples("validate", "validate --only claim_4_shadowing --out checked"))
 def validate(*, full: bool = False, only: Cases | None = None, out: Path | None = None, overwrite: bool = False) -> int:
     """Hold the program against closed forms, tables, peers and the claims of 2004; exit 1 if a case fails.
 

@@ -169,6 +169,7 @@ def write_shadowing(
     the page that holds them, each whole or not at all.
     Raises InputError for bad input, and where the folder holds another study and `overwrite` is not given.
     """
+    _refuse(heights_m, seeds, bin_m)
     from ..report import style  # it and the next two load matplotlib, which a trade's workers do without
     from .shadowing_figures import draw_seen, draw_shadowing
     from .shadowing_page import shadowing_page

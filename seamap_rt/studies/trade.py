@@ -111,7 +111,9 @@ def write_trade(
     scene = as_scene(scene)
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-trade"
     sweep = Sweep.of(scene, vary, seeds, folder.resolve())
-    notes, goal = _network_notes(scheduler), Goal(until, budget_s, at_most)
+    goal = Goal(until, budget_s, at_most)
+    _ = sweep.scenes  # refused before the libraries of a cluster are loaded
+    notes = _network_notes(scheduler)
     say = progress or (lambda _: None)
     for note in notes:
         say(note)
