@@ -20,14 +20,14 @@ from . import (  # noqa: F401  their commands join the application
     simulating,
     studying,
 )
-from .shell import app, console, examples
+from .shell import app, command, console
 from .stops import INTERRUPTED, Stops
 
 BAD_INPUT, NO_BACKEND = 2, 3
 _LEFT = "what is complete, if anything, stays readable"
 
 
-@app.command(name="doctor", **examples("doctor", "run tiny --tracer horizon"))
+@command("doctor", "run tiny --tracer horizon", name="doctor")
 def doctor_command() -> int:
     """Tell which backend is used, what it has, and what mends what is missing; "info" is no fault."""
     from ..compute.backend import doctor_checks, doctor_lines
@@ -85,8 +85,8 @@ def answer(arguments: list[str] | None, stops: Stops) -> int:
 def _commands_in_words(tokens: list[str]) -> str:
     names = [name for name in app if not name.startswith("-")]
     near = difflib.get_close_matches(tokens[0], names, 1)
-    hint = f"did you mean {near[0]}? " if near else ""
-    return f"{shown(tokens[0])}: no such command; {hint}The commands are {', '.join(names)}"
+    hint = f"did you mean {near[0]}? The" if near else "the"
+    return f"{shown(tokens[0])}: no such command; {hint} commands are {', '.join(names)}"
 
 
 def _disk_words(error: OSError) -> str:

@@ -8,12 +8,12 @@ from pathlib import Path
 from rich.table import Table
 from rich.text import Text
 
-from .shell import app, console, examples
+from .shell import command, console
 
 _WIDEST = 36  # characters of a column in a pipe; what is longer moves its line's rest
 
 
-@app.command(**examples("new mine.toml", "new night.toml --like solid_state_chirp"))
+@command("new mine.toml", "new night.toml --like solid_state_chirp")
 def new(file: Path = Path("my_scene.toml"), /, *, like: str = "choppy_sea", overwrite: bool = False) -> int:
     """Write a scene file to begin with, its keys explained. It runs as it stands.
 
@@ -34,7 +34,7 @@ def new(file: Path = Path("my_scene.toml"), /, *, like: str = "choppy_sea", over
     return 0
 
 
-@app.command(**examples("keys radar.height_m", "keys height"))
+@command("keys radar.height_m", "keys height")
 def keys(what: str = "", /) -> int:
     """Tell of the keys of a scene file: unit, default, limits and meaning. In a pipe, a line each.
 
@@ -87,7 +87,7 @@ def _print_table(section) -> None:
     console.print(table, soft_wrap=False)
 
 
-@app.command(**examples("scenes", "new mine.toml --like pier"))
+@command("scenes", "new mine.toml --like pier")
 def scenes() -> int:
     """List the shipped scenes, a line each."""
     from ..io.scenefile import list_shipped, read_toml

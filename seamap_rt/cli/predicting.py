@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from ..errors import InputError
-from .shell import Settings, app, console, examples, section_of
+from .shell import Settings, command, console, section_of
 
 if TYPE_CHECKING:
     import numpy as np  # loaded where they are used: they take half a second
@@ -21,7 +21,7 @@ _LONGEST_S, _MOST_LEADS = 60.0, 10_000
 _FARTHEST_M = 10_000.0
 
 
-@app.command(**examples("predict runs/choppy_sea-1/maps.nc", "predict maps.nc --lead 0:20:0.5 --at -100,0 --at 0,50"))
+@command("predict runs/choppy_sea-1/maps.nc", "predict maps.nc --lead 0:20:0.5 --at -100,0 --at 0,50")
 def predict(
     maps: Path,
     *,

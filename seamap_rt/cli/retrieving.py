@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from ..conventions import turn_name
 from ..errors import InputError
-from .shell import Names, Number, Settings, app, console, examples, overrides_of, section_of
+from .shell import Names, Number, Settings, command, console, overrides_of, section_of
 
 if TYPE_CHECKING:
     import xarray as xr  # loaded where it is used: it takes half a second
@@ -23,11 +23,9 @@ _EXPORTS: dict[Kind, str] = {"netcdf": "ground.nc", "geotiff": "ground.tif", "cs
 _EXPORT = re.compile(r"ground(-\d+)?\.(nc|tif|csv)")
 
 
-@app.command(
-    **examples(
-        "retrieve runs/choppy_sea-1/echoes.zarr --out again",
-        "retrieve night.npz --header header.toml --to geotiff --at 54.32,-7.5",
-    )
+@command(
+    "retrieve runs/choppy_sea-1/echoes.zarr --out again",
+    "retrieve night.npz --header header.toml --to geotiff --at 54.32,-7.5",
 )
 def retrieve(
     echoes: Path,

@@ -40,9 +40,10 @@ Whole = Annotated[int, _number(int, "a whole number, 0 or more")]
 Number = Annotated[float, _number(float, "a number")]
 
 
-def examples(*arguments: str) -> dict[str, str]:
-    """What a command's --help ends with."""
-    return {"help_epilogue": "\n".join(["Examples:", *(f"  seamap-rt {each}" for each in arguments)])}
+def command(*examples: str, name: str | None = None) -> Callable[[Callable[..., int]], Callable[..., int]]:
+    """Join a function to the application; its --help ends with the examples."""
+    ending = "\n".join(["Examples:", *(f"  seamap-rt {each}" for each in examples)])
+    return lambda function: app.command(function, name=name, help_epilogue=ending)
 
 
 Settings = Annotated[list[str], Parameter(name="--set", negative=(), consume_multiple=False)]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rich.text import Text
 
 from ..errors import InputError
-from .shell import Count, Number, Settings, Whole, app, console, examples, progress, scene_of
+from .shell import Count, Number, Settings, Whole, command, console, progress, scene_of
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -59,7 +59,7 @@ def tell_of_record(scene: Scene) -> None:
             console.print(line)
 
 
-@app.command(**examples("run choppy_sea", "run mine.toml --turns 3 --set radar.height_m=8 --out runs/8m"))
+@command("run choppy_sea", "run mine.toml --turns 3 --set radar.height_m=8 --out runs/8m")
 def run(
     scene: str,
     *,
@@ -116,7 +116,7 @@ def run(
     return 0
 
 
-@app.command(**examples("simulate tiny --out tiny", "simulate mine.toml --out night --turns 60 --seed 2"))
+@command("simulate tiny --out tiny", "simulate mine.toml --out night --turns 60 --seed 2")
 def simulate(
     scene: str,
     *,
@@ -160,9 +160,7 @@ def simulate(
     return 0
 
 
-@app.command(
-    **examples("sea choppy_sea --out sea --times 0:5:0.5", "sea mine.toml --out steep --nonlinear --times 0:60:0.25")
-)
+@command("sea choppy_sea --out sea --times 0:5:0.5", "sea mine.toml --out steep --nonlinear --times 0:60:0.25")
 def sea(
     scene: str,
     *,
@@ -261,7 +259,7 @@ def _nonlinear_sea(scene: Scene, out: Path, **options: Any) -> int:
     return 0
 
 
-@app.command(**examples("link choppy_sea", "link mine.toml --ranges 50,100,200 --out link"))
+@command("link choppy_sea", "link mine.toml --ranges 50,100,200 --out link")
 def link(
     scene: str,
     *,

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..errors import InputError
-from .shell import Count, Number, Settings, Whole, app, console, examples, progress, scene_of
+from .shell import Count, Number, Settings, Whole, command, console, progress, scene_of
 
 FAILED = 1
 Varied = Annotated[list[str], Parameter(name="--vary", negative=(), consume_multiple=False)]
@@ -16,7 +16,7 @@ Bin = Annotated[Number, Parameter(name="--bin")]
 Cases = Annotated[list[str], Parameter(name="--only", negative=(), consume_multiple=False)]
 
 
-@app.command(**examples("shadowing choppy_sea --heights 3,5,10", "shadowing mine.toml --seeds 8 --out seen"))
+@command("shadowing choppy_sea --heights 3,5,10", "shadowing mine.toml --seeds 8 --out seen")
 def shadowing(
     scene: str,
     *,
@@ -71,7 +71,7 @@ def _metres(text: str) -> list[float]:
         raise InputError(f"--heights {text}: must be metres with commas between, as in --heights 3,5,10") from None
 
 
-@app.command(**examples("outlook choppy_sea", "outlook mine.toml --vary radar.height_m=3:20:1"))
+@command("outlook choppy_sea", "outlook mine.toml --vary radar.height_m=3:20:1")
 def outlook(
     scene: str, *, vary: Varied | None = None, at_most: Number | None = None, set_: Settings | None = None
 ) -> int:
@@ -107,11 +107,9 @@ def outlook(
     return 0
 
 
-@app.command(
-    **examples(
-        "trade choppy_sea --vary radar.height_m=5,8,12 --until 0.95",
-        "trade mine.toml --vary radar.height_m=3:9:2 --vary radar.transmit_power_w=1,10 --seeds 3",
-    )
+@command(
+    "trade choppy_sea --vary radar.height_m=5,8,12 --until 0.95",
+    "trade mine.toml --vary radar.height_m=3:9:2 --vary radar.transmit_power_w=1,10 --seeds 3",
 )
 def trade(
     scene: str,
@@ -189,7 +187,7 @@ def trade(
     return 0
 
 
-@app.command(**examples("validate", "validate --only claim_4_shadowing --out checked"))
+@command("validate", "validate --only claim_4_shadowing --out checked")
 def validate(*, full: bool = False, only: Cases | None = None, out: Path | None = None, overwrite: bool = False) -> int:
     """Hold the program against closed forms, tables, peers and the claims of 2004; exit 1 if a case fails.
 

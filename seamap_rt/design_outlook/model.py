@@ -13,6 +13,7 @@ from scipy.special import gammaincc
 from ..compute.machine import one_blas_thread
 from ..conventions import db, from_db
 from ..errors import InputError
+from ..io.toml_text import shown
 from ..measured import LEVEL, Rings
 from ..radar import link
 from ..radar.array import as_it_looks
@@ -96,7 +97,7 @@ def likely(scene: Scene) -> Likely:
         raise InputError("radar.baseline_m = 0: must be greater than 0, or a phase says nothing of heights; raise it")
     if design.ranges.size < 2:
         raise InputError(
-            f"radar.range_m = {list(radar.range_m)}: must reach beyond radar.height_m = {radar.height_m:g}, where the "
+            f"radar.range_m = {shown(radar.range_m)}: must reach beyond radar.height_m = {radar.height_m:g}, where the "
             "sea begins; widen it"
         )
     limit = np.pi / float(scene.sea.resolution_m or DEFAULT_RESOLUTION_M)

@@ -159,7 +159,7 @@ def _value(value: Any) -> str:
     if isinstance(value, int | float):
         return f"{value:.12g}" if abs(value) < 1e6 else f"{value:g}".replace("e+", "e").replace("e0", "e")
     if isinstance(value, list):
-        return f"[{', '.join(_value(each) for each in value)}]"
+        return f"[{','.join(_value(each) for each in value)}]"
     return value if value == "inf" else f'"{value}"'
 
 

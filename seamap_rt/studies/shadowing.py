@@ -148,7 +148,7 @@ def _window_of(scene: Scene, meshing: TracingSettings, sea: Sea, bin_m: float) -
         )
     edges = np.arange(np.ceil(near / bin_m - 1e-9), np.floor(far / bin_m + 1e-9) + 1.0) * bin_m
     if edges.size < 3:
-        raise InputError(f"bin = {bin_m:g}: radar.range_m = [{near:g}, {far:g}] must hold two of them; shorten it")
+        raise InputError(f"bin = {bin_m:g}: radar.range_m = [{near:g},{far:g}] must hold two of them; shorten it")
     waves = main_waves(scene)
     looks = Looks.of(grid, scene.radar, waves.from_deg if waves else 0.0)
     return Window(grid, looks, edges, meshing.columns_per_beam or 0)
