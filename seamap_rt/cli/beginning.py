@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 from rich.table import Table
 from rich.text import Text
 
-from .shell import command, console
+from ..errors import InputError
+from .shell import app, command, console
 
+Shell = Literal["bash", "zsh", "fish"]
 _WIDEST = 36  # characters of a column in a pipe; what is longer moves its line's rest
 
 
@@ -94,4 +97,23 @@ def scenes() -> int:
 
     for name, path in list_shipped().items():
         console.print(f"{name:20} {read_toml(path).get('title', '')}")
+    return 0
+
+
+@command("--install-completion", "--install-completion --shell zsh", name="--install-completion")
+def install_completion(*, shell: Shell | None = None) -> int:
+    """Let bash, zsh or fish complete commands and options by Tab.
+
+    Parameters
+    ----------
+    shell
+        Default the one from which this is called.
+    """
+    from cyclopts.completion.detect import ShellDetectionError
+
+    try:
+        path = app.install_completion(shell=shell)
+    except ShellDetectionError:
+        raise InputError("--shell: is missing, and from here it cannot be told; give bash, zsh or fish") from None
+    console.print(f"{path}: completes seamap-rt in every shell that is started from now on")
     return 0

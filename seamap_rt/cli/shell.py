@@ -19,7 +19,6 @@ app = App(
     help_format="plaintext",
     suppress_keyboard_interrupt=False,  # `main` says what an interrupted run leaves
 )
-app.register_install_completion_command(help="Let bash, zsh or fish complete commands and options by Tab.")
 Names = Annotated[list[str], Parameter(name="--name", negative=(), consume_multiple=False)]
 
 
