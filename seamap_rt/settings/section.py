@@ -29,8 +29,7 @@ class Section(BaseModel):
         )
 
     def __delattr__(self, name: str) -> None:
-        """InputError."""
-        raise InputError(f"{_path(type(self))}{name}: settings are not changed in place; leave the key out of the file")
+        self.__setattr__(name, None)
 
     def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
         """The keys that are not left at their defaults."""

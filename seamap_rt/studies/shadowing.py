@@ -25,11 +25,11 @@ from ..scene import Scene, SceneLike, as_scene
 from ..sea import Sea
 from ..session.pace import Pace
 from ..settings import TracingSettings
-from .visible_dataset import OUTSIDE, MastView, Window, shadowing_dataset
-from .visible_tally import Looks, tally
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from .visible_dataset import Window
 
 LEAST_RUNGS_A_BIN = 4
 PRODUCTS = ("scene.toml", "shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png", "shadowing.html")
@@ -52,7 +52,9 @@ def shadowing(
     are for the lowest antenna: what it sees, all see. Over the dims `azimuth` and, with `look_` before their names,
     `look`; `share(seed, …)` holds the realisations themselves.
     """
+    from .visible_dataset import MastView, shadowing_dataset  # takes a second
     from .visible_light import Light, common_meshing, lights, realised, with_keys
+    from .visible_tally import tally
 
     _refuse(heights_m, seeds, bin_m)
     scene = as_scene(scene)
@@ -138,6 +140,9 @@ def _are_metres(heights_m: Sequence[float]) -> bool:
 
 
 def _window_of(scene: Scene, meshing: TracingSettings, sea: Sea, bin_m: float) -> Window:
+    from .visible_dataset import Window  # takes a second
+    from .visible_tally import Looks
+
     mast = masts(scene, sea).true
     grid = polar_grid(mast.radar, meshing, 0, mast)
     rung, (near, far) = float(grid.ground_range[1] - grid.ground_range[0]), scene.radar.range_m
@@ -198,6 +203,8 @@ def write_shadowing(
 
 def headlines(data: xr.Dataset) -> list[str]:
     """A line per height: the range beyond which half is shadowed, along the waves, at 45°, across, all looks."""
+    from .visible_dataset import OUTSIDE  # takes a second
+
     lines = []
     for height in data["height"].values:
         mast = data.sel(height=height)

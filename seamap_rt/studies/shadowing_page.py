@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from ..report.answer_page import Cell, answer_page
 from .paired import FEWEST_SEEDS
 from .seeds_needed import ASKED_M, seeds_for
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _SHARES = (
     "Share of the sea's horizontal area that both antennas see, along the waves, at 45° and across them, with the "

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
+from ..mesh import PolarGrid
 from ..report.reduce import main_waves
 from ..scene import Scene
 from ..sea import Sea, resolution
@@ -15,11 +16,6 @@ from .paired import FEWEST_SEEDS
 from .visible_exact import FUNCTIONS, exact_share, exact_wave, resolved_slope, shadowing_half, shadowing_share
 from .visible_statistics import count_quantile, half_range, jackknife, neighbour_correlation, why_no_half
 from .visible_tally import Looks, Tally
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from ..mesh import PolarGrid
 
 Array = NDArray[np.float64]
 
@@ -100,8 +96,6 @@ def shadowing_dataset(
     scene: Scene, heights: list[float], result: list[MastView], window: Window, sea: Sea, seeds: int
 ) -> xr.Dataset:
     """The study's dataset: each variable by sector and, with the prefix `look_`, by look; units as attributes."""
-    import xarray as xr
-
     looks, waves = window.looks, main_waves(scene)
     each = [_of_mast(scene, mast, window, seeds) for mast in result]
     whole = xr.concat(each, "height", data_vars="all", coords="minimal")
@@ -151,8 +145,6 @@ def _of_mast(scene: Scene, mast: MastView, window: Window, seeds: int) -> xr.Dat
 
 
 def _counted(scene: Scene, mast: MastView, tallies: list[Tally], window: Window) -> xr.Dataset:
-    import xarray as xr
-
     middle, looks, both = window.middle, window.looks, ("group", "range")
     share = np.stack([each.lit / each.area for each in tallies])
     sums = np.stack([(each.area, each.lit, each.height, each.lit_height) for each in tallies])

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import unit_from_azimuth
+from ..mesh import PolarGrid
 from ..physics.dispersion import angular_frequency
 from ..physics.shadowing import regular_wave_visible_share, shadowing_smith67, shadowing_wagner67
 from ..scene import Scene
 from ..sea import Sea
 from ..sea.systems import travel_direction
 from ..settings import SinusoidWaves
-
-if TYPE_CHECKING:
-    from ..mesh import PolarGrid
 
 FUNCTIONS = {"smith": shadowing_smith67, "wagner": shadowing_wagner67}
 Array = NDArray[np.float64]

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..conventions import wrap_degrees
+from ..mesh import PolarGrid
 from ..radar.scan import sector_width
 from ..settings import RadarSettings
-
-if TYPE_CHECKING:
-    from ..mesh import PolarGrid
-    from ..tracing import Illumination
+from ..tracing import Illumination
 
 SECTORS = 24  # of a circle, the first centred on where the waves come from
 LOOKS = {"along": (0.0, 180.0), "at 45°": (45.0, 135.0, -135.0, -45.0), "across": (90.0, -90.0)}  # from the waves
