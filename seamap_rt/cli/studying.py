@@ -109,7 +109,7 @@ def outlook(
 
 @command(
     "trade choppy_sea --vary radar.height_m=5,8,12 --until 0.95",
-    "trade mine.toml --vary radar.height_m=3:9:2 --vary radar.transmit_power_w=1,10 --seeds 3",
+    "trade mine.toml --vary radar.height_m=3:9:2 --seeds 3 --out heights",
 )
 def trade(
     scene: str,
