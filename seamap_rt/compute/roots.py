@@ -17,7 +17,7 @@ _ROUNDING = 4.0 * sys.float_info.epsilon
 
 def bracketed_root(function: Callable[[float], float], low: float, high: float, tolerance: float = 1e-12) -> float:
     """Where a function crosses 0 between two numbers, to half the tolerance. Raises ValueError where its signs at both
-    are the same."""
+    are the same, or it is so flat that there is no telling."""
     before, best = low, high  # the last two places; across: the nearest with the other sign
     f_before, f_best = function(before), function(best)
     if f_before * f_best > 0.0:
@@ -30,7 +30,7 @@ def bracketed_root(function: Callable[[float], float], low: float, high: float, 
             f_before, f_best, f_across = f_best, f_across, f_best
         enough, half = 0.5 * (tolerance + _ROUNDING * abs(best)), 0.5 * (across - best)
         if f_best == 0.0 or abs(half) < enough:
-            break
+            return best
         last, step, earlier = half, half, (last, step)
         if abs(earlier[0]) > enough and abs(f_best) < abs(f_before):
             rise = (f_before - f_best) / (before - best)
@@ -46,4 +46,4 @@ def bracketed_root(function: Callable[[float], float], low: float, high: float, 
         if f_best * f_across > 0.0:
             across, f_across = before, f_before
             step = last = best - before
-    return best
+    raise ValueError(f"a root between {low:g} and {high:g} was not reached")

@@ -149,9 +149,9 @@ def number_options() -> list[tuple[str, str, str]]:
     found: list[tuple[str, str, str]] = []
     for name in COMMANDS:
         for argument in app[name].assemble_argument_collection():
-            if argument.name.startswith("--") and argument.hint in (int, float):
-                wanted = "a whole number, " if argument.hint is int else "a number"
-                found.append((name, argument.name, wanted))
+            kinds = {argument.hint, *get_args(argument.hint)} & {int, float}
+            if argument.name.startswith("--") and kinds:
+                found.append((name, argument.name, "a whole number, " if int in kinds else "a number"))
     return found
 
 
@@ -161,7 +161,10 @@ def test_the_options_of_numbers_are_found() -> None:
 
 @pytest.mark.parametrize(("name", "option", "wanted"), number_options())
 def test_every_option_of_a_number_says_what_it_wants(call: Any, name: str, option: str, wanted: str) -> None:
-    assert_refused(call(name, option, "three"), option, f"three must be {wanted}")
+    example = call(name, "--help").out.split("Examples:\n")[1].splitlines()[0]
+    given = re.sub(rf" {option} \S+", "", example)
+    answer = call(*shlex.split(given)[1:], f"{option}=three")
+    assert_refused(answer, option, f"three must be {wanted}")
 
 
 # ------------------------------------------------------------------------------------------------------- completion
