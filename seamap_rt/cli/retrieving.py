@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from ..conventions import turn_name
 from ..errors import InputError
 from .shell import Names, Number, Settings, command, console, overrides_of, section_of
 
@@ -140,6 +139,8 @@ def _exports(to: list[str] | None, at: str | None) -> tuple[list[Kind], Origin |
 
 def _told(maps: xr.DataTree) -> None:
     """A line for a turn that has just come."""
+    from ..conventions import turn_name
+
     polar = maps["polar"].to_dataset()
     console.print(f"{turn_name(polar['turn'].values[-1])}: {_answered(maps)[0]}")
 
