@@ -31,7 +31,7 @@ EVERY = [(each.path, row.name) for each in key_sections() for row in each.rows]
 ASKED_FOR = {  # by what computes or draws alone
     *("drjit", "mitsuba", "sionna", "matplotlib", "numba", "dask", "distributed", "nicegui", "xarray", "pandas"),
     *("trimesh", "zarr", "h5py", "h5netcdf", "finufft", "jinja2", "PIL", "scipy.optimize", "scipy.interpolate"),
-    *("scipy.ndimage", "scipy.fft", "scipy.linalg"),
+    *("scipy.ndimage", "scipy.fft"),
 }
 TYPED = [  # what is wrong with these is seen before a scene or a file is read
     "--help",
