@@ -10,8 +10,9 @@ Names are loaded when first used, so that a retrieval loads neither Dr.Jit nor M
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from .lazy import lazily
 
 __version__ = "0.1.0"
 
@@ -29,32 +30,6 @@ if TYPE_CHECKING:
     from .session import Simulation, iterate, run, simulate
     from .simulation import expected
     from .wavefield import sea_state
-
-_HOMES = {
-    "InputError": "errors",
-    "NoBackend": "errors",
-    "Scene": "scene",
-    "Simulation": "session",
-    "compare": "metrics",
-    "echoes_from_recording": "interferometry",
-    "expected": "simulation",
-    "export": "io.exports",
-    "forecast": "prediction",
-    "gauge_series": "gauges",
-    "highest_wave": "prediction",
-    "inspect": "inspection",
-    "iterate": "session",
-    "load_scene": "scene",
-    "open_recording": "interferometry",
-    "outlook": "design_outlook",
-    "quiet_windows": "prediction",
-    "reconstruct": "prediction",
-    "retrieve": "interferometry",
-    "run": "session",
-    "sea_state": "interferometry",
-    "simulate": "session",
-}
-_PACKAGES = ("analytic", "echoes", "prediction", "scattering", "sea", "studies")
 
 __all__ = [
     "InputError",
@@ -92,9 +67,20 @@ def __dir__() -> list[str]:
     return [*__all__, "__version__"]
 
 
-def __getattr__(name: str) -> Any:
-    if name in _PACKAGES:
-        return importlib.import_module(f".{name}", __name__)
-    if name in _HOMES:
-        return getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)
-    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+__getattr__ = lazily(
+    __name__,
+    {
+        ".": "analytic echoes prediction scattering sea studies",
+        "design_outlook": "outlook",
+        "errors": "InputError NoBackend",
+        "gauges": "gauge_series",
+        "inspection": "inspect",
+        "interferometry": "echoes_from_recording open_recording retrieve sea_state",
+        "io.exports": "export",
+        "metrics": "compare",
+        "prediction": "forecast highest_wave quiet_windows reconstruct",
+        "scene": "Scene load_scene",
+        "session": "Simulation iterate run simulate",
+        "simulation": "expected",
+    },
+)

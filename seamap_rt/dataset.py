@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from .errors import SchemaError, must_be
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -339,6 +341,8 @@ def build(
     values, coords: name → array, with the schema's dimensions and units; attrs: attributes of the whole dataset. Raises
     SchemaError for a name that is not in the schema, a missing one, or a wrong number of dimensions.
     """
+    import xarray as xr
+
     schema = SCHEMA[product]
     unknown = sorted((set(values) | set(coords)) - set(schema))
     if unknown:
@@ -366,6 +370,8 @@ def build(
 
 def attributed(product: str, name: str, value: Any) -> xr.DataArray:
     """One variable of `product` from a plain array: its type cast, dimensions and CF attributes from the schema."""
+    import xarray as xr
+
     variable = SCHEMA[product][name]
     return xr.DataArray(np.asarray(value).astype(variable.dtype), dims=variable.dims, attrs=variable.attributes())
 
@@ -398,6 +404,8 @@ def check(product: str, dataset: xr.Dataset, needed: Collection[str] | None = No
 def group_of(tree: xr.DataTree, product: str, needed: Collection[str] | None = None) -> xr.Dataset:
     """The group of maps or truth that `product` names, as in maps/polar; SchemaError unless `check` passes, InputError
     for what is no tree."""
+    import xarray as xr
+
     whole, name = product.split("/")
     source = "retrieve gives" if whole == "maps" else "simulate gives"
     must_be(whole, tree, xr.DataTree, f"a DataTree with the groups polar and ground, as {source}")

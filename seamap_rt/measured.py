@@ -9,13 +9,16 @@ stands the share of heights that are wrong by more than 2σ, which the score doe
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import isotonic_regression
 
 from .metrics import counted_cells, headline_gates
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Array = NDArray[np.float64]
 
@@ -93,7 +96,8 @@ class Rings:
         """
         if not np.isfinite(self.quality).all():
             return np.nan, False
-        falling = isotonic_regression(self.quality, weights=self.cells * self.range_m, increasing=False).x
+        weights = self.cells * self.range_m
+        falling = scipy.optimize.isotonic_regression(self.quality, weights=weights, increasing=False).x
         above = int(np.count_nonzero(falling >= LEVEL))
         if not above:
             return 0.0, False

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from .dataset import QUALITY_FLAGS, group_of
 from .errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 BIN_M = 25.0
 HEADLINE_M = (50.0, 200.0)
@@ -45,6 +47,8 @@ def compare(maps: xr.DataTree, truth: xr.DataTree) -> xr.Dataset:
     attribute `overall_range_m` holds what of 50 to 200 m the maps hold; it is missing where that is nothing.
     Raises InputError for what are no trees or have different cells, SchemaError for trees that do not keep the schema.
     """
+    import xarray as xr
+
     by_range = error_figures(maps, truth)
     overall = by_range.pop("overall")
     middles, band = by_range.pop("range_m"), overall.pop("range_m")

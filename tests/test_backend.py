@@ -323,7 +323,10 @@ def test_the_doctor_reports_what_it_finds(alone: Path, monkeypatch: pytest.Monke
     assert checks["passed over"].value == "x: y"
     assert checks["drjit"].ok
     assert int(checks["cores"].value) >= 1
-    assert len(doctor.doctor_lines()) == len(checks)
+    lines = doctor.doctor_lines()
+    assert len(lines) == len(checks)
+    assert next(line for line in lines if "x: y" in line).startswith("info  ")  # what is no fault is no "ok" either
+    assert {line.split()[0] for line in lines} == {"ok", "info"}
 
 
 def test_the_doctor_never_raises(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:

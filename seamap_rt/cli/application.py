@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import difflib
 import errno
 import io
 import sys
 
-from cyclopts import CycloptsError
+from cyclopts import CycloptsError, UnknownCommandError
 
-from ..compute.backend import doctor_checks, doctor_lines
 from ..errors import InputError, NoBackend, SchemaError, one_line
+from ..io.toml_text import shown
 from . import (  # noqa: F401  their commands join the application
     beginning,
     paging,
@@ -19,16 +20,18 @@ from . import (  # noqa: F401  their commands join the application
     simulating,
     studying,
 )
-from .shell import app, console
+from .shell import app, command, console
 from .stops import INTERRUPTED, Stops
 
 BAD_INPUT, NO_BACKEND = 2, 3
 _LEFT = "what is complete, if anything, stays readable"
 
 
-@app.command(name="doctor")
+@command("doctor", "run tiny --tracer horizon", name="doctor")
 def doctor_command() -> int:
-    """Tell which backend is used, what it has, and what mends what is missing."""
+    """Tell which backend is used, what it has, and what mends what is missing; "info" is no fault."""
+    from ..compute.backend import doctor_checks, doctor_lines
+
     for line in doctor_lines():
         console.print(line)
     return 0 if all(check.ok for check in doctor_checks() if check.item == "backend") else NO_BACKEND
@@ -63,6 +66,8 @@ def answer(arguments: list[str] | None, stops: Stops) -> int:
         return _refuse(str(error), BAD_INPUT)
     except NoBackend as error:
         return _refuse(str(error), NO_BACKEND)
+    except UnknownCommandError as error:
+        return _refuse(_commands_in_words(error.unused_tokens or [""]), BAD_INPUT)
     except CycloptsError as error:
         return _refuse(str(error), BAD_INPUT)
     except OSError as error:
@@ -75,6 +80,13 @@ def answer(arguments: list[str] | None, stops: Stops) -> int:
         return _refuse(f"interrupted: {_LEFT}", INTERRUPTED)  # a library made something else of it
     sys.stdout.flush()
     return code if isinstance(code, int) else 0
+
+
+def _commands_in_words(tokens: list[str]) -> str:
+    names = [name for name in app if not name.startswith("-")]
+    near = difflib.get_close_matches(tokens[0], names, 1)
+    hint = f"did you mean {near[0]}? The" if near else "the"
+    return f"{shown(tokens[0])}: no such command; {hint} commands are {', '.join(names)}"
 
 
 def _disk_words(error: OSError) -> str:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 from rich.table import Table
 from rich.text import Text
 
-from ..io.scenefile import list_shipped, read_toml
-from .shell import app, console
+from ..errors import InputError
+from .shell import app, command, console
 
+Shell = Literal["bash", "zsh", "fish"]
 _WIDEST = 36  # characters of a column in a pipe; what is longer moves its line's rest
 
 
-@app.command
+@command("new mine.toml", "new night.toml --like solid_state_chirp")
 def new(file: Path = Path("my_scene.toml"), /, *, like: str = "choppy_sea", overwrite: bool = False) -> int:
     """Write a scene file to begin with, its keys explained. It runs as it stands.
 
@@ -35,18 +37,19 @@ def new(file: Path = Path("my_scene.toml"), /, *, like: str = "choppy_sea", over
     return 0
 
 
-@app.command
-def keys(section: str = "", /) -> int:
+@command("keys radar.height_m", "keys height")
+def keys(what: str = "", /) -> int:
     """Tell of the keys of a scene file: unit, default, limits and meaning. In a pipe, a line each.
 
     Parameters
     ----------
-    section
-        As radar, radar.antenna or sea.waves; default all.
+    what
+        A key, as radar.height_m; a section, as radar or sea.waves; or a word of names and meanings, as height.
+        Default all.
     """
-    from ..scene.keys import KeySection, key_sections, sections_at
+    from ..scene.keys import KeySection, key_sections, keys_about
 
-    found: Sequence[KeySection] = sections_at(section) if section.strip() else key_sections()
+    found: Sequence[KeySection] = keys_about(what) if what.strip() else key_sections()
     if console.is_terminal:
         for each in found:
             _print_table(each)
@@ -87,9 +90,30 @@ def _print_table(section) -> None:
     console.print(table, soft_wrap=False)
 
 
-@app.command
+@command("scenes", "new mine.toml --like pier")
 def scenes() -> int:
     """List the shipped scenes, a line each."""
+    from ..io.scenefile import list_shipped, read_toml
+
     for name, path in list_shipped().items():
         console.print(f"{name:20} {read_toml(path).get('title', '')}")
+    return 0
+
+
+@command("--install-completion", "--install-completion --shell zsh", name="--install-completion")
+def install_completion(*, shell: Shell | None = None) -> int:
+    """Let bash, zsh or fish complete commands and options by Tab.
+
+    Parameters
+    ----------
+    shell
+        Default the one from which this is called.
+    """
+    from cyclopts.completion.detect import ShellDetectionError
+
+    try:
+        path = app.install_completion(shell=shell)
+    except ShellDetectionError:
+        raise InputError("--shell: is missing, and from here it cannot be told; give bash, zsh or fish") from None
+    console.print(f"{path}: completes seamap-rt in every shell that is started from now on")
     return 0

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..errors import InputError
-from .shell import Whole, app, console
+from .shell import Whole, command, console
 
 
-@app.command(name="app")
+@command("app", "app --port 0 --runs night", name="app")
 def page(*, port: Whole = 8322, runs: Path = Path("runs"), host: str = "127.0.0.1", browser: bool = True) -> int:
     """Open the page: choose waves and radar, see what that is likely to do, run it, and look at what it gave.
 

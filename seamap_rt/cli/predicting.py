@@ -6,22 +6,22 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 from cyclopts import Parameter
-from numpy.typing import NDArray
 
 from ..errors import InputError
-from .shell import Settings, app, console, section_of
+from .shell import Settings, command, console, section_of
 
 if TYPE_CHECKING:
-    import xarray as xr  # loaded where it is used: it takes half a second
+    import numpy as np  # loaded where they are used: they take half a second
+    import xarray as xr
+    from numpy.typing import NDArray
 
 _PRODUCT = "prediction.nc"
 _LONGEST_S, _MOST_LEADS = 60.0, 10_000
 _FARTHEST_M = 10_000.0
 
 
-@app.command
+@command("predict runs/choppy_sea-1/maps.nc", "predict maps.nc --lead 0:20:0.5 --at -100,0 --at 0,50")
 def predict(
     maps: Path,
     *,
@@ -48,13 +48,14 @@ def predict(
     set_
         prediction.KEY=VALUE, as often as wanted.
     """
-    from ..io.appendable import AppendableNetCDF
-    from ..io.results_folder import clear_folder, growing, refuse_unfinished, results_folder
-    from ..prediction import forecasts
     from ..settings import PredictionSettings
 
     leads, places = _leads(lead), [_place(each) for each in at] if at else None
     settings = section_of(PredictionSettings, "prediction", "predict", set_, lead_s=float(leads.max()))
+    from ..io.appendable import AppendableNetCDF  # these take a second: what was typed is checked before
+    from ..io.results_folder import clear_folder, growing, refuse_unfinished, results_folder
+    from ..prediction import forecasts
+
     refuse_unfinished(maps.parent, "MAPS")
     folder = out or maps.parent
     with results_folder(folder, overwrite, (_PRODUCT,)):
@@ -89,6 +90,8 @@ def _opened(maps: Path) -> xr.DataTree:
 
 def _leads(text: str) -> NDArray[np.float64]:
     """Seconds from START:STOP:STEP, both ends included."""
+    import numpy as np
+
     try:
         start, stop, step = (float(part) for part in text.split(":"))
     except ValueError:

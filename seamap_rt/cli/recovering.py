@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .shell import app, console
+from .shell import command, console
 
 
-@app.command
+@command("recover runs/choppy_sea-1", "recover night")
 def recover(folder: Path, /) -> int:
     """Put what a killed run has left under its own names: every turn that is whole in all of its files.
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 from cyclopts import Parameter
 
-from ..conventions import turn_name
 from ..errors import InputError
-from .shell import Names, Settings, app, console, overrides_of, section_of
+from .shell import Names, Number, Settings, command, console, overrides_of, section_of
 
 if TYPE_CHECKING:
     import xarray as xr  # loaded where it is used: it takes half a second
@@ -23,15 +22,18 @@ _EXPORTS: dict[Kind, str] = {"netcdf": "ground.nc", "geotiff": "ground.tif", "cs
 _EXPORT = re.compile(r"ground(-\d+)?\.(nc|tif|csv)")
 
 
-@app.command
+@command(
+    "retrieve runs/choppy_sea-1/echoes.zarr --out again",
+    "retrieve night.npz --header header.toml --to geotiff --at 54.32,-7.5",
+)
 def retrieve(
     echoes: Path,
     *,
     header: Path | None = None,
     name: Names | None = None,
     out: Path | None = None,
-    follow: float = 0.0,
-    wind_from: float | None = None,
+    follow: Number = 0.0,
+    wind_from: Number | None = None,
     to: Annotated[list[str] | None, Parameter(negative=(), consume_multiple=False)] = None,
     at: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,  # the south is negative
     even_if_wrong: Annotated[bool, Parameter(negative=())] = False,
@@ -68,24 +70,26 @@ def retrieve(
     set_
         retrieval.KEY=VALUE, as often as wanted.
     """
-    import xarray as xr
+    from ..settings import RetrievalSettings
+
+    settings = section_of(RetrievalSettings, "retrieval", "retrieve", set_)
+    if not echoes.exists():
+        wanted = {"": "an echoes.zarr or of a recording", ".zarr": "an echoes.zarr"}.get(echoes.suffix, "a recording")
+        raise InputError(f"ECHOES = '{echoes}': no such file or folder; give the path of {wanted}")
+    for option, value in (("--follow", follow), ("--wind-from", wind_from or 0.0)):
+        if not math.isfinite(value) or (option == "--follow" and value < 0.0):
+            must = "seconds, at least 0" if option == "--follow" else "degrees clockwise from north"
+            raise InputError(f"{option} = {value:g}: must be {must}; correct it")
+    kinds, origin = _exports(to, at)
+    import xarray as xr  # these take two seconds: what was typed is checked before
 
     from ..io.exports import export, headings
     from ..io.results_folder import refuse_unfinished, results_folder, write_whole
     from ..report.retrieved_page import RETRIEVED, retrieved_page
     from ..session.retrieving import MAPS, retrieve_into
-    from ..settings import RetrievalSettings
     from ..wavefield import sea_state
     from ..wavefield.sea_state import in_words
 
-    settings = section_of(RetrievalSettings, "retrieval", "retrieve", set_)
-    if not echoes.exists():
-        raise InputError(f"ECHOES = '{echoes}': no such file or folder; give the path of an echoes.zarr")
-    for option, value in (("--follow", follow), ("--wind-from", wind_from or 0.0)):
-        if not np.isfinite(value) or (option == "--follow" and value < 0.0):
-            must = "seconds, at least 0" if option == "--follow" else "degrees clockwise from north"
-            raise InputError(f"{option} = {value:g}: must be {must}; correct it")
-    kinds, origin = _exports(to, at)
     folder = out or echoes.parent
     earlier = tuple(path.name for path in folder.glob("ground*") if _EXPORT.fullmatch(path.name))
     products = (MAPS, RETRIEVED, *earlier)
@@ -135,6 +139,8 @@ def _exports(to: list[str] | None, at: str | None) -> tuple[list[Kind], Origin |
 
 def _told(maps: xr.DataTree) -> None:
     """A line for a turn that has just come."""
+    from ..conventions import turn_name
+
     polar = maps["polar"].to_dataset()
     console.print(f"{turn_name(polar['turn'].values[-1])}: {_answered(maps)[0]}")
 
@@ -153,6 +159,8 @@ def _opened(echoes: Path, header: Path | None, name: list[str] | None) -> xr.Dat
 
 def _answered(maps: xr.DataTree) -> list[str]:
     """How much of the maps holds heights, and what kept the rest from it, if that is all."""
+    import numpy as np
+
     from ..conventions import written
     from ..dataset import QUALITY_FLAGS
 

@@ -16,19 +16,35 @@ app = App(
     name="seamap-rt",
     version=__version__,
     help="What an interferometric radar on a small boat's mast can see of the sea around it.",
+    help_format="plaintext",
     suppress_keyboard_interrupt=False,  # `main` says what an interrupted run leaves
 )
 Names = Annotated[list[str], Parameter(name="--name", negative=(), consume_multiple=False)]
 
 
-def _whole(_: Any, tokens: Sequence[Token]) -> int:
-    try:
-        return int(tokens[0].value)
-    except ValueError:
-        raise ValueError(f"{tokens[0].value} must be a whole number; round it") from None
+def _number(kind: Callable[[str], Any], wanted: str) -> Parameter:
+    """An option's number, whose refusal says what is wanted."""
+
+    def convert(_: Any, tokens: Sequence[Token]) -> Any:
+        try:
+            return kind(tokens[0].value)
+        except ValueError:
+            raise ValueError(f"{tokens[0].value} must be {wanted}") from None
+
+    return Parameter(converter=convert)
 
 
-Whole = Annotated[int, Parameter(converter=_whole)]  # cyclopts itself would take 1.5 as 1
+Count = Annotated[int, _number(int, "a whole number, 1 or more")]  # cyclopts itself would take 1.5 as 1
+Whole = Annotated[int, _number(int, "a whole number, 0 or more")]
+Number = Annotated[float, _number(float, "a number")]
+
+
+def command(*examples: str, name: str | None = None) -> Callable[[Callable[..., int]], Callable[..., int]]:
+    """Join a function to the application; its --help ends with the examples."""
+    ending = "\n".join(["Examples:", *(f"  seamap-rt {each}" for each in examples)])
+    return lambda function: app.command(function, name=name, help_epilogue=ending)
+
+
 Settings = Annotated[list[str], Parameter(name="--set", negative=(), consume_multiple=False)]
 errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 console = Console(soft_wrap=True, highlight=False, markup=False)  # a path may hold [brackets]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rich.text import Text
 
 from ..errors import InputError
-from .shell import Settings, Whole, app, console, progress, scene_of
+from .shell import Count, Number, Settings, Whole, command, console, progress, scene_of
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -59,12 +59,12 @@ def tell_of_record(scene: Scene) -> None:
             console.print(line)
 
 
-@app.command
+@command("run choppy_sea", "run mine.toml --turns 3 --set radar.height_m=8 --out runs/8m")
 def run(
     scene: str,
     *,
     out: Path | None = None,
-    turns: Whole | None = None,
+    turns: Count | None = None,
     seed: Whole | None = None,
     tracer: str | None = None,
     predict: bool = False,
@@ -116,12 +116,12 @@ def run(
     return 0
 
 
-@app.command
+@command("simulate tiny --out tiny", "simulate mine.toml --out night --turns 60 --seed 2")
 def simulate(
     scene: str,
     *,
     out: Path,
-    turns: Whole | None = None,
+    turns: Count | None = None,
     seed: Whole | None = None,
     tracer: str | None = None,
     overwrite: bool = False,
@@ -160,16 +160,16 @@ def simulate(
     return 0
 
 
-@app.command
+@command("sea choppy_sea --out sea --times 0:5:0.5", "sea mine.toml --out steep --nonlinear --times 0:60:0.25")
 def sea(
     scene: str,
     *,
     out: Path,
     times: str | None = None,
-    side: float | None = None,
-    spacing: float | None = None,
+    side: Number | None = None,
+    spacing: Number | None = None,
     nonlinear: bool = False,
-    order: Whole | None = None,
+    order: Count | None = None,
     resume: bool = False,
     seed: Whole | None = None,
     overwrite: bool = False,
@@ -212,6 +212,10 @@ def sea(
     if not nonlinear and (order is not None or resume):
         raise InputError(f"{'--order' if order is not None else '--resume'}: is of a nonlinear sea; give --nonlinear")
     loaded = scene_of(scene, ["tracing.tracer=horizon", *(set_ or [])], seed=seed)
+    if times is not None:
+        from ..products.sampling import times_of
+
+        times_of(times)  # is refused before the second in which the rest is loaded
     if nonlinear:
         return _nonlinear_sea(
             loaded, out, times=times, order=order, spacing=spacing, overwrite=overwrite, resume=resume
@@ -255,7 +259,7 @@ def _nonlinear_sea(scene: Scene, out: Path, **options: Any) -> int:
     return 0
 
 
-@app.command
+@command("link choppy_sea", "link mine.toml --ranges 50,100,200 --out link")
 def link(
     scene: str,
     *,

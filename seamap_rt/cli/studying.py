@@ -8,20 +8,20 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..errors import InputError
-from .shell import Settings, Whole, app, console, progress, scene_of
+from .shell import Count, Number, Settings, Whole, command, console, progress, scene_of
 
 FAILED = 1
 Varied = Annotated[list[str], Parameter(name="--vary", negative=(), consume_multiple=False)]
-Bin = Annotated[float, Parameter(name="--bin")]
+Bin = Annotated[Number, Parameter(name="--bin")]
 Cases = Annotated[list[str], Parameter(name="--only", negative=(), consume_multiple=False)]
 
 
-@app.command
+@command("shadowing choppy_sea --heights 3,5,10", "shadowing mine.toml --seeds 8 --out seen")
 def shadowing(
     scene: str,
     *,
     heights: str | None = None,
-    seeds: Whole = 4,
+    seeds: Count = 4,
     bin_m: Bin = 10.0,
     out: Path | None = None,
     overwrite: bool = False,
@@ -71,9 +71,9 @@ def _metres(text: str) -> list[float]:
         raise InputError(f"--heights {text}: must be metres with commas between, as in --heights 3,5,10") from None
 
 
-@app.command
+@command("outlook choppy_sea", "outlook mine.toml --vary radar.height_m=3:20:1")
 def outlook(
-    scene: str, *, vary: Varied | None = None, at_most: float | None = None, set_: Settings | None = None
+    scene: str, *, vary: Varied | None = None, at_most: Number | None = None, set_: Settings | None = None
 ) -> int:
     """What a scene's radar is likely to measure, at once: a model, not a simulation.
 
@@ -89,32 +89,36 @@ def outlook(
         KEY=VALUE, any key of the scene file.
     """
     loaded = scene_of(scene, set_)
-    from ..design_outlook import outlook as outlook_of
-    from ..design_outlook.words import outlook_rows
-    from ..studies.outlooks import outlook_lines, outlook_table, outlooks
-    from ..studies.vary import parse_varies
-
     if vary:
+        from ..studies.outlooks import outlook_lines, outlook_table, outlooks  # takes a second to load
+        from ..studies.vary import parse_varies
+
         found = outlooks(loaded, parse_varies(vary), at_most)
         lines = [*outlook_table(found), *outlook_lines(found)]
     elif at_most is not None:
         raise InputError(f"--at-most {at_most:g}: limits what is varied; give --vary too, as radar.height_m=3:12:1")
     else:
-        lines = list(outlook_rows(outlook_of(loaded)))
+        from ..design_outlook import likely
+        from ..design_outlook.words import outlook_rows
+
+        lines = list(outlook_rows(likely(loaded)))
     for line in lines:
         console.print(line)
     return 0
 
 
-@app.command
+@command(
+    "trade choppy_sea --vary radar.height_m=5,8,12 --until 0.95",
+    "trade mine.toml --vary radar.height_m=3:9:2 --seeds 3 --out heights",
+)
 def trade(
     scene: str,
     *,
     vary: Varied,
-    seeds: Whole = 1,
-    until: float | None = None,
+    seeds: Count = 1,
+    until: Number | None = None,
     budget: str | None = None,
-    at_most: float | None = None,
+    at_most: Number | None = None,
     workers: Whole | None = None,
     scheduler: str | None = None,
     out: Path | None = None,
@@ -183,7 +187,7 @@ def trade(
     return 0
 
 
-@app.command
+@command("validate", "validate --only claim_4_shadowing --out checked")
 def validate(*, full: bool = False, only: Cases | None = None, out: Path | None = None, overwrite: bool = False) -> int:
     """Hold the program against closed forms, tables, peers and the claims of 2004; exit 1 if a case fails.
 

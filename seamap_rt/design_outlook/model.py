@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.special import gammaincc
 
+from ..compute.machine import one_blas_thread
 from ..conventions import db, from_db
 from ..errors import InputError
+from ..io.toml_text import shown
 from ..measured import LEVEL, Rings
 from ..radar import link
 from ..radar.array import as_it_looks
@@ -26,6 +27,9 @@ from .error import Spectrum, ambiguous_share, error_variance, information, score
 from .motion import Motion
 from .sight import STARTS, TABLE, Sight, sight, table_grazing
 from .strips import LOOKS, ROW_M, ROWS, strips, waves_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Array = NDArray[np.float64]
 
@@ -69,6 +73,8 @@ def outlook(scene: SceneLike) -> xr.Dataset:
     scene, so that designs compare on the same waves. A model, not a simulation: README and validation say how far the
     two are apart. Raises InputError for a radar without a baseline or a window that holds no sea.
     """
+    import xarray as xr
+
     found = likely(as_scene(scene))
     variables = {
         name: ("range", found.profile[name], {"units": units, "long_name": words})
@@ -82,6 +88,7 @@ def _told(found: Likely) -> dict[str, Any]:
     return {"reach_level": LEVEL, "motion": found.motion, "left_out": found.left_out}
 
 
+@one_blas_thread()
 def likely(scene: Scene) -> Likely:
     """The same as `outlook` says, without the half second that the first Dataset of a process takes."""
     radar, settings = as_it_looks(scene.radar), scene.resolved_retrieval
@@ -90,7 +97,7 @@ def likely(scene: Scene) -> Likely:
         raise InputError("radar.baseline_m = 0: must be greater than 0, or a phase says nothing of heights; raise it")
     if design.ranges.size < 2:
         raise InputError(
-            f"radar.range_m = {list(radar.range_m)}: must reach beyond radar.height_m = {radar.height_m:g}, where the "
+            f"radar.range_m = {shown(radar.range_m)}: must reach beyond radar.height_m = {radar.height_m:g}, where the "
             "sea begins; widen it"
         )
     limit = np.pi / float(scene.sea.resolution_m or DEFAULT_RESOLUTION_M)

@@ -38,27 +38,22 @@ Evidence: validation/README.md, "Accuracy of the maps" and "Recorded data and an
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from ..lazy import lazily
 
 if TYPE_CHECKING:
     from ..wavefield.sea_state import sea_state
     from .input.recorded import echoes_from_recording, open_recording
     from .retrieval import open_echoes, retrieve, retrieve_one
 
-_HOMES = {  # loaded when first used: who wants a window's weights alone does without the rest
-    "echoes_from_recording": ".input.recorded",
-    "open_echoes": ".retrieval",
-    "open_recording": ".input.recorded",
-    "retrieve": ".retrieval",
-    "retrieve_one": ".retrieval",
-    "sea_state": "..wavefield.sea_state",
-}
-
 __all__ = ["echoes_from_recording", "open_echoes", "open_recording", "retrieve", "retrieve_one", "sea_state"]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        return getattr(import_module(_HOMES[name], __name__), name)
-    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+__getattr__ = lazily(
+    __name__,
+    {
+        "..wavefield.sea_state": "sea_state",
+        "input.recorded": "echoes_from_recording open_recording",
+        "retrieval": "open_echoes retrieve retrieve_one",
+    },
+)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from ..radar.grid import look_sweeps
@@ -24,6 +24,9 @@ from .input.description import RadarDescription, compared_receivers, transmitter
 from .phase.ambiguity import Expected
 from .phase.interferogram import Interferogram
 from .phase.uncertainty import Dwelt
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 BLURRED_GATES = 0.2  # at most, of all
 LASTING = 0.9  # coherence of an antenna's echo with its next one, below which pulses are not compared

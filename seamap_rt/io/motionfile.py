@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
 
 from ..errors import InputError
 from .opening import LONG, read_bytes
@@ -49,13 +49,13 @@ class MotionRecord:
     time: NDArray[np.float64]  # (reading,) s, increasing
     position: NDArray[np.float64]  # (reading, 3) m east north up
     attitude: NDArray[np.float64]  # (reading, 3) deg roll pitch heading, which does not jump at 360°
-    _spline: CubicSpline
+    _spline: scipy.interpolate.CubicSpline
 
     @staticmethod
     def of(
         name: str, time: NDArray[np.float64], position: NDArray[np.float64], attitude: NDArray[np.float64]
     ) -> MotionRecord:
-        spline = CubicSpline(time, np.concatenate((position, attitude), axis=1))
+        spline = scipy.interpolate.CubicSpline(time, np.concatenate((position, attitude), axis=1))
         return MotionRecord(name, time, position, attitude, spline)
 
     def at(self, times: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

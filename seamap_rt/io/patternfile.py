@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import Akima1DInterpolator
 
 from ..errors import InputError
 from .opening import read_bytes
@@ -49,7 +49,7 @@ class MeasuredCut:
     without swings beside a null.
     """
 
-    level_db: Akima1DInterpolator  # over the angle [deg]
+    level_db: scipy.interpolate.Akima1DInterpolator  # over the angle [deg]
 
     def __call__(self, cosine: NDArray[np.float64]) -> NDArray[np.float64]:
         angle = np.degrees(np.arcsin(np.clip(np.asarray(cosine, dtype=np.float64), -1.0, 1.0)))
@@ -235,7 +235,7 @@ def _cut(path: Path, name: str, rows: Rows) -> MeasuredCut:
     angle = np.where(angle > 180.0, angle - 360.0, np.where(angle < -180.0, angle + 360.0, angle))
     angle, first = np.unique(angle, return_index=True)  # 0 and 360 are one
     line, level = line[first].astype(int), level[first]
-    spline = Akima1DInterpolator(angle, level)
+    spline = scipy.interpolate.Akima1DInterpolator(angle, level)
     # Extremes are where the spline's slope is 0, which is NaN along a stretch that is flat.
     angles = np.concatenate((angle, spline.derivative().roots(extrapolate=False)))
     angles = angles[np.abs(angles) <= 90.0]
@@ -249,10 +249,10 @@ def _cut(path: Path, name: str, rows: Rows) -> MeasuredCut:
     peak = float(angles[np.argmax(spline(angles))])
     top = float(spline(peak))
     _check_reach(path, name, line, angle, peak, _beamwidth_deg(spline, peak, top))
-    return MeasuredCut(Akima1DInterpolator(angle, level - top))
+    return MeasuredCut(scipy.interpolate.Akima1DInterpolator(angle, level - top))
 
 
-def _beamwidth_deg(level_db: Akima1DInterpolator, peak: float, top: float) -> float:
+def _beamwidth_deg(level_db: scipy.interpolate.Akima1DInterpolator, peak: float, top: float) -> float:
     """Full width at half power about the peak; inf where it is not reached ahead on both sides."""
     crossings = level_db.solve(top + _HALF_POWER_DB, extrapolate=False)
     before, after = crossings[crossings < peak], crossings[crossings > peak]

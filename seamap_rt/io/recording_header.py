@@ -17,6 +17,7 @@ from ..settings import Meaning, Section, as_tuple
 from .opening import read_json
 from .plain_json import plain, plain_attribute
 from .scenefile import read_toml
+from .toml_text import shown
 from .validation import validate
 
 Header = Mapping[str, Any] | str | os.PathLike[str]
@@ -229,10 +230,10 @@ class RecordingHeader(Section):
             raise ValueError("chirp_bandwidth_hz = 0: must be greater than 0 with waveform = 'chirp'; give the sweep")
         for name in ("sector_deg", "lever_arm_m"):
             if not all(math.isfinite(each) for each in getattr(self, name) or ()):
-                raise ValueError(f"{name} = {list(getattr(self, name))}: must be finite; correct it")
+                raise ValueError(f"{name} = {shown(getattr(self, name))}: must be finite; correct it")
         if self.sector_deg is not None and not 0.0 < self.sector_deg[1] - self.sector_deg[0] <= 360.0:
             raise ValueError(
-                f"sector_deg = {list(self.sector_deg)}: must run clockwise by at most 360; give start, stop with "
+                f"sector_deg = {shown(self.sector_deg)}: must run clockwise by at most 360; give start, stop with "
                 "start < stop, as [350, 370]"
             )
         return self

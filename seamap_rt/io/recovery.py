@@ -6,9 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import InputError
-from .appendable import recover_netcdf, recoverable
 from .committed_file import part_of
-from .echo_store import is_growing, recover_echoes, recoverable_turns
 from .results_folder import finished, held_folder, remove_hidden, unfinished
 
 _OPTION = "DIR"
@@ -54,6 +52,9 @@ def recover(folder: str | Path) -> Recovered | None:
 
 def _recovered(folder: Path, files: tuple[str, ...]) -> int | None:
     """How many turns are whole in all files, which hold them then; None if the kill came when all were finished."""
+    from .appendable import recover_netcdf  # loads h5py
+    from .echo_store import recover_echoes  # loads zarr
+
     growing = {name: turns for name in files if (turns := _whole(folder / name)) is not None}
     if not growing:
         return None
@@ -65,6 +66,9 @@ def _recovered(folder: Path, files: tuple[str, ...]) -> int | None:
 
 def _whole(path: Path) -> int | None:
     """How many turns of a file are whole; None where it is finished."""
+    from .appendable import recoverable  # loads h5py
+    from .echo_store import is_growing, recoverable_turns  # loads zarr
+
     if path.suffix == ".zarr":
         return recoverable_turns(path) if is_growing(path) else None
     return recoverable(path) if part_of(path).exists() or not path.exists() else None

@@ -40,9 +40,20 @@ def _escaped(letter: str) -> str:
 
 
 def shown(value: Any) -> str:
-    """A value as a refusal shows it."""
+    """A value as a refusal shows it: a list as one types it for --set, where a shell takes a space for its end."""
     try:
-        text = toml_value(value)
+        text = _without_spaces(value) if isinstance(value, list | tuple) else toml_value(value)
     except TypeError:
         text = str(value)
     return text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 1] + "…"
+
+
+def number_text(value: float) -> str:
+    """A number as one types it: 9.4e9, 2e-8, 15."""
+    mantissa, exponent, power = f"{value:.6g}".partition("e")
+    return f"{mantissa}e{int(power)}" if exponent else mantissa
+
+
+def _without_spaces(values: list[Any] | tuple[Any, ...]) -> str:
+    entries = (_without_spaces(each) if isinstance(each, list | tuple) else toml_value(each) for each in values)
+    return f"[{','.join(entries)}]"

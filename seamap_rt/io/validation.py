@@ -6,6 +6,8 @@ A line names the key, its value, the limit or the nearest known key, and what to
 from __future__ import annotations
 
 import difflib
+import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import NoneType, UnionType
@@ -15,8 +17,10 @@ from pydantic import BaseModel, Discriminator, TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from ..errors import InputError
-from .toml_text import key_text, quoted, shown, toml_value
+from ..settings.limits import Meaning
+from .toml_text import key_text, number_text, quoted, shown, toml_value
 
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 Model = TypeVar("Model", bound=BaseModel)
 Key = tuple[str | int, ...]
 Further = Callable[[Mapping[str, Any], frozenset[Key]], Iterable[str]]
@@ -104,6 +108,7 @@ class _Location:
     section: type[BaseModel] | None  # that holds the last key
     kind: Any  # the type expected there
     condition: str  # which member of a union the section is, in words
+    stated: Any  # the type with its limits and its meaning
 
 
 def _bare(kind: Any) -> tuple[Any, str | None]:
@@ -148,7 +153,7 @@ def _locate(model: type[BaseModel], location: Sequence[str | int]) -> _Location:
             kind = entries[0] if entries[-1] is Ellipsis else entries[min(step, len(entries) - 1)]
         else:
             kind = None
-    return _Location(tuple(key), section, _bare(kind)[0], condition)
+    return _Location(tuple(key), section, _bare(kind)[0], condition, kind)
 
 
 def _tags(member: Any, discriminator: str) -> tuple[Any, ...]:
@@ -184,7 +189,7 @@ def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
     location, value, kind = _locate(model, error["loc"]), error["input"], error["type"]
     key, context = location.key, error.get("ctx", {})
     if kind in ("value_error", "assertion_error"):
-        return _about(key, value, str(context.get("error", error["msg"])))
+        return _about(key, value, str(context.get("error", error["msg"])) + _in_other_units(location, value))
     if kind == "extra_forbidden":
         known = list(location.section.model_fields) if location.section else []
         return _about(key, value, f"unknown key{location.condition}; {_nearest(str(key[-1]), known, model)}")
@@ -206,7 +211,7 @@ def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
     if kind == "missing":
         return f"{_dotted(key)}: is missing; it must be {_wanted(location.kind, key)}"
     if kind.endswith("_type"):
-        return _about(key, value, f"must be {_wanted(location.kind, key)}{_rewritten(location.kind, value)}")
+        return _about(key, value, f"must be {_wanted(location.kind, key)}{_rewritten(location, value)}")
     return _about(key, value, error["msg"][:1].lower() + error["msg"][1:])
 
 
@@ -235,8 +240,9 @@ def _wanted(kind: Any, key: Key) -> str:
     return words.get(kind, "of another type")
 
 
-def _rewritten(kind: Any, value: Any) -> str:
+def _rewritten(location: _Location, value: Any) -> str:
     """How a value of the wrong type should be written, where that is evident."""
+    kind = location.kind
     if kind is int and isinstance(value, float) and value.is_integer():
         return f"; write {int(value)}" if abs(value) < 2**63 else ""
     if kind is str and not isinstance(value, Mapping | list | tuple | str):
@@ -245,11 +251,79 @@ def _rewritten(kind: Any, value: Any) -> str:
         try:
             number = kind(value)
         except ValueError:
-            return ""
+            return _without_unit(location, value)
         return f"; write {toml_value(number)} without quotes"
+    if get_origin(kind) is tuple and isinstance(value, str):
+        entries = [float(each) for each in re.findall(_NUMBER, value)]
+        return f"; write [{','.join(map(number_text, entries))}]" if _is_taken(location, entries) else ""
     if kind is bool and value in ("true", "false", "True", "False"):
         return f"; write {str(value).lower()} without quotes"
     return ""
+
+
+_OTHER_UNITS = {  # in which people think, by the key's own: how many of it one is
+    "Hz": {"GHz": 1e9, "MHz": 1e6, "kHz": 1e3},
+    "s": {"ms": 1e-3, "µs": 1e-6, "us": 1e-6, "ns": 1e-9},
+    "m": {"km": 1e3, "cm": 1e-2, "mm": 1e-3},
+    "W": {"kW": 1e3, "mW": 1e-3},
+    "m/s": {"km/h": 1.0 / 3.6, "kn": 1852.0 / 3600.0, "cm/s": 1e-2},
+    "1/min": {"1/s": 60.0},
+    "°": {"rad": math.degrees(1.0)},
+    "1": {"%": 1e-2},
+}
+
+
+def _in_other_units(location: _Location, value: Any) -> str:
+    """What a number that is refused may be meant as, of another unit's prefix, or a ratio for decibels: nearest to the
+    default first."""
+    numbers = list(value) if isinstance(value, list | tuple) else [value]
+    meaning = _meaning(location)
+    if meaning is None or not all(type(each) in (int, float) and math.isfinite(each) for each in numbers):
+        return ""
+    unit, default = meaning.unit or "", _default(location)
+    meant = [[each * factor for each in numbers] for factor in _OTHER_UNITS.get(unit, {}).values()]
+    if unit.startswith("dB") and all(each > 0.0 for each in numbers):
+        meant = [[10.0 * math.log10(each) for each in numbers]]
+    proposals: dict[str, float] = {}
+    for each in meant:
+        each = [float(f"{number:.12g}") for number in each]
+        if _is_taken(location, each if isinstance(value, list | tuple) else each[0]):
+            text = ",".join(map(number_text, each))
+            far = abs(math.log(abs(each[-1] / default))) if default and each[-1] else math.inf
+            proposals[f"[{text}]" if isinstance(value, list | tuple) else text] = far
+    words = " or ".join(sorted(proposals, key=lambda text: proposals[text]))
+    return words and f"; did you mean {words}{f' ({unit})' if unit != '1' else ''}?"
+
+
+def _without_unit(location: _Location, text: str) -> str:
+    """A number that is written with a unit, as the key's own."""
+    meaning, found = _meaning(location), re.fullmatch(rf"\s*({_NUMBER})\s*(\S+)\s*", text)
+    if meaning is None or not meaning.unit or found is None:
+        return ""
+    factor = ({meaning.unit: 1.0} | _OTHER_UNITS.get(meaning.unit, {})).get(found[2])
+    return f"; write {number_text(float(found[1]) * factor)}, in {meaning.unit}" if factor else ""
+
+
+def _meaning(location: _Location) -> Meaning | None:
+    notes = get_args(location.stated)[1:] if get_origin(location.stated) is Annotated else ()
+    return next((note for note in notes if isinstance(note, Meaning)), None)
+
+
+def _default(location: _Location) -> float | None:
+    """The number that a key has when it is left out, of a list the last; None without any."""
+    field = location.section.model_fields.get(str(location.key[-1])) if location.section else None
+    default = field.default if field else None
+    last = default[-1] if isinstance(default, tuple) and default else default
+    return float(last) if isinstance(last, int | float) and math.isfinite(last) else None
+
+
+def _is_taken(location: _Location, value: Any) -> bool:
+    """Whether a value keeps the key's own limits."""
+    try:
+        TypeAdapter(location.stated, config={"strict": True}).validate_python(value)
+    except ValidationError:
+        return False
+    return True
 
 
 def _one_of(choices: Sequence[Any]) -> str:

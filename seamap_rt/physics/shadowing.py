@@ -6,8 +6,8 @@ Written from the papers. `seamap_rt.analytic` holds the same laws once more, wri
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import erf, erfcx, fresnel
 
 _SAMPLES = 512  # a wavelength: crossings are interpolated between them, to some 1e-5 of a wavelength
 
@@ -18,7 +18,7 @@ def shadowing_smith67(v: ArrayLike) -> NDArray[np.float64]:
     ψ: grazing angle; σ: rms slope along the look. Smith, IEEE Trans. Antennas Propag. 15(5), 668–671 (1967). 0 at
     v = 0; ValueError for a negative v.
     """
-    return 0.5 * (1.0 + erf(_not_negative(v))) * facing_share_smith67(v)
+    return 0.5 * (1.0 + scipy.special.erf(_not_negative(v))) * facing_share_smith67(v)
 
 
 def facing_share_smith67(v: ArrayLike) -> NDArray[np.float64]:
@@ -37,7 +37,7 @@ def shadowing_wagner67(v: ArrayLike) -> NDArray[np.float64]:
     v = _not_negative(v)
     hidden = _smith_lambda(v)
     hides = hidden > 0.0
-    return 0.5 * (1.0 + erf(v)) * np.where(hides, -np.expm1(-hidden) / np.where(hides, hidden, 1.0), 1.0)
+    return 0.5 * (1.0 + scipy.special.erf(v)) * np.where(hides, -np.expm1(-hidden) / np.where(hides, hidden, 1.0), 1.0)
 
 
 def shadow_kept(height_m: float, slope: float, wavelength_m: float, polarization: str) -> float:
@@ -52,7 +52,7 @@ def shadow_kept(height_m: float, slope: float, wavelength_m: float, polarization
     """
     if min(height_m, slope) < 0.0 or wavelength_m <= 0.0:
         raise ValueError("height_m and slope must be 0 or more, wavelength_m above 0")
-    sine, cosine = fresnel(np.sqrt(2.0 * height_m * slope / wavelength_m))
+    sine, cosine = scipy.special.fresnel(np.sqrt(2.0 * height_m * slope / wavelength_m))
     one_way = 2.0 * ((0.5 - float(cosine)) ** 2 + (0.5 - float(sine)) ** 2)
     return one_way**2 if polarization == "VV" else one_way**4
 
@@ -93,14 +93,14 @@ def second_bounce_share(mean_square_slope: float) -> float:
     """
     if mean_square_slope <= 0.0:
         return 0.0
-    grown = 0.5 * np.sqrt(np.pi * mean_square_slope) * float(erfcx(1.0 / np.sqrt(mean_square_slope)))
+    grown = 0.5 * np.sqrt(np.pi * mean_square_slope) * float(scipy.special.erfcx(1.0 / np.sqrt(mean_square_slope)))
     return float(grown / (1.0 + grown))
 
 
 def _smith_lambda(v: NDArray[np.float64]) -> NDArray[np.float64]:
     """Smith's Λ = ½ [exp(−v²)/(v√π) − erfc v]; exp(−v²) is taken out, so that large v keep their digits."""
     with np.errstate(divide="ignore", over="ignore"):
-        return 0.5 * np.exp(-np.square(v)) * np.maximum(1.0 / (v * np.sqrt(np.pi)) - erfcx(v), 0.0)
+        return 0.5 * np.exp(-np.square(v)) * np.maximum(1.0 / (v * np.sqrt(np.pi)) - scipy.special.erfcx(v), 0.0)
 
 
 def _not_negative(v: ArrayLike) -> NDArray[np.float64]:

@@ -18,9 +18,9 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 
 from ..compute.quadrature import gauss_legendre
+from ..compute.roots import bracketed_root
 from ..conventions import SPEED_OF_LIGHT, from_db
 from ..io.patternfile import read_pattern
 from ..settings import AntennaSettings, RadarSettings
@@ -170,7 +170,7 @@ def _line_source(aperture_m: float, wavelength_m: float, beamwidth_deg: float) -
     top = 1.0
     while excess(top) < 0.0:
         top *= 2.0
-    taper = float(brentq(excess, 0.0, top, xtol=1e-12))  # type: ignore[arg-type]
+    taper = bracketed_root(excess, 0.0, top)
     return lambda cosine: _one_parameter(length * np.asarray(cosine, dtype=np.float64), taper)
 
 
@@ -205,8 +205,7 @@ def _beamwidth_deg(cut: Cut) -> float:
     if before.size == 0 or after.size == 0:
         return np.inf
     start, stop = (
-        float(brentq(excess, angle[index], angle[index + 1], xtol=1e-12))  # type: ignore[arg-type]
-        for index in (before[-1], after[0] - 1)
+        bracketed_root(excess, float(angle[index]), float(angle[index + 1])) for index in (before[-1], after[0] - 1)
     )
     return stop - start
 

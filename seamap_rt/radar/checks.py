@@ -94,7 +94,7 @@ def check_waveform(radar: RadarSettings) -> None:
         Chirp(radar)
     if far <= blind_range_m(radar):
         raise ValueError(
-            f"radar.range_m = [{near:g}, {far:g}]: lies wholly nearer than {rounded_up(blind_range_m(radar))} m (half "
+            f"radar.range_m = [{near:g},{far:g}]: lies wholly nearer than {rounded_up(blind_range_m(radar))} m (half "
             "the length of the pulse: the transmitter is on while the echo begins); raise its far end or shorten "
             "radar.pulse_width_s"
         )

@@ -12,9 +12,8 @@ half their rate; of skirts that reach further (none but those of the chirp's sha
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import fft
-from scipy.special import i0
 
 from ..conventions import SPEED_OF_LIGHT
 from ..settings import RadarSettings
@@ -83,7 +82,7 @@ class Chirp:
         self._sent = rate * sent * receiver_filter(self._frequency, radar.bandwidth_hz)
         self._compressor = delay.conj() * response.compressor(self._frequency)
         root = np.sqrt(self._shape**2 - (np.pi * _TAPS * self._frequency / rate) ** 2)
-        self._gathered = _TAPS * np.sinh(root) / (root * i0(self._shape))
+        self._gathered = _TAPS * np.sinh(root) / (root * scipy.special.i0(self._shape))
 
     def kernel(self, offset_m: ArrayLike) -> NDArray[np.float64]:
         """Weight with which a reflector is gathered into a raw sample offset_m [m] away, any shape.
@@ -91,11 +90,12 @@ class Chirp:
         Kaiser–Bessel window, 1 at 0 and 0 beyond kernel_support_m.
         """
         across = 1.0 - (np.asarray(offset_m, dtype=np.float64) / self.kernel_support_m) ** 2
-        return np.where(across >= 0.0, i0(self._shape * np.sqrt(np.maximum(across, 0.0))) / i0(self._shape), 0.0)
+        rising = scipy.special.i0(self._shape * np.sqrt(np.maximum(across, 0.0)))
+        return np.where(across >= 0.0, rising / scipy.special.i0(self._shape), 0.0)
 
     def __call__(self, points: NDArray[np.complexfloating]) -> NDArray[np.complex64]:
         """Compressed gates (…, gate) of reflectors that `kernel` has gathered onto raw_range, (…, sample)."""
-        spectrum = np.asarray(fft.fft(points, self._frequency.size, axis=-1))
+        spectrum = np.asarray(scipy.fft.fft(points, self._frequency.size, axis=-1))
         spectrum *= (self._sent / self._gathered).astype(spectrum.dtype)
         return self.compress(self._received(spectrum)).astype(np.complex64, copy=False)
 
@@ -123,12 +123,12 @@ class Chirp:
 
     def _received(self, spectrum: NDArray[np.complexfloating]) -> NDArray[np.complexfloating]:
         """Raw samples (…, sample) of a spectrum, on to the last pulse's end: nothing until the transmitter is off."""
-        raw = np.asarray(fft.ifft(spectrum, axis=-1, overwrite_x=True))[..., : self._last]
+        raw = np.asarray(scipy.fft.ifft(spectrum, axis=-1, overwrite_x=True))[..., : self._last]
         raw[..., : self._first] = 0.0
         return raw
 
     def compress(self, raw: NDArray[np.complexfloating]) -> NDArray[np.complexfloating]:
         """Compressed gates (…, gate) of raw samples (…, sample) behind the receiver's filter, in their precision."""
-        spectrum = np.asarray(fft.fft(raw, self._frequency.size, axis=-1))
+        spectrum = np.asarray(scipy.fft.fft(raw, self._frequency.size, axis=-1))
         spectrum *= self._compressor.astype(spectrum.dtype)
-        return np.asarray(fft.ifft(spectrum, axis=-1, overwrite_x=True))[..., self._gates]
+        return np.asarray(scipy.fft.ifft(spectrum, axis=-1, overwrite_x=True))[..., self._gates]

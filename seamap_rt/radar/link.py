@@ -15,9 +15,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import cumulative_trapezoid, trapezoid
-from scipy.interpolate import CubicSpline
 
 from ..conventions import SPEED_OF_LIGHT, db, from_db
 from ..physics.shadowing import shadowing_smith67
@@ -169,12 +168,13 @@ def flat_sea_power(radar: RadarSettings, nrcs: ArrayLike, range_m: ArrayLike) ->
     azimuth = np.linspace(-half, half, _AZIMUTHS)
     # The pattern's integral changes slowly with range: it is tabulated, and interpolated.
     cut = aerial.voltage(azimuth, -np.arcsin(radar.height_m / slant)[:, None]) ** 4
-    pattern = CubicSpline(slant, trapezoid(cut, azimuth, axis=-1))
+    pattern = scipy.interpolate.CubicSpline(slant, scipy.integrate.trapezoid(cut, azimuth, axis=-1))
     offset = np.linspace(-response.support_m, response.support_m, _OFFSETS)
     heard = ranges[..., None] + offset
     on_sea = heard >= radar.height_m  # no sea is nearer than the mast's foot
     heard = np.maximum(heard, radar.height_m)
-    whole = trapezoid(np.where(on_sea, pattern(heard) / heard**3 * response(offset) ** 2, 0.0), offset, axis=-1)
+    received = np.where(on_sea, pattern(heard) / heard**3 * response(offset) ** 2, 0.0)
+    whole = scipy.integrate.trapezoid(received, offset, axis=-1)
     sent = radar.transmit_power_w * aerial.gain**2 * wavelength(radar) ** 2
     return sent * np.asarray(nrcs, dtype=np.float64) * whole / ((4.0 * np.pi) ** 3 * from_db(radar.losses_db))
 
@@ -214,7 +214,8 @@ def eclipsed_share(radar: RadarSettings, range_m: ArrayLike) -> NDArray[np.float
         return np.ones_like(ranges)
     swept = np.linspace(-0.5, 0.5, 2001) * radar.chirp_bandwidth_hz
     window = window_weight(swept, radar.chirp_bandwidth_hz, radar.compression_window)
-    energy = cumulative_trapezoid((window * receiver_filter(swept, radar.bandwidth_hz)) ** 2, swept, initial=0.0)
+    power = (window * receiver_filter(swept, radar.bandwidth_hz)) ** 2
+    energy = scipy.integrate.cumulative_trapezoid(power, swept, initial=0.0)
     heard = np.clip(ranges / blind_range_m(radar), 0.0, 1.0)
     # The window and the filter are even, so that the tail's share is the head's.
     return np.interp((heard - 0.5) * radar.chirp_bandwidth_hz, swept, energy) / energy[-1]

@@ -8,17 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import unit_from_azimuth
 from ..io.motionfile import read_motion
-from ..sea import Components, ResolvedWaves
 from ..settings import PlatformSettings
 from .pose import boat_axes
 from .wave_following import WaveFollowing, wave_tilt_std
+
+if TYPE_CHECKING:
+    from ..sea import Components, ResolvedWaves
 
 
 @dataclass(frozen=True)

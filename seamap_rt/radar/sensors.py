@@ -13,8 +13,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import ndtri
 
 from .. import random_streams
 from ..random_streams import Stream
@@ -68,7 +68,7 @@ def white_noise(key: np.uint64, number: NDArray[np.int64], channels: int) -> NDA
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     z = z ^ (z >> np.uint64(31))
-    return ndtri(((z >> np.uint64(12)).astype(np.float64) + 0.5) * 2.0**-52)  # 52 bits: neither 0 nor 1
+    return scipy.special.ndtri(((z >> np.uint64(12)).astype(np.float64) + 0.5) * 2.0**-52)  # 52 bits: neither 0 nor 1
 
 
 def _state(values: NDArray[np.float64]) -> BoatState:

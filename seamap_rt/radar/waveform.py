@@ -17,11 +17,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import fft
-from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
-from scipy.special import erf, fresnel
 
 from ..compute.quadrature import gauss_legendre
 from ..conventions import SPEED_OF_LIGHT, db
@@ -48,7 +45,7 @@ WINDOWS = {"none": (1.0,), "hann": (0.5, 0.25), "hamming": (0.54, 0.23), "taylor
 
 def next_fast_len(least: int) -> int:
     """The least length of a transform from `least` on that has no prime factor above 11."""
-    return int(fft.next_fast_len(least))  # type: ignore[arg-type]
+    return int(scipy.fft.next_fast_len(least))  # type: ignore[arg-type]
 
 
 def receiver_filter(frequency_hz: NDArray[np.float64], bandwidth_hz: float) -> NDArray[np.float64]:
@@ -69,7 +66,7 @@ def chirp_spectrum(frequency_hz: NDArray[np.float64], width_s: float, bandwidth_
     steepness = np.sqrt(2.0 * rate)
     centre = frequency_hz / rate
     (sine_stop, cosine_stop), (sine_start, cosine_start) = (
-        fresnel(steepness * (0.5 * side * width_s - centre)) for side in (1.0, -1.0)
+        scipy.special.fresnel(steepness * (0.5 * side * width_s - centre)) for side in (1.0, -1.0)
     )
     carrier = np.exp(-1j * np.pi * frequency_hz * centre)
     return carrier * (cosine_stop - cosine_start + 1j * (sine_stop - sine_start)) / steepness
@@ -116,7 +113,7 @@ class RangeResponse:
             return _compressed(self).response(time)
         steepness = np.sqrt(2.0 * np.pi) * self.bandwidth_hz
         half = 0.5 * self.pulse_width_s
-        return 0.5 * (erf(steepness * (time + half)) - erf(steepness * (time - half)))
+        return 0.5 * (scipy.special.erf(steepness * (time + half)) - scipy.special.erf(steepness * (time - half)))
 
     @property
     def support_m(self) -> float:
@@ -176,7 +173,7 @@ class RangeResponse:
         step = 0.5 * SPEED_OF_LIGHT / (_POINTS * self.bandwidth_hz)
         offset, peak = np.arange(0.0, self.reach_m + step, step), float(self(0.0))
         first = int(np.argmax(self(offset) <= share * peak))
-        crossing = brentq(lambda r: float(self(r)) - share * peak, offset[first - 1], offset[first])
+        crossing = scipy.optimize.brentq(lambda r: float(self(r)) - share * peak, offset[first - 1], offset[first])
         return float(crossing)  # type: ignore[arg-type]
 
 
@@ -207,7 +204,7 @@ def _compressed(response: RangeResponse) -> _Compressed:
 
     def even(spectrum: NDArray[np.float64]) -> Callable[[ArrayLike], NDArray[np.float64]]:
         values = np.fft.irfft(spectrum, count)[: delay.size] * (count / period)
-        spline = CubicSpline(delay, values, bc_type="clamped")
+        spline = scipy.interpolate.CubicSpline(delay, values, bc_type="clamped")
         return lambda time: np.where(np.abs(time) < delay[-1], spline(np.minimum(np.abs(time), delay[-1])), 0.0)
 
     return _Compressed(even(scale * echo), even(noise / density), scale)

@@ -5,28 +5,15 @@ Names are loaded when first used, so that `report.limits`, which the command lin
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from ..lazy import lazily
 
 if TYPE_CHECKING:
     from .curves import error_against_range, height_scatter, timing, visible_share
     from .maps import echo_power, height_maps, slope_maps
     from .page import write_report
     from .sea_words import fold_warning, ground_warning, warnings
-
-_HOMES = {
-    "echo_power": "maps",
-    "error_against_range": "curves",
-    "fold_warning": "sea_words",
-    "ground_warning": "sea_words",
-    "height_maps": "maps",
-    "height_scatter": "curves",
-    "slope_maps": "maps",
-    "timing": "curves",
-    "visible_share": "curves",
-    "warnings": "sea_words",
-    "write_report": "page",
-}
 
 __all__ = [
     "echo_power",
@@ -42,8 +29,12 @@ __all__ = [
     "write_report",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        return getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)
-    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+__getattr__ = lazily(
+    __name__,
+    {
+        "curves": "error_against_range height_scatter timing visible_share",
+        "maps": "echo_power height_maps slope_maps",
+        "page": "write_report",
+        "sea_words": "fold_warning ground_warning warnings",
+    },
+)

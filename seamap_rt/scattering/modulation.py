@@ -11,8 +11,8 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import root_scalar
 
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scattering.bragg import radar_wavenumber
@@ -103,7 +103,7 @@ def breaking_level(fraction: float, strain_variance: float) -> float:
 
     start = np.log(fraction / (1.0 - fraction))
     widest = FRONT_POWER * ACTION_POWER * MOST_STRAIN  # ln of the strongest crowding to its power
-    return float(np.exp(root_scalar(miss, bracket=(start - widest, start + widest)).root))
+    return float(np.exp(scipy.optimize.root_scalar(miss, bracket=(start - widest, start + widest)).root))
 
 
 def _mean(function: Callable[[NDArray[np.float64]], NDArray[np.floating]], variance: float) -> float:

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import ndtr
 
 from ..sea.elfouhaily import (
     DEVELOPED_INVERSE_WAVE_AGE,
@@ -118,4 +118,4 @@ class ShortWaves:
 def _taper(k: NDArray[np.float64], divide: float) -> NDArray[np.float64]:
     """The normal distribution of ln k about the divide: it falls faster than any power, so that k⁻⁴ T stays finite."""
     with np.errstate(divide="ignore"):
-        return ndtr(np.log(k / divide) / _TAPER)
+        return scipy.special.ndtr(np.log(k / divide) / _TAPER)

@@ -11,8 +11,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from seamap_rt.scattering.bragg import bragg_coefficients, radar_wavenumber
 from seamap_rt.scattering.facet_view import Array, FacetView, facet_view
@@ -146,6 +146,6 @@ def _to_table(incidence: Array, values: Array) -> NDArray[np.float32]:
     """(3, 5, node), by equal steps of the cosine and one node more, for values on the last."""
     low = np.cos(incidence[-1])
     cosine = np.minimum(low + (1.0 - low) / NODES * np.arange(NODES + 2), 1.0)
-    table = CubicSpline(incidence, values, axis=-1)(np.arccos(cosine))
+    table = scipy.interpolate.CubicSpline(incidence, values, axis=-1)(np.arccos(cosine))
     table[..., 0] = 0.0  # no tilt faces the ray there
     return table.astype(np.float32)

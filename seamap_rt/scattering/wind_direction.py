@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import i0
 
 
 def wind_factor(strength: ArrayLike, wind_angle: ArrayLike | None) -> NDArray[np.float64]:
@@ -14,5 +14,5 @@ def wind_factor(strength: ArrayLike, wind_angle: ArrayLike | None) -> NDArray[np
     powers, not of decibels.
     """
     if wind_angle is None:
-        return np.asarray(i0(np.asarray(strength, dtype=np.float64)))
+        return np.asarray(scipy.special.i0(np.asarray(strength, dtype=np.float64)))
     return np.exp(np.asarray(strength, dtype=np.float64) * np.cos(np.asarray(wind_angle, dtype=np.float64)))

@@ -6,11 +6,12 @@ The manual (`reference`), the command `keys` and the scene that `starting` write
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from ..errors import InputError
+from ..io.toml_text import quoted
 from .model import Scene
 
 Schema = Mapping[str, Any]
@@ -62,21 +63,39 @@ def key_sections() -> list[KeySection]:
     return list(_section("", False, "All that a run depends on.", schema, schema))
 
 
-def sections_at(path: str) -> list[KeySection]:
-    """A section and those within it, by a path as radar.antenna. InputError, with the nearest, where there is none."""
+def keys_about(text: str) -> list[KeySection]:
+    """The keys that a text means: one, as radar.height_m; a section and those within it, as radar.antenna; or those of
+    whose names or meanings it is a part, as height. InputError, with the nearest, where there are none."""
+    wanted = ".".join(step for step in text.strip("[] ").split(".") if not step.isdecimal())  # of a list's entry
     every = key_sections()
-    wanted = path.strip("[] ")
-    found = [each for each in every if each.path == wanted or each.path.startswith(f"{wanted}.")]
-    if found:
+    if found := [each for each in every if each.path == wanted or each.path.startswith(f"{wanted}.")]:
         return found
-    last = wanted.rsplit(".", 1)[-1]
-    homes = [each.path or TOP for each in every if any(row.name == last for row in each.rows)]
-    paths = [each.path for each in every if each.path]
-    near = difflib.get_close_matches(wanted, paths, 1) or [each for each in paths if each.rsplit(".", 1)[-1] == last]
-    if homes:
-        raise InputError(f"SECTION = '{path}': is a key, not a section; it stands in {' and '.join(homes)}")
-    hint = f"did you mean {near[0]}?" if near else f"the sections are {', '.join(paths)}"
-    raise InputError(f"SECTION = '{path}': no such section; {hint}")
+    if found := _with_keys(every, lambda key, _: key == wanted):
+        return found
+    word = wanted.casefold()
+    if word and (found := _with_keys(every, lambda key, meaning: word in key or word in meaning.casefold())):
+        return found
+    names = [each.path for each in every if each.path]
+    names += [_key(each, name) for each in every for name in (each.tag, *(row.name for row in each.rows)) if name]
+    near = difflib.get_close_matches(wanted, names, 3)
+    near = near or [each for each in names if difflib.get_close_matches(wanted, [each.rsplit(".", 1)[-1]], 1, 0.75)][:3]
+    hint = f"did you mean {' or '.join(near)}?" if near else f"the sections are {', '.join(s.path for s in every[1:])}"
+    raise InputError(f"KEY = {quoted(text)}: no key, section or word of them; {hint}")
+
+
+def _with_keys(sections: Iterable[KeySection], wanted: Callable[[str, str], bool]) -> list[KeySection]:
+    """The sections with those of their keys alone that are wanted, by name and meaning; none without any."""
+    result: list[KeySection] = []
+    for each in sections:
+        rows = tuple(row for row in each.rows if wanted(_key(each, row.name), row.meaning))
+        tag = each.tag if each.tag and wanted(_key(each, each.tag), each.meaning) else ""
+        if rows or tag:
+            result.append(replace(each, rows=rows, tag=tag))
+    return result
+
+
+def _key(section: KeySection, name: str) -> str:
+    return f"{section.path}.{name}" if section.path else name
 
 
 # ---------------------------------------------------------------------------------------------------- from the schema
@@ -140,7 +159,7 @@ def _value(value: Any) -> str:
     if isinstance(value, int | float):
         return f"{value:.12g}" if abs(value) < 1e6 else f"{value:g}".replace("e+", "e").replace("e0", "e")
     if isinstance(value, list):
-        return f"[{', '.join(_value(each) for each in value)}]"
+        return f"[{','.join(_value(each) for each in value)}]"
     return value if value == "inf" else f'"{value}"'
 
 

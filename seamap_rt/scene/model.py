@@ -15,6 +15,7 @@ from pydantic import AfterValidator, BeforeValidator, model_validator
 from ..conventions import SPEED_OF_LIGHT
 from ..errors import InputError
 from ..io import scenefile
+from ..io.toml_text import number_text
 from ..settings import (
     GaugeSettings,
     Meaning,
@@ -34,6 +35,25 @@ if TYPE_CHECKING:
     from ..mesh.sizing import MeshDetail
 
 _NAME = r"[A-Za-z0-9][A-Za-z0-9._+-]{0,99}"
+
+
+_MOST_WAVES = 4  # systems that a scene's short form shows
+_OF_WAVES = "significant_wave_height_m", "height_m", "peak_period_s", "wavelength_m", "wind_speed_m_s", "wave_from_deg"
+
+
+def _in_words(section: Section, *keys: str) -> str:
+    """Keys with values and units, but for those that it has not or are left out."""
+    words: list[str] = []
+    for key in keys:
+        value, field = getattr(section, key, None), type(section).model_fields.get(key)
+        if value is None or field is None:
+            continue
+        unit = next((each.unit for each in field.metadata if isinstance(each, Meaning)), None)
+        numbers = value if isinstance(value, tuple) else (value,)
+        text = "–".join(each if isinstance(each, str) else number_text(each) for each in numbers)
+        name = re.sub(r"_(m_s|m|s|hz|w|deg|rpm)$", "", key).replace("_", " ")
+        words.append(f"{name} {text}" + ("" if unit in (None, "1") else unit if unit == "°" else f" {unit}"))
+    return ", ".join(words)
 
 
 def is_name(name: str) -> bool:
@@ -142,6 +162,23 @@ class Scene(Section):
     def to_toml(self) -> str:
         """The scene file with every key resolved: it reads back to an equal scene."""
         return scenefile.to_toml(self)
+
+    def __repr__(self) -> str:
+        """The keys that one asks for first, by section."""
+        rows = [
+            ("scene", f"{self.name}: {self.title}" if self.title else self.name),
+            ("sea", _in_words(self.sea, "model", "extent_m", "resolution_m", "energy_fraction", "depth_m")),
+            *(("waves", _in_words(each, "spectrum", *_OF_WAVES)) for each in self.sea.waves[:_MOST_WAVES]),
+            ("radar", _in_words(self.radar, "frequency_hz", "waveform", "pulse_width_s", "transmit_power_w", "prf_hz")),
+            ("antennas", _in_words(self.radar, "height_m", "baseline_m", "tilt_deg", "transmit")),
+            ("scan", _in_words(self.radar, "scan", "range_m", "sector_deg", "rotation_rpm")),
+            ("platform", _in_words(self.platform, "motion", "speed_m_s", "heading_deg")),
+            ("retrieval", _in_words(self.retrieval, "estimator", "cell_range_m", "cell_azimuth_deg", "window_range_m")),
+            ("run", f"{_in_words(self, 'turns', 'seed')}, {_in_words(self.tracing, 'tracer')}; all keys: .to_toml()"),
+        ]
+        return "\n".join(f"{name:<10} {words}" for name, words in rows)
+
+    __str__ = __repr__
 
     @model_validator(mode="after")
     def _sections_agree(self) -> Self:

@@ -19,7 +19,8 @@ the default below. Unknown keys, values beyond their limits and keys that contra
 in a line each that names key, value, limit and remedy.
 
 `seamap-rt new mine.toml` writes a scene to begin with, its keys explained; `--like NAME` takes any shipped one as the
-pattern, so `--like solid_state_chirp`. `seamap-rt keys radar.antenna` prints the tables below, or one section of them.
+pattern, so `--like solid_state_chirp`. `seamap-rt keys` prints the tables below, `keys radar.antenna` one section of
+them, `keys radar.height_m` one key, and `keys height` all keys in whose names or meanings the word stands.
 A scene may be as short as this:
 
 ```toml

@@ -39,14 +39,21 @@ and of linear waves where it has none: both to first order, as is the sum of `co
 Evidence: validation/README.md, "The sea" and "The sea alone".
 """
 
-from ..physics import dispersion
-from . import spectra, spreading
-from .components import Components, SurfaceState, direct_sum
-from .facts import Resolved
-from .realisation import realize, resolution
-from .resolved_waves import ResolvedWaves
-from .surface import Sea
-from .systems import WaveFacts, directional_density, spectral_system, wave_facts
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..lazy import lazily
+
+if TYPE_CHECKING:
+    from ..physics import dispersion
+    from . import spectra, spreading
+    from .components import Components, SurfaceState, direct_sum
+    from .facts import Resolved
+    from .realisation import realize, resolution
+    from .resolved_waves import ResolvedWaves
+    from .surface import Sea
+    from .systems import WaveFacts, directional_density, spectral_system, wave_facts
 
 __all__ = [
     "Components",
@@ -65,3 +72,17 @@ __all__ = [
     "spreading",
     "wave_facts",
 ]
+
+__getattr__ = lazily(
+    __name__,
+    {
+        ".": "spectra spreading",
+        "..physics.": "dispersion",
+        "components": "Components SurfaceState direct_sum",
+        "facts": "Resolved",
+        "realisation": "realize resolution",
+        "resolved_waves": "ResolvedWaves",
+        "surface": "Sea",
+        "systems": "WaveFacts directional_density spectral_system wave_facts",
+    },
+)

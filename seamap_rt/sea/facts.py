@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from .choppy import ChoppySurface
 from .systems import SpectralSystem, azimuth_toward
 from .wave_trains import LineTrain, PlaneTrain, RegularTrain, WaveTrain
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _ABOUT_TO_FOLD = 0.1
 _SAMPLES = 200_000  # labels, over the whole patch
@@ -171,6 +174,8 @@ def spectrum_dataset(trains: Sequence[WaveTrain], resolved: Resolved) -> xr.Data
     `variance_density(ky, kx)` m⁴ of the short-crested systems together, `line_density(line, k)` m³ of the long-crested
     ones with `line_toward`, and amplitude, wavenumber and `sinusoid_toward` of the regular waves.
     """
+    import xarray as xr  # takes half a second
+
     scale = 1.0 if resolved.choppy is None else resolved.choppy.amplitude_scale**2
     planes = [train for train in trains if isinstance(train, PlaneTrain)]
     lines = [train for train in trains if isinstance(train, LineTrain)]

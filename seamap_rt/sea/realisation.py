@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_trapezoid
 
 from ..conventions import unit_from_azimuth
 from ..errors import must_be
@@ -104,7 +104,7 @@ def resolution(settings: SeaSettings) -> float:
     log_k = np.linspace(np.log(1e-5), np.log(1e5), 200_001)
     k = np.exp(log_k)
     density = k * np.sum([system.radial(k) for system in systems] or [np.zeros(k.size)], axis=0)
-    below = cumulative_trapezoid(density, log_k, initial=0.0)
+    below = scipy.integrate.cumulative_trapezoid(density, log_k, initial=0.0)
     wanted = fraction * (regular + below[-1]) - regular
     if wanted <= 0.0:  # regular waves, which are resolved whatever the grid, are enough
         return settings.extent_m / 64.0

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import gammaln
 
 _SHARPEST_EXPONENT = 1e15  # rms angle 4e-8 rad: a long-crested sea, as far as float64 can tell
 _HASSELMANN_EDGE = 1.05  # f/fp, where one fit hands over to the other
@@ -48,7 +48,9 @@ def cos2s_peak(exponent: ArrayLike) -> NDArray[np.float64]:
     s = np.asarray(exponent, dtype=np.float64)
     moderate, w = np.minimum(s, 1e3), s + 0.25
     series = np.sqrt(w) * (1.0 + (0.125 / w) ** 2)
-    ratio = np.where(s < 1e3, np.exp(gammaln(moderate + 1.0) - gammaln(moderate + 0.5)), series)
+    ratio = np.where(
+        s < 1e3, np.exp(scipy.special.gammaln(moderate + 1.0) - scipy.special.gammaln(moderate + 0.5)), series
+    )
     return ratio / (2.0 * math.sqrt(math.pi))
 
 

@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from .components import Components
@@ -20,6 +19,9 @@ from .facts import Resolved, spectrum_dataset
 from .linear import Surface
 from .memory import Memory
 from .wave_trains import Quantity, WaveTrain
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class Patch(Protocol):

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import GRAVITY, SURFACE_TENSION, WATER_DENSITY, unit_from_azimuth
 from ..errors import InputError
-from ..io.spectrumfile import read_directional_spectrum
 from ..physics.dispersion import angular_frequency, group_speed, wavenumber
 from ..settings import (
     HIGHEST_SEA_M,
@@ -257,6 +256,8 @@ def _read_content(
     file: str, kind: str, time: str | None, site: int, _version: tuple[int, int]
 ) -> tuple[NDArray[np.float64], ...]:
     """Content of a file of one version: a file that is written anew is read anew."""
+    from ..io.spectrumfile import read_directional_spectrum  # loads xarray
+
     table = read_directional_spectrum(file, kind, time, site)
     return table.frequency_hz, table.from_deg, table.density
 

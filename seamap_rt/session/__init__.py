@@ -1,9 +1,16 @@
 """One run: `iterate` yields finished turns, and files, gauges, memory and other consumers are its sinks."""
 
-from .driver import FinishedTurn, Sink, TurnFigures, deliver, iterate
-from .simulating import Simulation, simulate
-from .sinks import FileSink, Memory
-from .whole_run import RunResult, run
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..lazy import lazily
+
+if TYPE_CHECKING:
+    from .driver import FinishedTurn, Sink, TurnFigures, deliver, iterate
+    from .simulating import Simulation, simulate
+    from .sinks import FileSink, Memory
+    from .whole_run import RunResult, run
 
 __all__ = [
     "FileSink",
@@ -18,3 +25,13 @@ __all__ = [
     "run",
     "simulate",
 ]
+
+__getattr__ = lazily(
+    __name__,
+    {
+        "driver": "FinishedTurn Sink TurnFigures deliver iterate",
+        "simulating": "Simulation simulate",
+        "sinks": "FileSink Memory",
+        "whole_run": "RunResult run",
+    },
+)

@@ -16,6 +16,8 @@ Period = Annotated[float, Ge(0.5), Le(300.0)]
 Angle = Annotated[float, Ge(0.0), Le(45.0)]
 Bias = Annotated[float, Ge(-45.0), Le(45.0)]
 Noise = Annotated[float, Ge(0.0), Le(45.0)]
+HeightBias = Annotated[float, Ge(-20.0), Le(20.0)]
+PositionNoise = Annotated[float, Ge(0.0), Le(20.0)]
 
 
 def _amplitude(motion: str) -> Meaning:
@@ -49,10 +51,10 @@ class SensorSettings(Section):
     roll_bias_deg: Annotated[Bias, _bias("roll", "°")] = 0.0
     pitch_bias_deg: Annotated[Bias, _bias("pitch", "°")] = 0.0
     heading_bias_deg: Annotated[Bias, _bias("heading", "°")] = 0.0
-    height_bias_m: Annotated[Bias, _bias("height", "m")] = 0.0
+    height_bias_m: Annotated[HeightBias, _bias("height", "m")] = 0.0
     attitude_noise_deg: Annotated[Noise, _noise("roll and pitch", "°")] = 0.0
     heading_noise_deg: Annotated[Noise, _noise("heading", "°")] = 0.0
-    position_noise_m: Annotated[Noise, _noise("position", "m")] = 0.0
+    position_noise_m: Annotated[PositionNoise, _noise("position", "m")] = 0.0
     rate_hz: Annotated[
         float,
         Ge(0.1),

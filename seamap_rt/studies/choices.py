@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from ..conventions import written
 from ..measured import LEVEL
 from .key_words import words_of
 from .paired import WITHIN, Choice, choose, end_of, means, with_band
 from .vary import CIRCUMSTANCES, chosen_key
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FULLY_MEASURED = (
     "fully measured radius: of a disc of perfect heights that holds as much as all cells' scores; reach: where their "

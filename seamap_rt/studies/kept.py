@@ -9,9 +9,12 @@ from __future__ import annotations
 
 import gc
 from threading import Lock, Timer
+from typing import TYPE_CHECKING
 
 from ..scene import Scene
-from ..simulation import Simulator
+
+if TYPE_CHECKING:
+    from ..simulation import Simulator
 
 _REMEMBERED_BYTES = 100e6  # of a sea's values: a turn of `choppy_sea` and its calibration are 50
 IDLE_S = 60.0  # after which a process that is given no other point frees what it has kept
@@ -26,6 +29,8 @@ class Kept:
 
     def simulator(self, scene: Scene) -> Simulator:
         """The scene's own. It is kept once it is `finished`, and so never one that failed."""
+        from ..simulation import Simulator  # takes half a second
+
         before = self._taken()
         if before is None:
             return self._remembering(Simulator(scene))

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from scipy.special import stdtrit
 
 from ..conventions import written
-from ..design_outlook import outlook
 from ..errors import InputError
 from ..measured import LEVEL
 from ..metrics import BIN_M
@@ -20,6 +18,9 @@ from .choices import best_of_all, choice_in_words, choices
 from .key_words import words_of
 from .paired import FEWEST_SEEDS
 from .vary import grid, labels, refuse_limit, scenes_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 RADIUS, REACH, QUALITY = "outlook_fully_measured_radius_m", "outlook_reach_m", "outlook_quality_by_range"
 MOTION = "outlook_motion_cost_m"
@@ -53,6 +54,10 @@ def outlook_columns(
     vary: Mapping[str, Sequence[Any]], scenes: Mapping[tuple[int, ...], Scene | InputError], middles: np.ndarray
 ) -> xr.Dataset:
     """Of scenes by their place in the grid, in bins about `middles` (range,) [m]."""
+    import xarray as xr
+
+    from ..design_outlook import outlook  # loads numba
+
     dims, shape = tuple(vary), tuple(len(values) for values in vary.values())
     columns = {name: np.full(shape, np.nan) for name in (RADIUS, REACH, MOTION)}
     quality = np.full((*shape, middles.size), np.nan)
@@ -84,6 +89,8 @@ def _attrs(name: str) -> dict[str, str]:
 
 def outlook_lines(found: xr.Dataset) -> Iterator[str]:
     """What the outlook would choose, and how many seeds a trade needs to tell that from its neighbours."""
+    import xarray as xr
+
     radius = found[RADIUS].expand_dims(seed=[0])
     table = xr.Dataset({"fully_measured_radius_m": radius}, attrs=found.attrs)
     for words, here, choice in choices(table):

@@ -9,11 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 from scipy.special import stdtrit
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Array = NDArray[np.float64]
 
@@ -30,6 +33,8 @@ def means(values: xr.DataArray) -> xr.Dataset:
     square of the correlation of their deviations. What has a mean here is never negative, and no band goes below 0. NaN
     bands of designs with fewer than FEWEST_SEEDS.
     """
+    import xarray as xr
+
     count = values.notnull().sum("seed")
     mean = values.mean("seed")
     rest = values - mean

@@ -16,10 +16,9 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from .. import __version__
@@ -30,9 +29,12 @@ from ..io.validation import validate
 from ..measured import Rings
 from ..metrics import BIN_M, error_figures
 from ..scene import Scene
-from ..session import iterate
-from ..simulation import Stopwatch
 from .kept import Kept
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..simulation import Stopwatch
 
 MANIFEST, POINTS = "trade.json", "points"
 
@@ -81,6 +83,8 @@ def compute(task: Task) -> Outcome:
     `status` done, with `metrics`, `by_range` and `facts`; refused, by a limit of the scene; or failed, by an error.
     These have the same bits on every run; `cost` (seconds by stage, peak memory, worker) has not.
     """
+    from ..simulation import Stopwatch
+
     with _ONE_AT_A_TIME, one_blas_thread():
         clock = Stopwatch()
         forget_peak_memory()
@@ -149,6 +153,8 @@ def _checksum(content: Mapping[str, Any]) -> str:
 
 def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
     """`metrics` (50 to 200 m), `by_range` and `facts` of a scene, all its turns together; memory holds one turn."""
+    from ..session import iterate  # takes half a second
+
     with clock("sea"):
         simulator = KEPT.simulator(scene)
     maps, truths, facets, folded = [], [], 0.0, 0.0
@@ -194,6 +200,8 @@ def _by_bin(rings: Rings) -> list[float | None]:
 
 
 def _all_turns(turns: list[xr.Dataset]) -> xr.DataTree:
+    import xarray as xr
+
     joined = turns[0] if len(turns) == 1 else xr.concat(turns, "turn", data_vars="all")
     return xr.DataTree.from_dict({"/polar": joined})
 

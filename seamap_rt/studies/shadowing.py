@@ -11,10 +11,9 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from ..errors import InputError, telling_what_is_left
 from ..io.csv_text import csv_text
@@ -27,9 +26,11 @@ from ..scene import Scene, SceneLike, as_scene
 from ..sea import Sea
 from ..session.pace import Pace
 from ..settings import TracingSettings
-from .visible_dataset import OUTSIDE, MastView, Window, shadowing_dataset
-from .visible_light import Light, common_meshing, lights, realised, with_keys
-from .visible_tally import Looks, tally
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from .visible_dataset import Window
 
 LEAST_RUNGS_A_BIN = 4
 PRODUCTS = ("scene.toml", "shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png", "shadowing.html")
@@ -52,6 +53,10 @@ def shadowing(
     are for the lowest antenna: what it sees, all see. Over the dims `azimuth` and, with `look_` before their names,
     `look`; `share(seed, …)` holds the realisations themselves.
     """
+    from .visible_dataset import MastView, shadowing_dataset  # takes a second
+    from .visible_light import Light, common_meshing, lights, realised, with_keys
+    from .visible_tally import tally
+
     _refuse(heights_m, seeds, bin_m)
     scene = as_scene(scene)
     say = progress or (lambda _: None)
@@ -94,6 +99,8 @@ def shadowing_by_cutoff(
     spacing. `cutoff_wavelength(resolution)` [m], twice the spacing, is the shortest wave. Different resolutions have
     independent draws. Raises InputError for no resolution.
     """
+    from .visible_light import with_keys
+
     if not len(resolutions_m):
         raise InputError("resolutions: is empty; give spacings of the sea's grid in metres, such as 0.8")
     each: list[xr.Dataset] = []
@@ -107,6 +114,8 @@ def shadowing_by_cutoff(
 
 def joined(each: Sequence[xr.Dataset]) -> xr.Dataset:
     """Studies of one scene as one, along their `resolution`."""
+    import xarray as xr
+
     how: Any = {"join": "exact", "combine_attrs": "override", "data_vars": "all", "coords": "minimal"}
     return xr.concat(each, "resolution", compat="override", **how)
 
@@ -132,6 +141,9 @@ def _are_metres(heights_m: Sequence[float]) -> bool:
 
 
 def _window_of(scene: Scene, meshing: TracingSettings, sea: Sea, bin_m: float) -> Window:
+    from .visible_dataset import Window  # takes a second
+    from .visible_tally import Looks
+
     mast = masts(scene, sea).true
     grid = polar_grid(mast.radar, meshing, 0, mast)
     rung, (near, far) = float(grid.ground_range[1] - grid.ground_range[0]), scene.radar.range_m
@@ -142,7 +154,7 @@ def _window_of(scene: Scene, meshing: TracingSettings, sea: Sea, bin_m: float) -
         )
     edges = np.arange(np.ceil(near / bin_m - 1e-9), np.floor(far / bin_m + 1e-9) + 1.0) * bin_m
     if edges.size < 3:
-        raise InputError(f"bin = {bin_m:g}: radar.range_m = [{near:g}, {far:g}] must hold two of them; shorten it")
+        raise InputError(f"bin = {bin_m:g}: radar.range_m = [{near:g},{far:g}] must hold two of them; shorten it")
     waves = main_waves(scene)
     looks = Looks.of(grid, scene.radar, waves.from_deg if waves else 0.0)
     return Window(grid, looks, edges, meshing.columns_per_beam or 0)
@@ -163,6 +175,7 @@ def write_shadowing(
     the page that holds them, each whole or not at all.
     Raises InputError for bad input, and where the folder holds another study and `overwrite` is not given.
     """
+    _refuse(heights_m, seeds, bin_m)
     from ..report import style  # it and the next two load matplotlib, which a trade's workers do without
     from .shadowing_figures import draw_seen, draw_shadowing
     from .shadowing_page import shadowing_page
@@ -191,6 +204,8 @@ def write_shadowing(
 
 def headlines(data: xr.Dataset) -> list[str]:
     """A line per height: the range beyond which half is shadowed, along the waves, at 45°, across, all looks."""
+    from .visible_dataset import OUTSIDE  # takes a second
+
     lines = []
     for height in data["height"].values:
         mast = data.sel(height=height)

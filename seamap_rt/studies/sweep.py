@@ -15,9 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from .. import __version__
 from ..errors import InputError, must_be
@@ -30,6 +28,9 @@ from .point import MANIFEST, POINTS, Outcome, Task, ended, keep, kept_of
 from .trade_table import rows, trade_table
 from .usable import Criterion
 from .vary import Point, Vary, grid, scenes_of, seeds_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _POINT_FILES = "[0-9][0-9][0-9][0-9][0-9]_*.json"  # what a user keeps there has other names
 PRODUCTS = ("trade.html", MANIFEST, "trade.csv", "trade.nc", "trade.png")

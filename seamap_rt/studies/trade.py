@@ -15,8 +15,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import xarray as xr
-
 from ..compute.scratch import scratch_folder
 from ..errors import InputError, is_interruption
 from ..scene import SceneLike, as_scene
@@ -30,6 +28,7 @@ from .usable import Criterion
 from .vary import chosen_key, refuse_limit
 
 if TYPE_CHECKING:
+    import xarray as xr
     from distributed import Client
 
 Progress = Callable[[str], None]
@@ -112,7 +111,9 @@ def write_trade(
     scene = as_scene(scene)
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-trade"
     sweep = Sweep.of(scene, vary, seeds, folder.resolve())
-    notes, goal = _network_notes(scheduler), Goal(until, budget_s, at_most)
+    goal = Goal(until, budget_s, at_most)
+    _ = sweep.scenes  # refused before the libraries of a cluster are loaded
+    notes = _network_notes(scheduler)
     say = progress or (lambda _: None)
     for note in notes:
         say(note)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from .. import __version__
 from ..io.csv_text import csv_text
@@ -14,6 +13,9 @@ from ..measured import LEVEL
 from .point import Outcome
 from .usable import Criterion
 from .vary import Vary, labels
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 COST = ("cost_s", "peak_memory_bytes")  # what depends on the machine; all else has the same bits on every run
 
@@ -68,6 +70,8 @@ def trade_table(
     """All points over the varied keys, `seed` and, by bin, `range`; points that are not there have status `missing`.
 
     outcomes: by the point's index in the grid."""
+    import xarray as xr
+
     ranges = sorted({centre for each in outcomes.values() for centre in each.get("by_range", {}).get("range_m", [])})
     index = {centre: number for number, centre in enumerate(ranges)}
     dims, shape = (*vary, "seed"), (*(len(values) for values in vary.values()), len(seeds))

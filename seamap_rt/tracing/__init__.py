@@ -26,15 +26,17 @@ How fine the mesh is: `seamap_rt.mesh.sizing`. Evidence: validation/README.md, "
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..conventions import SPEED_OF_LIGHT
-from ..mesh import SurfaceMesh
 from ..settings import RadarSettings, ScatteringSettings
 from .illumination import Illumination
 from .unresolved_waves import UnresolvedWaves
 
-Tracer = Callable[[SurfaceMesh], Illumination]
+if TYPE_CHECKING:
+    from ..mesh import SurfaceMesh
+
+Tracer = Callable[["SurfaceMesh"], Illumination]
 RayScenes = dict[Any, Any]  # the scenes of `facets`, kept from mesh to mesh
 
 

@@ -130,7 +130,7 @@ def test_from_a_scene_to_maps_section_comparison_and_files(watched: Watched, ser
 def test_what_is_wrong_stands_at_its_field_as_on_the_command_line(watched: Watched) -> None:
     page = watched.page
     page.get_by_label(_MAST).fill("500")
-    line = "radar.range_m = [15, 400]: its far end must be greater than radar.height_m = 500"
+    line = "radar.range_m = [15,400]: its far end must be greater than radar.height_m = 500"
     expect(page.get_by_text(line, exact=False)).to_be_visible()
     page.get_by_role("button", name="Run", exact=True).click()
     expect(page.get_by_text("This design does not stand yet")).to_be_visible()

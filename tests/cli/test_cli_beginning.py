@@ -54,8 +54,8 @@ def test_keys_in_a_pipe_is_a_line_a_key_as_in_the_manual(call: Any) -> None:
 
 
 def test_keys_of_what_is_no_section_names_the_nearest(call: Any) -> None:
-    assert_refused(call("keys", "rader"), "SECTION = 'rader'", "did you mean radar?")
-    assert_refused(call("keys", "antenna"), "did you mean radar.antenna?")
+    assert_refused(call("keys", "rader"), 'KEY = "rader"', "did you mean radar?")
+    assert_refused(call("keys", "anntena"), "did you mean radar.antenna")
 
 
 def test_keys_on_a_terminal_is_a_table_as_wide_as_it(call: Any, monkeypatch: pytest.MonkeyPatch) -> None:

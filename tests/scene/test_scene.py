@@ -159,7 +159,7 @@ def test_a_scene_derives_its_plain_quantities() -> None:
 
 def test_a_scene_is_frozen_and_hashable() -> None:
     scene = load_scene("tiny")
-    with pytest.raises(ValidationError):
+    with pytest.raises(InputError, match="seed: settings are not changed in place"):
         scene.seed = 2  # type: ignore[misc]
     assert hash(scene) == hash(load_scene("tiny"))
 
@@ -182,7 +182,7 @@ def test_overrides_are_part_of_the_resolved_scene(tmp_path: Path) -> None:
         (
             {"radar.range_m": [1.0, 5.0]},
             [
-                "radar.range_m = [1, 5]",
+                "radar.range_m = [1,5]",
                 "greater than radar.height_m = 5",
                 "nothing is seen",
                 "lower radar.height_m",
@@ -263,11 +263,11 @@ def test_overrides_are_part_of_the_resolved_scene(tmp_path: Path) -> None:
         ),
         (
             {"scattering.nrcs": "git"},
-            ["radar.range_m = [15, 400]: ", "near end must be at least 28.8 ", "under 10°", "another scattering.nrcs"],
+            ["radar.range_m = [15,400]: ", "near end must be at least 28.8 ", "under 10°", "another scattering.nrcs"],
         ),
         (
             {"scattering.calibrated_to": "git", "radar.range_m": [30.0, 400.0], "radar.height_m": 0.6},
-            ["radar.range_m = [30, 400]: ", "far end must be at most 343.7", "under 0.1°"],
+            ["radar.range_m = [30,400]: ", "far end must be at most 343.7", "under 0.1°"],
         ),
         (
             {"scattering.permittivity": "meissner_wentz04", "scattering.temperature_c": 32.0},
@@ -318,7 +318,7 @@ def test_a_refusal_names_key_value_limit_and_remedy(overrides: dict[str, Any], f
 def test_the_remedy_that_a_refusal_names_works(refused: dict[str, Any], remedy: dict[str, Any]) -> None:
     line = refusal(refused)
     last = next(iter(remedy.values()))
-    assert f" {last[1] if isinstance(last, list) else last:g}" in line
+    assert re.search(rf"[ ,]{last[1] if isinstance(last, list) else last:g}", line)
     load_scene("choppy_sea", {**refused, **remedy})
 
 

@@ -12,7 +12,7 @@ import pytest
 from seamap_rt.errors import InputError
 from seamap_rt.io.scenefile import list_shipped, read_toml
 from seamap_rt.scene import load_scene
-from seamap_rt.scene.keys import key_sections, sections_at
+from seamap_rt.scene.keys import key_sections, keys_about
 from seamap_rt.scene.starting import write_scene
 
 
@@ -87,11 +87,11 @@ def test_what_cannot_be_begun_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_section_is_found_by_its_path_with_those_within_it() -> None:
-    assert [each.path for each in sections_at("radar.antenna")] == ["radar.antenna"]
-    assert "radar.receiver" in [each.path for each in sections_at("[radar]")]
-    for wrong, words in (("rader", "radar"), ("antenna", "radar.antenna"), ("prf_hz", "key, not a section")):
-        with pytest.raises(InputError, match=words):
-            sections_at(wrong)
+    assert [each.path for each in keys_about("radar.antenna")] == ["radar.antenna"]
+    assert "radar.receiver" in [each.path for each in keys_about("[radar]")]
+    for wrong, words in (("rader", "radar"), ("anntena", "radar.antenna"), ("pfr_hz", "radar.prf_hz")):
+        with pytest.raises(InputError, match=f"did you mean {words}"):
+            keys_about(wrong)
 
 
 def test_a_number_keeps_its_bits(tmp_path: Path) -> None:

@@ -322,7 +322,7 @@ def test_an_error_is_a_row_and_resume_mends_it(
     whole: tuple[Path, xr.Dataset], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as faulty:
-        faulty.setattr("seamap_rt.studies.kept.Simulator", Faulty)
+        faulty.setattr("seamap_rt.simulation.Simulator", Faulty)
         table = write_trade(small(), tmp_path, VARY, 2, workers=0).table
     assert table["status"].values.tolist() == [["done", "refused"], ["failed", "failed"]]
     assert table["reason"].values[1, 0].startswith("out of memory (no room)")
@@ -346,7 +346,7 @@ def test_interrupted_and_resumed_in_one_process(
             super().__init__(scene, *taken_over)
 
     with monkeypatch.context() as stopped:
-        stopped.setattr("seamap_rt.studies.kept.Simulator", Stopped)
+        stopped.setattr("seamap_rt.simulation.Simulator", Stopped)
         with pytest.raises(KeyboardInterrupt, match="2 of 4 points are done and stay; --resume goes on"):
             write_trade(small(), tmp_path, VARY, 2, workers=0)
     with xr.open_dataset(tmp_path / "trade.nc") as part:
@@ -373,7 +373,7 @@ def test_a_full_disk_loses_nothing_that_was_done(
 
 
 def test_nothing_is_computed_twice(whole: tuple[Path, xr.Dataset], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("seamap_rt.studies.kept.Simulator", None)
+    monkeypatch.setattr("seamap_rt.simulation.Simulator", None)
     folder, table = whole
     assert write_trade(small(), folder, VARY, 2, resume=True).table.identical(table)
 
@@ -403,7 +403,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[tuple[float, int]]:
             begun.append((scene.radar.height_m, scene.seed))
             super().__init__(scene, *taken_over)
 
-    monkeypatch.setattr("seamap_rt.studies.kept.Simulator", Counted)
+    monkeypatch.setattr("seamap_rt.simulation.Simulator", Counted)
     return begun
 
 

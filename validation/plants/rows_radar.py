@@ -52,8 +52,8 @@ PLANTS = (
     Plant(
         "link's range response",
         _RADAR + "link.py",
-        "response(offset) ** 2, 0.0), offset",
-        "response(offset) ** 1, 0.0), offset",
+        "response(offset) ** 2, 0.0)",
+        "response(offset) ** 1, 0.0)",
         "tests/physics/test_shadowing.py::test_power_of_a_flat_sea_is_the_judges_integral",
     ),
     Plant(

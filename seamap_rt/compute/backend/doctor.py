@@ -13,25 +13,27 @@ from .kinds import PACKAGES, REMEDY_ATOMIC, package_version
 
 
 class Check(NamedTuple):
-    """A line of `doctor`: what was looked at, what was found (or what mends it), and whether it will do."""
+    """A line of `doctor`: what was looked at, what was found (or what mends it), and whether it will do; None where
+    that is no question."""
 
     item: str
     value: str
-    ok: bool
+    ok: bool | None
 
 
 def checks() -> list[Check]:
     """What a run would use here, and what mends what is missing. Never raises."""
     rows = [*_check_backend(), _check_libatomic(), Check("python", platform.python_version(), True)]
     rows += [_check_package(name) for name in PACKAGES]
-    return [*rows, _check_cache(), Check("cores", str(len(cores())), True)]
+    return [*rows, _check_cache(), Check("cores", str(len(cores())), None)]
 
 
 def doctor_lines() -> list[str]:
     """`checks` as plain lines of text."""
     rows = checks()
     width = max(len(each.item) for each in rows)
-    return [f"{'ok' if check.ok else 'MISSING':<7}  {check.item:<{width}}  {check.value}" for check in rows]
+    words = {True: "ok", False: "MISSING", None: "info"}
+    return [f"{words[check.ok]:<7}  {check.item:<{width}}  {check.value}" for check in rows]
 
 
 def _check_backend() -> list[Check]:
@@ -43,8 +45,8 @@ def _check_backend() -> list[Check]:
     return [
         Check("backend", f"{backend.kind} ({backend.variant})", True),
         Check("library", f"{version}, {backend.library}", True),
-        Check("found by", backend.source, True),
-        *(Check("passed over", note, True) for note in backend.notes),
+        Check("found by", backend.source, None),
+        *(Check("passed over", note, None) for note in backend.notes),
     ]
 
 

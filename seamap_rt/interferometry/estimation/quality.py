@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from ...conventions import db
@@ -13,6 +14,9 @@ from ...settings import RetrievalSettings
 from ..covariance.dwells import Dwells
 from ..covariance.windows import Covariance
 from ..input.description import RadarDescription
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _SIDELOBES_DB = 40.0  # below a gate's strongest echo: what lies deeper may come in by the antenna's two-way sidelobes
 _MORE = 1.05  # than a skirt, whose beam is not quite Gaussian

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from ...conventions import unit_from_azimuth
@@ -14,6 +14,9 @@ from ...radar.pose import antenna_axes, scan_of_bearing
 from ..covariance.dwells import Dwells, allot, unwrapped_sweep
 from ..input.description import RadarDescription
 from .inversion import Antenna, Fan, Points, azimuth_at_sea
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _UPRIGHT = 0.1  # of the turn between two pulses: a fan that leans by less changes no dwell to speak of
 _STILL = 0.01  # m; antennas that stray less from above the origin are at rest

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from ...conventions import SPEED_OF_LIGHT
 from ...errors import SchemaError
+from ...io.toml_text import shown
 from ...radar.waveform import RangeResponse
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -122,7 +126,7 @@ def compared_receivers(echoes: xr.Dataset, radar: RadarDescription, receivers: t
         )
     if len(radar.receiver_antennas) < count or max(radar.receiver_antennas) >= echoes.sizes["antenna"]:
         raise SchemaError(
-            f"echoes: receiver_antennas = {list(radar.receiver_antennas)}: must name one of the "
+            f"echoes: receiver_antennas = {shown(radar.receiver_antennas)}: must name one of the "
             f"{echoes.sizes['antenna']} antennas for each of the {count} receivers"
         )
     lower, upper = (radar.receiver_antennas[receiver] for receiver in receivers)

@@ -17,7 +17,7 @@ def check_height(radar: RadarSettings) -> None:
     (near, far), height = radar.range_m, radar.height_m
     if far <= height:
         raise ValueError(
-            f"radar.range_m = [{near:.10g}, {far:.10g}]: its far end must be greater than radar.height_m "
+            f"radar.range_m = [{near:.10g},{far:.10g}]: its far end must be greater than radar.height_m "
             f"= {height:.10g} (the sea lies farther below the antenna, so nothing is seen); raise the "
             "far end or lower radar.height_m"
         )
@@ -135,7 +135,7 @@ def check_window(radar: RadarSettings, retrieval: RetrievalSettings) -> None:
     length = max(cell, 2.0 * gate_spacing_m(radar))
     if far - near < length:
         raise ValueError(
-            f"radar.range_m = [{near:.10g}, {far:.10g}]: must be at least {length:.4g} long (a cell of "
+            f"radar.range_m = [{near:.10g},{far:.10g}]: must be at least {length:.4g} long (a cell of "
             "retrieval.cell_range_m, or three gates); raise its far end"
         )
 

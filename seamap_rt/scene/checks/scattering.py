@@ -59,19 +59,19 @@ def _check_grazing(radar: RadarSettings, key: str, name: str, remedy: str) -> No
     least, most = (math.sin(math.radians(angle)) for angle in model.grazing_deg)
     if far > height / least:
         raise ValueError(
-            f"radar.range_m = [{near:.10g}, {far:.10g}]: its far end must be at most {rounded_down(height / least)} "
+            f"radar.range_m = [{near:.10g},{far:.10g}]: its far end must be at most {rounded_down(height / least)} "
             f"(there the sea is seen under {model.grazing_deg[0]:g}°, the least for which {key} = '{name}' holds: "
             f"{model.paper}); lower it, {remedy}"
         )
     if near < height / most and most < STEEPEST:
         if far <= height / most:
             raise ValueError(
-                f"radar.range_m = [{near:.10g}, {far:.10g}]: lies wholly nearer than {rounded_up(height / most)} "
+                f"radar.range_m = [{near:.10g},{far:.10g}]: lies wholly nearer than {rounded_up(height / most)} "
                 f"(there the sea is seen under {model.grazing_deg[1]:g}°, the most for which {key} = '{name}' holds: "
                 f"{model.paper}); move it out, lower radar.height_m, {remedy}"
             )
         raise ValueError(
-            f"radar.range_m = [{near:.10g}, {far:.10g}]: its near end must be at least {rounded_up(height / most)} "
+            f"radar.range_m = [{near:.10g},{far:.10g}]: its near end must be at least {rounded_up(height / most)} "
             f"(there the sea is seen under {model.grazing_deg[1]:g}°, the most for which {key} = '{name}' holds: "
             f"{model.paper}); raise it, {remedy}"
         )

@@ -1,0 +1,26 @@
+"""Names of a package that are loaded when first asked for: who needs one of its modules does without the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
+
+
+def lazily(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
+    """The `__getattr__` of a package.
+
+    homes: names by the module that holds them, relative to the package, as {"surface": "Sea Patch"}. A home that ends
+    in a dot is a package, of which the names are modules: "." is this one.
+    """
+    home_of = {name: home for home, names in homes.items() for name in names.split()}
+
+    def get(name: str) -> Any:
+        if name not in home_of:
+            raise AttributeError(f"module '{package}' has no attribute '{name}'")
+        home = home_of[name] if home_of[name].startswith(".") else f".{home_of[name]}"
+        if home.endswith("."):
+            return import_module(f"{home}{name}", package)
+        return getattr(import_module(home, package), name)
+
+    return get
