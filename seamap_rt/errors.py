@@ -69,6 +69,26 @@ class NoBackend(RuntimeError):
     """Nothing here can run Dr.Jit. The message is one line and names the command that mends it."""
 
 
+class ResourceError(RuntimeError):
+    """The machine (memory, threads, disk) does not suffice. The message is one line: what is needed, and what to do."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(one_line(message))
+
+
+_SHORTAGES = ("can't start new thread", "failed to map segment", "Cannot allocate memory", "Allocation failed")
+
+
+def is_shortage(error: BaseException) -> bool:
+    """Whether an exception is a lack of memory or threads, or what a library or a reader has made of it."""
+    cause: BaseException | None = error
+    while cause is not None:
+        if isinstance(cause, MemoryError) or any(words in str(cause) for words in _SHORTAGES):
+            return True
+        cause = cause.__cause__ or cause.__context__
+    return False
+
+
 def is_interruption(error: BaseException) -> bool:
     """Whether an exception is Ctrl-C, or what compiled code has made of it: Python calls that a SystemError."""
     cause: BaseException | None = error

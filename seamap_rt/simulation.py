@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from .compute.machine import A_RUN, check_memory
 from .conventions import unit_from_azimuth
 from .dataset import build
 from .echoes import expected_look_gates
@@ -33,6 +34,7 @@ from .radar.scan import Pulses, pulses
 from .resolved_scene import resolve, sea_key
 from .scattering.sea_spikes import sea_spikes
 from .scene import Scene, SceneLike, as_scene
+from .scene.memory import run_bytes
 from .sea import Sea
 from .tracing import Illumination, RayScenes, UnresolvedWaves, tracer
 from .tracing.circle import circle_grid
@@ -97,6 +99,7 @@ class Simulator:
                 "radar.antenna.pattern = 'isotropic': an isotropic antenna hears the whole circle at every pulse; "
                 "it serves from_scatterers only. Choose slotted_waveguide, gaussian or file to simulate a sea"
             )
+        check_memory(f"a run of {scene.name}", A_RUN._replace(memory=run_bytes(scene)))
         self._sea_key = sea_key(scene)
         resolved = resolve(scene, sea)
         self.scene, self.radar, self.sea = scene, resolved.radar, resolved.sea

@@ -245,8 +245,8 @@ class Queue:
         if code is None or code < 0:
             name = signal.Signals(-code).name if code is not None else "the system"
             what = f"killed by {name}"
-            if code == -signal.SIGKILL and job.reason == "":
-                what += " (the system does that where memory runs out)"
+            if code in (-signal.SIGKILL, -signal.SIGABRT) and job.reason == "":
+                what += " (that happens where memory runs out)"
             return "failed", f"{what}; {self._saved(job)}"
         return "failed", last or f"ended with exit code {code}"
 

@@ -18,13 +18,10 @@ from ..physics.shadowing import shadowing_smith67, shadowing_wagner67
 from ..products.link import mean_sea, window_of
 from ..radar import link
 from ..radar.antenna import antenna
-from ..radar.array import antenna_array
-from ..radar.checks import pulses_of_a_turn
-from ..radar.grid import BYTES_PER_VOLTAGE
 from ..radar.precision import height_per_radian, noise_height_error
 from ..radar.waveform import RangeResponse
 from ..scene import Scene
-from ..scene.checks.meshing import BYTES_PER_TRIANGLE
+from ..scene.memory import run_bytes
 from ..sea import directional_density, spectral_system, wave_facts
 from ..sea.realisation import resolution
 from ..sea.resolved_waves import ResolvedWaves
@@ -38,7 +35,6 @@ _MOST_KEPT = 64
 _LOCK = threading.Lock()
 _LAST: dict[str, Prospects] = {}
 _SECONDS_A_FACET, _SECONDS_A_RUN = 1.4e-6, 12.0  # of one core's warm turn, and of loading, comparing and drawing
-_BYTES_A_RUN, _BYTES_A_POINT = 5e8, 100.0  # of the program itself; of a point of the sea's grid
 
 
 @dataclass(frozen=True)
@@ -204,15 +200,6 @@ def _of_radar(scene: Scene, slant: Array, snr: Array, noise: Array) -> Figures:
             per = 2.0 * np.pi * height_per_radian(radar, at)
             yield f"ambiguity_{at:.0f}", f"Height of a phase cycle at {at:.0f} m", per, "m", 2, 0
     yield "resolution", "Range resolution", RangeResponse.of(radar).resolution_m, "m", 2, -1
-
-
-def run_bytes(scene: Scene) -> float:
-    """Memory of a run, about."""
-    radar = scene.radar
-    gates = (radar.range_m[1] - radar.range_m[0]) / radar.range_sampling_m + 1.0
-    echoes = BYTES_PER_VOLTAGE * len(antenna_array(radar).receivers) * pulses_of_a_turn(radar) * gates
-    grid = (scene.sea.extent_m / resolution(scene.sea)) ** 2 if scene.sea.waves else 0.0
-    return _BYTES_A_RUN + BYTES_PER_TRIANGLE * scene.detail.facets + echoes + _BYTES_A_POINT * grid
 
 
 def run_seconds(scene: Scene) -> float:

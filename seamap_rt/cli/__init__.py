@@ -1,4 +1,7 @@
-"""The command line: a thin shell over the package. Bad input is one line and exit 2; no usable backend, exit 3."""
+"""The command line: a thin shell over the package.
+
+Bad input is one line and exit 2; no usable backend, exit 3; too little memory, threads or disk, exit 4.
+"""
 
 from __future__ import annotations
 

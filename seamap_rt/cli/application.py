@@ -6,10 +6,12 @@ import difflib
 import errno
 import io
 import sys
+import warnings
 
 from cyclopts import CycloptsError, UnknownCommandError
 
-from ..errors import InputError, NoBackend, SchemaError, one_line
+from ..compute.machine import A_TABLE
+from ..errors import InputError, NoBackend, ResourceError, SchemaError, is_shortage, one_line
 from ..io.toml_text import shown
 from . import (  # noqa: F401  their commands join the application
     beginning,
@@ -23,11 +25,11 @@ from . import (  # noqa: F401  their commands join the application
 from .shell import app, command, console
 from .stops import INTERRUPTED, Stops
 
-BAD_INPUT, NO_BACKEND = 2, 3
+BAD_INPUT, NO_BACKEND, NO_RESOURCE = 2, 3, 4
 _LEFT = "what is complete, if anything, stays readable"
 
 
-@command("doctor", "run tiny --tracer horizon", name="doctor")
+@command("doctor", "run tiny --tracer horizon", name="doctor", need=A_TABLE)
 def doctor_command() -> int:
     """Tell which backend is used, what it has, and what mends what is missing; "info" is no fault."""
     from ..compute.backend import doctor_checks, doctor_lines
@@ -44,6 +46,8 @@ def _print_anywhere() -> None:
             stream.reconfigure(errors="replace")
 
 
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+_SHORT = "raise the limits (ulimit -v, -d, -u), end other programs, or lower what is asked for"
 _ADVICE = {
     errno.ENOSPC: "free the space or choose another --out",
     errno.EDQUOT: "free the space or choose another --out",
@@ -60,6 +64,21 @@ def answer(arguments: list[str] | None, stops: Stops) -> int:
         code = app(arguments, exit_on_error=False, print_error=False)
     except KeyboardInterrupt as interruption:
         return _refuse(f"interrupted: {str(interruption) or _LEFT}", INTERRUPTED)
+    except ResourceError as error:
+        return _refuse(str(error), NO_RESOURCE)
+    except Exception as error:
+        if stops.asked or not is_shortage(error):
+            return _answer_to(error, stops)
+        warnings.simplefilter("ignore")  # of what was begun and is never waited for
+        return _refuse(f"memory or threads ran out; {_SHORT}; {_LEFT}", NO_RESOURCE)
+    sys.stdout.flush()
+    return code if isinstance(code, int) else 0
+
+
+def _answer_to(error: Exception, stops: Stops) -> int:
+    """The exit code of what is no lack of memory, told."""
+    try:
+        raise error
     except InputError as error:
         return _refuse(error.problems, BAD_INPUT)
     except SchemaError as error:
@@ -73,13 +92,11 @@ def answer(arguments: list[str] | None, stops: Stops) -> int:
     except OSError as error:
         if stops.asked:
             return _refuse(f"interrupted: {_LEFT}", INTERRUPTED)
-        return _refuse(_disk_words(error), BAD_INPUT)
+        return _refuse(_disk_words(error), NO_RESOURCE if error.errno in _FULL else BAD_INPUT)
     except Exception:
         if not stops.asked:
             raise
         return _refuse(f"interrupted: {_LEFT}", INTERRUPTED)  # a library made something else of it
-    sys.stdout.flush()
-    return code if isinstance(code, int) else 0
 
 
 def _commands_in_words(tokens: list[str]) -> str:

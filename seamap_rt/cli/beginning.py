@@ -9,6 +9,7 @@ from typing import Literal
 from rich.table import Table
 from rich.text import Text
 
+from ..compute.machine import A_TABLE
 from ..errors import InputError
 from .shell import app, command, console
 
@@ -16,7 +17,7 @@ Shell = Literal["bash", "zsh", "fish"]
 _WIDEST = 36  # characters of a column in a pipe; what is longer moves its line's rest
 
 
-@command("new mine.toml", "new night.toml --like solid_state_chirp")
+@command("new mine.toml", "new night.toml --like solid_state_chirp", need=A_TABLE)
 def new(file: Path = Path("my_scene.toml"), /, *, like: str = "choppy_sea", overwrite: bool = False) -> int:
     """Write a scene file to begin with, its keys explained. It runs as it stands.
 
@@ -37,7 +38,7 @@ def new(file: Path = Path("my_scene.toml"), /, *, like: str = "choppy_sea", over
     return 0
 
 
-@command("keys radar.height_m", "keys height")
+@command("keys radar.height_m", "keys height", need=A_TABLE)
 def keys(what: str = "", /) -> int:
     """Tell of the keys of a scene file: unit, default, limits and meaning. In a pipe, a line each.
 
@@ -90,7 +91,7 @@ def _print_table(section) -> None:
     console.print(table, soft_wrap=False)
 
 
-@command("scenes", "new mine.toml --like pier")
+@command("scenes", "new mine.toml --like pier", need=A_TABLE)
 def scenes() -> int:
     """List the shipped scenes, a line each."""
     from ..io.scenefile import list_shipped, read_toml
@@ -100,7 +101,7 @@ def scenes() -> int:
     return 0
 
 
-@command("--install-completion", "--install-completion --shell zsh", name="--install-completion")
+@command("--install-completion", "--install-completion --shell zsh", name="--install-completion", need=A_TABLE)
 def install_completion(*, shell: Shell | None = None) -> int:
     """Let bash, zsh or fish complete commands and options by Tab.
 

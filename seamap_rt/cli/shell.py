@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import wraps
 from typing import Annotated, Any
 
 from cyclopts import App, Parameter, Token
 from rich.console import Console
 
 from .. import __version__
+from ..compute.machine import A_RUN, Need, check_memory
 from ..errors import InputError
 from ..io.progress_file import progress_file
 
@@ -39,10 +41,23 @@ Whole = Annotated[int, _number(int, "a whole number, 0 or more")]
 Number = Annotated[float, _number(float, "a number")]
 
 
-def command(*examples: str, name: str | None = None) -> Callable[[Callable[..., int]], Callable[..., int]]:
-    """Join a function to the application; its --help ends with the examples."""
+def command(
+    *examples: str, name: str | None = None, need: Need = A_RUN
+) -> Callable[[Callable[..., int]], Callable[..., int]]:
+    """Join a function to the application; its --help ends with the examples. need: the least that it takes, without
+    which nothing of it is loaded: libraries wait for ever for memory, or end the process."""
     ending = "\n".join(["Examples:", *(f"  seamap-rt {each}" for each in examples)])
-    return lambda function: app.command(function, name=name, help_epilogue=ending)
+
+    def join(function: Callable[..., int]) -> Callable[..., int]:
+        @wraps(function)
+        def checked(*words: Any, **options: Any) -> int:
+            check_memory(f"seamap-rt {examples[0].split()[0]}", need)
+            return function(*words, **options)
+
+        app.command(checked, name=name, help_epilogue=ending)
+        return function
+
+    return join
 
 
 Settings = Annotated[list[str], Parameter(name="--set", negative=(), consume_multiple=False)]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
 
+from ..compute.machine import A_MODEL
 from ..errors import InputError
 from .shell import Count, Number, Settings, Whole, command, console, progress, scene_of
 
@@ -259,7 +260,7 @@ def _nonlinear_sea(scene: Scene, out: Path, **options: Any) -> int:
     return 0
 
 
-@command("link choppy_sea", "link mine.toml --ranges 50,100,200 --out link")
+@command("link choppy_sea", "link mine.toml --ranges 50,100,200 --out link", need=A_MODEL)
 def link(
     scene: str,
     *,

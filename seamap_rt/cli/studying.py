@@ -7,6 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from ..compute.machine import A_MODEL
 from ..errors import InputError
 from ..io.text import number_in
 from .shell import Count, Number, Settings, Whole, command, console, progress, scene_of
@@ -72,7 +73,7 @@ def _metres(text: str) -> list[float]:
         raise InputError(f"--heights {text}: must be metres with commas between, as in --heights 3,5,10") from None
 
 
-@command("outlook choppy_sea", "outlook mine.toml --vary radar.height_m=3:20:1")
+@command("outlook choppy_sea", "outlook mine.toml --vary radar.height_m=3:20:1", need=A_MODEL)
 def outlook(
     scene: str, *, vary: Varied | None = None, at_most: Number | None = None, set_: Settings | None = None
 ) -> int:

@@ -14,10 +14,12 @@ from concurrent.futures import wait as wait_for
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 from weakref import WeakSet
 
 from threadpoolctl import ThreadpoolController
+
+from ..errors import ResourceError
 
 _MOST_THREADS = 16  # more gain nothing on blocks as short as ours
 _BLOCK, _MOST_BLOCKS = 32, 64  # rows, at least; of many rows so many blocks
@@ -124,12 +126,87 @@ def _blas(_: int) -> ThreadpoolController:
     return ThreadpoolController()
 
 
+class Limit(NamedTuple):
+    """Of memory: bytes that are left of it, bytes that this process holds of it, its name and what mends it."""
+
+    left: float
+    held: float
+    name: str
+    remedy: str
+
+
+class Need(NamedTuple):
+    """Of a whole process, bytes: memory, and addresses beyond these, which libraries and threads reserve."""
+
+    memory: float
+    reserved: float
+
+
+A_TABLE = Need(1.5e8, 4e8)  # keys, scenes
+A_MODEL = Need(3.5e8, 5.5e8)  # an outlook, a link budget
+A_RUN = Need(6e8, 1.1e9)  # anything that compiles loops; on two cores
+
+
+def memory_limits() -> Iterator[Limit]:
+    """All that bound this process's memory (Linux; elsewhere what `resource` knows of them)."""
+    resident = _kilobytes("/proc/self/status", "VmRSS:")
+    if (free := _kilobytes("/proc/meminfo", "MemAvailable:")) is not None:
+        yield Limit(free, resident or 0.0, "free memory", "end other programs, or take a larger machine")
+    for most, used in _cgroups():
+        yield Limit(most - used, resident or 0.0, "the container's memory", "give the container more")
+    for kind, field, name in (
+        (resource.RLIMIT_DATA, "VmData:", "ulimit -d"),
+        (resource.RLIMIT_AS, "VmSize:", "ulimit -v"),
+    ):
+        most = resource.getrlimit(kind)[0]
+        if most != resource.RLIM_INFINITY:
+            held = _kilobytes("/proc/self/status", field) or 0.0
+            yield Limit(most - held, held, name, f"raise it, as by {name} unlimited")
+
+
 def free_memory() -> float:
-    """Bytes that the system can still give without paging (Linux; elsewhere without a limit)."""
+    """Bytes that the system, the container and the process's limits can still give without paging."""
+    return max(0.0, min((limit.left for limit in memory_limits()), default=float("inf")))
+
+
+def check_memory(what: str, need: Need) -> None:
+    """Raise ResourceError where a limit of memory leaves less than a process needs in all; what: it does."""
+    for limit in memory_limits():
+        wanted = need.memory + (need.reserved if limit.name == "ulimit -v" else 0.0)
+        if wanted > (room := limit.left + limit.held):
+            raise ResourceError(
+                f"memory: {what} takes about {wanted / 1e9:.2g} GB, and {limit.name} allows {room / 1e9:.2g} GB; "
+                f"{limit.remedy}"
+            )
+
+
+def _kilobytes(path: str, field: str) -> float | None:
+    """Bytes that a field of a file of /proc states."""
     with contextlib.suppress(OSError, StopIteration, ValueError):
-        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
-        return 1024.0 * int(next(line for line in lines if line.startswith("MemAvailable:")).split()[1])
-    return float("inf")
+        lines = Path(path).read_text(encoding="ascii").splitlines()
+        return 1024.0 * int(next(line for line in lines if line.startswith(field)).split()[1])
+    return None
+
+
+def _cgroups() -> Iterator[tuple[float, float]]:
+    """Most and used bytes of the control groups of this process that bound its memory; caches do not count."""
+    root = Path("/sys/fs/cgroup")
+    lines: list[str] = []
+    with contextlib.suppress(OSError, ValueError):
+        lines = Path("/proc/self/cgroup").read_text().splitlines()
+    for _, kinds, path in (line.split(":", 2) for line in lines if line.count(":") >= 2):
+        if kinds and "memory" not in kinds.split(","):
+            continue
+        names = ("memory.limit_in_bytes", "memory.usage_in_bytes") if kinds else ("memory.max", "memory.current")
+        base = root / "memory" if kinds else root
+        place = base / path.strip("/")
+        for folder in (place, *place.parents):
+            with contextlib.suppress(OSError, ValueError):
+                most, used = (float((folder / name).read_text()) for name in names)
+                fields = dict(line.split() for line in (folder / "memory.stat").read_text().splitlines())
+                yield most, used - float(fields.get("total_inactive_file", fields.get("inactive_file", 0)))
+            if folder == base:
+                break
 
 
 def peak_memory() -> int:

@@ -1,0 +1,78 @@
+"""Under limits of memory a command succeeds, or ends at once with one line and exit code 4."""
+
+from __future__ import annotations
+
+import resource
+from pathlib import Path
+
+import pytest
+
+from seamap_rt.cli.application import NO_RESOURCE, answer
+from seamap_rt.cli.shell import app
+from seamap_rt.cli.stops import Stops
+from seamap_rt.errors import InputError, is_shortage
+from validation.hard_cases.limits import keeps_the_law, under
+
+COMPUTING = (
+    "run",
+    "simulate",
+    "retrieve",
+    "predict",
+    "shadowing",
+    "trade",
+    "sea",
+    "outlook",
+    "link",
+    "validate",
+    "app",
+)
+
+
+@pytest.mark.parametrize(
+    ("kind", "most"), [(resource.RLIMIT_AS, 4e8), (resource.RLIMIT_AS, 1.5e9), (resource.RLIMIT_DATA, 2.1e8)]
+)
+@pytest.mark.parametrize("tracer", ["facets", "horizon"])
+def test_a_run_under_a_limit_ends_with_one_line(kind: int, most: float, tracer: str, tmp_path: Path) -> None:
+    code, lines = under(kind, int(most), ["run", "tiny", "--tracer", tracer, "--out", str(tmp_path / "run")])
+    assert code == NO_RESOURCE
+    assert keeps_the_law(code, lines), lines
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("name", COMPUTING)
+def test_each_command_that_computes_asks_for_its_memory_first(name: str, tmp_path: Path) -> None:
+    also = {"predict": ["m.nc"], "retrieve": ["e.zarr"], "app": [], "validate": []}.get(name, ["tiny"])
+    also += ["--out", str(tmp_path)] if name in ("simulate", "sea") else []
+    also += ["--vary", "radar.height_m=3,5"] if name == "trade" else []
+    code, lines = under(resource.RLIMIT_DATA, 204_800_000, [name, *also])
+    assert code == NO_RESOURCE
+    assert keeps_the_law(code, lines), lines
+
+
+def _in_a_reader(error: BaseException) -> None:
+    try:
+        raise error
+    except Exception:
+        raise InputError("echoes.zarr: is damaged") from None
+
+
+@pytest.mark.parametrize(
+    "error", [MemoryError(), RuntimeError("can't start new thread"), ImportError("x.so: failed to map segment from …")]
+)
+def test_no_file_is_blamed_for_memory(
+    error: BaseException, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Readers make damage of what they meet; it stays a lack of memory."""
+    monkeypatch.setattr("seamap_rt.cli.application.app", lambda *_, **__: _in_a_reader(error))
+    stops = Stops()
+    try:
+        assert answer([], stops) == NO_RESOURCE
+    finally:
+        stops.end(process=False)
+    assert keeps_the_law(NO_RESOURCE, capsys.readouterr().err.splitlines())
+    assert not is_shortage(ValueError("damaged"))
+
+
+def test_the_commands_that_compute_are_these() -> None:
+    light = {"new", "keys", "scenes", "doctor", "recover", "--install-completion"}
+    assert {name for name in app if name not in ("--help", "-h", "--version")} - light == set(COMPUTING)
