@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import errno
 import io
+import os
 import sys
 import warnings
 
@@ -92,7 +93,8 @@ def _answer_to(error: Exception, stops: Stops) -> int:
     except OSError as error:
         if stops.asked:
             return _refuse(f"interrupted: {_LEFT}", INTERRUPTED)
-        return _refuse(_disk_words(error), NO_RESOURCE if error.errno in _FULL else BAD_INPUT)
+        full = error.errno in _FULL or os.strerror(errno.ENOSPC) in str(error)  # HDF5 tells it in words alone
+        return _refuse(_disk_words(error), NO_RESOURCE if full else BAD_INPUT)
     except Exception:
         if not stops.asked:
             raise

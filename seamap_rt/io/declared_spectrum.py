@@ -154,6 +154,8 @@ def spectrum_as_declared(
         attributes.setdefault(each, density.attrs.get(each, ""))
     degrees = from_degrees(direction.to_numpy().astype(np.float64), attributes, f"{called}: direction", sense)
     declared = plain_attribute(density.attrs.get("units", unit))
+    if "significant_height" in str(plain_attribute(density.attrs.get("standard_name", ""))):
+        declared = unit  # wavespectra 4.9 leaves the words of a height on spectra that it constructs
     factor, action = 1.0, "action" in words_of(density.attrs).lower()
     if declared is not None and str(declared).strip():
         found = density_unit(str(declared), f"{called}: density", omega, action)

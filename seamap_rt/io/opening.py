@@ -368,7 +368,8 @@ def check_store(path: PathLike, wanted: str = "a Zarr store", *, named: str | No
         for name in names:
             file = os.path.join(at, name)
             if name in _DESCRIPTIONS:
-                told = read_json(file, f"{wanted} of regular files", most=_DESCRIBED, below=root)
+                rules = {"most": _DESCRIBED, "below": root, "named": f"{called}: {os.path.relpath(file, root)}"}
+                told = read_json(file, f"{wanted} of regular files", **rules)
                 need += _least_read(told) if isinstance(told, dict) and "shape" in told else 0
                 continue
             with contextlib.suppress(FileNotFoundError):  # of a store that grows

@@ -285,4 +285,4 @@ def test_full_disk_is_one_line(call: Any, monkeypatch: Any, error: OSError) -> N
 
     monkeypatch.setattr("seamap_rt.io.echo_store.EchoStore.append", full)
     answer = call("simulate", "tiny", *settings(), "--out", "results")
-    assert_refused(answer, "results/truth.nc", "No space left on device")
+    assert_refused(answer, "results/truth.nc", "No space left on device", code=4)
