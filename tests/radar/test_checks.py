@@ -79,12 +79,12 @@ REFUSED: list[tuple[dict[str, Any], list[str], dict[str, Any]]] = [
     ),
     (
         {"radar.range_m": [15.0, 17.9]},
-        ["radar.range_m = [15, 17.9]: ", "at least 3 long", "raise its far end"],
+        ["radar.range_m = [15,17.9]: ", "at least 3 long", "raise its far end"],
         {"radar.range_m": [15.0, 18.0]},
     ),
     (
         {**CHIRP, "radar.pulse_width_s": 1.0007e-6, "radar.range_m": [15.0, 150.0]},
-        ["radar.range_m = [15, 150]: ", "wholly nearer than 150.1 m", "raise its far end"],
+        ["radar.range_m = [15,150]: ", "wholly nearer than 150.1 m", "raise its far end"],
         {"radar.range_m": [15.0, 150.1]},
     ),
     (

@@ -193,7 +193,7 @@ def test_error_figures_of_known_heights() -> None:
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(None, "—"), (float("nan"), "—"), (-0.01234, "−0.012"), (-1e-9, "0.000"), (0.5, "+0.500"), ("x", "—")],
+    [(None, "—"), (float("nan"), "—"), (-0.01234, "−0.012"), (-1e-9, "−1.0e−09"), (0.5, "+0.500"), ("x", "—")],
 )
 def test_numbers_are_written_plainly(value: Any, text: str) -> None:
     assert page_elements.digits(value, 3, signed=True) == text
