@@ -27,6 +27,7 @@ from pydantic import TypeAdapter
 
 from ..compute.machine import cores
 from ..errors import InputError, one_line
+from ..io.opening import open_file, read_bytes
 from ..io.progress_file import VARIABLE
 from ..io.results_folder import write_whole
 from .progress import Progress, read_progress
@@ -283,7 +284,7 @@ class Queue:
         """Jobs of an earlier server: one whose process lives is attended, any other has ended."""
         for path in self._folder.glob("*.json"):
             try:
-                job = _JOB.validate_json(path.read_bytes())
+                job = _JOB.validate_json(read_bytes(path, below=self._folder))
                 if job.name != path.stem or not (self._runs / job.folder).resolve().is_relative_to(self._runs):
                     continue
             except (OSError, ValueError):  # ValidationError is one
@@ -304,11 +305,11 @@ def _crowd() -> float:
 def _last_line(path: Path) -> str:
     """The last line that a process said, without the program's name."""
     try:
-        with path.open("rb") as file:
+        with open_file(path) as file:
             file.seek(0, os.SEEK_END)
             file.seek(max(0, file.tell() - _LAST))
-            lines = file.read().decode("utf-8", "replace").split("\n")
-    except OSError:
+            lines = file.read(_LAST).decode("utf-8", "replace").split("\n")
+    except (OSError, InputError):
         return ""
     said = [line.strip() for line in lines if line.strip()]
     return one_line(said[-1]).removeprefix("seamap-rt: ") if said else ""

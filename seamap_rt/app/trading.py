@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..io.opening import read_json
+from ..io.opening import load, open_dataset, read_json
 from ..scene import Scene
 from ..studies.vary import parse_varies, parse_vary, refuse_limit
 from . import figures
@@ -71,13 +71,13 @@ def words_of(vary: list[str], seeds: int, at_most: float | None = None) -> list[
 
 def advice(folder: Path) -> str:
     """What a trade that has ended recommends, as its own page says it; empty before."""
-    import xarray as xr
-
     from ..studies.choices import recommendations
 
+    path = folder / "trade.nc"
     try:
-        with xr.open_dataset(folder / "trade.nc", engine="h5netcdf") as table:
-            return ". ".join(line[0].upper() + line[1:] for line in recommendations(table.load()))
+        with open_dataset(path, below=folder) as opened:
+            table = load(opened, path.name, path)
+            return ". ".join(line[0].upper() + line[1:] for line in recommendations(table))
     except (OSError, ValueError, KeyError):
         return ""
 

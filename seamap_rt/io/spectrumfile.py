@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from ..conventions import GRAVITY, WATER_DENSITY
 from ..errors import InputError
-from .declared_spectrum import DensityUnit, density_unit, spectrum_as_declared
+from .declared_spectrum import DensityUnit, Sense, density_unit, spectrum_as_declared
 from .opening import bytes_held, check_unpacked, open_dataset, open_file, read_unpacked, weigh
 from .quiet import quietly, without_complaints
 
@@ -93,6 +93,8 @@ def read_directional_spectrum(
             with _OPENERS[result](path) as spectra:
                 spectrum = _chosen(spectra, path, time, site)
                 weigh(str(path), spectrum.nbytes, bytes_held(path))
+                if result in _SILENT:  # of one spectrum: a file may hold gigabytes of them
+                    spectrum = spectrum_as_declared(spectrum, str(path), *_SILENT[result]).assign_attrs(spectrum.attrs)
                 if "moment" in spectrum.dims:
                     spectrum = _from_moments(spectrum, path)
                 elif result != "swan":  # whose exception value is -99
@@ -106,6 +108,9 @@ def read_directional_spectrum(
             )  # others speak of the program
     raise InputError(f"{path}: is damaged, or not quite a spectrum of the kind {result}{damage}; {_KINDS_IN_WORDS}")
 
+
+_SILENT: dict[str, tuple[Sense, str | None]] = {"wavespectra": ("from", None), "ww3": ("to", "m2 s rad-1")}
+"""Kinds that tell units and directions in attributes, and what they mean where they say nothing."""
 
 # ---------------------------------------------------------------------------------------------------- the file's kind
 
@@ -256,7 +261,7 @@ def _refuse_another_height(table: DirectionalTable, spectrum: xr.DataArray, path
 @contextmanager
 def _open_wavespectra(path: Path) -> Iterator[xr.DataArray]:
     with open_dataset(path, _WANTED) as file:
-        yield _stated(spectrum_as_declared(file["efth"], str(path)), file)
+        yield _stated(file["efth"], file)
 
 
 @contextmanager
@@ -265,8 +270,7 @@ def _open_ww3(path: Path) -> Iterator[xr.DataArray]:
     with open_dataset(path, _WANTED) as file:
         if not {"efth", "direction"} <= {str(name) for name in file.variables}:
             raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
-        density = file["efth"].rename(frequency="freq", direction="dir")
-        yield _stated(spectrum_as_declared(density, str(path), "to", "m2 s rad-1"), file)
+        yield _stated(file["efth"].rename(frequency="freq", direction="dir"), file)
 
 
 def _stated(spectrum: xr.DataArray, file: xr.Dataset) -> xr.DataArray:
