@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -99,7 +99,8 @@ class Simulator:
                 "radar.antenna.pattern = 'isotropic': an isotropic antenna hears the whole circle at every pulse; "
                 "it serves from_scatterers only. Choose slotted_waveguide, gaussian or file to simulate a sea"
             )
-        check_memory(f"a run of {scene.name}", A_RUN._replace(memory=run_bytes(scene)))
+        with suppress(ValueError):  # of a sea that `resolve` refuses in its own words
+            check_memory(f"a run of {scene.name}", A_RUN._replace(memory=run_bytes(scene)))
         self._sea_key = sea_key(scene)
         resolved = resolve(scene, sea)
         self.scene, self.radar, self.sea = scene, resolved.radar, resolved.sea

@@ -23,7 +23,7 @@ from seamap_rt.app.progress import _lines
 from seamap_rt.app.results import Results
 from seamap_rt.app.runs import find_runs
 from seamap_rt.app.shadowing_view import read_shadowing
-from seamap_rt.app.trading import advice, read_points
+from seamap_rt.app.trading import read_points
 from seamap_rt.cli.predicting import _opened
 from seamap_rt.compute.locks import holder_of
 from seamap_rt.compute.machine import forget_peak_memory, peak_memory
@@ -129,7 +129,6 @@ READERS: dict[str, tuple[str, Callable[[Path], Any]]] = {  # the file's name, an
     "gauges of the page": ("run/gauges.nc", _turns),
     "shadowing of the page": ("run/shadowing.nc", _shadowing),
     "points of the page": ("points/0.json", lambda path: _nothing(read_points(path.parent.parent))),
-    "advice of the page": ("trade.nc", lambda path: _nothing(advice(path.parent))),
     "jobs of the page": (f"{FOLDER}/0.json", lambda path: _jobs(path.parent.parent)),
     "progress of the page": ("a.txt", lambda path: _nothing(_lines(path))),
     "note of a run": (".unfinished.json", lambda path: _nothing(unfinished(_named(path, "").parent))),
