@@ -10,34 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from numpy.typing import NDArray
+from declared_sea import DIRECTION, FREQUENCY, HS, assert_the_sea, true_density
 
 from seamap_rt.errors import InputError
 from seamap_rt.io.declared_spectrum import density_unit
-from seamap_rt.io.spectrumfile import DirectionalTable, read_directional_spectrum
+from seamap_rt.io.spectrumfile import read_directional_spectrum
 from seamap_rt.io.text import number_in
-
-HS, FROM_DEG, PEAK_HZ = 1.7, 305.0, 0.11
-FREQUENCY = np.linspace(0.04, 0.5, 47)
-DIRECTION = np.arange(0.0, 360.0, 5.0)
-
-
-def true_density() -> NDArray[np.float64]:
-    """m²/(Hz·degree) (freq, dir) of the height and direction above."""
-    shape = FREQUENCY**-5.0 * np.exp(-1.25 * (PEAK_HZ / FREQUENCY) ** 4)
-    spread = np.cos(np.radians(DIRECTION - FROM_DEG) / 2.0) ** 20
-    table = shape[:, None] * spread
-    return table * (HS / 4.0) ** 2 / np.trapezoid(table.sum(axis=1) * 5.0, FREQUENCY)
-
-
-def assert_the_sea(table: DirectionalTable) -> None:
-    """To rounding: the files hold float64."""
-    energy = table.density.sum(axis=1) * 360.0 / table.from_deg.size
-    wave = (table.density.sum(axis=0) * np.exp(1j * np.radians(table.from_deg))).sum()
-    assert 4.0 * np.sqrt(np.trapezoid(energy, table.frequency_hz)) == pytest.approx(HS, rel=1e-6)
-    assert table.frequency_hz[np.argmax(energy)] == pytest.approx(PEAK_HZ, abs=0.006)
-    assert np.degrees(np.angle(wave)) % 360.0 == pytest.approx(FROM_DEG, abs=0.01)
-
 
 ENERGY = {"m2": 1.0, "m^{2}": 1.0, "cm2": 1e4, "J m-2": 1025.0 * 9.81}
 FREQUENCIES = {None: 1.0, "Hz": 1.0, "s-1": 1.0, "rad/s": 2.0 * np.pi, "rad s-1": 2.0 * np.pi}
