@@ -328,7 +328,8 @@ def _swan_unit(path: Path, header: list[str]) -> DensityUnit:
         return DensityUnit(1.0)
     begin = header.index("QUANT") + 2  # past how many quantities there are
     with _text(path) as file:
-        name, unit = ([*line.split(maxsplit=1), ""][0] for line in islice(file, begin, begin + 2))
+        name, unit = ([*re.split(r"\s{2,}|\t", line.strip()), ""][0] for line in islice(file, begin, begin + 2))
+    name, unit = name.split()[0] if name else "", unit.removesuffix(" unit")
     if name.lower() not in ("vadens", "endens", "acdens"):
         raise InputError(f"{path}: holds '{name}', not VaDens, EnDens or AcDens; give a directional spectrum")
     found = density_unit(unit, f"{path}: {name}", action=name.lower() == "acdens")
