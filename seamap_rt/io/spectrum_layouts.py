@@ -18,6 +18,7 @@ from ..errors import InputError
 from .declared_spectrum import Sense, spectrum_as_declared
 from .opening import check_store, open_dataset, read_unpacked
 from .plain_json import plain_attribute
+from .text import refuse_underscores
 from .units import to_unit
 
 WANTED = "a directional spectrum"
@@ -134,6 +135,7 @@ def plain_copy(path: Path, name: str) -> Iterator[Path]:
     """A copy of a text, unpacked, without what is not ASCII, which only comments hold."""
     content = read_unpacked(path, WANTED).removeprefix(b"\xef\xbb\xbf")
     with tempfile.TemporaryDirectory() as folder:
+        refuse_underscores(content.decode("ascii", "replace"), str(path))
         copy = Path(folder, name)
         copy.write_bytes(content.decode("ascii", "replace").encode("ascii", "replace"))
         yield copy

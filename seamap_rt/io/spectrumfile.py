@@ -26,7 +26,7 @@ from ..conventions import GRAVITY, WATER_DENSITY
 from ..errors import InputError
 from .declared import within_valid_range
 from .declared_spectrum import DensityUnit, density_unit, frequencies_hz, from_degrees
-from .opening import bytes_held, check_unpacked, open_dataset, open_file, weigh
+from .opening import bytes_held, check_unpacked, open_dataset, open_file, read_unpacked, weigh
 from .plain_json import plain_attribute
 from .quiet import quietly, without_complaints
 from .spectrum_layouts import (
@@ -40,6 +40,7 @@ from .spectrum_layouts import (
     read_text,
     text_kind,
 )
+from .text import refuse_underscores
 from .units import to_unit
 
 KINDS = ("ndbc", "swan", *NETCDF, *TEXT)
@@ -415,7 +416,7 @@ def _ndbc_text(path: Path) -> xr.DataArray:
 
     tables = []
     for file in (path, *_ndbc_beside(path)):
-        check_unpacked(file, WANTED)
+        refuse_underscores(read_unpacked(file, WANTED).decode("utf-8", "replace"), str(file))
         table = read_file(str(file)).drop(columns="Sep_Freq", errors="ignore").astype(np.float64)
         table.columns = [round(float(name), 7) for name in table.columns]
         tables.append(table[~table.index.duplicated()])
