@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from .opening import read_bytes
-from .text import decoded_text, number_in, refuse_semicolons
+from .text import decoded_text, is_wide, number_in, refuse_semicolons
 
 CUTS = ("azimuth", "elevation")
 _MSI_CUTS = {"HORIZONTAL": "azimuth", "VERTICAL": "elevation"}
@@ -78,7 +78,7 @@ def read_pattern(path: str | os.PathLike[str]) -> PatternFile:
     """
     path = Path(path)
     content = read_bytes(path, "a pattern", named=f"file '{path}'")
-    if b"\0" in content[:100]:
+    if is_wide(content):
         decoded_text(content, f"file '{path}'")
     text = content.decode("utf-8-sig", "replace")  # of another encoding are comments alone
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1)]

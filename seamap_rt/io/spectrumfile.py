@@ -40,7 +40,7 @@ from .spectrum_layouts import (
     read_text,
     text_kind,
 )
-from .text import refuse_underscores
+from .text import is_wide, refuse_underscores
 from .units import to_unit
 
 KINDS = ("ndbc", "swan", *NETCDF, *TEXT)
@@ -133,10 +133,10 @@ def _kind_of(path: Path) -> str | None:
         if path.is_dir() and any((path / each).exists() for each in ("zarr.json", ".zgroup", ".zmetadata")):
             return _netcdf_kind(path)
         with open_file(path, WANTED) as file:
-            start = file.read(8)
-        if start[:2] in (b"\xff\xfe", b"\xfe\xff"):
+            start = file.read(200)
+        if is_wide(start) and not path.suffix == ".gz":
             raise InputError(f"{path}: is text in UTF-16; save it as UTF-8")
-        if start[:3] == b"CDF" or start == b"\x89HDF\r\n\x1a\n":
+        if start[:3] == b"CDF" or start[:8] == b"\x89HDF\r\n\x1a\n":
             return _netcdf_kind(path)
         with _text(path) as file:
             begin = file.read(4_000_000)

@@ -28,9 +28,15 @@ def is_underscored(text: str) -> bool:
     return bool(_UNDERSCORED.search(text))
 
 
+def is_wide(content: bytes) -> bool:
+    """Whether text is in UTF-16, with a mark or by its every other byte."""
+    halves = [content[start:200:2] for start in (0, 1)]
+    return content[:2] in (b"\xff\xfe", b"\xfe\xff") or any(len(each) > 4 and not each.strip(b"\0") for each in halves)
+
+
 def decoded_text(content: bytes, called: str) -> str:
     """Text of a file in UTF-8, with a byte-order mark or without. Raises InputError for another encoding."""
-    if content[:2] in (b"\xff\xfe", b"\xfe\xff") or b"\0" in content[:100]:
+    if is_wide(content):
         raise InputError(f"{called}: is text in UTF-16; save it as UTF-8")
     try:
         return content.decode("utf-8-sig")

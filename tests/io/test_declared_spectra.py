@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from declared_sea import DIRECTION, FREQUENCY, HS, assert_the_sea, true_density
+from numpy.typing import NDArray
 
 from seamap_rt.errors import InputError
 from seamap_rt.io.declared_spectrum import density_unit
@@ -73,6 +74,12 @@ def written(path: Path, *, density: dict[str, Any], direction: dict[str, Any], f
         ({}, {"units": "gon"}, {}, "gon"),
         ({}, {"long_name": "from which waves come, toward the buoy"}, {}, "both"),
         ({"long_name": "wave action density"}, {}, {}, "no unit"),
+        ({}, {"units": "degrees magnetic"}, {}, "magnetic"),
+        ({}, {"long_name": "direction from magnetic north"}, {}, "magnetic north"),
+        ({}, {}, {"long_name": "angular frequency"}, "angular frequency"),
+        ({}, {}, {"standard_name": "wave_period"}, "wave_period"),
+        ({"units": "log10(m2/Hz/degree)"}, {}, {}, "log10"),
+        ({"units": "m2/Hz/degree ?"}, {}, {}, "degree ?"),
     ],
 )
 def test_what_cannot_be_obeyed_is_refused_by_its_words(
@@ -83,6 +90,74 @@ def test_what_cannot_be_obeyed_is_refused_by_its_words(
         read_directional_spectrum(path)
     assert named in str(refused.value)
     assert len(refused.value.problems) == 1
+
+
+CLOCKWISE, TOWARDS = DIRECTION, (DIRECTION + 180.0) % 360.0
+WORDS: dict[str, tuple[dict[str, dict[str, Any]], NDArray[np.float64]]] = {  # attributes, and directions so described
+    "unit, from north": ({"dir": {"units": "degrees clockwise from true north"}}, CLOCKWISE),
+    "unit, anticlockwise": ({"dir": {"units": "degrees counterclockwise from east"}}, (270.0 - DIRECTION) % 360.0),
+    "unit, T": ({"dir": {"units": "degT"}}, CLOCKWISE),
+    "positive": ({"dir": {"positive": "counterclockwise", "long_name": "going to"}}, (270.0 - DIRECTION) % 360.0),
+    "anticlockwise from north": (
+        {"dir": {"comment": "waves come from it, anticlockwise from north"}}, (360.0 - DIRECTION) % 360.0),
+    "clockwise from east": ({"dir": {"comment": "coming from, clockwise from east"}}, (DIRECTION - 90.0) % 360.0),
+    "density": ({"efth": {"long_name": "spectrum, directions waves travel to"}}, TOWARDS),
+    "file": ({"": {"direction_convention": "going to"}}, TOWARDS),
+    "file, of wind": ({"": {"comment": "wind direction: going to; winds and currents"}}, CLOCKWISE),
+    "file, though the axis says": (
+        {"": {"convention": "going to"}, "dir": {"standard_name": "sea_surface_wave_from_direction"}}, CLOCKWISE),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WORDS)
+def test_directions_are_as_words_describe_them(name: str, tmp_path: Path) -> None:
+    told, directions = WORDS[name]
+    data = xr.Dataset(
+        {"efth": (("freq", "dir"), true_density(), told.get("efth", {}))},
+        {"freq": FREQUENCY, "dir": ("dir", directions, told.get("dir", {}))},
+        told.get("", {}),
+    )
+    data.to_netcdf(tmp_path / "sea.nc", engine="h5netcdf")
+    assert_the_sea(read_directional_spectrum(tmp_path / "sea.nc"))
+
+
+@pytest.mark.parametrize("name", ["valid_max", "valid_range", "packed valid_range", "valid_min"])
+def test_what_lies_beyond_its_valid_range_is_missing(name: str, tmp_path: Path) -> None:
+    values, top = true_density(), true_density().max()
+    values[3, 4] = -2.0 * top if name == "valid_min" else 30.0 * top
+    scale = top / 1000.0
+    told: dict[str, Any] = {"valid_min": 0.0} if name == "valid_min" else {name: [0.0, 2.0 * top][-1:]}
+    if name.endswith("valid_range"):
+        told = {"valid_range": [0.0, 2.0 * top]}
+    if name.startswith("packed"):
+        values = np.rint(values / scale).astype(np.int32)
+        told = {"valid_range": np.array([0, 2000], dtype=np.int32), "scale_factor": scale}
+    data = xr.Dataset({"efth": (("freq", "dir"), values, told)}, {"freq": FREQUENCY, "dir": DIRECTION})
+    data.to_netcdf(tmp_path / "sea.nc", engine="h5netcdf")
+    assert_the_sea(read_directional_spectrum(tmp_path / "sea.nc"), 5e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "attributes", "value", "right"),
+    [
+        ("hs", {"units": "cm"}, 100.0 * HS, True),
+        ("height", {"standard_name": "sea_surface_wave_significant_height"}, HS, True),
+        ("height", {"standard_name": "sea_surface_wave_significant_height"}, 2.0 * HS, False),
+        ("wave_height", {"standard_name": "sea_surface_wave_maximum_height"}, 2.0 * HS, True),
+        ("hs", {"units": "ft"}, HS, False),
+    ],
+)
+def test_a_stated_height_is_one_by_its_words(
+    name: str, attributes: dict[str, str], value: float, right: bool, tmp_path: Path
+) -> None:
+    path = written(tmp_path / "sea.nc", density={}, direction={}, frequency={})
+    with xr.open_dataset(path) as data:
+        data.assign({name: ((), value, attributes)}).to_netcdf(tmp_path / "both.nc", engine="h5netcdf")
+    if right:
+        assert_the_sea(read_directional_spectrum(tmp_path / "both.nc"))
+    else:
+        with pytest.raises(InputError, match="and it states a height"):
+            read_directional_spectrum(tmp_path / "both.nc")
 
 
 def test_radians_that_nobody_declares_are_asked_for(tmp_path: Path) -> None:

@@ -50,8 +50,13 @@ FILES: dict[str, tuple[str, str, Callable[[Path], object]]] = {  # content, a nu
     "pattern.csv": (PATTERN, "elevation,0,-0.00", read_pattern),
     "mesh.obj": (OBJ, "v 10 0 0", mesh),
 }
-TEXTS = {"motion.csv": (MOTION, read_motion), "pattern.csv": (PATTERN, read_pattern),
-         "header.toml": (HEADER, read_header), "header.json": (JSON, read_header), "scene.toml": ('name = "x"', load_scene)}  # fmt: skip
+TEXTS: dict[str, tuple[str, Callable[[Path], object]]] = {
+    "motion.csv": (MOTION, read_motion),
+    "pattern.csv": (PATTERN, read_pattern),
+    "header.toml": (HEADER, read_header),
+    "header.json": (JSON, read_header),
+    "scene.toml": ('name = "x"', load_scene),
+}
 
 
 @pytest.mark.parametrize("number", NO_NUMBERS)

@@ -334,7 +334,7 @@ def vessel(case: Case) -> Judge:
 def _numbers(vessel: Any) -> NDArray[np.float64]:
     held = [getattr(vessel, each.name) for each in fields(vessel)]
     arrays = [np.ravel(each) for each in held if isinstance(each, np.ndarray) and each.dtype.kind in "fc"]
-    return np.concatenate([np.concatenate((each.real, each.imag)) for each in arrays])
+    return np.concatenate([np.concatenate((np.real(each), np.imag(each))) for each in arrays])
 
 
 READERS: dict[str, Callable[[Case], Judge]] = {
