@@ -29,7 +29,24 @@ class Kind:
 KINDS = {
     "spectrum": Kind(
         "a wave spectrum",
-        (".nc", ".txt", ".spec", ".spc", ".sp2", ".swn", ".data_spec", ".swdir", ".swdir2", ".swr1", ".swr2", ".gz"),
+        (
+            ".nc",
+            ".txt",
+            ".spec",
+            ".spc",
+            ".sp2",
+            ".swn",
+            ".data_spec",
+            ".swdir",
+            ".swdir2",
+            ".swr1",
+            ".swr2",
+            ".gz",
+            ".spt",
+            ".csv",
+            ".json",
+            ".dirspec",
+        ),
         32 * MB,
     ),
     "sea": Kind("a recorded sea", (".nc", ".dat"), 60 * MB),  # a larger one is put below the runs by hand

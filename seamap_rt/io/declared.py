@@ -69,3 +69,20 @@ def in_unit(values: NDArray, attributes: Mapping[str, Any], unit: str, name: str
     if values.dtype.kind in "mM" or declared is None:
         return values
     return to_unit(values, declared, unit, name)
+
+
+def within_valid_range(values: NDArray, attributes: Mapping[str, Any], packing: Mapping[str, Any]) -> NDArray:
+    """Decoded numbers, NaN where they lie beyond valid_range, valid_min or valid_max. These are of the packed numbers
+    where they have whole ones' type, and of the unpacked ones otherwise. packing: scale_factor, add_offset."""
+    limits = {key: attributes[key] for key in ("valid_range", "valid_min", "valid_max") if key in attributes}
+    if not limits or values.dtype.kind not in "iuf":
+        return values
+    low, high = limits.get("valid_range", (-np.inf, np.inf))
+    ends = np.array([plain_attribute(limits.get("valid_min", low)), plain_attribute(limits.get("valid_max", high))])
+    scale, offset = (
+        float(plain_attribute(packing.get(key, usual))) for key, usual in (("scale_factor", 1.0), ("add_offset", 0.0))
+    )
+    if ends.dtype.kind in "iu":
+        ends = np.sort(ends * scale + offset)
+    slack = 1e-6 * np.abs(ends)  # of numbers scaled in float32
+    return np.where((values < ends[0] - slack[0]) | (values > ends[1] + slack[1]), np.nan, values)

@@ -105,6 +105,8 @@ def _obj(content: bytes, _: Path) -> Polygons:
     triangles = 0
     for line in content.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").splitlines():
         match line.partition(b"#")[0].split():
+            case [b"v" | b"f", *words] if any(b"_" in each for each in words):
+                raise ValueError(f"a line has what is no number: {line[:40]!r}")
             case [b"v", x, y, z, *_]:
                 vertices.append([float(x), float(y), float(z)])
             case [b"f", _, _, _, *_] as words:

@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 from ..errors import InputError
+from .text import decoded_text
 
 if TYPE_CHECKING:  # each takes a part of a second to load
     import h5py
@@ -115,11 +116,12 @@ def read_json(path: PathLike, wanted: str = "a JSON file", **rules: Any) -> Any:
     """What a JSON file holds. Raises InputError."""
     from pydantic_core import from_json  # bounded in depth and in digits, and text that no one can write is refused
 
-    content = read_bytes(path, wanted, **rules)
+    called = rules.get("named") or os.fspath(path)
+    text = decoded_text(read_bytes(path, wanted, **rules), called)
     try:
-        return from_json(content.removeprefix(b"\xef\xbb\xbf"))
+        return from_json(text)
     except ValueError as error:
-        raise InputError(f"{rules.get('named') or os.fspath(path)}: is not JSON ({error}); mend it") from None
+        raise InputError(f"{called}: is not JSON ({error}); mend it") from None
 
 
 def read_unpacked(path: PathLike, wanted: str = "a file", *, most: float = LONG, **rules: Any) -> bytes:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from .opening import read_bytes
-from .text import decoded_text, number_in, refuse_semicolons
+from .text import decoded_text, is_wide, number_in, refuse_semicolons
 
 CUTS = ("azimuth", "elevation")
 _MSI_CUTS = {"HORIZONTAL": "azimuth", "VERTICAL": "elevation"}
@@ -78,10 +78,9 @@ def read_pattern(path: str | os.PathLike[str]) -> PatternFile:
     """
     path = Path(path)
     content = read_bytes(path, "a pattern", named=f"file '{path}'")
-    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+    if is_wide(content):
         decoded_text(content, f"file '{path}'")
     text = content.decode("utf-8-sig", "replace")  # of another encoding are comments alone
-    refuse_semicolons(text.split("\n", 1)[0], f"file '{path}'")
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1)]
     full = [(number, line) for number, line in lines if line and line[0] not in "#;!"]
     rows, gain_dbi, frequency_hz = _reader(path, full)(path, full)
@@ -131,6 +130,7 @@ def _number(path: Path, line: int, name: str, text: str) -> float:
 
 def _read_csv(path: Path, lines: list[tuple[int, str]]) -> Read:
     head, header = lines[0] if lines else (1, "")
+    refuse_semicolons(header, f"file '{path}', line {head}")
     columns = _words(header)
     if sorted(columns) not in (sorted(_COLUMNS), sorted((*_COLUMNS, "phase_deg"))):
         raise _refusal(path, head, f"header = {header[:60]}: must be {','.join(_COLUMNS)}[,phase_deg]; write it so")

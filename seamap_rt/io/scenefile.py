@@ -20,7 +20,7 @@ from pydantic import BaseModel
 from ..errors import InputError, must_be
 from .opening import read_bytes
 from .plain_json import plain
-from .text import decoded_text
+from .text import decoded_text, is_underscored
 from .toml_text import key_text, quoted, shown, toml_value
 
 _DEEPEST = 16  # tables in tables: a scene has three
@@ -119,7 +119,7 @@ def _read_value(text: str) -> Any:
         tree = tomllib.loads(f"value = {text}")
     except (ValueError, RecursionError):
         return text
-    return tree["value"] if len(tree) == 1 else text
+    return tree["value"] if len(tree) == 1 and not is_underscored(text) else text
 
 
 # --------------------------------------------------------------------------------------------------- writing

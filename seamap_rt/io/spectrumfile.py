@@ -9,10 +9,9 @@ from __future__ import annotations
 import gzip
 import os
 import re
-import tempfile
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from itertools import islice
@@ -25,19 +24,34 @@ from numpy.typing import NDArray
 
 from ..conventions import GRAVITY, WATER_DENSITY
 from ..errors import InputError
-from .declared_spectrum import DensityUnit, Sense, density_unit, spectrum_as_declared
+from .declared import within_valid_range
+from .declared_spectrum import DensityUnit, density_unit, frequencies_hz, from_degrees
 from .opening import bytes_held, check_unpacked, open_dataset, open_file, read_unpacked, weigh
+from .plain_json import plain_attribute
 from .quiet import quietly, without_complaints
+from .spectrum_layouts import (
+    NETCDF,
+    TEXT,
+    WANTED,
+    as_declared,
+    netcdf_density,
+    open_netcdf,
+    plain_copy,
+    read_text,
+    text_kind,
+)
+from .text import is_wide, refuse_underscores
+from .units import to_unit
 
-KINDS = ("ndbc", "swan", "ww3", "wavespectra")
-"""ndbc: a buoy of the US National Data Buoy Center, five text files or NetCDF; swan: SWAN's text; ww3: WAVEWATCH III's
-NetCDF; wavespectra: NetCDF as that library writes it."""
+KINDS = ("ndbc", "swan", *NETCDF, *TEXT)
+"""ndbc: a buoy of the US National Data Buoy Center, five text files or NetCDF; swan, ncswan: SWAN's text, NetCDF; ww3,
+ww3_station: WAVEWATCH III's NetCDF, text; era5: ECMWF's 2D spectra; datawell (.spt), spotter (CSV, JSON), triaxys:
+buoys; octopus; wavespectra, json: as that library writes them, NetCDF or Zarr, JSON."""
 
+Spectra = xr.DataArray | xr.Dataset
 _KINDS_IN_WORDS = f"kinds are {', '.join(KINDS)}"
-_WANTED = "a directional spectrum"
 _COUNTED = ("LONLAT", "LOCATION", "AFREQ", "RFREQ", "CDIR", "NDIR", "QUANT")  # after which SWAN says how many follow
 _NEAR = np.timedelta64(3, "h")  # a sea state is as good as the same for so long
-_HEIGHTS = ("hs", "Hs", "hm0", "Hm0", "swh", "VHM0", "hsig", "Hsig", "significant_wave_height", "wave_height")
 _HEIGHT_OFF = 0.05  # by which the spectrum's own height may differ from the one that the file states
 _UNDERSHOOT = 0.01  # of the highest density, by which one that was interpolated may fall below 0
 _NDBC_STEP = 5.0  # degrees; a buoy's density is smooth
@@ -90,11 +104,12 @@ def read_directional_spectrum(
         # Of a line that it cannot read, wavespectra warns and takes it as missing: that is damage.
         warnings.filterwarnings("error", category=UserWarning, module=r"wavespectra\.core")
         try:
-            with _OPENERS[result](path) as spectra:
-                spectrum = _chosen(spectra, path, time, site)
-                weigh(str(path), spectrum.nbytes, bytes_held(path))
-                if result in _SILENT:  # of one spectrum: a file may hold gigabytes of them
-                    spectrum = spectrum_as_declared(spectrum, str(path), *_SILENT[result]).assign_attrs(spectrum.attrs)
+            with _opened(path, result) as spectra:
+                chosen = _chosen(spectra, path, time, site)
+                weigh(str(path), chosen.nbytes, bytes_held(path))
+                spectrum = _moments_as_declared(chosen, path) if isinstance(chosen, xr.Dataset) else chosen
+                if result in NETCDF:
+                    spectrum = as_declared(spectrum, result, path)
                 if "moment" in spectrum.dims:
                     spectrum = _from_moments(spectrum, path)
                 elif result != "swan":  # whose exception value is -99
@@ -109,45 +124,41 @@ def read_directional_spectrum(
     raise InputError(f"{path}: is damaged, or not quite a spectrum of the kind {result}{damage}; {_KINDS_IN_WORDS}")
 
 
-_SILENT: dict[str, tuple[Sense, str | None]] = {"wavespectra": ("from", None), "ww3": ("to", "m2 s rad-1")}
-"""Kinds that tell units and directions in attributes, and what they mean where they say nothing."""
-
 # ---------------------------------------------------------------------------------------------------- the file's kind
 
 
 def _kind_of(path: Path) -> str | None:
     """The kind of a file by its content; None for a file that is no spectrum."""
     try:
-        with open_file(path, _WANTED) as file:
-            start = file.read(8)
-        if start[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        if path.is_dir() and any((path / each).exists() for each in ("zarr.json", ".zgroup", ".zmetadata")):
+            return _netcdf_kind(path)
+        with open_file(path, WANTED) as file:
+            start = file.read(200)
+        if is_wide(start) and not path.suffix == ".gz":
             raise InputError(f"{path}: is text in UTF-16; save it as UTF-8")
-        if start[:3] == b"CDF" or start == b"\x89HDF\r\n\x1a\n":
+        if start[:3] == b"CDF" or start[:8] == b"\x89HDF\r\n\x1a\n":
             return _netcdf_kind(path)
         with _text(path) as file:
-            first = file.readline(4096)
+            begin = file.read(4_000_000)
     except (OSError, EOFError) as error:
         raise InputError(f"{path}: cannot be read ({error}); give a readable file") from None
-    if first.startswith("SWAN"):
+    if begin.startswith("SWAN"):
         return "swan"
-    return "ndbc" if re.match(r"#?(YY|YYYY)\s+MM\s+DD\s+hh\b", first) else None
+    return "ndbc" if re.match(r"#?(YY|YYYY)\s+MM\s+DD\s+hh\b", begin) else text_kind(begin)
 
 
 def _netcdf_kind(path: Path) -> str | None:
     with quietly():
         try:
-            with open_dataset(path, _WANTED, decode_times=False) as file:
+            with open_netcdf(path, decode_times=False) as file:
                 names = {str(name) for name in (*file.variables, *file.dims)}
         except InputError:
             raise
         except Exception:  # a NetCDF file cut short, or of another make: each library below has its own errors
             return None
-    marks = {
-        "wavespectra": ({"efth", "freq"},),
-        "ww3": ({"efth", "frequency"}, {"ef", "frequency", "station"}),
-        "ndbc": ({"spectral_wave_density"},),
-    }
-    return next((kind for kind, sets in marks.items() if any(mark <= names for mark in sets)), None)
+    if "spectral_wave_density" in names:
+        return "ndbc"
+    return next((kind for kind, each in NETCDF.items() if any(mark <= names for mark in each.marks)), None)
 
 
 def _text(path: Path) -> IO[str]:
@@ -158,9 +169,9 @@ def _text(path: Path) -> IO[str]:
 # -------------------------------------------------------------------------------------------------- one time, one site
 
 
-def _chosen(spectra: xr.DataArray, path: Path, time: str | None, site: int) -> xr.DataArray:
+def _chosen(spectra: Spectra, path: Path, time: str | None, site: int) -> Spectra:
     """The spectrum (freq, dir) or (freq, moment) of one time and one site, and the words for both in its attributes."""
-    if not {"dir", "moment"} & set(spectra.dims):
+    if isinstance(spectra, xr.DataArray) and not {"dir", "moment"} & set(spectra.dims):
         raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
     when = ""
     if "time" in spectra.dims:
@@ -242,12 +253,12 @@ def _table(spectrum: xr.DataArray, path: Path) -> DirectionalTable:
 
 def _refuse_another_height(table: DirectionalTable, spectrum: xr.DataArray, path: Path) -> None:
     """A file that states its wave height states its units once more."""
-    stated = spectrum.coords.get("stated_height")
-    if stated is None or stated.size != 1 or not np.isfinite(float(stated)) or float(stated) <= 0.0:
-        return
     angle = np.append(table.from_deg, table.from_deg[0] + 360.0)
     density = np.trapezoid(np.column_stack((table.density, table.density[:, 0])), angle, axis=1)
     height = 4.0 * float(np.sqrt(np.trapezoid(density, table.frequency_hz)))
+    stated = spectrum.coords.get("stated_height")
+    if stated is None or stated.size != 1 or not np.isfinite(float(stated)) or float(stated) <= 0.0:
+        return
     if abs(height / float(stated) - 1.0) > _HEIGHT_OFF:
         raise InputError(
             f"{path}: its densities make waves of {height:.3g} m, and it states a height of {float(stated):.3g} m; "
@@ -259,31 +270,21 @@ def _refuse_another_height(table: DirectionalTable, spectrum: xr.DataArray, path
 
 
 @contextmanager
-def _open_wavespectra(path: Path) -> Iterator[xr.DataArray]:
-    with open_dataset(path, _WANTED) as file:
-        yield _stated(file["efth"], file)
-
-
-@contextmanager
-def _open_ww3(path: Path) -> Iterator[xr.DataArray]:
-    """efth in m² s/rad by the direction waves go to, unless the file says something else."""
-    with open_dataset(path, _WANTED) as file:
-        if not {"efth", "direction"} <= {str(name) for name in file.variables}:
-            raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
-        yield _stated(file["efth"].rename(frequency="freq", direction="dir"), file)
-
-
-def _stated(spectrum: xr.DataArray, file: xr.Dataset) -> xr.DataArray:
-    """The spectrum with the wave height that its file states beside it, where that has the same times and sites."""
-    for name in _HEIGHTS:
-        if name in file and set(file[name].dims) <= set(spectrum.dims):
-            return spectrum.assign_coords(stated_height=file[name])
-    return spectrum
+def _opened(path: Path, kind: str) -> Iterator[Spectra]:
+    """All spectra of a file, those of NetCDF not yet read."""
+    if kind in NETCDF:
+        with open_netcdf(path) as file:
+            yield netcdf_density(file, kind, path)
+    elif kind in TEXT:
+        yield read_text(path, kind)
+    else:
+        with {"ndbc": _open_ndbc, "swan": _open_swan}[kind](path) as spectra:
+            yield spectra
 
 
 @contextmanager
 def _open_swan(path: Path) -> Iterator[xr.DataArray]:
-    check_unpacked(path, _WANTED)
+    check_unpacked(path, WANTED)
     with _text(path) as file:
         lines = [line.split(maxsplit=1)[:1] or [""] for line in islice(file, 100_000)]
         most = len(lines) + sum(1 for _ in file)
@@ -305,7 +306,7 @@ def _open_swan(path: Path) -> Iterator[xr.DataArray]:
     from wavespectra.core.swan import SwanSpecFile
 
     scale = _swan_unit(path, header)
-    with _plain_text(path) as plain:
+    with plain_copy(path, "spectrum.spc") as plain:
         swan = SwanSpecFile(plain)
         try:
             density = np.array(list(swan.readall()))
@@ -328,7 +329,8 @@ def _swan_unit(path: Path, header: list[str]) -> DensityUnit:
         return DensityUnit(1.0)
     begin = header.index("QUANT") + 2  # past how many quantities there are
     with _text(path) as file:
-        name, unit = ([*line.split(maxsplit=1), ""][0] for line in islice(file, begin, begin + 2))
+        name, unit = ([*re.split(r"\s{2,}|\t", line.strip()), ""][0] for line in islice(file, begin, begin + 2))
+    name, unit = name.split()[0] if name else "", unit.removesuffix(" unit")
     if name.lower() not in ("vadens", "endens", "acdens"):
         raise InputError(f"{path}: holds '{name}', not VaDens, EnDens or AcDens; give a directional spectrum")
     found = density_unit(unit, f"{path}: {name}", action=name.lower() == "acdens")
@@ -336,37 +338,32 @@ def _swan_unit(path: Path, header: list[str]) -> DensityUnit:
 
 
 @contextmanager
-def _plain_text(path: Path) -> Iterator[Path]:
-    """A file that wavespectra can read: itself, or a copy without what is not ASCII, which only comments hold."""
-    content = read_unpacked(path, _WANTED)
-    if content.isascii():
-        yield path
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder, "spectrum.spc")
-        copy.write_bytes(content.removeprefix(b"\xef\xbb\xbf").decode("ascii", "replace").encode("ascii", "replace"))
-        yield copy
-
-
-@contextmanager
-def _open_ndbc(path: Path) -> Iterator[xr.DataArray]:
-    with open_file(path, _WANTED) as file:
+def _open_ndbc(path: Path) -> Iterator[Spectra]:
+    with open_file(path, WANTED) as file:
         start = file.read(3)
     if start not in (b"CDF", b"\x89HD"):
         yield _ndbc_text(path)
         return
-    with open_dataset(path, _WANTED) as file:
+    with open_dataset(path, WANTED) as file:
         if not set(_NDBC_NAMES) <= set(file.data_vars):
             raise InputError(f"{path}: has no directions in it, only frequencies; give a directional spectrum")
-        yield file[list(_NDBC_NAMES)].to_dataarray("moment").rename(frequency="freq")
+        yield file[list(_NDBC_NAMES)].rename(frequency="freq")
 
 
-_OPENERS: dict[str, Callable[[Path], AbstractContextManager[xr.DataArray]]] = {
-    "ndbc": _open_ndbc,
-    "swan": _open_swan,
-    "ww3": _open_ww3,
-    "wavespectra": _open_wavespectra,
-}
+def _moments_as_declared(spectrum: xr.Dataset, path: Path) -> xr.DataArray:
+    moments = {name: _as_declared(values, path) for name, values in spectrum.data_vars.items()}
+    hertz, _ = frequencies_hz(spectrum["freq"], str(path))
+    return xr.Dataset(moments, attrs=spectrum.attrs).to_dataarray("moment").assign_coords(freq=hertz)
+
+
+def _as_declared(moment: xr.DataArray, path: Path) -> xr.DataArray:
+    """A buoy's energy in m²/Hz, a direction in degrees where waves come from, or a share."""
+    called, values = f"{path}: {moment.name}", within_valid_range(moment.to_numpy(), moment.attrs, moment.encoding)
+    if "dir" in str(moment.name):
+        values = from_degrees(values.astype(np.float64), moment.attrs, called) % 360.0
+    elif moment.name == _NDBC_NAMES[0]:
+        values = to_unit(values, plain_attribute(moment.attrs.get("units")), "m2/Hz", called)
+    return moment.copy(data=values)
 
 
 # -------------------------------------------------------------------------------------------------------- NDBC's buoys
@@ -419,7 +416,7 @@ def _ndbc_text(path: Path) -> xr.DataArray:
 
     tables = []
     for file in (path, *_ndbc_beside(path)):
-        check_unpacked(file, _WANTED)
+        refuse_underscores(read_unpacked(file, WANTED).decode("utf-8", "replace"), str(file))
         table = read_file(str(file)).drop(columns="Sep_Freq", errors="ignore").astype(np.float64)
         table.columns = [round(float(name), 7) for name in table.columns]
         tables.append(table[~table.index.duplicated()])

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import re
+
 from ..errors import InputError
+
+_UNDERSCORED = re.compile(r"(?<![^\s,;\[])[-+]?(?=[^\s,;\]]*\d_\d)[\d.][-+\d._eE]*(?![^\s,;\]])")
 
 
 def number_in(text: str | float) -> float:
@@ -12,9 +16,27 @@ def number_in(text: str | float) -> float:
     return float(text)
 
 
+def refuse_underscores(text: str, called: str) -> None:
+    """Raise InputError for a table with a number that only Python takes for one: before a library reads it."""
+    for number, line in enumerate(text.splitlines(), start=1):
+        if "_" in line and line.lstrip()[:1] not in ("#", "$") and (found := _UNDERSCORED.search(line)):
+            raise InputError(f"{called}, line {number}: {found[0]} is not a number; take the _ out")
+
+
+def is_underscored(text: str) -> bool:
+    """Whether a text holds a number such as 1_0."""
+    return bool(_UNDERSCORED.search(text))
+
+
+def is_wide(content: bytes) -> bool:
+    """Whether text is in UTF-16, with a mark or by its every other byte."""
+    halves = [content[start:200:2] for start in (0, 1)]
+    return content[:2] in (b"\xff\xfe", b"\xfe\xff") or any(len(each) > 4 and not each.strip(b"\0") for each in halves)
+
+
 def decoded_text(content: bytes, called: str) -> str:
     """Text of a file in UTF-8, with a byte-order mark or without. Raises InputError for another encoding."""
-    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+    if is_wide(content):
         raise InputError(f"{called}: is text in UTF-16; save it as UTF-8")
     try:
         return content.decode("utf-8-sig")

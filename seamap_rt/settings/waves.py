@@ -212,9 +212,25 @@ class FileWaves(RandomWaves):
     spectrum: Annotated[Literal["file"], Meaning("A spectrum from a file.")]
     file: Annotated[str, Meaning("Path of the file; a relative one counts from the scene file's folder.")]
     kind: Annotated[
-        Literal["auto", "ndbc", "swan", "ww3", "wavespectra", "recorded"],
+        Literal[
+            "auto",
+            "ndbc",
+            "swan",
+            "ncswan",
+            "ww3",
+            "ww3_station",
+            "era5",
+            "datawell",
+            "spotter",
+            "triaxys",
+            "octopus",
+            "wavespectra",
+            "json",
+            "recorded",
+        ],
         Meaning(
-            "Format: NDBC, SWAN, WAVEWATCH III or wavespectra's own NetCDF; `auto` recognises them. `recorded`: the "
+            "Format: NDBC; SWAN's text or NetCDF; WAVEWATCH III's NetCDF or text; ERA5; Datawell's .spt; Spotter; "
+            "TRIAXYS; Octopus; wavespectra's own NetCDF, Zarr or JSON. `auto` recognises them. `recorded`: the "
             "spectrum of a recorded sea (`sea.file`)."
         ),
     ] = "auto"

@@ -10,34 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from declared_sea import DIRECTION, FREQUENCY, HS, assert_the_sea, true_density
 from numpy.typing import NDArray
 
 from seamap_rt.errors import InputError
 from seamap_rt.io.declared_spectrum import density_unit
-from seamap_rt.io.spectrumfile import DirectionalTable, read_directional_spectrum
+from seamap_rt.io.spectrumfile import read_directional_spectrum
 from seamap_rt.io.text import number_in
-
-HS, FROM_DEG, PEAK_HZ = 1.7, 305.0, 0.11
-FREQUENCY = np.linspace(0.04, 0.5, 47)
-DIRECTION = np.arange(0.0, 360.0, 5.0)
-
-
-def true_density() -> NDArray[np.float64]:
-    """m²/(Hz·degree) (freq, dir) of the height and direction above."""
-    shape = FREQUENCY**-5.0 * np.exp(-1.25 * (PEAK_HZ / FREQUENCY) ** 4)
-    spread = np.cos(np.radians(DIRECTION - FROM_DEG) / 2.0) ** 20
-    table = shape[:, None] * spread
-    return table * (HS / 4.0) ** 2 / np.trapezoid(table.sum(axis=1) * 5.0, FREQUENCY)
-
-
-def assert_the_sea(table: DirectionalTable) -> None:
-    """To rounding: the files hold float64."""
-    energy = table.density.sum(axis=1) * 360.0 / table.from_deg.size
-    wave = (table.density.sum(axis=0) * np.exp(1j * np.radians(table.from_deg))).sum()
-    assert 4.0 * np.sqrt(np.trapezoid(energy, table.frequency_hz)) == pytest.approx(HS, rel=1e-6)
-    assert table.frequency_hz[np.argmax(energy)] == pytest.approx(PEAK_HZ, abs=0.006)
-    assert np.degrees(np.angle(wave)) % 360.0 == pytest.approx(FROM_DEG, abs=0.01)
-
 
 ENERGY = {"m2": 1.0, "m^{2}": 1.0, "cm2": 1e4, "J m-2": 1025.0 * 9.81}
 FREQUENCIES = {None: 1.0, "Hz": 1.0, "s-1": 1.0, "rad/s": 2.0 * np.pi, "rad s-1": 2.0 * np.pi}
@@ -95,6 +74,12 @@ def written(path: Path, *, density: dict[str, Any], direction: dict[str, Any], f
         ({}, {"units": "gon"}, {}, "gon"),
         ({}, {"long_name": "from which waves come, toward the buoy"}, {}, "both"),
         ({"long_name": "wave action density"}, {}, {}, "no unit"),
+        ({}, {"units": "degrees magnetic"}, {}, "magnetic"),
+        ({}, {"long_name": "direction from magnetic north"}, {}, "magnetic north"),
+        ({}, {}, {"long_name": "angular frequency"}, "angular frequency"),
+        ({}, {}, {"standard_name": "wave_period"}, "wave_period"),
+        ({"units": "log10(m2/Hz/degree)"}, {}, {}, "log10"),
+        ({"units": "m2/Hz/degree ?"}, {}, {}, "degree ?"),
     ],
 )
 def test_what_cannot_be_obeyed_is_refused_by_its_words(
@@ -105,6 +90,74 @@ def test_what_cannot_be_obeyed_is_refused_by_its_words(
         read_directional_spectrum(path)
     assert named in str(refused.value)
     assert len(refused.value.problems) == 1
+
+
+CLOCKWISE, TOWARDS = DIRECTION, (DIRECTION + 180.0) % 360.0
+WORDS: dict[str, tuple[dict[str, dict[str, Any]], NDArray[np.float64]]] = {  # attributes, and directions so described
+    "unit, from north": ({"dir": {"units": "degrees clockwise from true north"}}, CLOCKWISE),
+    "unit, anticlockwise": ({"dir": {"units": "degrees counterclockwise from east"}}, (270.0 - DIRECTION) % 360.0),
+    "unit, T": ({"dir": {"units": "degT"}}, CLOCKWISE),
+    "positive": ({"dir": {"positive": "counterclockwise", "long_name": "going to"}}, (270.0 - DIRECTION) % 360.0),
+    "anticlockwise from north": (
+        {"dir": {"comment": "waves come from it, anticlockwise from north"}}, (360.0 - DIRECTION) % 360.0),
+    "clockwise from east": ({"dir": {"comment": "coming from, clockwise from east"}}, (DIRECTION - 90.0) % 360.0),
+    "density": ({"efth": {"long_name": "spectrum, directions waves travel to"}}, TOWARDS),
+    "file": ({"": {"direction_convention": "going to"}}, TOWARDS),
+    "file, of wind": ({"": {"comment": "wind direction: going to; winds and currents"}}, CLOCKWISE),
+    "file, though the axis says": (
+        {"": {"convention": "going to"}, "dir": {"standard_name": "sea_surface_wave_from_direction"}}, CLOCKWISE),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WORDS)
+def test_directions_are_as_words_describe_them(name: str, tmp_path: Path) -> None:
+    told, directions = WORDS[name]
+    data = xr.Dataset(
+        {"efth": (("freq", "dir"), true_density(), told.get("efth", {}))},
+        {"freq": FREQUENCY, "dir": ("dir", directions, told.get("dir", {}))},
+        told.get("", {}),
+    )
+    data.to_netcdf(tmp_path / "sea.nc", engine="h5netcdf")
+    assert_the_sea(read_directional_spectrum(tmp_path / "sea.nc"))
+
+
+@pytest.mark.parametrize("name", ["valid_max", "valid_range", "packed valid_range", "valid_min"])
+def test_what_lies_beyond_its_valid_range_is_missing(name: str, tmp_path: Path) -> None:
+    values, top = true_density(), true_density().max()
+    values[3, 4] = -2.0 * top if name == "valid_min" else 30.0 * top
+    scale = top / 1000.0
+    told: dict[str, Any] = {"valid_min": 0.0} if name == "valid_min" else {name: [0.0, 2.0 * top][-1:]}
+    if name.endswith("valid_range"):
+        told = {"valid_range": [0.0, 2.0 * top]}
+    if name.startswith("packed"):
+        values = np.rint(values / scale).astype(np.int32)
+        told = {"valid_range": np.array([0, 2000], dtype=np.int32), "scale_factor": scale}
+    data = xr.Dataset({"efth": (("freq", "dir"), values, told)}, {"freq": FREQUENCY, "dir": DIRECTION})
+    data.to_netcdf(tmp_path / "sea.nc", engine="h5netcdf")
+    assert_the_sea(read_directional_spectrum(tmp_path / "sea.nc"), 5e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "attributes", "value", "right"),
+    [
+        ("hs", {"units": "cm"}, 100.0 * HS, True),
+        ("height", {"standard_name": "sea_surface_wave_significant_height"}, HS, True),
+        ("height", {"standard_name": "sea_surface_wave_significant_height"}, 2.0 * HS, False),
+        ("wave_height", {"standard_name": "sea_surface_wave_maximum_height"}, 2.0 * HS, True),
+        ("hs", {"units": "ft"}, HS, False),
+    ],
+)
+def test_a_stated_height_is_one_by_its_words(
+    name: str, attributes: dict[str, str], value: float, right: bool, tmp_path: Path
+) -> None:
+    path = written(tmp_path / "sea.nc", density={}, direction={}, frequency={})
+    with xr.open_dataset(path) as data:
+        data.assign({name: ((), value, attributes)}).to_netcdf(tmp_path / "both.nc", engine="h5netcdf")
+    if right:
+        assert_the_sea(read_directional_spectrum(tmp_path / "both.nc"))
+    else:
+        with pytest.raises(InputError, match="and it states a height"):
+            read_directional_spectrum(tmp_path / "both.nc")
 
 
 def test_radians_that_nobody_declares_are_asked_for(tmp_path: Path) -> None:

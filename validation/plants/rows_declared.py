@@ -6,9 +6,73 @@ from .plant import Plant
 
 _IO, _LAWS = "seamap_rt/io/", "tests/io/test_declared.py::"
 _START = "tests/sea/test_record_start.py::"
+_SPECTRA, _KINDS, _TEXT = (f"tests/io/test_{each}.py::" for each in ("declared_spectra", "spectrum_kinds", "text"))
 _VESSEL, _VESSELS = "seamap_rt/prediction/capytaine.py", "tests/prediction/test_capytaine.py::"
 
 PLANTS = (
+    Plant(
+        "units: a radian is no dimension",
+        _IO + "units.py",
+        '("rad radian radians", 1.0, {"angle": 1})',
+        '("rad radian radians", 1.0, {})',
+        "tests/io/test_units.py::test_every_spelling_has_its_size",
+    ),
+    Plant(
+        "units: what follows a unit is passed over",
+        _IO + "units.py",
+        "        if token is None:\n            return None",
+        "        if token is None:\n            break",
+        "tests/io/test_units.py::test_what_is_of_another_kind_has_none",
+    ),
+    Plant(
+        "spectra: directions to are directions from",
+        _IO + "declared_spectrum.py",
+        'return degrees + (180.0 if sense == "to" else 0.0)',
+        "return degrees",
+        _SPECTRA + "test_directions_are_as_words_describe_them",
+    ),
+    Plant(
+        "spectra: a valid range is read past",
+        _IO + "declared_spectrum.py",
+        "density.copy(data=within_valid_range(density.to_numpy(), density.attrs, density.encoding))",
+        "density",
+        _SPECTRA + "test_what_lies_beyond_its_valid_range_is_missing",
+    ),
+    Plant(
+        "spectra: no date is a date",
+        _IO + "spectrumfile.py",
+        "known = np.flatnonzero(~np.isnat(times))",
+        "known = np.arange(times.size)",
+        _SPECTRA + "test_no_date_is_nearest_to_nothing",
+    ),
+    Plant(
+        "spectra: SWAN's NetCDF counts directions in degrees",
+        _IO + "spectrum_layouts.py",
+        'if layout.angle and "units" not in',
+        'if not layout and "units" not in',
+        _KINDS + "test_every_kind_is_the_same_sea",
+    ),
+    Plant(
+        "spectra: a height that a buoy states is read past",
+        _IO + "spectrum_layouts.py",
+        "density = density.assign_coords(stated_height=height)\n    return",
+        "pass\n    return",
+        _KINDS + "test_a_buoy_that_states_another_height_is_refused",
+    ),
+    Plant(
+        "text: numbers are Python's",
+        _IO + "text.py",
+        'if isinstance(text, str) and ("_" in text or not text.isascii()):',
+        "if isinstance(text, str) and not text:",
+        _TEXT + "test_no_command_takes_one",
+    ),
+    Plant(
+        "text: libraries read Python's numbers",
+        _IO + "spectrum_layouts.py",
+        "refuse_underscores(content",
+        "str(content",
+        _TEXT + "test_no_spectrum_has_one_either",
+    ),
     Plant(
         "declared: packing is left",
         _IO + "recorded.py",
