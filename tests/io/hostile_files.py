@@ -312,7 +312,8 @@ def _elsewhere(how: str) -> Callable[[Path], None]:
 
 
 ELSEWHERE = {how: _elsewhere(how) for how in ("link", "storage", "virtual")}
-OF_HDF5 = [name for name, (file, _) in READERS.items() if file.endswith((".nc", ".h5"))] + ["recording .mat"]
+OF_HDF5 = [name for name, (file, _) in READERS.items() if file.endswith((".nc", ".h5")) and "advice" not in name]
+OF_HDF5 += ["recording .mat"]  # advice is silent whatever is wrong
 CASES: dict[tuple[str, str], Callable[[Path], None]] = {
     **{(reader, kind): make for reader in READERS for kind, make in ODD.items()},
     **BOMBS,
