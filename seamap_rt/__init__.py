@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .lazy import lazily
+from .lazy import lazy_attributes
 
 __version__ = "0.1.0"
 
@@ -67,7 +67,7 @@ def __dir__() -> list[str]:
     return [*__all__, "__version__"]
 
 
-__getattr__ = lazily(
+__getattr__ = lazy_attributes(
     __name__,
     {
         ".": "analytic echoes prediction scattering sea studies",

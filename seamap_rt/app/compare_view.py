@@ -11,8 +11,8 @@ from nicegui import ui
 from ..conventions import turn_name
 from ..errors import InputError
 from . import drawing, figures
-from .comparing import Figure, Judged, drawing_of, in_words
-from .drawing import Easel, grey_of
+from .comparing import Figure, RangeVerdict, drawing_of, in_words
+from .drawing import Canvas, grey_of
 from .maps_panel import MapsPanel
 from .prospects_view import number
 from .results import Results
@@ -54,7 +54,7 @@ class CompareView:
         self._said = ui.label().classes("text-sm").props("role=status")
         drawn = ui.label().classes("text-sm waits").props("role=status")
         self._body = ui.column().classes("w-full gap-2 min-w-0")
-        self._easel = Easel(grey_of(drawn, self._body))
+        self._easel = Canvas(grey_of(drawn, self._body))
         with self._body:
             self._verdict = ui.label().classes("font-bold").mark("compared")
             self._table = ui.element("div").classes("w-full grid gap-2 grid-cols-2 md:grid-cols-4").mark("figures")
@@ -158,7 +158,7 @@ class CompareView:
                     )
                     ui.label(f"A {first} · B {second}").classes("font-bold figure-value")
 
-    def _fill_ranges(self, judged: list[Judged]) -> None:
+    def _fill_ranges(self, judged: list[RangeVerdict]) -> None:
         """Whose heights err less, range by range."""
         self._verdict.set_text(in_words(judged) if judged else "Whose heights err less is not told: a true sea lacks.")
         self._ranges.set_visibility(bool(judged))

@@ -67,20 +67,20 @@ def differences(first: Source, second: Source) -> str:
     """What the two were run with that is not the same: keys, seed, turns that they hold."""
     turns = tuple(len(each.results.turns()) for each in (first, second))
     scenes = [dict(flat(each.scene.model_dump(mode="json"))) if each.scene else None for each in (first, second)]
-    told = [] if turns[0] == turns[1] else [f"turns (A {turns[0]}, B {turns[1]})"]
+    parts = [] if turns[0] == turns[1] else [f"turns (A {turns[0]}, B {turns[1]})"]
     a, b = scenes
     if a is None or b is None:
-        return f"Differ in: {', '.join([*told, 'perhaps more, since the scene of one is not known'])}."
+        return f"Differ in: {', '.join([*parts, 'perhaps more, since the scene of one is not known'])}."
     keys = [key for key in {**a, **b} if a.get(key) != b.get(key) and key not in ("title", "turns")]
-    told += [f"{key} (A {a.get(key, '—')}, B {b.get(key, '—')})" for key in keys[:_MOST_KEYS]]
-    told += [f"{len(keys) - _MOST_KEYS} keys more"] if len(keys) > _MOST_KEYS else []
-    return f"Differ in: {', '.join(told)}." if told else "The same scene with the same seed."
+    parts += [f"{key} (A {a.get(key, '—')}, B {b.get(key, '—')})" for key in keys[:_MOST_KEYS]]
+    parts += [f"{len(keys) - _MOST_KEYS} keys more"] if len(keys) > _MOST_KEYS else []
+    return f"Differ in: {', '.join(parts)}." if parts else "The same scene with the same seed."
 
 
 # ------------------------------------------------------------------------------------------------ beyond chance
 
 
-class Judged(NamedTuple):
+class RangeVerdict(NamedTuple):
     """rms errors [m] of both in one range, and how far chance alone may move their ratio: a factor, NaN where there is
     too little to tell."""
 
@@ -122,7 +122,7 @@ def squares(source: Source) -> tuple[Array, Array]:
     return np.floor(layout.range[0] / BIN_M) * BIN_M + BIN_M * np.arange(sums.shape[1]), sums
 
 
-def judge(first: tuple[Array, Array], second: tuple[Array, Array]) -> list[Judged]:
+def judge(first: tuple[Array, Array], second: tuple[Array, Array]) -> list[RangeVerdict]:
     """`squares` of both: first the headline's ranges, where they are seen, then range by range.
 
     The scatter of θ = ln(rms B / rms A) is the jackknife's over up to twelve sectors of azimuth that both see, all
@@ -147,13 +147,15 @@ def judge(first: tuple[Array, Array], second: tuple[Array, Array]) -> list[Judge
     tested = [(of, max(sigma, floor), n, len(ranges)) for of, (sigma, n) in zip(ranges, scatters, strict=True)]
     if headline.size:
         tested.insert(0, (headline, *_scatter(both[:, :, headline].sum(axis=2)), 1))
-    told = []
+    verdicts = []
     for of, sigma, n, tests in tested:
         cells, square = np.moveaxis(both[:, :, of].sum(axis=(1, 2)), -1, 0)
         a, b = np.sqrt(np.divide(square, cells, out=np.full(2, np.nan), where=cells > 0.0))
         chance = np.exp(stdtrit(n - 2, 1.0 - 0.0125 / tests) * sigma) if np.isfinite(sigma) else np.nan
-        told.append(Judged((float(start[of][0]), float(start[of][-1]) + BIN_M), float(a), float(b), float(chance)))
-    return told
+        verdicts.append(
+            RangeVerdict((float(start[of][0]), float(start[of][-1]) + BIN_M), float(a), float(b), float(chance))
+        )
+    return verdicts
 
 
 def _scatter(sums: Array) -> tuple[float, int]:
@@ -175,9 +177,9 @@ def _scatter(sums: Array) -> tuple[float, int]:
     return float(np.sqrt((n - 1) / n * spread * (1.0 + 2.0 * max(0.0, near)))), n
 
 
-def in_words(told: Sequence[Judged]) -> str:
+def in_words(verdicts: Sequence[RangeVerdict]) -> str:
     """What is better where, in a line or two."""
-    first, *ranges = told
+    first, *ranges = verdicts
     words = {"▲ B better": "B better", "▼ B worse": "B worse"}.get(first.verdict, "no difference beyond chance")
     by = "" if not np.isfinite(first.chance) else f"; chance alone makes {100.0 * (first.chance - 1.0):.0f} %"
     line = f"{_span(first)}: {words} (A {first.first:.3f} m, B {first.second:.3f} m rms{by})."
@@ -187,31 +189,31 @@ def in_words(told: Sequence[Judged]) -> str:
     return line
 
 
-def _span(judged: Judged) -> str:
+def _span(judged: RangeVerdict) -> str:
     return f"{judged.range_m[0]:.0f}–{judged.range_m[1]:.0f} m"
 
 
-def drawing_of(first: Source, second: Source, turn: int, names: tuple[str, str], dark: bool, whole: bool) -> Drawn:
+def drawing_of(first: Source, second: Source, turn: int, names: tuple[str, str], dark: bool, whole: bool) -> Comparison:
     """What is shown of two. whole: with what is of all turns. OSError, IndexError where a run has no such turn."""
-    told = {name: each.by_range(turn) for name, each in zip(names, (first, second), strict=True)}
+    errors = {name: each.by_range(turn) for name, each in zip(names, (first, second), strict=True)}
     known = whole and first.results.has_truth and second.results.has_truth
-    return Drawn(
+    return Comparison(
         side_by_side(first, second, turn, names),
-        curves.error_graph(told, None, dark),
-        curves.visible_graph(told, None, dark),
+        curves.error_graph(errors, None, dark),
+        curves.visible_graph(errors, None, dark),
         figures_of(first.results.metrics(), second.results.metrics()),
         differences(first, second),
         judge(squares(first), squares(second)) if known else [],
     )
 
 
-class Drawn(NamedTuple):
+class Comparison(NamedTuple):
     shown: Shown
     errors: curves.Figure
     visible: curves.Figure
     figures: list[Figure]
     differ: str
-    judged: list[Judged]
+    judged: list[RangeVerdict]
 
 
 def side_by_side(first: Source, second: Source, turn: int, names: tuple[str, str]) -> Shown:

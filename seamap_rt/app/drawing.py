@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 Result = TypeVar("Result")
 
 
-class Lane:
+class DrawingProcess:
     """A process that draws one thing after another; it starts with the first. most: after so many another follows."""
 
     def __init__(self, most: int | None = None) -> None:
@@ -49,8 +49,8 @@ class Lane:
 
 _ENDED = "the process that draws has ended, as it does where memory runs out; choose the view again"
 
-quick, slow = Lane(), Lane()  # maps, sections, curves; what may take seconds
-alone = Lane(1)  # what takes much memory
+quick, slow = DrawingProcess(), DrawingProcess()  # maps, sections, curves; what may take seconds
+alone = DrawingProcess(1)  # what takes much memory
 
 
 def close() -> None:
@@ -78,7 +78,7 @@ def _begin() -> None:
 
 
 def grey_of(line: Any, stage: Any) -> Callable[[str], None]:
-    """For an `Easel`: a label and the element that all drawings stand in."""
+    """For an `Canvas`: a label and the element that all drawings stand in."""
 
     def grey(words: str) -> None:
         line.set_text(words)
@@ -88,7 +88,7 @@ def grey_of(line: Any, stage: Any) -> Callable[[str], None]:
     return grey
 
 
-class Easel:
+class Canvas:
     """A place for one drawing at a time. From a question to its answer all that stands there is grey, under a line that
     says what is drawn; a question ends the one before it, whose answer is never shown.
 

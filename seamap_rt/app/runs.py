@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..io.committed_file import part_of
 from ..io.opening import LONG, read_json
 from ..io.scenefile import read_toml
-from .safety import is_text, odd_product
+from .safety import is_text, unreadable_product
 
 _DEEPEST = 3
 _MOST = 2000  # folders that are looked into
@@ -73,7 +73,7 @@ def _entry(runs: Path, folder: Path, files: set[str]) -> RunEntry | None:
     kind = kind_of(folder, files)
     if kind is None or folder == runs:
         return None
-    if odd := odd_product(folder, lambda path: path.resolve().is_relative_to(runs.resolve())):
+    if odd := unreadable_product(folder, lambda path: path.resolve().is_relative_to(runs.resolve())):
         return RunEntry(str(folder.relative_to(runs)), kind, "", folder.lstat().st_mtime, f"not read: {odd}")
     title = ""
     if "scene.toml" in files:

@@ -197,7 +197,7 @@ class Roots:
             found = False
         if not found:
             raise InputError(f"run = '{name}': no such folder in {self.runs}; choose one from the list")
-        if odd := odd_product(folder, self.holds):
+        if odd := unreadable_product(folder, self.holds):
             raise InputError(f"run = '{name}': {odd}")
         return folder
 
@@ -222,7 +222,7 @@ def is_text(name: str) -> bool:
     return not _NO_TEXT.search(name)
 
 
-def odd_product(folder: Path, holds: Callable[[Path], bool]) -> str:
+def unreadable_product(folder: Path, holds: Callable[[Path], bool]) -> str:
     """Which of a folder's products nobody may read, in words: it is no regular file, or a link to a place that `holds`
     denies. Empty where all are as they should be."""
     for entry in os.scandir(folder):

@@ -16,7 +16,7 @@ from nicegui import ui
 from ..conventions import turn_name
 from ..errors import InputError
 from . import drawing
-from .drawing import Easel, grey_of
+from .drawing import Canvas, grey_of
 from .files import address, products_of
 from .maps_panel import MapsPanel
 from .pictures import Shown
@@ -68,7 +68,7 @@ class SeeView:
                 self.maps = MapsPanel(page.width, page.dark, self._cut)
             self._curves_place = ui.column().classes("w-full min-w-0")
             self._study_place = ui.column().classes("w-full min-w-0")
-        self.easel = Easel(grey_of(drawn, self._stage))
+        self.easel = Canvas(grey_of(drawn, self._stage))
         ui.timer(_LOOK_S, self._look)
         ui.timer(_PLAY_S, self._play)
 

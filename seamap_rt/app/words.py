@@ -5,7 +5,7 @@ from __future__ import annotations
 from decimal import Decimal, InvalidOperation
 from typing import Any
 
-from ..io.text import number_in
+from ..io.text import parse_number
 
 _ENDINGS = ("_m_s", "_dbsm", "_dbm", "_dbi", "_deg", "_rpm", "_psu", "_hz", "_db", "_m", "_s", "_w", "_c")
 
@@ -174,13 +174,13 @@ def read(key: str, text: str) -> Any:
         return [read(key, part) for part in text.strip("[]").split(",")]
     leaf = key.rsplit(".", 1)[-1]
     try:
-        number_in(text)
+        parse_number(text)
         if leaf in _SHOWN:
             return float(Decimal(text) * Decimal(_SHOWN[leaf][1]))
         return int(text)
     except (InvalidOperation, ValueError):
         pass
     try:
-        return number_in(text)
+        return parse_number(text)
     except ValueError:
         return text

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from ..errors import InputError
-from ..io.text import number_in
+from ..io.text import parse_number
 from .shell import Settings, command, console, section_of
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def _leads(text: str) -> NDArray[np.float64]:
     import numpy as np
 
     try:
-        start, stop, step = (number_in(part) for part in text.split(":"))
+        start, stop, step = (parse_number(part) for part in text.split(":"))
     except ValueError:
         raise InputError(f"--lead {text}: must be START:STOP:STEP in seconds, as in --lead 0:30:1") from None
     if not (0.0 <= start <= stop <= _LONGEST_S and step > 0.0):
@@ -109,7 +109,7 @@ def _leads(text: str) -> NDArray[np.float64]:
 
 def _place(text: str) -> tuple[float, float]:
     try:
-        east, north = (number_in(part) for part in text.split(","))
+        east, north = (parse_number(part) for part in text.split(","))
     except ValueError:
         raise InputError(f"--at {text}: must be EAST,NORTH in metres, as in --at -100,0") from None
     if not (abs(east) <= _FARTHEST_M and abs(north) <= _FARTHEST_M):

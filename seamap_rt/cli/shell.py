@@ -13,7 +13,7 @@ from .. import __version__
 from ..compute.machine import A_RUN, Need, check_memory
 from ..errors import InputError
 from ..io.progress_file import progress_file
-from ..io.text import number_in
+from ..io.text import parse_number
 
 app = App(
     name="seamap-rt",
@@ -30,7 +30,7 @@ def _number(kind: Callable[[str], Any], wanted: str) -> Parameter:
 
     def convert(_: Any, tokens: Sequence[Token]) -> Any:
         try:
-            number_in(tokens[0].value)
+            parse_number(tokens[0].value)
             return kind(tokens[0].value)
         except ValueError:
             raise ValueError(f"{tokens[0].value} must be {wanted}") from None

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from ..compute.machine import A_MODEL
 from ..errors import InputError
-from ..io.text import number_in
+from ..io.text import parse_number
 from .shell import Count, Number, Settings, Whole, command, console, progress, scene_of
 
 FAILED = 1
@@ -68,7 +68,7 @@ def shadowing(
 def _metres(text: str) -> list[float]:
     """The numbers of a comma-separated list."""
     try:
-        return [number_in(part) for part in text.split(",")]
+        return [parse_number(part) for part in text.split(",")]
     except ValueError:
         raise InputError(f"--heights {text}: must be metres with commas between, as in --heights 3,5,10") from None
 

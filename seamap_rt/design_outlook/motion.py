@@ -53,7 +53,7 @@ _LOOKS = 2.0  # that a height is found from, where the echo is strong: by runs w
 _SHARES = (np.arange(64) + 0.5) / 64.0  # of D
 
 
-class Ridden(NamedTuple):
+class BoatWaves(NamedTuple):
     """The waves that a boat rides, of random phases; current [m/s] east, north."""
 
     waves: Waves
@@ -107,7 +107,7 @@ class Motion:
         upright = platform.motion == "fixed" and not (platform.list_deg or platform.trim_deg)
         if upright and sensors == SensorSettings():
             return None
-        motion = boat_motion(platform, Ridden(waves, scene.sea))
+        motion = boat_motion(platform, BoatWaves(waves, scene.sea))
         mast, times = Mast(radar, platform, motion), _times(platform)
         quiet = sensors.model_copy(update=dict.fromkeys(_NOISE, 0.0))
         sensed = mast.sensed(Sensors(quiet, motion, scene.seed))

@@ -40,7 +40,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..lazy import lazily
+from ..lazy import lazy_attributes
 
 if TYPE_CHECKING:
     from ..wavefield.sea_state import sea_state
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 __all__ = ["echoes_from_recording", "open_echoes", "open_recording", "retrieve", "retrieve_one", "sea_state"]
 
-__getattr__ = lazily(
+__getattr__ = lazy_attributes(
     __name__,
     {
         "..wavefield.sea_state": "sea_state",

@@ -80,7 +80,7 @@ def words_of(attributes: Mapping[str, Any]) -> str:
     return "; ".join(str(told[name]) for name in _DESCRIBING if name in told)
 
 
-def from_degrees(
+def wave_from_degrees(
     direction: NDArray[np.float64],
     attributes: Mapping[str, Any],
     called: str,
@@ -126,7 +126,7 @@ def _sense(words: str, name: str, called: str) -> Sense | None:
     return "to" if to and not name.endswith("from_direction") else "from"
 
 
-def spectrum_as_declared(
+def convert_spectrum(
     density: xr.DataArray,
     called: str,
     sense: Sense = "from",
@@ -148,7 +148,7 @@ def spectrum_as_declared(
         for chunk in _OF_DIRECTIONS.finditer(text)
         if not re.search("wind|current", chunk[0])
     )
-    degrees = from_degrees(
+    degrees = wave_from_degrees(
         direction.to_numpy().astype(np.float64), direction.attrs, f"{called}: direction", sense, more
     )
     declared = plain_attribute(density.attrs.get("units", unit))

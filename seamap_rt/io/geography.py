@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from .text import number_in
+from .text import parse_number
 
 if TYPE_CHECKING:
     from pyproj import CRS
@@ -69,7 +69,7 @@ def origin_of(at: Origin | tuple[float, float] | str, name: str = "at") -> Origi
         return at
     parts = at.split(",") if isinstance(at, str) else at
     try:
-        latitude, longitude = (number_in(part) for part in parts)
+        latitude, longitude = (parse_number(part) for part in parts)
     except (TypeError, ValueError):
         raise InputError(f"{name} = {at!r}: must be LAT,LON in degrees north and east, as 54.32,-7.5") from None
     try:

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from .opening import LONG, read_bytes
-from .text import decoded_text, number_in, refuse_semicolons
+from .text import decode_text, parse_number, refuse_semicolons
 
 OTHER_NAMES = {"yaw_deg": "heading_deg", "z_m": "heave_m"}
 COLUMNS = ("time_s", "roll_deg", "pitch_deg", "heading_deg", "heave_m", "x_m", "y_m")
@@ -104,7 +104,7 @@ def _read(path: Path) -> tuple[list[int], dict[str, NDArray[np.float64]]]:
     """Line numbers (reading,) and columns (reading,) by their names in COLUMNS."""
     try:
         content = read_bytes(path, "a motion file", named=f"file '{path}'", most=LONG)
-        with io.StringIO(decoded_text(content, f"file '{path}'"), newline="") as file:
+        with io.StringIO(decode_text(content, f"file '{path}'"), newline="") as file:
             rows = _rows(file)
             number, header = next(rows, (1, []))
             names = _names(path, number, header)
@@ -148,7 +148,7 @@ def _numbers(path: Path, line: int, names: list[str], cells: list[str]) -> list[
     numbers = []
     for name, cell in zip(names, cells, strict=True):
         try:
-            number = number_in(cell)
+            number = parse_number(cell)
         except ValueError:
             number = math.nan
         if not math.isfinite(number):

@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 from ..errors import InputError
-from .text import decoded_text
+from .text import decode_text
 
 if TYPE_CHECKING:  # each takes a part of a second to load
     import h5py
@@ -117,7 +117,7 @@ def read_json(path: PathLike, wanted: str = "a JSON file", **rules: Any) -> Any:
     from pydantic_core import from_json  # bounded in depth and in digits, and text that no one can write is refused
 
     called = rules.get("named") or os.fspath(path)
-    text = decoded_text(read_bytes(path, wanted, **rules), called)
+    text = decode_text(read_bytes(path, wanted, **rules), called)
     try:
         return from_json(text)
     except ValueError as error:

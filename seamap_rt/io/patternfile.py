@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from .opening import read_bytes
-from .text import decoded_text, is_wide, number_in, refuse_semicolons
+from .text import decode_text, is_wide, parse_number, refuse_semicolons
 
 CUTS = ("azimuth", "elevation")
 _MSI_CUTS = {"HORIZONTAL": "azimuth", "VERTICAL": "elevation"}
@@ -79,7 +79,7 @@ def read_pattern(path: str | os.PathLike[str]) -> PatternFile:
     path = Path(path)
     content = read_bytes(path, "a pattern", named=f"file '{path}'")
     if is_wide(content):
-        decoded_text(content, f"file '{path}'")
+        decode_text(content, f"file '{path}'")
     text = content.decode("utf-8-sig", "replace")  # of another encoding are comments alone
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1)]
     full = [(number, line) for number, line in lines if line and line[0] not in "#;!"]
@@ -115,7 +115,7 @@ def _refusal(path: Path, line: int, what: str) -> InputError:
 
 def _number(path: Path, line: int, name: str, text: str) -> float:
     try:
-        value = number_in(text)
+        value = parse_number(text)
     except ValueError:
         value = np.nan
     if not np.isfinite(value):

@@ -26,7 +26,7 @@ from ..conventions import SPEED_OF_LIGHT
 from ..dataset import build
 from ..errors import InputError
 from .opening import read_unpacked
-from .text import number_in
+from .text import parse_number
 
 _MOST_BYTES = 256 << 20  # of a file, decompressed: some hundred turns
 _MOST_HEADER = 1 << 20
@@ -164,7 +164,7 @@ def _header(path: Path, lines: list[str]) -> dict[str, str]:
 
 def _number(header: Mapping[str, str], key: str, otherwise: float = 0.0) -> float:
     try:
-        value = number_in(header[key].split()[0])
+        value = parse_number(header[key].split()[0])
     except (KeyError, IndexError, ValueError):
         return otherwise
     return value if np.isfinite(value) else otherwise

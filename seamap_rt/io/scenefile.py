@@ -20,7 +20,7 @@ from pydantic import BaseModel
 from ..errors import InputError, must_be
 from .opening import read_bytes
 from .plain_json import plain
-from .text import decoded_text, is_underscored
+from .text import decode_text, is_underscored
 from .toml_text import key_text, quoted, shown, toml_value
 
 _DEEPEST = 16  # tables in tables: a scene has three
@@ -34,7 +34,7 @@ def read_toml(path: str | os.PathLike[str], wanted: str = "a scene file") -> dic
     """The tree of a TOML file. wanted: what it is to be. Raises InputError if it cannot be read or is no TOML."""
     data = read_bytes(path, wanted)
     try:
-        tree = tomllib.loads(decoded_text(data, str(path)))
+        tree = tomllib.loads(decode_text(data, str(path)))
     except InputError:
         raise
     except RecursionError:

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from ..errors import InputError
-from .declared_spectrum import Sense, spectrum_as_declared
+from .declared_spectrum import Sense, convert_spectrum
 from .opening import check_store, open_dataset, read_unpacked
 from .plain_json import plain_attribute
 from .text import refuse_underscores
@@ -102,7 +102,7 @@ def as_declared(density: xr.DataArray, kind: str, path: Path) -> xr.DataArray:
     if layout.angle and "units" not in density["dir"].attrs:
         density["dir"].attrs["units"] = layout.angle
     told = [str(each) for each in density.attrs.pop("of_the_file", ())]
-    return spectrum_as_declared(density, called, layout.sense, layout.unit, told).assign_attrs(density.attrs)
+    return convert_spectrum(density, called, layout.sense, layout.unit, told).assign_attrs(density.attrs)
 
 
 def _of_logarithms(density: xr.DataArray, called: str) -> tuple[xr.DataArray, bool]:

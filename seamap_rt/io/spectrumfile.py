@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from ..conventions import GRAVITY, WATER_DENSITY
 from ..errors import InputError
 from .declared import within_valid_range
-from .declared_spectrum import DensityUnit, density_unit, frequencies_hz, from_degrees
+from .declared_spectrum import DensityUnit, density_unit, frequencies_hz, wave_from_degrees
 from .opening import bytes_held, check_unpacked, open_dataset, open_file, read_unpacked, weigh
 from .plain_json import plain_attribute
 from .quiet import quietly, without_complaints
@@ -360,7 +360,7 @@ def _as_declared(moment: xr.DataArray, path: Path) -> xr.DataArray:
     """A buoy's energy in m²/Hz, a direction in degrees where waves come from, or a share."""
     called, values = f"{path}: {moment.name}", within_valid_range(moment.to_numpy(), moment.attrs, moment.encoding)
     if "dir" in str(moment.name):
-        values = from_degrees(values.astype(np.float64), moment.attrs, called) % 360.0
+        values = wave_from_degrees(values.astype(np.float64), moment.attrs, called) % 360.0
     elif moment.name == _NDBC_NAMES[0]:
         values = to_unit(values, plain_attribute(moment.attrs.get("units")), "m2/Hz", called)
     return moment.copy(data=values)

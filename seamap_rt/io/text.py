@@ -9,7 +9,7 @@ from ..errors import InputError
 _UNDERSCORED = re.compile(r"(?<![^\s,;\[])[-+]?(?=[^\s,;\]]*\d_\d)[\d.][-+\d._eE]*(?![^\s,;\]])")
 
 
-def number_in(text: str | float) -> float:
+def parse_number(text: str | float) -> float:
     """The number that a text holds. Raises ValueError for what only Python takes for one: 1_0, full-width digits."""
     if isinstance(text, str) and ("_" in text or not text.isascii()):
         raise ValueError(f"{text!r} is not a number")
@@ -34,7 +34,7 @@ def is_wide(content: bytes) -> bool:
     return content[:2] in (b"\xff\xfe", b"\xfe\xff") or any(len(each) > 4 and not each.strip(b"\0") for each in halves)
 
 
-def decoded_text(content: bytes, called: str) -> str:
+def decode_text(content: bytes, called: str) -> str:
     """Text of a file in UTF-8, with a byte-order mark or without. Raises InputError for another encoding."""
     if is_wide(content):
         raise InputError(f"{called}: is text in UTF-16; save it as UTF-8")

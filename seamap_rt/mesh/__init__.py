@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..lazy import lazily
+from ..lazy import lazy_attributes
 
 if TYPE_CHECKING:
     from .facets import Facets
@@ -13,6 +13,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Facets", "PolarGrid", "SurfaceMesh", "mesh_turn", "polar_grid", "surface_mesh"]
 
-__getattr__ = lazily(
+__getattr__ = lazy_attributes(
     __name__, {"facets": "Facets", "grid": "PolarGrid polar_grid", "surface": "SurfaceMesh mesh_turn surface_mesh"}
 )

@@ -9,7 +9,7 @@ from .field import WaveField
 from .forecast import forecast
 from .observations import Observations
 from .predictor import Predictor
-from .reconstruction import forecasts, issue, predictor_of, reconstruct, told_of_vessel, vessel_of
+from .reconstruction import forecasts, issue, predictor_of, reconstruct, vessel_notes, vessel_of
 from .spectrum import Spectrum
 from .vessel import Box, Disc, Follower
 from .windows import highest_wave, quiet_windows
@@ -30,6 +30,6 @@ __all__ = [
     "quiet_windows",
     "read_capytaine",
     "reconstruct",
-    "told_of_vessel",
+    "vessel_notes",
     "vessel_of",
 ]

@@ -95,7 +95,7 @@ def issue(
     lead = np.arange(0.0, settings.lead_s + _FINE_S, _FINE_S) if lead_s is None else np.asarray(lead_s, np.float64)
     heading, speed = settings.heading_deg or 0.0, settings.speed_m_s or 0.0
     made = forecast(field, at, lead, vessel=vessel, heading_deg=heading, speed_m_s=speed, draws=0)
-    if told := told_of_vessel(vessel):
+    if told := vessel_notes(vessel):
         made.attrs["vessel_notes"] = "; ".join(told)
     limits = settings.quiet.limits
     if limits:
@@ -132,7 +132,7 @@ def vessel_of(settings: VesselSettings) -> Vessel | None:
     return None
 
 
-def told_of_vessel(vessel: Vessel | None) -> tuple[str, ...]:
+def vessel_notes(vessel: Vessel | None) -> tuple[str, ...]:
     """What one should know of a vessel's file: what of it was left out, or is odd; a line each."""
     return getattr(vessel, "notes", ())
 

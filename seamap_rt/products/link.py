@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from ..io.interrupts import uninterrupted
 from ..io.results_folder import clear_folder, results_folder, write_whole
-from ..io.text import number_in
+from ..io.text import parse_number
 from ..radar import link
 from ..radar.link import LinkBudget
 from ..radar.receiver import noise_power
@@ -94,7 +94,7 @@ def ranges_of(text: str | None, scene: Scene) -> NDArray[np.float64]:
         return np.array([near, *(step for step in steps if near < step < far), far])
     about, form = f"--ranges = '{text}'", "write R,R,… in metres, as in 50,100,200"
     try:
-        ranges = np.array([number_in(part) for part in text.split(",")])
+        ranges = np.array([parse_number(part) for part in text.split(",")])
     except ValueError:
         raise InputError(f"{about}: is not ranges; {form}") from None
     if not np.all(np.isfinite(ranges)):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..io.text import number_in
+from ..io.text import parse_number
 from ..scene import Scene
 from ..sea import resolution
 
@@ -26,7 +26,7 @@ def times_of(text: str) -> NDArray[np.float64]:
     """Rising times [s] of START:STOP:STEP (STOP too, where a step meets it) or T,T,…; InputError for anything else."""
     about, form = f"--times = '{text}'", "write START:STOP:STEP or T,T,… in seconds, as in 0:5:0.5"
     try:
-        numbers = [number_in(part) for part in text.replace(":", ",").split(",")]
+        numbers = [parse_number(part) for part in text.replace(":", ",").split(",")]
     except ValueError:
         raise InputError(f"{about}: is not times; {form}") from None
     if not all(math.isfinite(number) for number in numbers):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..lazy import lazily
+from ..lazy import lazy_attributes
 
 if TYPE_CHECKING:
     from .curves import error_against_range, height_scatter, timing, visible_share
@@ -29,7 +29,7 @@ __all__ = [
     "write_report",
 ]
 
-__getattr__ = lazily(
+__getattr__ = lazy_attributes(
     __name__,
     {
         "curves": "error_against_range height_scatter timing visible_share",

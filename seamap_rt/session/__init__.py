@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..lazy import lazily
+from ..lazy import lazy_attributes
 
 if TYPE_CHECKING:
     from .driver import FinishedTurn, Sink, TurnFigures, deliver, iterate
@@ -26,7 +26,7 @@ __all__ = [
     "simulate",
 ]
 
-__getattr__ = lazily(
+__getattr__ = lazy_attributes(
     __name__,
     {
         "driver": "FinishedTurn Sink TurnFigures deliver iterate",

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ..forecast_errors import Verified, came
 from ..io.appendable import AppendableNetCDF
-from ..prediction import WaveField, issue, predictor_of, told_of_vessel, vessel_of
+from ..prediction import WaveField, issue, predictor_of, vessel_notes, vessel_of
 from ..simulation import Simulator
 from ..window_errors import Windows, windows_that_came
 from .driver import FinishedTurn
@@ -31,7 +31,7 @@ class ForecastSink:
         self._file, self._simulator = file, simulator
         self._settings = simulator.scene.resolved_prediction
         self._vessel = vessel_of(self._settings.vessel)
-        self.vessel_notes = told_of_vessel(self._vessel)
+        self.vessel_notes = vessel_notes(self._vessel)
         self._predictor = predictor_of(self._settings)
         self._issued: list[tuple[int, xr.Dataset]] = []
         self._last: tuple[WaveField, xr.Dataset] | None = None

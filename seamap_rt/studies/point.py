@@ -138,7 +138,7 @@ def kept(file: Path) -> Outcome | None:
     return outcome if intact else None
 
 
-def kept_of(task: Task) -> tuple[Outcome | None, str]:
+def load_point(task: Task) -> tuple[Outcome | None, str]:
     """What is kept of a point, and why its file is not believed: "" where it is, or where there is none."""
     outcome = kept(task.file)
     if outcome is None:

@@ -25,7 +25,7 @@ from ..io.results_folder import clear_folder, remove_hidden, results_folder, wri
 from ..io.scenefile import apply_overrides
 from ..scene import Scene
 from .outlooks import outlook_columns
-from .point import MANIFEST, POINTS, Outcome, Task, ended, keep, kept_of
+from .point import MANIFEST, POINTS, Outcome, Task, ended, keep, load_point
 from .trade_table import rows, trade_table
 from .usable import Criterion
 from .vary import Point, Vary, grid, scenes_of, seeds_of
@@ -153,7 +153,7 @@ class Sweep:
         wanted: list[Task] = []
         for point, scene in zip(self.points, self.scenes, strict=True):
             task = self.task(point, scene)
-            outcome, why_not = kept_of(task)
+            outcome, why_not = load_point(task)
             if why_not:
                 self.notes.append(f"{POINTS}/{task.file.name}: {why_not}; the point is run again")
             if outcome is not None and outcome["status"] in ("done", "refused"):
@@ -168,7 +168,7 @@ class Sweep:
     def outcomes(self) -> dict[tuple[int, ...], Outcome]:
         """What is there, by the point's place in the grid."""
         every = zip(self.points, self.scenes, strict=True)
-        found = {point.index: kept_of(self.task(point, scene))[0] for point, scene in every}
+        found = {point.index: load_point(self.task(point, scene))[0] for point, scene in every}
         return {index: outcome for index, outcome in found.items() if outcome is not None}
 
     def table(self, criterion: Criterion) -> xr.Dataset:

@@ -22,7 +22,7 @@ from ..session.pace import duration
 from .by_sea import BySea
 from .choices import headline, least_confidence
 from .enough import Goal
-from .point import KEPT, Outcome, SchedulerLost, Task, compute, keep, kept_of
+from .point import KEPT, Outcome, SchedulerLost, Task, compute, keep, load_point
 from .sweep import PRODUCTS, Sweep
 from .usable import Criterion
 from .vary import chosen_key, refuse_limit
@@ -243,7 +243,7 @@ def _compute(sweep: Sweep, answers: Answers, say: Progress) -> int:
     failed = 0
     with closing(answers(tasks)) as results:  # type: ignore[type-var]
         for number, (task, outcome) in enumerate(results, 1):
-            if kept_of(task)[0] is None:  # its worker could not write it
+            if load_point(task)[0] is None:  # its worker could not write it
                 keep(task, outcome)
             failed += outcome["status"] != "done"
             left = (time.perf_counter() - start) / number * (len(tasks) - number)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..compute.scratch import scratch_folder
 from ..errors import InputError
 from ..io.scenefile import apply_overrides
-from ..io.text import number_in
+from ..io.text import parse_number
 from ..scene import Scene, load_scene
 
 MOST_POINTS = 10_000
@@ -61,7 +61,7 @@ def parse_varies(texts: Sequence[str]) -> Vary:
 
 def _steps(text: str, pieces: list[str]) -> list[Any]:
     try:
-        start, stop, step = numbers = [Decimal(part.strip()) for part in pieces if number_in(part) is not None]
+        start, stop, step = numbers = [Decimal(part.strip()) for part in pieces if parse_number(part) is not None]
     except (InvalidOperation, ValueError):
         raise InputError(f"--vary {text}: must be three numbers; {_FORM}") from None
     if not all(number.is_finite() for number in numbers):

@@ -1,7 +1,7 @@
-"""Why a polar map does not tell the sea state, and what would mend that: light, echo and likeness are told apart.
+"""Why a polar map does not give the sea state, and what would mend that: shadow, weak echo or low coherence.
 
-Judged are gates farther than STEEPEST mast heights, as `range_bins` judges them. What is dark beside cells that stand
-far over the noise lies in shadow; where even the strongest hardly do, it is the echo that lacks.
+Only gates farther than STEEPEST mast heights count, as in `range_bins`. Dark cells beside cells far above the noise lie
+in shadow; where even the strongest cells are hardly above the noise, the echo is too weak.
 """
 
 from __future__ import annotations

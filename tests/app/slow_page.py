@@ -23,7 +23,7 @@ def late(file: str, make: Callable[..., Any], *given: Any) -> Any:
 class Late:
     """A lane that is slow."""
 
-    def __init__(self, lane: drawing.Lane, file: str) -> None:
+    def __init__(self, lane: drawing.DrawingProcess, file: str) -> None:
         self._lane, self._file = lane, file
 
     async def __call__(self, make: Callable[..., Any], *given: Any) -> Any:

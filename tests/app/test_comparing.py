@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from scipy.stats import t as student
 
-from seamap_rt.app.comparing import Judged, differences, in_words, judge, squares
+from seamap_rt.app.comparing import RangeVerdict, differences, in_words, judge, squares
 from seamap_rt.app.results import Layout, Results
 from seamap_rt.app.views import Source
 from seamap_rt.scene import load_scene
@@ -94,8 +94,8 @@ def test_the_stated_chance_is_the_scatter_of_independent_cells() -> None:
 def test_what_cannot_be_judged_is_not() -> None:
     told = judge(squares(_run(1, 1, span_deg=20.0)), squares(_run(2, 1, 0.3, span_deg=20.0)))
     assert {each.verdict for each in told} == {"too little to tell"}
-    assert Judged((0.0, 25.0), 0.1, float("nan"), float("nan")).verdict == "in one of them alone"
-    assert Judged((0.0, 25.0), 0.0, 0.0, float("nan")).verdict == "too little to tell"  # no error at all
+    assert RangeVerdict((0.0, 25.0), 0.1, float("nan"), float("nan")).verdict == "in one of them alone"
+    assert RangeVerdict((0.0, 25.0), 0.0, 0.0, float("nan")).verdict == "too little to tell"  # no error at all
 
 
 def test_what_differs_is_named(tmp_path: Path) -> None:

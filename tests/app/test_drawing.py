@@ -16,7 +16,7 @@ import pytest
 from made_folders import write_run
 
 from seamap_rt.app import drawing
-from seamap_rt.app.drawing import Easel, Lane
+from seamap_rt.app.drawing import Canvas, DrawingProcess
 from seamap_rt.app.results import Results
 from seamap_rt.app.views import Source
 from seamap_rt.errors import InputError
@@ -37,7 +37,7 @@ def test_what_stands_ungreyed_is_always_what_was_asked_for_last(seed: int) -> No
         grey[0] = bool(words)
         watch()
 
-    async def draw(number: int, easel: Easel) -> None:
+    async def draw(number: int, easel: Canvas) -> None:
         for _ in range(chance.randrange(3)):
             await asyncio.sleep(chance.choice((0.0, 0.002, 0.02)))
         stands[0] = number
@@ -50,7 +50,7 @@ def test_what_stands_ungreyed_is_always_what_was_asked_for_last(seed: int) -> No
         watch()
 
     async def run() -> None:
-        easel = Easel(greyed)
+        easel = Canvas(greyed)
         waiting = []
         for number in range(1, 40):
             asked[0] = number
@@ -76,7 +76,7 @@ def test_an_error_of_a_drawing_that_counts_is_raised_and_greys_nothing_for_ever(
         raise OSError("gone")
 
     async def run() -> None:
-        easel = Easel(said.append)
+        easel = Canvas(said.append)
         with pytest.raises(OSError, match="gone"):
             await easel.show("drawing", fail())
         assert said[-1] == ""
@@ -88,7 +88,7 @@ def test_an_error_of_a_drawing_that_counts_is_raised_and_greys_nothing_for_ever(
 
 def test_the_page_goes_on_while_a_process_draws_and_what_nobody_waits_for_is_never_begun(tmp_path: Path) -> None:
     async def run() -> None:
-        lane = Lane()
+        lane = DrawingProcess()
         await lane(os.getpid)  # it has started
         first = asyncio.ensure_future(lane(_touch, tmp_path / "first", 1.0))
         await asyncio.sleep(0.1)
@@ -123,7 +123,7 @@ def _refuse() -> None:
 
 def test_a_process_that_ends_is_said_and_the_next_drawing_has_another() -> None:
     async def run() -> None:
-        lane = Lane()
+        lane = DrawingProcess()
         with pytest.raises(OSError, match="the process that draws has ended"):
             await lane(os._exit, 9)
         with pytest.raises(InputError, match="must be 2"):
@@ -172,7 +172,7 @@ def test_a_run_is_opened_once_in_the_process_that_draws_and_its_scales_stay(tmp_
     write_run(tmp_path / "other", turns=1)
 
     async def run() -> None:
-        lane, source = Lane(), Source(Results(tmp_path / "run"))
+        lane, source = DrawingProcess(), Source(Results(tmp_path / "run"))
         here = source.view("heights", 2)
         first, second = [await lane(Source.view, source, "heights", turn) for turn in (2, 0)]
         assert first.panels == here.panels == second.panels

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from seamap_rt.errors import InputError
 from seamap_rt.io.declared_spectrum import density_unit
 from seamap_rt.io.spectrumfile import read_directional_spectrum
-from seamap_rt.io.text import number_in
+from seamap_rt.io.text import parse_number
 
 ENERGY = {"m2": 1.0, "m^{2}": 1.0, "cm2": 1e4, "J m-2": 1025.0 * 9.81}
 FREQUENCIES = {None: 1.0, "Hz": 1.0, "s-1": 1.0, "rad/s": 2.0 * np.pi, "rad s-1": 2.0 * np.pi}
@@ -240,4 +240,4 @@ def test_units_of_densities_are_known_however_they_are_written(unit: str) -> Non
 @pytest.mark.parametrize("text", ["1_0", "１０", "1_0.5e3", "٣"])
 def test_a_number_is_what_other_programs_take_for_one(text: str) -> None:
     with pytest.raises(ValueError, match="is not a number"):
-        number_in(text)
+        parse_number(text)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from seamap_rt.conventions import GRAVITY
 from seamap_rt.errors import InputError
 from seamap_rt.physics.dispersion import wavenumber
-from seamap_rt.prediction import told_of_vessel
+from seamap_rt.prediction import vessel_notes
 from seamap_rt.prediction.capytaine import Symmetry, read_capytaine
 from seamap_rt.prediction.vessel import Follower, Vessel
 
@@ -288,7 +288,7 @@ def test_each_of_two_bodies_moves_as_it_would_alone(place: tuple[float, float], 
         both[name] = (alone[name].dims, np.block([[3.0 * one, 0.0 * one], [0.0 * one, one]]))
     got = saved(both, tmp_path, body="raft")
     alike(got, saved(alone, tmp_path))
-    assert len(told_of_vessel(got)) == (1 if any(place) else 0)
+    assert len(vessel_notes(got)) == (1 if any(place) else 0)
     with pytest.raises(InputError, match=r"holds several bodies, prediction\.vessel\.body is missing: .* hull or raft"):
         saved(both, tmp_path)
     with pytest.raises(InputError, match=r"several bodies, prediction\.vessel\.body is 'barge': must be hull or raft"):
@@ -327,7 +327,7 @@ def test_frequencies_without_numbers_are_left_out_and_named(what: str, where: li
         more[what] = more[what].where(~more["omega"].isin(where))
     got = saved(more, tmp_path)
     alike(got, saved(data, tmp_path))
-    (note,) = told_of_vessel(got)
+    (note,) = vessel_notes(got)
     assert re.search(r"frequencies that hold no numbers, 0 or inf are left out: .* rad/s", note)
 
 

@@ -204,11 +204,11 @@ def made_up(heights: int = 3, baselines: int = 2, seeds: int = 3, extra: int = 1
 def test_a_point_that_lacks_a_part_is_computed_anew(part: str, tmp_path: Path) -> None:
     task = point.Task("00000_a", "", {"radar.height_m": 3.0}, 1, str(tmp_path))
     point.keep(task, whole := outcome(0.01, [12.5, 37.5]))
-    assert point.kept_of(task) == (whole, "")
+    assert point.load_point(task) == (whole, "")
     content = json.loads(task.file.read_text(encoding="utf-8"))
     del content[part]
     task.file.write_text(json.dumps(content), encoding="utf-8")
-    assert point.kept_of(task) == (None, "is damaged or was edited")
+    assert point.load_point(task) == (None, "is damaged or was edited")
 
 
 def test_the_table_holds_each_point_in_its_place() -> None:
