@@ -334,7 +334,8 @@ class _Errors:
         self.visible = np.minimum(np.hypot(_VISIBLE_BY_RUNGS * by_rungs, _VISIBLE_BY_COLUMNS * by_columns), 1.0)
         slopes = np.array([max(waves.slope(look), 1e-9) for look in looks])
         seen = shadowing_smith67(radar.height_m / (np.sqrt(2.0) * slopes[:, None] * self.range))
-        self._weight = (seen / seen.sum(axis=1, keepdims=True))[:, :, None, None]
+        whole = seen.sum(axis=1, keepdims=True)  # 0 where nothing is seen of any range, and nothing is weighed
+        self._weight = np.divide(seen, whole, out=np.zeros_like(seen), where=whole > 0.0)[:, :, None, None]
         if steep <= 1e-9:  # a flat sea is its own mesh
             self.height, self.power, self.visible = (0.0 * each for each in (self.height, self.power, self.visible))
         level = _level_errors(radar, facet)

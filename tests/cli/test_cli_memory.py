@@ -10,7 +10,11 @@ import pytest
 from seamap_rt.cli.application import NO_RESOURCE, answer
 from seamap_rt.cli.shell import app
 from seamap_rt.cli.stops import Stops
-from seamap_rt.errors import InputError, is_shortage
+from seamap_rt.compute import machine
+from seamap_rt.errors import InputError, ResourceError, is_shortage
+from seamap_rt.scene import load_scene
+from seamap_rt.scene.memory import run_bytes
+from seamap_rt.simulation import Simulator
 from validation.hard_cases.limits import keeps_the_law, under
 
 COMPUTING = (
@@ -76,3 +80,16 @@ def test_no_file_is_blamed_for_memory(
 def test_the_commands_that_compute_are_these() -> None:
     light = {"new", "keys", "scenes", "doctor", "recover", "--install-completion"}
     assert {name for name in app if name not in ("--help", "-h", "--version")} - light == set(COMPUTING)
+
+
+def test_a_run_is_weighed_before_its_sea_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the estimate of the scene itself: more of a larger scene, and nothing is loaded for what does not fit."""
+    scene = load_scene("tiny")
+    need = run_bytes(scene)
+    monkeypatch.setattr("seamap_rt.simulation.resolve", lambda *_: pytest.fail("the sea was drawn"))
+    monkeypatch.setattr(
+        machine, "memory_limits", lambda: iter([machine.Limit(0.9 * need, 0.0, "the test", "give more")])
+    )
+    with pytest.raises(ResourceError, match="the test allows"):
+        Simulator(scene)
+    assert run_bytes(load_scene("choppy_sea")) > need
