@@ -227,8 +227,8 @@ class _Record:
             self._systems = find_systems(
                 [each.heights for each in chosen], periodogram, turn.direction, self._water, self._systems
             )
-        if self._systems is None:
-            return values | found
+        if self._systems is None:  # too little is seen to tell what the sea at large may differ by
+            return values | found | {"significant_wave_height_std": np.nan}
         values |= self._combined(found, self._systems)
         return values | (self._systems.figures() if turn.polar_map.span > _LEAST_SPAN else {})
 
@@ -330,27 +330,39 @@ def _kept(spectrum: WaveSpectrum, overall: Field, resolution: Resolution, distan
 
 
 def in_words(state: xr.Dataset) -> str:
-    """One line: height, peak period, direction and spread, as far as they are known; of several turns their means."""
-    height = state["significant_wave_height"].values
-    known = np.isfinite(height)
-    if not known.any():
+    """One line: height, peak period, direction and spread with their errors, as far as they are known, by all turns."""
+
+    def last(name: str) -> float:
+        values = state[name].values
+        known = values[np.isfinite(values)]
+        return float(known[-1]) if known.size else np.nan
+
+    def with_error(name: str, decimals: int, unit: str) -> str:
+        value, error = last(name), last(f"{name}_std")
+        if np.isfinite(error) and unit == "°":
+            return f"{value:.0f}° ± {max(error, 1.0):.0f}°"
+        return (
+            f"{written(value, decimals)} ± {written(error, decimals)} {unit}"
+            if np.isfinite(error)
+            else (f"{written(value, decimals)} {unit}")
+        )
+
+    if not np.isfinite(state["noise_height"].values).any():
         return f"sea state unknown: {state.attrs.get('unknown', 'no heights')}"
-    text = f"Hs {written(height[known].mean(), 2)}"
-    if known.sum() == 1:
-        text += f" ± {written(state['significant_wave_height_std'].values[known][0], 2)} m"
-    else:  # what a turn's own bar leaves out: a patch of sea is one draw of many
-        least, most = written(height[known].min(), 2), written(height[known].max(), 2)
-        text += f" m in the mean of {known.sum()} turns ({least} to {most} m)"
-    period, direction = (state[name].values for name in ("peak_period", "mean_direction"))
-    if np.isfinite(period).any():
-        text += f", Tp {np.nanmean(period):.1f} s{_assumed(state, float(np.nanmean(period)))}"
-    known = np.isfinite(direction)
-    if known.any():
-        mean = np.degrees(np.angle(np.mean(np.exp(1j * np.radians(direction[known]))))) % 360.0
-        text += f", from {mean:.0f}°, spread {np.nanmean(state['directional_spread'].values):.0f}°"
-    elif np.isfinite(axis := state["mean_axis"].values).any():
-        mean = 0.5 * np.degrees(np.angle(np.nanmean(np.exp(2j * np.radians(axis))))) % 180.0
-        text += f", from {mean:.0f}° or {mean + 180.0:.0f}°"
+    if np.isfinite(state["significant_wave_height"].values[-1]) or not np.isfinite(
+        last("significant_wave_height_least")
+    ):
+        text = f"Hs {with_error('significant_wave_height', 2, 'm')}"
+    else:
+        least = written(last("significant_wave_height_least"), 2)
+        text = f"Hs at least {least} m (the waves are too long for the sea in sight: more turns, or a higher mast)"
+    period = last("peak_period")
+    if np.isfinite(period):
+        text += f", Tp {with_error('peak_period', 1, 's')}{_assumed(state, period)}"
+    if np.isfinite(last("mean_direction")):
+        text += f", from {with_error('mean_direction', 0, '°')}, spread {last('directional_spread'):.0f}°"
+    elif np.isfinite(axis := last("mean_axis")):
+        text += f", from {axis:.0f}° or {axis + 180.0:.0f}°"
     return text
 
 

@@ -24,7 +24,7 @@ from .wave_spectrum import WaveSpectrum
 
 Field = NDArray[np.float64]
 
-_SPLIT = 11.0  # of kR: waves up to here are compared as they are, shorter ones by their periodogram
+_SPLIT = 9.0  # of kR: waves up to here are compared as they are, shorter ones by their periodogram
 _LEAK = 1.9  # times that: of waves which blocks still hold a part of
 _BLOCKS = 7.0  # in a circle's radius
 _FULL = 0.4  # of a block, that is in sight: of emptier ones the crests alone are seen
@@ -37,17 +37,19 @@ _BEFORE = (
 )  # exponent s of cos^2s and peak enhancement, and how well their logarithms are known
 _GAIN_KNOWN = 0.4  # of the periodogram's level, its logarithm: gaps scatter what they hide
 _MODEL_KNOWN = 0.3  # of a mean power, relative: no sea is a sum of such systems
-_LEAST_NOISE = 0.01  # of the variance: blocks' heights err by more than their cells' noise
-_AGAINST = 3.0  # of log-likelihood, against systems that run against the water's velocity
+_LEAST_NOISE = 0.02  # of the variance: blocks' heights err by more than their cells' noise
+_HIDDEN = 0.3  # of the variance, by the square of the share of a block that is not in sight
+_AGAINST = 8.0  # of log-likelihood, against systems that run against the water's velocity
 _TOLD = 0.5  # share that cells keep, of waves that are looked at
 _LEVEL_KNOWN = 0.1  # of σ: heights in sight are those of crests rather, all around alike, and with the distance
 _WORTH = 8.0  # of log-likelihood, for a further system
 _MOST = 3
 _RINGS, _WAYS = np.geomspace(0.02, 0.9, 48), 36  # rad/m, of a periodogram; and its directions
 _NEW_WAVES = 0.05  # of the waves of a turn that those of the one before were not
-_ITERATIONS = 14
+_ITERATIONS = 10
 _POINTS, _MODES = 400, 600  # that a sea's covariance is worked out of and with
 _SURE = 1.5  # of log-likelihood, by which waves run one way rather than the other
+_BROAD = 8.0  # exponent of systems that are tried
 _OWN, _SMALL = 5, 0.02  # values that a system has, and their change for a slope
 
 
@@ -88,9 +90,7 @@ class Periodogram:
     line_width: float  # rad/m, standard deviation of a single wave's line
 
     @classmethod
-    def of(
-        cls, modes: WaveSpectrum, transfer: Callable[[Field], Field], area: float, line_width: float
-    ) -> Periodogram:
+    def of(cls, modes: WaveSpectrum, transfer: Callable[[Field], Field], area: float, line_width: float) -> Periodogram:
         """Of the modes of one turn's map. transfer: share of waves' variance that its cells keep, by wavenumber."""
         step = float(np.log(_RINGS[1] / _RINGS[0]))
         ring = np.rint(np.log(modes.wavenumber / _RINGS[0]) / step).astype(np.intp)
@@ -382,7 +382,7 @@ class _Problem:
     def __init__(self, long: _LongWaves, short: _ShortWaves, direction: Travel, water: Water) -> None:
         self.long, self.short, self.direction, self.water = long, short, direction, water
         least, most = np.log(1.0 / _LONGEST_S), np.log(short.frequency[-1, 1] if short.frequency.size else 0.3)
-        self.peaks = np.exp(np.arange(least + 0.3, most, 0.15))
+        self.peaks = np.exp(np.arange(least + 0.3, most, 0.22))
         self.bounds = least, max(most, least + 1.0)
 
     def with_one_more(self, found: WaveSystems | None) -> WaveSystems:
@@ -395,20 +395,22 @@ class _Problem:
         tried: list[tuple[float, WaveSystem]] = []
         for peak in self.peaks:
             for toward in self.long.toward[::3]:
-                one = WaveSystem(rest, float(peak), float(toward))
+                one = WaveSystem(rest, float(peak), float(toward), _BROAD)
                 value = self.long.evaluate(base_long + self.long.power(one), nugget)[0]
                 value += self.short.evaluate(base_short + self.short.power(one), gain)[0] - self._against(one)
                 tried.append((value, one))
-        tried.sort(key=lambda each: -each[0])
-        starts = [tried[0][1]]
-        for _, one in tried:
-            apart = (
-                abs(np.log(one.frequency / starts[0].frequency)) > 0.25 or np.cos(one.toward - starts[0].toward) < 0.3
-            )
-            if apart:
-                starts.append(one)
-                break
-        return max((self.climb((*before, one), gain, nugget) for one in starts), key=lambda each: each.likelihood)
+        best = max(tried, key=lambda each: each[0])[1]
+        found = self.climb((*before, best), gain, nugget)
+        for n, system in enumerate(found.systems):  # a climb does not turn a system round
+            turned = list(found.systems)
+            turned[n] = replace(system, toward=system.toward + np.pi)
+            if self._likelihood(turned, found.gain, found.nugget) > found.likelihood:
+                found = self.climb(tuple(turned), found.gain, found.nugget)
+        return found
+
+    def _likelihood(self, systems: Sequence[WaveSystem], gain: float, nugget: float) -> float:
+        values = np.array([_values_of(each) for each in systems]).ravel()
+        return self._at(np.append(values, (np.log(gain), np.log(nugget))))[0]
 
     def climb(self, systems: tuple[WaveSystem, ...], gain: float, nugget: float) -> WaveSystems:
         """Fisher's scoring from some systems."""
@@ -426,7 +428,7 @@ class _Problem:
             rows[:, 4] = np.clip(rows[:, 4], np.log(0.7), np.log(10.0))
             value, grad, info = self._at(tried)
             if value > best - 1e-9:
-                done = value - best < 0.02
+                done = value - best < 0.1
                 values, best, gradient, information = tried, value, grad, info
                 damping = max(0.3 * damping, 1e-4)
                 if done:
@@ -447,7 +449,7 @@ class _Problem:
 
     def _against(self, system: WaveSystem) -> float:
         """What is taken off for a system that runs against the water's velocity; half of it where nothing tells."""
-        k = self.water.wavenumber(np.array([2.0 * np.pi * system.frequency]))
+        k = np.interp([system.frequency], self.long.frequency, self.long.wavenumber)
         forth = float(self.direction.forth(k * np.sin(system.toward), k * np.cos(system.toward))[0])
         return 0.5 * _AGAINST * (1.0 - forth)
 
@@ -521,4 +523,5 @@ def _blocks(turn: Heights, side: float) -> tuple[Field, Field, Field, Field, Fie
         np.bincount(block, turn.weight * each)[full] / safe[full] for each in (turn.x, turn.y, turn.time, turn.height)
     )
     noise = np.bincount(block, turn.weight**2 * turn.noise)[full] / safe[full] ** 2
-    return x, y, time, height, noise
+    dark = np.maximum(1.0 - weight[full] / side**2, 0.0)
+    return x, y, time, height, noise + _HIDDEN * dark**2 * float(np.mean(height**2))
