@@ -36,7 +36,7 @@ _BEFORE = (
     (2.5, 0.6),
 )  # exponent s of cos^2s and peak enhancement, and how well their logarithms are known
 _GAIN_KNOWN = 0.4  # of the periodogram's level, its logarithm: gaps scatter what they hide
-_MODEL_KNOWN = 0.3  # of a mean power, relative: no sea is a sum of such systems
+_MODEL_KNOWN = 0.4  # of a ring's power, relative: no sea is a sum of such systems
 _LEAST_NOISE = 0.02  # of the variance: blocks' heights err by more than their cells' noise
 _HIDDEN = 0.3  # of the variance, by the square of the share of a block that is not in sight
 _AGAINST = 8.0  # of log-likelihood, against systems that run against the water's velocity
@@ -311,7 +311,7 @@ class _ShortWaves:
             wavenumber=given.wavenumber[used],
             power=given.power[used],
             floor=given.floor[used],
-            count=given.count[used] / (1.0 + _MODEL_KNOWN**2 * given.count[used]),
+            count=given.count[used] / (1.0 + _MODEL_KNOWN**2 * given.count[used].sum(axis=1, keepdims=True)),
             transfer=given.transfer[used],
         )
         k = self.given.wavenumber
