@@ -38,6 +38,7 @@ _MEMORY_S = 120.0  # of which a sea is the same
 _BACK = (1, 2, 3, 5, 9, 17)  # turns that are compared as they are: now, and longer and longer ago
 _AVERAGED = 10  # of which periodograms are averaged
 _FADED, _FADED_LINE = 1.02, 1.75  # of the reach, where heights have faded; a line's standard deviation, times the reach
+_FEW, _RESOLVED = 6.0, 11.0  # modes of a regular wave, and kR from which on a circle tells it from a short swell
 _FEWEST = 3.0  # independent heights, with which a mean square tells a variance
 _SIDE_M = 3.0  # of squares on which waves are sorted by the way they run
 _NEEDED = ("turn", "azimuth", "range", "height", "height_std", "ground_range", "quality", "time")
@@ -187,6 +188,28 @@ class TurnSpectrum:
         modes = wave_spectrum(Transforms.of(replace(cells, weight=faded)), self.direction, self.water)
         return Periodogram.of(modes, self._transfer_at, area, _FADED_LINE / cells.reach)
 
+    @property
+    def regular(self) -> bool:
+        """Whether its waves are one line, which the circle resolves: no spectrum of a sea."""
+        peak = 2.0 * np.pi * self.spectrum.peak_frequency
+        if not np.isfinite(peak) or self.spectrum.independent > _FEW:
+            return False
+        cycles = float(self.water.wavenumber(peak)) * float(np.hypot(self.heights.x, self.heights.y).max())
+        return cycles > _RESOLVED
+
+    def line(self) -> dict[str, float]:
+        """Period and direction of regular waves, by the line's centre and to its width."""
+        peak = self.spectrum.peak_frequency
+        moment = self.spectrum.direction(1)
+        error = self.spectrum.peak_line_width
+        figures = {"peak_period": 1.0 / peak, "peak_period_std": error / peak**2}
+        if not self.way_known:
+            return figures
+        return figures | {
+            "mean_direction": float(np.degrees(np.angle(moment)) + 180.0) % 360.0,
+            "mean_direction_std": float(np.degrees(error / peak)),
+        }
+
     def _transfer_at(self, wavenumber: Field) -> Field:
         return np.interp(wavenumber, self.spectrum.ring_wavenumber, self.transfer)
 
@@ -230,7 +253,9 @@ class _Record:
         if self._systems is None:  # too little is seen to tell what the sea at large may differ by
             return values | found | {"significant_wave_height_std": np.nan}
         values |= self._combined(found, self._systems)
-        return values | (self._systems.figures() if turn.polar_map.span > _LEAST_SPAN else {})
+        if not turn.polar_map.span > _LEAST_SPAN:
+            return values
+        return values | self._systems.figures(values["independent"]) | (turn.line() if turn.regular else {})
 
     def _combined(self, found: dict[str, float], systems: WaveSystems) -> dict[str, float]:
         """The height by all turns, and by how much the sea at large may differ from it."""

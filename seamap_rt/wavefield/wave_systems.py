@@ -25,7 +25,7 @@ from .wave_spectrum import WaveSpectrum
 Field = NDArray[np.float64]
 
 _SPLIT = 9.0  # of kR: waves up to here are compared as they are, shorter ones by their periodogram
-_LEAK = 1.9  # times that: of waves which blocks still hold a part of
+_LEAK = 3.0  # times that: of waves which blocks still hold a part of
 _BLOCKS = 7.0  # in a circle's radius
 _FULL = 0.4  # of a block, that is in sight: of emptier ones the crests alone are seen
 _LONGEST_S, _STEP = 26.0, 0.07  # periods that are looked for; relative, between frequencies
@@ -39,6 +39,7 @@ _GAIN_KNOWN = 0.4  # of the periodogram's level, its logarithm: gaps scatter wha
 _MODEL_KNOWN = 0.4  # of a ring's power, relative: no sea is a sum of such systems
 _LEAST_NOISE = 0.02  # of the variance: blocks' heights err by more than their cells' noise
 _HIDDEN = 0.3  # of the variance, by the square of the share of a block that is not in sight
+_UNLIKE, _UNEVEN = 1.2, 0.4  # of the variances, and of chance: real seas are no sums of such systems
 _AGAINST = 8.0  # of log-likelihood, against systems that run against the water's velocity
 _TOLD = 0.5  # share that cells keep, of waves that are looked at
 _LEVEL_KNOWN = 0.1  # of σ: heights in sight are those of crests rather, all around alike, and with the distance
@@ -145,8 +146,8 @@ class WaveSystems:
         at = np.asarray(frequency, np.float64)
         return np.sum([each.variance * jonswap(at, each.frequency, each.enhancement) for each in self.systems], axis=0)
 
-    def figures(self) -> dict[str, float]:
-        """Peak period, mean direction and spread, with standard errors."""
+    def figures(self, samples: float) -> dict[str, float]:
+        """Peak period, mean direction and spread, with standard errors, from so many independent heights."""
         period, error = self._peak()
         figures = {"peak_period": period, "peak_period_std": error}
         values = np.array([_values_of(each) for each in self.systems])
@@ -165,13 +166,14 @@ class WaveSystems:
             slopes[:, n] = np.angle(change) / 1e-4, (abs(change) - 1.0) * abs(mean) / 1e-4
         turned, shrunk = np.sqrt(np.einsum("in,nm,im->i", slopes, self.covariance, slopes))
         wide = np.sqrt(2.0 * max(1.0 - abs(mean), 1e-6))
+        chance = _UNEVEN * wide / np.sqrt(0.5 * samples)
         toward = float(np.degrees(np.angle(mean)))
         figures |= {"mean_axis": toward % 180.0}
         if not self.way_known:
             return figures
         return figures | {
             "mean_direction": (toward + 180.0) % 360.0,
-            "mean_direction_std": float(np.degrees(turned)),
+            "mean_direction_std": float(np.degrees(np.hypot(turned, chance))),
             "directional_spread": float(np.degrees(wide)),
             "directional_spread_std": float(np.degrees(shrunk / wide)),
         }
@@ -425,7 +427,7 @@ class _Problem:
             rows = tried[:-2].reshape(shape)
             rows[:, 1] = np.clip(rows[:, 1], *self.bounds)
             rows[:, 3] = np.clip(rows[:, 3], np.log(1.0), np.log(200.0))
-            rows[:, 4] = np.clip(rows[:, 4], np.log(0.7), np.log(10.0))
+            rows[:, 4] = np.clip(rows[:, 4], np.log(0.7), np.log(20.0))
             value, grad, info = self._at(tried)
             if value > best - 1e-9:
                 done = value - best < 0.1
@@ -437,7 +439,7 @@ class _Problem:
                 damping *= 8.0
                 if damping > 1e3:
                     break
-        covariance = np.linalg.inv(information)[:-2, :-2]
+        covariance = _UNLIKE * np.linalg.inv(information)[:-2, :-2]
         made = [_system_of(row) for row in values[:-2].reshape(shape)]
         order = np.argsort([-each.variance for each in made])
         index = (_OWN * order[:, None] + np.arange(_OWN)).ravel()
