@@ -374,12 +374,12 @@ def test_a_fan_meets_the_sea_along_one_line_from_its_foot_on(attitude, scan, til
     place = foot * down + np.sqrt(beyond**2 - foot**2)[:, None] * level
     parts = [(np.array(axes[1] @ each), np.array(axes[2] @ each)) for each in ((0.0, 0.0, 1.0), out)]
     lean = np.array(axes[2] @ right)
-    found = azimuth_at_sea(beyond, np.array(height), *parts, lean)
+    found = azimuth_at_sea(beyond, np.array(height), parts[0], parts[1], lean)
     np.testing.assert_allclose(np.sin(found - np.arctan2(place @ right, place @ out)), 0.0, atol=1e-6)
     swing = np.diff(np.unwrap(found))
     assert np.all(swing >= -1e-6) or np.all(swing <= 1e-6)  # one way only
     nearer = foot * (1.0 - np.geomspace(1e-9, 0.99, 30))
-    assert np.isnan(azimuth_at_sea(nearer, np.array(height), *parts, lean)).all()
+    assert np.isnan(azimuth_at_sea(nearer, np.array(height), parts[0], parts[1], lean)).all()
 
 
 @pytest.mark.parametrize(

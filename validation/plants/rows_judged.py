@@ -208,4 +208,11 @@ PLANTS = (
         "            pass",
         "tests/test_workers.py::test_it_is_left_when_all_is_done",
     ),
+    Plant(
+        "real time of warm turns",
+        "seamap_rt/session/driver.py",
+        "figures[-1].done - figures[1].begun",
+        "figures[-1].done - figures[0].begun",
+        "tests/test_session.py::test_the_real_time_factor_times_the_wall_is_the_simulated_time",
+    ),
 )
