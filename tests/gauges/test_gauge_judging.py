@@ -169,8 +169,8 @@ def test_a_spectrum_takes_32_turns(turns: int, told: bool) -> None:
 
 @pytest.mark.parametrize(("uneven", "told"), [(0.09, True), (0.11, False)])
 def test_passes_are_even_to_a_tenth_of_a_turn(uneven: float, told: bool) -> None:
-    """Steps that differ by a tenth leave times within a 40th of a turn of even ones, phases at half the turn rate within
-    0.08 rad: 0.2 % of a wave is lost."""
+    """Steps that differ by a tenth leave times within a 40th of a turn of even ones, and phases at half the turn rate
+    within 0.08 rad: 0.2 % of a wave is lost."""
     series = record(lambda t: np.cos(2.0 * np.pi * 0.43 * t), 256)
     jitter = np.random.default_rng(1).uniform(-0.5, 0.5, 256)
     jitter[100:102] = 0.5, -0.5  # the widest step and the narrowest

@@ -431,18 +431,32 @@ def test_a_record_begins_when_the_nonlinear_rates_act() -> None:
     assert 1.0 - 2e-3 < -np.expm1(-(begun**4)) < 1.0 - 5e-4
 
 
+@pytest.mark.parametrize("share", [0.3, 0.6, 1.0])
+def test_nonlinear_rates_set_in_as_dommermuth_s(share: float) -> None:
+    """What a short step adds to linear waves is 1 − exp(−(t/Ta)⁴) of what it adds when all act (Dommermuth 2000)."""
+    band, step, relaxing = row(2, 24), 1e-3, 40.0
+    state = replace(random_state(band, 0.1), time=share * relaxing - 0.5 * step)
+    linear, whole, part = (
+        Evolution(band, order, step, relaxed_from=0.0, relaxing=each).advanced(state).elevation
+        for order, each in ((1, 0.0), (3, 0.0), (3, relaxing))
+    )
+    size = band.mean_product(whole - linear, whole - linear)
+    assert band.mean_product(part - linear, whole - linear) / size == pytest.approx(-np.expm1(-(share**4)), rel=1e-3)
+
+
 @pytest.mark.parametrize("spacing", [None, 2.0])
 def test_steps_follow_the_waves(spacing: float | None) -> None:
-    """Hs/λ = 1/20, two periods, against steps a fourth as long: 1/4000 of the height, whether the peak's period or the
-    shortest waves, which its orbits carry, set the step. A step half as long again errs by 1.5⁴ = 5 times that."""
-    settings, given = steep_sea(2.4)
-    plan = Plan(settings, given.sea, 3, spacing)
+    """Hs/λ = 1/20, two periods, against steps a fourth as long: 1/500 of what nonlinear rates do, whether the peak's
+    period or the shortest waves, which its orbits carry, set the step. A step half as long again errs by 1.5⁴."""
+    _, given = steep_sea(2.4)
+    plan = Plan(given.settings, given.sea, 3, spacing)
     start, count = plan.start.state(plan.band, 0.0), round(2.0 * plan.steepest.period / plan.longest_step)
-    coarse, fine = (
-        Evolution(plan.band, 3, plan.longest_step / parts).advanced(start, parts * count) for parts in (1, 4)
+    linear, coarse, fine = (
+        Evolution(plan.band, order, plan.longest_step / parts).advanced(start, parts * count).elevation
+        for order, parts in ((1, 1), (3, 1), (3, 4))
     )
-    off = coarse.elevation - fine.elevation
-    assert np.sqrt(plan.band.mean_product(off, off)) < 2.5e-4 * 2.4
+    off, change = (np.sqrt(plan.band.mean_product(each, each)) for each in (coarse - fine, fine - linear))
+    assert off < 2e-3 * change
 
 
 def test_a_sea_that_goes_on_has_the_same_bits() -> None:

@@ -215,4 +215,32 @@ PLANTS = (
         "figures[-1].done - figures[0].begun",
         "tests/test_session.py::test_the_real_time_factor_times_the_wall_is_the_simulated_time",
     ),
+    Plant(
+        "stated errors as their mean",
+        "seamap_rt/forecast_errors.py",
+        "np.sqrt(np.mean(said**2))",
+        "np.mean(said)",
+        "tests/test_forecast_errors.py::test_each_whole_second_to_thirty_counts_once_and_stated_errors_as_squares",
+    ),
+    Plant(
+        "bands of 90 in 100",
+        "seamap_rt/window_errors.py",
+        "(0.025, 0.975)",
+        "(0.05, 0.95)",
+        "tests/test_window_errors.py::test_bands_are_of_95_in_100_and_every_window_is_in_a_class",
+    ),
+    Plant(
+        "the headline's range",
+        "seamap_rt/metrics.py",
+        "HEADLINE_M = (50.0, 200.0)",
+        "HEADLINE_M = (40.0, 200.0)",
+        "tests/test_metrics.py::test_figures_are_of_bins_of_25_m_and_of_50_to_200_m_with_both_ends",
+    ),
+    Plant(
+        "rings of no area",
+        "seamap_rt/measured.py",
+        "weights = self.cells * self.range_m",
+        "weights = self.cells",
+        "tests/test_measured.py::test_rings_count_by_their_area",
+    ),
 )
