@@ -166,21 +166,33 @@ def test_a_lean_lifts_a_gaussian_beam_off_the_sea() -> None:
 
 
 def test_a_map_set_aside_is_wrong_by_what_the_sea_differs_by() -> None:
-    """Waves of one length from all sides, looked up d aside: 2 σ² (1 − ⟨cos(k d cos θ)⟩), d as far as a heading turned
-    by δψ swings a range R, or as the places are off; what attitude and height have wrong adds as R² δα² and δz²."""
+    """Waves of one length from all sides, looked up d aside: 2 σ² (1 − ⟨cos(k d cos θ)⟩). A heading turned by δψ sets a
+    place R δψ aside, across the look; a place that is wrong in both directions lies aside by both; what attitude and
+    height have wrong adds as R² δα² and δz²."""
     found, radar, waves = motion_of(scene(**{**STILL, **ROLLING}))
-    radar, k = replace(radar, cell_m=1e-6), waves.wavenumber
-    one = waves._replace(
-        variance=np.where((np.arange(k.size) == k.size // 2)[:, None], 0.2 / 80.0, 0.0 * waves.variance)
-    )
-    quiet = replace(found, attitude=0.0 * found.attitude, heading=0.0, up=0.0, aside=0.0, noise=(0.0, 0.0, 0.0, 0.0))
-    np.testing.assert_allclose(quiet.height_variance(radar, one), 0.0, atol=1e-12)
+    radar, middle, share = replace(radar, cell_m=1e-6), waves.wavenumber.size // 2, 0.2 / waves.variance.shape[1]
+    k, one = waves.wavenumber[middle], 0.0 * waves.variance
+    one[middle] = share
+    sea = waves._replace(variance=one)
+    quiet = replace(found, attitude=0.0 * found.attitude, heading=0.0, up=0.0, aside=0.0, noise=(0.0,) * 4)
+    np.testing.assert_allclose(quiet.height_variance(radar, sea), 0.0, atol=1e-12)
     theta = 2.0 * np.pi * (np.arange(720) + 0.5) / 720.0
+    turned, off = np.radians(0.5), 0.03
+    both = off * np.sqrt(2.0) * np.ones(radar.ranges.size)  # east and north
     for changed, away in (
-        (replace(quiet, heading=np.radians(0.5) ** 2), np.radians(0.5) * radar.ground),
-        (replace(quiet, aside=0.3**2), 0.3 + 0.0 * radar.ground),
+        (replace(quiet, heading=turned**2), turned * radar.ground),
+        (replace(quiet, aside=off**2), both),
     ):
-        differs = 2.0 * 0.2 * (1.0 - np.cos(k[k.size // 2] * np.outer(away, np.cos(theta))).mean(axis=1))
-        np.testing.assert_allclose(changed.height_variance(radar, one)[0], differs, rtol=1e-6)
-    tilted = replace(quiet, attitude=np.full(quiet.attitude.shape, 1e-4), up=0.01).height_variance(radar, one)
+        differs = 2.0 * 0.2 * (1.0 - np.cos(k * np.outer(away, np.cos(theta))).mean(axis=1))
+        np.testing.assert_allclose(changed.height_variance(radar, sea)[0], differs, rtol=1e-6)
+    noisy = replace(quiet, noise=(0.0, 0.0, 0.0, off**2)).height_variance(radar, sea)
+    assert np.all(noisy[0] <= changed.height_variance(radar, sea)[0])  # a look averages it
+    tilted = replace(quiet, attitude=np.full(quiet.attitude.shape, 1e-4), up=0.01).height_variance(radar, sea)
     np.testing.assert_allclose(tilted[0], radar.ground**2 * 1e-4 + 0.01, rtol=1e-9)
+
+
+def test_sensors_that_are_late_on_a_boat_under_way_are_wrong_along_her_way() -> None:
+    """By v τ, of whose square either direction has a half."""
+    heaving = {**STILL, **ROLLING, "platform.roll_deg": 0.0, "platform.pitch_deg": 0.0}
+    found, *_ = motion_of(scene(**{**heaving, "platform.speed_m_s": 5.0, SENSORS + "latency_s": 0.2}))
+    assert 2.0 * found.aside == pytest.approx((5.0 * 0.2) ** 2, rel=1e-6)

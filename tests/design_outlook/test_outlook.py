@@ -167,6 +167,18 @@ def test_a_filter_leaves_half_where_noise_is_as_dense_as_the_sea() -> None:
         np.testing.assert_allclose(error_variance(radar, spectrum, known, sea), left * sea, rtol=0.02)
 
 
+def test_of_a_long_swell_the_retrieval_s_own_neighbours_are_averaged() -> None:
+    """Of waves so long that a filter would average over hundreds of metres: three gates and three to either side, of
+    the looks within 6.5 m; the outer ones count by halves or wholly."""
+    radar = design()
+    spectrum, sea = Spectrum.of(one_wave(600.0, 2.0, 90.0)), 0.5
+    known = np.full((LOOKS, radar.ranges.size), 0.05)
+    looks = np.clip(np.round(6.5 / (radar.ground * radar.width)), 1, 3)
+    window = 9.0 * radar.spacing * (2.0 * looks + 1.0) * radar.ground * radar.width
+    told = (1.0 / error_variance(radar, spectrum, known, sea)[0] - 1.0 / sea) / known[0]
+    assert np.all((told > 0.87 * window) & (told < 1.01 * window))
+
+
 def test_a_design_is_that_of_its_pulse_beam_and_triangle() -> None:
     """Second moments and noise widths of the response and of the two-way pattern, by sums; height for phase, and the
     phase's turn within a pulse, by the retrieval's exact triangle."""
