@@ -291,4 +291,18 @@ PLANTS = (
         "displaced = 1.4 * (1.0",
         "tests/design_outlook/test_motion.py::test_a_map_set_aside_is_wrong_by_what_the_sea_differs_by",
     ),
+    Plant(
+        "an outlook's places in one direction",
+        "seamap_rt/design_outlook/motion.py",
+        "np.sqrt(2.0 * (self.aside + aside)",
+        "np.sqrt((self.aside + aside)",
+        "tests/design_outlook/test_motion.py::test_a_map_set_aside_is_wrong_by_what_the_sea_differs_by",
+    ),
+    Plant(
+        "an outlook's window of the looks beside alone",
+        "seamap_rt/design_outlook/error.py",
+        "(2.0 * looks + 1.0)",
+        "(2.0 * looks)",
+        "tests/design_outlook/test_outlook.py::test_of_a_long_swell_the_retrieval_s_own_neighbours_are_averaged",
+    ),
 )
