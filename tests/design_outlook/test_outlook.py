@@ -179,6 +179,18 @@ def test_of_a_long_swell_the_retrieval_s_own_neighbours_are_averaged() -> None:
     assert np.all((told > 0.87 * window) & (told < 1.01 * window))
 
 
+def test_what_the_pulse_takes_of_a_wave_a_filter_cannot_give_back() -> None:
+    """A mean along the look over a pulse of σ leaves exp(−k²σ²/2) of a wave that runs along it, and its square of the
+    wave's power: half of the wave is lost where noise is as dense as that."""
+    radar, look = replace(design(), cell_m=1e-6, cell_rad=1e-9, pulse=1.5, beam=1e-9), float(azimuths()[0])
+    spectrum = Spectrum.of(one_wave(12.0, 1.0, look))
+    k = float(spectrum.wavenumber[np.argmax(spectrum.density[0].max(axis=1)), 0])
+    density = float(spectrum.density[0].max())
+    noise = np.array([density * np.exp(-0.5 * (k * radar.pulse) ** 2) ** 2])
+    left = spectrum.left(radar, 100.0, noise)[0, 0]
+    assert left == pytest.approx(0.5 * spectrum.variance[0].sum(), rel=1e-3)
+
+
 def test_a_design_is_that_of_its_pulse_beam_and_triangle() -> None:
     """Second moments and noise widths of the response and of the two-way pattern, by sums; height for phase, and the
     phase's turn within a pulse, by the retrieval's exact triangle."""
