@@ -281,4 +281,18 @@ PLANTS = (
         "total = add(total, weight, spread(1.0))",
         "tests/interferometry/test_window_kernel.py::test_a_window_as_it_is_leaves_out_what_is_not_known_one_by_one",
     ),
+    Plant(
+        "gates above the sea",
+        "seamap_rt/interferometry/geometry/inversion.py",
+        "np.where(reached, -height / gate_range, np.nan)",
+        "np.maximum(-height / gate_range, -np.hypot(*rise))",
+        "tests/interferometry/test_rolling.py::test_a_fan_meets_the_sea_along_one_line_from_its_foot_on",
+    ),
+    Plant(
+        "the nearest gate on the sea",
+        "seamap_rt/interferometry/geometry/poses.py",
+        "radar.ranges[[nearest, -1]]",
+        "radar.ranges[[0, -1]]",
+        "tests/interferometry/test_rolling.py::test_gates_that_end_above_the_sea_change_nothing_beyond",
+    ),
 )
