@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
 from itertools import combinations
-from pathlib import Path
 
 from ..conventions import SPEED_OF_LIGHT
 from ..io.numbers import rounded_down, rounded_up
@@ -33,9 +33,9 @@ def pulses_of_a_turn(radar: RadarSettings) -> float:
 def check_antennas(radar: RadarSettings) -> None:
     """Patterns are there, beams narrow enough, no two receivers at one place."""
     for number, placed in enumerate(radar.antennas):
-        if placed.pattern == "file" and placed.file is not None and not Path(placed.file).is_file():
+        if placed.pattern == "file" and placed.file is not None and not os.path.isfile(placed.file):
             raise ValueError(f"radar.antennas.{number}.file = '{placed.file}': no such file; give a pattern's path")
-    if radar.antenna.pattern == "file" and radar.antenna.file is not None and not Path(radar.antenna.file).is_file():
+    if radar.antenna.pattern == "file" and radar.antenna.file is not None and not os.path.isfile(radar.antenna.file):
         raise ValueError(f"radar.antenna.file = '{radar.antenna.file}': no such file; give a pattern's path")
     if radar.antennas:
         for key in ("baseline_error_m", "channel_gain_db", "channel_phase_deg"):
