@@ -142,7 +142,7 @@ def noise(noise_power: float) -> xr.Dataset:
 @pytest.mark.parametrize("mode", MODES[:2], ids="-".join)
 @pytest.mark.parametrize("which", ["all", "some", "one"])
 def test_voltages_of_no_physics_give_a_map_without_a_warning(estimator: str, mode: tuple[str, str], which: str) -> None:
-    """At the ends of float32, where squares are nothing or infinite, of all pulses, some, or one gate of one receiver."""
+    """At the ends of float32, whose squares are nothing or infinite: all pulses, some, or one gate of one receiver."""
     changed = np.isfinite(calm(mode)["voltage"].values)
     if which == "some":
         changed &= (np.arange(PULSES) % 7 < 3)[:, None, None]
