@@ -16,8 +16,6 @@ from .scan import scanned_share, turn_duration
 from .transmitter import MOST_STRAY, stray_within_pulse
 from .waveform import blind_range_m, unambiguous_range_m
 
-LEAST_BASELINE_M = 1e-6
-
 
 def pulses_of_a_look(radar: RadarSettings, cell_azimuth_deg: float) -> float:
     """Mean number of pulses in a look cell_azimuth_deg [deg] wide."""
@@ -52,14 +50,11 @@ def check_antennas(radar: RadarSettings) -> None:
         )
     for first, second in combinations(array.receivers, 2):
         apart = math.dist(array.known_offsets[first], array.known_offsets[second])
-        if radar.antennas and apart < LEAST_BASELINE_M:
+        if apart < 1e-6 and (radar.antennas or apart > 0.0):  # m: no phase tells them apart
             raise ValueError(
                 f"radar.antennas: numbers {first} and {second} receive at the same place; move one by its offset_m"
-            )
-        if 0.0 < apart < LEAST_BASELINE_M:
-            raise ValueError(
-                f"radar.baseline_m = {radar.baseline_m:g}: must be 0 or at least {LEAST_BASELINE_M:g} (no phase tells "
-                "the antennas apart); lengthen it"
+                if radar.antennas
+                else f"radar.baseline_m = {radar.baseline_m:g}: must be 0 or at least 1e-06; lengthen it"
             )
 
 

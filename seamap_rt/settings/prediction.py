@@ -76,9 +76,7 @@ class VesselSettings(Section):
 
 
 def _limit(text: str, unit: str) -> Meaning:
-    return Meaning(
-        f"{text} stays below, in magnitude.", unit=unit, reason="0 is never kept", left_out="it is not limited"
-    )
+    return Meaning(f"{text} stays below, in magnitude.", unit=unit, reason="a limit", left_out="it is not limited")
 
 
 class QuietSettings(Section):

@@ -69,9 +69,8 @@ def select_cases(cases: Sequence[Case], full: bool, only: Sequence[str] | None) 
     if not only:
         return [case for case in cases if full or not case.full_only]
     wanted = [case for case in cases if case.name in only or case.group == _NOT_LOADED]
-    for case in wanted:
-        if case.full_only and not full:
-            raise InputError(f"--only {case.name}: takes long and is left to the full version; add --full")
+    if long := [case.name for case in wanted if case.full_only and not full]:
+        raise InputError(f"--only {long[0]}: takes long and is left to the full version; add --full")
     return wanted
 
 
