@@ -175,6 +175,7 @@ def _of_dwells(estimate: Estimate, heard: NDArray[np.bool_], unsteady: Map) -> d
         return {}
     height, std = estimate.dwells
     made = {"dwell_height": height, "dwell_height_std": np.sqrt(std**2 + unsteady**2) if unsteady.any() else std}
+    heard = heard & ~(std > 1e9)  # m: nothing is known, and its square overflows
     return {name: np.where(heard, field, np.nan) for name, field in made.items()}
 
 
