@@ -44,6 +44,8 @@ class Estimate:
     std: Map  # m, of the height, from speckle and noise
     edge: Map  # m, of Interferogram.edge, what is left in the height
     slope_rms: float | None = None  # of the sea in any one direction, where its covariance is known
+    # Variances of the cells' mean slopes, outward and clockwise, and their covariance (3, look, gate), where known.
+    of_slopes: Map | None = None
     dwells: tuple[Map, Map] | None = None  # m, heights of single dwells and gates, and their errors, where found
 
 
@@ -89,7 +91,7 @@ def adaptive(given: Interferogram) -> Estimate:
     east, north = (each - centre for each, centre in zip(ground, model.poses.centre, strict=True))
     footprint = model.radar.footprint(given.width)
     sea = SeaCovariance.of(np.where(sure, waves, np.nan), np.where(sure, variance, np.nan), east, north, footprint)
-    height, error = optimal_heights(
+    height, error, of_slopes = optimal_heights(
         # A cell that may be a cycle off has no weight in its neighbours' heights; theirs have in its own.
         Measured(
             np.where(start.ambiguous, np.nan, waves),
@@ -114,6 +116,7 @@ def adaptive(given: Interferogram) -> Estimate:
         std=np.sqrt(error),
         edge=_EDGE_LEFT * given.edge,
         slope_rms=slope_rms,
+        of_slopes=of_slopes,
         dwells=(dwells, np.sqrt(variance)),
     )
 
