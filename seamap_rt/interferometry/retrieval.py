@@ -34,6 +34,8 @@ from .phase.interferogram import Interferogram
 
 Map = NDArray[np.float64]
 
+_SPANNED = 0.05  # least spread of a plane's cells across their line, over that along it
+
 
 def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None = None) -> xr.DataTree:
     """Maps (`/polar`, `/ground`) from echoes that keep the schema, ray traced, analytic or recorded alike.
@@ -246,7 +248,7 @@ def _slopes(given: Interferogram, estimate: Estimate, height: Map, spread: Map, 
     with np.errstate(divide="ignore", invalid="ignore"):
         usual = np.nanmedian(spread) if np.isfinite(spread).any() else 1.0
         weight = 1.0 / (spread**2 + (0.5 * usual) ** 2 + 1e-12)
-    return local_planes(sure, np.nan_to_num(weight), ground, model.outward(*ground), reach)
+    return local_planes(sure, np.nan_to_num(weight), ground, model.outward(*ground), reach, _SPANNED)
 
 
 def _grazing(given: Interferogram) -> Map:

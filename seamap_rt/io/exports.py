@@ -24,7 +24,7 @@ from .results_folder import write_whole
 Kind = Literal["netcdf", "geotiff", "csv"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 _ENDINGS: dict[str, Kind] = {".nc": "netcdf", ".tif": "geotiff", ".tiff": "geotiff", ".csv": "csv"}
-FIELDS = ("height", "height_std", "slope_x", "slope_x_std", "slope_y", "slope_y_std")
+FIELDS = ("height", "height_std", "slope_x", "slope_y", "slope_x_std", "slope_y_std")
 _POSITION, _HEADING = ("antenna_latitude", "antenna_longitude"), "heading"
 # Column → format; a nanodegree is 0.1 mm.
 _COLUMNS = {
@@ -37,8 +37,8 @@ _COLUMNS = {
     "height_m": "%.4f",
     "height_std_m": "%.4f",
     "slope_x": "%.5f",
-    "slope_x_std": "%.5f",
     "slope_y": "%.5f",
+    "slope_x_std": "%.5f",
     "slope_y_std": "%.5f",
     "antenna_latitude_deg": "%.9f",
     "antenna_longitude_deg": "%.9f",

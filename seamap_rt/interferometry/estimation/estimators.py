@@ -26,6 +26,7 @@ Map = NDArray[np.float64]
 
 
 _UNSEEN = 0.02  # of the errors' variance: a smaller sea's is not distinguishable from none
+_SHORTEST = 0.6  # rad/m, of waves that a map shows
 _FEWEST_LOOKS = 3
 _EDGE_LEFT = 0.5  # of a correction of first order
 
@@ -107,7 +108,9 @@ def adaptive(given: Interferogram) -> Estimate:
     )
     # Where the sea is smaller than the heights' errors, only that upper bound of it is known.
     usual = variance[sure & np.isfinite(variance)]
-    error = error + level_variance + _UNSEEN * max(0.0, (float(np.median(usual)) if usual.size else 0.0) - sea.variance)
+    unseen = _UNSEEN * max(0.0, (float(np.median(usual)) if usual.size else 0.0) - sea.variance)
+    error = error + level_variance + unseen
+    of_slopes[:2] += unseen * _SHORTEST**2
     made = model.heights_at(heights.cells, level + height)
     slope_rms = float(np.sqrt(sea.slope_variance))
     return replace(

@@ -20,7 +20,7 @@ MOST_LOOKS = 3  # neighbouring looks to either side, at most
 _MOST = (2 * MOST_LOOKS + 1) * (BLOCK + 2 * _GATES)  # neighbours
 _MEASURED = 2  # right-hand sides: the covariances with one cell's slopes, what was measured,
 _SIDES = _MEASURED + 1 + BLOCK  # and the covariances with each gate's cell
-_ALIKE = 5  # looks whose slopes' errors are taken as alike: a few degrees
+_ALIKE = math.cos(math.radians(8.0))  # of the angle between looks whose slopes err alike
 _GAUSS = 0.5 / math.sqrt(3.0)  # of a cell's side, from its middle to its sample points
 _STRIPS = 4  # of a cell, of which its slopes are means
 _WIDE = _SIDES + _MOST + 3 * LANES  # with room for whole groups of lanes behind
@@ -46,11 +46,11 @@ def interpolate(
         start, stop = block * BLOCK, min(gates, (block + 1) * BLOCK)
         towards, pairs = tables[level[start], 1], tables[level[start], 2]
         cell = along / _GAUSS, across[start] / _GAUSS
-        count, lowest, since = 0, rows, 0
+        count, lowest, facing = 0, rows, (0.0, 0.0)
         innovation, innovations = 0.0, 0
         for look in range(rows - 1, -1, -1):
             if not wanted[look, start:stop].any():
-                since = 0
+                facing = 0.0, 0.0
                 continue
             low, high = max(0, look - looks[start]), min(rows, look + looks[start] + 1)
             kept = _without_looks(given, near, index, count, high)
@@ -75,18 +75,19 @@ def interpolate(
                         _add_sea(row, count, near, there, aside, towards, per_spacing, 0.25, corner, shares)
                 for i in range(count):
                     given[i, _MEASURED + 1 + gate - start] = row[i]
-            if since == 0:
-                chosen = start + 1 if start + 1 < stop and wanted[look, start + 1] else start
-                point = points[:, look, chosen if wanted[look, chosen] else stop - 1]
+            chosen = start + 1 if start + 1 < stop and wanted[look, start + 1] else start
+            point = points[:, look, chosen if wanted[look, chosen] else stop - 1]
+            turned = facing[0] * point[2] + facing[1] * point[3] < _ALIKE
+            if turned:
+                facing = point[2], point[3]
                 _set_slopes(given, row, count, near, point, cell, towards, per_spacing, corner, shares)
-            _eliminate(given, count, near[2], left, inverse, 0 if since == 0 else _MEASURED)
-            if since == 0:
+            _eliminate(given, count, near[2], left, inverse, 0 if turned else _MEASURED)
+            if turned:
                 _set_errors(left, count, inverse, near[2], sea, per_spacing, point, cell, weights, slope)
                 for i in range(count):
                     innovation += left[i, _MEASURED] ** 2 * inverse[i]
                     innovations += inverse[i] > 0.0
             of_slopes[:, :, look] = slope
-            since = (since + 1) % _ALIKE
             for gate in range(start, stop):
                 if not wanted[look, gate]:
                     continue

@@ -6,13 +6,12 @@ import math
 
 from ...compute.compiled import compiled
 
-_COLLINEAR = 1e-3  # points whose spread across their line is less than this part of it span no plane
-
 
 @compiled
-def fit_planes(begin, end, height, weight, points, outward, reach, slopes):
+def fit_planes(begin, end, height, weight, points, outward, reach, least, slopes):
     """Write looks begin … end of slopes (2, look, gate), outward and clockwise.
 
+    Points whose spread across their line is less than a part `least` of it span no plane.
     points (2, look, gate) x and y, outward (2, look, gate) east and north, reach (2, gate) in gates and looks. Cells of
     weight 0 count nothing, but need finite numbers all the same.
     """
@@ -26,7 +25,7 @@ def fit_planes(begin, end, height, weight, points, outward, reach, slopes):
             span = rows[0], rows[1], max(0, j - far_gate), min(gates, j + far_gate + 1)
             uu, uv, vv, uz, vz, spans = _moments(height, weight, points, outward, reach, i, j, span)
             determinant = uu * vv - uv * uv
-            if not (spans and determinant > _COLLINEAR * uu * vv):
+            if not (spans and determinant > least * uu * vv):
                 continue
             slopes[0, i, j] = (uz * vv - vz * uv) / determinant
             slopes[1, i, j] = (vz * uu - uz * uv) / determinant

@@ -40,6 +40,7 @@ def local_planes(
     ground: Pair,
     outward: Pair,
     reach: tuple[ArrayLike, ArrayLike],
+    least: float = 1e-3,
 ) -> Slopes:
     """Slopes outward and clockwise of the plane fitted to each cell's neighbours, all of it (look, gate).
 
@@ -47,6 +48,7 @@ def local_planes(
     y [m] of the cells. `outward`: east and north of each cell's own direction; they broadcast. `reach`: how many gates
     and looks away weights have fallen to zero, by 1 − (distance/reach)² in either, (gate,) or one number each; no more
     than 1 is the cell's own. The first and the last look of a circle are no neighbours: they lie a turn apart in time.
+    `least`: of the points' spread across their line, over that along it, for them to span a plane.
     """
     pieces = np.broadcast_arrays(height, weight, *ground, *outward)
     known = np.all(np.isfinite(pieces), axis=0) & (pieces[1] > 0.0)
@@ -55,7 +57,7 @@ def local_planes(
     limits = np.stack([np.broadcast_to(np.asarray(each, dtype=np.float64), shape[1]) for each in reach])
     slopes = np.full((2, *shape), np.nan)
     points, away = np.stack(rest[:2]), np.stack(rest[2:])
-    in_blocks(lambda *looks: fit_planes(*looks, z, w, points, away, limits, slopes), shape[0])
+    in_blocks(lambda *looks: fit_planes(*looks, z, w, points, away, limits, least, slopes), shape[0])
     return Slopes(*slopes)
 
 
