@@ -121,6 +121,26 @@ def test_forth_and_back_is_the_same_map() -> None:
     assert rms(back.height - start.height) < 0.02 * rms(start.height)
     assert rms(back.slope_x - start.slope_x) < 0.02 * rms(start.slope_x)
     np.testing.assert_allclose(back.height_std[INSIDE], 0.05, rtol=0.01)
+    assert back.slope_x_std is None
+
+
+def test_errors_of_slopes_go_with_the_slopes() -> None:
+    # As those of heights do: as they were where all arrives, larger at a hole.
+    wave, error = Wave(6.0, 270.0), np.full(X.shape, 0.02)
+    seen = replace(scanned([wave]), slope_x_std=error, slope_y_std=2.0 * error)
+    got = advanced(seen, SIDE, 0.5, Travel.of_one(270.0))
+    assert got.slope_x_std is not None
+    assert got.slope_y_std is not None
+    np.testing.assert_array_equal(np.isfinite(got.slope_x_std), np.isfinite(got.slope_x))
+    calm = replace(seen, slope_x=0.0 * seen.slope_x, slope_y=0.0 * seen.slope_y)
+    still = advanced(calm, SIDE, 0.5, Travel.of_one(270.0))
+    assert rms(still.slope_x_std) == pytest.approx(0.02, rel=0.04)
+    assert rms(still.slope_y_std) == pytest.approx(0.04, rel=0.04)
+    hole = np.hypot(X - 150.0, Y + 90.0)
+    gapped = replace(seen, slope_x=np.where(hole < 40.0, np.nan, seen.slope_x))
+    torn = advanced(gapped, SIDE, 0.5, Travel.of_one(270.0)).slope_x_std
+    beside = (hole > 40.0) & (hole < 45.0) & np.isfinite(torn)
+    assert rms(torn, beside) > 1.1 * rms(got.slope_x_std, beside)
 
 
 def test_a_still_sea_stays_still() -> None:

@@ -84,7 +84,7 @@ def of_seen(slope: Map, std: Map, tangent: Map, share: Map) -> tuple[Map, Map]:
 
     What is in sight leans away by less than the ray, of grazing angle ψ (tangent: tan ψ). Of a Gaussian slope of mean
     m and deviation σ that is greater than −tan ψ the mean is m + σλ and the variance σ²(1 − λ(λ + a)),
-    a = (m + tan ψ)/σ, λ = φ(a)/Φ(a); the hidden share is as it was.
+    a = (m + tan ψ)/σ, λ = φ(a)/Φ(a); the hidden share is as it was, and a slope of unknown error.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         above = (slope + tangent) / std
@@ -92,4 +92,4 @@ def of_seen(slope: Map, std: Map, tangent: Map, share: Map) -> tuple[Map, Map]:
     more = np.zeros(near.shape)
     more[near] = np.sqrt(2.0 / np.pi) / erfcx(-above[near] / np.sqrt(2.0))
     left = 1.0 - share * more * (more + np.where(near, above, 0.0))
-    return slope + share * std * more, std * np.sqrt(left)
+    return slope + np.nan_to_num(share * std * more), std * np.sqrt(left)
