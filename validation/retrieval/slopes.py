@@ -2,8 +2,8 @@
 
     python -m validation.retrieval.slopes [--draw N] [--count 12] [--of seas,radars]
 
-One turn each, by the horizon tracer; of unflagged cells, outward and clockwise: rms of the error, rms of the stated
-one, 1.4826 MAD of error over stated error, and the share of errors within 1.96 of them. The truth is a cell's mean slope
+One turn each, by the horizon tracer; of unflagged cells, outward and clockwise: rms of the error, of the stated
+one, 1.4826 MAD of error over stated error, and share of errors within 1.96 of them. The truth is a cell's mean slope
 over all its facets, lit or not (`truth/polar`), not that of the plane that was fitted. `ground`: the same of the square
 cells' slopes towards east and north, where the centre's polar cell has no flag.
 """
