@@ -52,7 +52,7 @@ def test_a_map_of_one_instant_is_nearer_to_the_sea_of_that_instant() -> None:
 @pytest.mark.parametrize("estimator", ["adaptive", "sliding_plane", "single_cell"])
 def test_slopes_have_errors_where_the_sea_is_known(estimator: str) -> None:
     # By `adaptive`, which knows the sea's covariance, each slope has one, and no cell without a height has any.
-    found, ground = polar(estimator=estimator), maps(estimator=estimator)["ground"]
+    found, ground = polar(estimator=estimator), maps(estimator=estimator)["ground"].to_dataset()
     known = np.isfinite(found["slope_range"].values)
     assert known.sum() > 1000
     assert not (known & np.isnan(found["height"].values)).any()
