@@ -64,7 +64,7 @@ def motion_of(made: Scene) -> tuple[Motion, Design, Any]:
 def test_a_run_on_a_moving_boat_measures_as_much_as_the_outlook_says(case: str) -> None:
     """Height errors by range to 20 % (two turns of other seas: 48 waves to a bin, 10 %), the radius to 8 %."""
     made, squares, number, rings = scene(**CASES[case]), np.zeros(len(BINS)), np.zeros(len(BINS)), []
-    for seed in (101, 102, 103):
+    for seed in (101, 102):
         simulator = Simulator(scene(**CASES[case], seed=seed))
         turn = next(iter(sr.iterate(simulator.scene, simulator=simulator)))
         assert turn.maps is not None
@@ -78,7 +78,7 @@ def test_a_run_on_a_moving_boat_measures_as_much_as_the_outlook_says(case: str) 
     found = sr.outlook(made)
     told = [float(np.sqrt((found["height_error"].sel(range=slice(*each)) ** 2).mean())) for each in BINS]
     np.testing.assert_allclose(told, np.sqrt(squares / number), rtol=0.2)
-    radius = (rings[0] + rings[1] + rings[2]).fully_measured_radius
+    radius = (rings[0] + rings[1]).fully_measured_radius
     assert found.attrs["fully_measured_radius_m"] == pytest.approx(radius, rel=0.08)
 
 

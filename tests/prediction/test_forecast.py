@@ -336,7 +336,9 @@ def maps_file(tmp_path_factory: pytest.TempPathFactory):
     folder = tmp_path_factory.mktemp("predict")
     settings = ["turns=2", "tracing.tracer=horizon", "prediction.vessel.shape=raft", "prediction.quiet.elevation_m=0.4"]
     given = [word for each in settings for word in ("--set", each)]
-    assert main(["run", "tiny", "--predict", "--out", str(folder), *given]) == 0
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("seamap_rt.report.style.DPI", 40)  # nothing here looks at pixels
+        assert main(["run", "tiny", "--predict", "--out", str(folder), *given]) == 0
     return folder / "maps.nc"
 
 
