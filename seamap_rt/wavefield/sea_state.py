@@ -85,9 +85,9 @@ def sea_state(maps: xr.DataTree) -> xr.Dataset:
     much in so long is a sample; `significant_wave_height_sampling` is that part of the height's. Where a sample is too
     small for that (fewer than three independent heights), the height is NaN and `significant_wave_height_least` says
     what it is at least, at 97.5 % confidence.
-    Where too little is seen, or too noisy, all is NaN, and the attribute `unknown` says why and what would mend it; of a
-    calm sea, and of looks that span less than 80°, the period and directions are NaN. Mean direction and spread are NaN
-    as well where nothing tells which way the waves run; `mean_axis` needs none.
+    Where too little is seen, or too noisy, all is NaN, and the attribute `unknown` says why and what would mend it; of
+    a calm sea, and of looks that span less than 80°, the period and directions are NaN. Mean direction and spread are
+    NaN as well where nothing tells which way the waves run; `mean_axis` needs none.
 
     Raises SchemaError for maps without one of the fields it reads, or with one of another kind.
 

@@ -1,17 +1,18 @@
-"""Wave systems of a sea, by maximum likelihood from the heights of some turns: also waves longer than the circle in sight.
+"""Wave systems of a sea by maximum likelihood, from the heights of some turns: also of waves longer than the circle.
 
 A sea is taken as the sum of a few systems, each a JONSWAP spectrum (Hasselmann et al. 1973) spread as cos^2s(θ/2). Two
 kinds of data tell them. Waves longer than a fourth of the circle or so are few in it, and no periodogram resolves them:
 there heights, averaged over blocks, are compared as they are, each at its place and time, with a Gaussian sea of the
 systems' covariance, so that the record in time counts as the record in space does. Shorter waves are many: their
-periodogram is that of the systems, with exponential chance (Whittle 1953). The sum of both log-likelihoods is climbed by
-Fisher's scoring; its information matrix gives the errors, with the chance of so few waves included.
+periodogram is that of the systems, with exponential chance (Whittle 1953). The sum of both log-likelihoods is climbed
+by Fisher's scoring; its information matrix gives the errors, with the chance of so few waves included.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -257,8 +258,8 @@ class _LongWaves:
         self.wavenumber = water.wavenumber(2.0 * np.pi * self.frequency)
         # Data reduced to waves of a coarse lattice, both ways in time.
         side = int(1.1 * _SPLIT / _BASIS) + 1
-        grid = np.arange(-side, side + 1) * (_BASIS / reach)
-        kx, ky = (each.ravel() for each in np.meshgrid(grid, grid, indexing="ij"))
+        grid: Field = np.arange(-side, side + 1, dtype=np.float64) * (_BASIS / reach)
+        kx, ky = (np.asarray(each.ravel(), np.float64) for each in np.meshgrid(grid, grid, indexing="ij"))
         kept = np.hypot(kx, ky) < 1.1 * self.split
         basis = _waves(kx[kept], ky[kept], water, x, y, time)
         basis = np.concatenate((basis.real, basis.imag), axis=1) / np.sqrt(x.size)
@@ -447,7 +448,8 @@ class _Problem:
         values[2:-2:_OWN] += np.pi
         sure = self._at(values)[0] < best - _SURE
         systems = tuple(made[n] for n in order)
-        return WaveSystems(systems, covariance[np.ix_(index, index)], best, gain, nugget, sure, self.water)
+        errors = np.asarray(covariance[np.ix_(index, index)], np.float64)
+        return WaveSystems(systems, errors, best, gain, nugget, bool(sure), self.water)
 
     def _against(self, system: WaveSystem) -> float:
         """What is taken off for a system that runs against the water's velocity; half of it where nothing tells."""
@@ -455,7 +457,7 @@ class _Problem:
         forth = float(self.direction.forth(k * np.sin(system.toward), k * np.cos(system.toward))[0])
         return 0.5 * _AGAINST * (1.0 - forth)
 
-    def _at(self, values: Field) -> tuple[float, Field, Field]:
+    def _at(self, values: NDArray[Any]) -> tuple[float, Field, Field]:
         """Log of the likelihood and of what is known beforehand, its gradient, and the information."""
         gain, nugget = (float(each) for each in np.exp(values[-2:]))
         rows = values[:-2].reshape(-1, _OWN)
@@ -502,7 +504,7 @@ def _values_of(system: WaveSystem) -> list[float]:
     return values
 
 
-def _system_of(values: Field) -> WaveSystem:
+def _system_of(values: NDArray[Any]) -> WaveSystem:
     variance, frequency, _, exponent, enhancement = (float(each) for each in np.exp(np.minimum(values, 50.0)))
     return WaveSystem(variance, frequency, float(values[2]), exponent, enhancement)
 

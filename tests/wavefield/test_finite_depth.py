@@ -39,7 +39,8 @@ def test_one_wave_is_found_as_it_is(depth: float, along_m_s: float) -> None:
 def test_the_peak_period_of_a_random_sea_is_within_its_stated_error(depth: float, along_m_s: float) -> None:
     states = [sea_state(random_sea(seed, 8.0, depth, along_m_s).maps()) for seed in range(5)]
     found, stated = (np.array([float(each[name][0]) for each in states]) for name in ("peak_period", "peak_period_std"))
-    # Within the stated error the mean must lie, and of 5 draws the rms of errors over stated ones, known to 1/√10 of itself, below 1 + 1.6/√10.
+    # Within the stated error the mean must lie, and of 5 draws the rms of errors over stated ones, known to 1/√10 of
+    # itself, below 1 + 1.6/√10.
     assert np.sqrt(np.mean(((found - 8.0) / stated) ** 2)) < 1.5
     assert abs(found.mean() - 8.0) < stated.mean()
     assert stated.max() < 0.8
