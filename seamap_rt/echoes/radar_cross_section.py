@@ -92,8 +92,8 @@ class SeaSurface:
         strain: NDArray[np.float32] | None,
         columns: NDArray[np.bool_] | slice = slice(None),
     ) -> SeaSurface:
-        """The same surface with the scale that brings the mean echo of these facets to the empirical model; by direction
-        too, if that knows the wind's.
+        """The same surface with the scale that brings the mean echo of these facets to the empirical model; by
+        direction too, if the model knows it.
 
         facets, strain: of an area so wide that its mean is the sea's; columns: of these alone.
         """

@@ -100,7 +100,8 @@ def fit_scale(
         return _unity((0.0, 0.0), degree)
     limits = (float(log_grazing.min()), float(log_grazing.max()))
     depth = _scaled(log_grazing, limits)
-    cosine = np.cos(np.asarray(0.0 if wind_angle is None else wind_angle))  # the factor is even in the angle, so ±φ share a bin
+    # The factor is even in the angle, so ±φ share a bin.
+    cosine = np.cos(np.asarray(0.0 if wind_angle is None else wind_angle))
     wanted, power, area, depth, cosine = np.broadcast_arrays(target * area, power, area, depth, cosine)
 
     cell = (_bin(depth, bins[0]) * bins[1] + _bin(cosine, bins[1])).ravel()

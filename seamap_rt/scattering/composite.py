@@ -131,8 +131,8 @@ def facing_facets(settings: ScatteringSettings, frequency_hz: float, grazing: fl
 
 
 def nrcs_level_sea(settings: ScatteringSettings, frequency_hz: float, grazing: ArrayLike) -> NDArray[np.float64]:
-    """Theory's mean σ0 [linear] over all directions of a level mesh at grazing angles [rad], any shape, without shadows:
-    all of the wind's waves are statistics."""
+    """Theory's mean σ0 [linear] over all directions at grazing angles [rad], any shape: of a level mesh, on which all
+    of the wind's waves are statistics, without shadows."""
     terms = nrcs_composite(
         0.5 * np.pi - np.asarray(grazing)[..., None],
         0.0,
