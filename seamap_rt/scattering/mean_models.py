@@ -33,11 +33,6 @@ class MeanModel:
         (calm, rough), (low, high) = self.sea_state, self.frequency_hz
         return f"sea states {calm:g} to {rough:g} and {1e-9 * low:g} to {1e-9 * high:g} GHz"
 
-    def holds(self, wind_speed: float, frequency_hz: float) -> bool:
-        """Whether the wind [m/s] and the frequency lie where it was fitted."""
-        low, high = self.frequency_hz
-        return self.nearest_wind(wind_speed) == wind_speed and low <= frequency_hz <= high
-
     def nearest_wind(self, wind_speed: float) -> float:
         """The wind [m/s] itself where it was fitted to it, else the nearest for which it was."""
         calm, rough = (float(wind_from_sea_state(state)) for state in self.sea_state)
