@@ -337,6 +337,17 @@ def test_extrapolation_is_there_for_the_asking(beyond: dict[str, Any]) -> None:
     assert load_scene("choppy_sea", beyond | {"scattering.extrapolate": True}).scattering.extrapolate
 
 
+@pytest.mark.parametrize(("hs", "tp"), [(1.4, 5.5), (5.0, 10.0), (6.0, 11.0), (8.0, 12.0), (8.0, 14.0)])
+@pytest.mark.parametrize("frequency", [9.3e9, 9.5e9, 35e9])
+@pytest.mark.parametrize(("height", "wind"), [(5.0, 2.0), (15.0, 18.0), (30.0, 30.0)])  # up to 90° under a high mast
+def test_no_model_s_limit_refuses_an_ordinary_sea_by_default(
+    hs: float, tp: float, frequency: float, height: float, wind: float
+) -> None:
+    waves = {"sea.waves.0.significant_wave_height_m": hs, "sea.waves.0.peak_period_s": tp}
+    radar = {"radar.frequency_hz": frequency, "radar.height_m": height, "scattering.wind_speed_m_s": wind}
+    assert load_scene("choppy_sea", waves | radar).scattering.mean_model == "nrl"
+
+
 @pytest.mark.parametrize("model", [*MEAN_MODELS, "none"])
 @pytest.mark.parametrize("wind", [0.5, 8.0, 14.0, 18.0, 40.0])
 def test_theory_takes_every_wind_whatever_model_sets_its_mean(model: str, wind: float) -> None:
