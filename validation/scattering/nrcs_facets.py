@@ -155,9 +155,9 @@ def looks_by_wind(wind_speed: float, polarization: str, seeds: tuple[int, ...]) 
             sectors = [columns & (np.abs(angle - middle) <= 30.0) for middle in (0.0, 90.0, 180.0)]
             chosen = [(sector, field) for field in (np.broadcast_to(area, raw.shape), *fields) for sector in sectors]
             bands.append(_summed(chosen, facets, radar, bands_deg))
-        sums = np.concatenate(bands, axis=1).reshape(len(fields) + 1, 3, -1)
+        sums = np.concatenate(bands, axis=1).reshape(len(Looks._fields) + 1, 3, -1)
         made.append(sums[1:] / sums[0])
-    return Looks(*np.moveaxis(made, 1, 0))
+    return Looks(*np.moveaxis(np.array(made), 1, 0))
 
 
 def _mesh(sea: Sea, radar: RadarSettings, rate: float | None) -> tuple[SurfaceMesh, NDArray[np.bool_]]:
