@@ -108,6 +108,7 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         **_POLAR_COORDS,
         "height": Variable(_POLAR, "float32", "m", "retrieved height of the sea surface", _SEA_HEIGHT),
         "height_std": Variable(_POLAR, "float32", "m", "standard error of the height"),
+        "sensor_std": Variable(_POLAR, "float32", "m", "part of height_std by the motion sensors", None, False),
         "slope_range": Variable(_POLAR, "float32", "1", "slope along the look, outward"),
         "slope_azimuth": Variable(_POLAR, "float32", "1", "slope across the look, clockwise"),
         "ground_range": Variable(_POLAR, "float32", "m", "horizontal distance at which the echo was placed"),
@@ -320,6 +321,15 @@ FURTHER_ECHO_ATTRIBUTES: dict[str, tuple[Any, str]] = {
     "transmitter": ("coherent", "coherent or magnetron: whether pulses start with one phase or each with its own"),
     "coherent_on_receive": (0, "1 where the receiver has taken off the phase of each pulse as a magnetron sent it"),
     "transmit_phase_error_deg": (0.0, "degree, rms error of the phase that was taken off"),
+    # Of the motion sensors: unknown where none of these is there.
+    "sensors_attitude_noise_deg": (0.0, "degree, rms of a reading of roll or pitch"),
+    "sensors_heading_noise_deg": (0.0, "degree, rms of a reading of the heading"),
+    "sensors_position_noise_m": (0.0, "m, rms of a reading of the place"),
+    "sensors_attitude_accuracy_deg": (0.0, "degree, rms of the constant error of roll and pitch; 0: not stated"),
+    "sensors_heading_accuracy_deg": (0.0, "degree, rms of the constant error of the heading; 0: not stated"),
+    "sensors_height_accuracy_m": (0.0, "m, rms of the constant error of the height; 0: not stated"),
+    "sensors_rate_hz": (1e9, "Hz, readings of the motion; a pulse each if missing"),
+    "sensors_latency_s": (0.0, "s, age of a reading"),
 }
 
 # What waves run on, carried as attributes of the maps: name → what is taken where it is missing, units and meaning.

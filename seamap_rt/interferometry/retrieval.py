@@ -21,6 +21,7 @@ from .covariance.velocity import Doppler, Lag, doppler, over_ground, own_velocit
 from .covariance.windows import window_weights
 from .estimation.estimators import ESTIMATORS, Estimate
 from .estimation.quality import lit_power, quality_flags
+from .estimation.sensor_errors import sensor_variance
 from .estimation.shadow import Shadow, rms_slope, shadow
 from .estimation.slopes import Slopes, local_planes, plane_reach
 from .geometry.heights import Heights
@@ -126,9 +127,14 @@ def retrieve_turn(
         np.where(heard, f, np.nan) for f in (heights.height, heights.ground_range, estimate.std)
     )
     slopes = _slopes(given, estimate, height, spread)
-    seen = _shadow(given, slopes, spread, heard, estimate.slope_rms)
-    unsteady = _unsteady(given, heights)
-    spread = np.sqrt(spread**2 + seen.hidden_std**2 + estimate.edge**2 + unsteady**2)
+    steepness = None if estimate.sea is None else float(np.sqrt(estimate.sea.slope_variance))
+    seen = _shadow(given, slopes, spread, heard, steepness)
+    times = _look_times(model.poses.time, (turn + looks.sweeps / 360.0) * radar.period)
+    sensed = sensor_variance(
+        echoes, radar, looks.sweeps, times, np.nan_to_num(ground_range), estimate.sea or _mean_square(slopes.clockwise)
+    )
+    common = _unsteady(given, heights) ** 2 + sensed
+    spread = np.sqrt(spread**2 + seen.hidden_std**2 + estimate.edge**2 + common)
     if settings.crest_bias == "remove":
         height = height - seen.crest_bias
     else:  # what is known of it and left is an error as well
@@ -160,21 +166,23 @@ def retrieve_turn(
         **_of_velocities(looks, given, lags, heights, heard),
         "visible_share": seen.visible_share,
         "crest_bias": seen.crest_bias,
-        **_of_dwells(estimate, heard, unsteady),
+        **_of_dwells(estimate, heard, common),
+        **({"sensor_std": np.where(heard, np.sqrt(sensed), np.nan)} if sensed.any() else {}),
         "antenna_x": east,
         "antenna_y": north,
-        "time": _look_times(model.poses.time, (turn + looks.sweeps / 360.0) * radar.period),
+        "time": times,
         "quality": flags,
     }
     return _polar(fields, looks, model.paths, turn), Ground.of(model.poses, heights, looks.sweeps)
 
 
-def _of_dwells(estimate: Estimate, heard: NDArray[np.bool_], unsteady: Map) -> dict[str, Map]:
-    """Heights of single dwells and gates, where the estimator finds them: their errors hardly depend on each other."""
+def _of_dwells(estimate: Estimate, heard: NDArray[np.bool_], common: Map) -> dict[str, Map]:
+    """Heights of single dwells and gates, where the estimator finds them: their errors hardly depend on each other, but
+    for what a look's have in common [m²]."""
     if estimate.dwells is None:
         return {}
     height, std = estimate.dwells
-    made = {"dwell_height": height, "dwell_height_std": np.sqrt(std**2 + unsteady**2) if unsteady.any() else std}
+    made = {"dwell_height": height, "dwell_height_std": np.sqrt(std**2 + common) if common.any() else std}
     return {name: np.where(heard, field, np.nan) for name, field in made.items()}
 
 
@@ -199,6 +207,21 @@ def _unsteady(given: Interferogram, heights: Heights) -> Map:
     return np.nan_to_num(heights.gain) * error
 
 
+def _mean_square(slope: Map) -> float:
+    known = slope[np.isfinite(slope)]
+    return float(np.mean(known**2)) if known.size else 0.0
+
+
+def _held(radar: RadarDescription) -> str:
+    """What error bars of heights hold, in words."""
+    held = "speckle, receiver noise, hidden parts of cells"
+    if radar.sensors is None:
+        return f"{held}; not the motion sensors' errors, of which the echoes say nothing"
+    stays = radar.sensors.attitude_accuracy_deg or radar.sensors.heading_accuracy_deg or radar.sensors.height_accuracy_m
+    told = "and" if stays else "but not"
+    return f"{held}, motion sensors' noise and latency, {told} their constant errors{'' if stays else ' (not stated)'}"
+
+
 def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int) -> xr.Dataset:
     """The polar map of fields (look, gate), and how it was made."""
     radar, settings = looks.radar, looks.settings
@@ -219,6 +242,7 @@ def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int) -> x
             "height_m": radar.height,
             "tilt_deg": radar.tilt,
             "crest_bias": settings.crest_bias,
+            "height_std_holds": _held(radar),
         },
     )
 

@@ -41,7 +41,11 @@ _NUMBERS: dict[str, tuple[str, Callable[[float], bool]]] = {
     "prf_hz": _positive(1e7),
     "rotation_rpm": _positive(1e4),
     "azimuth_beamwidth_deg": ("be greater than 0", lambda value: value > 0.0),
-    **dict.fromkeys(("noise_power_w", "complete_turns"), ("be at least 0", lambda value: value >= 0.0)),
+    **dict.fromkeys(
+        ("noise_power_w", "complete_turns", *(each for each in FURTHER_ECHO_ATTRIBUTES if each.startswith("sensors_"))),
+        ("be at least 0", lambda value: value >= 0.0),
+    ),
+    "sensors_rate_hz": _positive(1e9),
     "baseline_m": ("be 0 to 100", lambda value: 0.0 <= value <= 100.0),
     "height_m": ("lie within ±10000", lambda value: abs(value) <= 1e4),
     "tilt_deg": ("lie within ±90", lambda value: abs(value) < 90.0),

@@ -10,6 +10,7 @@ antennas. Whatever is wrong becomes an InputError of one line.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from typing import Any
@@ -128,7 +129,7 @@ def echoes_from_recording(
             "transmitter": sender[rows],
             "turn": turns.number,
         },
-        _attributes(head, turns, prf, noise) | _date(zero, turns.start),
+        _attributes(head, turns, prf, noise) | _sensors(head, attitude) | _date(zero, turns.start),
     )
 
 
@@ -141,6 +142,16 @@ def _since(zero: NDArray, times: ArrayLike, name: str) -> ArrayLike:
         return times
     step = np.asarray(times) - zero if kind == "M" else np.asarray(times)
     return step / np.timedelta64(1, "ns") * 1e-9
+
+
+def _sensors(head: RecordingHeader, attitude: Sensed | None) -> dict[str, float]:
+    """What the header tells of the motion sensors; their rate is that of the readings, where it is left out."""
+    errors = head.sensors
+    if errors == type(errors)():
+        return {}
+    if math.isinf(errors.rate_hz) and isinstance(attitude, tuple) and np.size(attitude[0]) > 1:
+        errors = errors.model_copy(update={"rate_hz": 1.0 / float(np.median(np.diff(np.asarray(attitude[0]))))})
+    return errors.attributes
 
 
 def _date(zero: NDArray, start: float) -> dict[str, str]:
