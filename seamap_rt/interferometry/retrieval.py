@@ -32,6 +32,7 @@ from .input.description import RadarDescription
 from .input.stored import open_echoes, read_turn
 from .looks import Looks, interferogram
 from .phase.interferogram import Interferogram
+from .phase.uncertainty import ONE_CELL
 
 Map = NDArray[np.float64]
 
@@ -279,6 +280,7 @@ def _shadow(
         grazing,
         (settings.cell_range_m, np.radians(settings.cell_azimuth_deg) * radar.ranges),
         heard,
+        given.noise_power / np.sqrt(given.dwelt.samples(ONE_CELL, radar).noise),
     )
 
 
