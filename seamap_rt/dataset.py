@@ -321,15 +321,15 @@ FURTHER_ECHO_ATTRIBUTES: dict[str, tuple[Any, str]] = {
     "transmitter": ("coherent", "coherent or magnetron: whether pulses start with one phase or each with its own"),
     "coherent_on_receive": (0, "1 where the receiver has taken off the phase of each pulse as a magnetron sent it"),
     "transmit_phase_error_deg": (0.0, "degree, rms error of the phase that was taken off"),
-    # Of the motion sensors: unknown where none of these is there.
-    "sensors_attitude_noise_deg": (0.0, "degree, rms of a reading of roll or pitch"),
-    "sensors_heading_noise_deg": (0.0, "degree, rms of a reading of the heading"),
-    "sensors_position_noise_m": (0.0, "m, rms of a reading of the place"),
-    "sensors_attitude_accuracy_deg": (0.0, "degree, rms of the constant error of roll and pitch; 0: not stated"),
-    "sensors_heading_accuracy_deg": (0.0, "degree, rms of the constant error of the heading; 0: not stated"),
-    "sensors_height_accuracy_m": (0.0, "m, rms of the constant error of the height; 0: not stated"),
-    "sensors_rate_hz": (1e9, "Hz, readings of the motion; a pulse each if missing"),
-    "sensors_latency_s": (0.0, "s, age of a reading"),
+    **dict.fromkeys(
+        ("sensors_attitude_noise_deg", "sensors_heading_noise_deg", "sensors_position_noise_m", "sensors_latency_s"),
+        (0.0, "rms of a reading of the motion, and its age; unknown where no attribute tells of sensors"),
+    ),
+    **dict.fromkeys(
+        ("sensors_attitude_accuracy_deg", "sensors_heading_accuracy_deg", "sensors_height_accuracy_m"),
+        (0.0, "rms of a sensor's constant error; 0: not stated"),
+    ),
+    "sensors_rate_hz": (1e9, "Hz, readings of the motion"),
 }
 
 # What waves run on, carried as attributes of the maps: name → what is taken where it is missing, units and meaning.

@@ -12,8 +12,8 @@ Motion that is known costs no height: the retrieval levels each pulse. What is m
 
 the last of which is what the surface differs by between places d apart, in means over a cell (C): slope times d where d
 is small, twice the variance where it is large. Each mean square is that of bias, latency and interpolation between
-readings over the motion, and of the noise of one reading times what a mean keeps of it (`physics.readings`) over about
-two looks, which a height is found from. The mean plane of a map stays in its heights: it levels no tilt away.
+readings over the motion, and of the noise of one reading times what a height keeps of it
+(`estimation.sensor_errors`). The mean plane of a map stays in its heights: it levels no tilt away.
 
 Motion is as given: a taller mast, whose weight makes a boat roll more, is not heavier here.
 """
@@ -28,9 +28,9 @@ from numpy.typing import NDArray
 from scipy.special import j0
 
 from ..conventions import unit_from_azimuth, wrap_degrees, written
+from ..interferometry.estimation.sensor_errors import variance_kept
 from ..io.motionfile import read_motion
 from ..physics import dispersion
-from ..physics.readings import variance_kept
 from ..radar.mast import Mast
 from ..radar.platform import boat_motion
 from ..radar.pose import boat_axes
@@ -46,7 +46,6 @@ Array = NDArray[np.float64]
 
 _TIMES, _STEP_S = 200, 1.618  # at which a motion without end is looked at
 _STREAM = 7
-_LOOKS = 2.0  # that a height is found from, where the echo is strong: by runs with noisy sensors of 20 to 1000 Hz
 
 
 class BoatWaves(NamedTuple):
@@ -143,7 +142,7 @@ class Motion:
     def height_variance(self, design: Design, waves: Waves) -> Array:
         """Of the heights' errors by what the sensors tell wrong, m², (look, gate)."""
         ground, k = design.ground, waves.wavenumber
-        averaged = variance_kept(self.readings * _LOOKS * self.dwell_s)
+        averaged = variance_kept(self.readings * self.dwell_s)
         attitude, heading, up, aside = (each * averaged for each in self.noise)
         away = np.sqrt(self.aside + aside + ground**2 * (self.heading + heading))
         kept = waves.variance.sum(axis=1) * np.sinc(k * design.cell_m / (2.0 * np.pi)) ** 2

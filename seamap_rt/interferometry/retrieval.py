@@ -15,7 +15,7 @@ from ..compute.machine import one_blas_thread
 from ..conventions import db, unit_from_azimuth
 from ..dataset import QUALITY_FLAGS, build, check
 from ..errors import SchemaError, must_be
-from ..settings import RetrievalSettings
+from ..settings import RetrievalSettings, SensorErrors
 from ..wavefield.sea_state import water_of
 from .covariance.velocity import Doppler, Lag, doppler, over_ground, own_velocity
 from .covariance.windows import window_weights
@@ -128,12 +128,8 @@ def retrieve_turn(
         np.where(heard, f, np.nan) for f in (heights.height, heights.ground_range, estimate.std)
     )
     slopes = _slopes(given, estimate, height, spread)
-    steepness = None if estimate.sea is None else float(np.sqrt(estimate.sea.slope_variance))
-    seen = _shadow(given, slopes, spread, heard, steepness)
-    times = _look_times(model.poses.time, (turn + looks.sweeps / 360.0) * radar.period)
-    sensed = sensor_variance(
-        echoes, radar, looks.sweeps, times, np.nan_to_num(ground_range), estimate.sea or _mean_square(slopes.clockwise)
-    )
+    seen = _shadow(given, slopes, spread, heard, estimate.slope_rms)
+    sensed = sensor_variance(echoes, radar, looks.width, ground_range, slopes.clockwise)
     common = _unsteady(given, heights) ** 2 + sensed
     spread = np.sqrt(spread**2 + seen.hidden_std**2 + estimate.edge**2 + common)
     if settings.crest_bias == "remove":
@@ -171,15 +167,14 @@ def retrieve_turn(
         **({"sensor_std": np.where(heard, np.sqrt(sensed), np.nan)} if sensed.any() else {}),
         "antenna_x": east,
         "antenna_y": north,
-        "time": times,
+        "time": _look_times(model.poses.time, (turn + looks.sweeps / 360.0) * radar.period),
         "quality": flags,
     }
     return _polar(fields, looks, model.paths, turn), Ground.of(model.poses, heights, looks.sweeps)
 
 
 def _of_dwells(estimate: Estimate, heard: NDArray[np.bool_], common: Map) -> dict[str, Map]:
-    """Heights of single dwells and gates, where the estimator finds them: their errors hardly depend on each other, but
-    for what a look's have in common [m²]."""
+    """Heights of single dwells and gates, where found: errors hardly depend on each other but for the common [m²]."""
     if estimate.dwells is None:
         return {}
     height, std = estimate.dwells
@@ -208,19 +203,12 @@ def _unsteady(given: Interferogram, heights: Heights) -> Map:
     return np.nan_to_num(heights.gain) * error
 
 
-def _mean_square(slope: Map) -> float:
-    known = slope[np.isfinite(slope)]
-    return float(np.mean(known**2)) if known.size else 0.0
-
-
-def _held(radar: RadarDescription) -> str:
+def _held(sensors: SensorErrors | None) -> str:
     """What error bars of heights hold, in words."""
-    held = "speckle, receiver noise, hidden parts of cells"
-    if radar.sensors is None:
-        return f"{held}; not the motion sensors' errors, of which the echoes say nothing"
-    stays = radar.sensors.attitude_accuracy_deg or radar.sensors.heading_accuracy_deg or radar.sensors.height_accuracy_m
-    told = "and" if stays else "but not"
-    return f"{held}, motion sensors' noise and latency, {told} their constant errors{'' if stays else ' (not stated)'}"
+    if sensors is None:
+        return "speckle, noise, hidden parts; not the motion sensors' errors, of which the echoes do not tell"
+    stays = any(value > 0.0 for name, value in sensors.attributes.items() if "accuracy" in name)
+    return f"speckle, noise, hidden parts, motion sensors' noise and latency{' and' if stays else ', not'} their biases"
 
 
 def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int) -> xr.Dataset:
@@ -243,7 +231,7 @@ def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int) -> x
             "height_m": radar.height,
             "tilt_deg": radar.tilt,
             "crest_bias": settings.crest_bias,
-            "height_std_holds": _held(radar),
+            "height_std_holds": _held(radar.sensors),
         },
     )
 

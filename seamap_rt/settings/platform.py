@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from annotated_types import Ge, Gt, Le
 from pydantic import model_validator
@@ -44,9 +43,7 @@ def _noise(reading: str, unit: str) -> Meaning:
 
 
 def _accuracy(reading: str, unit: str) -> Meaning:
-    return Meaning(
-        f"Constant error of {reading} that the maker states, rms; error bars hold it.", unit=unit, reason="rms"
-    )
+    return Meaning(f"Constant error of {reading} as its maker states it, rms.", unit=unit, reason="rms")
 
 
 class SensorErrors(Section):
@@ -73,22 +70,15 @@ class SensorErrors(Section):
     @property
     def attributes(self) -> dict[str, float]:
         """As echoes carry them: sizes of errors, never an error itself."""
-        told = {f"sensors_{key}": getattr(self, key) for key in SensorErrors.model_fields}
+        told = {f"sensors_{key}": float(getattr(self, key)) for key in SensorErrors.model_fields}
         return {name: value for name, value in told.items() if math.isfinite(value)}
-
-    @classmethod
-    def of(cls, attributes: Mapping[Any, Any]) -> Self | None:
-        """From echoes' attributes, which are checked; None where they say nothing of sensors."""
-        told = {key: attributes.get(f"sensors_{key}") for key in cls.model_fields}
-        known: dict[str, Any] = {key: float(value) for key, value in told.items() if value is not None}
-        return cls.model_construct(**known) if known else None
 
 
 class SensorSettings(SensorErrors):
     """How the boat measures its own motion: without error unless given.
 
-    The true motion moves the antennas; the measured one goes to the retrieval, interpolated between readings. A bias is
-    the error itself, which the retrieval is not told: it knows of it what the accuracies state.
+    The true motion moves the antennas; the measured one goes to the retrieval, interpolated between readings, without
+    the biases: of these it knows what the accuracies state.
     """
 
     roll_bias_deg: Annotated[Bias, _bias("roll", "°")] = 0.0

@@ -177,8 +177,6 @@ def _height(polar_map: PolarMap, bins: RangeBins, keep: Field) -> dict[str, floa
         _UNSEEN * (1.0 - seen) * variance,
         # What such heights leave open is the variance that the retrieval expected: it is no finding where it is all.
         noise * noise / max(signal, noise) / transfer if polar_map.conditional and noise > 0.0 else 0.0,
-        # Of a turn's two tilts, each the same for all cells: their mean square scatters by as much as it is.
-        float(weight @ bins.shared) / transfer,
     )
     return {
         "significant_wave_height": 4.0 * np.sqrt(variance),

@@ -2,9 +2,9 @@
 
     python -m validation.retrieval.sensors --draw N [--count 12] [--seeds 3]
 
-One turn each, from 30 m to 200 m, unflagged cells: 1.4826 MAD of error over stated error, the share of errors within
-1.96, rms error and stated error; Hs of the water by `sea_state`, its error bar, and the sea's own in the cells. A constant error of a sensor
-is drawn from the accuracy that its maker states: single turns scatter, since a turn has few independent errors of tilt.
+One turn each, 50–200 m, unflagged cells: 1.4826 MAD of error over stated error, the share of errors within 1.96, rms
+error and stated error; Hs by `sea_state` with its error bar, and of the true heights of these cells. A constant error is
+drawn from the accuracy that is stated: single turns scatter, since a turn has few independent errors of tilt.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from validation.retrieval.seas import against_truth
 
 
 def ridden(number: int, place: int) -> Scene:
-    """One scene: a boat that rolls or rides the waves, sensors whose noise is 0 to 0.5° and 0 to 0.1 m at 5 to 100 Hz."""
+    """A boat that rolls or rides the waves; sensors of 0 to 0.5° and 0 to 0.1 m of noise at 5 to 100 Hz."""
     stream = np.random.default_rng([number, 99, place])
     while True:
         keys: Keys = waves(stream, (0.3, 2.5), (3.5, 9.0)) | mast(stream, 3.0, 12.0) | boat(stream)
@@ -74,8 +74,8 @@ def found(scene: Scene) -> tuple[str, np.ndarray]:
     hs, bar = (float(state[f"significant_wave_height{name}"]) for name in ("", "_std"))
     sensors = scene.platform.sensors
     line = (
-        f"{scene.name:16} {scene.platform.motion:14} {sensors.attitude_noise_deg:.2f}° {sensors.position_noise_m:.2f} m "
-        f"{sensors.rate_hz:3.0f} Hz  {figures['ratio']:.2f} {100 * figures['within']:5.1f} %  {figures['rms']:.3f} "
+        f"{scene.name:16} {scene.platform.motion:14} {sensors.attitude_noise_deg:.2f}° "
+        f"{sensors.position_noise_m:.2f} m {sensors.rate_hz:3.0f} Hz  {figures['ratio']:.2f} {100 * figures['within']:5.1f} %  {figures['rms']:.3f} "
         f"{np.sqrt(np.mean(std**2)):.3f}  Hs {hs:.2f} ± {bar:.2f}, {figures['hs']:.2f}"
     )
     return line, (got["height"].values - true["height"].values)[cells] / std

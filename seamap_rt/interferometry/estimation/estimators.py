@@ -43,7 +43,7 @@ class Estimate:
     incoherent: Map  # W, that the receivers do not share
     std: Map  # m, of the height, from speckle and noise
     edge: Map  # m, of Interferogram.edge, what is left in the height
-    sea: SeaCovariance | None = None  # where it is found
+    slope_rms: float | None = None  # of the sea in any one direction, where its covariance is known
     dwells: tuple[Map, Map] | None = None  # m, heights of single dwells and gates, and their errors, where found
 
 
@@ -107,12 +107,13 @@ def adaptive(given: Interferogram) -> Estimate:
     usual = variance[sure & np.isfinite(variance)]
     error = error + level_variance + _UNSEEN * max(0.0, (float(np.median(usual)) if usual.size else 0.0) - sea.variance)
     made = model.heights_at(heights.cells, level + height)
+    slope_rms = float(np.sqrt(sea.slope_variance))
     return replace(
         start,
         heights=made,
         std=np.sqrt(error),
         edge=_EDGE_LEFT * given.edge,
-        sea=sea,
+        slope_rms=slope_rms,
         dwells=(dwells, np.sqrt(variance)),
     )
 

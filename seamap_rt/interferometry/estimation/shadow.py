@@ -1,11 +1,10 @@
 """What of each cell the radar sees, from the echo alone, and by how much what it sees stands above the cell's mean.
 
-Two observations are combined by Bayes' rule. Without them, a place of outward slope m is in sight with Smith's
-probability S (1967), which needs the sea's rms slope and the grazing angle. Then the cell's echo is held against that of
-a lit cell: power p means "lit" with the odds p : c, c what shadow's edge and noise leave of power in a dark cell. More
-power does not mean that more is lit: a crest that stands half in the dark turns its steep side to the radar, and echoes
-as a whole cell does, in HH more than that. So a cell that answers is not lit all over, but hides a share of 1 − S still.
-A sea too flat to cast shadows has none, however its echo fades.
+Two observations are combined by Bayes' rule. Without them, a place of outward slope m is in sight with Smith's share S
+(1967), which needs the sea's rms slope and the grazing angle. Then the echo is held against that of a lit cell: power p
+means "lit" with the odds p : c, c what shadow's edge and noise leave in the dark. A crest half in the dark turns its
+steep side to the radar and echoes as a whole cell does, in HH more than that: what answers is not lit all over, but
+hides a part of 1 − S. A sea too flat to cast shadows has none, however its echo fades.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ Field = NDArray[np.float64]
 _STEEPER = 2.95  # rms slope of a wind sea down to decimetres over that of the planes (its spectrum is ∝ 1/k)
 _STEEPEST = 0.5  # slope of a crest about to break: 120° between its sides would be 0.58 (Stokes 1880)
 _EVEN_ODDS = 0.2  # of a lit cell's power: as likely the skirt of shadow's edge as a lit cell's faded speckle
-_PLANES = 0.7  # weight of Smith's odds: the slope is that of a plane of 9 m and more, not of the cell
+_PLANES = 0.6  # weight of Smith's odds: the slope is that of a plane of 9 m and more, not of the cell
 _STILL_HIDDEN = 0.15  # of what Smith hides, in cells that answer as lit ones do
 _NEIGHBOUR_GATE, _NEIGHBOUR_LOOK = 0.6, 0.3  # weights: half a gate's response is its neighbour's, a look's a third
 # Independent samples in a cell and its eight neighbours: their speckle differs, the shadow's edge does not.
@@ -77,9 +76,7 @@ def rms_slope(slope_range: Field, height_std: Field) -> float:
     return _STEEPER * float(np.sqrt(np.sum(weight * slope**2) / weight.sum()))
 
 
-def visible_share(
-    power: Field, lit: Field, slope_range: Field, slope_rms: float, grazing: Field, noise: float = 0.0
-) -> Field:
+def visible_share(power: Field, lit: Field, slope: Field, slope_rms: float, grazing: Field, noise: float = 0) -> Field:
     """Share (look, gate) of each cell in sight: the expectation, given slope and echo. Arguments as in `shadow`."""
     with np.errstate(invalid="ignore", divide="ignore"):
         heard = np.where(lit > 0.0, np.maximum(np.nan_to_num(power), 0.0), 1.0)
@@ -87,7 +84,7 @@ def visible_share(
     heard = np.clip(_smoothed(heard), _SURE, 1.0 - _SURE)
     if not slope_rms > 0.0:
         return np.ones(heard.shape)
-    before = smith_odds(np.nan_to_num(slope_range), slope_rms, grazing)
+    before = smith_odds(np.nan_to_num(slope), slope_rms, grazing)
     odds = before**_PLANES * (heard / (1.0 - heard)) ** _OBSERVATIONS
     return odds / (1.0 + odds) * (1.0 - _STILL_HIDDEN / (1.0 + before))
 

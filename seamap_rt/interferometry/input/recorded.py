@@ -10,7 +10,6 @@ antennas. Whatever is wrong becomes an InputError of one line.
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Mapping
 from typing import Any
@@ -145,13 +144,11 @@ def _since(zero: NDArray, times: ArrayLike, name: str) -> ArrayLike:
 
 
 def _sensors(head: RecordingHeader, attitude: Sensed | None) -> dict[str, float]:
-    """What the header tells of the motion sensors; their rate is that of the readings, where it is left out."""
-    errors = head.sensors
-    if errors == type(errors)():
-        return {}
-    if math.isinf(errors.rate_hz) and isinstance(attitude, tuple) and np.size(attitude[0]) > 1:
-        errors = errors.model_copy(update={"rate_hz": 1.0 / float(np.median(np.diff(np.asarray(attitude[0]))))})
-    return errors.attributes
+    """What the header tells of the motion sensors; readings that have times of their own tell their rate."""
+    told = head.sensors.attributes if head.sensors.model_fields_set else {}
+    if told and isinstance(attitude, tuple) and np.size(attitude[0]) > 1:
+        told.setdefault("sensors_rate_hz", 1.0 / float(np.median(np.diff(np.asarray(attitude[0])))))
+    return told
 
 
 def _date(zero: NDArray, start: float) -> dict[str, str]:
