@@ -84,6 +84,7 @@ class RangeBins:
     middle: Field  # m
     waves: Field  # m², mean square of heights, freed of errors
     noise: Field  # m², of their errors
+    sensed: Field  # m², of those by the motion sensors
     seen: Field  # share in sight
     area: Field  # m²
     used: NDArray[np.bool_]  # for the waves' height
@@ -105,7 +106,8 @@ class RangeBins:
         gates = np.histogram(polar_map.ranges, np.arange(count + 1) * BIN_M)[0]
         area = polar_map.azimuth.size * polar_map.width * gates * polar_map.step * middle
         added = 2.0 * sensed if polar_map.conditional else 0.0  # of which such means hold all, of the sea too little
-        square, errors = (np.bincount(number, out * each, count) / held for each in (height**2 - added, noise))
+        fields = (height**2 - added, noise, sensed)
+        square, errors, common = (np.bincount(number, out * each, count) / held for each in fields)
         in_sight = np.bincount(number, out * polar_map.seen[polar_map.known], count) * polar_map.step * polar_map.width
         seen = np.minimum(in_sight / np.maximum(area, 1e-300), 1.0)
         waves = square + errors if polar_map.conditional else square - errors
@@ -118,7 +120,7 @@ class RangeBins:
         clear = errors <= max(_NOISE * typical, 2.0 * least)
         glimpsed = far_enough & clear & (seen >= _GLIMPSED)
         glimpsed &= middle < middle[glimpsed].min(initial=np.inf) + _BREADTH_M
-        return cls(middle, waves, errors, seen, area, lit & clear, glimpsed)
+        return cls(middle, waves, errors, common, seen, area, lit & clear, glimpsed)
 
     def weight(self, chosen: NDArray[np.bool_]) -> Field:
         """(bin,) share of the area of those chosen; the sum is 1."""
