@@ -111,6 +111,11 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "sensor_std": Variable(_POLAR, "float32", "m", "part of height_std by the motion sensors", None, False),
         "slope_range": Variable(_POLAR, "float32", "1", "slope along the look, outward"),
         "slope_azimuth": Variable(_POLAR, "float32", "1", "slope across the look, clockwise"),
+        "slope_range_std": Variable(_POLAR, "float32", "1", "standard error of the slope along the look", None, False),
+        "slope_azimuth_std": Variable(
+            _POLAR, "float32", "1", "standard error of the slope across the look", None, False
+        ),
+        "slope_correlation": Variable(_POLAR, "float32", "1", "correlation of both slopes' errors", None, False),
         "ground_range": Variable(_POLAR, "float32", "m", "horizontal distance at which the echo was placed"),
         "coherence": Variable(_POLAR, "float32", "1", "magnitude of the coherence of the two receivers"),
         "phase": Variable(_POLAR, "float32", "radian", "interferometric phase, wrapped, not flattened"),
@@ -137,6 +142,8 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "height_std": Variable(_GROUND, "float32", "m", "standard error of the height"),
         "slope_x": Variable(_GROUND, "float32", "1", "slope towards east"),
         "slope_y": Variable(_GROUND, "float32", "1", "slope towards north"),
+        "slope_x_std": Variable(_GROUND, "float32", "1", "standard error of the slope towards east", None, False),
+        "slope_y_std": Variable(_GROUND, "float32", "1", "standard error of the slope towards north", None, False),
         "time": Variable(_GROUND, "float64", "s", "time when the beam passes the cell"),
     },
     "truth/polar": {

@@ -76,17 +76,21 @@ class ResourceError(RuntimeError):
         super().__init__(one_line(message))
 
 
+class LargerThanMachine(InputError, ResourceError):
+    """An input that the memory or the disk of this machine does not hold; on a larger one it may be right."""
+
+
 _SHORTAGES = ("can't start new thread", "failed to map segment", "Cannot allocate memory", "Allocation failed")
 
 
-def is_shortage(error: BaseException) -> bool:
-    """Whether an exception is a lack of memory or threads, or what a library or a reader has made of it."""
+def shortage(error: BaseException) -> BaseException | None:
+    """The lack of memory, threads or disk that an exception is, or that a library or a reader has made it of."""
     cause: BaseException | None = error
     while cause is not None:
-        if isinstance(cause, MemoryError) or any(words in str(cause) for words in _SHORTAGES):
-            return True
+        if isinstance(cause, MemoryError | ResourceError) or any(words in str(cause) for words in _SHORTAGES):
+            return cause
         cause = cause.__cause__ or cause.__context__
-    return False
+    return None
 
 
 def is_interruption(error: BaseException) -> bool:

@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 LEVEL = 0.28  # of q: where the reach ends
+FULLY_MEASURED = (
+    "fully measured radius: of a disc of perfect heights that holds as much as all cells' scores; reach: where their "
+    f"mean falls below {LEVEL:g}"
+)
 GROSS = 2.0  # σ, that is half the significant wave height
 _BESIDE, _FEWEST = 0.2, 5  # of the reach, and rings: through which a line is drawn
 

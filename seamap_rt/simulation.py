@@ -68,6 +68,7 @@ class Turn:
     number: int
     echoes: xr.Dataset
     truth: xr.DataTree
+    begun: float  # s, by time.perf_counter
     timing: dict[str, float]
     facets: int
     rays: int
@@ -193,7 +194,7 @@ class Simulator:
         told: called with the name of each step as it begins.
         """
         scene, clock = self.scene, Stopwatch(told=told)
-        start = time.perf_counter()
+        begun = time.perf_counter()
         fired = pulses(self.radar, number, self.mast)
         clock.seconds["calibrate"] = 0.0
         if not self._is_calibrated:
@@ -221,9 +222,9 @@ class Simulator:
         with clock("sea"):
             folded = self._folded_share(facets)
         count = int(facets.height.size)
-        timing = {**clock.seconds, "total": time.perf_counter() - start}
+        timing = {**clock.seconds, "total": time.perf_counter() - begun}
         slope = float(np.sqrt(np.mean(np.square(facets.slope_look, dtype=np.float64))))
-        return Turn(number, echoes, both, timing, count, rays, slope, folded)
+        return Turn(number, echoes, both, begun, timing, count, rays, slope, folded)
 
     def _heard(self, number: int, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses) -> _Heard:
         """What a turn's rays find and its receivers record."""

@@ -71,3 +71,20 @@ def test_forecasts_from_few_turns_are_not_judged_where_others_are() -> None:
 def test_a_calm_has_no_shares() -> None:
     flat = np.zeros((2, LEAD.size, 1))
     assert judge_forecasts(Verified(made(flat[:, :, 0], 0.1, [5, 6]), flat, xr.Dataset())) == []
+
+
+def test_each_whole_second_to_thirty_counts_once_and_stated_errors_as_squares() -> None:
+    """Errors that grow by 0.1 m a second, all of them stated: a span's share is the rms of its own leads, and of what
+    was stated the same; no lead is in two spans, and none in none."""
+    stream = np.random.default_rng(1)
+    truth = stream.standard_normal((3, LEAD.size))
+    forecasts = made(truth + 0.1 * LEAD, 0.1, [5, 6, 7])
+    forecasts["elevation_std"] = forecasts["elevation_std"] * 0.0 + (0.1 * LEAD)[:, None]
+    rows = judge_forecasts(Verified(forecasts, truth[:, :, None], xr.Dataset()))
+    counted = np.concatenate([LEAD[(row["lead_s"][0] <= LEAD) & (row["lead_s"][1] >= LEAD)] for row in rows])
+    np.testing.assert_array_equal(counted, LEAD)
+    for row in rows:
+        inside = np.arange(row["lead_s"][0], row["lead_s"][1] + 1.0)
+        expected = 0.1 * np.sqrt(np.mean(inside**2)) / np.std(truth)
+        assert row["error_share"] == pytest.approx(expected, abs=1e-6)  # of float32
+        assert row["stated_share"] == pytest.approx(expected, abs=1e-6)

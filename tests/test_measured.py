@@ -106,3 +106,31 @@ def test_without_waves_there_is_no_score() -> None:
     made = cells(0.01 * np.ones((1, 50, 30)), 0.0)
     assert np.isnan(made.fully_measured_radius)
     assert np.isnan(made.reach[0])
+
+
+def test_rings_count_by_their_area() -> None:
+    """q of 0.2 within R/√2 and of 0.34 beyond: half of the disc's area each, so that 0.27 of it is measured, which is
+    below the level, with 0.4 beyond 0.3, which is above: by rings alike the nearer ones, more in number, would pull
+    both below."""
+    edge = RANGES[-1] / np.sqrt(2.0)
+    for far, passes in ((0.34, False), (0.4, True)):
+        made = rings(lambda r, far=far: np.where(r < edge, 0.2, far))
+        assert (made.reach[0] > 0.0) == passes
+
+
+def test_a_line_through_few_rings_tells_the_reach() -> None:
+    """Of seven rings of 8 m that fall evenly: a line through those beside says (1 − LEVEL) L, not a ring's middle."""
+    ranges = np.arange(20.0, 150.0, 8.0)
+    many = np.full(ranges.size, 200.0)
+    for length in (140.0, 147.0, 151.0):
+        made = Rings(ranges, many * (1.0 - ranges / length), many, many, 0.0 * many)
+        assert made.reach == (pytest.approx((1.0 - LEVEL) * length, abs=1e-6), False)
+
+
+def test_missed_cells_are_of_50_to_200_m() -> None:
+    """All heights there are beyond: a fourth of the cells within are missed, whatever near and far ones do."""
+    inside = (RANGES >= 50.0) & (RANGES <= 200.0)
+    cells = np.full(RANGES.size, 200.0)
+    for elsewhere in (0.0, 200.0):
+        made = Rings(RANGES, cells, cells, np.where(inside, 150.0, elsewhere), 0.0 * cells)
+        assert made.missed_share == pytest.approx(0.25)

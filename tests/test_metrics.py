@@ -67,3 +67,26 @@ def test_other_cells_are_no_comparison() -> None:
     truth = tree("truth/polar")
     with pytest.raises(InputError, match="different cells"):
         compare(xr.DataTree.from_dict({"polar": tree("maps/polar")["polar"].to_dataset().isel(range=slice(3))}), truth)
+
+
+def test_figures_are_of_bins_of_25_m_and_of_50_to_200_m_with_both_ends() -> None:
+    """An error of its own in each gate: the bins' biases are the means over [0, 25), [25, 50) … m, and the headline's
+    that over 50 to 200 m."""
+    ranges = np.array([10.0, 24.9, 25.0, 49.9, 50.0, 120.0, 199.0, 200.0, 200.1, 240.0])
+    bias = np.arange(10.0) ** 2
+    shape = (1, CELLS[1], ranges.size)
+    trees = []
+    for product, given in (("maps/polar", bias), ("truth/polar", 0.0 * bias)):
+        values = tree(product)[product.split("/")[1]].to_dataset().isel(range=slice(0, ranges.size))
+        values = values.assign_coords(range=ranges)
+        values["height"] = values["height"].dims, np.broadcast_to(given, shape)
+        if product == "truth/polar":
+            values["visible_fraction"] = values["visible_fraction"].dims, np.ones(shape)
+        trees.append(xr.DataTree.from_dict({"polar": values}))
+    found = error_figures(*trees)
+    np.testing.assert_allclose(found["range_m"], [12.5, 37.5, 62.5, 112.5, 187.5, 212.5, 237.5])
+    expected = [bias[:2].mean(), bias[2:4].mean(), *bias[4:7], bias[7:9].mean(), bias[9]]
+    np.testing.assert_allclose(found["height_bias_m"], expected, rtol=1e-6)
+    assert found["overall"]["height_bias_m"] == pytest.approx(bias[4:8].mean())
+    assert found["overall"]["range_m"] == (50.0, 200.0)
+    assert found["overall"]["cells"] == 4 * CELLS[1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import time
 import weakref
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,6 +22,7 @@ from seamap_rt.io.appendable import AppendableNetCDF
 from seamap_rt.io.echo_store import EchoStore
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.session import FileSink, FinishedTurn, Memory, deliver, iterate
+from seamap_rt.session.driver import real_time_factor, warm_wall
 from seamap_rt.simulation import Simulator
 
 TURNS = 4
@@ -250,3 +252,30 @@ def test_the_figures_hold_what_sinks_took(finished: list[FinishedTurn], tmp_path
         assert kept.timing["maps"] > 0.0
         added = kept.timing["write"] + kept.timing["maps"]
         assert kept.timing["total"] == pytest.approx(turn.timing["total"] + added)
+
+
+@pytest.mark.parametrize("ahead", [False, True])
+def test_the_real_time_factor_times_the_wall_is_the_simulated_time(
+    ahead: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Stages overlap, and sinks take their time too: the factor is of what a clock on the wall shows, from the begin of
+    # the second turn on.
+    begins, turn = [], Simulator.turn
+
+    def noted(self: Simulator, number: int, *told: Any) -> Any:
+        begins.append(time.perf_counter())
+        return turn(self, number, *told)
+
+    class Slow(Failing):
+        def turn(self, turn: FinishedTurn) -> None:
+            time.sleep(0.15)
+
+    monkeypatch.setattr(Simulator, "turn", noted)
+    figures = deliver(iterate(scene(), ahead=ahead), [Slow(TURNS, RuntimeError())])
+    wall = time.perf_counter() - begins[1]
+    factor = real_time_factor(scene().turn_duration_s, figures)
+    assert factor is not None
+    # 5 %: what lies between two readings of the clock, of a machine that others use.
+    assert factor * wall == pytest.approx((TURNS - 1) * scene().turn_duration_s, rel=0.05)
+    assert warm_wall(figures[:1]) is None
+    assert real_time_factor(1.0, figures[:1]) is None

@@ -104,3 +104,32 @@ def test_what_is_not_defined_is_none() -> None:
     assert told["area"] is None
     assert told["windows"] == 2
     assert told["called"] == 0
+
+
+def test_bands_are_of_95_in_100_and_every_window_is_in_a_class() -> None:
+    """400 runs of one window each are independent: 1.96 standard errors to either side. Of 2000 runs drawn again a
+    quantile at 2.5 % is known to 3.5 %. A chance of 1 is one too."""
+    stream = np.random.default_rng(5)
+    runs = [Windows(np.array([0.8]), np.array([stream.random() < 0.8])) for _ in range(400)]
+    (only,) = reliability(runs)
+    error = np.sqrt(only.found * (1.0 - only.found) / 400.0)
+    assert only.high - only.low == pytest.approx(2.0 * 1.96 * error, rel=0.09)
+    chances = np.linspace(0.0, 1.0, 11)
+    classes = reliability([Windows(chances, chances > 0.5)])
+    assert sum(each.count for each in classes) == chances.size
+
+
+def test_the_limit_is_the_forecast_s_own() -> None:
+    """Water that stands at 0.49 m holds 0.5 m for ever, at 0.51 m never, and as much below the level alike."""
+
+    class Level(Standing):
+        def __init__(self, height: float) -> None:
+            self.height = height
+
+        def elevation(self, x: np.ndarray, y: np.ndarray, t: np.ndarray) -> np.ndarray:
+            return np.full(t.shape, self.height)
+
+    for height, quiet in ((0.49, True), (-0.49, True), (0.51, False), (-0.51, False)):
+        found = windows_that_came(Level(height), forecasts(3.0))
+        assert found is not None
+        assert np.all(found.quiet == quiet)

@@ -176,7 +176,7 @@ def in_words(scene: Scene) -> str:
     return (
         f"{systems}; depth {scene.sea.depth_m:.3g} m, current {scene.sea.current_m_s:.1f} m/s; "
         f"mast {antenna.height_m:.1f} m, B {antenna.baseline_m:.2f} m, {scene.scattering.polarization}, "
-        f"{antenna.transmit}, {antenna.rotation_rpm:.0f} rpm, {antenna.transmit_power_w:.1f} W, PRF {antenna.prf_hz:.0f} Hz"
+        f"{antenna.transmit}, {antenna.rotation_rpm:.0f} rpm, {antenna.transmit_power_w:.1f} W, {antenna.prf_hz:.0f} Hz"
     )
 
 

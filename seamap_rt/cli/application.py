@@ -12,7 +12,7 @@ import warnings
 from cyclopts import CycloptsError, UnknownCommandError
 
 from ..compute.machine import A_TABLE
-from ..errors import InputError, NoBackend, ResourceError, SchemaError, is_shortage, one_line
+from ..errors import InputError, NoBackend, ResourceError, SchemaError, one_line, shortage
 from ..io.toml_text import shown
 from . import (  # noqa: F401  their commands join the application
     beginning,
@@ -68,10 +68,12 @@ def answer(arguments: list[str] | None, stops: Stops) -> int:
     except ResourceError as error:
         return _refuse(str(error), NO_RESOURCE)
     except Exception as error:
-        if stops.asked or not is_shortage(error):
+        lack = shortage(error)
+        if stops.asked or lack is None:
             return _answer_to(error, stops)
         warnings.simplefilter("ignore")  # of what was begun and is never waited for
-        return _refuse(f"memory or threads ran out; {_SHORT}; {_LEFT}", NO_RESOURCE)
+        known = str(lack) if isinstance(lack, ResourceError) else f"memory or threads ran out; {_SHORT}; {_LEFT}"
+        return _refuse(known, NO_RESOURCE)
     sys.stdout.flush()
     return code if isinstance(code, int) else 0
 

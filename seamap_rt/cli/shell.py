@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import Annotated, Any
@@ -10,7 +11,7 @@ from cyclopts import App, Parameter, Token
 from rich.console import Console
 
 from .. import __version__
-from ..compute.machine import A_RUN, Need, check_memory
+from ..compute.machine import A_MODEL, A_RUN, Need, check_memory
 from ..errors import InputError
 from ..io.progress_file import progress_file
 from ..io.text import parse_number
@@ -54,6 +55,8 @@ def command(
         @wraps(function)
         def checked(*words: Any, **options: Any) -> int:
             check_memory(f"seamap-rt {examples[0].split()[0]}", need)
+            if need is not A_MODEL:
+                gc.enable()
             return function(*words, **options)
 
         app.command(checked, name=name, help_epilogue=ending)

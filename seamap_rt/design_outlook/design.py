@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..interferometry.covariance.windows import independent_looks, window_weights
-from ..interferometry.looks import BLURRED_GATES, LASTING
-from ..interferometry.phase.interferogram import AROUND
+from ..interferometry.phase.interferogram import AROUND, BLURRED_GATES, LASTING
 from ..interferometry.phase.speckle import estimation_doubt
 from ..radar import link
 from ..radar.array import antenna_array

@@ -148,7 +148,7 @@ def ambiguous_share(design: Design, sea: float, slope_variance: float) -> Array:
 
 def score(variance: Array, sea: float) -> Array:
     """Mean of 1 − min(e², σ²)/σ² over Gaussian errors e of that variance [m²]; sea: σ² [m²]."""
-    ratio = np.sqrt(sea / np.maximum(variance, 1e-12 * sea))
+    ratio = np.maximum(np.sqrt(sea / np.maximum(variance, 1e-12 * sea)), 1e-6)
     inside = erf(ratio / np.sqrt(2.0)) * (1.0 - ratio**-2.0)
     return np.clip(inside + np.sqrt(2.0 / np.pi) * np.exp(-0.5 * ratio**2) / ratio, 0.0, 1.0)
 

@@ -8,7 +8,7 @@ already, as a cell must stand over the noise by itself. The antennas rise and fa
 Motion that is known costs no height: the retrieval levels each pulse. What is measured wrong does. At a range R errors
 δα of the attitude along the look, δψ of the heading, δz and δh of the place up and in either direction make
 
-    ⟨δheight²⟩ = R²⟨δα²⟩ + ⟨δz²⟩ + 2 ∫ S(k) C²(k) (1 − J₀(k d)) dk,    d² = ⟨δh²⟩ + R²⟨δψ²⟩,
+    ⟨δheight²⟩ = R²⟨δα²⟩ + ⟨δz²⟩ + 2 ∫ S(k) C²(k) (1 − J₀(k d)) dk,    d² = 2⟨δh²⟩ + R²⟨δψ²⟩,
 
 the last of which is what the surface differs by between places d apart, in means over a cell (C): slope times d where d
 is small, twice the variance where it is large. Each mean square is that of bias, latency and interpolation between
@@ -144,7 +144,7 @@ class Motion:
         ground, k = design.ground, waves.wavenumber
         averaged = variance_kept(self.readings * self.dwell_s)
         attitude, heading, up, aside = (each * averaged for each in self.noise)
-        away = np.sqrt(self.aside + aside + ground**2 * (self.heading + heading))
+        away = np.sqrt(2.0 * (self.aside + aside) + ground**2 * (self.heading + heading))
         kept = waves.variance.sum(axis=1) * np.sinc(k * design.cell_m / (2.0 * np.pi)) ** 2
         displaced = 2.0 * (1.0 - j0(np.outer(away, k))) @ kept
         return ground**2 * (self.attitude[:, None] + attitude) + self.up + up + displaced

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..conventions import written
+from ..measured import FULLY_MEASURED
 from .model import Likely
 
 _STEPS = (25.0, 50.0, 100.0, 250.0, 500.0)  # m, of which the finest that gives at most _LINES is taken
@@ -34,6 +35,11 @@ def outlook_rows(found: Likely) -> Iterator[str]:
         yield f"the boat's motion costs {cost} m of that radius: {found.motion}"
     if found.left_out:
         yield f"it does not know: {found.left_out}"
+    yield FULLY_MEASURED
+    yield (
+        "visible: share of the sea's area that both antennas see; cells seen: those more than half visible; answered: "
+        "with a sure height; height error: rms of these; SNR: of one pulse; score: 1 for a perfect height, 0 for none"
+    )
     yield "range (m)  visible  cells seen  of these answered  height error (m)  SNR (dB)  score"
     ranges = found.range
     step = next((each for each in _STEPS if np.ptp(ranges) / each <= _LINES), _STEPS[-1])
@@ -44,8 +50,8 @@ def outlook_rows(found: Likely) -> Iterator[str]:
         error, snr, score = (here[name] for name in ("height_error", "snr_db", "quality"))
         error = error if 100.0 * here["answered_fraction"] > _NOTHING else np.nan
         yield (
-            f"{middle:9.0f}  {shares[0]:>7}  {shares[1]:>10}  {shares[2]:>17}  {written(error, 2):>16}  "
-            f"{written(snr, 0):>8}  {score:>5.2f}"
+            f"{middle:9.0f}  {shares[0]:>7}  {shares[1]:>10}  {shares[2]:>17}  {_at_least(error, 1e-3):>16}  "
+            f"{written(snr, 0):>8}  {_at_least(score, 5e-4):>5}"
         )
 
 
@@ -58,3 +64,8 @@ def _mean(values: NDArray[np.float64]) -> float:
 def _share(value: float) -> str:
     share = 100.0 * value
     return written(share if share > _NOTHING else 0.0 * share, 0) + (" %" if np.isfinite(share) else "")
+
+
+def _at_least(value: float, least: float) -> str:
+    """With two digits; what is less than the least that counts is none."""
+    return f"<{least:g}" if value < least else written(value, 2)

@@ -22,14 +22,11 @@ from .geometry.heights import PhaseModel
 from .geometry.poses import LookPoses, PulsePoses
 from .input.description import RadarDescription, compared_receivers, transmitters
 from .phase.ambiguity import Expected
-from .phase.interferogram import Interferogram
+from .phase.interferogram import BLURRED_GATES, LASTING, Interferogram
 from .phase.uncertainty import Dwelt
 
 if TYPE_CHECKING:
     import xarray as xr
-
-BLURRED_GATES = 0.2  # at most, of all
-LASTING = 0.9  # coherence of an antenna's echo with its next one, below which pulses are not compared
 
 
 @dataclass(frozen=True)

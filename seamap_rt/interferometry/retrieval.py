@@ -23,7 +23,7 @@ from .estimation.estimators import ESTIMATORS, Estimate
 from .estimation.quality import lit_power, quality_flags
 from .estimation.sensor_errors import sensor_variance
 from .estimation.shadow import Shadow, rms_slope, shadow
-from .estimation.slopes import Slopes, local_planes, plane_reach
+from .estimation.slopes import Slopes, local_planes, of_seen, plane_reach
 from .geometry.heights import Heights
 from .gridding.ground_map import Ground, ground_map
 from .gridding.instant import at_one_instant
@@ -36,11 +36,17 @@ from .phase.uncertainty import ONE_CELL
 
 Map = NDArray[np.float64]
 
+_SPANNED = 0.05  # least spread of a plane's cells across their line, over that along it
+
 
 def retrieve(echoes: xr.Dataset | str | Path, settings: RetrievalSettings | None = None) -> xr.DataTree:
     """Maps (`/polar`, `/ground`) from echoes that keep the schema, ray traced, analytic or recorded alike.
 
     echoes: a dataset, or the path of a store. settings: of a scene's section `retrieval`; its defaults if left out.
+
+    Slopes are those of planes fitted to the heights; the polar maps' `slope_planes_m` are the lengths [m] of the
+    shortest and of the longest along the look. Their standard errors are against the mean slope of the cell, as the
+    truth has it, with the short waves that planes smooth; only `adaptive` knows them.
 
     Raises SchemaError, in one line, for echoes that do not keep the schema.
     """
@@ -127,8 +133,14 @@ def retrieve_turn(
     height, ground_range, spread = (
         np.where(heard, f, np.nan) for f in (heights.height, heights.ground_range, estimate.std)
     )
-    slopes = _slopes(given, estimate, height, spread)
+    reach = plane_reach(spread, radar.ranges, radar.spacing, given.width, estimate.slope_rms)
+    slopes = _slopes(given, estimate, height, spread, reach)
     seen = _shadow(given, slopes, spread, heard, estimate.slope_rms)
+    errors = np.full((3, *height.shape), np.nan) if estimate.of_slopes is None else estimate.of_slopes
+    along, across, both = np.where(np.isfinite(slopes.outward), errors, np.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        correlation = np.clip(both / np.sqrt(along * across), -1.0, 1.0)
+    outward, outward_std = of_seen(slopes.outward, np.sqrt(along), _grazing(given), seen.visible_share)
     sensed = sensor_variance(echoes, radar, looks.width, ground_range, slopes.clockwise)
     common = _unsteady(given, heights) ** 2 + sensed
     spread = np.sqrt(spread**2 + seen.hidden_std**2 + estimate.edge**2 + common)
@@ -153,8 +165,11 @@ def retrieve_turn(
     fields = {
         "height": height,
         "height_std": spread,
-        "slope_range": slopes.outward,
+        "slope_range": outward,
+        "slope_range_std": outward_std,
         "slope_azimuth": slopes.clockwise,
+        "slope_azimuth_std": np.sqrt(across),
+        "slope_correlation": correlation,
         "ground_range": ground_range,
         "coherence": heights.cells.coherence,
         "phase": np.angle(heights.cells.cross),
@@ -170,7 +185,8 @@ def retrieve_turn(
         "time": _look_times(model.poses.time, (turn + looks.sweeps / 360.0) * radar.period),
         "quality": flags,
     }
-    return _polar(fields, looks, model.paths, turn), Ground.of(model.poses, heights, looks.sweeps)
+    planes = 2.0 * radar.spacing * reach[0]
+    return _polar(fields, looks, model.paths, turn, planes), Ground.of(model.poses, heights, looks.sweeps)
 
 
 def _of_dwells(estimate: Estimate, heard: NDArray[np.bool_], common: Map) -> dict[str, Map]:
@@ -179,6 +195,7 @@ def _of_dwells(estimate: Estimate, heard: NDArray[np.bool_], common: Map) -> dic
         return {}
     height, std = estimate.dwells
     made = {"dwell_height": height, "dwell_height_std": np.sqrt(std**2 + common) if common.any() else std}
+    heard = heard & ~(std > 1e9)  # m: nothing is known, and its square overflows
     return {name: np.where(heard, field, np.nan) for name, field in made.items()}
 
 
@@ -211,7 +228,7 @@ def _held(sensors: SensorErrors | None) -> str:
     return f"speckle, noise, hidden parts, motion sensors' noise and latency{' and' if stays else ', not'} their biases"
 
 
-def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int) -> xr.Dataset:
+def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int, planes: Map) -> xr.Dataset:
     """The polar map of fields (look, gate), and how it was made."""
     radar, settings = looks.radar, looks.settings
     return build(
@@ -232,20 +249,26 @@ def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int) -> x
             "tilt_deg": radar.tilt,
             "crest_bias": settings.crest_bias,
             "height_std_holds": _held(radar.sensors),
+            "slope_planes_m": [float(planes.min()), float(planes.max())],
         },
     )
 
 
-def _slopes(given: Interferogram, estimate: Estimate, height: Map, spread: Map) -> Slopes:
-    """Slopes of planes as small as the heights' errors let them be; cells count by their own."""
+def _slopes(given: Interferogram, estimate: Estimate, height: Map, spread: Map, reach: tuple[Map, Map]) -> Slopes:
+    """Slopes of planes; cells count by their own errors."""
     model = given.model
     ground = model.ground(estimate.heights.points)
-    reach = plane_reach(spread, model.radar.ranges, model.radar.spacing, given.width)
     sure = np.where(estimate.ambiguous, np.nan, height)
     with np.errstate(divide="ignore", invalid="ignore"):
         usual = np.nanmedian(spread) if np.isfinite(spread).any() else 1.0
         weight = 1.0 / (spread**2 + (0.5 * usual) ** 2 + 1e-12)
-    return local_planes(sure, np.nan_to_num(weight), ground, model.outward(*ground), reach)
+    return local_planes(sure, np.nan_to_num(weight), ground, model.outward(*ground), reach, _SPANNED)
+
+
+def _grazing(given: Interferogram) -> Map:
+    """tan ψ of the rays to mean sea level, (look or 1, gate)."""
+    height = given.model.poses.fan.height
+    return height / np.sqrt(np.maximum(given.model.radar.ranges**2 - height**2, 1e-6))
 
 
 def _shadow(
@@ -257,15 +280,12 @@ def _shadow(
     """
     radar, settings = given.model.radar, given.settings
     power = given.echo_power()
-    height = given.model.poses.fan.height
-    with np.errstate(invalid="ignore"):
-        grazing = height / np.sqrt(np.maximum(radar.ranges**2 - height**2, 1e-6))
     return shadow(
         power,
         lit_power(power, radar.ranges),
         slopes.outward,
         rms_slope(slopes.outward, spread) if slope_rms is None else slope_rms,
-        grazing,
+        _grazing(given),
         (settings.cell_range_m, np.radians(settings.cell_azimuth_deg) * radar.ranges),
         heard,
         given.noise_power / np.sqrt(given.dwelt.samples(ONE_CELL, radar).noise),

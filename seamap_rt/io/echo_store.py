@@ -23,6 +23,7 @@ import zarr
 from ..compute.machine import pool
 from .growing_array import DESCRIPTION, PARTIAL, GrowingArray, write_file
 from .opening import read_json
+from .quiet import quietly
 from .results_folder import write_whole
 from .stored_chunks import EVERY_CHUNK
 
@@ -113,7 +114,9 @@ class EchoStore:
 
 def _shorten(group: zarr.Group, pulses: int) -> None:
     """Bring all that grows by pulses to one length."""
-    for _, array in group.arrays():
+    with quietly():  # of those whose files somebody has removed
+        arrays = [array for _, array in group.arrays()]
+    for array in arrays:
         if array.metadata.dimension_names[0] == "pulse":  # type: ignore[union-attr,index]
             array.resize((pulses, *array.shape[1:]))
 

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from ..dataset import group_of
+from ..dataset import attributed, group_of
 from ..errors import InputError
 from .geography import Origin, origin_of
 from .geotiff import geotiff
@@ -24,7 +24,7 @@ from .results_folder import write_whole
 Kind = Literal["netcdf", "geotiff", "csv"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 _ENDINGS: dict[str, Kind] = {".nc": "netcdf", ".tif": "geotiff", ".tiff": "geotiff", ".csv": "csv"}
-FIELDS = ("height", "height_std", "slope_x", "slope_y")
+FIELDS = ("height", "height_std", "slope_x", "slope_y", "slope_x_std", "slope_y_std")
 _POSITION, _HEADING = ("antenna_latitude", "antenna_longitude"), "heading"
 # Column → format; a nanodegree is 0.1 mm.
 _COLUMNS = {
@@ -38,6 +38,8 @@ _COLUMNS = {
     "height_std_m": "%.4f",
     "slope_x": "%.5f",
     "slope_y": "%.5f",
+    "slope_x_std": "%.5f",
+    "slope_y_std": "%.5f",
     "antenna_latitude_deg": "%.9f",
     "antenna_longitude_deg": "%.9f",
     "heading_deg": "%.2f",
@@ -99,6 +101,9 @@ def placed_maps(
     if missing or not wanted:
         raise InputError(f"turns = {wanted}: the maps' `turn` is {held[0]} to {held[-1]}; choose among them")
     ground, polar = (each.isel(turn=[held.index(number) for number in wanted]) for each in (ground, polar))
+    for name in FIELDS:
+        if name not in ground:  # of maps that were made without it
+            ground[name] = attributed("maps/ground", name, np.full(ground["height"].shape, np.nan))
     grid = np.meshgrid(ground["x"].values, ground["y"].values)
     latitude, longitude = origin.places(*grid)
     placed = ground[[*FIELDS, "time"]].assign_coords(

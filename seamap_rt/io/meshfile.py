@@ -18,6 +18,7 @@ import trimesh
 from numpy.typing import NDArray
 from trimesh.exchange.ply import load_ply
 
+from ..compute.machine import free_memory
 from ..errors import InputError
 from ..settings import ObjectSettings
 from .collada import read_collada
@@ -29,6 +30,7 @@ from .quiet import quietly, without_log
 ENDINGS = (".stl", ".glb", ".gltf", ".obj", ".ply", ".dae")
 Polygons = tuple[NDArray[np.float64], Any]  # vertices (n, 3), and rows of their places
 MOST_TRIANGLES = 2_000_000
+_MOST_TAKEN = 100  # times its own bytes, that a whole file takes of memory
 MOST_EXTENT_M = 30_000.0  # a file in millimetres whose scale was forgotten
 _FROM_GLTF = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])  # rows: right, ahead, up of its x, y, z
 
@@ -86,7 +88,9 @@ def _read(path: str, what: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]
     except InputError as refusal:
         raise InputError(f"{what}: {refusal}") from None
     except MemoryError:
-        raise InputError(f"{what}: is damaged: it promises more than it holds; export it anew") from None
+        if free_memory() < _MOST_TAKEN * len(content):
+            raise
+        damage = "it promises more than it holds"
     except Exception as error:  # the parsers raise exceptions of many types
         damage = f"{type(error).__name__}: {error}"[:120]
     raise InputError(f"{what}: is damaged, or not what its ending says ({damage}); export the mesh anew")

@@ -25,7 +25,7 @@ from io import BufferedReader
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from ..errors import InputError
+from ..errors import InputError, LargerThanMachine
 from .text import decode_text
 
 if TYPE_CHECKING:  # each takes a part of a second to load
@@ -162,21 +162,21 @@ def _pieces(file: IO[bytes], called: str, most: float) -> Iterator[bytes]:
 
 
 def weigh(called: str, need: float, packed: float | None = None) -> None:
-    """Raise InputError where `need` bytes of arrays are more than the free memory holds, or so many more than the
-    `packed` bytes of their file that these can hold hardly anything but zeros."""
+    """Raise InputError where `need` bytes of arrays are so many more than the `packed` bytes of their file that these
+    can hold hardly anything but zeros, and LargerThanMachine where they are more than the free memory holds."""
     if need <= _FREELY:
         return
     from ..compute.machine import free_memory
 
-    free = _OF_FREE * free_memory()
-    if need > free:
-        raise InputError(
-            f"{called}: declares {size(need)} of numbers: must fit into {size(free)} of free memory; give fewer"
-        )
     if packed is not None and need > _DENSEST * packed:
         raise InputError(
             f"{called}: declares {size(need)} of numbers in {size(packed)}: must be at most {_DENSEST:g} times as "
             "much; write what was measured alone"
+        )
+    free = _OF_FREE * free_memory()
+    if need > free:
+        raise LargerThanMachine(
+            f"{called}: declares {size(need)} of numbers: must fit into {size(free)} of free memory; give fewer"
         )
 
 

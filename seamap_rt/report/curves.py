@@ -19,7 +19,6 @@ from . import reduce, style
 from .reduce import Array
 
 STAGES = ("calibrate", "sea", "mesh", "trace", "echoes", "truth", "retrieve", "write")
-REAL_TIME_STAGES = ("sea", "mesh", "trace", "echoes")
 SECTOR_BINS = 60
 _FEWEST_CELLS = 30  # of a bin whose errors are drawn
 

@@ -217,7 +217,7 @@ def _timing(run: _Run) -> Picture:
         "Where the time went",
         f"Bars of wall time per stage; real-time factor {digits(run.metrics.get('real_time_factor'), 3)}.",
         "Wall time of each stage. The first turn includes what is done once (compiling kernels, realising the "
-        "sea). The real-time factor is a turn's duration over the warm wall time of "
-        f"{' + '.join(curves.REAL_TIME_STAGES)}, in memory: above 1 the simulation is faster than the radar.",
+        "sea). The real-time factor is the simulated time of the warm turns over their wall time, maps and files "
+        "included: above 1 the run is faster than the radar. Stages overlap, so that they add up to more.",
         lambda: curves.timing(run.scene, run.metrics),
     )

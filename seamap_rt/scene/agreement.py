@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..errors import InputError
+from ..errors import InputError, ResourceError
 from ..io.validation import Key, without
 from ..radar import checks as radars
 from .checks import antennas, gauges, looks, meshing, platform, ranges, scattering, transmitter, waves
@@ -67,6 +67,8 @@ def disagreements(scene: Scene, whole: bool = True) -> list[str]:
             continue
         try:
             check.made(scene)
+        except ResourceError:
+            raise
         except ValueError as refusal:
             failed.add(check.name)
             told += refusal.problems if isinstance(refusal, InputError) else (str(refusal),)

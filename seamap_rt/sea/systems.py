@@ -196,7 +196,7 @@ def _elfouhaily_age(waves: ElfouhailyWaves) -> float:
         return waves.inverse_wave_age or elfouhaily.DEVELOPED_INVERSE_WAVE_AGE
     age = elfouhaily.elfouhaily97_inverse_wave_age(waves.wind_speed_m_s, waves.fetch_m)
     if age > 5.0:
-        raise ValueError(
+        raise InputError(
             f"fetch_m = {waves.fetch_m:g}: gives U10/cp = {age:.3g}, must be at most 5 (Elfouhaily et al. 1997); "
             "raise fetch_m or lower wind_speed_m_s"
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import ExitStack
@@ -30,7 +31,8 @@ class FinishedTurn:
     number: from 0. echoes: schema `echoes`. truth: groups `polar` and `ground` (schemas `truth/…`), each with `turn` of
     length 1. maps: the same groups of `maps/…`; None where the turn was not retrieved. timing: seconds by stage, and
     `total`. counts: `facets`, `rays`, `slope_rms_look` (of the facets, along the look), `folded_share` (of the mesh's
-    points under a crest that folds over) and, with maps, `ground_cells` (that the beam passed).
+    points under a crest that folds over) and, with maps, `ground_cells` (that the beam passed). begun: s, by
+    time.perf_counter, when its simulation began.
     """
 
     number: int
@@ -39,13 +41,29 @@ class FinishedTurn:
     maps: xr.DataTree | None
     timing: dict[str, float]
     counts: dict[str, float]
+    begun: float = np.nan
 
 
 class TurnFigures(NamedTuple):
-    """What is kept of a turn when its arrays have gone; `timing` holds the sinks' stages too."""
+    """What is kept of a turn when its arrays have gone; `timing` holds the sinks' stages too. begun, done: s, by
+    time.perf_counter, when its simulation began and when all sinks had taken it."""
 
     timing: dict[str, float]
     counts: dict[str, float]
+    begun: float
+    done: float
+
+
+def warm_wall(figures: Sequence[TurnFigures]) -> float | None:
+    """Wall seconds of a run's turns but the first, which compiles: from when the second begins until all have taken the
+    last. The first one's retrieval, beside them, is in it. None of a single turn."""
+    return figures[-1].done - figures[1].begun if len(figures) > 1 else None
+
+
+def real_time_factor(turn_s: float, figures: Sequence[TurnFigures]) -> float | None:
+    """Simulated seconds over wall seconds of a run's warm turns, of turns of turn_s [s]; None of a single turn."""
+    wall = warm_wall(figures)
+    return None if wall is None else (len(figures) - 1) * turn_s / wall
 
 
 class Sink(Protocol):
@@ -150,7 +168,7 @@ def _finished(turn: Turn, retrieved: _Retrieved | None) -> FinishedTurn:
     counts = _counts(turn)
     if maps is not None:
         counts["ground_cells"] = int(np.isfinite(maps["ground"].to_dataset()["time"].values).sum())
-    return FinishedTurn(turn.number, turn.echoes, turn.truth, maps, _added(turn.timing, seconds), counts)
+    return FinishedTurn(turn.number, turn.echoes, turn.truth, maps, _added(turn.timing, seconds), counts, turn.begun)
 
 
 def _counts(turn: Turn) -> dict[str, float]:
@@ -181,7 +199,8 @@ def deliver(turns: Iterable[FinishedTurn], sinks: Sequence[Sink]) -> list[TurnFi
                         sink.turn(turn)
                     undo.callback(sink.take_back)
                 undo.pop_all()
-            figures.append(TurnFigures(_added(turn.timing, clock.seconds), turn.counts))
+            timing = _added(turn.timing, clock.seconds)
+            figures.append(TurnFigures(timing, turn.counts, turn.begun, time.perf_counter()))
             del turn  # so that memory does not hold it beside the next one
     return figures
 

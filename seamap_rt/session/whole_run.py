@@ -25,14 +25,13 @@ from ..io.plain_json import to_json
 from ..io.results_folder import clear_folder, growing, results_folder, write_whole
 from ..measured import Rings
 from ..metrics import error_figures
-from ..radar.scan import sector_width, turn_duration
 from ..report.facts import run_facts
 from ..scene import Scene, SceneLike, as_scene
 from ..simulation import Simulator
 from ..wavefield import sea_state
 from ..wavefield.sea_state import in_words
 from ..window_errors import judge_windows
-from .driver import Progress, Sink, TurnFigures, deliver, iterate
+from .driver import Progress, Sink, TurnFigures, deliver, iterate, real_time_factor, warm_wall
 from .forecasting import ForecastSink
 from .sinks import FileSink, gauge_sink
 
@@ -174,7 +173,7 @@ def _metrics(
     figures: Sequence[TurnFigures],
 ) -> dict[str, Any]:
     """The content of metrics.json, but for `run_s`."""
-    scene, timing = simulator.scene, _timing([turn.timing for turn in figures])
+    scene, timing = simulator.scene, _timing(figures)
     return {
         "scene": scene.name,
         "seed": scene.seed,
@@ -183,7 +182,7 @@ def _metrics(
         **_sea_state(maps if simulator.sea.patch is None else _where_true(maps, truth)),
         "gauges": judge(gauges) if gauges is not None else [],
         "timing_s": timing,
-        "real_time_factor": _real_time_factor(scene, timing["warm"]),
+        "real_time_factor": real_time_factor(scene.turn_duration_s, figures),
         **_counts([turn.counts for turn in figures]),
         "peak_memory_bytes": peak_memory(),
         **run_facts(scene, simulator.sea, simulator.surface, timing),
@@ -219,16 +218,10 @@ def _where_true(maps: xr.DataTree, truth: xr.DataTree) -> xr.DataTree:
     return xr.DataTree.from_dict({"/polar": polar.assign(height=polar["height"].where(known))})
 
 
-def _timing(timings: Sequence[dict[str, float]]) -> dict[str, Any]:
-    """The first turn (which compiles and builds), and the mean of the warm ones if there are any."""
+def _timing(figures: Sequence[TurnFigures]) -> dict[str, Any]:
+    """The first turn (which compiles and builds), the mean of the warm ones if there are any, whose stages overlap, and
+    the wall time of them all."""
+    timings = [turn.timing for turn in figures]
     warm = timings[1:]
     mean = {stage: sum(t.get(stage, 0.0) for t in warm) / len(warm) for stage in timings[0]} if warm else None
-    return {"first": timings[0], "warm": mean}
-
-
-def _real_time_factor(scene: Scene, warm: dict[str, float] | None) -> float | None:
-    """The turn's own duration over the wall time of sea, mesh, trace and echoes of a warm turn; None without one."""
-    if warm is None:
-        return None
-    busy = sum(warm[stage] for stage in ("sea", "mesh", "trace", "echoes"))
-    return turn_duration(scene.radar) * sector_width(scene.radar) / 360.0 / busy
+    return {"first": timings[0], "warm": mean, "warm_wall": warm_wall(figures)}

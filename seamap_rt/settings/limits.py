@@ -19,6 +19,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
 INFINITE = "inf"  # an infinite number in JSON, which has none: TOML's own word, which overrides read as a number
+_WITHOUT_END = 1e9  # m, s or Hz: what is more is infinite, and products with it do not overflow
 _WORDS = {
     "greater_than": ("must be greater than", "gt"),
     "greater_than_equal": ("must be at least", "ge"),
@@ -35,7 +36,7 @@ class Meaning:
     unit: of a number, "1" if it has none; None for names, switches and tables.
     reason: why the limits are there; the refusal gives it in brackets.
     left_out: what holds where an optional key is not given.
-    infinite: whether inf is taken. In the schema it is the text "inf".
+    infinite: whether inf is taken, as what numbers above 1e9 stand for. In the schema it is the text "inf".
     items, pattern: what a validator of the key's own checks, of a list's entries and of a text, as JSON Schema puts it.
     """
 
@@ -64,7 +65,8 @@ class Meaning:
     def _check_number(self, value: Any, check: ValidatorFunctionWrapHandler) -> Any:
         if isinstance(value, float) and math.isnan(value):  # which no comparison refuses
             raise ValueError("is not a number; give a finite value")
-        return self._check(value, check)
+        checked = self._check(value, check)
+        return math.inf if self.infinite and checked > _WITHOUT_END else checked
 
     def _check(self, value: Any, check: ValidatorFunctionWrapHandler) -> Any:
         try:

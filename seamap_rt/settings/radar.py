@@ -72,7 +72,7 @@ class RadarSettings(Section):
         float, Ge(10.0), Le(1e5), Meaning("Pulse repetition frequency.", unit="Hz", reason="pulses per second")
     ] = 10e3
     transmit_power_w: Annotated[
-        float, Gt(0.0), Le(1e6), Meaning("Peak transmit power.", unit="W", reason="peak power")
+        float, Ge(1e-9), Le(1e6), Meaning("Peak transmit power.", unit="W", reason="peak power")
     ] = 1.0
     transmitter: Annotated[
         Literal["coherent", "magnetron"],

@@ -72,7 +72,7 @@ class ReceiverSettings(Section):
     ] = 0.0
     stc_range_m: Annotated[
         float,
-        Gt(0.0),
+        Ge(1e-3),
         Le(20_000.0),
         Meaning(
             "Range at which the sensitivity-time control ends.", unit="m", reason="from which on nothing is weakened"

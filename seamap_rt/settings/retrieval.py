@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, Self
 
-from annotated_types import Ge, Gt, Le
+from annotated_types import Ge, Le
 from pydantic import BeforeValidator, model_validator
 
 from .limits import Meaning
@@ -19,7 +19,7 @@ class RetrievalSettings(Section):
     """
 
     cell_range_m: Annotated[
-        float, Gt(0.0), Le(1000.0), Meaning("Length of a cell in range.", unit="m", reason="a cell has a length")
+        float, Ge(1e-3), Le(1000.0), Meaning("Length of a cell in range.", unit="m", reason="a cell has a length")
     ] = 3.0
     cell_azimuth_deg: Annotated[
         float,
@@ -38,13 +38,13 @@ class RetrievalSettings(Section):
     ] = "adaptive"
     window_range_m: Annotated[
         float,
-        Gt(0.0),
+        Ge(1e-3),
         Le(1000.0),
         Meaning("Length of the window of sliding_plane.", unit="m", reason="length of the sliding window"),
     ] = 4.5
     window_azimuth_deg: Annotated[
         float,
-        Gt(0.0),
+        Ge(1e-4),
         Le(45.0),
         Meaning("Width of the window of sliding_plane.", unit="°", reason="width of the sliding window"),
     ] = 2.7
@@ -119,7 +119,7 @@ class RetrievalSettings(Section):
     ] = None
     depth_m: Annotated[
         float | None,
-        Gt(0.0),
+        Ge(0.05),
         Meaning(
             "Depth of the water, from a chart: periods of the sea state and maps at map_time_s follow from it; inf is "
             "deep. Echoes alone do not hold it: `retrieve` without it takes deep water, and the sea state says so.",
@@ -165,7 +165,7 @@ class RetrievalSettings(Section):
         ),
     ] = 0.0
     ground_m: Annotated[
-        float, Gt(0.0), Le(1000.0), Meaning("Side of a ground cell.", unit="m", reason="side of a ground cell")
+        float, Ge(1e-3), Le(1000.0), Meaning("Side of a ground cell.", unit="m", reason="side of a ground cell")
     ] = 3.0
 
     @model_validator(mode="after")

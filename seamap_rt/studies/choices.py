@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..conventions import written
-from ..measured import LEVEL
+from ..measured import FULLY_MEASURED
 from .key_words import words_of
 from .paired import WITHIN, Choice, choose, end_of, means, with_band
 from .vary import CIRCUMSTANCES, chosen_key
@@ -17,14 +17,9 @@ from .vary import CIRCUMSTANCES, chosen_key
 if TYPE_CHECKING:
     import xarray as xr
 
-FULLY_MEASURED = (
-    "fully measured radius: of a disc of perfect heights that holds as much as all cells' scores; reach: where their "
-    f"mean falls below {LEVEL:g}"
-)
-
 
 def headline(table: xr.Dataset) -> Iterator[str]:
-    """What a sweep comes to: how its points ended, where the usable range is longest, and what it cost."""
+    """What a sweep comes to: how its points ended, where the fully measured radius is greatest, and what it cost."""
     status = table["status"].values
     counts = {name: int(np.count_nonzero(status == name)) for name in ("done", "refused", "failed", "missing")}
     yield f"{status.size} points: " + ", ".join(f"{count} {name}" for name, count in counts.items() if count)

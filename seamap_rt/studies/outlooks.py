@@ -11,7 +11,7 @@ from scipy.special import stdtrit
 
 from ..conventions import written
 from ..errors import InputError
-from ..measured import LEVEL
+from ..measured import FULLY_MEASURED, LEVEL
 from ..metrics import BIN_M
 from ..scene import Scene, SceneLike, as_scene
 from .choices import best_of_all, choice_in_words, choices
@@ -104,6 +104,7 @@ def outlook_lines(found: xr.Dataset) -> Iterator[str]:
             + _seeds_in_words(float(abs(beside - values[at]).where(beside[choice.key] != choice.value).min()))
         )
     yield from best_of_all(table)
+    yield FULLY_MEASURED
     least, most = (float(each) for each in (found[MOTION].min(), found[MOTION].max()))
     if most > 0.0:
         span = f"{least:.0f} to {most:.0f}" if round(least) < round(most) else written(most, 0)
@@ -120,7 +121,7 @@ def _seeds_in_words(difference: float) -> str:
         return ""
     enough = many[stdtrit(many - 1, 0.975) * np.sqrt(2.0 / many) * _SCATTER_M <= difference]
     seeds = f"{enough[0]} seeds" if enough.size else f"more than {_MOST_SEEDS} seeds"
-    return f"; a trade tells it from its neighbours by {seeds}"
+    return f"; a trade needs {seeds} to tell it from its neighbours"
 
 
 def outlook_table(found: xr.Dataset) -> Iterator[str]:

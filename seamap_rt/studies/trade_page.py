@@ -8,9 +8,10 @@ import numpy as np
 import xarray as xr
 
 from ..conventions import written
+from ..measured import FULLY_MEASURED
 from ..report import style
 from ..report.answer_page import Cell, answer_page, cell
-from .choices import FULLY_MEASURED, along_of, headline, recommendations
+from .choices import along_of, headline, recommendations
 from .key_words import words_of
 from .paired import FEWEST_SEEDS, means, significant_difference, with_band
 from .seeds_needed import ASKED_M, seeds_for

@@ -52,7 +52,7 @@ class Outcome:
 class Case:
     """One question that the report answers."""
 
-    name: str  # snake_case, unique
+    name: str  # snake_case, unique, written out: `--only` reads it without running the module
     group: Group
     title: str
     rationale: str  # why it matters

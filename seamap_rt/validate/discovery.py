@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import importlib.util
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +15,8 @@ from ..errors import InputError
 from .case import Case, Group, Outcome
 
 _HOME = Path(__file__).resolve().parents[2] / "validation"  # beside this package, in a checkout and where installed
+_NAME = re.compile(r'\b[Cc]ase(?:_of)?\(\s*(?:name=)?"(\w+)"')
+_NOT_LOADED: Group = "cases that cannot be loaded"
 _ORDER = {group: rank for rank, group in enumerate(get_args(Group))}
 
 
@@ -31,10 +34,22 @@ def cases_folder() -> Path:
     return _HOME / "cases"
 
 
-def load_cases(folder: Path) -> list[Case]:
-    """All cases of the modules in a folder, in the order of the page; a module that does not load is a failed case."""
+def load_cases(folder: Path, only: Sequence[str] | None = None) -> list[Case]:
+    """All cases of the modules in a folder, in the order of the page; a module that does not load is a failed case.
+
+    only: of the modules that hold cases of these names, written out as the first argument. InputError for others.
+    """
     cases: list[Case] = []
-    for path in sorted(folder.glob("[!_.]*.py")):
+    paths = sorted(folder.glob("[!_.]*.py"))
+    if only:  # to load all takes seconds
+        names = {path: names_in(path) for path in paths}
+        known = sorted(set().union(*names.values()))
+        for name in only:
+            if name not in known:
+                near = difflib.get_close_matches(name, known, 3, 0.4) or known
+                raise InputError(f"--only {name}: no such case; there is {', '.join(near)}")
+        paths = [path for path in paths if not names[path].isdisjoint(only)]
+    for path in paths:
         try:
             loaded = list(_load(path).CASES)
             _refuse_duplicates(cases, loaded)
@@ -44,18 +59,19 @@ def load_cases(folder: Path) -> list[Case]:
     return sorted(cases, key=lambda case: _ORDER.get(case.group, len(_ORDER)))
 
 
+def names_in(path: Path) -> set[str]:
+    """Names of the cases of a module, by its text."""
+    return set(_NAME.findall(path.read_text(encoding="utf-8")))
+
+
 def select_cases(cases: Sequence[Case], full: bool, only: Sequence[str] | None) -> list[Case]:
-    """The cases to run. InputError for an unknown name, or for a case of the full version where `full` is not given."""
+    """The cases to run. InputError for a case of the full version where `full` is not given."""
     if not only:
         return [case for case in cases if full or not case.full_only]
-    by_name = {case.name: case for case in cases}
-    for name in only:
-        if name not in by_name:
-            near = difflib.get_close_matches(name, by_name, 3, 0.4) or sorted(by_name)
-            raise InputError(f"--only {name}: no such case; there is {', '.join(near)}")
-        if by_name[name].full_only and not full:
-            raise InputError(f"--only {name}: takes long and is left to the full version; add --full")
-    return [case for case in cases if case.name in only]
+    wanted = [case for case in cases if case.name in only or case.group == _NOT_LOADED]
+    if long := [case.name for case in wanted if case.full_only and not full]:
+        raise InputError(f"--only {long[0]}: takes long and is left to the full version; add --full")
+    return wanted
 
 
 def _load(path: Path) -> ModuleType:
@@ -82,7 +98,7 @@ def _unloaded(path: Path, error: BaseException) -> Case:
 
     return Case(
         name=path.stem,
-        group="cases that cannot be loaded",
+        group=_NOT_LOADED,
         title=f"Module {path.name}",
         rationale="A case that cannot be loaded cannot be judged.",
         setup=f"{path}",

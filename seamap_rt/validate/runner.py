@@ -42,7 +42,7 @@ def validate(
     """
     folder, say, start = Path(out), progress or (lambda _: None), time.perf_counter()
     home = cases or cases_folder()
-    selected = select_cases(load_cases(home), full, only)
+    selected = select_cases(load_cases(home, only), full, only)
     with results_folder(folder, overwrite, PRODUCTS):
         clear_folder(folder, PRODUCTS)
         environment, done = Environment.here(), list[CaseResult]()

@@ -28,14 +28,16 @@ _MARGIN_M, _FASTEST_GROUP = 20.0, 10.0  # the longest waves of note take some 13
 
 @dataclass(frozen=True)
 class GroundFields:
-    """A ground map's fields, arrays (y, x) in float64: height and its standard error [m], slopes, each cell's time [s];
-    NaN where nothing is known."""
+    """A ground map's fields, arrays (y, x) in float64: height and its standard error [m], slopes, each cell's time [s],
+    the slopes' standard errors, if there are any; NaN where nothing is known."""
 
     height: NDArray[np.float64]
     height_std: NDArray[np.float64]
     slope_x: NDArray[np.float64]
     slope_y: NDArray[np.float64]
     time: NDArray[np.float64]
+    slope_x_std: NDArray[np.float64] | None = None
+    slope_y_std: NDArray[np.float64] | None = None
 
 
 def advanced(ground: GroundFields, side: float, to_s: float, travel: Travel, water: Water = DEEP_WATER) -> GroundFields:
@@ -53,30 +55,24 @@ def advanced(ground: GroundFields, side: float, to_s: float, travel: Travel, wat
     if not np.any(lapse):
         return ground
     known = timed & np.isfinite(ground.height)
-    height, weight = _filled(ground.height, known)
+    height = _filled(ground.height, known)[0]
     scan = _Scan.of(np.where(timed, ground.time, to_s), side, to_s, travel, water)
     groups = [_Groups.of(lapse * east / side, lapse * north / side) for east, north in scan.group_velocities(height)]
-
-    arrives = np.array([each.carried(weight) for each in groups])
-    share = np.maximum(arrives.mean(axis=0), _LEAST_SHARE)
-    sea = _sea_variance(ground.height[known], ground.height_std[known])
-    stated, _ = _filled(np.nan_to_num(ground.height_std) ** 2, known)
-    # Filled cells lack what their neighbours do not hold; where groups part or meet, what each of them misses or
-    # doubles is in doubt.
-    variance = _carried(stated + weight * (1.0 - weight) * sea, groups) / share
-    variance += sea * ((1.0 - arrives / share) ** 2).mean(axis=0)
+    spread, share = _spread(ground.height, ground.height_std, known, groups)
     answered = timed & (_carried(known, groups) >= _LEAST_SHARE)
     sloped = timed & np.isfinite(ground.slope_x) & np.isfinite(ground.slope_y)
-    slope_x, slope_weight = _filled(ground.slope_x, sloped)
-    slope_y, _ = _filled(ground.slope_y, sloped)
-    slope_share = np.maximum(_carried(slope_weight, groups), _LEAST_SHARE)
     tilted = timed & (_carried(sloped, groups) >= _LEAST_SHARE)
+    slopes, errors = [], []
+    for field, std in ((ground.slope_x, ground.slope_x_std), (ground.slope_y, ground.slope_y_std)):
+        error, slope_share = _spread(field, np.zeros(field.shape) if std is None else std, sloped, groups)
+        slopes.append(np.where(tilted, scan.brought(_filled(field, sloped)[0]) / slope_share, np.nan))
+        errors.append(None if std is None else np.where(tilted, error, np.nan))
     return GroundFields(
         np.where(answered, scan.brought(height) / share, np.nan),
-        np.where(answered, np.sqrt(variance), np.nan),
-        np.where(tilted, scan.brought(slope_x) / slope_share, np.nan),
-        np.where(tilted, scan.brought(slope_y) / slope_share, np.nan),
+        np.where(answered, spread, np.nan),
+        *slopes,
         np.where(timed, to_s, np.nan),
+        *errors,
     )
 
 
@@ -173,6 +169,23 @@ def _carried(field: NDArray, groups: list[_Groups]) -> NDArray[np.float64]:
     return np.mean([each.carried(field) for each in groups], axis=0)
 
 
+def _spread(
+    field: NDArray[np.float64], std: NDArray[np.float64], known: NDArray[np.bool_], groups: list[_Groups]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Standard error (y, x) of a field that is brought to the instant, and the share of it that arrives.
+
+    Filled cells lack what their neighbours do not hold; where groups part or meet, what each of them misses or doubles
+    is in doubt.
+    """
+    stated, weight = _filled(np.nan_to_num(std) ** 2, known)
+    arrives = np.array([each.carried(weight) for each in groups])
+    share = np.maximum(arrives.mean(axis=0), _LEAST_SHARE)
+    sea = _sea_variance(field[known], std[known])
+    variance = _carried(stated + weight * (1.0 - weight) * sea, groups) / share
+    variance += sea * ((1.0 - arrives / share) ** 2).mean(axis=0)
+    return np.sqrt(variance), share
+
+
 def _filled(field: NDArray[np.float64], known: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """A field times its weight, and the weight: 1 where known, in gaps the share that the neighbours' mean holds."""
     values = np.where(known, field, 0.0)
@@ -182,7 +195,7 @@ def _filled(field: NDArray[np.float64], known: NDArray[np.bool_]) -> tuple[NDArr
 
 
 def _sea_variance(height: NDArray[np.float64], height_std: NDArray[np.float64]) -> float:
-    """Variance of the sea [m²] over cells of known height: what the heights vary beyond their own error."""
+    """Variance of the sea's heights [m²] or slopes over known cells: what they vary beyond their own error."""
     if not height.size:
         return 0.0
     return max(0.0, float(np.mean(height**2) - np.mean(np.nan_to_num(height_std) ** 2)))
@@ -206,7 +219,7 @@ def _check(ground: GroundFields, side: float, to_s: float) -> None:
         raise ValueError(f"side = {side:g}: must be positive and finite; give the side of a ground cell in metres")
     if not np.isfinite(to_s):
         raise ValueError(f"to_s = {to_s:g}: must be finite; give an instant near the map's times in seconds")
-    shapes = {np.shape(field) for field in vars(ground).values()}
+    shapes = {np.shape(field) for field in vars(ground).values() if field is not None}
     if len(shapes) != 1 or len(next(iter(shapes))) != 2:
         raise ValueError(f"ground = fields of shapes {sorted(shapes)}: must be one shape (y, x); give them on one grid")
 

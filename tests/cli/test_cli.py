@@ -122,7 +122,9 @@ def test_metrics_are_strict_json_with_the_contracts_keys(two_turns: Made) -> Non
         timing = metrics["timing_s"][which]
         assert timing.keys() >= steps
         assert timing["total"] >= sum(timing[step] for step in steps - {"total"}) - 1e-6
-    assert metrics["real_time_factor"] > 0.0
+    simulated = (2 - 1) * load_scene(two_turns.folder / "scene.toml").turn_duration_s  # of the warm turn
+    assert metrics["real_time_factor"] * metrics["timing_s"]["warm_wall"] == pytest.approx(simulated)
+    assert 0.0 < metrics["timing_s"]["warm_wall"] < metrics["run_s"]
     assert metrics["facets"] > 1000
     assert metrics["rays"] == 0  # the horizon tracer shoots none
     assert 5e7 < metrics["peak_memory_bytes"] < 4e9

@@ -173,7 +173,7 @@ def test_words_of_special_cases() -> None:
 def test_furthest_ranges_are_crossings() -> None:
     # Where the words say that a budget has 0 dB it has: metres are printed, half of one is 0.02 dB at 100 m.
     scene = scene_of()
-    line = next(line for line in write_link(scene).lines if line.startswith("furthest 0 dB, simulator"))
+    line = next(line for line in write_link(scene).lines if line.startswith("SNR is 0 dB at, simulator"))
     metres = [float(part.split()[-2]) for part in line.split(", ", 1)[1].split(",")]
     budget = link_budget(scene, metres)
     assert len(metres) == 3
@@ -266,7 +266,7 @@ def test_claim_reaches_where_it_says() -> None:
 
 def test_search_ends_at_the_unambiguous_range() -> None:
     loud = scene_of(radar__transmit_power_w=1e6, radar__prf_hz=2e4)
-    line = next(line for line in write_link(loud).lines if line.startswith("furthest 0 dB, textbook"))
+    line = next(line for line in write_link(loud).lines if line.startswith("SNR is 0 dB at, textbook"))
     assert f"beyond {unambiguous_range_m(loud.radar):.0f} m" in line
 
 

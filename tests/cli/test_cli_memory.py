@@ -11,12 +11,16 @@ from seamap_rt.cli.application import NO_RESOURCE, answer
 from seamap_rt.cli.shell import app
 from seamap_rt.cli.stops import Stops
 from seamap_rt.compute import machine
-from seamap_rt.errors import InputError, ResourceError, is_shortage
+from seamap_rt.errors import InputError, LargerThanMachine, ResourceError, shortage
+from seamap_rt.io.meshfile import load_mesh
+from seamap_rt.io.opening import weigh
 from seamap_rt.scene import load_scene
 from seamap_rt.scene.memory import run_bytes
+from seamap_rt.settings import ObjectSettings
 from seamap_rt.simulation import Simulator
 from validation.hard_cases.limits import keeps_the_law, under
 
+SCENES = Path(__file__).parents[2] / "scenes"
 COMPUTING = (
     "run",
     "simulate",
@@ -74,7 +78,53 @@ def test_no_file_is_blamed_for_memory(
     finally:
         stops.end(process=False)
     assert keeps_the_law(NO_RESOURCE, capsys.readouterr().err.splitlines())
-    assert not is_shortage(ValueError("damaged"))
+    assert shortage(ValueError("damaged")) is None
+
+
+@pytest.mark.parametrize("wrapped", [False, True])
+def test_what_the_machine_does_not_hold_is_told_as_it_is(
+    wrapped: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In its own words and by its own exit code, whoever has worded it anew."""
+    lack = LargerThanMachine("waves.nc: declares 9 TB of numbers: must fit into 8 GB of free memory; give fewer")
+    monkeypatch.setattr(
+        "seamap_rt.cli.application.app", lambda *_, **__: _in_a_reader(lack) if wrapped else _raise(lack)
+    )
+    stops = Stops()
+    try:
+        assert answer([], stops) == NO_RESOURCE
+    finally:
+        stops.end(process=False)
+    assert capsys.readouterr().err == f"seamap-rt: {lack}\n"
+
+
+def _raise(error: Exception) -> None:
+    raise error
+
+
+def test_readers_say_that_the_machine_lacks_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All weigh by one function."""
+    monkeypatch.setattr("seamap_rt.compute.machine.free_memory", lambda: 1e9)
+    with pytest.raises(LargerThanMachine, match="must fit into 800 MB"):
+        weigh("waves.nc", 1e9, 1e9)
+
+
+def test_a_damaged_mesh_is_no_lack_of_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Content that promises petabytes is bad input by name; the same error without memory is the machine's."""
+    file = tmp_path / "buoy.stl"
+    file.write_bytes((SCENES / "objects" / "buoy.stl").read_bytes())
+    thing = ObjectSettings(mesh=str(file), position_m=(0.0, 50.0, 0.0))
+
+    def petabytes(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("trimesh.load_scene", petabytes)
+    with pytest.raises(InputError, match=r"buoy\.stl.*damaged") as caught:
+        load_mesh(thing)
+    assert shortage(caught.value) is None
+    monkeypatch.setattr("seamap_rt.io.meshfile.free_memory", lambda: 0.0)
+    with pytest.raises(MemoryError):
+        load_mesh(thing)
 
 
 def test_the_commands_that_compute_are_these() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import xarray as xr
 import seamap_rt as sr
 from seamap_rt.cli import main
 from seamap_rt.design_outlook.design import Design
+from seamap_rt.design_outlook.echo import snr_of_unity
 from seamap_rt.design_outlook.motion import Motion
 from seamap_rt.design_outlook.strips import waves_of
 from seamap_rt.measured import Rings
@@ -62,7 +64,7 @@ def motion_of(made: Scene) -> tuple[Motion, Design, Any]:
 def test_a_run_on_a_moving_boat_measures_as_much_as_the_outlook_says(case: str) -> None:
     """Height errors by range to 20 % (two turns of other seas: 48 waves to a bin, 10 %), the radius to 8 %."""
     made, squares, number, rings = scene(**CASES[case]), np.zeros(len(BINS)), np.zeros(len(BINS)), []
-    for seed in (101, 102, 103):
+    for seed in (101, 102):
         simulator = Simulator(scene(**CASES[case], seed=seed))
         turn = next(iter(sr.iterate(simulator.scene, simulator=simulator)))
         assert turn.maps is not None
@@ -76,7 +78,7 @@ def test_a_run_on_a_moving_boat_measures_as_much_as_the_outlook_says(case: str) 
     found = sr.outlook(made)
     told = [float(np.sqrt((found["height_error"].sel(range=slice(*each)) ** 2).mean())) for each in BINS]
     np.testing.assert_allclose(told, np.sqrt(squares / number), rtol=0.2)
-    radius = (rings[0] + rings[1] + rings[2]).fully_measured_radius
+    radius = (rings[0] + rings[1]).fully_measured_radius
     assert found.attrs["fully_measured_radius_m"] == pytest.approx(radius, rel=0.08)
 
 
@@ -155,3 +157,47 @@ def test_a_recorded_motion_is_looked_at_all_through(tmp_path: Any) -> None:
     assert isinstance(recorded, xr.Dataset)
     radii = [each.attrs["fully_measured_radius_m"] for each in (recorded, sinusoidal)]
     assert radii[0] == pytest.approx(radii[1], rel=0.01)
+
+
+def test_a_lean_lifts_a_gaussian_beam_off_the_sea() -> None:
+    """Of a beam of B at −3 dB an echo at the grazing angle ψ is met at −ψ − τ: against the beam's middle its two-way
+    power loses twice 3.01 dB (2θ/B)²."""
+    radar = sr.load_scene("choppy_sea", {"radar.antenna.pattern": "gaussian"}).radar
+    ranges, lean = np.array([40.0, 100.0, 300.0]), np.radians([-4.0, -1.0, 2.0, 5.0])
+    level = snr_of_unity(radar, ranges, lean)
+    width, grazing = np.radians(radar.antenna.elevation_beamwidth_deg), np.arcsin(radar.height_m / ranges)
+    lost = 80.0 * np.log10(2.0) * ((grazing + lean[:, None]) ** 2 - (grazing + lean[0]) ** 2) / width**2
+    np.testing.assert_allclose(10.0 * np.log10(level / level[0]), -lost, atol=0.02)
+
+
+def test_a_map_set_aside_is_wrong_by_what_the_sea_differs_by() -> None:
+    """Waves of one length from all sides, looked up d aside: 2 σ² (1 − ⟨cos(k d cos θ)⟩). A heading turned by δψ sets a
+    place R δψ aside, across the look; a place that is wrong in both directions lies aside by both; what attitude and
+    height have wrong adds as R² δα² and δz²."""
+    found, radar, waves = motion_of(scene(**{**STILL, **ROLLING}))
+    radar, middle, share = replace(radar, cell_m=1e-6), waves.wavenumber.size // 2, 0.2 / waves.variance.shape[1]
+    k, one = waves.wavenumber[middle], 0.0 * waves.variance
+    one[middle] = share
+    sea = waves._replace(variance=one)
+    quiet = replace(found, attitude=0.0 * found.attitude, heading=0.0, up=0.0, aside=0.0, noise=(0.0,) * 4)
+    np.testing.assert_allclose(quiet.height_variance(radar, sea), 0.0, atol=1e-12)
+    theta = 2.0 * np.pi * (np.arange(720) + 0.5) / 720.0
+    turned, off = np.radians(0.5), 0.03
+    both = off * np.sqrt(2.0) * np.ones(radar.ranges.size)  # east and north
+    for changed, away in (
+        (replace(quiet, heading=turned**2), turned * radar.ground),
+        (replace(quiet, aside=off**2), both),
+    ):
+        differs = 2.0 * 0.2 * (1.0 - np.cos(k * np.outer(away, np.cos(theta))).mean(axis=1))
+        np.testing.assert_allclose(changed.height_variance(radar, sea)[0], differs, rtol=1e-6)
+    noisy = replace(quiet, noise=(0.0, 0.0, 0.0, off**2)).height_variance(radar, sea)
+    assert np.all(noisy[0] <= changed.height_variance(radar, sea)[0])  # a look averages it
+    tilted = replace(quiet, attitude=np.full(quiet.attitude.shape, 1e-4), up=0.01).height_variance(radar, sea)
+    np.testing.assert_allclose(tilted[0], radar.ground**2 * 1e-4 + 0.01, rtol=1e-9)
+
+
+def test_sensors_that_are_late_on_a_boat_under_way_are_wrong_along_her_way() -> None:
+    """By v τ, of whose square either direction has a half."""
+    heaving = {**STILL, **ROLLING, "platform.roll_deg": 0.0, "platform.pitch_deg": 0.0}
+    found, *_ = motion_of(scene(**{**heaving, "platform.speed_m_s": 5.0, SENSORS + "latency_s": 0.2}))
+    assert 2.0 * found.aside == pytest.approx((5.0 * 0.2) ** 2, rel=1e-6)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 import seamap_rt as sr
 from seamap_rt.analytic import shadowing_smith67, sinusoid_shadowed_fraction
@@ -15,7 +17,11 @@ from seamap_rt.design_outlook.error import Spectrum, ambiguous_share, error_vari
 from seamap_rt.design_outlook.sight import TABLE, sight
 from seamap_rt.design_outlook.strips import LOOKS, Waves, azimuths, directions, strips, waves_of
 from seamap_rt.design_outlook.words import outlook_rows
+from seamap_rt.interferometry.geometry.inversion import Fan, difference_at_height, height_per_phase
+from seamap_rt.interferometry.phase.ambiguity import astray
 from seamap_rt.products.link import link_budget
+from seamap_rt.radar.antenna import antenna
+from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scattering import ShortWaves
 from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scene import Scene
@@ -113,6 +119,134 @@ def test_a_weak_dwell_is_as_good_as_the_bound_of_its_phase() -> None:
     bound = radar.gain[far] ** 2 / (2.0 * radar.pulses) / 1e-4
     # Of fading speckle the mean of p² counts, 2, where noise beats with itself; each p lowers it by 2 p snr.
     np.testing.assert_allclose(found * bound, 2.0, rtol=0.08)
+
+
+@pytest.mark.parametrize("snr", [0.03, 1.0, 30.0])
+def test_noise_leaves_a_dwell_the_bound_of_its_phase(snr: float) -> None:
+    """Cramér and Rao's of N pairs of samples of SNR s, each with its own noise: σ² = (2/s + 1/s²)/(2 N) (Rodríguez &
+    Martin 1992, IEE Proc. F 139, 147), of speckle that fades by exp(−p) the mean over p of its inverse."""
+    radar = replace(design(radar__transmit="single"), doubt=0.0)  # speckle has no part in it
+    flat = Spectrum.of(Waves(np.geomspace(1e-3, 4.0, 240), np.zeros((240, directions().size))))
+    found = information(radar, flat, np.full((1, radar.ranges.size), snr))[0] * radar.depth * radar.width * radar.ground
+    share, _ = quad(lambda p: np.exp(-p) * 2.0 * radar.pulses / (2.0 / (p * snr) + 1.0 / (p * snr) ** 2), 0.0, 60.0)
+    # 1 %: eight nodes of Laguerre.
+    np.testing.assert_allclose(found * radar.gain**2, share, rtol=0.01)
+
+
+def test_a_flat_sea_s_speckle_is_its_tangent_within_the_pulse() -> None:
+    """Without noise what a dwell errs by grows as the pulse's length on the sea's tangent, σ H/R, and each independent
+    sample of speckle takes its share off."""
+    flat = Spectrum.of(Waves(np.geomspace(1e-3, 4.0, 240), np.zeros((240, directions().size))))
+    radar = design()
+    loud = np.full((1, radar.ranges.size), 1e12)
+
+    def variance(each: Design) -> np.ndarray:
+        return 1.0 / (information(each, flat, loud)[0] * each.depth * each.width * each.ground)
+
+    one = variance(radar) / (radar.pulse * radar.height / radar.ground) ** 2
+    np.testing.assert_allclose(one, one[0], rtol=1e-6)
+    np.testing.assert_allclose(variance(replace(radar, speckle=4.0 * radar.speckle)), 0.25 * variance(radar), rtol=1e-6)
+    np.testing.assert_allclose(variance(replace(radar, doubt=3.0 * radar.doubt)), 3.0 * variance(radar), rtol=1e-6)
+
+
+def test_a_filter_leaves_half_where_noise_is_as_dense_as_the_sea() -> None:
+    """Wiener's ∫ S n/(S + n) d²k of an isotropic sea of one density: a half where n = S, a fourth where n = S/3. White
+    noise of the information ρ/σ² of a square metre has n = σ²/(4π² ρ) [m⁴], as ∫ n d²k over a lattice's own square of
+    wavevectors is σ². A cell, a pulse and a beam that are points hide nothing."""
+    radar = replace(design(), cell_m=1e-6, cell_rad=1e-9, pulse=1e-6, beam=1e-9)
+    edges = np.geomspace(1e-3, 4.0, 241)
+    k = np.sqrt(edges[1:] * edges[:-1])
+    density = 2e-3  # m⁴, of S(k) over the plane of wavevectors: F(k)/(2πk) of F along k
+    variance = density * 2.0 * np.pi * k * np.diff(edges) / directions().size
+    waves = Waves(k, np.repeat(variance[:, None], directions().size, axis=1))
+    spectrum, sea = Spectrum.of(waves), waves.elevation_variance
+    np.testing.assert_allclose(spectrum.density, density, rtol=0.01)  # rings of ten wavenumbers, their middles
+    for ratio, left in ((1.0, 0.5), (1.0 / 3.0, 0.25)):
+        known = np.full((LOOKS, radar.ranges.size), 1.0 / (4.0 * np.pi**2 * ratio * density))
+        # 2 %: between the levels of a table.
+        np.testing.assert_allclose(error_variance(radar, spectrum, known, sea), left * sea, rtol=0.02)
+
+
+def test_of_a_long_swell_the_retrieval_s_own_neighbours_are_averaged() -> None:
+    """Of waves so long that a filter would average over hundreds of metres: three gates and three to either side, of
+    the looks within 6.5 m; the outer ones count by halves or wholly."""
+    radar = design()
+    spectrum, sea = Spectrum.of(one_wave(600.0, 2.0, 90.0)), 0.5
+    known = np.full((LOOKS, radar.ranges.size), 0.05)
+    looks = np.clip(np.round(6.5 / (radar.ground * radar.width)), 1, 3)
+    window = 9.0 * radar.spacing * (2.0 * looks + 1.0) * radar.ground * radar.width
+    told = (1.0 / error_variance(radar, spectrum, known, sea)[0] - 1.0 / sea) / known[0]
+    assert np.all((told > 0.87 * window) & (told < 1.01 * window))
+
+
+def test_what_the_pulse_takes_of_a_wave_a_filter_cannot_give_back() -> None:
+    """A mean along the look over a pulse of σ leaves exp(−k²σ²/2) of a wave that runs along it, and its square of the
+    wave's power: half of the wave is lost where noise is as dense as that."""
+    radar, look = replace(design(), cell_m=1e-6, cell_rad=1e-9, pulse=1.5, beam=1e-9), float(azimuths()[0])
+    spectrum = Spectrum.of(one_wave(12.0, 1.0, look))
+    k = float(spectrum.wavenumber[np.argmax(spectrum.density[0].max(axis=1)), 0])
+    density = float(spectrum.density[0].max())
+    noise = np.array([density * np.exp(-0.5 * (k * radar.pulse) ** 2) ** 2])
+    left = spectrum.left(radar, 100.0, noise)[0, 0]
+    assert left == pytest.approx(0.5 * spectrum.variance[0].sum(), rel=1e-3)
+
+
+def test_a_design_is_that_of_its_pulse_beam_and_triangle() -> None:
+    """Second moments and noise widths of the response and of the two-way pattern, by sums; height for phase, and the
+    phase's turn within a pulse, by the retrieval's exact triangle."""
+    made = scene(radar__transmit="single")
+    radar = design(radar__transmit="single")
+    away = np.linspace(-40.0, 40.0, 80_001)
+    power = RangeResponse.of(made.radar)(away) ** 2
+    assert radar.pulse**2 == pytest.approx(np.sum(power * away**2) / np.sum(power), rel=1e-3)
+    # What is independent: the width of the power's own correlation, to 5 % that of a Gaussian pulse.
+    width = np.sum(power) ** 2 / np.sum(power**2) * (away[1] - away[0])
+    assert radar.depth == pytest.approx(width, rel=0.05)
+    angle = np.radians(np.linspace(-1.9, 1.9, 4001))  # the main lobe
+    two_way = antenna(made.radar).voltage(angle, 0.0) ** 4
+    square = np.sum(two_way * angle**2) / np.sum(two_way)
+    assert radar.beam == pytest.approx(np.sqrt(square + radar.width**2 / 12.0), rel=0.03)  # as of a Gaussian beam
+    far = radar.ranges > 60.0
+    for paths in (1, 2):
+        each = replace(radar, paths=paths)
+        fan = Fan.upright(each.baseline, each.height - 0.5 * each.baseline)
+        level = difference_at_height(each.ranges, 0.0, fan)
+        exact = height_per_phase(each.ranges, level, fan, each.wavelength, paths)
+        np.testing.assert_allclose(each.gain[far], exact[far], rtol=0.01)  # B/R and (H/R)² are left out
+        turned = 2.0 * np.pi * paths / each.wavelength * np.gradient(level, each.ranges) * each.pulse
+        np.testing.assert_allclose(each.turn(paths)[far][1:-1], np.abs(turned)[far][1:-1], rtol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("mode", "pairs"),
+    [
+        ({"radar__transmit": "single"}, 1.0),
+        ({"radar__transmit": "single", "radar__interferogram": "alternating_pulse"}, 0.5),
+        ({"radar__transmit": "switched", "radar__interferogram": "alternating_pulse"}, 0.5),
+        ({"radar__transmit": "switched", "retrieval__paths": "best"}, 0.5),
+        ({"radar__transmit": "switched", "retrieval__paths": "one_way"}, 1.0),
+    ],
+)
+def test_a_pair_of_pulses_tells_once(mode: dict[str, Any], pairs: float) -> None:
+    """Of a dwell's pulses each tells a phase of two receivers at once, and each pair one where receivers or
+    transmitters take turns."""
+    made = scene(**mode)
+    dwell_s = made.resolved_retrieval.cell_azimuth_deg / (6.0 * made.radar.rotation_rpm)
+    assert design(**mode).pulses == pytest.approx(pairs * dwell_s * made.radar.prf_hz)
+
+
+def test_cells_are_ambiguous_as_often_as_the_retrieval_calls_them_so() -> None:
+    """Heights stray from their neighbourhood's mean, 6 m to every side, by slopes over half of that: drawn, and judged
+    by the retrieval's own rule."""
+    radar = design(radar__baseline_m=0.9, radar__transmit="single")
+    sea, slope = 0.12, 0.006
+    found = ambiguous_share(radar, sea, slope)
+    step = radar.wavelength * radar.ranges / (radar.coarse * radar.baseline)
+    drawn = 3.0 * np.sqrt(slope) * np.random.default_rng(1).standard_normal((20_000, 1))
+    called = astray(drawn / step, np.broadcast_to(step, (20_000, step.size))).mean(axis=0)
+    judged = (0.5 * step < 5.0 * np.sqrt(sea)) & (radar.turn(radar.paths) < 1.0)
+    assert np.ptp(found[judged]) > 0.5  # there is something to judge
+    np.testing.assert_allclose(found[judged], called[judged], atol=4.0 * 0.5 / np.sqrt(20_000))
 
 
 def test_cycles_are_sure_far_out_and_of_short_baselines_alone() -> None:

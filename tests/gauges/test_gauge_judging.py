@@ -158,3 +158,30 @@ def test_uneven_passes_give_no_spectrum() -> None:
     found = spectra(series.isel(gauge=0))
     assert isinstance(found, NoSpectrum)
     assert "even times" in found.reason
+
+
+@pytest.mark.parametrize(("turns", "told"), [(31, False), (32, True)])
+def test_a_spectrum_takes_32_turns(turns: int, told: bool) -> None:
+    """Two segments of sixteen and one over their middle: some six degrees of freedom."""
+    found = spectra(record(np.sin, turns).isel(gauge=0))
+    assert isinstance(found, GaugeSpectra) == told
+
+
+@pytest.mark.parametrize(("uneven", "told"), [(0.09, True), (0.11, False)])
+def test_passes_are_even_to_a_tenth_of_a_turn(uneven: float, told: bool) -> None:
+    """Steps that differ by a tenth leave times within a 40th of a turn of even ones, and phases at half the turn rate
+    within 0.08 rad: 0.2 % of a wave is lost."""
+    series = record(lambda t: np.cos(2.0 * np.pi * 0.43 * t), 256)
+    jitter = np.random.default_rng(1).uniform(-0.5, 0.5, 256)
+    jitter[100:102] = 0.5, -0.5  # the widest step and the narrowest
+    jitter[102] = 0.5
+    seen = series["seen_time"].values[0] + 0.5 * uneven * jitter
+    series["seen_time"].values[0] = seen
+    for name in ("height", "seen_true_height"):
+        series[name].values[0] = np.cos(2.0 * np.pi * 0.43 * seen)
+    found = spectra(series.isel(gauge=0))
+    assert isinstance(found, GaugeSpectra) == told
+    if isinstance(found, GaugeSpectra):
+        near = np.abs(found.frequency - 0.43) < 3.0 * found.frequency[0]
+        held = found.radar[near].sum() * found.frequency[0]
+        assert held == pytest.approx(0.5, rel=0.02)

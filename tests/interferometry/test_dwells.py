@@ -143,10 +143,9 @@ def test_a_plane_lies_where_it_is_on_the_ground(speed: float) -> None:
     bearing, time = CIRCLE[:, None] + 20.0 / radar.ranges, np.broadcast_to(CIRCLE[:, None] / 360.0, (200, 57))
     east, north = unit_from_azimuth(bearing)
     x, y = radar.ranges * east + speed * time - 4.0, radar.ranges * north + 0.5 * speed * time
-    fields = {
-        name: np.zeros((1, 200, 57))
-        for name in ("height_std", "slope_range", "slope_azimuth", "coherence", "phase", "phase_unwrapped", "snr_db")
-    }
+    names = ("height_std", "slope_range", "slope_azimuth", "coherence", "phase", "phase_unwrapped", "snr_db")
+    names += ("slope_range_std", "slope_azimuth_std", "slope_correlation")
+    fields = {name: np.zeros((1, 200, 57)) for name in names}
     fields |= {
         "height": (0.05 * x - 0.03 * y)[None],
         "ground_range": np.broadcast_to(radar.ranges, (1, 200, 57)),

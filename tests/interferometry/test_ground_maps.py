@@ -93,6 +93,7 @@ def cells_of_a_plane(ranges: np.ndarray, looks: np.ndarray):
     east, north = (part[:, None] for part in unit_from_azimuth(looks))
     zero = np.zeros((1, looks.size, ranges.size))
     names = ("height_std", "slope_range", "slope_azimuth", "coherence", "phase", "phase_unwrapped", "snr_db")
+    names += ("slope_range_std", "slope_azimuth_std", "slope_correlation")
     fields = {name: zero.copy() for name in names} | {
         "height": (0.05 * ranges * east - 0.03 * ranges * north)[None],
         "ground_range": np.broadcast_to(ranges, zero.shape).copy(),
@@ -100,6 +101,24 @@ def cells_of_a_plane(ranges: np.ndarray, looks: np.ndarray):
         "time": (looks / 360.0)[None],
     }
     return build("maps/polar", fields, {"turn": [0], "azimuth": looks, "range": ranges})
+
+
+def test_errors_of_slopes_turn_with_the_look() -> None:
+    # The covariance of slopes towards east and north is that of outward and clockwise ones, turned by the azimuth.
+    ranges, looks = np.arange(15.0, 90.0, 1.5), 0.9 + 1.8 * np.arange(200)
+    radar = RadarDescription(0.03, 0.0, "single", (0.0, 360.0), 1.0, 5.0, RangeResponse(2e-8, 5e7), ranges)
+    cells = cells_of_a_plane(ranges, looks)
+    for name, value in (("slope_range_std", 0.03), ("slope_azimuth_std", 0.05), ("slope_correlation", -0.4)):
+        cells[name].values[:] = value
+    ground = ground_map(cells, Ground(), radar, RetrievalSettings(), 0)
+    own = np.array([[0.03**2, -0.4 * 0.03 * 0.05], [-0.4 * 0.03 * 0.05, 0.05**2]])
+    for x, y in ((60.0, 0.0), (0.0, -60.0), (-42.0, 42.0), (30.0, 51.0)):
+        cell = ground.sel(x=x, y=y, method="nearest").isel(turn=0)
+        east, north = np.array([float(cell[name]) for name in "xy"]) / np.hypot(float(cell["x"]), float(cell["y"]))
+        turned = np.array([[east, north], [north, -east]])
+        asked = np.sqrt(np.diag(turned @ own @ turned.T))
+        # A square takes looks up to 3° aside, by which a deviation turns by a twentieth of its excursion.
+        assert [float(cell[f"slope_{name}_std"]) for name in "xy"] == pytest.approx(list(asked), abs=1.5e-3)
 
 
 def test_cells_that_are_left_out_have_no_part() -> None:

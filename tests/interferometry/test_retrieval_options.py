@@ -49,6 +49,35 @@ def test_a_map_of_one_instant_is_nearer_to_the_sea_of_that_instant() -> None:
     assert after < 0.8 * before
 
 
+@pytest.mark.parametrize("estimator", ["adaptive", "sliding_plane", "single_cell"])
+def test_slopes_have_errors_where_the_sea_is_known(estimator: str) -> None:
+    # By `adaptive`, which knows the sea's covariance, each slope has one, and no cell without a height has any.
+    found, ground = polar(estimator=estimator), maps(estimator=estimator)["ground"].to_dataset()
+    known = np.isfinite(found["slope_range"].values)
+    assert known.sum() > 1000
+    assert not (known & np.isnan(found["height"].values)).any()
+    for name in ("slope_range_std", "slope_azimuth_std", "slope_correlation"):
+        stated = found[name].values
+        np.testing.assert_array_equal(np.isfinite(stated), known & (estimator == "adaptive"))
+        assert not (np.abs(stated) > 1.0).any()
+    for name in ("slope_x", "slope_y"):
+        tilted = np.isfinite(ground[name].values) & (estimator == "adaptive")
+        np.testing.assert_array_equal(np.isfinite(ground[f"{name}_std"].values), tilted)
+    least, most = found.attrs["slope_planes_m"]
+    assert 6.0 <= least <= most <= 42.0  # m: twice the half-lengths' limits
+
+
+def test_slopes_err_as_much_as_they_state() -> None:
+    # 25 to 110 m. Of 8000 cells one in some dozens is independent: √(1/400) = 5 % of a spread.
+    found, true = polar(), turn().truth["polar"].to_dataset().isel(turn=0)
+    clear = (found["quality"].values == 0) & (found["range"].values > 25.0)
+    for name in ("slope_range", "slope_azimuth"):
+        ratio = ((found[name] - true[name]) / found[f"{name}_std"]).values[clear]
+        ratio = ratio[np.isfinite(ratio)]
+        assert 0.8 < 1.4826 * np.median(np.abs(ratio - np.median(ratio))) < 1.2
+        assert 0.9 < np.mean(np.abs(ratio) < 1.96) < 0.99
+
+
 def test_the_crest_bias_is_taken_off_on_request() -> None:
     reported, removed = polar(), polar(crest_bias="remove")
     known = np.isfinite(reported["height"].values)

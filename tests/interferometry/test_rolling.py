@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -13,7 +15,13 @@ from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.errors import SchemaError
 from seamap_rt.interferometry import retrieve, retrieve_one
 from seamap_rt.interferometry.covariance.dwells import Dwells
-from seamap_rt.interferometry.geometry.inversion import Fan, difference_at_height, height_per_phase, locate
+from seamap_rt.interferometry.geometry.inversion import (
+    Fan,
+    azimuth_at_sea,
+    difference_at_height,
+    height_per_phase,
+    locate,
+)
 from seamap_rt.interferometry.geometry.poses import LookPoses, PulsePoses
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.retrieval import retrieve_turn
@@ -338,3 +346,58 @@ def test_alternating_echoes_must_be_what_they_say() -> None:
     echoes["voltage"][...] = 1.0
     with pytest.raises(SchemaError, match="same pulse"):
         polar(echoes)
+
+
+# ------------------------------------------------------------------------------- gates that end above the sea
+
+
+@settings(deadline=None, max_examples=200)
+@given(
+    attitude=st.tuples(st.floats(-15.0, 15.0), st.floats(-10.0, 10.0), st.floats(-180.0, 180.0)),
+    scan=st.floats(0.0, 360.0),
+    tilt=st.floats(-10.0, 10.0),
+    height=st.floats(2.0, 30.0),
+)
+def test_a_fan_meets_the_sea_along_one_line_from_its_foot_on(attitude, scan, tilt, height) -> None:
+    """Where the fan's plane cuts mean sea level: beside the foot of the steepest line in it by √(R² − foot²), to
+    either side of which nothing jumps; nearer than the foot there is no such place, and no azimuth. 1e-6 rad: an ulp of
+    the height at the nearest of these ranges, 1e-6 of it beyond the foot, is 2e-10 of the way out."""
+    axes = antenna_axes(attitude, scan, tilt)
+    toward = np.radians(bearing(axes))
+    out, right = np.array((np.sin(toward), np.cos(toward), 0.0)), np.array((np.cos(toward), -np.sin(toward), 0.0))
+    level = np.cross(axes[0], (0.0, 0.0, 1.0))
+    level *= np.sign(level @ axes[1]) / np.linalg.norm(level)
+    down = np.cross(level, axes[0])
+    down *= -np.sign(down[2]) / np.linalg.norm(down)
+    foot = -height / down[2]
+    beyond = foot * (1.0 + np.geomspace(1e-6, 100.0, 200))
+    place = foot * down + np.sqrt(beyond**2 - foot**2)[:, None] * level
+    parts = [(np.array(axes[1] @ each), np.array(axes[2] @ each)) for each in ((0.0, 0.0, 1.0), out)]
+    lean = np.array(axes[2] @ right)
+    found = azimuth_at_sea(beyond, np.array(height), parts[0], parts[1], lean)
+    np.testing.assert_allclose(np.sin(found - np.arctan2(place @ right, place @ out)), 0.0, atol=1e-6)
+    swing = np.diff(np.unwrap(found))
+    assert np.all(swing >= -1e-6) or np.all(swing <= 1e-6)  # one way only
+    nearer = foot * (1.0 - np.geomspace(1e-9, 0.99, 30))
+    assert np.isnan(azimuth_at_sea(nearer, np.array(height), parts[0], parts[1], lean)).all()
+
+
+@pytest.mark.parametrize(
+    ("roll", "pitch", "tilt"), [(0.0, 0.0, 10.0), (0.0, 3.0, 0.0), (0.05, 0.0, 0.0), (6.0, 2.0, 4.0)]
+)
+def test_gates_that_end_above_the_sea_change_nothing_beyond(roll: float, pitch: float, tilt: float) -> None:
+    """A recording may begin at the antenna. Those gates have no height, and no part in whether the fan leans."""
+    whole = Boat(
+        attitude=steady(roll, pitch), tilt=tilt, sector=(20.0, 38.0), prf=4000.0, ranges=np.arange(1.5, 60.0, 1.5)
+    )
+    far = replace(whole, ranges=whole.ranges[whole.ranges > 5.5])
+    asked = SINGLE.model_copy(update={"cell_range_m": 1.5})
+    both = [polar(boat.echoes(ideal_sea), asked) for boat in (whole, far)]
+    for name in ("height", "ground_range", "time"):
+        values = both[0][name].values
+        beyond = values[..., -far.ranges.size :] if values.ndim > 1 else values
+        np.testing.assert_allclose(beyond, both[1][name].values, atol=1e-12)
+    if roll:
+        inside = both[0].isel(range=slice(0, whole.ranges.size - far.ranges.size))
+        assert np.isnan(inside["height"].values).all()
+        assert (inside["quality"].values & QUALITY_FLAGS["no_echo"]).all()

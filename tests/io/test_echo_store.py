@@ -154,3 +154,32 @@ def test_other_things_are_one_line(tmp_path: Path, store: Path) -> None:
         assert "is not an echo store" in refused(path)
     shutil.rmtree(store / "turn")
     assert "'turn' is missing" in refused(store)
+
+
+@pytest.mark.parametrize("gone", [".", "*", "voltage", "time", "zarr.json", "time/c"])
+def test_what_somebody_removes_while_it_grows_is_told_by_its_name(gone: str, tmp_path: Path) -> None:
+    """All of it, or what a removal has taken when it meets the writer: an OSError by name, and not one warning."""
+    path = tmp_path / "echoes.zarr"
+    with pytest.raises(OSError, match=r"echoes\.zarr"), EchoStore(path) as made:  # noqa: PT012
+        made.append(turn(0))
+        for each in [path] if gone == "." else path.glob(gone):
+            shutil.rmtree(each) if each.is_dir() else each.unlink()
+        made.append(turn(1))
+
+
+@pytest.mark.parametrize("gone", ["*", "pulse", "*/zarr.json", "pulse/zarr.json"])
+def test_what_somebody_removes_in_the_midst_of_a_turn_is_no_warning(
+    gone: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Files go while the turn's own are written: the arrays that are left are shortened, the others are passed over."""
+    path = tmp_path / "echoes.zarr"
+
+    def removed(file: Path, *_: object) -> None:
+        for each in path.glob(gone):
+            shutil.rmtree(each, ignore_errors=True) if each.is_dir() else each.unlink(missing_ok=True)
+        raise FileNotFoundError(2, "No such file or directory", str(file))
+
+    with pytest.raises(OSError, match=r"echoes\.zarr|No such file"), EchoStore(path) as made:  # noqa: PT012
+        made.append(turn(0))
+        monkeypatch.setattr("seamap_rt.io.echo_store.write_file", removed)
+        made.append(turn(1))

@@ -7,15 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from numpy.typing import NDArray
 
+from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.physics.dispersion import Water
 from seamap_rt.prediction import Observations, Spectrum, assimilation, reconstruct
 from seamap_rt.prediction.assimilation import Batch, solve, weights
 from seamap_rt.prediction.field import WaveField
 from seamap_rt.prediction.fit import Fit
+from seamap_rt.prediction.knowledge import Glimpse, Groups, Knowledge
 from seamap_rt.prediction.lattice import Lattice
-from seamap_rt.prediction.observations import KINDS
+from seamap_rt.prediction.observations import KINDS, of_turn
 from seamap_rt.prediction.wave_sum import WaveSum
 from seamap_rt.prediction.zones import Preconditioner
 from seamap_rt.settings import PredictionSettings
@@ -217,3 +220,86 @@ def test_errors_are_those_of_the_conditional_sea(seen_by_few: tuple[WaveField, O
     _, std = field.elevation(*at.T)
     np.testing.assert_allclose(std, np.sqrt(variance), rtol=0.25)
     assert np.mean(np.log(std / np.sqrt(variance))) == pytest.approx(0.0, abs=0.12)
+
+
+def one_group(spectrum: Spectrum, density: float, against: float) -> Groups:
+    """Waves of 30 m to the east."""
+    k = 2.0 * np.pi / 30.0
+    omega, speed = (
+        float(spectrum.water.frequency(np.array([k]))[0]),
+        float(spectrum.water.group_speed(np.array([k]))[0]),
+    )
+    values = (k, 0.5 * np.pi, omega, omega, speed, 0.0, 0.01, density, against)
+    return Groups(*(np.array([each]) for each in values))
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.25, 0.125])
+@pytest.mark.parametrize("blur", [0.0, 2.0])
+def test_what_stays_open_of_a_group_is_what_stays_open_of_its_wave(apart: float, blur: float) -> None:
+    """A regression of one wave and of the one that runs against it on many places of a square that either repeats on,
+    seen at two moments so many periods apart: the variances of amplitudes that the square's own lattice gives them."""
+    spectrum, square, noise, count = wind_sea(), 300.0, 0.3, 4000
+    group = one_group(spectrum, 0.6, 0.25)
+    k, omega, lapse = group.k[0], group.omega[0], apart * 2.0 * np.pi / group.omega[0]
+    x = np.random.default_rng(1).uniform(0.0, square, count)
+    rows = [(np.cos(turn), -np.sin(turn)) for t in (0.0, lapse) for turn in (k * x - omega * t, -k * x - omega * t)]
+    part = np.exp(-0.5 * (k * blur) ** 2)
+    seen = part * np.concatenate(
+        [np.stack((*rows[0], *rows[1]), axis=1), np.stack((*rows[2], *rows[3]), axis=1)]
+    )  # (place, cosine and sine of each wave)
+    prior = np.repeat((0.6, 0.25), 2) * (2.0 * np.pi / square) ** 2
+    open_of = np.linalg.inv(np.diag(1.0 / prior) + seen.T @ seen / noise**2).diagonal()[:2].mean() / prior[0]
+
+    information = np.full((80, 80), count / square**2 / noise**2, np.float32)
+    area = np.array([blur**2, 0.0, blur**2], np.float32)
+    glimpses = tuple(Glimpse(t, information, np.broadcast_to(area[:, None, None], (3, 80, 80))) for t in (0.0, lapse))
+    known = Knowledge(group, (lattice(spectrum, 41),), glimpses, (-400.0, -400.0), 10.0, (0.0, 0.0))
+    found = known.open_share(np.zeros(1), np.zeros(1), np.array([lapse]), np.ones(1, bool))
+    assert 0.02 < open_of < 0.98
+    assert found[0, 0] == pytest.approx(open_of, rel=0.06)  # the places are random: 1/√4000, of both waves' sums
+
+
+def test_a_map_s_cells_are_means_over_its_pulse_beam_and_look() -> None:
+    """Second moments of the two-way Gaussian beam and of the look's own width, at each cell's distance; cells count
+    that have no flag but the one of half hidden ones, an error that tells something, and lie beyond four antenna
+    heights."""
+    ranges, azimuth = np.array([15.0, 30.0, 60.0, 90.0]), np.array([10.0, 11.8, 13.6])
+    shape, height = (3, 4), 5.0
+    quality = np.zeros(shape, np.int16)
+    quality[0, 1], quality[1, 1] = QUALITY_FLAGS["partly_shadowed"], QUALITY_FLAGS["ambiguous"]
+    std = np.full(shape, 0.1)
+    std[2, 2], std[1, 2] = 0.81, 0.79  # of a sea of 0.4 m
+    dims = ("azimuth", "range")
+    polar = xr.Dataset(
+        {
+            "height": (dims, np.zeros(shape)), "height_std": (dims, std), "quality": (dims, quality),
+            "ground_range": (dims, np.broadcast_to(np.sqrt(ranges**2 - height**2), shape)),
+            "time": ("azimuth", [1.0, 2.0, 3.0]), "dwell_height": (dims, 0.0 * std), "dwell_height_std": (dims, std),
+        },
+        {"azimuth": azimuth, "range": ranges},
+        {"azimuth_beamwidth_deg": 1.8, "cell_range_m": 3.0, "pulse_m": 2.3},
+    )  # fmt: skip
+    seen = of_turn(polar, 0.4)
+    away = np.hypot(seen.x, seen.y)
+    assert np.unique(np.round(np.hypot(away, height))).tolist() == [30.0, 60.0, 90.0]
+    assert len(seen) == 9 - 2  # an ambiguous one and one in doubt
+    angle = np.linspace(-6.0, 6.0, 4001)
+    two_way = 0.5 ** (2.0 * (angle / 0.9) ** 2)  # a half, one way, at ±0.9°
+    square = np.sum(two_way * angle**2) / two_way.sum() + 1.8**2 / 12.0
+    np.testing.assert_allclose(seen.blur_across, np.radians(np.sqrt(square)) * away, rtol=1e-3)
+    cells = of_turn(polar.drop_vars(("dwell_height", "dwell_height_std")), 0.4)
+    # Of means over cells of 3 m the variance is that much more, twice, as backs of waves are filled.
+    np.testing.assert_allclose(cells.blur_along**2 - seen.blur_along**2, 2.0 * 3.0**2 / 12.0, rtol=1e-6)
+
+
+def test_a_spectrum_by_frequency_keeps_its_variance_and_its_way() -> None:
+    """∫ S dω, on deep and on shallow water; and the mean way of cos^2s(θ/2), whose first moment is s/(s + 1)."""
+    omega = np.linspace(0.5, 4.0, 4000)
+    line = 8.1e-3 * 9.81**2 * omega**-5.0 * np.exp(-1.25 * (1.05 / omega) ** 4)
+    for depth in (np.inf, 8.0):
+        made = Spectrum.of_frequency(omega, line, 250.0, 5.0, Water(depth=depth))
+        assert made.variance == pytest.approx(np.trapezoid(line, omega), rel=0.01)  # of rings 7 % apart
+        mean = np.sum(made.variances * np.exp(1j * made.toward)) / made.variance
+        assert abs(mean) == pytest.approx(5.0 / 6.0, rel=1e-3)
+        assert np.degrees(np.angle(mean)) % 360.0 == pytest.approx(70.0, abs=1e-6)
+        assert made.peak_period == pytest.approx(2.0 * np.pi / 1.05, rel=0.06)

@@ -199,6 +199,24 @@ def test_windows_count_the_draws_in_which_all_limits_hold_throughout() -> None:
     assert both.tolist() == [0.2] * 5  # those of 0.3 and 0.4 m alone
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("passes", [4.03, 4.07])
+def test_a_window_ends_when_its_duration_does(sign: float, passes: float) -> None:
+    """Water that rises by 0.1 m a second passes the limit at a known moment, on the way up and, falling, down: windows
+    of 2 s hold that end before it, or begin after it, to a tenth of a second. Splines follow a line exactly."""
+    lead = np.arange(0.0, 10.25, 0.25)
+    height = sign * 0.1 * np.stack((lead, lead[-1] - lead))[None, :, :, None]
+    drawn = xr.Dataset({"elevation_draw": (("issue", "draw", "lead", "place"), height)}, {"lead": lead})
+    found = quiet_windows(drawn, {"elevation": 0.1 * passes}, 2.0, confidence=0.5)
+    begin = found["lead"].values
+    np.testing.assert_allclose(begin, lead[lead <= 8.0])
+    holds = np.stack((begin + 2.0 < passes, lead[-1] - begin < passes))
+    np.testing.assert_array_equal(found["probability"].values[0, :, 0], holds.mean(axis=0))
+    np.testing.assert_array_equal(found["called"].values[0, :, 0], holds.any(axis=0))
+    surer = quiet_windows(drawn, {"elevation": 0.1 * passes}, 2.0, confidence=0.51)
+    assert not surer["called"].values[0, ~holds.all(axis=0), 0].any()
+
+
 def test_a_window_is_called_where_the_sea_is_known_to_be_quiet(field: WaveField) -> None:
     truth = KnownSea().elevation(np.zeros(49), np.zeros(49), field.issued + 0.25 * np.arange(49))
     limit = 1.15 * np.abs(truth[:9]).max()  # two seconds from now on hold it
@@ -219,6 +237,27 @@ def test_the_highest_wave_is_told_with_its_time(field: WaveField) -> None:
     assert float(found["lead"][0, 0]) == pytest.approx(lead[truth.argmax()], abs=0.5)
     assert float(found["chance"][0, 0]) > 0.5
     assert float(found["crest_low"][0, 0]) < float(found["crest"][0, 0]) < float(found["crest_high"][0, 0])
+
+
+def test_the_highest_crest_is_told_by_the_order_of_its_draws() -> None:
+    """101 draws of one crest each, of skewed heights: the median is the 51st, and 5 and 95 % lie at the 6th and 96th.
+    Forty crests come at 6 s, thirty at 7.5 s, twenty at 9 s: within a second of any moment between 6.5 and 7 s come
+    seventy of them. A trough is no crest, however deep, and what comes later than was asked does not count."""
+    count, lead = 101, np.arange(0.0, 20.25, 0.25)
+    heights = np.random.default_rng(3).permutation(np.exp(np.linspace(-2.0, 1.0, count)))
+    moments = np.repeat((6.0, 7.5, 9.0, 14.0), (40, 30, 20, 11))
+    bumps = heights[:, None] * np.exp(-0.5 * ((lead - moments[:, None]) / 0.5) ** 2)
+    drawn = bumps - 5.0 * np.exp(-0.5 * ((lead - 17.0) / 0.5) ** 2)
+    made = xr.Dataset({"elevation_draw": (("issue", "draw", "lead", "place"), drawn[None, :, :, None])}, {"lead": lead})
+    found = highest_wave(made)
+    ordered = np.sort(heights)
+    for name, place in (("crest_low", 5), ("crest", 50), ("crest_high", 95)):
+        assert float(found[name][0, 0]) == pytest.approx(ordered[place], rel=1e-3)  # of the spline
+    assert float(found["lead"][0, 0]) == pytest.approx(6.75, abs=1e-6)
+    assert float(found["chance"][0, 0]) == pytest.approx(70.0 / count)
+    early = highest_wave(made.isel(draw=moments == 9.0), within_s=8.5)
+    share = np.exp(-0.5)  # of a crest half a second before it
+    assert float(early["crest"][0, 0]) == pytest.approx(share * np.median(heights[moments == 9.0]), rel=1e-2)
 
 
 def test_a_boat_under_way_meets_the_waves_where_it_then_is(field: WaveField) -> None:
@@ -297,7 +336,9 @@ def maps_file(tmp_path_factory: pytest.TempPathFactory):
     folder = tmp_path_factory.mktemp("predict")
     settings = ["turns=2", "tracing.tracer=horizon", "prediction.vessel.shape=raft", "prediction.quiet.elevation_m=0.4"]
     given = [word for each in settings for word in ("--set", each)]
-    assert main(["run", "tiny", "--predict", "--out", str(folder), *given]) == 0
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("seamap_rt.report.style.DPI", 40)  # nothing here looks at pixels
+        assert main(["run", "tiny", "--predict", "--out", str(folder), *given]) == 0
     return folder / "maps.nc"
 
 

@@ -395,6 +395,70 @@ def test_breaking_takes_energy_and_is_all_that_does() -> None:
     assert left[0, plan.band.east[0] < 4.0 * plan.steepest.wavenumber].min() > 1.0 - 1e-7
 
 
+def test_the_filter_is_the_published_one_sixty_four_times_a_period() -> None:
+    """exp(−(k/8k_p)³⁰) (Xiao et al. 2013) of each amplitude after a 64th of the peak's period, however many steps that
+    is; k_p of the steepest system by deep water's dispersion."""
+    _, plan = steep_sea(2.0)
+    assert plan.breaking is not None
+    k, peak = np.sqrt(plan.band.square), plan.steepest.wavenumber
+    assert peak == pytest.approx((2.0 * np.pi / 5.5) ** 2 / GRAVITY, rel=1e-3)
+    published = np.exp(-((k / (8.0 * peak)) ** 30))
+    step = plan.steepest.period / 64.0
+    cut = np.pi / plan.spacing / (8.0 * peak)  # the spacing's own rounding, if it has any
+    assert cut == pytest.approx(1.0, rel=1e-6)
+    assert_allclose(plan.breaking.share_left(plan.band, step), published, rtol=1e-4, atol=1e-9)
+    assert published.min() < 0.5
+    assert_allclose(plan.breaking.share_left(plan.band, step / 3.0) ** 3, published, rtol=1e-4, atol=1e-9)
+
+
+def test_what_is_broken_of_low_waves_is_the_energy_that_is_gone() -> None:
+    """Of waves so low that they are linear the count is exact, however much a step takes away."""
+    band = row(8, 32)
+    state = random_state(band, 1e-6)
+    evolution = Evolution(band, 2, 0.2, LowPass(K / 8.0, 1.0))  # the longest wave's own length
+    end = evolution.advanced(state)
+    energies = [evolution.energy(each) for each in (state, end)]
+    assert energies[1] < 0.9 * energies[0]
+    assert_allclose(end.broken, energies[0] - energies[1], rtol=1e-5)
+
+
+def test_a_record_begins_when_the_nonlinear_rates_act() -> None:
+    """They set in by 1 − exp(−(t/Ta)⁴), Ta five periods of the peak (Dommermuth 2000): some 99.9 % of them."""
+    _, plan = steep_sea(1.4)
+    step = plan.evolution(0.0, 0.5).step
+    assert plan.relaxing == pytest.approx(5.0 * plan.steepest.period)
+    begun = plan.steps_before(step) * step / plan.relaxing
+    assert 1.0 - 2e-3 < -np.expm1(-(begun**4)) < 1.0 - 5e-4
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 1.0])
+def test_nonlinear_rates_set_in_as_dommermuth_s(share: float) -> None:
+    """What a short step adds to linear waves is 1 − exp(−(t/Ta)⁴) of what it adds when all act (Dommermuth 2000)."""
+    band, step, relaxing = row(2, 24), 1e-3, 40.0
+    state = replace(random_state(band, 0.1), time=share * relaxing - 0.5 * step)
+    linear, whole, part = (
+        Evolution(band, order, step, relaxed_from=0.0, relaxing=each).advanced(state).elevation
+        for order, each in ((1, 0.0), (3, 0.0), (3, relaxing))
+    )
+    size = band.mean_product(whole - linear, whole - linear)
+    assert band.mean_product(part - linear, whole - linear) / size == pytest.approx(-np.expm1(-(share**4)), rel=1e-3)
+
+
+@pytest.mark.parametrize("spacing", [None, 2.0])
+def test_steps_follow_the_waves(spacing: float | None) -> None:
+    """Hs/λ = 1/20, two periods, against steps a fourth as long: 1/500 of what nonlinear rates do, whether the peak's
+    period or the shortest waves, which its orbits carry, set the step. A step half as long again errs by 1.5⁴."""
+    _, given = steep_sea(2.4)
+    plan = Plan(given.settings, given.sea, 3, spacing)
+    start, count = plan.start.state(plan.band, 0.0), round(2.0 * plan.steepest.period / plan.longest_step)
+    linear, coarse, fine = (
+        Evolution(plan.band, order, plan.longest_step / parts).advanced(start, parts * count).elevation
+        for order, parts in ((1, 1), (3, 1), (3, 4))
+    )
+    off, change = (np.sqrt(plan.band.mean_product(each, each)) for each in (coarse - fine, fine - linear))
+    assert off < 2e-3 * change
+
+
 def test_a_sea_that_goes_on_has_the_same_bits() -> None:
     """From the state alone, and with one thread or two."""
     settings = sea_of(jonswap(), extent_m=128.0)

@@ -15,6 +15,8 @@ from seamap_rt.analytic.shadowing import shadowing_smith67
 from seamap_rt.echoes.radar_cross_section import SeaSurface
 from seamap_rt.mesh import SurfaceMesh, mesh_turn
 from seamap_rt.physics.shadowing import shadow_kept
+from seamap_rt.scattering import ShortWaves
+from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import Illumination, UnresolvedWaves
@@ -121,6 +123,24 @@ def test_a_radar_s_shadows_lie_between_none_and_light_s() -> None:
     assert 1.0 > vv.kept > hh.kept > light.kept == 0.0
     assert hh.kept == pytest.approx(vv.kept**2)
     assert vv.slope_variances == light.slope_variances
+
+
+@pytest.mark.parametrize("wind", [5.0, 9.0])
+@pytest.mark.parametrize("polarization", ["VV", "HH"])
+def test_a_scene_s_hidden_water_keeps_what_its_own_small_waves_leave(wind: float, polarization: str) -> None:
+    """The judge's knife edge of the waves' height, ∫ S dk, and of their slope in one direction, half of ∫ k² S dk, of
+    what the roughness leaves of the spectrum beyond the mesh: sums over a fine grid of the spectrum itself."""
+    keys = {"tracing.unresolved_shadowing": "fresnel", "scattering.polarization": polarization}
+    scene = load_scene("tiny", {**keys, "scattering.wind_speed_m_s": wind})
+    found = UnresolvedWaves.of(scene, 4.0)
+    assert found is not None
+    short = ShortWaves.of(scene.scattering, 4.0)
+    k = np.geomspace(4.0, 4000.0, 200_001)
+    waves = short.spectrum(k) - short.roughness(k, short.divide(radar_wavenumber(scene.radar.frequency_hz)))
+    height, slope = (np.sqrt(share * np.trapezoid(waves * k**power, k)) for share, power in ((1.0, 0), (0.5, 2)))
+    edge = 2.0 * abs(knife_edge(np.sqrt(2.0 * height * slope / scene.wavelength_m)))
+    assert found.kept == pytest.approx(edge ** (4 if polarization == "VV" else 8), rel=2e-3)
+    assert sum(found.slope_variances) == pytest.approx(2.0 * slope**2, rel=2e-3)
 
 
 def test_without_small_waves_all_that_is_lit_is_seen(lit: Illumination) -> None:

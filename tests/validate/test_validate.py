@@ -13,7 +13,7 @@ import pytest
 
 from seamap_rt.errors import InputError
 from seamap_rt.validate import Group, ValidationResult, discovery, validate
-from seamap_rt.validate.discovery import cases_folder, load_cases
+from seamap_rt.validate.discovery import cases_folder, load_cases, names_in
 
 HEAD = """
 from seamap_rt.validate import Case, Check, Outcome
@@ -234,6 +234,7 @@ def test_cases_are_those_of_the_checkout_or_of_the_wheel(tmp_path: Path, monkeyp
 def test_the_packages_own_cases_load_and_say_what_they_ask() -> None:
     cases = load_cases(cases_folder())
     assert len(cases) > 30
+    assert {case.name for case in cases} == {name for path in cases_folder().glob("*.py") for name in names_in(path)}
     assert {case.group for case in cases} <= set(get_args(Group)) - {"cases that cannot be loaded"}
     for case in cases:
         assert case.name.isidentifier()
@@ -241,6 +242,15 @@ def test_the_packages_own_cases_load_and_say_what_they_ask() -> None:
         for words in (case.title, case.rationale, case.setup, case.expectation):
             assert words
             assert words == words.strip()
+
+
+def test_an_unknown_name_is_refused_before_a_module_is_loaded(tmp_path: Path) -> None:
+    cases = modules(
+        tmp_path, one='raise SystemExit("loaded")\nCASES = [case("one", green)]', two='CASES = [case("two", green)]'
+    )
+    with pytest.raises(InputError, match="--only tow: no such case; there is two"):
+        load_cases(cases, ["tow"])
+    assert [each.name for each in load_cases(cases, ["two"])] == ["two"]
 
 
 def test_what_is_done_is_kept_before_the_next_case_begins(tmp_path: Path) -> None:

@@ -121,6 +121,28 @@ def test_forth_and_back_is_the_same_map() -> None:
     assert rms(back.height - start.height) < 0.02 * rms(start.height)
     assert rms(back.slope_x - start.slope_x) < 0.02 * rms(start.slope_x)
     np.testing.assert_allclose(back.height_std[INSIDE], 0.05, rtol=0.01)
+    assert back.slope_x_std is None
+
+
+def test_errors_of_slopes_go_with_the_slopes() -> None:
+    # As those of heights do: as they were where all arrives, larger at a hole.
+    wave, error = Wave(6.0, 270.0), np.full(X.shape, 0.02)
+    seen = replace(scanned([wave]), slope_x_std=error, slope_y_std=2.0 * error)
+    hole = np.hypot(X - 150.0, Y + 90.0)
+    calm = replace(seen, slope_x=0.0 * seen.slope_x, slope_y=0.0 * seen.slope_y)
+    gapped = replace(seen, slope_x=np.where(hole < 40.0, np.nan, seen.slope_x))
+    got, still, torn = (advanced(each, SIDE, 0.5, Travel.of_one(270.0)) for each in (seen, calm, gapped))
+    (whole, _), east_north, (beside_hole, _) = (errors_of(each) for each in (got, still, torn))
+    np.testing.assert_array_equal(np.isfinite(whole), np.isfinite(got.slope_x))
+    assert [rms(each) for each in east_north] == pytest.approx([0.02, 0.04], rel=0.04)
+    beside = (hole > 40.0) & (hole < 45.0) & np.isfinite(beside_hole)
+    assert rms(beside_hole, beside) > 1.1 * rms(whole, beside)
+
+
+def errors_of(ground: GroundFields) -> tuple[np.ndarray, np.ndarray]:
+    assert ground.slope_x_std is not None
+    assert ground.slope_y_std is not None
+    return ground.slope_x_std, ground.slope_y_std
 
 
 def test_a_still_sea_stays_still() -> None:

@@ -27,13 +27,14 @@ def outcome(hard: Hard, full: bool) -> Outcome:
     return Outcome(checks, drawn[0].figure, f"{drawn[0].case}: {drawn[0].expectation}") if drawn else Outcome(checks)
 
 
-def case_of(hard: Hard, group: Group, title: str, rationale: str, expectation: str) -> Case:
+def case_of(name: str, hard: Hard, group: Group, title: str, rationale: str, expectation: str) -> Case:
     setup = (hard.__doc__ or "").strip().splitlines()[0]
-    return Case(f"hard_{hard.__name__}", group, title, rationale, setup, expectation, partial(outcome, hard))
+    return Case(name, group, title, rationale, setup, expectation, partial(outcome, hard))
 
 
 CASES: list[Case] = [
     case_of(
+        "hard_terminator",
         hard_cases_light.terminator,
         "light and shadow",
         "Terminators of a sinusoid at 0.1–1°",
@@ -41,6 +42,7 @@ CASES: list[Case] = [
         "Every edge of light of the exact sinusoid to one facet, 0.5 m: between two facets an edge cannot be placed.",
     ),
     case_of(
+        "hard_rays_against_horizon",
         hard_cases_light.rays_against_horizon,
         "light and shadow",
         "Rays against the horizon on a fine mesh",
@@ -48,6 +50,7 @@ CASES: list[Case] = [
         "Less than 0.02 % of facets differ, beside edges of shadow, where float32's rounding decides.",
     ),
     case_of(
+        "hard_watertight",
         hard_cases_light.watertight,
         "light and shadow",
         "No ray slips between triangles",
@@ -55,6 +58,7 @@ CASES: list[Case] = [
         "None at edges; aimed at facets at most 1 in 10⁵, which pass an edge within float32's rounding.",
     ),
     case_of(
+        "hard_along_the_ray",
         hard_cases_light.along_the_ray,
         "light and shadow",
         "Facets that the ray runs along",
@@ -62,6 +66,7 @@ CASES: list[Case] = [
         "No facet before or behind is dark; the slope itself by the sign of its tip from float32's rounding on.",
     ),
     case_of(
+        "hard_slivers",
         hard_cases_light.slivers,
         "light and shadow",
         "Degenerate triangles at the mast's foot",
@@ -69,6 +74,7 @@ CASES: list[Case] = [
         "A flat sea shadows nothing: exactly none of the facets in front of an antenna is dark.",
     ),
     case_of(
+        "hard_one_facet",
         hard_cases_light.one_facet,
         "numerical stability",
         "The smallest mesh",
@@ -76,6 +82,7 @@ CASES: list[Case] = [
         "Lit from the front, dark from behind, exactly.",
     ),
     case_of(
+        "hard_far_from_origin",
         hard_cases_far.far_from_origin,
         "numerical stability",
         "10 km from the origin",
@@ -83,6 +90,7 @@ CASES: list[Case] = [
         "The water is periodic, so all is as at the origin: voltages to 1e-4 of their rms, heights to 10 µm.",
     ),
     case_of(
+        "hard_half_a_day",
         hard_cases_far.half_a_day,
         "numerical stability",
         "After twelve hours",
@@ -90,6 +98,7 @@ CASES: list[Case] = [
         "The sea is the sum of its waves as closely as at time 0, to twice its error there.",
     ),
     case_of(
+        "hard_baselines",
         hard_cases_far.baselines,
         "numerical stability",
         "Baselines from 1 mm to 3 m",
@@ -97,6 +106,7 @@ CASES: list[Case] = [
         "A flat sea of closed form is level to 1e-7 rad of phase, the rounding of complex64 voltages.",
     ),
     case_of(
+        "hard_far_phases",
         hard_cases_far.far_phases,
         "numerical stability",
         "Phases out to 20 km",
@@ -104,6 +114,7 @@ CASES: list[Case] = [
         "Within 1e-3 rad of extended precision: 1 % of the phase noise of a strong echo.",
     ),
     case_of(
+        "hard_crest",
         hard_cases_extreme.crest,
         "numerical stability",
         "Antennas just above a crest, and in it",
@@ -111,6 +122,7 @@ CASES: list[Case] = [
         "Silence without a single invented height; under water refused in one line.",
     ),
     case_of(
+        "hard_storm",
         hard_cases_extreme.storm,
         "numerical stability",
         "Seas that come over the antenna",
@@ -118,6 +130,7 @@ CASES: list[Case] = [
         "Lost pulses are NaN and flagged, all else is finite, and no cell is without a height or a reason.",
     ),
     case_of(
+        "hard_nonlinear_seas",
         hard_cases_nonlinear.nonlinear_seas,
         "numerical stability",
         "Steep seas that go on",
@@ -125,6 +138,7 @@ CASES: list[Case] = [
         "It lives, loses to breaking alone, to 0.3 % of its energy, and from its middle goes on with the same bits.",
     ),
     case_of(
+        "hard_choppy_wall",
         hard_cases_extreme.choppy_wall,
         "numerical stability",
         "Walls of water",
@@ -132,6 +146,7 @@ CASES: list[Case] = [
         "Rays and horizon differ on less than 0.02 % of facets; behind a step it is dark to where the ray lands.",
     ),
     case_of(
+        "hard_level",
         hard_cases_extreme.level,
         "numerical stability",
         "A sea of a micrometre",
@@ -139,6 +154,7 @@ CASES: list[Case] = [
         "Nothing in shadow, no NaN, heights of a flat sea with the same speckle to 1 µm, the waves' own height.",
     ),
     case_of(
+        "hard_ten_million",
         hard_cases_extreme.ten_million,
         "numerical stability",
         "Meshes as large as memory",

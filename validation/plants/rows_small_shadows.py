@@ -64,4 +64,11 @@ PLANTS = (
         "np.where(order == 0.0, 2.0, 2.0)",
         _WAVES + "test_a_wedge_seen_along_its_face_casts_a_knife_edge_s_shadow",
     ),
+    Plant(
+        "slope of hidden waves on both axes",
+        "seamap_rt/tracing/unresolved_waves.py",
+        "np.sqrt(0.5 * sum(variances))",
+        "np.sqrt(sum(variances))",
+        "tests/tracing/test_unresolved_waves.py::test_a_scene_s_hidden_water_keeps_what_its_own_small_waves_leave",
+    ),
 )

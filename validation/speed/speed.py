@@ -7,9 +7,10 @@ Floors, measured in the same run: the sea's FFTs alone; shadow rays and tree as 
 bare tree of the triangles that can be hit, and ray_test on arrays that lie ready); of the echoes the multiply-adds
 at the rate at which BLAS does them, and the random numbers that the lit facets and the noise need.
 
-Then a turn of a whole run, from one that is in its files to the next: retrieved beside the next one's simulation, and
-echoes, maps and truth written. `--sweep` adds the points of a trade (`validation.speed.sweep`), `--peers` other engines
-on the same triangles (`validation.speed.peers`, some minutes), each in a process of its own in the same minutes.
+Then a run's warm turns, retrieved beside the next one's simulation, and echoes, maps and truth written: real time is
+their simulated time over their wall time, as in a run's metrics.json. `--sweep` adds the points of a trade
+(`validation.speed.sweep`), `--peers` other engines on the same triangles (`validation.speed.peers`, some minutes), each
+in a process of its own in the same minutes.
 """
 
 from __future__ import annotations
@@ -20,8 +21,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator
-from itertools import pairwise
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +36,8 @@ from seamap_rt.interferometry import retrieve_one
 from seamap_rt.io.appendable import AppendableNetCDF
 from seamap_rt.io.echo_store import EchoStore
 from seamap_rt.random_streams import Stream
-from seamap_rt.session import FileSink, FinishedTurn, deliver, iterate
+from seamap_rt.session import FileSink, TurnFigures, deliver, iterate
+from seamap_rt.session.driver import real_time_factor, warm_wall
 from seamap_rt.simulation import Simulator
 
 STAGES = ("sea", "mesh", "trace", "echoes", "truth", "retrieve", "total")
@@ -65,8 +66,10 @@ def main() -> None:
         for stage in STAGES:
             floor = f"{floors[stage]:8.3f} {warm[stage] / floors[stage]:6.1f}" if stage in floors else f"{'':8} {'':6}"
             print(f"{stage:10} {warm[stage]:8.3f} {warm[of_processor(stage)]:10.3f} {floor} {rows[0][stage]:12.3f}")
-        print(f"real time {real_time_factor(scene, warm):.2f} (the turn's duration over sea + mesh + trace + echoes)")
-        print(f"a turn of a run, with files: {_run_seconds(scene, simulator, arguments.turns + 3):.3f} s")
+        figures = run_figures(simulator, arguments.turns + 1)
+        factor, wall = real_time_factor(scene.turn_duration_s, figures), warm_wall(figures)
+        assert wall is not None
+        print(f"a run with files: {wall / arguments.turns:.3f} s a warm turn, real time {factor:.2f}")
     print(f"peak memory {peak_memory() / 2**30:.2f} GiB")
     for name in BESIDE:
         if getattr(arguments, name):
@@ -113,29 +116,16 @@ class _Meter:
         return {of_processor(stage): seconds for stage, seconds in self._seconds.items()}
 
 
-def _run_seconds(scene: sr.Scene, simulator: Simulator, turns: int) -> float:
-    """Seconds of a turn of a run of several, the median of those after the second."""
-    ends: list[float] = []
-
-    def noted(made: Iterable[FinishedTurn]) -> Iterator[FinishedTurn]:
-        for turn in made:
-            ends.append(time.perf_counter())
-            yield turn
-
+def run_figures(simulator: Simulator, turns: int) -> list[TurnFigures]:
+    """Of a run of several turns that writes its files, as `seamap-rt run` does."""
     with tempfile.TemporaryDirectory() as folder:
         sinks = [
             FileSink(AppendableNetCDF(Path(folder, "truth.nc")), lambda turn: turn.truth),
             FileSink(AppendableNetCDF(Path(folder, "maps.nc")), lambda turn: turn.maps),
             FileSink(EchoStore(Path(folder, "echoes.zarr")), lambda turn: turn.echoes),
         ]
-        simulator.scene = scene.model_copy(update={"turns": turns})
-        deliver(noted(iterate(simulator.scene, simulator=simulator, ahead=True)), sinks)
-    return statistics.median(end - begin for begin, end in pairwise(ends[1:-1]))
-
-
-def real_time_factor(scene: sr.Scene, seconds: dict[str, float]) -> float:
-    """The turn's own duration over what sea, mesh, trace and echoes take."""
-    return scene.turn_duration_s / sum(seconds[stage] for stage in ("sea", "mesh", "trace", "echoes"))
+        simulator.scene = simulator.scene.model_copy(update={"turns": turns})
+        return deliver(iterate(simulator.scene, simulator=simulator, ahead=True), sinks)
 
 
 def _floors(simulator: Simulator) -> dict[str, float]:

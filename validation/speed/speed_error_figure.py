@@ -91,10 +91,6 @@ class Drawn:
     def detail(self) -> MeshDetail:
         return scene_of().detail
 
-    @property
-    def turn_s(self) -> float:
-        return scene_of().turn_duration_s
-
 
 def draw(drawn: Drawn, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)

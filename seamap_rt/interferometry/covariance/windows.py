@@ -176,6 +176,9 @@ def window_weights(width: float, spacing: float) -> NDArray[np.float64]:
 
 def independent_looks(weights: NDArray[np.float64], correlation: NDArray[np.float64]) -> float:
     """Number of independent samples in a weighted mean: (Σw)² / ΣΣ w_i w_j |ρ(i−j)|²."""
+    if weights.size > 1000:  # a table of all pairs would fill the memory
+        pairs = np.correlate(weights, weights, "full")[weights.size - 1 :] * np.where(np.arange(weights.size), 2.0, 1.0)
+        return float(weights.sum() ** 2 / (pairs @ np.abs(correlation[: weights.size]) ** 2))
     lag = np.abs(np.arange(weights.size)[:, None] - np.arange(weights.size)[None, :])
     return float(weights.sum() ** 2 / (weights @ np.abs(correlation[lag]) ** 2 @ weights))
 

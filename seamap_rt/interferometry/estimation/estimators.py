@@ -26,6 +26,7 @@ Map = NDArray[np.float64]
 
 
 _UNSEEN = 0.02  # of the errors' variance: a smaller sea's is not distinguishable from none
+_SHORTEST = 0.6  # rad/m, of waves that a map shows
 _FEWEST_LOOKS = 3
 _EDGE_LEFT = 0.5  # of a correction of first order
 
@@ -44,6 +45,8 @@ class Estimate:
     std: Map  # m, of the height, from speckle and noise
     edge: Map  # m, of Interferogram.edge, what is left in the height
     slope_rms: float | None = None  # of the sea in any one direction, where its covariance is known
+    # Variances of the cells' mean slopes, outward and clockwise, and their covariance (3, look, gate), where known.
+    of_slopes: Map | None = None
     dwells: tuple[Map, Map] | None = None  # m, heights of single dwells and gates, and their errors, where found
 
 
@@ -89,7 +92,7 @@ def adaptive(given: Interferogram) -> Estimate:
     east, north = (each - centre for each, centre in zip(ground, model.poses.centre, strict=True))
     footprint = model.radar.footprint(given.width)
     sea = SeaCovariance.of(np.where(sure, waves, np.nan), np.where(sure, variance, np.nan), east, north, footprint)
-    height, error = optimal_heights(
+    height, error, of_slopes = optimal_heights(
         # A cell that may be a cycle off has no weight in its neighbours' heights; theirs have in its own.
         Measured(
             np.where(start.ambiguous, np.nan, waves),
@@ -105,7 +108,9 @@ def adaptive(given: Interferogram) -> Estimate:
     )
     # Where the sea is smaller than the heights' errors, only that upper bound of it is known.
     usual = variance[sure & np.isfinite(variance)]
-    error = error + level_variance + _UNSEEN * max(0.0, (float(np.median(usual)) if usual.size else 0.0) - sea.variance)
+    unseen = _UNSEEN * max(0.0, (float(np.median(usual)) if usual.size else 0.0) - sea.variance)
+    error = error + level_variance + unseen
+    of_slopes[:2] += unseen * _SHORTEST**2
     made = model.heights_at(heights.cells, level + height)
     slope_rms = float(np.sqrt(sea.slope_variance))
     return replace(
@@ -114,6 +119,7 @@ def adaptive(given: Interferogram) -> Estimate:
         std=np.sqrt(error),
         edge=_EDGE_LEFT * given.edge,
         slope_rms=slope_rms,
+        of_slopes=of_slopes,
         dwells=(dwells, np.sqrt(variance)),
     )
 

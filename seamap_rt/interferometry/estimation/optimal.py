@@ -6,6 +6,10 @@ cell's mean and the points of y. The window thus adapts itself: it is short wher
 where it is weak, and longer along the crests than across. A measured height is the mean over the pulse's and the beam's
 footprint, so that its covariances are those of the sea blurred by it, once towards a point and twice between two of
 them; what it flattens is restored as far as errors allow, and what they do not is part of the variance.
+
+A cell's mean slope errs alike, by s₀ − cᵀ(C + R)⁻¹c: s₀ the sea's variance of it, c its covariance with the points
+of y. Of this wᵀRw, w = (C + R)⁻¹c, is due to the errors of y. Where y differs from what its neighbours make it expected
+to be by more than C + R say (innovations, Kalman 1960), they are as much larger.
 """
 
 from __future__ import annotations
@@ -42,8 +46,9 @@ class Measured:
 
 def optimal_heights(
     measured: Measured, sea: SeaCovariance, wanted: NDArray[np.bool_], cell: tuple[float, float], ranges: Map
-) -> tuple[Map, Map]:
-    """Mean heights [m] of wanted cells and their variances [m²], (look, gate); NaN elsewhere.
+) -> tuple[Map, Map, Map]:
+    """Mean heights [m] of wanted cells, their variances [m²], both (look, gate), and the variances of the cells' mean
+    slopes outward and clockwise and their covariance (3, look, gate); NaN elsewhere.
 
     cell: its length along the look [m] and its width [rad]; ranges (gate,) [m].
     """
@@ -61,7 +66,7 @@ def optimal_heights(
     blurs = np.linspace(measured.blur.min(), measured.blur.max(), _BLURS)
     level = np.abs(measured.blur[:, None] - blurs).argmin(axis=1)
     tables = np.stack([np.stack((sea.table, sea.blurred(blur), sea.blurred(2.0 * blur))) for blur in blurs])
-    estimate = np.full((2, *shape), np.nan)
+    estimate = np.full((5, *shape), np.nan)
 
     cells = measured.height, parts, points, wanted & lying
 
@@ -73,4 +78,4 @@ def optimal_heights(
     edges = np.linspace(0, -(-shape[1] // BLOCK), _TASKS + 1).astype(int)
     with pool() as workers:
         list(workers.map(blocks, edges[:-1], edges[1:]))
-    return estimate[0], estimate[1]
+    return estimate[0], estimate[1], estimate[2:]

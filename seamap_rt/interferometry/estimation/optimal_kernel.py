@@ -7,6 +7,8 @@ neighbours are kept in that order.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ...compute.compiled import compiled, compiled_step
@@ -16,7 +18,11 @@ BLOCK = 3  # gates that share their neighbours
 _GATES = 3  # neighbouring gates to either side
 MOST_LOOKS = 3  # neighbouring looks to either side, at most
 _MOST = (2 * MOST_LOOKS + 1) * (BLOCK + 2 * _GATES)  # neighbours
-_SIDES = 1 + BLOCK  # right-hand sides: what was measured, and the covariances with each gate's cell
+_MEASURED = 2  # right-hand sides: the covariances with one cell's slopes, what was measured,
+_SIDES = _MEASURED + 1 + BLOCK  # and the covariances with each gate's cell
+_ALIKE = math.cos(math.radians(8.0))  # of the angle between looks whose slopes err alike
+_GAUSS = 0.5 / math.sqrt(3.0)  # of a cell's side, from its middle to its sample points
+_STRIPS = 4  # of a cell, of which its slopes are means
 _WIDE = _SIDES + _MOST + 3 * LANES  # with room for whole groups of lanes behind
 
 
@@ -24,7 +30,8 @@ _WIDE = _SIDES + _MOST + 3 * LANES  # with room for whole groups of lanes behind
 def interpolate(
     height, parts, points, wanted, tables, level, spacing, along, across, looks, together, beside, first, last, estimate
 ):
-    """Blocks of gates first … last − 1 of estimate (mean and variance, look, gate)."""
+    """Blocks of gates first … last − 1 of estimate (look, gate): mean, its variance, those of the mean slopes outward
+    and clockwise, and their covariance, which a few looks of a block have of one cell."""
     rows, gates = height.shape
     per_spacing = 1.0 / spacing
     sea, middle = tables[0, 0], tables.shape[2] // 2
@@ -34,12 +41,16 @@ def interpolate(
     given, left = np.zeros((_MOST, _WIDE)), np.zeros((_MOST, _WIDE))
     near, index, inverse = np.empty((6, _MOST)), np.empty((2, _MOST), np.int64), np.empty(_MOST)
     row, corner, shares = np.empty(_MOST), np.empty(_MOST, np.uint32), np.empty((3, _MOST))
+    slope, of_slopes, weights = np.empty((2, 3)), np.empty((2, 3, rows)), np.empty((2, _MOST))
     for block in range(first, last):
         start, stop = block * BLOCK, min(gates, (block + 1) * BLOCK)
         towards, pairs = tables[level[start], 1], tables[level[start], 2]
-        count, lowest = 0, rows
+        cell = along / _GAUSS, across[start] / _GAUSS
+        count, lowest, facing = 0, rows, (0.0, 0.0)
+        innovation, innovations = 0.0, 0
         for look in range(rows - 1, -1, -1):
             if not wanted[look, start:stop].any():
+                facing = 0.0, 0.0
                 continue
             low, high = max(0, look - looks[start]), min(rows, look + looks[start] + 1)
             kept = _without_looks(given, near, index, count, high)
@@ -63,19 +74,38 @@ def interpolate(
                         there, aside = x + u * east + v * north, y + u * north - v * east
                         _add_sea(row, count, near, there, aside, towards, per_spacing, 0.25, corner, shares)
                 for i in range(count):
-                    given[i, 1 + gate - start] = row[i]
-            _eliminate(given, count, near[2], left, inverse)
+                    given[i, _MEASURED + 1 + gate - start] = row[i]
+            chosen = start + 1 if start + 1 < stop and wanted[look, start + 1] else start
+            point = points[:, look, chosen if wanted[look, chosen] else stop - 1]
+            turned = facing[0] * point[2] + facing[1] * point[3] < _ALIKE
+            if turned:
+                facing = point[2], point[3]
+                _set_slopes(given, row, count, near, point, cell, towards, per_spacing, corner, shares)
+            _eliminate(given, count, near[2], left, inverse, 0 if turned else _MEASURED)
+            if turned:
+                _set_errors(left, count, inverse, near[2], sea, per_spacing, point, cell, weights, slope)
+                for i in range(count):
+                    innovation += left[i, _MEASURED] ** 2 * inverse[i]
+                    innovations += inverse[i] > 0.0
+            of_slopes[:, :, look] = slope
             for gate in range(start, stop):
                 if not wanted[look, gate]:
                     continue
                 mean, explained = 0.0, 0.0
                 for i in range(count):
-                    part = left[i, 1 + gate - start]
-                    mean += part * left[i, 0] * inverse[i]
+                    part = left[i, _MEASURED + 1 + gate - start]
+                    mean += part * left[i, _MEASURED] * inverse[i]
                     explained += part * part * inverse[i]
                 prior = _of_mean(sea, per_spacing, points[2, look, gate], points[3, look, gate], along, across[gate])
                 estimate[0, look, gate] = mean
                 estimate[1, look, gate] = max(prior - explained, 0.0)
+        # Heights that differ from what their neighbours make them expected to be by more than is stated err by more.
+        excess = max(innovation / max(innovations, 1) - 1.0, 0.0)
+        for look in range(rows):
+            for gate in range(start, stop):
+                if wanted[look, gate]:
+                    for n in range(3):
+                        estimate[2 + n, look, gate] = of_slopes[0, n, look] + excess * of_slopes[1, n, look]
 
 
 @compiled_step
@@ -87,7 +117,7 @@ def _without_looks(given, near, index, count, high):
     kept = count - out
     if out > 0:
         for i in range(kept):
-            given[i, 0] = given[i + out, 0]
+            given[i, _MEASURED] = given[i + out, _MEASURED]
             for j in range(_SIDES, _SIDES + i + 1, LANES):
                 store(given, i * _WIDE + j, load(given, (i + out) * _WIDE + out + j))
         for i in range(kept):  # loops: to copy parts of arrays takes the compiler eight seconds
@@ -113,7 +143,7 @@ def _with_looks(height, parts, points, low, high, start, stop, rounding, given, 
                     near[3 + part, count] = parts[part, n, m]
                     square += parts[part, n, m] ** 2
                 near[2, count] = square
-                given[count, 0] = height[n, m]
+                given[count, _MEASURED] = height[n, m]
                 count += 1
     return count
 
@@ -141,6 +171,43 @@ def _add_sea(row, count, near, x, y, table, per_spacing, weight, corner, shares)
 
 
 @compiled_step
+def _set_slopes(given, row, count, near, point, cell, table, per_spacing, corner, shares):
+    """Set the covariances of the first neighbours with a cell's mean slopes, outward and clockwise: by how much its far
+    edge is higher than its near one, over its length, each edge by two points."""
+    x, y, east, north = point
+    for axis in range(2):
+        row[:count] = 0.0
+        for n in range(4):
+            end, beside = cell[axis] * (n // 2 - 0.5), _GAUSS * cell[1 - axis] * (n % 2 * 2 - 1)
+            u, v = (beside, end) if axis else (end, beside)
+            there, aside = x + u * east + v * north, y + u * north - v * east
+            _add_sea(row, count, near, there, aside, table, per_spacing, 0.25 / end, corner, shares)
+        for i in range(count):
+            given[i, axis] = row[i]
+
+
+@compiled_step
+def _set_errors(left, count, inverse, error, table, per_spacing, point, cell, weights, slope):
+    """Set slope (2, 3): what of the variances of a cell's slopes and of their covariance is not explained, and what
+    the heights' own errors make of it. weights (axis, neighbour): those of the heights in the slopes, filled in."""
+    for axis in range(2):
+        for i in range(count):
+            rest = left[i, axis]
+            for j in range(i):
+                rest -= left[i, _SIDES + j] * weights[axis, j]
+            weights[axis, i] = rest * inverse[i]
+    for n in range(3):
+        one, other = n % 2, (n + 1) // 2 % 2
+        explained = slope[1, n] = 0.0
+        for i in range(count):
+            explained += left[i, one] * left[i, other] * inverse[i]
+            slope[1, n] += weights[one, i] * weights[other, i] * error[i]
+        slope[0, n] = _of_slopes(table, per_spacing, point[2], point[3], cell, one, other) - explained
+        if one == other:
+            slope[0, n] = max(slope[0, n], 0.0)
+
+
+@compiled_step
 def _add_errors(row, i, near, index, along, beside):
     """Add to row the covariances of neighbour i's error with those of itself and of the ones before it."""
     look, gate = index[0, i], index[1, i]
@@ -155,16 +222,16 @@ def _add_errors(row, i, near, index, along, beside):
 
 
 @compiled
-def _eliminate(given, count, error, left, inverse):
-    """Gauss's elimination of the covariances `given` (row, right-hand sides and columns up to its own), from the last
-    row to the first: what is left of each, and one over what is left of its own variance.
+def _eliminate(given, count, error, left, inverse, first):
+    """Gauss's elimination of the covariances `given` (row, right-hand sides from `first` on and columns up to its own),
+    from the last row to the first: what is left of each, and one over what is left of its own variance.
 
     With all that are eliminated before it known, a height's variance is at least its own error's, less what goes
     together with its neighbours' errors. A height of which less than half of that is left, by the table's steps and its
     end at long lags, is left out.
     """
     for i in range(count - 1, -1, -1):
-        own, end, at = i * _WIDE, _SIDES + i + 1, 0
+        own, end, at = i * _WIDE, _SIDES + i + 1, first
         while at < end:
             a, b = load(given, own + at), load(given, own + at + LANES)
             if end - at > 2 * LANES:
@@ -196,6 +263,20 @@ def _of_mean(table, per_spacing, east, north, along, across):
             share = (0.5 if u == 0.0 else 0.25) * (0.5 if v == 0.0 else 0.25)
             total += share * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
     return total
+
+
+@compiled_step
+def _of_slopes(table, per_spacing, east, north, cell, one, other):
+    """Covariance of two mean slopes of a cell, outward (0) or clockwise (1), each edge by a point a strip."""
+    middle, total = table.shape[0] // 2, 0.0
+    for n in range(2 * _STRIPS):
+        for m in range(2 * _STRIPS):
+            end, to = n % 2 - 0.5, m % 2 - 0.5
+            strip, aside = (n // 2 + 0.5) / _STRIPS - 0.5, (m // 2 + 0.5) / _STRIPS - 0.5
+            u = cell[0] * ((strip if one else end) - (aside if other else to))
+            v = cell[1] * ((end if one else strip) - (to if other else aside))
+            total += end * to * _at(table, middle, per_spacing, u * east + v * north, u * north - v * east)
+    return 4.0 * total / (_STRIPS**2 * cell[one] * cell[other])
 
 
 @compiled_step

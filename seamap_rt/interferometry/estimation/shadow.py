@@ -20,7 +20,7 @@ Field = NDArray[np.float64]
 _STEEPER = 2.95  # rms slope of a wind sea down to decimetres over that of the planes (its spectrum is ∝ 1/k)
 _STEEPEST = 0.5  # slope of a crest about to break: 120° between its sides would be 0.58 (Stokes 1880)
 _EVEN_ODDS = 0.2  # of a lit cell's power: as likely the skirt of shadow's edge as a lit cell's faded speckle
-_PLANES = 0.65  # weight of Smith's odds: the slope is that of a plane of 9 m and more, not of the cell
+_PLANES = 0.65  # weight of Smith's odds: the slope is that of a plane of 6 m and more, not of the cell
 _STILL_HIDDEN = 0.15  # of what Smith hides, in cells that answer as lit ones do
 _NEIGHBOUR_GATE, _NEIGHBOUR_LOOK = 0.6, 0.3  # weights: half a gate's response is its neighbour's, a look's a third
 # Independent samples in a cell and its eight neighbours: their speckle differs, the shadow's edge does not.

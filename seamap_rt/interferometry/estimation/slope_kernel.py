@@ -6,14 +6,12 @@ import math
 
 from ...compute.compiled import compiled
 
-_COLLINEAR = 1e-3  # points whose spread across their line is less than this part of it span no plane
-
 
 @compiled
-def fit_planes(begin, end, height, weight, points, outward, reach, variance, slopes, squares):
-    """Write looks begin … end of slopes (2, look, gate), outward and clockwise; and their variances, unless `squares`
-    holds nothing.
+def fit_planes(begin, end, height, weight, points, outward, reach, least, slopes):
+    """Write looks begin … end of slopes (2, look, gate), outward and clockwise.
 
+    Points whose spread across their line is less than a part `least` of it span no plane.
     points (2, look, gate) x and y, outward (2, look, gate) east and north, reach (2, gate) in gates and looks. Cells of
     weight 0 count nothing, but need finite numbers all the same.
     """
@@ -25,23 +23,18 @@ def fit_planes(begin, end, height, weight, points, outward, reach, variance, slo
             far_gate, far_look = math.ceil(reach[0, j]) - 1, math.ceil(reach[1, j]) - 1
             rows = max(0, i - far_look), min(looks, i + far_look + 1)
             span = rows[0], rows[1], max(0, j - far_gate), min(gates, j + far_gate + 1)
-            s, mu, mv, uu, uv, vv, uz, vz, spans = _moments(height, weight, points, outward, reach, i, j, span)
+            uu, uv, vv, uz, vz, spans = _moments(height, weight, points, outward, reach, i, j, span)
             determinant = uu * vv - uv * uv
-            if not (spans and determinant > _COLLINEAR * uu * vv):
+            if not (spans and determinant > least * uu * vv):
                 continue
             slopes[0, i, j] = (uz * vv - vz * uv) / determinant
             slopes[1, i, j] = (vz * uu - uz * uv) / determinant
-            if squares.size:
-                pull = (vv / determinant / s, uv / determinant / s, uu / determinant / s)
-                squares[0, i, j], squares[1, i, j] = _squares(
-                    variance, weight, points, outward, reach, i, j, span, (mu, mv), pull
-                )
 
 
 @compiled
 def _moments(height, weight, points, outward, reach, i, j, span):
-    """Sum of weights, means and second moments of points (u, v) and heights; and whether several looks and gates have a
-    part in them: one gate's own points lie on an arc, whose bend alone would seem to span a plane."""
+    """Second moments of points (u, v) and heights; and whether several looks and gates have a part in them: one gate's
+    own points lie on an arc, whose bend alone would seem to span a plane."""
     x, y, east, north = points[0, i, j], points[1, i, j], outward[0, i, j], outward[1, i, j]
     s = su = sv = suu = suv = svv = sz = suz = svz = of_gate = of_look = 0.0
     for a in range(span[0], span[1]):
@@ -67,20 +60,4 @@ def _moments(height, weight, points, outward, reach, i, j, span):
             of_look = s - before
     spans = s - of_gate > 1e-9 * s and s - of_look > 1e-9 * s
     u, v, z = su / s, sv / s, sz / s
-    return s, u, v, suu / s - u * u, suv / s - u * v, svv / s - v * v, suz / s - u * z, svz / s - v * z, spans
-
-
-@compiled
-def _squares(variance, weight, points, outward, reach, i, j, span, middle, pull):
-    """Variances of the two slopes, of heights that err each for itself: a slope is the sum of heights by their pull."""
-    x, y, east, north = points[0, i, j], points[1, i, j], outward[0, i, j], outward[1, i, j]
-    out = clockwise = 0.0
-    for a in range(span[0], span[1]):
-        taper = 1.0 - ((a - i) / reach[1, j]) ** 2
-        for b in range(span[2], span[3]):
-            dx, dy = points[0, a, b] - x, points[1, a, b] - y
-            u, v = dx * east + dy * north - middle[0], dx * north - dy * east - middle[1]
-            w = weight[a, b] * taper * (1.0 - ((b - j) / reach[0, j]) ** 2)
-            out += variance[a, b] * (w * (u * pull[0] - v * pull[1])) ** 2
-            clockwise += variance[a, b] * (w * (v * pull[2] - u * pull[1])) ** 2
-    return out, clockwise
+    return suu / s - u * u, suv / s - u * v, svv / s - v * v, suz / s - u * z, svz / s - v * z, spans

@@ -167,8 +167,12 @@ def _rows(fan: Fan, *fields: ArrayLike) -> tuple[Field, Field, tuple[int, ...], 
 def azimuth_at_sea(
     gate_range: Field, height: Field, rise: tuple[Field, Field], out: tuple[Field, Field], right: Field
 ) -> Field:
-    """How far [rad] clockwise of the boresight's bearing the fan meets mean sea level at a range; all broadcast."""
-    along, up = plane_direction(*rise, np.maximum(-height / gate_range, -np.hypot(*rise)))
+    """How far [rad] clockwise of the boresight's bearing the fan meets mean sea level at a range; all broadcast.
+
+    NaN where the range ends above the sea, or on it straight below: there rounding alone would tell.
+    """
+    reached = gate_range * np.hypot(*rise) > (1.0 + _ALIKE) * height
+    along, up = plane_direction(*rise, np.where(reached, -height / gate_range, np.nan))
     return np.arctan2(right * up, out[0] * along + out[1] * up)
 
 

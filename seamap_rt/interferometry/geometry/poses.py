@@ -59,9 +59,11 @@ class PulsePoses:
             rise, out = ((self.boresight[:, n, None], self.upright[:, n, None]) for n in (2, 1))
             return np.degrees(azimuth_at_sea(ranges, height[:, None], rise, out, self.upright[:, 0, None]))
 
-        # From the nearest gate to the farthest the fan swings one way only: if both are upright all are.
+        # From the nearest gate on the sea to the farthest the fan swings one way only: if both are upright all are.
         step = np.median(np.abs(np.diff(self.sweep))) if self.sweep.size > 1 else 0.0
-        ends = np.abs(aside(radar.ranges[[0, -1]]))
+        below = np.nanmax(height / np.hypot(self.boresight[:, 2], self.upright[:, 2]), initial=0.0)
+        nearest = min(np.searchsorted(radar.ranges, below * (1.0 + 1e-9)), radar.ranges.size - 1)
+        ends = np.abs(aside(radar.ranges[[nearest, -1]]))
         leaning = np.nanmax(ends, initial=0.0) > _UPRIGHT * step
         return allot(self.sweep, aside(radar.ranges) if leaning else None, centres, width, radar.closed)
 

@@ -81,14 +81,18 @@ def ground_map(
 
 def _fields(cells: xr.Dataset, points: Ground) -> dict[str, NDArray[np.float64]]:
     """What the ground map holds of each cell (look, gate)."""
-    outward, clockwise = cells["slope_range"].values[0], cells["slope_azimuth"].values[0]
+    names = ("range", "azimuth", "range_std", "azimuth_std", "correlation")
+    outward, clockwise, along, across, correlation = (cells[f"slope_{name}"].values[0] for name in names)
     east, north = (part[:, None] for part in unit_from_azimuth(cells["azimuth"].values))
+    both = 2.0 * correlation * along * across * east * north
     fields = {
         "height": cells["height"].values[0],
         "height_std": cells["height_std"].values[0],
         # Outward is (east, north); clockwise of it is (north, −east).
         "slope_x": outward * east + clockwise * north,
         "slope_y": outward * north - clockwise * east,
+        "slope_x_std": np.sqrt((along * east) ** 2 + (across * north) ** 2 + both),
+        "slope_y_std": np.sqrt((along * north) ** 2 + (across * east) ** 2 - both),
     }
     if points.x is not None:
         fields["time"] = np.broadcast_to(cells["time"].values[0][:, None], outward.shape)

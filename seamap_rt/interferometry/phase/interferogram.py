@@ -22,6 +22,8 @@ from .uncertainty import ONE_CELL, Dwelt, Samples, Weights
 
 Map = NDArray[np.float64]
 
+BLURRED_GATES = 0.2  # at most, of all
+LASTING = 0.9  # coherence of an antenna's echo with its next one, below which pulses are not compared
 _BESIDE = 4, 1  # gates and looks to either side: 6 m, an eighth of the length of a wind sea's waves
 AROUND: Weights = (np.ones(5), np.ones(3))  # gates, looks: the window over which the incoherent power is averaged
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from ...conventions import db
-from ...interferometry.looks import LASTING
+from ...interferometry.phase.interferogram import LASTING
 from ...radar import link, precision
 from ...radar.array import antenna_array, common_squint_deg
 from ...radar.digital import decimation, full_scale_w, quantisation_db

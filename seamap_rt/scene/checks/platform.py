@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
-from pathlib import Path
 
 from ...errors import refuse
 from ...radar.array import antenna_array
@@ -32,5 +32,5 @@ def check_meshes(objects: Sequence[ObjectSettings]) -> None:
     refuse(
         f"objects.{number}.mesh = '{thing.mesh}': no such file; give the path of a mesh"
         for number, thing in enumerate(objects)
-        if not Path(thing.mesh).is_file()
+        if not os.path.isfile(thing.mesh)  # no name is too long for it
     )
