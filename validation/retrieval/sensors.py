@@ -3,7 +3,7 @@
     python -m validation.retrieval.sensors --draw N [--count 12] [--seeds 3]
 
 One turn each, 50–200 m, unflagged cells: 1.4826 MAD of error over stated error, the share of errors within 1.96, rms
-error and stated error; Hs by `sea_state` with its error bar, and of the true heights of these cells. A constant error is
+error and stated error; Hs by `sea_state` with its error bar, and that of these cells' true heights. A constant error is
 drawn from the accuracy that is stated: single turns scatter, since a turn has few independent errors of tilt.
 """
 
@@ -75,8 +75,9 @@ def found(scene: Scene) -> tuple[str, np.ndarray]:
     sensors = scene.platform.sensors
     line = (
         f"{scene.name:16} {scene.platform.motion:14} {sensors.attitude_noise_deg:.2f}° "
-        f"{sensors.position_noise_m:.2f} m {sensors.rate_hz:3.0f} Hz  {figures['ratio']:.2f} {100 * figures['within']:5.1f} %  {figures['rms']:.3f} "
-        f"{np.sqrt(np.mean(std**2)):.3f}  Hs {hs:.2f} ± {bar:.2f}, {figures['hs']:.2f}"
+        f"{sensors.position_noise_m:.2f} m {sensors.rate_hz:3.0f} Hz  "
+        f"{figures['ratio']:.2f} {100 * figures['within']:5.1f} %  "
+        f"{figures['rms']:.3f} {np.sqrt(np.mean(std**2)):.3f}  Hs {hs:.2f} ± {bar:.2f}, {figures['hs']:.2f}"
     )
     return line, (got["height"].values - true["height"].values)[cells] / std
 
