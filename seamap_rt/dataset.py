@@ -108,6 +108,7 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         **_POLAR_COORDS,
         "height": Variable(_POLAR, "float32", "m", "retrieved height of the sea surface", _SEA_HEIGHT),
         "height_std": Variable(_POLAR, "float32", "m", "standard error of the height"),
+        "sensor_std": Variable(_POLAR, "float32", "m", "part of height_std by the motion sensors", None, False),
         "slope_range": Variable(_POLAR, "float32", "1", "slope along the look, outward"),
         "slope_azimuth": Variable(_POLAR, "float32", "1", "slope across the look, clockwise"),
         "slope_range_std": Variable(_POLAR, "float32", "1", "standard error of the slope along the look", None, False),
@@ -327,6 +328,15 @@ FURTHER_ECHO_ATTRIBUTES: dict[str, tuple[Any, str]] = {
     "transmitter": ("coherent", "coherent or magnetron: whether pulses start with one phase or each with its own"),
     "coherent_on_receive": (0, "1 where the receiver has taken off the phase of each pulse as a magnetron sent it"),
     "transmit_phase_error_deg": (0.0, "degree, rms error of the phase that was taken off"),
+    **dict.fromkeys(
+        ("sensors_attitude_noise_deg", "sensors_heading_noise_deg", "sensors_position_noise_m", "sensors_latency_s"),
+        (0.0, "rms of a reading of the motion, and its age; unknown where no attribute tells of sensors"),
+    ),
+    **dict.fromkeys(
+        ("sensors_attitude_accuracy_deg", "sensors_heading_accuracy_deg", "sensors_height_accuracy_m"),
+        (0.0, "rms of a sensor's constant error; 0: not stated"),
+    ),
+    "sensors_rate_hz": (1e9, "Hz, readings of the motion"),
 }
 
 # What waves run on, carried as attributes of the maps: name → what is taken where it is missing, units and meaning.

@@ -9,7 +9,7 @@ from ..conventions import from_db
 from ..radar import link
 from ..radar.antenna import antenna
 from ..radar.receiver import noise_power
-from ..scattering import ShortWaves, mean_level, nrcs_composite
+from ..scattering import MEAN_MODELS, ShortWaves, mean_level, nrcs_composite
 from ..scattering.calibration import fit_scale
 from ..scattering.permittivity import permittivity_of
 from ..settings import RadarSettings, ScatteringSettings
@@ -56,10 +56,10 @@ def calibrated(
         return raw * np.float32(from_db(settings.nrcs_db))
     if settings.mean_model is None:
         return raw
-    wind = np.radians(look_deg - settings.wind_from_deg)[:, None]
-    target = mean_level(settings, np.degrees(grazing), frequency_hz)
-    mean = raw.mean(axis=1)
-    scale = fit_scale(mean, np.ones(mean.shape), np.broadcast_to(target, mean.shape), grazing[None], wind, degree=3)
+    wind, mean = np.radians(look_deg - settings.wind_from_deg)[:, None], raw.mean(axis=1)
+    target = np.broadcast_to(mean_level(settings, np.degrees(grazing), frequency_hz, wind_angle=wind), mean.shape)
+    known = wind if MEAN_MODELS[settings.mean_model].knows_wind_direction else None
+    scale = fit_scale(mean, np.ones(mean.shape), target, grazing[None], known, degree=3)
     return raw * scale(grazing[None], wind)[:, None].astype(np.float32)
 
 

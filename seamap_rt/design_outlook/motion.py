@@ -12,12 +12,8 @@ Motion that is known costs no height: the retrieval levels each pulse. What is m
 
 the last of which is what the surface differs by between places d apart, in means over a cell (C): slope times d where d
 is small, twice the variance where it is large. Each mean square is that of bias, latency and interpolation between
-readings over the motion, and of the noise of one reading times
-
-    A(x) = 2 ∫₀¹ (1 − u) B(x u) du,    x = f D:
-
-linear interpolation between f readings a second has the cubic B-spline B for its correlation (B(0) = 2/3), and a height
-is found from about two looks, which last D. The mean plane of a map stays in its heights: it levels no tilt away.
+readings over the motion, and of the noise of one reading times what a height keeps of it
+(`estimation.sensor_errors`). The mean plane of a map stays in its heights: it levels no tilt away.
 
 Motion is as given: a taller mast, whose weight makes a boat roll more, is not heavier here.
 """
@@ -32,6 +28,7 @@ from numpy.typing import NDArray
 from scipy.special import j0
 
 from ..conventions import unit_from_azimuth, wrap_degrees, written
+from ..interferometry.estimation.sensor_errors import variance_kept
 from ..io.motionfile import read_motion
 from ..physics import dispersion
 from ..radar.mast import Mast
@@ -49,8 +46,6 @@ Array = NDArray[np.float64]
 
 _TIMES, _STEP_S = 200, 1.618  # at which a motion without end is looked at
 _STREAM = 7
-_LOOKS = 2.0  # that a height is found from, where the echo is strong: by runs with noisy sensors of 20 to 1000 Hz
-_SHARES = (np.arange(64) + 0.5) / 64.0  # of D
 
 
 class BoatWaves(NamedTuple):
@@ -147,9 +142,7 @@ class Motion:
     def height_variance(self, design: Design, waves: Waves) -> Array:
         """Of the heights' errors by what the sensors tell wrong, m², (look, gate)."""
         ground, k = design.ground, waves.wavenumber
-        apart = self.readings * _LOOKS * self.dwell_s * _SHARES
-        beside = np.where(apart < 1.0, 2.0 / 3.0 - apart**2 + 0.5 * apart**3, np.clip(2.0 - apart, 0.0, 1.0) ** 3 / 6.0)
-        averaged = 2.0 * float(np.mean((1.0 - _SHARES) * beside))
+        averaged = variance_kept(self.readings * self.dwell_s)
         attitude, heading, up, aside = (each * averaged for each in self.noise)
         away = np.sqrt(2.0 * (self.aside + aside) + ground**2 * (self.heading + heading))
         kept = waves.variance.sum(axis=1) * np.sinc(k * design.cell_m / (2.0 * np.pi)) ** 2

@@ -13,9 +13,10 @@ from ..dataset import build
 from ..radar.array import antenna_array
 from ..radar.mast import Mast
 from ..radar.scan import Pulses
+from ..radar.sensors import Sensors
 from ..radar.transmitter import measures_phase, transmit_phase_error
 from ..radar.waveform import gates
-from ..settings import RadarSettings
+from ..settings import RadarSettings, SensorErrors
 from .receiving import Received, gate_noise_power
 
 
@@ -83,6 +84,8 @@ def echo_dataset(
     }
     if any(each.saturated is not None for each in received):
         values["saturated"] = np.concatenate([each.saturated for each in received if each.saturated is not None])
+    errors = sensed.motion.settings if sensed and isinstance(sensed.motion, Sensors) else SensorErrors()
+    told = echo_attributes(radar, first_turn + len(turns), received[0].full_scale_w) | errors.attributes
     return build(
         "echoes",
         values,
@@ -96,5 +99,5 @@ def echo_dataset(
                 [np.full(turn.number.size, first_turn + i, dtype=np.int32) for i, turn in enumerate(turns)]
             ),
         },
-        {**echo_attributes(radar, first_turn + len(turns), received[0].full_scale_w), "polarization": polarization},
+        {**told, "polarization": polarization},
     )

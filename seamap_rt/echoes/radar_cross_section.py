@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..compute.machine import in_blocks
 from ..conventions import from_db, wrap_degrees
 from ..mesh import Facets
-from ..scattering import ShortWaves, mean_nrcs
+from ..scattering import MEAN_MODELS, ShortWaves, mean_level
 from ..scattering.bragg import bragg_speed
 from ..scattering.breaking import breaker_motion
 from ..scattering.calibration import Scale, fit_scale
@@ -92,13 +92,15 @@ class SeaSurface:
         strain: NDArray[np.float32] | None,
         columns: NDArray[np.bool_] | slice = slice(None),
     ) -> SeaSurface:
-        """The same surface with the scale that brings the mean echo of these facets to the empirical model.
+        """The same surface with the scale that brings the mean echo of these facets to the empirical model; by
+        direction too, if the model knows it.
 
         facets, strain: of an area so wide that its mean is the sea's; columns: of these alone.
         """
         variance = 0.0 if strain is None else float(np.mean(np.square(strain[columns], dtype=np.float64)))
         known = replace(self, strain_variance=variance)
-        if self.scattering.mean_model is None:
+        model = self.scattering.mean_model
+        if model is None:
             return known
         two_scale = self.scattering.nrcs == "two_scale"
         power = np.sum(known.terms(facets, strain), axis=0) if two_scale else self._mean_power(facets)
@@ -108,7 +110,8 @@ class SeaSurface:
         heard = np.hypot(facets.distance, self.radar.height_m) >= _NEAREST * self.radar.range_m[0]
         grazing, area = self.grazing(facets)[heard], facets.horizontal_area[heard]
         received, target = (each[columns][:, heard] for each in (received, target))
-        scale = fit_scale(received, area, target, grazing, self.wind(facets)[columns], degree=_DEGREE)
+        wind = self.wind(facets)[columns] if MEAN_MODELS[model].knows_wind_direction else None
+        scale = fit_scale(received, area, target, grazing, wind, degree=_DEGREE)
         return replace(known, scale=scale)
 
     @property
@@ -159,19 +162,10 @@ class SeaSurface:
 
         Raises ValueError where the settings name no empirical model.
         """
-        model = self.scattering.mean_model
-        if model is None:
+        if self.scattering.mean_model is None:
             raise ValueError(f"scattering.nrcs = '{self.scattering.nrcs}': no empirical model sets its mean")
-        return mean_nrcs(
-            model,
-            np.degrees(self.grazing(facets))[None, :],
-            self.scattering.wind_speed_m_s,
-            self.radar.frequency_hz,
-            self.scattering.polarization,
-            self.wind(facets),
-            extrapolate=self.scattering.extrapolate,
-            clipped=True,
-        )
+        grazing, wind = np.degrees(self.grazing(facets))[None, :], self.wind(facets)
+        return mean_level(self.scattering, grazing, self.radar.frequency_hz, wind_angle=wind)
 
     def _mean_power(self, facets: Illumination) -> NDArray[np.float32]:
         return np.where(_reached(facets), _in_sight(facets, self.even_power(facets)), 0.0)

@@ -15,12 +15,13 @@ from ..compute.machine import one_blas_thread
 from ..conventions import db, unit_from_azimuth
 from ..dataset import QUALITY_FLAGS, build, check
 from ..errors import SchemaError, must_be
-from ..settings import RetrievalSettings
+from ..settings import RetrievalSettings, SensorErrors
 from ..wavefield.sea_state import water_of
 from .covariance.velocity import Doppler, Lag, doppler, over_ground, own_velocity
 from .covariance.windows import window_weights
 from .estimation.estimators import ESTIMATORS, Estimate
 from .estimation.quality import lit_power, quality_flags
+from .estimation.sensor_errors import sensor_variance
 from .estimation.shadow import Shadow, rms_slope, shadow
 from .estimation.slopes import Slopes, local_planes, of_seen, plane_reach
 from .geometry.heights import Heights
@@ -31,6 +32,7 @@ from .input.description import RadarDescription
 from .input.stored import open_echoes, read_turn
 from .looks import Looks, interferogram
 from .phase.interferogram import Interferogram
+from .phase.uncertainty import ONE_CELL
 
 Map = NDArray[np.float64]
 
@@ -139,8 +141,9 @@ def retrieve_turn(
     with np.errstate(divide="ignore", invalid="ignore"):
         correlation = np.clip(both / np.sqrt(along * across), -1.0, 1.0)
     outward, outward_std = of_seen(slopes.outward, np.sqrt(along), _grazing(given), seen.visible_share)
-    unsteady = _unsteady(given, heights)
-    spread = np.sqrt(spread**2 + seen.hidden_std**2 + estimate.edge**2 + unsteady**2)
+    sensed = sensor_variance(echoes, radar, looks.width, ground_range, slopes.clockwise)
+    common = _unsteady(given, heights) ** 2 + sensed
+    spread = np.sqrt(spread**2 + seen.hidden_std**2 + estimate.edge**2 + common)
     if settings.crest_bias == "remove":
         height = height - seen.crest_bias
     else:  # what is known of it and left is an error as well
@@ -175,7 +178,8 @@ def retrieve_turn(
         **_of_velocities(looks, given, lags, heights, heard),
         "visible_share": seen.visible_share,
         "crest_bias": seen.crest_bias,
-        **_of_dwells(estimate, heard, unsteady),
+        **_of_dwells(estimate, heard, common),
+        **({"sensor_std": np.where(heard, np.sqrt(sensed), np.nan)} if sensed.any() else {}),
         "antenna_x": east,
         "antenna_y": north,
         "time": _look_times(model.poses.time, (turn + looks.sweeps / 360.0) * radar.period),
@@ -185,12 +189,12 @@ def retrieve_turn(
     return _polar(fields, looks, model.paths, turn, planes), Ground.of(model.poses, heights, looks.sweeps)
 
 
-def _of_dwells(estimate: Estimate, heard: NDArray[np.bool_], unsteady: Map) -> dict[str, Map]:
-    """Heights of single dwells and gates, where the estimator finds them: their errors hardly depend on each other."""
+def _of_dwells(estimate: Estimate, heard: NDArray[np.bool_], common: Map) -> dict[str, Map]:
+    """Heights of single dwells and gates, where found: errors hardly depend on each other but for the common [m²]."""
     if estimate.dwells is None:
         return {}
     height, std = estimate.dwells
-    made = {"dwell_height": height, "dwell_height_std": np.sqrt(std**2 + unsteady**2) if unsteady.any() else std}
+    made = {"dwell_height": height, "dwell_height_std": np.sqrt(std**2 + common) if common.any() else std}
     heard = heard & ~(std > 1e9)  # m: nothing is known, and its square overflows
     return {name: np.where(heard, field, np.nan) for name, field in made.items()}
 
@@ -216,6 +220,14 @@ def _unsteady(given: Interferogram, heights: Heights) -> Map:
     return np.nan_to_num(heights.gain) * error
 
 
+def _held(sensors: SensorErrors | None) -> str:
+    """What error bars of heights hold, in words."""
+    if sensors is None:
+        return "speckle, noise, hidden parts; not the motion sensors' errors, of which the echoes do not tell"
+    stays = any(value > 0.0 for name, value in sensors.attributes.items() if "accuracy" in name)
+    return f"speckle, noise, hidden parts, motion sensors' noise and latency{' and' if stays else ', not'} their biases"
+
+
 def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int, planes: Map) -> xr.Dataset:
     """The polar map of fields (look, gate), and how it was made."""
     radar, settings = looks.radar, looks.settings
@@ -236,6 +248,7 @@ def _polar(fields: dict[str, NDArray], looks: Looks, paths: int, turn: int, plan
             "height_m": radar.height,
             "tilt_deg": radar.tilt,
             "crest_bias": settings.crest_bias,
+            "height_std_holds": _held(radar.sensors),
             "slope_planes_m": [float(planes.min()), float(planes.max())],
         },
     )
@@ -275,6 +288,7 @@ def _shadow(
         _grazing(given),
         (settings.cell_range_m, np.radians(settings.cell_azimuth_deg) * radar.ranges),
         heard,
+        given.noise_power / np.sqrt(given.dwelt.samples(ONE_CELL, radar).noise),
     )
 
 

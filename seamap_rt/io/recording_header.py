@@ -13,7 +13,7 @@ from annotated_types import Ge, Gt, Le
 from pydantic import BeforeValidator, model_validator
 
 from ..errors import InputError
-from ..settings import Meaning, Section, as_tuple
+from ..settings import Meaning, Section, SensorErrors, as_tuple
 from .opening import read_json
 from .plain_json import plain, plain_attribute
 from .scenefile import read_toml
@@ -44,6 +44,7 @@ class RecordingHeader(Section):
     middle of the antennas: starboard, forward, up. `partial_turns`: of a first and a last turn that are not whole.
     `transmitter`: a magnetron starts each pulse with a random phase; `coherent_on_receive` says that the recorder has
     taken it off. Without it phases are compared between the receivers of one pulse alone, and maps have no velocities.
+    `sensors`: what is known of the motion sensors' errors, which error bars then hold.
     """
 
     frequency_hz: Annotated[float, Gt(0.0), Le(1e12), Meaning("Carrier frequency.", unit="Hz", reason="a carrier")]
@@ -204,6 +205,7 @@ class RecordingHeader(Section):
     encoder_clockwise: bool = True
     azimuth_from: Literal["north", "bow"] = "north"
     partial_turns: Literal["drop", "keep"] = "drop"
+    sensors: SensorErrors = SensorErrors()
 
     @model_validator(mode="before")
     @classmethod

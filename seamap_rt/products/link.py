@@ -40,12 +40,12 @@ def mean_sea(scene: Scene, range_m: ArrayLike) -> tuple[NDArray[np.float64], str
     level = mean_level(scattering, np.degrees(link.grazing_angle(scene.radar, range_m)), frequency)
     if scattering.nrcs == "constant":
         return level, "constant"
-    model = MEAN_MODELS[scattering.mean_model or "nrl"]
-    if scattering.mean_model is not None:
-        return level, f"{model.paper}, mean over wind directions" if model.knows_wind_direction else model.paper
-    beyond = not (scattering.extrapolate or model.holds(scattering.wind_speed_m_s, frequency))
-    stand_in = f"{model.paper} (NRL) as a stand-in for theory calibrated to none"
-    return level, f"{stand_in}, beyond its own range" if beyond else stand_in
+    model, wind = MEAN_MODELS[scattering.mean_model or "nrl"], scattering.wind_speed_m_s
+    name = f"{model.paper}, mean over wind directions" if model.knows_wind_direction else model.paper
+    if scattering.mean_model is None:
+        name += " (NRL) as a stand-in for theory calibrated to none"
+    held = model.nearest_wind(wind)
+    return level, name if scattering.extrapolate or held == wind else f"{name}, from its {held:.3g} m/s on by theory"
 
 
 def _furthest(radar: RadarSettings) -> float:

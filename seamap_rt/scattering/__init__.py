@@ -25,10 +25,13 @@ Theory, with no constant tuned here:
 
 Mean models carry the names of their papers (`nrcs_gregers_hansen12`, `nrcs_horst78`, `nrcs_tsc90`, `nrcs_reilly90`) and
 refuse winds and frequencies beyond the ranges of their papers unless `extrapolate` is set. The ranges of GIT, TSC and
-Hybrid are taken from codes that quote the papers.
+Hybrid are taken from codes that quote the papers. A scene's mean in a wind beyond is the model's at the nearest wind of
+its range, times theory's growth from there (`mean_level`); an account says so.
 
-Calibration is one smooth scale by grazing and wind direction, found once a run on samples of the whole circle, so that
-single turns and narrow sectors keep their own random variation.
+Calibration is one smooth scale by grazing angle, found once a run on samples of the whole circle, so that single turns
+and narrow sectors keep their own random variation. NRL 2012 is a mean over all directions: the mean power around each
+ring is its, and how that changes from up- to down-wind is theory's. The other models know it, and are met by a scale by
+wind direction too.
 
 Speckle is complex Gaussian for each facet. Its correlation is exp(−(τ/τc)²) times that of the scatterers' own motion.
 The spread of power from cell to cell comes from the resolved waves, and from sea spikes where they are asked for; no

@@ -1,4 +1,8 @@
-"""The facets' share keeps the modulation, a measured model sets the mean: one smooth scale between them."""
+"""The facets' share keeps the modulation, a measured model sets the mean: one smooth scale between them.
+
+A mean over all directions sets the scale by grazing angle alone, so that the sum of power around each ring is the
+model's and how it changes with direction is theory's. A model that knows the wind sets both.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +49,7 @@ def calibration_scale(
     horizontal_area: ArrayLike,
     target_nrcs: ArrayLike,
     grazing: ArrayLike,
-    wind_angle: ArrayLike,
+    wind_angle: ArrayLike | None,
     *,
     degree: int = 3,
     bins: tuple[int, int] = (24, 24),
@@ -55,8 +59,9 @@ def calibration_scale(
     power, area, target = (np.asarray(each) for each in (raw_power, horizontal_area, target_nrcs))
     scale = fit_scale(power, area, target, grazing, wind_angle, degree=degree, bins=bins)
     kind = power.dtype if np.issubdtype(power.dtype, np.floating) else np.dtype(np.float64)
-    shape = np.broadcast_shapes(*(np.shape(each) for each in (power, area, target, grazing, wind_angle)))
-    return np.broadcast_to(scale(grazing, wind_angle), shape).astype(kind)
+    angle = 0.0 if wind_angle is None else wind_angle
+    shape = np.broadcast_shapes(*(np.shape(each) for each in (power, area, target, grazing, angle)))
+    return np.broadcast_to(scale(grazing, angle), shape).astype(kind)
 
 
 def fit_scale(
@@ -64,7 +69,7 @@ def fit_scale(
     horizontal_area: ArrayLike,
     target_nrcs: ArrayLike,
     grazing: ArrayLike,
-    wind_angle: ArrayLike,
+    wind_angle: ArrayLike | None,
     *,
     degree: int = 3,
     bins: tuple[int, int] = (24, 24),
@@ -74,8 +79,9 @@ def fit_scale(
     raw_power: m², a facet's radar cross-section before calibration, 0 where dark: dark facets count in the
     area, since a measured σ0 contains shadowing. horizontal_area: m². target_nrcs: linear, per horizontal
     area. grazing: rad, of the ray against mean sea level. wind_angle: rad between the look and the wind's
-    axis. They broadcast. ValueError for a negative or non-finite power, area or target. Where nothing at all is lit or
-    wanted, the factor is 1.
+    axis; None for a target that is a mean over all directions: then a and b are 0, and each ring of grazing keeps its
+    sum of power and the facets' own shape over azimuth. They broadcast. ValueError for a negative or non-finite power,
+    area or target. Where nothing at all is lit or wanted, the factor is 1.
 
     The factor is exp(P + a cos φ + b cos 2φ), P a polynomial of `degree` in log grazing, a and b straight lines in it
     (theory's contrast of up- and down-wind grows towards grazing): as smooth as the measured model and far too smooth
@@ -94,7 +100,8 @@ def fit_scale(
         return _unity((0.0, 0.0), degree)
     limits = (float(log_grazing.min()), float(log_grazing.max()))
     depth = _scaled(log_grazing, limits)
-    cosine = np.cos(np.asarray(wind_angle))  # the factor is even in the angle, so ±φ share a bin
+    # The factor is even in the angle, so ±φ share a bin.
+    cosine = np.cos(np.asarray(0.0 if wind_angle is None else wind_angle))
     wanted, power, area, depth, cosine = np.broadcast_arrays(target * area, power, area, depth, cosine)
 
     cell = (_bin(depth, bins[0]) * bins[1] + _bin(cosine, bins[1])).ravel()
@@ -107,6 +114,8 @@ def fit_scale(
         return _unity(limits, degree)
     ratio = raw_sum[used] / wanted_sum[used]
     basis = _basis(depth_sum[used] / members[used], cosine_sum[used] / members[used], degree)
+    if wind_angle is None:
+        basis[:, -_HARMONICS:] = 0.0  # which the ridge then leaves at 0
     corrections = -np.log(ratio[ratio > 0.0])
     # Bins of one grazing angle count by their target power, so that its sum over the wind angles comes out right.
     per_area = np.reshape(np.divide(wanted_sum, area_sum, out=np.zeros(area_sum.size), where=area_sum > 0.0), bins)

@@ -130,6 +130,23 @@ def facing_facets(settings: ScatteringSettings, frequency_hz: float, grazing: fl
     return Facing(weight[faces] / weight[faces].sum(), level, area * terms.breaking)
 
 
+def nrcs_level_sea(settings: ScatteringSettings, frequency_hz: float, grazing: ArrayLike) -> NDArray[np.float64]:
+    """Theory's mean σ0 [linear] over all directions at grazing angles [rad], any shape: of a level mesh, on which all
+    of the wind's waves are statistics, without shadows."""
+    terms = nrcs_composite(
+        0.5 * np.pi - np.asarray(grazing)[..., None],
+        0.0,
+        0.0,
+        _WINDS,
+        frequency_hz=frequency_hz,
+        permittivity=permittivity_of(settings, frequency_hz),
+        polarization=settings.polarization,
+        waves=ShortWaves.of(settings, 0.0),
+        breaking=settings.breaking,
+    )
+    return np.mean(np.sum(terms, axis=0, dtype=np.float64), axis=-1)
+
+
 def _check(*inputs: NDArray) -> None:
     for name, values in zip(("incidence", "slope_range", "slope_cross", "wind_angle", "strain"), inputs, strict=True):
         if not np.isfinite(values).all():

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from seamap_rt.conventions import db, from_db
 from seamap_rt.scattering import gregers_hansen12, horst78, reilly90, tsc90
+from seamap_rt.scattering.composite import nrcs_level_sea
 from seamap_rt.scattering.model_range import ModelRange
-from seamap_rt.scattering.sea_state import sea_state_from_wind
+from seamap_rt.scattering.sea_state import sea_state_from_wind, wind_from_sea_state
 from seamap_rt.settings import ScatteringSettings
 
 
@@ -32,10 +33,10 @@ class MeanModel:
         (calm, rough), (low, high) = self.sea_state, self.frequency_hz
         return f"sea states {calm:g} to {rough:g} and {1e-9 * low:g} to {1e-9 * high:g} GHz"
 
-    def holds(self, wind_speed: float, frequency_hz: float) -> bool:
-        """Whether the wind [m/s] and the frequency lie where it was fitted."""
-        (calm, rough), (low, high) = self.sea_state, self.frequency_hz
-        return calm <= float(sea_state_from_wind(wind_speed)) <= rough and low <= frequency_hz <= high
+    def nearest_wind(self, wind_speed: float) -> float:
+        """The wind [m/s] itself where it was fitted to it, else the nearest for which it was."""
+        calm, rough = (float(wind_from_sea_state(state)) for state in self.sea_state)
+        return min(max(wind_speed, calm), rough)
 
 
 def _model(
@@ -87,26 +88,31 @@ def mean_level(
     grazing_deg: ArrayLike,
     frequency_hz: float,
     name: str | None = None,
-    wind_angle: float | None = None,
+    wind_angle: ArrayLike | None = None,
 ) -> NDArray[np.float64]:
-    """Mean σ0 [linear] of a scene's scattering at grazing angles [°], any shape; beyond its model's range the formula
-    runs on, but for the grazing angle, which keeps its edge value.
+    """Mean σ0 [linear] of a scene's scattering at grazing angles [°] and wind angles [rad], which broadcast.
 
     name: of another model than the scene's own. wind_angle: as in `mean_nrcs`. Theory that is calibrated to nothing
-    has a mean only facet by facet: NRL 2012 stands in for it.
+    has a mean only facet by facet: NRL 2012 stands in for it. Beyond its model's winds the mean is the model's at the
+    nearest wind that it holds for, times theory's growth from there (`nrcs_level_sea`). Frequencies, and with
+    `extrapolate` winds, let the formula run on; grazing angles keep its edge value.
     """
     if name is None and settings.nrcs == "constant":
         return np.full(np.shape(grazing_deg), from_db(settings.nrcs_db))
-    return mean_nrcs(
-        name or settings.mean_model or "nrl",
-        grazing_deg,
-        settings.wind_speed_m_s,
-        frequency_hz,
-        settings.polarization,
-        wind_angle,
-        extrapolate=True,
-        clipped=True,
+    name = name or settings.mean_model or "nrl"
+    wind = settings.wind_speed_m_s
+    held = wind if settings.extrapolate else MEAN_MODELS[name].nearest_wind(wind)
+    level = mean_nrcs(
+        name, grazing_deg, held, frequency_hz, settings.polarization, wind_angle, extrapolate=True, clipped=True
     )
+    if held == wind:
+        return level
+    grazing = np.radians(np.clip(grazing_deg, *MEAN_MODELS[name].grazing_deg))
+    here, there = (
+        nrcs_level_sea(settings.model_copy(update={"wind_speed_m_s": speed}), frequency_hz, grazing)
+        for speed in (wind, held)
+    )
+    return level * (here / there)
 
 
 def models_spread_db(settings: ScatteringSettings, grazing_deg: float, frequency_hz: float) -> float:

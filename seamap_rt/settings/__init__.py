@@ -9,7 +9,7 @@ from .antenna import WIDEST_DEG, AntennaSettings, PlacedAntenna
 from .gauges import GaugeSettings
 from .limits import Meaning
 from .objects import ObjectSettings
-from .platform import PlatformSettings, SensorSettings
+from .platform import PlatformSettings, SensorErrors, SensorSettings
 from .prediction import PredictionSettings, QuietSettings, VesselSettings
 from .radar import RadarSettings
 from .receiver import ReceiverSettings
@@ -62,6 +62,7 @@ __all__ = [
     "ScatteringSettings",
     "SeaSettings",
     "Section",
+    "SensorErrors",
     "SensorSettings",
     "SinusoidWaves",
     "SpectralWaves",

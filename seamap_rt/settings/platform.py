@@ -42,19 +42,19 @@ def _noise(reading: str, unit: str) -> Meaning:
     return Meaning(f"Random error of each reading of {reading}, rms.", unit=unit, reason="rms of one reading")
 
 
-class SensorSettings(Section):
-    """How the boat measures its own motion: without error unless given.
+def _accuracy(reading: str, unit: str) -> Meaning:
+    return Meaning(f"Constant error of {reading} as its maker states it, rms.", unit=unit, reason="rms")
 
-    The true motion moves the antennas; the measured one goes to the retrieval, interpolated between readings.
-    """
 
-    roll_bias_deg: Annotated[Bias, _bias("roll", "°")] = 0.0
-    pitch_bias_deg: Annotated[Bias, _bias("pitch", "°")] = 0.0
-    heading_bias_deg: Annotated[Bias, _bias("heading", "°")] = 0.0
-    height_bias_m: Annotated[HeightBias, _bias("height", "m")] = 0.0
+class SensorErrors(Section):
+    """What is known of the errors of motion sensors: sizes, of which error bars are made; none unless given."""
+
     attitude_noise_deg: Annotated[Noise, _noise("roll and pitch", "°")] = 0.0
     heading_noise_deg: Annotated[Noise, _noise("heading", "°")] = 0.0
     position_noise_m: Annotated[PositionNoise, _noise("position", "m")] = 0.0
+    attitude_accuracy_deg: Annotated[Noise, _accuracy("roll and pitch", "°")] = 0.0
+    heading_accuracy_deg: Annotated[Noise, _accuracy("heading", "°")] = 0.0
+    height_accuracy_m: Annotated[PositionNoise, _accuracy("height", "m")] = 0.0
     rate_hz: Annotated[
         float,
         Ge(0.1),
@@ -66,6 +66,25 @@ class SensorSettings(Section):
         Le(10.0),
         Meaning("Age of a reading: it reports the motion of that long before.", unit="s", reason="age of a reading"),
     ] = 0.0
+
+    @property
+    def attributes(self) -> dict[str, float]:
+        """As echoes carry them: sizes of errors, never an error itself."""
+        told = {f"sensors_{key}": float(getattr(self, key)) for key in SensorErrors.model_fields}
+        return {name: value for name, value in told.items() if math.isfinite(value)}
+
+
+class SensorSettings(SensorErrors):
+    """How the boat measures its own motion: without error unless given.
+
+    The true motion moves the antennas; the measured one goes to the retrieval, interpolated between readings, without
+    the biases: of these it knows what the accuracies state.
+    """
+
+    roll_bias_deg: Annotated[Bias, _bias("roll", "°")] = 0.0
+    pitch_bias_deg: Annotated[Bias, _bias("pitch", "°")] = 0.0
+    heading_bias_deg: Annotated[Bias, _bias("heading", "°")] = 0.0
+    height_bias_m: Annotated[HeightBias, _bias("height", "m")] = 0.0
 
 
 class PlatformSettings(Section):

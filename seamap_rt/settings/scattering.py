@@ -31,11 +31,15 @@ class ScatteringSettings(Section):
     ] = -40.0
     calibrated_to: Annotated[
         Literal["nrl", "git", "tsc", "hybrid", "none"],
-        Meaning("The measured model that sets the mean of `two_scale`; `none` leaves theory alone."),
+        Meaning(
+            "The measured model that sets the mean of `two_scale`: `nrl` that over all directions, and how the echo "
+            "changes with the wind's direction is theory's; `git`, `tsc` and `hybrid` that too. Beyond its winds "
+            "theory goes on from the nearest that it holds for. `none` leaves theory alone."
+        ),
     ] = "nrl"
     extrapolate: Annotated[
         bool,
-        Meaning("Whether a measured model may be used beyond the winds, frequencies and grazing angles of its paper."),
+        Meaning("Whether a measured model's formula runs on beyond the winds and frequencies of its paper."),
     ] = False
     breaking: Annotated[bool, Meaning("Breakers, which know no polarization and so raise HH.")] = True
     sea_spikes: Annotated[

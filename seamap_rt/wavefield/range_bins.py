@@ -36,6 +36,7 @@ class PolarMap:
     ranges: Field  # m
     width: float  # rad, of a look
     conditional: bool  # heights are conditional means: they fall short of the sea by their errors' variance
+    sensed: Field  # m², the errors' part that the motion sensors add to the heights
 
     @classmethod
     def of(cls, polar: xr.Dataset) -> PolarMap:
@@ -46,6 +47,7 @@ class PolarMap:
 
         height, distance = field("height"), field("ground_range")
         noise = field("height_std") ** 2
+        sensed = field("sensor_std") ** 2 if "sensor_std" in polar else np.zeros(noise.shape)
         known = np.isfinite(height) & np.isfinite(noise) & np.isfinite(distance)
         known &= (polar["quality"].values & _BARRED) == 0
         seen = known * 1.0
@@ -58,7 +60,8 @@ class PolarMap:
         place = np.zeros((azimuth.size, 2))
         if "antenna_x" in polar:
             place = np.nan_to_num(np.stack((field("antenna_x"), field("antenna_y")), axis=1))
-        return cls(height, noise, distance, seen, known, azimuth, time, place, ranges, float(width), conditional)
+        told = height, noise, distance, seen, known, azimuth, time, place, ranges, float(width)
+        return cls(*told, conditional, sensed)
 
     @property
     def step(self) -> float:
@@ -86,6 +89,7 @@ class RangeBins:
     middle: Field  # m
     waves: Field  # m², mean square of heights, freed of errors
     noise: Field  # m², of their errors
+    sensed: Field  # m², of those by the motion sensors
     seen: Field  # share in sight
     area: Field  # m²
     used: NDArray[np.bool_]  # for the waves' height
@@ -96,9 +100,8 @@ class RangeBins:
         """Of the polar map of one turn, arrays (bin,); None without any cell."""
         if not polar_map.known.any():
             return None
-        out, height, noise = (
-            field[polar_map.known] for field in (polar_map.distance, polar_map.height, polar_map.noise)
-        )
+        fields = (polar_map.distance, polar_map.height, polar_map.noise, polar_map.sensed)
+        out, height, noise, sensed = (field[polar_map.known] for field in fields)
         gate = np.nonzero(polar_map.known)[1]
         mast = float(np.median(np.sqrt(np.maximum(polar_map.ranges[gate] ** 2 - out**2, 0.0)) + height))
         number = (out / BIN_M).astype(np.intp)
@@ -107,7 +110,9 @@ class RangeBins:
         held = np.maximum(np.bincount(number, out, count), 1e-300)
         gates = np.histogram(polar_map.ranges, np.arange(count + 1) * BIN_M)[0]
         area = polar_map.azimuth.size * polar_map.width * gates * polar_map.step * middle
-        square, errors = (np.bincount(number, out * each, count) / held for each in (height**2, noise))
+        added = 2.0 * sensed if polar_map.conditional else 0.0  # of which such means hold all, of the sea too little
+        fields = (height**2 - added, noise, sensed)
+        square, errors, common = (np.bincount(number, out * each, count) / held for each in fields)
         in_sight = np.bincount(number, out * polar_map.seen[polar_map.known], count) * polar_map.step * polar_map.width
         seen = np.minimum(in_sight / np.maximum(area, 1e-300), 1.0)
         waves = square + errors if polar_map.conditional else square - errors
@@ -120,7 +125,7 @@ class RangeBins:
         clear = errors <= max(_NOISE * typical, 2.0 * least)
         glimpsed = far_enough & clear & (seen >= _GLIMPSED)
         glimpsed &= middle < middle[glimpsed].min(initial=np.inf) + _BREADTH_M
-        return cls(middle, waves, errors, seen, area, lit & clear, glimpsed)
+        return cls(middle, waves, errors, common, seen, area, lit & clear, glimpsed)
 
     def weight(self, chosen: NDArray[np.bool_]) -> Field:
         """(bin,) share of the area of those chosen; the sum is 1."""

@@ -305,9 +305,12 @@ def _height(polar_map: PolarMap, bins: RangeBins, keep: Field) -> dict[str, floa
         # What such heights leave open is the variance that the retrieval expected: it is no finding where it is all.
         noise * noise / max(signal, noise) / transfer if polar_map.conditional and noise > 0.0 else 0.0,
     )
+    tilts = float(weight @ bins.sensed) / transfer  # few in a turn: their mean square scatters by as much as it is
     return {
         "significant_wave_height": 4.0 * np.sqrt(variance),
-        "significant_wave_height_std": _height_error(4.0 * np.sqrt(variance), float(np.linalg.norm(errors))),
+        "significant_wave_height_std": _height_error(
+            4.0 * np.sqrt(variance), float(np.hypot(np.linalg.norm(errors), tilts))
+        ),
         "noise_height": 4.0 * np.sqrt(noise),
         "transfer": transfer,
         "seen_share": seen,

@@ -11,18 +11,20 @@ from scipy.integrate import quad
 
 import seamap_rt as sr
 from seamap_rt.analytic import shadowing_smith67, sinusoid_shadowed_fraction
+from seamap_rt.conventions import db
 from seamap_rt.design_outlook import likely
 from seamap_rt.design_outlook.design import Design
+from seamap_rt.design_outlook.echo import calibrated
 from seamap_rt.design_outlook.error import Spectrum, ambiguous_share, error_variance, information, score
 from seamap_rt.design_outlook.sight import TABLE, sight
-from seamap_rt.design_outlook.strips import LOOKS, Waves, azimuths, directions, strips, waves_of
+from seamap_rt.design_outlook.strips import LOOKS, ROWS, Waves, azimuths, directions, strips, waves_of
 from seamap_rt.design_outlook.words import outlook_rows
 from seamap_rt.interferometry.geometry.inversion import Fan, difference_at_height, height_per_phase
 from seamap_rt.interferometry.phase.ambiguity import astray
 from seamap_rt.products.link import link_budget
 from seamap_rt.radar.antenna import antenna
 from seamap_rt.radar.waveform import RangeResponse
-from seamap_rt.scattering import ShortWaves
+from seamap_rt.scattering import MEAN_MODELS, ShortWaves, mean_nrcs
 from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scene import Scene
 
@@ -84,6 +86,19 @@ def test_the_echo_is_that_of_the_link_budget() -> None:
     snr = [float(found["snr_db"].sel(range=slice(r - 15.0, r + 15.0)).mean()) for r in ranges]
     # Means of 30 m over 48 lines of sight: 0.3 dB of scatter, and the calibration is a smooth curve.
     np.testing.assert_allclose(snr, 10.0 * np.log10(budget.snr[0]), atol=1.0)
+
+
+@pytest.mark.parametrize("model", MEAN_MODELS)
+def test_its_echo_changes_with_direction_as_its_model_does_or_as_theory_does(model: str) -> None:
+    settings = scene(scattering__calibrated_to=model, radar__range_m=[30.0, 400.0]).scattering
+    look, grazing = azimuths(), np.arcsin(5.0 / np.linspace(40.0, 400.0, 100))
+    wind = np.radians(look - settings.wind_from_deg)[:, None]
+    shape = np.exp(0.2 * np.cos(wind) + 0.1 * np.cos(2.0 * wind))
+    raw = np.broadcast_to((1e-3 * shape * grazing)[:, None], (look.size, ROWS, grazing.size)).astype(np.float32)
+    level = mean_nrcs(model, np.degrees(grazing)[None], settings.wind_speed_m_s, 10e9, "VV", wind)
+    wanted = level if MEAN_MODELS[model].knows_wind_direction else level * shape / shape.mean()
+    found = calibrated(settings, 10e9, raw, grazing, look)
+    np.testing.assert_allclose(db(found[:, 0] / wanted), 0.0, atol=0.3)  # asked of the calibration
 
 
 def test_a_score_is_the_mean_over_gaussian_errors() -> None:

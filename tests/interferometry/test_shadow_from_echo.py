@@ -138,3 +138,25 @@ def test_nothing_is_said_of_cells_without_power() -> None:
     for field in (found.visible_share, found.crest_bias, found.hidden_std):
         assert np.isnan(field[1, 7])
         assert np.isfinite(np.delete(field, 7, axis=1)).all()
+
+
+@pytest.mark.parametrize("grazing", [0.01, 0.05, 0.1, 0.2])
+def test_what_answers_hides_a_part_of_what_smith_hides(grazing: float) -> None:
+    slope, angle = np.linspace(-0.2, 0.2, 9)[None], np.full((1, 9), grazing)
+    odds = shadow.smith_odds(slope, SLOPE_RMS, angle)
+    hidden = 1.0 / (1.0 + odds)
+    share = shadow.visible_share(np.full((1, 9), 1e9), np.ones((1, 9)), slope, SLOPE_RMS, angle)
+    # Odds of 10³ squared, times Smith's, are left that so bright a cell is dark: 0.4 % where Smith hides all but 10⁻⁶.
+    np.testing.assert_allclose(1.0 - share, shadow._STILL_HIDDEN * hidden, atol=5e-3)
+    dark = shadow.visible_share(np.zeros((1, 9)), np.ones((1, 9)), slope, SLOPE_RMS, angle)
+    assert (dark < 0.5 * share).all()
+
+
+def test_noise_in_the_dark_is_no_light() -> None:
+    rng = np.random.default_rng(8)
+    noise, angle = 0.5, np.full((1, 200), SLOPE_RMS)
+    power = noise * rng.standard_normal((LOOKS, 200))  # all dark: what noise leaves of a dwell's power
+    slope, lit = np.zeros(power.shape), np.ones((1, 200))
+    told, untold = (shadow.visible_share(power, lit, slope, SLOPE_RMS, angle, rms) for rms in (noise, 0.0))
+    assert (told <= untold).all()
+    assert told.mean() < 0.5 * untold.mean()

@@ -75,6 +75,13 @@ def row(rows: list[dict[str, Any]], what: str) -> dict[str, Any]:
             "Gregers-Hansen",
             "this scene is sea state 10 at",
         ),
+        (
+            {"scattering__wind_speed_m_s": 18.0},
+            "Gregers-Hansen",
+            "the clutter model beyond 13.2 m/s, where theory goes on",
+        ),
+        ({}, "mean over azimuth calibrated to Gregers-Hansen", "a breaker's life"),
+        ({"scattering__nrcs": "nrl"}, "the mean of Gregers-Hansen", "wind-direction contrast of the mean echo"),
         ({}, "azimuth is time", "83 % of the circle is neither meshed nor traced"),
         ({"radar__scan": "staring"}, "staring for 50 ms", "it stands still for the 50 ms of a map"),
     ],
@@ -88,6 +95,8 @@ def test_the_account_follows_the_keys(keys: dict[str, Any], done: str, missing: 
 def test_what_is_modelled_is_not_called_missing() -> None:
     _, default = account()
     for word in ("scattering.breaking = false", "own velocity", "tilt alone", "own range", "diffraction does"):
+        assert word not in default
+    for word in ("contrast of the mean", "theory goes on"):
         assert word not in default
     spiky, without = account(scattering__sea_spikes=True)
     assert "sea spikes" in spiky

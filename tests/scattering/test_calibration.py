@@ -9,6 +9,7 @@ import pytest
 
 from seamap_rt.conventions import db
 from seamap_rt.scattering import calibration_scale
+from seamap_rt.scattering.calibration import fit_scale
 
 
 def polar_facets(ranges: int = 300, looks: int = 240, sector: float = 2.0 * np.pi) -> tuple[np.ndarray, ...]:
@@ -53,6 +54,23 @@ def test_broad_patches_meet_the_target_and_the_modulation_stays() -> None:
     steps = np.abs(np.diff(np.log(scale), axis=1))
     assert np.max(steps) < 0.1  # smooth from facet to facet, whatever the facets do
     assert np.max(np.abs(np.diff(np.log(scale), axis=0))) < 0.02
+
+
+@pytest.mark.parametrize("contrast", [-0.5, 0.0, 0.3, 1.0])  # of up- over down-wind, 2a: up to 8.7 dB
+@pytest.mark.parametrize("axis", [0.0, 0.3])  # of up- and down- over cross-wind
+def test_a_mean_over_directions_sets_each_ring_and_no_direction(contrast: float, axis: float) -> None:
+    rng = np.random.default_rng(8)
+    grazing, wind, area = polar_facets(300, 360)
+    shape = np.exp(contrast * np.cos(wind) + axis * np.cos(2.0 * wind))
+    raw = 21.0 * model(grazing) ** 1.2 * area * shape * rng.exponential(1.0, area.shape)
+    scale = fit_scale(raw, area, model(grazing), grazing, None)(grazing, wind)
+    np.testing.assert_array_equal(calibration_scale(raw, area, model(grazing), grazing, None), scale)
+    np.testing.assert_array_equal(np.ptp(scale, axis=0), 0.0)
+    for ring in (np.s_[:, :40], np.s_[:, 40:100], np.s_[:, 100:200], np.s_[:, 200:]):
+        # 15,000 facets and more: 0.05 dB of scatter; the rest is the cubic's fit.
+        np.testing.assert_allclose(
+            db(np.sum((raw * scale)[ring]) / np.sum((model(grazing) * area)[ring])), 0.0, atol=0.2
+        )
 
 
 def test_whole_bins_in_shadow_pull_their_weight() -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import POLARIZATIONS, db
 from seamap_rt.scattering import nrcs_horst78, nrcs_reilly90, nrcs_tsc90
+from seamap_rt.scattering.composite import nrcs_level_sea
 from seamap_rt.scattering.mean_models import MEAN_MODELS, mean_level, mean_nrcs, models_spread_db, wind_contrast_db
 from seamap_rt.scattering.sea_state import sea_state_from_wind, wind_from_sea_state
 from seamap_rt.scattering.wind_direction import wind_factor
@@ -20,6 +21,8 @@ TABLE = Path(__file__).parents[2] / "validation" / "reference" / "nathanson_9p3g
 DIRECTED = [name for name, model in MEAN_MODELS.items() if model.knows_wind_direction]
 EACH = pytest.mark.parametrize("name", MEAN_MODELS)
 EACH_DIRECTED = pytest.mark.parametrize("name", DIRECTED)
+# The calm end of each one's winds and the rough one; nothing is calmer than sea state 0.
+ENDS = [(name, side) for name, model in MEAN_MODELS.items() for side in (0, 1) if model.sea_state[side] > 0.0]
 BOTH = pytest.mark.parametrize("polarization", POLARIZATIONS)
 
 
@@ -287,6 +290,33 @@ def test_models_differ_and_see_the_wind() -> None:
     assert wind_contrast_db(settings, grazing_deg, 10e9) > 0.0
 
 
+@BOTH
+@pytest.mark.parametrize(("name", "side"), ENDS)
+def test_beyond_a_model_s_winds_its_mean_goes_on_as_theory_does(name: str, polarization: str, side: int) -> None:
+    edge = float(wind_from_sea_state(MEAN_MODELS[name].sea_state[side]))
+    grazing, into = np.array([[0.5, 3.0, 9.0]]), np.radians([[0.0], [90.0], [180.0]])
+
+    def settings(wind: float, **keys: bool) -> ScatteringSettings:
+        given = {"calibrated_to": name, "polarization": polarization, "wind_speed_m_s": wind, **keys}
+        return ScatteringSettings.model_validate(given)
+
+    def formula(wind: float) -> NDArray[np.float64]:
+        return mean_nrcs(name, grazing, wind, 9.3e9, polarization, into, extrapolate=True)
+
+    beyond, within = (edge * (1.0 + sign * step) for sign in (2 * side - 1,) for step in (0.4, -0.05))
+    assert MEAN_MODELS[name].nearest_wind(beyond) == edge
+    np.testing.assert_array_equal(mean_level(settings(within), grazing, 9.3e9, wind_angle=into), formula(within))
+    # The edge is met, and each direction grows alike: by what theory says.
+    near = mean_level(settings(edge * (1.0 + (2 * side - 1) * 1e-6)), grazing, 9.3e9, wind_angle=into)
+    np.testing.assert_allclose(near, formula(edge), rtol=1e-4)
+    found = mean_level(settings(beyond), grazing, 9.3e9, wind_angle=into) / formula(edge)
+    here, there = (nrcs_level_sea(settings(wind), 9.3e9, np.radians(grazing)) for wind in (beyond, edge))
+    np.testing.assert_allclose(found, np.broadcast_to(here / there, found.shape), rtol=1e-6)
+    assert not side or np.all(found > 1.0)  # in a calm mirrors may outdo what ripples lose
+    run_on = mean_level(settings(beyond, extrapolate=True), grazing, 9.3e9, wind_angle=into)
+    np.testing.assert_array_equal(run_on, formula(beyond))
+
+
 def test_the_scene_s_mean_is_its_model_s_and_its_range_is_told() -> None:
     grazing = np.array([1.0, 3.0])
     for name in MEAN_MODELS:
@@ -296,6 +326,5 @@ def test_the_scene_s_mean_is_its_model_s_and_its_range_is_told() -> None:
     np.testing.assert_allclose(db(constant), [-33.0, -33.0], rtol=1e-12)
     model = MEAN_MODELS["nrl"]
     wind = float(wind_from_sea_state(model.sea_state[1]))
-    assert model.holds(0.99 * wind, 10e9)
-    assert not model.holds(1.01 * wind, 10e9)
-    assert not model.holds(0.99 * wind, 1.01 * model.frequency_hz[1])
+    assert model.nearest_wind(0.99 * wind) == 0.99 * wind
+    assert model.nearest_wind(1.01 * wind) == wind

@@ -248,13 +248,14 @@ def test_overrides_are_part_of_the_resolved_scene(tmp_path: Path) -> None:
             ],
         ),
         (
-            {"scattering.wind_speed_m_s": 14.0},
+            {"scattering.nrcs": "nrl", "scattering.wind_speed_m_s": 14.0},
             [
                 "scattering.wind_speed_m_s = 14: ",
                 "0.5 to 13.24",
                 "sea state 0 to 6",
-                "scattering.calibrated_to = 'nrl'",
+                "scattering.nrcs = 'nrl'",
                 "scattering.extrapolate = true",
+                "scattering.nrcs = 'two_scale'",
             ],
         ),
         (
@@ -311,7 +312,7 @@ def test_a_refusal_names_key_value_limit_and_remedy(overrides: dict[str, Any], f
         ({"retrieval.cell_azimuth_deg": 0.01}, {"radar.rotation_rpm": 8.333}),
         ({"tracing.facet_m": 0.02, "tracing.columns_per_beam": 4}, {"tracing.facet_m": 0.03339}),
         ({"tracing.facet_m": 0.02}, {"tracing.facet_m": 0.02504}),
-        ({"scattering.wind_speed_m_s": 20.0}, {"scattering.wind_speed_m_s": 13.24}),
+        ({"scattering.nrcs": "nrl", "scattering.wind_speed_m_s": 20.0}, {"scattering.wind_speed_m_s": 13.24}),
         ({"scattering.nrcs": "git"}, {"radar.range_m": [28.8, 400.0]}),
     ],
 )
@@ -325,7 +326,7 @@ def test_the_remedy_that_a_refusal_names_works(refused: dict[str, Any], remedy: 
 @pytest.mark.parametrize(
     "beyond",
     [
-        {"scattering.wind_speed_m_s": 25.0},
+        {"scattering.nrcs": "nrl", "scattering.wind_speed_m_s": 25.0},
         {"scattering.nrcs": "git"},
         {"scattering.nrcs": "git", "radar.range_m": [30.0, 400.0], "scattering.wind_speed_m_s": 20.0},
         {"radar.range_m": [15.0, 400.0], "radar.height_m": 0.6, "scattering.nrcs": "tsc"},
@@ -334,6 +335,24 @@ def test_the_remedy_that_a_refusal_names_works(refused: dict[str, Any], remedy: 
 def test_extrapolation_is_there_for_the_asking(beyond: dict[str, Any]) -> None:
     assert refusal(beyond)
     assert load_scene("choppy_sea", beyond | {"scattering.extrapolate": True}).scattering.extrapolate
+
+
+@pytest.mark.parametrize(("hs", "tp"), [(1.4, 5.5), (5.0, 10.0), (6.0, 11.0), (8.0, 12.0), (8.0, 14.0)])
+@pytest.mark.parametrize("frequency", [9.3e9, 9.5e9, 35e9])
+@pytest.mark.parametrize(("height", "wind"), [(5.0, 2.0), (15.0, 18.0), (30.0, 30.0)])  # up to 90° under a high mast
+def test_no_model_s_limit_refuses_an_ordinary_sea_by_default(
+    hs: float, tp: float, frequency: float, height: float, wind: float
+) -> None:
+    waves = {"sea.waves.0.significant_wave_height_m": hs, "sea.waves.0.peak_period_s": tp}
+    radar = {"radar.frequency_hz": frequency, "radar.height_m": height, "scattering.wind_speed_m_s": wind}
+    assert load_scene("choppy_sea", waves | radar).scattering.mean_model == "nrl"
+
+
+@pytest.mark.parametrize("model", [*MEAN_MODELS, "none"])
+@pytest.mark.parametrize("wind", [0.5, 8.0, 14.0, 18.0, 40.0])
+def test_theory_takes_every_wind_whatever_model_sets_its_mean(model: str, wind: float) -> None:
+    keys = {"scattering.calibrated_to": model, "scattering.wind_speed_m_s": wind, "radar.range_m": [30.0, 400.0]}
+    assert load_scene("choppy_sea", keys).scattering.wind_speed_m_s == wind
 
 
 def test_a_high_mast_or_a_far_gate_does_not_refuse_the_default_model() -> None:

@@ -44,7 +44,7 @@ def march(reach: NDArray, rise: NDArray, wavelength: float) -> NDArray[np.comple
     silhouette[1:-1] = (slope[1:-1] >= slope[:-2]) & (slope[2:] < slope[1:-1])
     middle, level = 0.5 * (reach[1:] + reach[:-1]), 0.5 * (rise[1:] + rise[:-1])
     field, at = free(START_M, z) * np.exp(-((z / 20.0) ** 8)), START_M
-    field = np.ones(middle.size, dtype=np.complex128)
+    found = np.ones(middle.size, dtype=np.complex128)
     for n in range(int(np.searchsorted(reach, START_M)), middle.size):
         if silhouette[n]:
             field, at = step(field, reach[n] - at), reach[n]
@@ -52,8 +52,8 @@ def march(reach: NDArray, rise: NDArray, wavelength: float) -> NDArray[np.comple
         field, at = step(field, middle[n] - at), middle[n]
         low = int((level[n] - z[0]) / STEP_M)
         ratio = field[low : low + 2] / free(at, z[low : low + 2])  # slow: the free phase is out
-        field[n] = ratio[0] + (level[n] - z[low]) / STEP_M * (ratio[1] - ratio[0])
-    return field
+        found[n] = ratio[0] + (level[n] - z[low]) / STEP_M * (ratio[1] - ratio[0])
+    return found
 
 
 def main() -> None:

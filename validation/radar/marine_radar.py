@@ -234,7 +234,7 @@ def main() -> None:
     given = parser.parse_args()
     print(HEADER)
     real = Measured.of(recorded(given.folder, given.turns))
-    print(line("real", real), flush=True)
+    print(line(f"real, {np.unique(real.images.turn).size} turns", real), flush=True)
     for azimuth, one in zip(BOXES, real.boxes, strict=True):
         current = fitted_current([one])
         words = f"current ({current[0]:+.1f}, {current[1]:+.1f}) m/s"

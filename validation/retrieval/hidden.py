@@ -1,10 +1,15 @@
 """What hidden parts of cells add to a map's errors, by the share that the echo says is in sight.
 
     python -m validation.retrieval.hidden [--seeds 2]
+    python -m validation.retrieval.hidden --draw N [--count 12]
 
 Six wind seas that no other table has, 50–200 m. Of unflagged cells: the share in sight, true and found; how far the
 visible part is said to stand above the cell's mean, and by how much heights are too high; error bar and rms error. On
 these seas the constants of shadow.py can be judged.
+
+With a number: on seas and radars that it draws, each in VV and in HH, of all cells with a height from 50 to 200 m, what
+is said to be in sight less what is, by tenths of what is said: the mean over draws of 100 such cells and more, how many
+draws those are, and the same of all cells together.
 """
 
 from __future__ import annotations
@@ -14,7 +19,9 @@ import argparse
 import numpy as np
 
 import seamap_rt as sr
+from seamap_rt.metrics import HEADLINE_M
 from seamap_rt.simulation import Simulator
+from validation.draws import drawn
 from validation.retrieval.seas import Case, against_truth, system
 
 SEAS = (
@@ -27,6 +34,7 @@ SEAS = (
 )
 SHARES = ((0.9, 1.0), (0.75, 0.9), (0.6, 0.75), (0.3, 0.6))
 FEWEST = 200  # cells of a row
+FEWEST_OF_DRAW = 100
 
 
 def rows(case: Case, seed: int) -> list[list[float]]:
@@ -57,10 +65,44 @@ def rows(case: Case, seed: int) -> list[list[float]]:
     return found
 
 
+def calibration(number: int, count: int, polarization: str) -> None:
+    """The table of drawn scenes."""
+    draws: list[list[float]] = [[] for _ in range(10)]
+    total, cells = np.zeros(10), np.zeros(10)
+    for kind in ("seas", "radars"):
+        for scene in drawn(number, kind, count, scattering__polarization=polarization):
+            turn = Simulator(scene).turn(0)
+            got, true = (
+                each["polar"].to_dataset().isel(turn=0)
+                for each in (sr.retrieve(turn.echoes, scene.retrieval), turn.truth)
+            )
+            share, seen = got["visible_share"].values.astype(float), true["visible_fraction"].values
+            known = np.isfinite(share) & np.isfinite(seen) & np.isfinite(got["height"].values)
+            known &= (got["range"].values >= HEADLINE_M[0]) & (got["range"].values <= HEADLINE_M[1])
+            tenth = np.minimum((10.0 * share[known]).astype(int), 9)
+            off = np.bincount(tenth, (share - seen)[known], 10)
+            held = np.bincount(tenth, minlength=10)
+            total, cells = total + off, cells + held
+            for n in np.flatnonzero(held >= FEWEST_OF_DRAW):
+                draws[n].append(off[n] / held[n])
+    print(f"{polarization}, said      " + " ".join(f"{n / 10:.1f}–{(n + 1) / 10:.1f}" for n in range(10)))
+    print("mean over draws " + " ".join(f"{np.mean(each) if each else np.nan:+7.3f}" for each in draws))
+    print("draws           " + " ".join(f"{len(each):7d}" for each in draws))
+    print(
+        "all cells       " + " ".join(f"{a / max(b, 1):+7.3f}" for a, b in zip(total, cells, strict=True)), flush=True
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--draw", type=int)
+    parser.add_argument("--count", type=int, default=12, help="scenes of either kind")
     arguments = parser.parse_args()
+    if arguments.draw is not None:
+        for polarization in ("VV", "HH"):
+            calibration(arguments.draw, arguments.count, polarization)
+        return
     print(f"{'sea':28} cells  in sight, found  crest bias, mean error  error bar, rms error")
     for case in SEAS:
         for seed in range(21, 21 + arguments.seeds):

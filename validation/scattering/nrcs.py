@@ -1,11 +1,15 @@
 """The published models of mean sea clutter compared with Nathanson's table, and a figure of both.
 
-    python -m validation.scattering.nrcs [--out validation/figures/nrcs_models.png]
+    python -m validation.scattering.nrcs [--wind] [--out validation/figures/nrcs_models.png]
 
 Prints the mean absolute deviation, the mean and the worst one of each model at 9.3 GHz, 0.1–10° and sea states 1–5,
 averaged over wind directions; of the facets' own echo, summed over simulated seas (`nrcs_facets.py`), raw and
 calibrated to NRL 2012; and term by term what theory explains and what the calibration supplies. Draws σ0 against the
 grazing angle at three sea states. Takes some five minutes.
+
+`--wind` prints instead how the echo changes with direction: up- over cross-wind and up- over down-wind [dB] in sectors
+of 60°, of theory alone, of GIT, and of theory calibrated, in a sea of 8 m/s, by grazing angle; and how means grow with
+the wind, within the models' ranges and beyond 13.2 m/s, where NRL 2012 ends. Takes some two minutes.
 """
 
 from __future__ import annotations
@@ -37,9 +41,12 @@ from seamap_rt.report.style import (
     png,
     styled,
 )
-from seamap_rt.scattering.mean_models import MEAN_MODELS, MeanModel
+from seamap_rt.scattering import wind_from_sea_state
+from seamap_rt.scattering.composite import nrcs_level_sea
+from seamap_rt.scattering.mean_models import MEAN_MODELS, MeanModel, mean_nrcs
+from seamap_rt.settings import ScatteringSettings
 from validation import FIGURES, REFERENCE
-from validation.scattering.nrcs_facets import GRAZING_DEG, SEEDS, levels
+from validation.scattering.nrcs_facets import GRAZING_DEG, SEEDS, levels, looks_by_wind
 
 TABLE = REFERENCE / "nathanson_9p3ghz.csv"
 FREQUENCY_HZ = 9.3e9
@@ -155,7 +162,7 @@ def print_terms(table: list[Measured]) -> None:
     print("NRL 2012; Nathanson's table")
     names = ("plane", "tilted", "mirrors", "raw", "edges", "NRL", "cal−NRL", "table")
     print(f"{'':12}" + "".join(f"{name:>10}" for name in names))
-    worst, by_wind = 0.0, []
+    worst = 0.0
     for state in SEA_STATES:
         for polarization in ("HH", "VV"):
             computed = levels(float(state), polarization)
@@ -164,7 +171,6 @@ def print_terms(table: list[Measured]) -> None:
             rows = [computed.flat, tilted, tilted + computed.terms["specular"], computed.raw, edges, computed.target]
             off = db(computed.calibrated / computed.target)
             worst = max(worst, float(np.max(np.abs(off))))
-            by_wind.append(db(computed.off_by_wind))
             for band, grazing in enumerate(GRAZING_DEG):
                 level = given.get((float(grazing), polarization), {}).get(state)
                 if level is None:
@@ -172,11 +178,46 @@ def print_terms(table: list[Measured]) -> None:
                 cells = "".join(f"{float(db(row[band])):10.1f}" for row in rows)
                 print(f"SS{state} {polarization} {grazing:4.1f}°{cells}{off[band]:+10.2f}{level:10.0f}")
     print(f"calibrated less its mean model: at most {worst:.2f} dB in any band (mean of {len(SEEDS)} seas)")
-    spread = np.array(by_wind)
-    print("and by direction, mean and rms over bands, sea states and polarizations: ", end="")
-    names = ("up-wind", "cross-wind", "down-wind")
-    rows = zip(names, spread.mean(axis=(0, 2)), np.sqrt(np.mean(spread**2, axis=(0, 2))), strict=True)
-    print("; ".join(f"{name} {mean:+.2f}, {rms:.2f} dB" for name, mean, rms in rows))
+
+
+# ------------------------------------------------------------------------------------------------------ by the wind
+
+
+def print_contrasts(wind_speed: float, seeds: tuple[int, ...]) -> None:
+    """Up- over cross-wind and up- over down-wind."""
+    print(f"wind {wind_speed:g} m/s, {len(seeds)} seas; dB up/cross, up/down ± the standard error of the latter")
+    names = ("theory", "GIT", "to NRL", "to NRL, by both", "to GIT")
+    print(f"{'':9}" + "".join(f"{name:>20}" for name in names))
+    for polarization in ("VV", "HH"):
+        looks = looks_by_wind(wind_speed, polarization, seeds)
+        for band, grazing in enumerate(GRAZING_DEG):
+            cells = []
+            for level in looks:
+                across, down = (db(level[:, 0, band] / level[:, each, band]) for each in (1, 2))
+                error = float(np.std(down, ddof=1)) / np.sqrt(len(seeds))
+                cells.append(f"{np.mean(across):9.1f}{np.mean(down):5.1f} ± {error:.1f}")
+            print(f"{polarization} {grazing:5.1f}°" + "".join(f"{cell:>20}" for cell in cells), flush=True)
+
+
+def print_growth() -> None:
+    """How the mean grows with the wind: what theory supplies beyond the models' winds, and what they say within."""
+    last = float(wind_from_sea_state(6.0))
+    steps = ((float(wind_from_sea_state(4.0)), last), (last, 15.0), (last, 18.0), (last, 25.0))
+    grazing = np.array([0.3, 1.0, 3.0, 10.0])
+    print("\ngrowth of the mean, dB, at " + ", ".join(f"{angle:g}°" for angle in grazing))
+    for polarization in ("VV", "HH"):
+        settings = ScatteringSettings.model_validate({"polarization": polarization})
+        for start, end in steps:
+            theory = [
+                nrcs_level_sea(settings.model_copy(update={"wind_speed_m_s": speed}), FREQUENCY_HZ, np.radians(grazing))
+                for speed in (start, end)
+            ]
+            cells = [("theory", theory)]
+            for name in MEAN_MODELS:
+                ends = (mean_nrcs(name, grazing, v, FREQUENCY_HZ, polarization, extrapolate=True) for v in (start, end))
+                cells.append((name, list(ends)))
+            words = "; ".join(f"{name} " + " ".join(f"{each:.1f}" for each in db(b / a)) for name, (a, b) in cells)
+            print(f"{polarization} {start:.1f} to {end:.1f} m/s: {words}")
 
 
 # ------------------------------------------------------------------------------------------------------------ picture
@@ -229,7 +270,12 @@ def draw_panel(
 def main() -> None:
     options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     options.add_argument("--out", type=Path, default=FIGURES / "nrcs_models.png")
+    options.add_argument("--wind", action="store_true", help="contrasts of direction and growth with the wind alone")
     chosen = options.parse_args()
+    if chosen.wind:
+        print_contrasts(8.0, SEEDS)
+        print_growth()
+        return
     compared, table = curves(), nathanson()
     print_deviations(compared, table)
     print_terms(table)

@@ -9,15 +9,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from seamap_rt.conventions import POLARIZATIONS, SPEED_OF_LIGHT, wrap_degrees
+from seamap_rt.conventions import POLARIZATIONS, SPEED_OF_LIGHT
 from seamap_rt.echoes.radar_cross_section import SeaSurface, two_way_power
 from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.mesh.surface import sea_on_grid, surface_mesh
-from seamap_rt.scattering import nrcs_bragg, wind_from_sea_state
+from seamap_rt.scattering import nrcs_bragg, sea_state_from_wind, wind_from_sea_state
+from seamap_rt.scattering.calibration import fit_scale
 from seamap_rt.sea import Sea, realize
 from seamap_rt.settings import ElfouhailyWaves, RadarSettings, ScatteringSettings, SeaSettings, TracingSettings
 from seamap_rt.tracing import Illumination, tracer
@@ -40,7 +42,6 @@ class Levels:
     terms: dict[str, NDArray[np.float64]]  # of the facets, shadows included: bragg, specular, breaking
     calibrated: NDArray[np.float64]
     target: NDArray[np.float64]  # what it is calibrated to
-    off_by_wind: NDArray[np.float64]  # (up, cross, down; band) calibrated over target, ±30° about the direction
 
     @property
     def raw(self) -> NDArray[np.float64]:
@@ -76,14 +77,17 @@ def _all_levels(sea_state: float) -> dict[tuple[str, str], Levels]:
 
 
 def _levels(scattering: ScatteringSettings, sums: NDArray[np.float64]) -> Levels:
-    bragg, specular, breaking, calibrated, target = sums[1:6] / sums[0]
+    bragg, specular, breaking, calibrated, target = sums[1:] / sums[0]
     terms = {"bragg": bragg, "specular": specular, "breaking": breaking}
-    return Levels(_flat(scattering), terms, calibrated, target, sums[6:9] / sums[9:12])
+    return Levels(_flat(scattering), terms, calibrated, target)
 
 
 def _scattering(sea_state: float, polarization: str) -> ScatteringSettings:
-    wind = float(wind_from_sea_state(sea_state))
-    return ScatteringSettings.model_validate({"polarization": polarization, "wind_speed_m_s": wind})
+    return _of_wind(float(wind_from_sea_state(sea_state)), polarization)
+
+
+def _of_wind(wind_speed: float, polarization: str, **keys: str) -> ScatteringSettings:
+    return ScatteringSettings.model_validate({"polarization": polarization, "wind_speed_m_s": wind_speed, **keys})
 
 
 def _in_bands(
@@ -93,20 +97,67 @@ def _in_bands(
     surface: SeaSurface,
     bands_deg: tuple[float, ...],
 ) -> NDArray[np.float64]:
-    """Sums over the facets of a band, (12, band): area, power by term, calibrated, wanted; and these two up-, cross-
-    and down-wind."""
+    """Sums over the facets of a band, (6, band): area, power by term, calibrated, wanted."""
     calibrated = surface.calibrated(facets, strain, columns)
     arriving = two_way_power(facets)
     area = np.broadcast_to(facets.horizontal_area, facets.height.shape)
     terms = [term * arriving for term in calibrated.terms(facets, strain)]
     echo, wanted = calibrated(facets, strain).rcs * arriving, np.broadcast_to(surface.mean(facets), area.shape) * area
-    wind = np.abs(wrap_degrees(facets.grid.column_azimuth - surface.scattering.wind_from_deg))
-    sectors = [columns & (np.abs(wind - middle) <= 30.0) for middle in (0.0, 90.0, 180.0)]
     chosen = [(columns, power) for power in (area, *terms, echo, wanted)]
-    chosen += [(sector, power) for power in (echo, wanted) for sector in sectors]
-    grazing = np.degrees(np.arctan(surface.radar.height_m / facets.distance))
+    return _summed(chosen, facets, surface.radar, bands_deg)
+
+
+def _summed(
+    chosen: list[tuple[NDArray[np.bool_], NDArray[Any]]],
+    facets: Illumination,
+    radar: RadarSettings,
+    bands_deg: tuple[float, ...],
+) -> NDArray[np.float64]:
+    """Sums (chosen, band) of a field's columns over the facets of each band."""
+    grazing = np.degrees(np.arctan(radar.height_m / facets.distance))
     bands = [np.abs(np.log(grazing / angle)) < np.log(1.2) for angle in bands_deg]
     return np.array([[power[rows][:, band].sum(dtype=np.float64) for band in bands] for rows, power in chosen])
+
+
+# ---------------------------------------------------------------------------------------------------- by direction
+
+
+class Looks(NamedTuple):
+    """Mean σ0 (seed; up, cross, down; band of GRAZING_DEG) in 60° about each look against the wind."""
+
+    theory: NDArray[np.float64]  # calibrated to nothing
+    model: NDArray[np.float64]  # GIT by itself
+    by_grazing: NDArray[np.float64]  # calibrated to NRL 2012, as a run is
+    by_both: NDArray[np.float64]  # the same with a scale by grazing angle and direction
+    to_git: NDArray[np.float64]  # calibrated to GIT, as a run is
+
+
+def looks_by_wind(wind_speed: float, polarization: str, seeds: tuple[int, ...]) -> Looks:
+    """The echo by direction of seas of a wind [m/s], with geometric shadows."""
+    nrl, git, none = (_of_wind(wind_speed, polarization, calibrated_to=name) for name in ("nrl", "git", "none"))
+    made = []
+    for seed in seeds:
+        sea, bands = _sea(float(sea_state_from_wind(wind_speed)), seed), []
+        limit = sea.resolved.wavenumber_limit
+        for radar, bands_deg in BANDS_DEG:
+            surfaces = [SeaSurface(each, radar, limit) for each in (none, git, nrl)]
+            mesh, columns = _mesh(sea, radar, surfaces[0].memory_rate)
+            facets = tracer("horizon", radar, ScatteringSettings(), diffraction="none")(mesh)
+            theory, to_git, by_grazing = (each.calibrated(facets, mesh.strain, columns) for each in surfaces)
+            arriving, wind = two_way_power(facets), theory.wind(facets)
+            raw, area = theory(facets, mesh.strain).rcs * arriving, facets.horizontal_area
+            target = np.broadcast_to(by_grazing.mean(facets), raw.shape)
+            fit = fit_scale(raw[columns], area, target[columns], theory.grazing(facets), wind[columns], degree=5)
+            fields = [raw, np.broadcast_to(to_git.mean(facets) * area, raw.shape)]
+            fields += [by_grazing(facets, mesh.strain).rcs * arriving, raw * fit(theory.grazing(facets), wind)]
+            fields += [to_git(facets, mesh.strain).rcs * arriving]
+            angle = np.abs(np.degrees(wind[:, 0]))
+            sectors = [columns & (np.abs(angle - middle) <= 30.0) for middle in (0.0, 90.0, 180.0)]
+            chosen = [(sector, field) for field in (np.broadcast_to(area, raw.shape), *fields) for sector in sectors]
+            bands.append(_summed(chosen, facets, radar, bands_deg))
+        sums = np.concatenate(bands, axis=1).reshape(len(Looks._fields) + 1, 3, -1)
+        made.append(sums[1:] / sums[0])
+    return Looks(*np.moveaxis(np.array(made), 1, 0))
 
 
 def _mesh(sea: Sea, radar: RadarSettings, rate: float | None) -> tuple[SurfaceMesh, NDArray[np.bool_]]:

@@ -1,8 +1,10 @@
 """What of each cell the radar sees, from the echo alone, and by how much what it sees stands above the cell's mean.
 
-Two observations are combined by Bayes' rule. Without them, a cell of outward slope m is in sight with Smith's
-probability (1967), which needs the sea's rms slope and the grazing angle. Then its echo is held against that of a lit
-cell: power p means "lit" with the odds p : c. A sea too flat to cast shadows has none, however its echo fades.
+Two observations are combined by Bayes' rule. Without them, a place of outward slope m is in sight with Smith's share S
+(1967), which needs the sea's rms slope and the grazing angle. Then the echo is held against that of a lit cell: power p
+means "lit" with the odds p : c, c what shadow's edge and noise leave in the dark. A crest half in the dark turns its
+steep side to the radar and echoes as a whole cell does, in HH more than that: what answers is not lit all over, but
+hides a part of 1 − S. A sea too flat to cast shadows has none, however its echo fades.
 """
 
 from __future__ import annotations
@@ -17,10 +19,12 @@ Field = NDArray[np.float64]
 
 _STEEPER = 2.95  # rms slope of a wind sea down to decimetres over that of the planes (its spectrum is ∝ 1/k)
 _STEEPEST = 0.5  # slope of a crest about to break: 120° between its sides would be 0.58 (Stokes 1880)
-_EVEN_ODDS = 0.25  # of a lit cell's power: as likely the skirt of shadow's edge as a lit cell's faded speckle
+_EVEN_ODDS = 0.2  # of a lit cell's power: as likely the skirt of shadow's edge as a lit cell's faded speckle
+_PLANES = 0.65  # weight of Smith's odds: the slope is that of a plane of 6 m and more, not of the cell
+_STILL_HIDDEN = 0.15  # of what Smith hides, in cells that answer as lit ones do
 _NEIGHBOUR_GATE, _NEIGHBOUR_LOOK = 0.6, 0.3  # weights: half a gate's response is its neighbour's, a look's a third
 # Independent samples in a cell and its eight neighbours: their speckle differs, the shadow's edge does not.
-_OBSERVATIONS = 1.5
+_OBSERVATIONS = 2.0
 _SURE = 1e-3  # a single cell's power counts for odds of a thousand at most
 _CONFIDENCE = 3.0  # the share is known as from three draws, lit or dark: variance f(1 − f)/(3 + 1)
 _DEPTH = 0.28  # of σ √(L ℓ), a wholly hidden cell's mean depth below what is seen of it: ray-traced wind seas
@@ -43,15 +47,16 @@ def shadow(
     grazing: Field,
     cell: tuple[float, Field | float],
     known: NDArray[np.bool_] | None = None,
+    noise: float = 0.0,
 ) -> Shadow:
     """Visible share and crest bias of the cells of a turn.
 
     power (look, gate): a dwell's echo power without noise [W], not averaged over gates; lit: what a lit cell would have
     (`quality.lit_power`); slope_range: outward slopes found, NaN where unknown; slope_rms: as `rms_slope` gives it;
     grazing: tan ψ of mean sea level; cell: its length and its width [m]. Arrays broadcast to (look, gate). known: cells
-    that count, by default all of finite power.
+    that count, by default all of finite power. noise: rms [W] of what noise leaves in a power.
     """
-    share = visible_share(power, lit, slope_range, slope_rms, grazing)
+    share = visible_share(power, lit, slope_range, slope_rms, grazing, noise)
     share = np.where(np.isfinite(power) if known is None else known & np.isfinite(power), share, np.nan)
     bias, spread = crest_bias(share, slope_rms, *cell)
     return Shadow(share, bias, spread)
@@ -71,15 +76,17 @@ def rms_slope(slope_range: Field, height_std: Field) -> float:
     return _STEEPER * float(np.sqrt(np.sum(weight * slope**2) / weight.sum()))
 
 
-def visible_share(power: Field, lit: Field, slope_range: Field, slope_rms: float, grazing: Field) -> Field:
+def visible_share(power: Field, lit: Field, slope: Field, slope_rms: float, grazing: Field, noise: float = 0) -> Field:
     """Share (look, gate) of each cell in sight: the expectation, given slope and echo. Arguments as in `shadow`."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        relative = np.where(lit > 0.0, np.maximum(np.nan_to_num(power), 0.0) / lit, 1.0)
-    heard = np.clip(_smoothed(relative / (relative + _EVEN_ODDS)), _SURE, 1.0 - _SURE)
+        heard = np.where(lit > 0.0, np.maximum(np.nan_to_num(power), 0.0), 1.0)
+        heard = heard / (heard + np.where(lit > 0.0, _EVEN_ODDS * lit + noise, _EVEN_ODDS))
+    heard = np.clip(_smoothed(heard), _SURE, 1.0 - _SURE)
     if not slope_rms > 0.0:
-        return np.ones(relative.shape)
-    odds = smith_odds(np.nan_to_num(slope_range), slope_rms, grazing) * (heard / (1.0 - heard)) ** _OBSERVATIONS
-    return 1.0 - 1.0 / (1.0 + odds)
+        return np.ones(heard.shape)
+    before = smith_odds(np.nan_to_num(slope), slope_rms, grazing)
+    odds = before**_PLANES * (heard / (1.0 - heard)) ** _OBSERVATIONS
+    return odds / (1.0 + odds) * (1.0 - _STILL_HIDDEN / (1.0 + before))
 
 
 def smith_odds(slope: Field, slope_rms: float, grazing: Field) -> Field:

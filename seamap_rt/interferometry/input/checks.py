@@ -33,6 +33,7 @@ def _positive(most: float) -> tuple[str, Callable[[float], bool]]:
     return f"be greater than 0 and at most {most:g}", lambda value: 0.0 < value <= most
 
 
+_NOT_NEGATIVE = ("be at least 0", lambda value: value >= 0.0)
 # attribute → what its number must be, in words and as a test; all must be finite
 _NUMBERS: dict[str, tuple[str, Callable[[float], bool]]] = {
     "frequency_hz": _positive(1e12),
@@ -41,7 +42,9 @@ _NUMBERS: dict[str, tuple[str, Callable[[float], bool]]] = {
     "prf_hz": _positive(1e7),
     "rotation_rpm": _positive(1e4),
     "azimuth_beamwidth_deg": ("be greater than 0", lambda value: value > 0.0),
-    **dict.fromkeys(("noise_power_w", "complete_turns"), ("be at least 0", lambda value: value >= 0.0)),
+    **dict.fromkeys(("noise_power_w", "complete_turns"), _NOT_NEGATIVE),
+    **{name: _NOT_NEGATIVE for name in FURTHER_ECHO_ATTRIBUTES if name.startswith("sensors_")},
+    "sensors_rate_hz": _positive(1e9),
     "baseline_m": ("be 0 to 100", lambda value: 0.0 <= value <= 100.0),
     "height_m": ("lie within ±10000", lambda value: abs(value) <= 1e4),
     "tilt_deg": ("lie within ±90", lambda value: abs(value) < 90.0),

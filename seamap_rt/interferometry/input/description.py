@@ -13,6 +13,7 @@ from ...conventions import SPEED_OF_LIGHT
 from ...errors import SchemaError
 from ...io.toml_text import shown
 from ...radar.waveform import RangeResponse
+from ...settings import SensorErrors
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,6 +42,7 @@ class RadarDescription:
     elevation_beamwidth: float = np.nan  # deg, likewise
     coherent: bool = True  # phases mean something from pulse to pulse
     transmit_phase_error: float = 0.0  # rad rms, new at each pulse
+    sensors: SensorErrors | None = None  # of the motion; None where the echoes say nothing of them
 
     @classmethod
     def of(cls, echoes: xr.Dataset) -> RadarDescription:
@@ -55,6 +57,7 @@ class RadarDescription:
         receivers = np.atleast_1d(attrs.get("receiver_antennas", (0, 1)))
         magnetron = str(attrs.get("transmitter", "coherent")) == "magnetron"
         measured = magnetron and bool(attrs.get("coherent_on_receive", 0))
+        told = {key: attrs[name] for key in SensorErrors.model_fields if (name := f"sensors_{key}") in attrs}
         return cls(
             wavelength=SPEED_OF_LIGHT / float(attrs["frequency_hz"]),
             noise_power=float(attrs["noise_power_w"]),
@@ -75,6 +78,7 @@ class RadarDescription:
             elevation_beamwidth=float(attrs.get("elevation_beamwidth_deg", np.nan)),
             coherent=measured or not magnetron,
             transmit_phase_error=float(np.radians(attrs.get("transmit_phase_error_deg", 0.0))) if measured else 0.0,
+            sensors=SensorErrors.model_construct(None, **told) if told else None,
         )
 
     @property

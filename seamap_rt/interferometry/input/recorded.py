@@ -128,7 +128,7 @@ def echoes_from_recording(
             "transmitter": sender[rows],
             "turn": turns.number,
         },
-        _attributes(head, turns, prf, noise) | _date(zero, turns.start),
+        _attributes(head, turns, prf, noise) | _sensors(head, attitude) | _date(zero, turns.start),
     )
 
 
@@ -141,6 +141,14 @@ def _since(zero: NDArray, times: ArrayLike, name: str) -> ArrayLike:
         return times
     step = np.asarray(times) - zero if kind == "M" else np.asarray(times)
     return step / np.timedelta64(1, "ns") * 1e-9
+
+
+def _sensors(head: RecordingHeader, attitude: Sensed | None) -> dict[str, float]:
+    """What the header tells of the motion sensors; readings that have times of their own tell their rate."""
+    told = head.sensors.attributes if head.sensors.model_fields_set else {}
+    if told and isinstance(attitude, tuple) and np.size(attitude[0]) > 1:
+        told.setdefault("sensors_rate_hz", 1.0 / float(np.median(np.diff(np.asarray(attitude[0])))))
+    return told
 
 
 def _date(zero: NDArray, start: float) -> dict[str, str]:

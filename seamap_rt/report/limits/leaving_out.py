@@ -16,7 +16,7 @@ from ...radar import link, precision
 from ...radar.array import antenna_array
 from ...radar.scan import BEAMS_BEYOND, sector_width
 from ...radar.transmitter import stray_within_pulse
-from ...scattering import MEAN_MODELS, sea_state_from_wind
+from ...scattering import MEAN_MODELS, mean_level, sea_state_from_wind
 from ...scattering.bragg import bragg_speed
 from ...scattering.mean_models import models_spread_db, wind_contrast_db
 from ...settings import PlatformSettings
@@ -190,9 +190,14 @@ def _no_mean(case: Case) -> Iterator[Row]:
         name, source = "the clutter model's own range", "spread of the mean models, extrapolated alike"
         says = f"scattering.extrapolate = true: {model.paper} holds for {model.range_words}; this scene is {here}"
         yield row(name, models_spread_db(*middle), error, source, says)
-    if not model.knows_wind_direction:
+    elif (held := model.nearest_wind(scattering.wind_speed_m_s)) != scattering.wind_speed_m_s:
+        name, source = f"the clutter model beyond {held:.3g} m/s, where theory goes on", "its formula, let run on"
+        run_on = mean_level(scattering.model_copy(update={"extrapolate": True}), *middle[1:])
+        says = f"{model.paper} holds to {held:.3g} m/s: its mean there, times the growth of theory's from there on"
+        yield row(name, abs(float(db(run_on / case.level(case.middle_m)))), error, source, says)
+    if scattering.nrcs != "two_scale" and not model.knows_wind_direction:
         name, error = "wind-direction contrast of the mean echo", f"{error}, up-wind over down-wind"
-        says = f"{model.paper} is an average over directions; git, tsc and hybrid know them"
+        says = f"{model.paper} is an average over directions; git, tsc and hybrid, and two_scale, know them"
         yield row(name, wind_contrast_db(*middle), error, "mean of models", says)
     outside, source = 100.0 * link.share_outside(radar, low, high), f"grazing angles of {model.paper}"
     name, says = f"the mean outside {low:g}–{high:g}° grazing", "facets beyond take the value at the edge of its range"

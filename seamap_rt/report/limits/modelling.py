@@ -76,6 +76,7 @@ def _echoes(case: Case) -> Iterator[Row]:
     radar, scattering = case.scene.radar, case.scene.scattering
     theory, model = scattering.nrcs == "two_scale", MEAN_MODELS.get(scattering.mean_model or "")
     paper = model.paper if model else ""
+    around = "" if model is None or model.knows_wind_direction else " over azimuth"
     says = {
         f"{scattering.nrcs_db:g} dB per horizontal area, shadowing on top": scattering.nrcs == "constant",
         f"the mean of {paper} on every lit facet, shadowing counted once": not theory and model is not None,
@@ -83,7 +84,7 @@ def _echoes(case: Case) -> Iterator[Row]:
         "their height modulated by the strain of the resolved waves": theory and scattering.hydrodynamic_modulation,
         "breakers, most of them where the resolved waves converge": theory and scattering.breaking,
         "each a burst that runs with its wave, grows and fades": _spikes(scattering),
-        f"mean calibrated to {paper}, shadowing counted once": theory and model is not None,
+        f"mean{around} calibrated to {paper}, shadowing counted once": theory and model is not None,
         "theory's own mean": theory and model is None,
     }
     if theory:

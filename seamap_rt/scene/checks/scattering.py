@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ...io.numbers import rounded_down, rounded_up
-from ...scattering import MEAN_MODELS, sea_state_from_wind, wind_from_sea_state
+from ...scattering import MEAN_MODELS, wind_from_sea_state
 from ...scattering.permittivity import permittivity_of
 from ...settings import RadarSettings, ScatteringSettings
 
@@ -24,7 +24,9 @@ def check_permittivity(scattering: ScatteringSettings, radar: RadarSettings) -> 
 
 
 def check_mean_model(scattering: ScatteringSettings, radar: RadarSettings) -> None:
-    """The measured model that sets the mean holds for wind, frequency and grazing angles, unless it is extrapolated."""
+    """The measured model that sets the mean holds for frequency and grazing angles, unless it is extrapolated; and for
+    the wind where it is all that echoes: theory's mean goes on from the model's nearest wind by theory (`mean_level`).
+    """
     name = scattering.mean_model
     if name is None or scattering.extrapolate:
         return
@@ -34,11 +36,12 @@ def check_mean_model(scattering: ScatteringSettings, radar: RadarSettings) -> No
     remedy = f"{other}, or set scattering.extrapolate = true to let its formula run on"
     least, most = model.sea_state
     wind = scattering.wind_speed_m_s
-    if not least <= sea_state_from_wind(wind) <= most:
+    if scattering.nrcs == name and model.nearest_wind(wind) != wind:
         limits = [max(LEAST_WIND, float(wind_from_sea_state(state))) for state in (least, most)]
         raise ValueError(
             f"scattering.wind_speed_m_s = {wind:.10g}: must be {rounded_up(limits[0])} to {rounded_down(limits[1])} "
-            f"(sea state {least:g} to {most:g}, where {key} = '{name}' holds: {model.paper}); change it, {remedy}"
+            f"(sea state {least:g} to {most:g}, where {key} = '{name}' holds: {model.paper}); change it, {remedy}, or "
+            "set scattering.nrcs = 'two_scale', whose mean goes on from there by theory"
         )
     low, high = model.frequency_hz
     frequency = radar.frequency_hz
