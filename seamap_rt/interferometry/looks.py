@@ -22,7 +22,8 @@ from .geometry.heights import PhaseModel
 from .geometry.poses import LookPoses, PulsePoses
 from .input.description import RadarDescription, compared_receivers, transmitters
 from .phase.ambiguity import Expected
-from .phase.interferogram import BLURRED_GATES, LASTING, Interferogram
+from .phase.interferogram import AROUND, BLURRED_GATES, LASTING, Interferogram
+from .phase.speckle import kept_between
 from .phase.uncertainty import Dwelt
 
 if TYPE_CHECKING:
@@ -153,9 +154,18 @@ def _interferograms(
             sums.noise_square[paths],
             looks.width,
             looks.settings,
+            _kept(sums, pairs[paths], looks.radar),
             others,
         )
     return made
+
+
+def _kept(sums: DwellSums, pairs: PulsePairs, radar: RadarDescription) -> NDArray[np.float64] | float:
+    """Share (look, gate) of the echo that is left between the pulses that are compared; 1 of the same ones."""
+    if len(pairs.pairs) < 2 or not sums.lags:
+        return 1.0
+    lag = sums.lags[0]
+    return kept_between(lag.products.windowed(*AROUND), sums.noise_power, radar.interval / lag.seconds)
 
 
 def _dwelt(looks: Looks, rows: NDArray[np.intp], noise_power: float) -> Dwelt:

@@ -9,7 +9,7 @@ import pytest
 from gaussian_pulse import GaussianPulse
 from numpy.typing import NDArray
 
-from seamap_rt.interferometry.estimation.bright_spots import BrightSpots
+from seamap_rt.interferometry.estimation.bright_spots import BrightSpots, Offsets
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scene import load_scene
 
@@ -125,6 +125,38 @@ def test_phases_of_an_uneven_slope_are_set_right(turn: float) -> None:
     before, after, wrong = (float(np.sqrt(np.mean(each[strong] ** 2))) for each in off)
     assert after**2 < 0.56 * before**2  # nearly half of the variance, of single pulses that may have faded
     assert wrong > 1.3 * before
+
+
+@pytest.mark.parametrize("looks", [1, 2])
+@pytest.mark.parametrize("turned", [0.2, 0.5, 0.8, 1.1, 1.4])
+def test_large_phases_err_as_said(turned: float, looks: int) -> None:
+    """Of a level that turns the phase by so many radians within the pulse's spread, faint echoes and strong ones."""
+    spots, turn = BrightSpots.of(RESPONSE, SPACING), turned / RESPONSE.spread_m
+    count = 200_000
+    lying = STEP * np.arange(count)
+    drawings = [drawn(20 + look, count) for look in range(looks)]
+    pairs = [(gates(each), gates(each * np.exp(1j * turn * lying))) for each in drawings]
+    cross = np.mean([other * one.conj() for one, other in pairs], axis=0)[None]
+    mean = np.mean([np.abs(np.stack(pair)) ** 2 for pair in pairs], axis=(0, 1))[None]
+    middle = lying[60 : 60 + cross.size * round(SPACING / STEP) : round(SPACING / STEP)]
+    phase = np.angle(cross * np.exp(-1j * turn * middle))
+    coherence = float(np.sum(RESPONSE(REACH) ** 2 * np.cos(turn * REACH)) / np.sum(RESPONSE(REACH) ** 2))
+    shape = 64, cross.size // 64  # of one look alone all growth along the range is shared
+    cross, phase, mean = (each.flat[: shape[0] * shape[1]].reshape(shape) for each in (cross, phase, mean))
+    variance = (1.0 - coherence**2) / (2.0 * coherence) / np.abs(cross) / looks
+    heard = np.ones(shape, dtype=bool)
+    first = spots.offsets(mean, np.ones(shape), heard, 0.0, 1.0, np.full(shape, turn))
+    said = first.of_large(variance, looks)
+    inner = np.s_[:, 8:-8]
+
+    def over(offsets: Offsets) -> float:
+        off = np.angle(np.exp(1j * (phase - offsets.phase))) / np.sqrt(variance * offsets.left)
+        return float(np.sqrt(np.mean(np.clip(off[inner], -5.0, 5.0) ** 2)))
+
+    # Before anything is taken off, phases that may wrap err by up to 1.17 of a variance that cannot.
+    assert 0.95 < over(said) < 1.25
+    if turned > 0.6:
+        assert over(first) > 1.25
 
 
 def test_beside_what_is_not_heard_nothing_is_told() -> None:

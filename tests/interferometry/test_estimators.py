@@ -55,6 +55,36 @@ def test_what_adapts_is_best(noise: float) -> None:
         assert rms[1] < 0.8 * rms[2]
 
 
+@pytest.mark.parametrize("told", [False, True])
+def test_a_phase_that_turns_within_the_pulse_is_never_sure(told: bool) -> None:
+    # Of both ways, or, where one way's heights tell the cycle, of that one: it turns half as fast.
+    sea = heard(Waves.drawn(4, RMS), 4, baseline=1.5)
+    one_way = Expected(sea.height, np.full(sea.height.shape, 0.05))
+    given = replace(sea.given, others=lambda: (one_way,) if told else ())
+    found = sliding_plane(given)
+    turn = np.broadcast_to(given.model.turn_within_pulse / (2.0 if told else 1.0), sea.height.shape)
+    near = (turn > 1.0) & found.echoing & np.isfinite(found.heights.height)
+    assert np.count_nonzero(near) > 100
+    assert found.ambiguous[near].all()
+    assert found.ambiguous[turn < 0.5].mean() < 0.5
+
+
+@pytest.mark.parametrize("samples", [1, 3])
+@pytest.mark.parametrize("baseline", [0.1, 0.3, 0.9])
+def test_single_dwells_err_as_said(baseline: float, samples: int) -> None:
+    """From 30 m on, where 0.9 m of baseline turn the phase by 1.9 rad within the pulse's spread."""
+    level = heard(lambda x, y: 0.0 * x, 3, coherence=0.999, samples=samples, baseline=baseline)
+    found = adaptive(level.given)
+    assert found.dwells is not None
+    off = inner(np.where(found.ambiguous, np.nan, found.dwells[0] / found.dwells[1]))
+    turn = np.broadcast_to(inner(np.broadcast_to(level.given.model.turn_within_pulse, (60, 120))), off.shape)
+    for low, high in ((0.0, 0.2), (0.2, 0.6), (0.6, 1.0)):
+        those = (turn > low) & (turn <= high) & np.isfinite(off)
+        if np.count_nonzero(those) > 200:
+            # A window of 10 to 30 samples says its incoherent power to a fifth, and that much is added.
+            assert 0.75 < np.sqrt(np.mean(np.clip(off[those], -5.0, 5.0) ** 2)) < 1.1
+
+
 @pytest.mark.parametrize("noise", [0.0, 0.1])
 def test_errors_are_what_it_says(noise: float) -> None:
     for estimator in (adaptive, single_cell):

@@ -97,13 +97,13 @@ def _interpolated(given: Interferogram, law: Law, height: Map, told: bool = True
     model, cells, settings = given.model, given.dwell, given.settings
     expected = model.of_height(np.nan_to_num(height))
     echoing = sliding_plane(given).echoing  # of a strong speckle: it is heard farther out, and errs less
-    spots, offsets = bright_spots(given, expected, echoing if told else np.zeros_like(echoing))
-    phase = expected + wrap_phase(np.angle(cells.cross) - expected) - offsets.phase
-    each = model.heights_of(cells, phase - model.flat)
     samples = given.dwelt.samples(ONE_CELL, model.radar)
     speckle, noise = phase_variances(
         cells, law.incoherent, given.noise_power, samples.speckle, samples.noise, given.noise_square
     )
+    spots, offsets = bright_spots(given, expected, echoing if told else np.zeros_like(echoing), speckle * given.doubt)
+    phase = expected + wrap_phase(np.angle(cells.cross) - expected) - offsets.phase
+    each = model.heights_of(cells, phase - model.flat)
     tilted = given.tilted_share(law.incoherent, expected)
     with np.errstate(invalid="ignore"):  # where there is no echo at all
         parts = np.stack((speckle * tilted * offsets.left, speckle * (1.0 - tilted), noise))

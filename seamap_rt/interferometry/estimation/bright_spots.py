@@ -29,6 +29,7 @@ from .gate_moments import GateMoments
 Map = NDArray[np.float64]
 
 _STEP = 0.8  # of the pulse's standard deviation: nearer neighbours tell no more of a Gaussian pulse, farther ones less
+_FIRST = 1.9  # by Gaussian speckle drawn at random: of pulses whose phase turns by 0.2 to 1.4 rad within their spread
 _FAINTEST = 0.02  # of the mean power, or of the noise: what is less counts as that
 
 
@@ -42,6 +43,16 @@ class Offsets:
 
     phase: Map
     left: Map
+
+    def of_large(self, variance: Map, looks: float) -> Offsets:
+        """The same of phases to which speckle of so many looks gives a variance [rad²].
+
+        The powers tell of a phase's first order alone. What a correction of first order explains falls with the
+        phase's variance v as exp(−(_FIRST v)² looks) =: f; so the best one is (1 + f)/2 of it.
+        """
+        with np.errstate(over="ignore", invalid="ignore"):
+            part = 0.5 * (1.0 + np.exp(-looks * (_FIRST * variance) ** 2))
+        return Offsets(part * self.phase, 1.0 - part**2 * (1.0 - self.left))
 
 
 @dataclass(frozen=True)

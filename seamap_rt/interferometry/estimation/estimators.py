@@ -28,7 +28,6 @@ Map = NDArray[np.float64]
 _UNSEEN = 0.02  # of the errors' variance: a smaller sea's is not distinguishable from none
 _SHORTEST = 0.6  # rad/m, of waves that a map shows
 _FEWEST_LOOKS = 3
-_EDGE_LEFT = 0.5  # of a correction of first order
 
 
 @dataclass(frozen=True)
@@ -117,7 +116,8 @@ def adaptive(given: Interferogram) -> Estimate:
         start,
         heights=made,
         std=np.sqrt(error),
-        edge=_EDGE_LEFT * given.edge,
+        # It was worked out for level water: a slope m in place of H/R puts the echo's centre m/(H/R) times as much off.
+        edge=np.minimum(slope_rms * model.radar.ranges / model.poses.fan.height, 1.0) * given.edge,
         slope_rms=slope_rms,
         of_slopes=of_slopes,
         dwells=(dwells, np.sqrt(variance)),
@@ -131,18 +131,23 @@ def _of_dwells(given: Interferogram, start: Estimate) -> tuple[Map, ErrorCovaria
     """
     model, expected = given.model, start.heights.phase
     phase = expected + wrap_phase(np.angle(given.dwell.cross) - expected)
-    spots, offsets = bright_spots(given, expected, start.echoing)
+    variance = given.variances(given.dwell, ONE_CELL, start.incoherent)[0]
+    spots, offsets = bright_spots(given, expected, start.echoing, variance)
     each = model.heights_of(given.dwell, phase - offsets.phase - model.flat)
     return each.height - given.edge, _errors(given, each.gain, start, spots, offsets)
 
 
-def bright_spots(given: Interferogram, phase: Map, echoing: NDArray[np.bool_]) -> tuple[BrightSpots, Offsets]:
-    """Of a pulse, and what they do to the phases of single dwells on a surface of that phase [rad]; (look, gate)."""
+def bright_spots(
+    given: Interferogram, phase: Map, echoing: NDArray[np.bool_], variance: Map
+) -> tuple[BrightSpots, Offsets]:
+    """Of a pulse, and what they do to the phases of single dwells on a surface of that phase [rad], which speckle gives
+    a variance [rad²]; (look, gate)."""
     radar, samples = given.model.radar, given.dwelt.samples(ONE_CELL, given.model.radar)
     spots = BrightSpots.of(radar.response, radar.spacing)
     ratio = samples.noise / samples.speckle
     power, around = given.echo_power(), given.power_around
-    return spots, spots.offsets(power, around, echoing, given.noise_power, ratio, given.turn(phase))
+    offsets = spots.offsets(power, around, echoing, given.noise_power, ratio, given.turn(phase))
+    return spots, offsets.of_large(variance / given.doubt, samples.speckle)
 
 
 def _errors(given: Interferogram, gain: Map, start: Estimate, spots: BrightSpots, offsets: Offsets) -> ErrorCovariance:
@@ -162,13 +167,16 @@ ESTIMATORS = {"adaptive": adaptive, "single_cell": single_cell, "sliding_plane":
 def _averaged(given: Interferogram, window: Weights, along: PhaseSlopes, before: Estimate | None = None) -> Estimate:
     """Heights of a window's means; their cycles are those of an earlier map, if there is one."""
     cells = given.windowed(window, along)
-    echo_power, incoherent = given.echo_power(window), given.incoherent(along)
+    echo_power = given.echo_power(window)
     echoing = given.echoing(cells, echo_power)
-    variance = given.variance(cells, window, incoherent)
     if before is None:
+        incoherent = given.incoherent(along)
+        variance = given.variance(cells, window, incoherent)
         heights, ambiguous = given.resolved(cells, variance, echoing)
     else:
         heights, ambiguous = given.heights_near(cells, before.heights, before.echoing, before.ambiguous)
+        incoherent = given.incoherent_about(heights.phase)
+        variance = given.variance(cells, window, incoherent)
     std = heights.gain * np.sqrt(wrapped_variance(variance))
     return Estimate(heights, echo_power, echoing, variance, ambiguous, window, incoherent, std, given.edge)
 

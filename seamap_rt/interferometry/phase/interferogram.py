@@ -25,6 +25,7 @@ Map = NDArray[np.float64]
 BLURRED_GATES = 0.2  # at most, of all
 LASTING = 0.9  # coherence of an antenna's echo with its next one, below which pulses are not compared
 _BESIDE = 4, 1  # gates and looks to either side: 6 m, an eighth of the length of a wind sea's waves
+_LEAST_SHARED = 0.1  # coherence, at which a phase says nothing
 AROUND: Weights = (np.ones(5), np.ones(3))  # gates, looks: the window over which the incoherent power is averaged
 
 
@@ -40,6 +41,7 @@ class Interferogram:
     noise_square: float  # what is left of the noise's beat with itself, see PulsePairs
     width: float
     settings: RetrievalSettings
+    kept: Map | float = 1.0  # share of the echo that is left between the pulses that are compared
     others: Callable[[], tuple[Expected, ...]] = field(default=tuple)  # other estimates of the heights, made on demand
 
     def echo_power(self, window: Weights = ONE_CELL) -> Map:
@@ -82,18 +84,33 @@ class Interferogram:
     def incoherent(self, along: PhaseSlopes) -> Map:
         """Power [W] that the receivers do not share, the noise's apart: of windows that follow the phase's slopes, or
         the waves would count as a lack of coherence."""
-        return incoherent_power(self.windowed(AROUND, along), self.noise_power, self._around.noise)
+        return incoherent_power(self.windowed(AROUND, along), self.noise_power, self._around.noise, self.kept)
+
+    def incoherent_about(self, phase: Map) -> Map:
+        """The same of windows that follow a map of phases [rad], (look, gate), which waves curve within a window."""
+        turned = self.dwell.rotated(-np.nan_to_num(phase)).windowed(*AROUND)
+        samples = self._around.speckle
+        one_fitted = samples / max(samples - 1.0, 1.0)  # the map's phase there, which made the windows look coherent
+        return incoherent_power(turned, self.noise_power, self._around.noise, self.kept) * one_fitted
 
     @cached_property
     def _around(self) -> Samples:
         return self.dwelt.samples(AROUND, self.model.radar)
 
+    @property
+    def doubt(self) -> float:
+        """By how much the incoherent power may be more than it is found to be."""
+        return estimation_doubt(self._around.speckle)
+
     def variances(self, cells: Covariance, window: Weights, incoherent: Map) -> tuple[Map, Map]:
         """Variance [rad²] of the phase of windows' means, by speckle and by noise; infinite where nothing is heard."""
         samples = self.dwelt.samples(window, self.model.radar)
-        doubt = estimation_doubt(self._around.speckle)
+        # Von Mises's law of a coherence γ: (1 − γ²)/2γ in place of 1 − γ.
+        with np.errstate(invalid="ignore", divide="ignore"):
+            shared = np.clip(1.0 - np.nan_to_num(incoherent / self.power_around), _LEAST_SHARED, 1.0)
+        incoherent = incoherent * 0.5 * (1.0 + shared) / shared
         return phase_variances(
-            cells, incoherent, self.noise_power, samples.speckle, samples.noise, self.noise_square, doubt
+            cells, incoherent, self.noise_power, samples.speckle, samples.noise, self.noise_square, self.doubt
         )
 
     def variance(self, cells: Covariance, window: Weights, incoherent: Map) -> Map:
@@ -104,10 +121,10 @@ class Interferogram:
     def tilted_share(self, incoherent: Map, phase: Map) -> Map:
         """Share (look, gate) of the incoherent power that is due to the phase's turn within a pulse.
 
-        phase [rad] (look, gate): along the surface.
+        phase [rad] (look, gate): along the surface. Of a Gaussian pulse exp(−(turn · spread)²/2) stays coherent.
         """
         turn = self.turn(phase) * self.model.radar.response.spread_m
-        lost = 0.5 * turn**2 * np.maximum(self.power_around, 0.0)
+        lost = -np.expm1(-0.5 * turn**2) * np.maximum(self.power_around, 0.0)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(incoherent > 0.0, np.clip(lost / incoherent, 0.0, 1.0), 0.0)
 
@@ -136,13 +153,18 @@ class Interferogram:
             return heights, ambiguous
         # Nearer than the sea is below, nothing is level: what echoes there is no part of it.
         known = echoing & np.isfinite(heights.gain) & (self.model.radar.ranges > self.model.poses.fan.height)
-        if not needed(heights.gain, known, sea_size(residual, heights.gain, known)).any():
+        size = sea_size(residual, heights.gain, known)
+        if not needed(heights.gain, known, size).any():
             return heights, ambiguous
         resolved = self._cycles(residual, np.sqrt(wrapped_variance(variance)), heights, known)
         if resolved.cycles.any():
             heights = self.model.heights_of(cells, residual + 2.0 * np.pi * resolved.cycles)
-        # Where mean sea level alone turns the phase by a radian within a pulse, neighbours cannot be followed.
-        blurred = known & (self.model.turn_within_pulse > 1.0) & (len(self.others()) == 0)
+        # Where mean sea level alone turns the phase by a radian within a pulse, neighbours cannot be followed, of both
+        # ways nor of one; and where the sea's rms height is half a cycle, one break misleads all beyond it.
+        with np.errstate(invalid="ignore"):
+            blind = np.zeros_like(known) if self.others() else np.pi * np.abs(heights.gain) < size
+        turn = self.model.turn_within_pulse / (self.model.paths if self.others() else 1)
+        blurred = known & ((turn > 1.0) | blind)
         return heights, resolved.ambiguous | blurred
 
     def heights_near(

@@ -20,16 +20,18 @@ _FAINTEST = 0.02  # of the noise: power below it counts as none
 Map = NDArray[np.float64]
 
 
-def incoherent_power(wide: Covariance, noise_power: float, samples: float) -> Map:
+def incoherent_power(wide: Covariance, noise_power: float, samples: float, kept: Map | float = 1.0) -> Map:
     """Power [W], (look, gate), that the receivers do not share, without the noise's: ½(P₁ + P₂) − |C| − N.
 
     wide: sums over a longer window, since one sample of speckle is always coherent with itself; samples: of noise in
-    that window. Where noise hides it the share of all looks at about that range stands in, as far as it does.
+    that window; kept: as `kept_between` gives it. What compared pulses lose they lose alike with the pulses before and
+    after, and no phase is off by it. Where noise hides it the share of all looks at about that range stands in, as far
+    as it does.
     """
     known = wide.known
     power = np.where(known, 0.5 * (wide.lower + wide.upper), noise_power) - noise_power
     shared = np.where(known, np.abs(wide.cross), 0.0)
-    missing = np.where(known, power - shared, 0.0)
+    missing = np.where(known, kept * power - shared, 0.0)
     power = np.maximum(power, 0.0)
     around = np.ones(min(_TREND_GATES, power.shape[1]))
     all_missing, all_power = (np.convolve(each.sum(axis=0), around, "same") for each in (missing, power))
@@ -39,6 +41,14 @@ def incoherent_power(wide: Covariance, noise_power: float, samples: float) -> Ma
     with np.errstate(invalid="ignore", divide="ignore"):
         trust = np.where(expected + measured > 0.0, expected / (expected + measured), 1.0)
     return trust * np.maximum(missing, 0.0) + (1.0 - trust) * usual
+
+
+def kept_between(products: Covariance, noise_power: float, lag: float) -> Map:
+    """Share (look, gate) of an echo's covariance that is left between pulses `lag` times as far apart as those of
+    `products`, by how fast its phase turns and how far that scatters; 1 where nothing is heard."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = products.cross.real / (0.5 * (products.lower + products.upper) - noise_power)
+    return np.cos(lag * np.arccos(np.clip(np.nan_to_num(share, nan=1.0), -1.0, 1.0)))
 
 
 def estimation_doubt(samples: float) -> float:
