@@ -121,7 +121,7 @@ def visible_graph(told: Mapping[str, ByRange], law: Prospects | None, dark: bool
 
 
 def sea_state_graph(metrics: Mapping[str, Any], dark: bool) -> Figure | None:
-    """Wave height by the maps, turn by turn with its error, beside the true one; None where nothing is known."""
+    """Wave height by the maps up to each turn with its error, beside the scene's; None where nothing is known."""
     state = metrics.get("sea_state") or {}
     height = _numbers(state.get("significant_wave_height"))
     if not height.size:
@@ -135,11 +135,9 @@ def sea_state_graph(metrics: Mapping[str, Any], dark: bool) -> Figure | None:
             *figures.band(turn, height - wide, height + wide, "± 1.96 stated errors", figures.VERMILION, 0.2),
             *data,
         ]
-    true = (metrics.get("overall") or {}).get("hs_true_m")
+    true = metrics.get("hs_scene_m")
     if true is not None:
-        data.append(
-            figures.line(turn[[0, -1]], [true, true], "true, where it is judged", figures.ink(dark), dash="dash")
-        )
+        data.append(figures.line(turn[[0, -1]], [true, true], "of the scene", figures.ink(dark), dash="dash"))
     look = figures.layout(
         dark, "Significant wave height", 300, margin=_MARGIN, xaxis=figures.axis("Turn", dark),
         yaxis=figures.axis("m", dark, rangemode="tozero"),

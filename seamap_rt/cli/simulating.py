@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def _headline(metrics: dict[str, Any]) -> str:
     from ..conventions import written
-    from ..report.headline import wave_height  # takes a second
+    from ..report.headline import metres, wave_height  # takes a second
 
     overall = metrics.get("overall", {})
 
@@ -31,7 +31,7 @@ def _headline(metrics: dict[str, Any]) -> str:
         f"{at}, cells more than half visible: height error {number('height_rmse_m', 3)} m rms "
         f"({number('height_robust_m', 3)} robust, bias {number('height_bias_m', 3)}), "
         f"correlation {number('height_correlation')}; visible share {number('visible_fraction')}; "
-        f"Hs true {number('hs_true_m')} m, from the maps {wave_height(metrics)}"
+        f"Hs of the scene {metres(metrics.get('hs_scene_m'), 2)}, from the maps {wave_height(metrics)}"
     )
 
 

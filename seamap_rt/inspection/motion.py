@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..conventions import unit_from_azimuth, wrap_degrees
 from ..dataset import group_of
-from ..wavefield.sea_state import sea_state, water_of
+from ..wavefield.sea_state import TurnSpectrum, sea_state, water_of
 from ..wavefield.wave_direction import wavevectors
 from .finding import Finding
 
@@ -29,8 +29,10 @@ _SURE = 0.2  # of what both maps hold: less says nothing
 def motion(maps: xr.DataTree, wind_from_deg: float | None = None) -> list[Finding]:
     """Of maps of one turn or several. wind_from_deg: where it is known."""
     polar = group_of(maps, "maps/polar")
-    state = sea_state(maps)
-    waves, axis = _mean(state["mean_direction"].values, 1), _mean(state["mean_axis"].values, 2)
+    axis = _mean(sea_state(maps)["mean_axis"].values, 2)
+    turns = (TurnSpectrum.of(polar.isel(turn=turn), water_of(polar.attrs)) for turn in range(polar.sizes["turn"]))
+    # By the water's velocity alone: heights that run the other way from turn to turn show its sign to be wrong.
+    waves = _mean(np.array([np.nan if turn is None else turn.direction.wave_from_deg for turn in turns]), 1)
     return [_drift(polar, waves, wind_from_deg), _run(maps, waves, axis)]
 
 

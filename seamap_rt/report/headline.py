@@ -75,8 +75,8 @@ def summary(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> str
         f"mapped this sea: {waves}. At {reduce.judged_band(truth)}, in cells more than half visible, the retrieved "
         f"height is off by {figures['Height error, rms']} rms "
         f"({figures['Height error, robust']} robust, bias {figures['Height bias']}), and its "
-        f"correlation with the true height is {figures['Correlation']}. The true wave height there is "
-        f"{figures['Wave height Hs, true']} (four standard deviations){_retrieved_state(metrics)}. Both antennas see "
+        f"correlation with the true height is {figures['Correlation']}. The scene's wave height is "
+        f"{figures['Wave height Hs, of the scene']}{_retrieved_state(metrics)}. Both antennas see "
         f"more than half of the sea to {figures['Half visible to']}; what lies in shadow stays blank in the maps, or "
         "is flagged."
     )
@@ -88,16 +88,19 @@ def _retrieved_state(metrics: Mapping[str, Any]) -> str:
 
 
 def wave_height(metrics: Mapping[str, Any]) -> str:
-    """Of the sea that the maps saw, with its standard error, in the mean of the turns."""
+    """Of the sea at large, by all turns' maps, with its standard error."""
     state = metrics.get("sea_state")
     if not isinstance(state, Mapping):
         return metres(None)
-    height, errors = (reduce.series(state.get(f"significant_wave_height{name}")) for name in ("", "_std"))
-    # Turns a second apart meet the same waves: their errors do not average out.
-    mean, error = (reduce.number(reduce.mean(each)) for each in (height, errors))
-    if not np.isfinite(mean):
-        return metres(None)
-    return f"{written(mean, 2)} ± {written(error, 2)} m" if np.isfinite(error) else f"{written(mean, 2)} m"
+
+    def last(name: str) -> float:
+        values = reduce.series(state.get(f"significant_wave_height{name}"))
+        return float(values[-1]) if values.size else np.nan
+
+    height, error, least = last(""), last("_std"), last("_least")
+    if not np.isfinite(height):
+        return f"at least {written(least, 2)} m" if np.isfinite(least) else metres(None)
+    return f"{written(height, 2)} ± {written(error, 2)} m" if np.isfinite(error) else f"{written(height, 2)} m"
 
 
 def _whole_metres(value: Any) -> str:
@@ -121,7 +124,7 @@ def headline(metrics: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("Height error, robust", metres(overall.get("height_robust_m"))),
         ("Height bias", metres(overall.get("height_bias_m"), signed=True)),
         ("Correlation", digits(overall.get("height_correlation"), 3)),
-        ("Wave height Hs, true", metres(overall.get("hs_true_m"), 2)),
+        ("Wave height Hs, of the scene", metres(metrics.get("hs_scene_m"), 2)),
         ("Wave height Hs, from the maps", wave_height(metrics)),
         ("Half visible to", reduce.half_visible(metrics)[1]),
     ]

@@ -180,6 +180,7 @@ def _metrics(
         **error_figures(maps, truth),
         "measured": _measured(simulator, maps, truth),
         **_sea_state(maps if simulator.sea.patch is None else _where_true(maps, truth)),
+        "hs_scene_m": 4.0 * float(simulator.sea.resolved.elevation_std),
         "gauges": judge(gauges) if gauges is not None else [],
         "timing_s": timing,
         "real_time_factor": real_time_factor(scene.turn_duration_s, figures),

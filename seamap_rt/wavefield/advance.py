@@ -70,9 +70,11 @@ def advanced(ground: GroundFields, side: float, to_s: float, travel: Travel, wat
     return GroundFields(
         np.where(answered, scan.brought(height) / share, np.nan),
         np.where(answered, spread, np.nan),
-        *slopes,
+        slopes[0],
+        slopes[1],
         np.where(timed, to_s, np.nan),
-        *errors,
+        errors[0],
+        errors[1],
     )
 
 

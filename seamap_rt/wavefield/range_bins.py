@@ -32,6 +32,7 @@ class PolarMap:
     known: NDArray[np.bool_]
     azimuth: Field  # deg
     time: Field  # s
+    place: Field  # m, (look, 2): of the antennas, east and north
     ranges: Field  # m
     width: float  # rad, of a look
     conditional: bool  # heights are conditional means: they fall short of the sea by their errors' variance
@@ -55,8 +56,12 @@ class PolarMap:
         azimuth = field("azimuth")
         width = np.radians(abs(wrap_degrees(azimuth[1] - azimuth[0])) if azimuth.size > 1 else 360.0)
         conditional = polar.attrs.get("estimator") == "adaptive"
-        place = distance, seen, known, azimuth, field("time"), field("range"), float(width)
-        return cls(height, noise, *place, conditional, sensed)
+        time, ranges = field("time"), field("range")
+        place = np.zeros((azimuth.size, 2))
+        if "antenna_x" in polar:
+            place = np.nan_to_num(np.stack((field("antenna_x"), field("antenna_y")), axis=1))
+        told = height, noise, distance, seen, known, azimuth, time, place, ranges, float(width)
+        return cls(*told, conditional, sensed)
 
     @property
     def step(self) -> float:

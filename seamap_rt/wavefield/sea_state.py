@@ -8,12 +8,14 @@ Periods follow from wavelengths by the linear dispersion of the depth that trave
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.special import chdtri, gammaln
 
 from ..conventions import written
 from ..dataset import WATER_ATTRIBUTES, group_of
@@ -23,6 +25,7 @@ from .range_bins import PolarMap, RangeBins
 from .resolution import Resolution
 from .wave_direction import Travel, travel
 from .wave_spectrum import Field, Transforms, WaveSpectrum, wave_spectrum
+from .wave_systems import Heights, Periodogram, WaveSystems, find_systems, mean_periodogram
 
 _UNSEEN = 0.16  # relative error of the variance by what is not in sight, of its share
 _NOISE_KNOWN = 0.2  # relative standard error of the stated error variances
@@ -31,8 +34,12 @@ _LEAST_TRANSFER = 0.25  # of the variance: shorter waves are not in the map, but
 _TAIL_FROM = 2.0  # times the peak's wavenumber: shorter waves hold at least what a wind sea's do
 _CORE_OVER_TAIL = 2.76  # what it holds between half that and that over what is beyond (Hasselmann et al. 1973)
 _STEP = 1.3  # from one wavenumber to the next, of waves too short to be seen
-_SURE_DEG = 60.0  # between the heights' axis and the way that the water moves: farther off the way is called unknown
-_PEAK_WIDTH = 0.3  # relative, of a wind sea's spectrum: how far the peak of a single draw of few waves strays
+_MEMORY_S = 120.0  # of which a sea is the same
+_BACK = (1, 2, 3, 5, 9, 17)  # turns that are compared as they are: now, and longer and longer ago
+_AVERAGED = 10  # of which periodograms are averaged
+_FADED, _FADED_LINE = 1.02, 1.75  # of the reach, where heights have faded; a line's standard deviation, times the reach
+_FEW, _RESOLVED = 6.0, 11.0  # modes of a regular wave, and kR from which on a circle tells it from a short swell
+_FEWEST = 3.0  # independent heights, with which a mean square tells a variance
 _SIDE_M = 3.0  # of squares on which waves are sorted by the way they run
 _NEEDED = ("turn", "azimuth", "range", "height", "height_std", "ground_range", "quality", "time")
 _LEAST_SPAN = 80.0  # deg of looks: fewer do not tell waves of all directions apart
@@ -46,8 +53,11 @@ _VARIABLES = {
     ),
     "mean_direction": ("degree", "mean azimuth the waves come from", "sea_surface_wave_from_direction"),
     "directional_spread": ("degree", "circular spread of the directions", "sea_surface_wave_directional_spread"),
-    "significant_wave_height_std": ("m", "standard error of the height of the sea that was seen", None),
-    "significant_wave_height_sampling": ("m", "standard deviation by which a sea of this size differs", None),
+    "significant_wave_height_std": ("m", "standard error of the height, of the sea at large", None),
+    "significant_wave_height_sampling": ("m", "part of that: what so much sea in so long differs by", None),
+    "significant_wave_height_measurement": ("m", "part of that: of the height of the sea that was seen", None),
+    "significant_wave_height_least": ("m", "what the height is at least, where no error can be told", None),
+    "independent": ("1", "independent heights that the sea that was seen is worth", None),
     "peak_period_std": ("s", "standard error of the peak period", None),
     "mean_direction_std": ("degree", "standard error of the mean direction", None),
     "directional_spread_std": ("degree", "standard error of the spread", None),
@@ -63,28 +73,32 @@ _VARIABLES = {
 
 
 def sea_state(maps: xr.DataTree) -> xr.Dataset:
-    """Significant wave height, peak period, mean direction and spread of each turn, with standard errors, dims (turn,).
+    """Significant wave height, peak period, mean direction and spread after each turn, with standard errors, dims
+    (turn,).
 
     maps: as from `retrieve`, of an antenna that moves slowly beside the waves. Their attributes `depth_m` and
     `current_m_s` (east, north) say what the waves run on; where no depth is given deep water is assumed, and the
     attribute `depth_given` of the result is 0. Periods are those met by one who drifts with the current.
 
-    The standard error
-    `significant_wave_height_std` is against the sea that was seen; how far that may differ from the sea at large, by
-    chance, is `significant_wave_height_sampling`, and part of the other errors. Where too little is seen, or too noisy,
-    all is NaN, and the attribute `unknown` says why and what would mend it; of a calm sea, and of looks that span less
-    than 80°, the period and directions are NaN. Mean direction and spread are NaN as well where no radial velocity
-    gives which way the waves run; `mean_axis` needs none.
+    Each turn's numbers are of the turns up to it, for two minutes at most: a cell's record in time tells waves longer
+    than the circle in sight, of which one turn holds a part. Standard errors are against the sea at large, of which so
+    much in so long is a sample; `significant_wave_height_sampling` is that part of the height's. Where a sample is too
+    small for that (fewer than three independent heights), the height is NaN and `significant_wave_height_least` says
+    what it is at least, at 97.5 % confidence.
+    Where too little is seen, or too noisy, all is NaN, and the attribute `unknown` says why and what would mend it; of
+    a calm sea, and of looks that span less than 80°, the period and directions are NaN. Mean direction and spread are
+    NaN as well where nothing tells which way the waves run; `mean_axis` needs none.
 
     Raises SchemaError for maps without one of the fields it reads, or with one of another kind.
 
     Method: mean square about mean sea level, less that of the errors (of heights that are the mean of what may be,
-    given the echoes, plus that of what they leave open), over the share that cells keep of the spectrum; peak by S⁴
-    (Young 1995), mean direction and spread by the first moment (Kuik, van Vledder & Holthuijsen 1988).
+    given the echoes, plus that of what they leave open), over the share that cells keep of the spectrum; period and
+    directions by the wave systems of which the sea most likely is the sum (`wave_systems`).
     """
     polar = group_of(maps, "maps/polar", _NEEDED)
     water = water_of(polar.attrs)
-    rows = [_one_turn(polar.isel(turn=turn), water) for turn in range(polar.sizes["turn"])]
+    record = _Record(water, polar.sizes["turn"])
+    rows = [record.row(polar.isel(turn=turn)) for turn in range(polar.sizes["turn"])]
     known = {name: polar.attrs.get(name, missing) for name, (missing, _) in WATER_ATTRIBUTES.items()}
 
     def variable(name: str) -> tuple[str, Field, dict[str, str]]:
@@ -94,7 +108,7 @@ def sea_state(maps: xr.DataTree) -> xr.Dataset:
             attributes["standard_name"] = standard_name
         return "turn", np.array([row.get(name, np.nan) for row in rows]), attributes
 
-    unknown = [turn for turn, row in enumerate(rows) if not np.isfinite(row.get("significant_wave_height", np.nan))]
+    unknown = [turn for turn, row in enumerate(rows) if not np.isfinite(row.get("noise_height", np.nan))]
     why = {"unknown": hindrance(polar.isel(turn=unknown[-1]))} if unknown else {}
     return xr.Dataset(
         {name: variable(name) for name in _VARIABLES}, {"turn": polar["turn"]}, {"Conventions": "CF-1.11"} | known | why
@@ -118,6 +132,8 @@ class TurnSpectrum:
     bins: RangeBins
     transfer: Field  # (ring,) share of waves' variance that the map's cells hold
     kept: Field  # (bin,) share of the waves' variance that cells at that distance hold
+    water: Water
+    inside: NDArray[np.bool_]  # (look, gate) of cells that waves are sorted by
 
     @classmethod
     def of(cls, polar: xr.Dataset, water: Water) -> TurnSpectrum | None:
@@ -132,7 +148,8 @@ class TurnSpectrum:
         resolution = Resolution.of(polar.attrs, np.degrees(polar_map.width))
         overall = bins.weight(bins.glimpsed) @ resolution.transfer(spectrum.ring_wavenumber, bins.middle)
         spectrum = spectrum.corrected(overall, _LEAST_TRANSFER)
-        return cls(spectrum, direction, polar_map, bins, overall, _kept(spectrum, overall, resolution, bins.middle))
+        kept = _kept(spectrum, overall, resolution, bins.middle)
+        return cls(spectrum, direction, polar_map, bins, overall, kept, water, inside)
 
     @property
     def height(self) -> float:
@@ -140,28 +157,138 @@ class TurnSpectrum:
         return _height(self.polar_map, self.bins, self.kept)["significant_wave_height"]
 
     @property
+    def shown(self) -> bool:
+        """Whether the waves stand out of the heights' errors."""
+        weight = self.bins.weight(self.bins.used)
+        # Heights that are a conditional mean hold nothing of a sea that noise hides.
+        least = 2.0 if self.polar_map.conditional else 2.0 * _NOISE_KNOWN
+        return bool(weight @ self.bins.waves > least * (weight @ self.bins.noise))
+
+    def _heights(self, chosen: NDArray[np.bool_]) -> Heights:
+        cells, place = self.polar_map.cells(chosen), self.polar_map.place
+        x, y = cells.x + place[cells.look, 0], cells.y + place[cells.look, 1]
+        return Heights(x, y, cells.time, cells.height, self.polar_map.noise[chosen], cells.weight)
+
+    @cached_property
+    def heights(self) -> Heights:
+        """Of the cells that waves are sorted by."""
+        return self._heights(self.inside)
+
+    @cached_property
+    def heights_used(self) -> Heights:
+        """Of the cells that the waves' height is taken from."""
+        return self._heights(self.polar_map.known & self.bins.within(self.bins.used, self.polar_map.distance))
+
+    @cached_property
+    def periodogram(self) -> Periodogram:
+        """By rings and directions, of heights that fade towards the edge, so that long waves do not leak."""
+        cells = self.polar_map.cells(self.inside)
+        faded = cells.weight * (1.0 - (np.hypot(cells.x, cells.y) / (_FADED * cells.reach)) ** 2)
+        area = float(faded.sum() ** 2 / np.sum(faded**2 / cells.weight))
+        modes = wave_spectrum(Transforms.of(replace(cells, weight=faded)), self.direction, self.water)
+        return Periodogram.of(modes, self._transfer_at, area, _FADED_LINE / cells.reach)
+
+    @property
+    def regular(self) -> bool:
+        """Whether its waves are one line, which the circle resolves: no spectrum of a sea."""
+        peak = 2.0 * np.pi * self.spectrum.peak_frequency
+        if not np.isfinite(peak) or self.spectrum.independent > _FEW:
+            return False
+        cycles = float(self.water.wavenumber(peak)) * float(np.hypot(self.heights.x, self.heights.y).max())
+        return cycles > _RESOLVED
+
+    def line(self) -> dict[str, float]:
+        """Period and direction of regular waves, by the line's centre and to its width."""
+        peak = self.spectrum.peak_frequency
+        moment = self.spectrum.direction(1)
+        error = self.spectrum.peak_line_width
+        figures = {"peak_period": 1.0 / peak, "peak_period_std": error / peak**2}
+        if not self.way_known:
+            return figures
+        return figures | {
+            "mean_direction": float(np.degrees(np.angle(moment)) + 180.0) % 360.0,
+            "mean_direction_std": float(np.degrees(error / peak)),
+        }
+
+    def _transfer_at(self, wavenumber: Field) -> Field:
+        return np.interp(wavenumber, self.spectrum.ring_wavenumber, self.transfer)
+
+    @property
     def way_known(self) -> bool:
         """Whether the water's velocity says which way the waves run."""
         return bool(np.isfinite(self.direction.wave_from_deg))
 
 
-def _one_turn(polar: xr.Dataset, water: Water) -> dict[str, float]:
-    """The numbers of one turn; those that cannot be had are left out."""
-    heights = polar["height"].values
-    values = {"cells": 0.0, "raw_height": 4.0 * float(np.nanstd(heights)) if np.isfinite(heights).any() else np.nan}
-    turn = TurnSpectrum.of(polar, water)
-    if turn is None:
-        return values
-    polar_map, bins, spectrum, direction = turn.polar_map, turn.bins, turn.spectrum, turn.direction
-    values |= _height(polar_map, bins, turn.kept)
-    part = bins.area[bins.used].sum() / bins.area[bins.glimpsed].sum()
-    chance = 0.5 / np.sqrt(max(1.0, spectrum.independent * part))
-    values["significant_wave_height_sampling"] = chance * values["significant_wave_height"]
-    weight = bins.weight(bins.used)
-    # Heights that are a conditional mean hold nothing of a sea that noise hides.
-    least = 2.0 if polar_map.conditional else 2.0 * _NOISE_KNOWN
-    shown = weight @ bins.waves > least * (weight @ bins.noise)
-    return values | (_direction(spectrum, direction) if shown and polar_map.span > _LEAST_SPAN else {})
+class _Record:
+    """The turns up to one, and the wave systems found in them."""
+
+    def __init__(self, water: Water, turns: int) -> None:
+        self._water, self._last = water, turns
+        self._count = 0
+        self._turns: list[tuple[TurnSpectrum, dict[str, float]]] = []
+        self._systems: WaveSystems | None = None
+
+    def row(self, polar: xr.Dataset) -> dict[str, float]:
+        """The numbers after one more turn; those that cannot be had are left out."""
+        self._count += 1
+        heights = polar["height"].values
+        values = {"cells": 0.0, "raw_height": 4.0 * float(np.nanstd(heights)) if np.isfinite(heights).any() else np.nan}
+        turn = TurnSpectrum.of(polar, self._water)
+        if turn is None:
+            return values
+        found = _height(turn.polar_map, turn.bins, turn.kept)
+        now = float(turn.polar_map.time.max())
+        self._turns = [each for each in self._turns if now - each[0].polar_map.time.max() < _MEMORY_S]
+        self._turns.append((turn, found))
+        shown = [each for each, _ in self._turns if each.shown]
+        if not shown:
+            return values | found
+        due = self._count == self._last or len(shown) & (len(shown) - 1) == 0
+        if due or self._systems is None:
+            chosen = [shown[-n] for n in _BACK if n <= len(shown)]
+            periodogram = mean_periodogram([each.periodogram for each in shown[-_AVERAGED:]])
+            self._systems = find_systems(
+                [each.heights for each in chosen], periodogram, turn.direction, self._water, self._systems
+            )
+        if self._systems is None:  # too little is seen to tell what the sea at large may differ by
+            return values | found | {"significant_wave_height_std": np.nan}
+        values |= self._combined(found, self._systems)
+        if not turn.polar_map.span > _LEAST_SPAN:
+            return values
+        return values | self._systems.figures(values["independent"]) | (turn.line() if turn.regular else {})
+
+    def _combined(self, found: dict[str, float], systems: WaveSystems) -> dict[str, float]:
+        """The height by all turns, and by how much the sea at large may differ from it."""
+        square = float(np.mean([each["significant_wave_height"] ** 2 for _, each in self._turns]))
+        error = float(np.mean([each["significant_wave_height_std"] for _, each in self._turns]))
+        samples = systems.samples([each.heights_used for each, _ in self._turns])
+        height = np.sqrt(square)
+        values = {**found, "significant_wave_height_measurement": error, "independent": samples}
+        if samples < _FEWEST:
+            least = height * np.sqrt(samples / chdtri(samples, 0.025))
+            return values | {
+                "significant_wave_height": np.nan,
+                "significant_wave_height_std": np.nan,
+                "significant_wave_height_least": float(least),
+            }
+        unbiased, spread = height_of_samples(samples)
+        chance = spread * height
+        return values | {
+            "significant_wave_height": float(unbiased * height),
+            "significant_wave_height_std": float(np.hypot(chance, error)),
+            "significant_wave_height_sampling": float(chance),
+            "significant_wave_height_least": np.nan,
+        }
+
+
+def height_of_samples(samples: float) -> tuple[float, float]:
+    """Of the root s of a mean square over n independent normal heights of standard deviation σ: the factor of s that is
+    σ in the mean, and that error over s by which (found − σ)/error has a mean square of 1, over all s (n > 2)."""
+    half = 0.5 * samples
+    mean = np.exp(gammaln(half + 0.5) - gammaln(half)) / np.sqrt(half)
+    inverse = np.exp(gammaln(half - 0.5) - gammaln(half)) * np.sqrt(half)
+    unbiased = 1.0 / mean
+    return float(unbiased), float(np.sqrt(unbiased**2 - 2.0 * unbiased * inverse + samples / (samples - 2.0)))
 
 
 def _height(polar_map: PolarMap, bins: RangeBins, keep: Field) -> dict[str, float]:
@@ -230,49 +357,40 @@ def _kept(spectrum: WaveSpectrum, overall: Field, resolution: Resolution, distan
     return resolution.transfer(np.append(wavenumber, shorter * np.sqrt(_STEP)), distance) @ power / power.sum()
 
 
-def _direction(spectrum: WaveSpectrum, direction: Travel) -> dict[str, float]:
-    """Periods and directions, with what chance makes of as few waves as were seen."""
-    peak, moment, doubled = spectrum.peak_frequency, spectrum.direction(1), spectrum.direction(2)
-    if not (np.isfinite(peak) and np.isfinite(moment)):
-        return {}
-    chance = 1.0 / np.sqrt(spectrum.independent)
-    axis = np.degrees(0.5 * np.angle(doubled)) % 180.0
-    # By chance, and by the width of a single wave's line in the map, which draws the peak of a lopsided spectrum along.
-    error = np.hypot(_PEAK_WIDTH * chance * peak, spectrum.peak_line_width)
-    values = {"peak_period": 1.0 / peak, "peak_period_std": error / peak**2, "mean_axis": axis}
-    if not abs(np.cos(np.radians(direction.wave_from_deg - axis))) > np.cos(np.radians(_SURE_DEG)):
-        return values
-    spread = float(np.degrees(np.sqrt(2.0 * max(1.0 - abs(moment), 0.0))))
-    return values | {
-        "mean_direction": (np.degrees(np.angle(moment)) + 180.0) % 360.0,
-        "mean_direction_std": spread * chance,
-        "directional_spread": spread,
-        "directional_spread_std": spread * chance / np.sqrt(2.0),
-    }
-
-
 def in_words(state: xr.Dataset) -> str:
-    """One line: height, peak period, direction and spread, as far as they are known; of several turns their means."""
-    height = state["significant_wave_height"].values
-    known = np.isfinite(height)
-    if not known.any():
+    """One line: height, peak period, direction and spread with their errors, as far as they are known, by all turns."""
+
+    def last(name: str) -> float:
+        values = state[name].values
+        known = values[np.isfinite(values)]
+        return float(known[-1]) if known.size else np.nan
+
+    def with_error(name: str, decimals: int, unit: str) -> str:
+        value, error = last(name), last(f"{name}_std")
+        if np.isfinite(error) and unit == "°":
+            return f"{value:.0f}° ± {max(error, 1.0):.0f}°"
+        return (
+            f"{written(value, decimals)} ± {written(error, decimals)} {unit}"
+            if np.isfinite(error)
+            else (f"{written(value, decimals)} {unit}")
+        )
+
+    if not np.isfinite(state["noise_height"].values).any():
         return f"sea state unknown: {state.attrs.get('unknown', 'no heights')}"
-    text = f"Hs {written(height[known].mean(), 2)}"
-    if known.sum() == 1:
-        text += f" ± {written(state['significant_wave_height_std'].values[known][0], 2)} m"
-    else:  # what a turn's own bar leaves out: a patch of sea is one draw of many
-        least, most = written(height[known].min(), 2), written(height[known].max(), 2)
-        text += f" m in the mean of {known.sum()} turns ({least} to {most} m)"
-    period, direction = (state[name].values for name in ("peak_period", "mean_direction"))
-    if np.isfinite(period).any():
-        text += f", Tp {np.nanmean(period):.1f} s{_assumed(state, float(np.nanmean(period)))}"
-    known = np.isfinite(direction)
-    if known.any():
-        mean = np.degrees(np.angle(np.mean(np.exp(1j * np.radians(direction[known]))))) % 360.0
-        text += f", from {mean:.0f}°, spread {np.nanmean(state['directional_spread'].values):.0f}°"
-    elif np.isfinite(axis := state["mean_axis"].values).any():
-        mean = 0.5 * np.degrees(np.angle(np.nanmean(np.exp(2j * np.radians(axis))))) % 180.0
-        text += f", from {mean:.0f}° or {mean + 180.0:.0f}°"
+    if np.isfinite(state["significant_wave_height"].values[-1]) or not np.isfinite(
+        last("significant_wave_height_least")
+    ):
+        text = f"Hs {with_error('significant_wave_height', 2, 'm')}"
+    else:
+        least = written(last("significant_wave_height_least"), 2)
+        text = f"Hs at least {least} m (the waves are too long for the sea in sight: more turns, or a higher mast)"
+    period = last("peak_period")
+    if np.isfinite(period):
+        text += f", Tp {with_error('peak_period', 1, 's')}{_assumed(state, period)}"
+    if np.isfinite(last("mean_direction")):
+        text += f", from {with_error('mean_direction', 0, '°')}, spread {last('directional_spread'):.0f}°"
+    elif np.isfinite(axis := last("mean_axis")):
+        text += f", from {axis:.0f}° or {axis + 180.0:.0f}°"
     return text
 
 

@@ -124,16 +124,25 @@ def test_sea_state_follows_from_the_maps() -> None:
     assert in_words(state).startswith("Hs 1.")
 
 
-def test_a_sea_state_of_several_turns_is_their_mean() -> None:
-    """Heights in the mean, with their ends; directions around north in the mean on the circle."""
+def test_a_sea_state_in_words_is_that_of_the_last_turn_that_shows_one() -> None:
     one = sea_state(maps()).assign_attrs(depth_given=1)
-    names = ("significant_wave_height", "peak_period", "mean_direction", "directional_spread")
-    turns = [one.assign({name: (one[name].dims, [value]) for name, value in zip(names, each, strict=True)}) for each in
-             ((1.0, 5.0, 350.0, 20.0), (np.nan, np.nan, np.nan, np.nan), (1.5, 6.0, 20.0, 30.0))]  # fmt: skip
+    names = ("significant_wave_height", "peak_period", "mean_direction", "directional_spread", "noise_height")
+    errors = {
+        f"{name}_std": (one[f"{name}_std"].dims, [error]) for name, error in zip(names, (0.08, 0.2, 3.0), strict=False)
+    }
+    told = ((1.0, 5.0, 350.0, 20.0, 0.1), (1.5, 6.0, 20.0, 30.0, 0.1))
+    turns = [
+        one.assign({name: (one[name].dims, [value]) for name, value in zip(names, each, strict=True)} | errors)
+        for each in told
+    ]
     state = xr.concat(turns, "turn", data_vars="all")
-    assert in_words(state) == "Hs 1.25 m in the mean of 2 turns (1.00 to 1.50 m), Tp 5.5 s, from 5°, spread 25°"
-    assert in_words(state.isel(turn=slice(1))).startswith("Hs 1.00 ± ")
-    assert in_words(state.isel(turn=slice(1, 2))).startswith("sea state unknown")
+    assert in_words(state) == "Hs 1.50 ± 0.08 m, Tp 6.0 ± 0.2 s, from 20° ± 3°, spread 30°"
+    few = state.assign(
+        significant_wave_height=("turn", [np.nan, np.nan]), significant_wave_height_least=("turn", [np.nan, 0.8])
+    )
+    assert in_words(few).startswith("Hs at least 0.80 m")
+    dark = state.assign(noise_height=("turn", [np.nan, np.nan]))
+    assert in_words(dark).startswith("sea state unknown")
 
 
 def test_where_the_echo_grows_a_gate_hears_its_far_side() -> None:

@@ -172,6 +172,7 @@ class Run:
                 "hs_retrieved_m": 1.466,
                 "range_m": (50.0, 200.0),
             },
+            "hs_scene_m": 1.412,
             "measured": {
                 "fully_measured_radius_m": 101.4,
                 "reach_m": 142.6,

@@ -58,10 +58,11 @@ def test_run_line_is_of_the_scene_as_run() -> None:
     assert "3 turns" in words
 
 
-def test_wave_height_has_its_error() -> None:
-    """Turns meet the same waves: two of 0.06 m do not make 0.04 m."""
-    state = {"significant_wave_height": [1.48, 1.52], "significant_wave_height_std": [0.06, 0.06]}
-    assert wave_height({"sea_state": state}) == "1.50 ± 0.06 m"
+def test_wave_height_is_that_of_all_turns_with_its_error() -> None:
+    state = {"significant_wave_height": [1.48, 1.52], "significant_wave_height_std": [0.09, 0.06]}
+    assert wave_height({"sea_state": state}) == "1.52 ± 0.06 m"
+    few = {"significant_wave_height": [None], "significant_wave_height_least": [0.9]}
+    assert wave_height({"sea_state": few}) == "at least 0.90 m"
     assert wave_height({"sea_state": {"significant_wave_height": [None]}}) == "—"
     assert wave_height({}) == "—"
 

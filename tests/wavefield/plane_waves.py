@@ -29,6 +29,16 @@ class Waves:
         """(look, gate), each look at its time."""
         return self._sum(np.ones((AZIMUTH.size, self.k.size)))
 
+    def turns(self, count: int) -> xr.DataTree:
+        """Maps of turns a second apart, without noise, with the water's velocity."""
+        made = []
+        for turn in range(count):
+            amplitude = self.amplitude * np.exp(-1j * np.sqrt(GRAVITY * self.k) * turn)
+            later = Waves(self.k, self.toward, amplitude)
+            polar = maps(later.heights(), later.velocity(), 0.0, "single_cell")["polar"].to_dataset()
+            made.append(polar.assign(time=polar["time"] + turn).assign_coords(turn=[turn]))
+        return xr.DataTree.from_dict({"/polar": xr.concat(made, "turn", data_vars="all")})
+
     def velocity(self) -> NDArray[np.float64]:
         """Of the water, outward [m/s]: ω η along the wave's way."""
         return self._sum(np.sqrt(GRAVITY * self.k) * self._along())

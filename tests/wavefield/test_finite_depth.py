@@ -39,8 +39,8 @@ def test_one_wave_is_found_as_it_is(depth: float, along_m_s: float) -> None:
 def test_the_peak_period_of_a_random_sea_is_within_its_stated_error(depth: float, along_m_s: float) -> None:
     states = [sea_state(random_sea(seed, 8.0, depth, along_m_s).maps()) for seed in range(5)]
     found, stated = (np.array([float(each[name][0]) for each in states]) for name in ("peak_period", "peak_period_std"))
-    # The stated error holds chance and the width of a wave's line, σ_k = 1.37/R: within it the mean must lie, and of 5
-    # draws the rms of errors over stated ones, known to 1/√10 of itself, below 1 + 1.6/√10.
+    # Within the stated error the mean must lie, and of 5 draws the rms of errors over stated ones, known to 1/√10 of
+    # itself, below 1 + 1.6/√10.
     assert np.sqrt(np.mean(((found - 8.0) / stated) ** 2)) < 1.5
     assert abs(found.mean() - 8.0) < stated.mean()
     assert stated.max() < 0.8
@@ -114,8 +114,8 @@ def test_a_simulated_turn_in_5_m_of_water() -> None:
     maps = retrieve(Simulator(scene).turn(0).echoes, scene.resolved_retrieval)
     assert [maps[group].attrs["depth_m"] for group in ("polar", "ground")] == [5.0, 5.0]
     state = sea_state(maps)
-    # Of one sea, by chance and by the error that is stated: within twice that error.
-    assert abs(float(state["peak_period"][0]) - 8.0) < 2.0 * float(state["peak_period_std"][0])
+    # Of one sea, by chance and by the error that is stated: within three times that error.
+    assert abs(float(state["peak_period"][0]) - 8.0) < 3.0 * float(state["peak_period_std"][0])
     assert float(state["peak_period_std"][0]) < 0.8
     assert "depth" not in in_words(state)
 

@@ -10,8 +10,10 @@ from plane_waves import AZIMUTH, GROUND, Waves, maps, random_sea
 
 from seamap_rt.conventions import GRAVITY, wrap_degrees
 from seamap_rt.dataset import QUALITY_FLAGS
+from seamap_rt.physics.dispersion import DEEP_WATER
 from seamap_rt.wavefield.resolution import Resolution
-from seamap_rt.wavefield.sea_state import sea_state
+from seamap_rt.wavefield.sea_state import TurnSpectrum, height_of_samples, in_words, sea_state
+from seamap_rt.wavefield.wave_systems import find_systems, mean_periodogram
 
 
 def state(
@@ -116,12 +118,79 @@ def test_waves_that_run_against_each_other_are_told_apart() -> None:
     assert found["directional_spread"] == pytest.approx(np.degrees(np.sqrt(2.0 - 2.0 / 3.0)), abs=15.0)
 
 
-def test_without_a_velocity_the_axis_is_known_and_not_the_way() -> None:
-    found = state(random_sea(6, 1.0, 5.0, 310.0).heights())
+def test_without_a_velocity_the_axis_is_known_and_the_way_is_right_or_not_told() -> None:
+    # A turn takes a second, in which waves of 5 s run a fifth of their length: that may tell the way, and must not
+    # tell the wrong one. Of heights of one instant nothing does.
+    height = random_sea(6, 1.0, 5.0, 310.0).heights()
+    found = state(height)
     assert abs(wrap_degrees(2.0 * (found["mean_axis"] - 130.0)) / 2.0) < 6.0  # a chance of 3° for waves as few as these
-    assert found["peak_period"] == pytest.approx(5.0, rel=0.05)
-    assert np.isnan(found["mean_direction"])
-    assert np.isnan(found["directional_spread"])
+    assert found["peak_period"] == pytest.approx(5.0, rel=0.1)
+    way = found["mean_direction"]
+    assert np.isnan(way) or abs(wrap_degrees(way - 310.0)) < 3.0 * found["mean_direction_std"]
+
+
+@pytest.mark.parametrize("samples", [3.5, 6.0, 20.0, 200.0])
+def test_the_error_of_a_height_from_few_waves_holds_over_all_its_chances(samples: float) -> None:
+    """n s²/σ² is χ² of n: σ is found without a bias, and (found − σ)/error has a mean square of 1."""
+    stream = np.random.default_rng(17)
+    s = np.sqrt(stream.chisquare(samples, 400_000) / samples)
+    unbiased, error = height_of_samples(samples)
+    # 1/√400,000 of spreads of 0.5 and less; of squares, whose own spread is wide at few samples, ten times that.
+    assert np.mean(unbiased * s) == pytest.approx(1.0, abs=0.003)
+    assert np.mean(((unbiased * s - 1.0) / (error * s)) ** 2) == pytest.approx(1.0, abs=0.05)
+
+
+def swell(seed: int, period: float, turns: int) -> xr.DataTree:
+    """Of 12 to 14 s: half a wave and less in the circle's radius of 150 m. Turns a second apart."""
+    return random_sea(seed, 2.0, period, 200.0, 40.0).turns(turns)
+
+
+@pytest.mark.parametrize(("period", "turns"), [(12.0, 1), (13.0, 8), (14.0, 8)])
+def test_waves_longer_than_the_circle_are_known_within_what_is_stated(period: float, turns: int) -> None:
+    """Height, period and direction of eight seas: errors over stated errors of 1 in the rms, which eight tell to 25 %,
+    and stated errors that say how little so small a circle holds."""
+    found = [sea_state(swell(seed, period, turns)).isel(turn=-1) for seed in range(8)]
+    for name, true in (("significant_wave_height", 2.0), ("peak_period", period), ("mean_direction", 200.0)):
+        value, error = (np.array([float(each[f"{name}{part}"]) for each in found]) for part in ("", "_std"))
+        known = np.isfinite(value)
+        assert np.mean(known) > 0.6
+        ratio = (value - true)[known] / error[known]
+        assert np.sqrt(np.mean(ratio**2)) < 1.6
+    height, error = (
+        np.array([float(each[f"significant_wave_height{part}"]) for each in found]) for part in ("", "_std")
+    )
+    # So few waves as π R²/λ² and less cannot be told better than 0.5/√n of their height.
+    assert np.nanmin(error / height) > 0.1
+
+
+def test_a_height_that_cannot_be_told_is_said_to_be_at_least_so_much() -> None:
+    maps = random_sea(3, 2.0, 22.0, 200.0, 60.0).turns(1)
+    found = sea_state(maps)
+    assert np.isnan(found["significant_wave_height"][0])
+    assert 0.1 < float(found["significant_wave_height_least"][0]) < 2.0
+    assert in_words(found).startswith("Hs at least ")
+
+
+def test_systems_that_cross_are_found_apart() -> None:
+    """A swell of 11 s and a wind sea of 5 s across it, in four turns: each system as it is."""
+    sea = random_sea(21, 1.2, 11.0, 210.0, 40.0) + random_sea(22, 1.2, 5.0, 120.0)
+    maps = sea.turns(4)
+    polars = [maps["polar"].to_dataset().isel(turn=n) for n in range(4)]
+    turns = [TurnSpectrum.of(each, DEEP_WATER) for each in polars]
+    known = [each for each in turns if each is not None]
+    systems = find_systems(
+        [each.heights for each in known],
+        mean_periodogram([each.periodogram for each in known]),
+        known[-1].direction,
+        DEEP_WATER,
+    )
+    assert systems is not None
+    for period, comes_from in ((11.0, 210.0), (5.0, 120.0)):
+        near = min(systems.systems, key=lambda each: abs(np.log(each.frequency * period)))
+        assert 1.0 / near.frequency == pytest.approx(period, rel=0.12)
+        assert abs(wrap_degrees(np.degrees(near.toward) + 180.0 - comes_from)) < 12.0
+        # Of a wavelength of 190 m the circle of 150 m holds some two waves: 0.5/√2 of their height is chance.
+        assert 4.0 * np.sqrt(near.variance) == pytest.approx(1.2, rel=0.5)
 
 
 @pytest.mark.parametrize("first", [0, 60, 150])

@@ -120,7 +120,7 @@ def _heights(sea: Sea, seed: int) -> tuple[float, float, float, float]:
     ends = float(state["range_first"]), float(state["range_last"])
     true = true_height(simulator, turn.truth["polar"].to_dataset().isel(turn=0), *ends)
     bias = error_figures(maps, turn.truth)["overall"]["height_bias_m"]
-    return true, float(state["significant_wave_height"]), float(state["significant_wave_height_std"]), bias
+    return true, float(state["significant_wave_height"]), float(state["significant_wave_height_measurement"]), bias
 
 
 @style.styled

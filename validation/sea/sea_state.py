@@ -1,11 +1,16 @@
 """Sea state from one turn's map, over seas of 0.5 to 4 m: height, peak period, direction and spread beside the truth.
 
     python -m validation.sea.sea_state [--seeds 1 2 3] [--mast 5] [--out validation/figures/sea_state.png]
+    python -m validation.sea.sea_state --draw N [--count 40] [--of seas]
 
 VV with the 1 W radar's noise, a turn each. The true height is that of the same sea: four times the rms of the resolved
 waves, dark ones too, over the range that the estimate names, as points at each look's time. The true direction is that
 of the same sea's true heights, dark cells too, by the same transform of the same circle. It differs from the mean
 direction of the spectrum, because the circle holds only some waves; that direction and the set period are given too.
+
+--draw: seas that the number N draws (`validation.draws`), after one turn and after ten, beside what the scene sets: Hs,
+the highest peak's period, and the mean direction of all energy, by the JONSWAP formula as it stands here. (found −
+set)/stated should have an rms of 1, the sampling of the sea included.
 """
 
 from __future__ import annotations
@@ -13,6 +18,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -26,7 +32,7 @@ from seamap_rt.wavefield.range_bins import PolarMap, RangeBins
 from seamap_rt.wavefield.sea_state import sea_state
 from seamap_rt.wavefield.wave_direction import Travel
 from seamap_rt.wavefield.wave_spectrum import Cells, Transforms, wave_spectrum
-from validation import FIGURES
+from validation import FIGURES, draws
 
 Sea = tuple[tuple[tuple[float, float, float], ...], float]  # (Hs, Tp, from) of each system; wind speed
 SEAS: tuple[Sea, ...] = (
@@ -118,7 +124,7 @@ class Case:
         f = self.retrieved
         return (
             f"| {self.nominal} | {f['range_first']:.0f}–{f['range_last']:.0f} m | {self.height:.3f} "
-            f"| {f['significant_wave_height']:.3f} ± {f['significant_wave_height_std']:.3f} "
+            f"| {f['significant_wave_height']:.3f} ± {f['significant_wave_height_measurement']:.3f} "
             f"| {self.height_error:+.1f} % "
             f"| {f['peak_period']:.2f} ± {f['peak_period_std']:.2f} | {self.comes_from:.1f} "
             f"| {f['mean_direction']:.1f} ± {f['mean_direction_std']:.1f} | {self.direction_error:+.1f} "
@@ -150,7 +156,7 @@ def drawn(cases: list[Case]) -> Figure:
         marks = {"fmt": "o", "color": f"C{n}", "markersize": 4, "capsize": 2}
         height = np.array([case.height for case in those])
         off = np.array([case.height_error for case in those])
-        spread = [100.0 * case.retrieved["significant_wave_height_std"] / case.height for case in those]
+        spread = [100.0 * case.retrieved["significant_wave_height_measurement"] / case.height for case in those]
         left.errorbar(height, off, spread, label=those[0].nominal, **marks)
         direction_error = [case.direction_error for case in those]
         right.errorbar(height, direction_error, [case.retrieved["mean_direction_std"] for case in those], **marks)
@@ -168,12 +174,86 @@ def _finish(axes: Axes, bound: float, label: str) -> None:
     axes.minorticks_off()
 
 
+def set_state(scene: sr.Scene) -> tuple[float, float, float]:
+    """Hs [m], the highest peak's period [s] and the mean direction [deg] of a scene of JONSWAP systems."""
+    frequency = np.geomspace(0.03, 0.8, 4000)
+    density, moment, variance = np.zeros(frequency.size), 0j, 0.0
+    for waves in drawn_systems(scene):
+        ratio = frequency * waves["peak_period_s"]
+        width = np.where(ratio < 1.0, 0.07, 0.09)
+        shape = ratio**-5.0 * np.exp(-1.25 * ratio**-4.0)
+        shape = shape * waves["peak_enhancement"] ** np.exp(-0.5 * ((ratio - 1.0) / width) ** 2)
+        own, exponent = (waves["significant_wave_height_m"] / 4.0) ** 2, waves["spreading_exponent"]
+        density += own * shape / np.trapezoid(shape, frequency)
+        # Of cos^2s(θ/2) the mean of e^(jθ) is s/(s + 1).
+        moment += own * exponent / (exponent + 1.0) * np.exp(1j * np.radians(waves["wave_from_deg"]))
+        variance += own
+    direction = float(np.degrees(np.angle(moment))) % 360.0
+    return 4.0 * np.sqrt(variance), float(1.0 / frequency[np.argmax(density)]), direction
+
+
+def drawn_systems(scene: sr.Scene) -> list[dict[str, Any]]:
+    return [each.model_dump() for each in scene.sea.waves]
+
+
+_ASKED = ("significant_wave_height", "peak_period", "mean_direction")
+
+
+def judge(scene: sr.Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What is set (3,), and found and stated after one turn and after all (2, 3)."""
+    simulation = sr.simulate(scene)
+    state = sr.sea_state(sr.retrieve(simulation.echoes, scene.resolved_retrieval))
+    found, stated = (
+        np.array([[float(state[f"{name}{part}"][turn]) for name in _ASKED] for turn in (0, -1)])
+        for part in ("", "_std")
+    )
+    return np.array(set_state(scene)), found, stated
+
+
+def drawn_seas(number: int, kind: str, count: int) -> None:
+    """Prints a row for each sea and a table of (found − set)/stated."""
+    rows = []
+    for scene in draws.drawn(number, kind, count, turns=10):
+        true, found, stated = judge(scene)
+        error = found - true
+        error[:, 2] = wrap_degrees(error[:, 2])
+        rows.append((true, found, stated, error / stated))
+        told = "; ".join(
+            f"{f[0]:.2f} ± {s[0]:.2f} m, {f[1]:.1f} ± {s[1]:.1f} s, {f[2]:.0f} ± {s[2]:.0f}°"
+            for f, s in zip(found, stated, strict=True)
+        )
+        print(f"{draws.in_words(scene)}: {true[0]:.2f} m, {true[1]:.1f} s, {true[2]:.0f}°; {told}", flush=True)
+    true, found, ratio = (np.array([row[n] for row in rows]) for n in (0, 1, 3))
+    print("\n| seas | turns | Hs | Tp | direction | beyond 3 | mean of Hs/set | withheld |")
+    print("|---|---|---|---|---|---|---|---|")
+    for name, chosen in (("all", true[:, 1] > 0.0), ("Tp ≤ 8 s", true[:, 1] <= 8.0), ("Tp > 8 s", true[:, 1] > 8.0)):
+        for turn, words in ((0, "1"), (1, "10")):
+            own = ratio[chosen, turn]
+            if not own.size:
+                continue
+            rms = np.sqrt(np.nanmean(own**2, axis=0))
+            beyond = np.nanmean(np.where(np.isnan(own), np.nan, np.abs(own) > 3.0))
+            height = found[chosen, turn, 0] / true[chosen, 0]
+            print(
+                f"| {name} ({chosen.sum()}) | {words} | {rms[0]:.2f} | {rms[1]:.2f} | {rms[2]:.2f} "
+                f"| {100 * beyond:.0f} % "
+                f"| {np.nanmean(height):.2f} ± {np.nanstd(height) / np.sqrt(np.isfinite(height).sum()):.2f} "
+                f"| {100 * np.mean(np.isnan(height)):.0f} % |"
+            )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
     parser.add_argument("--mast", type=float, default=5.0)
     parser.add_argument("--out", type=Path, default=FIGURES / "sea_state.png")
+    parser.add_argument("--draw", type=int)
+    parser.add_argument("--of", choices=list(draws.KINDS), default="seas")
+    parser.add_argument("--count", type=int, default=40)
     arguments = parser.parse_args()
+    if arguments.draw is not None:
+        drawn_seas(arguments.draw, arguments.of, arguments.count)
+        return
     print("| nominal: Hs, Tp, from | range | true Hs | Hs | error | Tp | from, true | from | error | spread |")
     print("|---|---|---|---|---|---|---|---|---|---|")
     cases = []
