@@ -202,7 +202,7 @@ def test_errors_of_slopes_are_what_numpy_solves() -> None:
             (px, py, pw), (qx, qy, qw) = sides[one], sides[other]
             prior = pw @ interpolated(given.sea, px[:, None] - qx, py[:, None] - qy) @ qw
             asked = prior - towards[one] @ np.linalg.solve(matrix, towards[other])
-            assert found[n, 29, gate] == pytest.approx(asked, rel=0.05, abs=2e-3 * prior if n < 2 else 1e-5)
+            assert found[n, 29, gate] == pytest.approx(asked, rel=0.05, abs=2e-3 * float(prior) if n < 2 else 1e-5)
             assert (found[n, 29, gate - 1 : gate + 2] == found[n, 29, gate]).all()
 
 
