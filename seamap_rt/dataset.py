@@ -224,13 +224,7 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "quiet": Variable(_FORECAST, "float32", "1", "probability of a quiet window from then on", None, False),
         "predictable": Variable(_FORECAST, "float32", "1", "share of the sea's variance that is known"),
         "maximum_prediction_time": Variable(
-            ("issue", "place"),
-            "float32",
-            "s",
-            "longest lead up to which the elevation's standard error stays below half of the sea's standard deviation; "
-            "0: none",
-            None,
-            False,
+            ("issue", "place"), "float32", "s", "lead up to which elevation_std is below half of the sea's", None, False
         ),
     },
     "sea": {

@@ -45,8 +45,6 @@ class StrongestWaves:
         )
         side, made = 2.0 * np.pi / (_SQUARES * k.max()), np.eye(2 * k.size)
         for batch in batches:
-            if not len(batch.seen):
-                continue
             seen, factor = batch.seen, lattice.factor(str(batch.seen.kind[0]), batch.sum.water).ravel()[self.chosen]
             i, j = (np.floor((each - each.min()) / side).astype(np.intp) for each in (seen.x, seen.y))
             _, square = np.unique(i * (int(j.max()) + 1) + j, return_inverse=True)
