@@ -24,6 +24,7 @@ _ALL_ROUND = 0.03  # of each ring's variance, from all sides: waves that a map's
 _TAIL_FROM = 2.0  # times the peak's wavenumber: shorter waves hold at least what a wind sea's do
 _TOLD = 0.6  # of waves' variance, that cells hold: of shorter ones what is put back is noise's as well
 _LONGER, _EDGE = 0.5, 5  # times the least wavenumber that maps tell, and rings beyond it: what is longer is as dense
+_CUT = 0.08  # of the strongest ring: a spectrum that begins so high is a longer sea's, cut off
 _STANDS_OUT, _STRONG = 1.25, 0.15  # over the valley beside it, and of the greatest: the peak of waves of their own
 
 
@@ -159,6 +160,9 @@ def _longer(table: Field, k: Field, told: float) -> Field:
     first = int(np.searchsorted(k, told))
     longer = (np.arange(k.size) < first) & (k > _LONGER * told)
     edge = np.maximum(table[first : first + _EDGE].mean(axis=0), 0.0)
+    longer &= (
+        edge.mean() * told**2 > _CUT * (table.mean(axis=1) * k**2).max()
+    )  # a wind sea's own rise is not cut off there
     return np.where(longer[:, None], np.maximum(table, edge), table)
 
 
