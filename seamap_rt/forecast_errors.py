@@ -67,8 +67,7 @@ def judge_forecasts(verified: Verified) -> list[dict[str, Any]]:
 
     Of the forecasts that rest on five turns or more: correlation with the sea that came, rms of the error, of what was
     stated and of persistence (the sea stays as it is now), all over the standard deviation of the sea that came; and
-    the share of errors within 1.96 stated ones; and the median of their maximum prediction times. What is not defined
-    is None.
+    the share of errors within 1.96 stated ones; the median maximum prediction time. What is not defined is None.
     """
     kept = warm(verified.forecasts)
     forecasts, truth = verified.forecasts.isel(issue=np.flatnonzero(kept)), verified.truth[kept]

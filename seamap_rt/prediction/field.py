@@ -170,9 +170,8 @@ class WaveField:
         return share
 
     def _left(self, wanted: Sequence[Quantity], points: Points) -> tuple[Field, NDArray[np.complex64]]:
-        """What share (quantity, point) of what was fitted is worth keeping by what it was to the samples, at most all,
-        and the waves (quantity, sample, point) that this leaves open: a fit that is not quite settled, or rests on
-        little, may be too high where nothing was seen."""
+        """What share (quantity, point) of what was fitted is worth keeping, by what it was to the samples, and the waves
+        (quantity, sample, point) that this leaves open: a fit may be too high where nothing was seen."""
         both = self.samples([each.samples for each in wanted], *points, fitted=True)
         missed, fitted = np.split(both, 2, axis=1)
         alike = np.mean(np.real(np.conj(fitted) * missed), axis=1)

@@ -156,7 +156,7 @@ def spectrum_of_turns(turns: Sequence[TurnSpectrum], water: Water) -> Spectrum |
 
 def _longer(table: Field, k: Field, told: float) -> Field:
     """With waves longer than maps tell, of wavenumbers below `told`: as dense as the longest that they do, to twice
-    their length. A swell that is as long is taken for shorter, slower waves where none is expected."""
+    their length: a swell that nobody expects is taken for slower waves."""
     first = int(np.searchsorted(k, told))
     longer = (np.arange(k.size) < first) & (k > _LONGER * told)
     edge = np.maximum(table[first : first + _EDGE].mean(axis=0), 0.0)

@@ -1,9 +1,8 @@
 """The strongest of the long waves, few in a seen circle: their part of a fit's operator turned back.
 
 A swell is told a million times better than its prior where it was seen, and not at all a wave's length farther out.
-Zones (`zones`) are no sharper than a wave is long, and conjugate gradients that stop where the fit is good to a
-hundredth leave seas outside that are many times too high, and come in as time goes. There are few such waves: their
-operator is written out, of what was told square by square, and factorised.
+Zones are no sharper than a wave is long, and conjugate gradients that stop early leave seas outside that are far too
+high, and come in as time goes. The operator of such waves is written out, square by square, and factorised.
 """
 
 from __future__ import annotations

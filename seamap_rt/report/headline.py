@@ -138,9 +138,8 @@ def forecast_line(metrics: Mapping[str, Any]) -> str:
         f"{digits(row['persistence_share'], 2)})"
         for row in rows
     )
-    longest = rows[0].get("maximum_prediction_time_s")
-    told = "" if longest is None else f"; maximum prediction time {digits(longest, 2)} s"
-    return f"{rows[0]['forecasts']} forecasts at the boat: {ahead}{told}"
+    longest = f"maximum prediction time {digits(rows[0].get('maximum_prediction_time_s'), 2)} s"
+    return f"{rows[0]['forecasts']} forecasts at the boat: {ahead}; {longest}"
 
 
 def window_line(metrics: Mapping[str, Any]) -> str:
