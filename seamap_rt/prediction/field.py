@@ -170,7 +170,7 @@ class WaveField:
         return share
 
     def _left(self, wanted: Sequence[Quantity], points: Points) -> tuple[Field, NDArray[np.complex64]]:
-        """What share (quantity, point) of what was fitted is worth keeping, by what it was to the samples, and the waves
+        """What share (quantity, point) of what was fitted is worth keeping, by what it was to samples, and the waves
         (quantity, sample, point) that this leaves open: a fit may be too high where nothing was seen."""
         both = self.samples([each.samples for each in wanted], *points, fitted=True)
         missed, fitted = np.split(both, 2, axis=1)
