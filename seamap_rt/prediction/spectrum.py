@@ -23,6 +23,8 @@ _WIDTH_RINGS = 1.5
 _ALL_ROUND = 0.03  # of each ring's variance, from all sides: waves that a map's own spectrum cannot exclude
 _TAIL_FROM = 2.0  # times the peak's wavenumber: shorter waves hold at least what a wind sea's do
 _TOLD = 0.6  # of waves' variance, that cells hold: of shorter ones what is put back is noise's as well
+_LONGER, _EDGE = 0.5, 5  # times the least wavenumber that maps tell, and rings beyond it: what is longer is as dense
+_CUT = 0.08  # of the strongest ring: a spectrum that begins so high is a longer sea's, cut off
 _STANDS_OUT, _STRONG = 1.25, 0.15  # over the valley beside it, and of the greatest: the peak of waves of their own
 
 
@@ -128,6 +130,7 @@ def spectrum_of_turns(turns: Sequence[TurnSpectrum], water: Water) -> Spectrum |
         return None
     k, toward = Spectrum.even()
     table = np.mean([_polar(each, k, toward) for each in known], axis=0)
+    table = _longer(table, k, max(float(each.spectrum.wavenumber.min()) for each in known))
     table = gaussian_filter1d(table, _WIDTH_RINGS, axis=0, mode="constant")
     table = np.maximum(
         gaussian_filter1d(table, np.radians(_WIDTH_DEG) / (toward[1] - toward[0]), axis=1, mode="wrap"), 0
@@ -149,6 +152,18 @@ def spectrum_of_turns(turns: Sequence[TurnSpectrum], water: Water) -> Spectrum |
     made = Spectrum(k, toward, ring[:, None] * shape, water)
     variance = float(np.mean([each.height**2 for each in known])) / 16.0
     return Spectrum(k, toward, made.table * variance / made.variance, water)
+
+
+def _longer(table: Field, k: Field, told: float) -> Field:
+    """With waves longer than maps tell, of wavenumbers below `told`: as dense as the longest that they do, to twice
+    their length: a swell that nobody expects is taken for slower waves."""
+    first = int(np.searchsorted(k, told))
+    longer = (np.arange(k.size) < first) & (k > _LONGER * told)
+    edge = np.maximum(table[first : first + _EDGE].mean(axis=0), 0.0)
+    longer &= (
+        edge.mean() * told**2 > _CUT * (table.mean(axis=1) * k**2).max()
+    )  # a wind sea's own rise is not cut off there
+    return np.where(longer[:, None], np.maximum(table, edge), table)
 
 
 def _last_peak(power: Field) -> int:
