@@ -13,6 +13,7 @@ from scipy.ndimage import gaussian_filter1d, map_coordinates
 from ..physics.amplitude_dispersion import DEEP_ENOUGH, sea_shift
 from ..physics.dispersion import DEEP_WATER, Water
 from ..wavefield.sea_state import TurnSpectrum
+from ..wavefield.wave_systems import WaveSystems
 
 Field = NDArray[np.float64]
 
@@ -23,8 +24,6 @@ _WIDTH_RINGS = 1.5
 _ALL_ROUND = 0.03  # of each ring's variance, from all sides: waves that a map's own spectrum cannot exclude
 _TAIL_FROM = 2.0  # times the peak's wavenumber: shorter waves hold at least what a wind sea's do
 _TOLD = 0.6  # of waves' variance, that cells hold: of shorter ones what is put back is noise's as well
-_LONGER, _EDGE = 0.5, 5  # times the least wavenumber that maps tell, and rings beyond it: what is longer is as dense
-_CUT = 0.08  # of the strongest ring: a spectrum that begins so high is a longer sea's, cut off
 _STANDS_OUT, _STRONG = 1.25, 0.15  # over the valley beside it, and of the greatest: the peak of waves of their own
 
 
@@ -117,20 +116,21 @@ class Spectrum:
         return map_coordinates(around, [ring, way], order=1, cval=0.0)
 
 
-def spectrum_of_turns(turns: Sequence[TurnSpectrum], water: Water) -> Spectrum | None:
+def spectrum_of_turns(
+    turns: Sequence[TurnSpectrum], water: Water, systems: WaveSystems | None = None
+) -> Spectrum | None:
     """The mean of what maps of several turns show; None where none shows a sea.
 
     Rings hold what the turns' mean does, beyond twice the wavenumber of the last peak (a wind sea's, whatever swell
     runs below it) at least a tail that falls with the fourth power of the wavenumber (Phillips 1958), and that tail
     alone where the maps' cells are too wide to tell. Where the way of the waves is not known, half of them run each
-    way.
+    way. systems: those found in the turns, of which waves up to their split are, which no turn's map resolves.
     """
     known = [each for each in turns if each.height > 0.0 and each.spectrum.ring_power.any()]
     if not known:
         return None
     k, toward = Spectrum.even()
     table = np.mean([_polar(each, k, toward) for each in known], axis=0)
-    table = _longer(table, k, max(float(each.spectrum.wavenumber.min()) for each in known))
     table = gaussian_filter1d(table, _WIDTH_RINGS, axis=0, mode="constant")
     table = np.maximum(
         gaussian_filter1d(table, np.radians(_WIDTH_DEG) / (toward[1] - toward[0]), axis=1, mode="wrap"), 0
@@ -151,19 +151,17 @@ def spectrum_of_turns(turns: Sequence[TurnSpectrum], water: Water) -> Spectrum |
     shape = (1.0 - _ALL_ROUND) * shape + _ALL_ROUND
     made = Spectrum(k, toward, ring[:, None] * shape, water)
     variance = float(np.mean([each.height**2 for each in known])) / 16.0
-    return Spectrum(k, toward, made.table * variance / made.variance, water)
-
-
-def _longer(table: Field, k: Field, told: float) -> Field:
-    """With waves longer than maps tell, of wavenumbers below `told`: as dense as the longest that they do, to twice
-    their length: a swell that nobody expects is taken for slower waves."""
-    first = int(np.searchsorted(k, told))
-    longer = (np.arange(k.size) < first) & (k > _LONGER * told)
-    edge = np.maximum(table[first : first + _EDGE].mean(axis=0), 0.0)
-    longer &= (
-        edge.mean() * told**2 > _CUT * (table.mean(axis=1) * k**2).max()
-    )  # a wind sea's own rise is not cut off there
-    return np.where(longer[:, None], np.maximum(table, edge), table)
+    table = made.table * variance / made.variance
+    if systems is not None:
+        long = k < systems.split
+        told = systems.table(k, toward)
+        told = (1.0 - _ALL_ROUND) * told + _ALL_ROUND * told.mean(axis=1, keepdims=True)
+        areas = made.areas
+        held = float(np.sum(told[long] * areas[long]))
+        rest = float(np.sum(table[~long] * areas[~long]))
+        table[long] = told[long]
+        table[~long] *= max(variance - held, 0.3 * rest) / max(rest, 1e-300) if rest < variance else 1.0
+    return Spectrum(k, toward, table, water)
 
 
 def _last_peak(power: Field) -> int:

@@ -188,7 +188,9 @@ def forecasts_of(scene: Scene, ran: Run, told: bool) -> tuple[Field, Field, Fiel
     """Forecast, stated error and what came over σ (issue, place, lead), maximum prediction times [s] (issue, place)."""
     sigma = np.sqrt(sum(each["significant_wave_height_m"] ** 2 for each in _systems(scene))) / 4.0
     predictor, lead, rows, longest = Predictor(), np.arange(31.0), [], []
-    known = mock.patch("seamap_rt.prediction.predictor.spectrum_of_turns", lambda _, water: own_spectrum(scene, water))
+    known = mock.patch(
+        "seamap_rt.prediction.predictor.spectrum_of_turns", lambda _, water, *__: own_spectrum(scene, water)
+    )
     with known if told else nullcontext():
         for number, polar in enumerate(ran.maps):
             made = predictor.turn(polar)
@@ -199,6 +201,8 @@ def forecasts_of(scene: Scene, ran: Run, told: bool) -> tuple[Field, Field, Fiel
             came = ran.sea[:, np.searchsorted(ran.moment, moment[0] - 0.01)]
             rows.append(np.stack((mean, std, came)) / sigma)
             longest.append(maximum_prediction_time(lead, std.T, made.sea_std))
+    if not rows:
+        return np.array([]), np.array([]), np.array([]), np.array([])
     return (*np.stack(rows, axis=1), np.array(longest))
 
 
@@ -209,6 +213,9 @@ def report_drawn(number: int, folder: Path | None, told: bool) -> None:
     ten: dict[str, float] = {}
     for scene in scenes:
         mean, std, came, longest = forecasts_of(scene, Run.of(scene, folder), told)
+        if not mean.size:
+            print(f"{scene.name}: {in_words(scene)}\n  no turn shows a sea", flush=True)
+            continue
         print(f"{scene.name}: {in_words(scene)}\n  maximum prediction time {np.median(longest):.1f} s", flush=True)
         print(f"  {'lead':8}   came    rms stated  ratio  skill  within")
         ten[scene.name] = 1.0 - np.mean((mean - came)[:, :, 10] ** 2) / np.mean(came[:, :, 10] ** 2)
