@@ -223,6 +223,9 @@ SCHEMA: dict[str, dict[str, Variable]] = {
         "pitch_draw": Variable(_DRAWN, "float32", "degree", "pitches that may come", None, False),
         "quiet": Variable(_FORECAST, "float32", "1", "probability of a quiet window from then on", None, False),
         "predictable": Variable(_FORECAST, "float32", "1", "share of the sea's variance that is known"),
+        "maximum_prediction_time": Variable(
+            ("issue", "place"), "float32", "s", "lead up to which elevation_std is below half of the sea's", None, False
+        ),
     },
     "sea": {
         # CF counts time from a date: a nominal one, the scene's time 0.

@@ -55,12 +55,19 @@ def warm(forecasts: xr.Dataset) -> NDArray[np.bool_]:
     return enough if enough.any() else np.ones_like(enough)
 
 
+def prediction_time(forecasts: xr.Dataset, place: int = 0) -> float | None:
+    """s, median of maximum prediction times at a place; None of forecasts that hold none."""
+    if "maximum_prediction_time" not in forecasts:
+        return None
+    return float(np.median(forecasts["maximum_prediction_time"].values[:, place]))
+
+
 def judge_forecasts(verified: Verified) -> list[dict[str, Any]]:
     """A row for each place and span of leads: what metrics.json holds of forecasts.
 
     Of the forecasts that rest on five turns or more: correlation with the sea that came, rms of the error, of what was
     stated and of persistence (the sea stays as it is now), all over the standard deviation of the sea that came; and
-    the share of errors within 1.96 stated ones. What is not defined is None.
+    the share of errors within 1.96 stated ones; the median maximum prediction time. What is not defined is None.
     """
     kept = warm(verified.forecasts)
     forecasts, truth = verified.forecasts.isel(issue=np.flatnonzero(kept)), verified.truth[kept]
@@ -68,6 +75,7 @@ def judge_forecasts(verified: Verified) -> list[dict[str, Any]]:
     rows = []
     for place in range(forecasts.sizes["place"]):
         sigma = float(np.std(truth[:, :, place]))
+        longest = prediction_time(forecasts, place)
         for first, last in LEADS_S:
             inside = (lead >= first) & (lead <= last)
             if not inside.any() or not sigma > 0.0:
@@ -85,6 +93,7 @@ def judge_forecasts(verified: Verified) -> list[dict[str, Any]]:
                     "stated_share": float(np.sqrt(np.mean(said**2))) / sigma,
                     "persistence_share": float(np.sqrt(np.mean(kept_on**2))) / sigma,
                     "within": float(np.mean(np.abs(told - was) < _BAND * said)),
+                    "maximum_prediction_time_s": longest,
                 }
             )
     return rows

@@ -40,6 +40,7 @@ class Ahead:
     duration_s: float
     confidence: float
     hs_m: float
+    longest_s: float | None = None
 
     @property
     def highest(self) -> int:
@@ -60,7 +61,7 @@ def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> Ahead | None:
             return None
         at = int(held[-1])
         found = {"lead": np.asarray(_array(file, "lead")[:])}
-        for name in ("elevation", "elevation_std", "quiet", "significant_wave_height"):
+        for name in ("elevation", "elevation_std", "quiet", "significant_wave_height", "maximum_prediction_time"):
             if name in file:
                 found[name] = np.asarray(_array(file, name)[at])
         return int(issues[at]), found
@@ -89,6 +90,7 @@ def _ahead(issue: int, told: dict[str, np.ndarray], quiet: QuietSettings) -> Ahe
         duration_s=quiet.duration_s,
         confidence=quiet.confidence,
         hs_m=float(told["significant_wave_height"]),
+        longest_s=float(told["maximum_prediction_time"][0]) if "maximum_prediction_time" in told else None,
     )
 
 
@@ -183,6 +185,11 @@ def _curve(ahead: Ahead, dark: bool, came: Came | None = None) -> figures.Figure
         "type": "scatter", "mode": "markers", "x": [float(ahead.lead_s[at])], "y": [float(ahead.elevation_m[at])],
         "name": "highest crest", "marker": {"symbol": "star", "size": 12, "color": figures.VERMILION},
     })  # fmt: skip
+    ends = [] if ahead.longest_s is None else [
+        {"type": "line", "x0": ahead.longest_s, "x1": ahead.longest_s, "y0": 0, "y1": 1, "yref": "paper",
+         "line": {"color": figures.BLUE, "width": 1, "dash": "dashdot"},
+         "label": {"text": f"maximum prediction time {ahead.longest_s:.0f} s", "textposition": "end"}}
+    ]  # fmt: skip
     levels = () if ahead.level_m is None else (-ahead.level_m, ahead.level_m)
     quiet = [
         {"type": "line", "x0": 0, "x1": 1, "xref": "paper", "y0": level, "y1": level,
@@ -191,7 +198,7 @@ def _curve(ahead: Ahead, dark: bool, came: Came | None = None) -> figures.Figure
     ]  # fmt: skip
     look = figures.layout(
         dark, f"The next {ahead.lead_s[-1]:.0f} s at the boat, as known after {turn_name(ahead.issue)}",
-        340, shapes=quiet, margin={"l": 50, "r": 10, "t": 30, "b": 66},
+        340, shapes=[*quiet, *ends], margin={"l": 50, "r": 10, "t": 30, "b": 66},
         xaxis=figures.axis("Seconds ahead", dark), yaxis=figures.axis("Height (m)", dark),
     )  # fmt: skip
     return figures.figure(data, look)

@@ -131,4 +131,6 @@ def _headlines(last: xr.Dataset, issued: int, turns: int) -> list[str]:
             lines.append(
                 f"{lead:g} s after the last look: {mean:+.2f} ± {written(std, 2)} m ({std / sea:.2f} of the sea's own)"
             )
+    longest = float(here["maximum_prediction_time"])
+    lines.append(f"maximum prediction time {longest:.1f} s: until then the stated error is below half of the sea's own")
     return lines

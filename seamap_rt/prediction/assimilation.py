@@ -28,7 +28,8 @@ _AT_FIRST = 1e-2  # the same, from nothing: farther off the sea where none was s
 # fit that goes on from there takes it along, for what nothing tells comes right last
 _FEWEST_STEPS = 4  # with which what a new turn says is taken up
 _MOST_STEPS = 200
-_PLENTY = 1e-4  # open share of the strongest waves, by one batch, from which on more that is told counts half
+_PLENTY = 2e-3  # open share of the strongest waves, by one batch, from which on more that is told counts half: shadows
+# and the waves on top err heights of a wave all along, so that more of them tell no more
 _SQUARES = 8.0  # a wavelength of the strongest waves: over which it is told how much is told
 
 
@@ -107,7 +108,10 @@ def solve(
     rest = right if start is None else _plus(right, -1.0, normal(u))
     way = better = nearly_back(rest)
     power = _dot(rest, better)
-    enough = (_AT_FIRST if start is None else _CLOSE) ** 2 * _dot(right, nearly_back(right))
+    # What is left to find is no more than what the observations leave open: one half a part of each wave of the sea.
+    power_of = [root.astype(np.float64) ** 2 for root in roots]
+    waves = sum(map(np.sum, power_of)) ** 2 / max(float(sum(np.sum(each**2) for each in power_of)), 1e-300)
+    enough = min((_AT_FIRST if start is None else _CLOSE) ** 2 * _dot(right, nearly_back(right)), float(waves))
     steps = 0
     while (power > enough or steps < _FEWEST_STEPS) and steps < _MOST_STEPS and power > 0.0:
         turned = normal(way)

@@ -34,11 +34,12 @@ _THINNEST, _ENOUGH = 3, 5000  # one observation in three at most, of so many or 
 
 @dataclass(frozen=True)
 class Member:
-    """Amplitudes [m] (n, n) of one drawn sea less what was fitted to it, by place from the antennas and time from the
-    forecast's issue; turns: that it rests on."""
+    """Amplitudes [m] (n, n) of one drawn sea less what was fitted to it, and of what was fitted, by place from the
+    antennas and time from the forecast's issue; turns: that it rests on."""
 
     lattice: Lattice
     amplitudes: NDArray[np.complex64]
+    fitted: NDArray[np.complex64]
     turns: int
 
 
@@ -127,4 +128,5 @@ class Ensemble:
         self._found[number] = found
         phase = lattice.kx * fit.centre[0] + lattice.ky * fit.centre[1] - lattice.omega * issued
         missed = root * (drawn - found[0]) * np.exp(1j * phase)
-        return Member(lattice, missed.astype(np.complex64), fit.turns)
+        fitted = root * found[0] * np.exp(1j * phase)
+        return Member(lattice, missed.astype(np.complex64), fitted.astype(np.complex64), fit.turns)

@@ -108,15 +108,15 @@ class WaveField:
     def _told(self, wanted: Sequence[Quantity], points: Points) -> list[tuple[Field, Field, Field]]:
         """Mean of each quantity at points, its variance that is open, and that of the rest that is wrong."""
         means, met = self._expected(wanted, points), self._met(*points)
-        missed = self.samples([each.samples for each in wanted], *points)
         share, made = self._short_share(points), []
-        for quantity, waves, samples in zip(wanted, means, missed, strict=True):
+        for quantity, waves, kept, samples in zip(wanted, means, *self._left(wanted, points), strict=True):
             of_groups = power(quantity, self.knowledge.groups)
             # Few samples may say more than there are waves.
             said = np.minimum(0.5 * np.mean(np.abs(samples) ** 2, axis=0) + share @ of_groups, of_groups.sum())
             still_open = np.where(met, said, of_groups.sum())
-            known, mean = of_groups.sum() - still_open, waves.real
-            wrong = known * self.model_error.share(points[2], height_of(waves, known))
+            known = of_groups.sum() - still_open
+            right = self.model_error.kept(points[2], height_of(waves, known))
+            wrong, mean = known * (1.0 - right**2), right * kept * waves.real
             if quantity.name == "elevation":
                 mean = mean + known / of_groups.sum() * self._sinking
             made.append((np.where(met, mean, 0.0), still_open, wrong))
@@ -130,7 +130,7 @@ class WaveField:
         groups, stream = self.knowledge.groups, np.random.default_rng(seed)
         points = x, y, time
         met, share = self._met(*points), self._short_share(points)
-        missed = self.samples([each.samples for each in wanted], *points)
+        _, missed = self._left(wanted, points)
         parts = stream.standard_normal((2, count, missed.shape[1])) / np.sqrt(2.0 * missed.shape[1])
         # A group holds waves of some width of frequencies: each draw takes one of them.
         near = 1.0 + _WIDTH * stream.uniform(-1.0, 1.0, (count, 1, groups.k.size))
@@ -169,20 +169,31 @@ class WaveField:
         share[:, self._short] = self.knowledge.open_share(*points, self._short)
         return share
 
+    def _left(self, wanted: Sequence[Quantity], points: Points) -> tuple[Field, NDArray[np.complex64]]:
+        """What share (quantity, point) of what was fitted is worth keeping, by what it was to samples, and the waves
+        (quantity, sample, point) that this leaves open: a fit may be too high where nothing was seen."""
+        both = self.samples([each.samples for each in wanted], *points, fitted=True)
+        missed, fitted = np.split(both, 2, axis=1)
+        alike = np.mean(np.real(np.conj(fitted) * missed), axis=1)
+        kept = np.clip(1.0 + alike / np.maximum(np.mean(np.abs(fitted) ** 2, axis=1), 1e-12), 0.0, 1.0)
+        return kept, (missed + (1.0 - kept[:, None]) * fitted).astype(np.complex64)
+
     def samples(
-        self, factors: Sequence[NDArray[np.complex128]], x: Field, y: Field, time: Field
+        self, factors: Sequence[NDArray[np.complex128]], x: Field, y: Field, time: Field, *, fitted: bool = False
     ) -> NDArray[np.complex64]:
         """Waves (factor, sample, point) that a fit missed, of the last turns and of places around, whose real parts are
-        errors alike, and whose phases are free; factors: what is meant, of the samples' amplitudes."""
+        errors alike, and whose phases are free; factors: what is meant, of the samples' amplitudes. fitted: after them
+        as many that it found."""
         lattice = self.members[0].lattice
         held = lattice.scale.ravel() ** 2
         order = np.argsort(held)[::-1]
         kept = order[: int(np.searchsorted(np.cumsum(held[order]), _SAMPLED * held.sum())) + 1]
         kx, ky, omega = (each.ravel()[kept] for each in (lattice.kx, lattice.ky, lattice.omega))
-        missed = np.stack([member.amplitudes.ravel()[kept] for member in self.members])
+        told = [each.amplitudes for each in self.members] + [each.fitted for each in self.members if fitted]
+        missed = np.stack([each.ravel()[kept] for each in told])
         away = _AROUND * 2.0 * np.pi / float(np.sqrt(np.average(lattice.k**2, weights=lattice.scale**2)))
         steps = [np.exp(1j * (kx * east + ky * north)) for east, north in away * _SIDES]
-        missed = np.concatenate([missed * step for step in steps]).astype(np.complex64)
+        missed = np.stack([missed * step for step in steps], axis=1).reshape(-1, kept.size).astype(np.complex64)
         waves = np.concatenate([missed * each.ravel()[kept].astype(np.complex64) for each in factors])
         made = np.empty((waves.shape[0], x.size), np.complex64)
         east, north = x - self.knowledge.centre[0], y - self.knowledge.centre[1]

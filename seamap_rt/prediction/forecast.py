@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import unit_from_azimuth
 from ..dataset import build
@@ -20,6 +20,7 @@ _WATER = ("elevation", "slope_x", "slope_y", "velocity_z")
 _STEP_S = 0.5  # waves that matter to a boat last seconds: between such leads splines follow them
 _LONGEST_S = 30.0
 _DRAWS = 100  # a probability of 0.9 is known to 0.03
+_HALF = 0.5  # of the sea's standard deviation: of larger errors a forecast tells little
 
 
 def forecast(
@@ -68,6 +69,7 @@ def forecast(
                 values.setdefault(f"{name}_draw", []).append(drawn)
     stacked = {name: _in_degrees(name, np.stack(each, axis=-1)[None]) for name, each in values.items()}
     stacked["predictable"] = np.clip(1.0 - stacked["elevation_std"] ** 2 / field.spectrum.variance, 0.0, 1.0)
+    stacked["maximum_prediction_time"] = maximum_prediction_time(lead, stacked["elevation_std"][0], field.sea_std)[None]
     height, period = 4.0 * field.sea_std, field.spectrum.peak_period
     return build(
         "prediction",
@@ -78,6 +80,20 @@ def forecast(
         | {"east": place[None, :, 0], "north": place[None, :, 1]},
         {"heading_deg": float(heading_deg), "speed_m_s": float(speed_m_s)},
     )
+
+
+def maximum_prediction_time(lead_s: ArrayLike, std: ArrayLike, sea_std: float) -> NDArray[np.float64]:
+    """Longest lead [s] (place,) up to which standard errors (lead, place) stay below half of the sea's own standard
+    deviation, along lines between leads; the last lead where all do, 0 where the first lead's does not."""
+    lead, share = np.asarray(lead_s, np.float64), np.asarray(std, np.float64) / max(sea_std, 1e-12)
+    order = np.argsort(lead)
+    lead, share = lead[order], share[order]
+    above = np.vstack((share >= _HALF, np.ones(share.shape[1], bool)))
+    first, place = np.argmax(above, axis=0), np.arange(share.shape[1])
+    before, after = np.maximum(first - 1, 0), np.minimum(first, lead.size - 1)
+    low, high = share[before, place], share[after, place]
+    part = np.clip((_HALF - low) / np.maximum(high - low, 1e-12), 0.0, 1.0)
+    return np.where(first == 0, 0.0, lead[before] + part * (lead[after] - lead[before]))
 
 
 def _in_degrees(name: str, values: np.ndarray) -> np.ndarray:

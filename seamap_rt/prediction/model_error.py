@@ -58,6 +58,11 @@ class ModelError:
         alone, own = -np.expm1(-turned), -np.expm1(-turned * height**2 / 6.0)
         return np.minimum(self.still, 1.0) + 2.0 / 3.0 * (alone + height * (alone + own))
 
+    def kept(self, time: Field, height: Field) -> Field:
+        """What is worth keeping of what is known, at most all: with a share w of it wrong it and the sea correlate by
+        1 − w/2, and by so much a forecast errs least, by 1 − (1 − w/2)² of it."""
+        return np.clip(1.0 - 0.5 * self.share(time, height), 0.0, 1.0)
+
 
 def height_of(waves: NDArray[np.complexfloating], known: ArrayLike) -> Field:
     """u of groups that complex sums of waves are of, by the variance that they have in the mean."""

@@ -9,7 +9,9 @@ import numpy as np
 import xarray as xr
 
 from ..compute.machine import pool
-from ..wavefield.sea_state import TurnSpectrum, water_of
+from ..physics.dispersion import Water
+from ..wavefield.sea_state import TurnSpectrum, systems_of, water_of
+from ..wavefield.wave_systems import WaveSystems
 from .drift import Drift
 from .ensemble import Ensemble
 from .field import WaveField
@@ -52,6 +54,7 @@ class Predictor:
         self._ensemble: Ensemble | None = None
         self._sharpness, self._issued = sharpness, 0.0
         self._drift = Drift(amplitude_dispersion)
+        self._count, self._systems = 0, None
         self._innovations = Innovations()
         self._evidence = _SURE**-2 * np.array([_SHARP, 1.0])
 
@@ -62,7 +65,7 @@ class Predictor:
         shown = TurnSpectrum.of(polar, water)
         self._turns = [turn for turn in self._turns if number - self._most < turn.number < number]
         known = [turn.spectrum for turn in self._turns if turn.spectrum] + ([shown] if shown else [])
-        spectrum = spectrum_of_turns(known, water)
+        spectrum = spectrum_of_turns(known, water, self._found(known, water))
         if spectrum is None:
             self._fit, self._turns = None, []
             return None
@@ -102,6 +105,14 @@ class Predictor:
         made = self._field(self._fit, self._ensemble)
         self._innovations.remember(made)
         return made
+
+    def _found(self, known: list[TurnSpectrum], water: Water) -> WaveSystems | None:
+        """The wave systems in the last turns, looked for again with each second, fourth … turn, then each fourth."""
+        self._count += 1
+        shown = [each for each in known if each.shown]
+        if shown and (self._systems is None or len(shown) & (len(shown) - 1) == 0 or self._count % 4 == 0):
+            self._systems = systems_of(shown, water, self._systems)
+        return self._systems
 
     def _field(self, fit: Fit, ensemble: Ensemble) -> WaveField:
         return fit.field(self._issued, self.sharpness, ensemble.members, self._innovations.model_error(fit))

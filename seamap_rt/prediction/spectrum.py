@@ -13,6 +13,7 @@ from scipy.ndimage import gaussian_filter1d, map_coordinates
 from ..physics.amplitude_dispersion import DEEP_ENOUGH, sea_shift
 from ..physics.dispersion import DEEP_WATER, Water
 from ..wavefield.sea_state import TurnSpectrum
+from ..wavefield.wave_systems import WaveSystems
 
 Field = NDArray[np.float64]
 
@@ -115,13 +116,15 @@ class Spectrum:
         return map_coordinates(around, [ring, way], order=1, cval=0.0)
 
 
-def spectrum_of_turns(turns: Sequence[TurnSpectrum], water: Water) -> Spectrum | None:
+def spectrum_of_turns(
+    turns: Sequence[TurnSpectrum], water: Water, systems: WaveSystems | None = None
+) -> Spectrum | None:
     """The mean of what maps of several turns show; None where none shows a sea.
 
     Rings hold what the turns' mean does, beyond twice the wavenumber of the last peak (a wind sea's, whatever swell
     runs below it) at least a tail that falls with the fourth power of the wavenumber (Phillips 1958), and that tail
     alone where the maps' cells are too wide to tell. Where the way of the waves is not known, half of them run each
-    way.
+    way. systems: those found in the turns, of which waves up to their split are, which no turn's map resolves.
     """
     known = [each for each in turns if each.height > 0.0 and each.spectrum.ring_power.any()]
     if not known:
@@ -148,7 +151,17 @@ def spectrum_of_turns(turns: Sequence[TurnSpectrum], water: Water) -> Spectrum |
     shape = (1.0 - _ALL_ROUND) * shape + _ALL_ROUND
     made = Spectrum(k, toward, ring[:, None] * shape, water)
     variance = float(np.mean([each.height**2 for each in known])) / 16.0
-    return Spectrum(k, toward, made.table * variance / made.variance, water)
+    table = made.table * variance / made.variance
+    if systems is not None:
+        long = k < systems.split
+        told = systems.table(k, toward)
+        told = (1.0 - _ALL_ROUND) * told + _ALL_ROUND * told.mean(axis=1, keepdims=True)
+        areas = made.areas
+        held = float(np.sum(told[long] * areas[long]))
+        rest = float(np.sum(table[~long] * areas[~long]))
+        table[long] = told[long]
+        table[~long] *= max(variance - held, 0.3 * rest) / max(rest, 1e-300) if rest < variance else 1.0
+    return Spectrum(k, toward, table, water)
 
 
 def _last_peak(power: Field) -> int:

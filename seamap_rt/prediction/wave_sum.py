@@ -86,7 +86,7 @@ class WaveSum:
         centre: tuple[float, float],
     ) -> None:
         self.size = len(seen)
-        self._seen, self._lattices, self._water = seen, lattices, water
+        self._seen, self._lattices, self.water = seen, lattices, water
         first, last = (float(seen.time.min()), float(seen.time.max())) if self.size else (0.0, 0.0)
         self._time, self._half = 0.5 * (first + last), max(0.5 * (last - first), 1e-3)
         self.blur = seen.blur
@@ -123,7 +123,7 @@ class WaveSum:
 
     def _few(self, number: int, members: NDArray[np.intp], x: Field, y: Field) -> _Few:
         lattice, seen = self._lattices[number], self._seen[members]
-        factor = lattice.factor(str(seen.kind[0]), self._water)
+        factor = lattice.factor(str(seen.kind[0]), self.water)
         shares = self._shares(lattice, factor, seen, x[members], y[members])
         return _Few(number, members, lattice.scale > 0.0, shares)
 

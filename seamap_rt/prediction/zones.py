@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from .lattice import Field, Lattice
+from .strongest import StrongestWaves
 
 if TYPE_CHECKING:
     from .assimilation import Batch
@@ -59,10 +60,18 @@ class Preconditioner:
         self._workers = workers
         time = np.concatenate([batch.seen.time for batch in batches])
         self._middle = float(time.mean()) if time.size else 0.0
+        self._strongest = StrongestWaves(lattices[0], batches)
         self._zones = list(workers.map(self._of, range(len(lattices)), lattices, repeat(batches)))
 
     def __call__(self, unknowns: Sequence[NDArray[np.complex64]]) -> list[NDArray[np.complex64]]:
-        return list(self._workers.map(_Zones.turned_back, self._zones, unknowns))
+        chosen = self._strongest.chosen
+        if not chosen.size:
+            return list(self._workers.map(_Zones.turned_back, self._zones, unknowns))
+        others = unknowns[0].copy()
+        others.ravel()[chosen] = 0.0
+        made = list(self._workers.map(_Zones.turned_back, self._zones, [others, *unknowns[1:]]))
+        made[0].ravel()[chosen] = self._strongest.turned_back(unknowns[0].ravel()[chosen])
+        return made
 
     def _of(self, number: int, lattice: Lattice, batches: Sequence[Batch]) -> _Zones:
         prior = lattice.scale**2

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ..conventions import turn_name
-from ..forecast_errors import Verified, warm
+from ..forecast_errors import Verified, prediction_time, warm
 from ..scene import Scene
 from . import reduce, style
 from .gif import gif
@@ -51,7 +51,8 @@ def forecast_pictures(scene: Scene, maps: xr.DataTree, verified: Verified | None
             "Error of forecasts at the boat against their lead beside the stated error, persistence and climatology; "
             f"and the sea at the boat in time with what was forecast of it {_LEAD_S:g} s ahead.",
             f"(a) Rms over the sea's standard deviation σ, of {int(warm(verified.forecasts).sum())} forecasts. "
-            "Persistence: the sea stays as it is now. Climatology: the mean level. (b) The sea that came, and what was "
+            "Persistence: the sea stays as it is now. Climatology: the mean level. Upright: the maximum prediction "
+            "time, up to which the stated error stays below half of σ. (b) The sea that came, and what was "
             f"forecast {_LEAD_S:g} s before, ± 1.96 stated standard errors.",
             lambda: forecast_errors(verified),
         ),
@@ -155,6 +156,10 @@ def forecast_errors(verified: Verified) -> Figure:
         (truth, style.GREY, ":", "climatology"),
     ):
         left.plot(lead, np.sqrt(np.mean(values**2, axis=0)) / sigma, color=colour, linestyle=line, label=name)
+    longest = prediction_time(verified.forecasts.isel(issue=kept))
+    if longest is not None:
+        left.axvline(longest, color=style.ORANGE, linestyle="-.", linewidth=0.9)
+        left.text(longest, 0.02, f" {longest:.0f} s", color=style.ORANGE, transform=left.get_xaxis_transform())
     style.graph(left, "Lead (s)", "Rms error over σ", "(a) By lead, at the boat")
     left.set_ylim(bottom=0.0)
     left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=4, columnspacing=1.0, handlelength=1.6)
@@ -170,10 +175,8 @@ def _draw_in_time(axes: Axes, verified: Verified) -> None:
     moment = forecasts["issued"].values + lead[number]
     mean, std = (forecasts[name].values[:, number].astype(np.float64) for name in ("elevation", "elevation_std"))
     axes.plot(time, truth, color=style.BLACK, linewidth=0.9, label="the sea that came")
-    axes.errorbar(
-        moment, mean, _BAND * std, fmt="o", color=style.ORANGE, markersize=2.5, elinewidth=0.9,
-        label=f"forecast {lead[number]:g} s before",
-    )  # fmt: skip
+    axes.fill_between(moment, mean - _BAND * std, mean + _BAND * std, color=style.ORANGE, alpha=0.3, linewidth=0.0)
+    axes.plot(moment, mean, "o-", color=style.ORANGE, markersize=2.5, label=f"forecast {lead[number]:g} s before")
     style.graph(axes, "Time (s)", "Height at the boat (m)", "(b) In time")
     axes.margins(y=0.25)
     axes.legend(loc="upper right", ncols=2)

@@ -141,7 +141,8 @@ def forecast_line(metrics: Mapping[str, Any]) -> str:
         f"{digits(row['persistence_share'], 2)})"
         for row in rows
     )
-    return f"{rows[0]['forecasts']} forecasts at the boat: {ahead}"
+    longest = f"maximum prediction time {digits(rows[0].get('maximum_prediction_time_s'), 2)} s"
+    return f"{rows[0]['forecasts']} forecasts at the boat: {ahead}; {longest}"
 
 
 def window_line(metrics: Mapping[str, Any]) -> str:

@@ -7,7 +7,7 @@ Periods follow from wavelengths by the linear dispersion of the depth that trave
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -219,6 +219,13 @@ class TurnSpectrum:
         return bool(np.isfinite(self.direction.wave_from_deg))
 
 
+def systems_of(turns: Sequence[TurnSpectrum], water: Water, before: WaveSystems | None = None) -> WaveSystems | None:
+    """The wave systems that some turns show, the last of which is now; before: those of the turns before it."""
+    chosen = [turns[-n] for n in _BACK if n <= len(turns)]
+    periodogram = mean_periodogram([each.periodogram for each in turns[-_AVERAGED:]])
+    return find_systems([each.heights for each in chosen], periodogram, turns[-1].direction, water, before)
+
+
 class _Record:
     """The turns up to one, and the wave systems found in them."""
 
@@ -245,11 +252,7 @@ class _Record:
             return values | found
         due = self._count == self._last or len(shown) & (len(shown) - 1) == 0
         if due or self._systems is None:
-            chosen = [shown[-n] for n in _BACK if n <= len(shown)]
-            periodogram = mean_periodogram([each.periodogram for each in shown[-_AVERAGED:]])
-            self._systems = find_systems(
-                [each.heights for each in chosen], periodogram, turn.direction, self._water, self._systems
-            )
+            self._systems = systems_of(shown, self._water, self._systems)
         if self._systems is None:  # too little is seen to tell what the sea at large may differ by
             return values | found | {"significant_wave_height_std": np.nan}
         values |= self._combined(found, self._systems)

@@ -141,11 +141,25 @@ class WaveSystems:
     nugget: float
     way_known: bool
     water: Water
+    split: float  # rad/m, up to which waves were compared as they are
 
     def density(self, frequency: ArrayLike) -> Field:
         """m²/Hz of all systems."""
         at = np.asarray(frequency, np.float64)
         return np.sum([each.variance * jonswap(at, each.frequency, each.enhancement) for each in self.systems], axis=0)
+
+    def table(self, wavenumber: Field, toward: Field) -> Field:
+        """Variance density by wavevector [m⁴], (wavenumber, direction)."""
+        frequency = self.water.frequency(wavenumber) / (2.0 * np.pi)
+        per_wavevector = self.water.group_speed(wavenumber) / (2.0 * np.pi * wavenumber)
+        return np.sum(
+            [
+                (each.variance * jonswap(frequency, each.frequency, each.enhancement) * per_wavevector)[:, None]
+                * spread(toward - each.toward, each.exponent)
+                for each in self.systems
+            ],
+            axis=0,
+        )
 
     def figures(self, samples: float) -> dict[str, float]:
         """Peak period, mean direction and spread, with standard errors, from so many independent heights."""
@@ -449,7 +463,7 @@ class _Problem:
         sure = self._at(values)[0] < best - _SURE
         systems = tuple(made[n] for n in order)
         errors = np.asarray(covariance[np.ix_(index, index)], np.float64)
-        return WaveSystems(systems, errors, best, gain, nugget, bool(sure), self.water)
+        return WaveSystems(systems, errors, best, gain, nugget, bool(sure), self.water, self.long.split)
 
     def _against(self, system: WaveSystem) -> float:
         """What is taken off for a system that runs against the water's velocity; half of it where nothing tells."""

@@ -1,6 +1,7 @@
 """Forecasts against the sea that the maps were made of, on seas and seeds that nothing was tuned on.
 
     python -m validation.prediction.forecasts [--seeds 6] [--turns 30] [--only choppy] [--own-spectrum]
+    python -m validation.prediction.forecasts --draw N [--maps DIR] [--own-spectrum]
 
 Maps of single turns by the horizon tracer, with the 1 W radar's noise, go to a Predictor one by one; from the tenth
 turn on each third turn's forecast is compared with the scene's own sea at the boat, 100 m up-wave of it, and at random
@@ -9,14 +10,23 @@ Correlation and rms over the sea's standard deviation σ are of all seeds togeth
 seed; `ratio` is 1.4826 MAD of error over stated error, `within` the share of errors within 1.96 stated ones; `warm`
 and `cold` are the wall seconds of a turn's update, the median and the first with all turns at once. With --own-spectrum
 the fit is told the scene's own spectrum: what is left then is what those maps cannot tell.
+
+With --draw N twelve seas are drawn instead (`validation.draws`): four crossing, two long, and six others of Tp up to
+9 s, 26 turns each, at the boat and four places 40 m off. By sea and lead: rms of what came (`came`), of the error and
+of what was stated, over σ; `ratio`, stated over true rms; `skill`, 1 − mean square error over that of what came; the
+share within 1.96 stated errors; and by sea the median maximum prediction time. --maps DIR keeps maps and truth there,
+and takes those that are there.
 """
 
 from __future__ import annotations
 
 import argparse
+import pickle
 import time
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, cast
 from unittest import mock
 
@@ -28,10 +38,12 @@ import seamap_rt as sr
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.physics.dispersion import Water
 from seamap_rt.prediction import Predictor, Spectrum, WaveField
+from seamap_rt.prediction.forecast import maximum_prediction_time
 from seamap_rt.scene import Scene
 from seamap_rt.sea.systems import directional_density, spectral_system
 from seamap_rt.settings import RandomWaves
 from seamap_rt.simulation import Simulator
+from validation.draws import drawn, in_words
 from validation.retrieval.seas import system
 
 Field = NDArray[np.float64]
@@ -132,6 +144,101 @@ def followed(
     return compared, seconds[FIRST + 1 :]
 
 
+AROUND = np.array([(0.0, 0.0), (40.0, 0.0), (-40.0, 0.0), (0.0, 40.0), (0.0, -40.0)])  # m from the boat
+DRAWN_TURNS, LONGEST_TP_S = 26, 9.0
+
+
+def scenes_drawn(number: int) -> list[Scene]:
+    """Four crossing seas, two long ones, and six others of waves of up to 9 s."""
+    others = [
+        scene
+        for scene in drawn(number, "seas", 40, turns=DRAWN_TURNS)
+        if max(each["peak_period_s"] for each in _systems(scene)) <= LONGEST_TP_S
+    ]
+    crossing, long = (drawn(number, kind, count, turns=DRAWN_TURNS) for kind, count in (("crossing", 4), ("long", 2)))
+    return [*crossing, *long, *others[:6]]
+
+
+@dataclass(frozen=True)
+class Run:
+    """A scene's polar maps, and its sea [m] (place, moment) AROUND the boat at the moments [s] of forecasts."""
+
+    maps: list[xr.Dataset]
+    moment: Field
+    sea: Field
+
+    @classmethod
+    def of(cls, scene: Scene, folder: Path | None) -> Run:
+        """Simulated, or as a folder keeps it from before."""
+        path = folder / f"{scene.name}.pkl" if folder else None
+        if path and path.exists():
+            return cls(*pickle.loads(path.read_bytes()))
+        simulator = Simulator(scene)
+        maps = [turn.polar.load() for turn in mapped(simulator)]
+        issued = [float(each["time"].max()) for each in maps[FIRST::EACH]]
+        moment = np.unique(np.round(np.add.outer(issued, np.arange(31.0)), 3))
+        sea = np.stack([simulator.sea.elevation(*np.full((2, moment.size), at[:, None]), moment) for at in AROUND])
+        if path:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(pickle.dumps((maps, moment, sea)))
+        return cls(maps, moment, sea)
+
+
+def forecasts_of(scene: Scene, ran: Run, told: bool) -> tuple[Field, Field, Field, Field]:
+    """Forecast, stated error and what came over σ (issue, place, lead), maximum prediction times [s] (issue, place)."""
+    sigma = np.sqrt(sum(each["significant_wave_height_m"] ** 2 for each in _systems(scene))) / 4.0
+    predictor, lead, rows, longest = Predictor(), np.arange(31.0), [], []
+    known = mock.patch(
+        "seamap_rt.prediction.predictor.spectrum_of_turns", lambda _, water, *__: own_spectrum(scene, water)
+    )
+    with known if told else nullcontext():
+        for number, polar in enumerate(ran.maps):
+            made = predictor.turn(polar)
+            if made is None or number < FIRST or (number - FIRST) % EACH:
+                continue
+            x, y, moment = np.broadcast_arrays(*AROUND.T[:, :, None], made.issued + lead)
+            mean, std = made.elevation(x, y, moment)
+            came = ran.sea[:, np.searchsorted(ran.moment, moment[0] - 0.01)]
+            rows.append(np.stack((mean, std, came)) / sigma)
+            longest.append(maximum_prediction_time(lead, std.T, made.sea_std))
+    if not rows:
+        return np.array([]), np.array([]), np.array([]), np.array([])
+    return (*np.stack(rows, axis=1), np.array(longest))
+
+
+def report_drawn(number: int, folder: Path | None, told: bool) -> None:
+    """The table of a number's twelve seas, and its summary."""
+    scenes = scenes_drawn(number)
+    all_rows: dict[str, dict[str, dict[str, float]]] = {lead: {} for lead in LEADS}
+    ten: dict[str, float] = {}
+    for scene in scenes:
+        mean, std, came, longest = forecasts_of(scene, Run.of(scene, folder), told)
+        if not mean.size:
+            print(f"{scene.name}: {in_words(scene)}\n  no turn shows a sea", flush=True)
+            continue
+        print(f"{scene.name}: {in_words(scene)}\n  maximum prediction time {np.median(longest):.1f} s", flush=True)
+        print(f"  {'lead':8}   came    rms stated  ratio  skill  within")
+        ten[scene.name] = 1.0 - np.mean((mean - came)[:, :, 10] ** 2) / np.mean(came[:, :, 10] ** 2)
+        for lead, (first, last) in LEADS.items():
+            a, b, c = (each[:, :, first : last + 1] for each in (mean, std, came))
+            row = {
+                name: float(np.sqrt(np.mean(each**2))) for name, each in (("came", c), ("rms", a - c), ("stated", b))
+            }
+            row |= {"ratio": row["stated"] / row["rms"], "skill": 1.0 - (row["rms"] / row["came"]) ** 2}
+            row["within"] = float(np.mean(np.abs(a - c) < 1.96 * b))
+            all_rows[lead][scene.name] = row
+            print(f"  {lead:8}" + "".join(f"{value:7.2f}" for value in row.values()), flush=True)
+    for lead, rows in all_rows.items():
+        pooled = [np.sqrt(np.mean([row[name] ** 2 for row in rows.values()])) for name in ("rms", "stated")]
+        ratio, skill, within = ([row[name] for row in rows.values()] for name in ("ratio", "skill", "within"))
+        print(
+            f"all, {lead:8}: rms {pooled[0]:.2f}, stated {pooled[1]:.2f}, ratio {pooled[1] / pooled[0]:.2f} "
+            f"({min(ratio):.2f}–{max(ratio):.2f} by sea), least skill {min(skill):.2f}, within {np.mean(within):.0%}"
+        )
+    crossing = [f"{skill:.2f}" for name, skill in ten.items() if name.startswith("crossing")]
+    print(f"crossing seas at 10 s: skill {', '.join(crossing)}")
+
+
 def run_told(scene: Scene) -> tuple[dict[str, Compared], list[float], float]:
     """`run` with the scene's own spectrum in place of that of its maps."""
     with mock.patch("seamap_rt.prediction.predictor.spectrum_of_turns", lambda _, water: own_spectrum(scene, water)):
@@ -184,7 +291,12 @@ def main() -> None:
     parser.add_argument("--turns", type=int, default=30)
     parser.add_argument("--only", default="")
     parser.add_argument("--own-spectrum", action="store_true")
+    parser.add_argument("--draw", type=int)
+    parser.add_argument("--maps", type=Path)
     given = parser.parse_args()
+    if given.draw is not None:
+        report_drawn(given.draw, given.maps, given.own_spectrum)
+        return
     for name in SEAS:
         if given.only not in name:
             continue
