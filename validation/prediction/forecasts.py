@@ -176,8 +176,9 @@ class Run:
         simulator = Simulator(scene)
         maps = [turn.polar.load() for turn in mapped(simulator)]
         issued = [float(each["time"].max()) for each in maps[FIRST::EACH]]
-        moment = np.unique(np.round(np.add.outer(issued, np.arange(31.0)), 3))
-        sea = np.stack([simulator.sea.elevation(*np.full((2, moment.size), at[:, None]), moment) for at in AROUND])
+        moment = np.asarray(np.unique(np.round(np.add.outer(issued, np.arange(31.0)), 3)), np.float64)
+        places = [(np.full(moment.size, x), np.full(moment.size, y)) for x, y in AROUND]
+        sea = np.stack([simulator.sea.elevation(x, y, moment) for x, y in places])
         if path:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(pickle.dumps((maps, moment, sea)))
@@ -218,7 +219,7 @@ def report_drawn(number: int, folder: Path | None, told: bool) -> None:
             continue
         print(f"{scene.name}: {in_words(scene)}\n  maximum prediction time {np.median(longest):.1f} s", flush=True)
         print(f"  {'lead':8}   came    rms stated  ratio  skill  within")
-        ten[scene.name] = 1.0 - np.mean((mean - came)[:, :, 10] ** 2) / np.mean(came[:, :, 10] ** 2)
+        ten[scene.name] = float(1.0 - np.mean((mean - came)[:, :, 10] ** 2) / np.mean(came[:, :, 10] ** 2))
         for lead, (first, last) in LEADS.items():
             a, b, c = (each[:, :, first : last + 1] for each in (mean, std, came))
             row = {
