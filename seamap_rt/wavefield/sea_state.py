@@ -220,7 +220,10 @@ class TurnSpectrum:
 
 
 def systems_of(turns: Sequence[TurnSpectrum], water: Water, before: WaveSystems | None = None) -> WaveSystems | None:
-    """The wave systems that some turns show, the last of which is now; before: those of the turns before it."""
+    """The wave systems that some turns show, the last of which is now; before: those of the turns before it. None of
+    looks that span less than 80°, which do not tell waves of all directions apart."""
+    if not turns[-1].polar_map.span > _LEAST_SPAN:
+        return None
     chosen = [turns[-n] for n in _BACK if n <= len(turns)]
     periodogram = mean_periodogram([each.periodogram for each in turns[-_AVERAGED:]])
     return find_systems([each.heights for each in chosen], periodogram, turns[-1].direction, water, before)

@@ -145,11 +145,11 @@ def swell(seed: int, period: float, turns: int) -> xr.DataTree:
     return random_sea(seed, 2.0, period, 200.0, 40.0).turns(turns)
 
 
-@pytest.mark.parametrize(("period", "turns"), [(12.0, 1), (13.0, 8), (14.0, 8)])
+@pytest.mark.parametrize(("period", "turns"), [(12.0, 1), (13.5, 4)])
 def test_waves_longer_than_the_circle_are_known_within_what_is_stated(period: float, turns: int) -> None:
-    """Height, period and direction of eight seas: errors over stated errors of 1 in the rms, which eight tell to 25 %,
+    """Height, period and direction of six seas: errors over stated errors of 1 in the rms, which six tell to 29 %,
     and stated errors that say how little so small a circle holds."""
-    found = [sea_state(swell(seed, period, turns)).isel(turn=-1) for seed in range(8)]
+    found = [sea_state(swell(seed, period, turns)).isel(turn=-1) for seed in range(6)]
     for name, true in (("significant_wave_height", 2.0), ("peak_period", period), ("mean_direction", 200.0)):
         value, error = (np.array([float(each[f"{name}{part}"]) for each in found]) for part in ("", "_std"))
         known = np.isfinite(value)
