@@ -165,7 +165,8 @@ def _kept(sums: DwellSums, pairs: PulsePairs, radar: RadarDescription) -> NDArra
     if len(pairs.pairs) < 2 or not sums.lags:
         return 1.0
     lag = sums.lags[0]
-    return kept_between(lag.products.windowed(*AROUND), sums.noise_power, radar.interval / lag.seconds)
+    # Products of pulses are of both receivers as they were recorded, and so is their noise.
+    return kept_between(lag.products.windowed(*AROUND), radar.noise_power, radar.interval / lag.seconds)
 
 
 def _dwelt(looks: Looks, rows: NDArray[np.intp], noise_power: float) -> Dwelt:

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solve_triangular
 from scipy.special import gammaln, ndtr
 
+from ..compute.machine import one_blas_thread
 from ..physics.dispersion import Water
 from .wave_direction import Travel
 from .wave_spectrum import WaveSpectrum
@@ -368,6 +369,7 @@ class _ShortWaves:
         return value, gradient, flat @ flat.T
 
 
+@one_blas_thread()
 def find_systems(
     turns: Sequence[Heights],
     periodogram: Periodogram,

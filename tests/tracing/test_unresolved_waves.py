@@ -260,12 +260,17 @@ def test_a_scene_s_small_waves_hide_what_truth_says_they_do(sector: dict[str, ob
     assert bare == mean(replace(light, in_sight=np.ones_like(light.in_sight)))
 
 
-def test_the_mean_echo_stays_where_small_waves_hide(sector: dict[str, object]) -> None:
-    """To 0.3 dB, as the calibration takes the same light, of a sixth of the circle that it is the mean of; a
-    calibration without these shadows loses 1.0 dB."""
-    keys = {**sector, "scattering.nrcs": "nrl", "radar.range_m": [15.0, 150.0], "sea.extent_m": 400.0}
+def test_the_mean_echo_stays_where_small_waves_hide() -> None:
+    """Of all directions together, of which the calibration takes the mean of the same light, to 0.05 dB, a tenth of
+    what it is known by; up the wind more is lost and across it less, 0.3 dB. Without these shadows it loses 1.0 dB."""
+    keys = {
+        "tracing.tracer": "horizon",
+        "scattering.nrcs": "nrl",
+        "radar.range_m": [15.0, 150.0],
+        "sea.extent_m": 400.0,
+    }
     power = []
     for shadows in ({}, SMITH):
         light, returns, _ = Simulator(load_scene("choppy_sea", {**keys, **shadows})).light(0)
         power.append((returns.rcs * light.lit_both)[:, light.distance > 50.0].sum(dtype=np.float64))
-    assert abs(10.0 * np.log10(power[1] / power[0])) < 0.3
+    assert abs(10.0 * np.log10(power[1] / power[0])) < 0.05
