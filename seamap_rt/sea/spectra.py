@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..compute.quadrature import gauss_legendre
 from ..conventions import GRAVITY
 from ..physics.dispersion import angular_frequency, group_speed, wavenumber
+from ..physics.wave_spectra import jonswap_integral, jonswap_shape
 from .elfouhaily import elfouhaily97
 
 __all__ = [
@@ -60,7 +59,7 @@ def jonswap(omega: ArrayLike, hs: float, tp: float, gamma: float = 3.3) -> NDArr
         raise ValueError(f"hs = {hs}: must not be negative")
     peak = 2.0 * math.pi / tp
     variance = (hs / 4.0) ** 2
-    return variance / (peak * _jonswap_shape_integral(gamma)) * _jonswap_shape(omega, peak, gamma)
+    return variance / (peak * jonswap_integral(gamma)) * _jonswap_shape(omega, peak, gamma)
 
 
 def jonswap_fetch(omega: ArrayLike, wind_speed: float, fetch: float, gamma: float = 3.3) -> NDArray[np.float64]:
@@ -113,30 +112,9 @@ def wavenumber_spectrum(
 
 
 def _jonswap_shape(omega: ArrayLike, peak: float, gamma: float) -> NDArray[np.float64]:
-    """(ω/ωp)⁻⁵ exp(−1.25 (ωp/ω)⁴) γ^r, without a unit."""
+    """`jonswap_shape` of ω/ωp; 0 where there are no waves."""
     omega, waves = _positive(omega)
-    ratio = omega / peak
-    inverse4 = ratio**-4
-    return np.where(waves, inverse4 / ratio * np.exp(-1.25 * inverse4) * _enhancement(ratio, gamma), 0.0)
-
-
-def _enhancement(ratio: NDArray[np.float64], gamma: float) -> NDArray[np.float64]:
-    """γ^r: the peak's enhancement, 7 % wide below the peak and 9 % above."""
-    width = np.where(ratio <= 1.0, 0.07, 0.09)
-    return np.exp(math.log(gamma) * np.exp(-0.5 * ((ratio - 1.0) / width) ** 2))
-
-
-@lru_cache(maxsize=256)
-def _jonswap_shape_integral(gamma: float) -> float:
-    """∫ of the shape over ω/ωp, to 1e-12: with u = (ωp/ω)⁴ it is ¼ ∫ exp(−1.25 u) γ^r du over u > 0.
-
-    Gauss–Legendre panels; u = 1, where the peak's width jumps, is an edge. γ = 1 gives 1/5.
-    """
-    nodes, weights = gauss_legendre(40)
-    edges = np.array([0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0, 6.0, 12.0, 30.0])
-    half = 0.5 * np.diff(edges)[:, None]
-    u = edges[:-1, None] + half * (1.0 + nodes)
-    return float(np.sum(half * weights * 0.25 * np.exp(-1.25 * u) * _enhancement(u**-0.25, gamma)))
+    return np.where(waves, jonswap_shape(omega / peak, gamma), 0.0)
 
 
 def _positive(value: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:

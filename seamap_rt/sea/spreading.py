@@ -9,49 +9,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike, NDArray
 
-_SHARPEST_EXPONENT = 1e15  # rms angle 4e-8 rad: a long-crested sea, as far as float64 can tell
+from ..physics.wave_spectra import SHARPEST_EXPONENT
+from ..physics.wave_spectra import cos2s as cos2s
+from ..physics.wave_spectra import cos2s_of_cosine as cos2s_of_cosine
+from ..physics.wave_spectra import cos2s_peak as cos2s_peak
+
 _HASSELMANN_EDGE = 1.05  # f/fp, where one fit hands over to the other
 _EVEN = 1e-300  # sech² of a β this small is an even circle, and β/tanh βπ is still a number
-
-
-# ------------------------------------------------------------------------------------------------------- cos^2s(θ/2)
-
-
-def cos2s(angle: ArrayLike, exponent: ArrayLike) -> NDArray[np.float64]:
-    """Density D(θ) = N cos^2s(θ/2) [1/rad] (Longuet-Higgins, Cartwright & Smith 1963).
-
-    angle: θ from the mean direction [rad], any shape and any turn; exponent: s ≥ 0, 0 being an even circle. Raises
-    ValueError for s < 0 or nan.
-    """
-    return cos2s_of_cosine(np.cos(np.asarray(angle, dtype=np.float64)), exponent)
-
-
-def cos2s_of_cosine(cosine: ArrayLike, exponent: ArrayLike) -> NDArray[np.float64]:
-    """`cos2s` from cos θ, with cos²(θ/2) = (1 + cos θ)/2: a dot product is all that it takes."""
-    exponent = np.asarray(exponent, dtype=np.float64)
-    if np.any(~(exponent >= 0.0)):
-        raise ValueError(f"exponent = {np.min(exponent)}: must not be negative; 0 is an even circle")
-    exponent = np.minimum(exponent, _SHARPEST_EXPONENT)
-    half_angle = np.clip(0.5 * (1.0 + np.asarray(cosine, dtype=np.float64)), 0.0, 1.0)
-    return cos2s_peak(exponent) * half_angle**exponent
-
-
-def cos2s_peak(exponent: ArrayLike) -> NDArray[np.float64]:
-    """N = 2^(2s−1) Γ²(s+1)/(π Γ(2s+1)) [1/rad], which Legendre's duplication makes Γ(s+1)/(2√π Γ(s+½)).
-
-    From logarithms, since Γ leaves float64 at s = 170. They lose digits as s grows: from 1000 the ratio's expansion for
-    large s, √w (1 + 1/(64 w²)) with w = s + ¼ (Tricomi & Erdélyi 1951), keeps them all.
-    """
-    s = np.asarray(exponent, dtype=np.float64)
-    moderate, w = np.minimum(s, 1e3), s + 0.25
-    series = np.sqrt(w) * (1.0 + (0.125 / w) ** 2)
-    ratio = np.where(
-        s < 1e3, np.exp(scipy.special.gammaln(moderate + 1.0) - scipy.special.gammaln(moderate + 0.5)), series
-    )
-    return ratio / (2.0 * math.sqrt(math.pi))
 
 
 def mitsuyasu_exponent(frequency_ratio: ArrayLike, inverse_wave_age: float) -> NDArray[np.float64]:
@@ -63,7 +29,7 @@ def mitsuyasu_exponent(frequency_ratio: ArrayLike, inverse_wave_age: float) -> N
     """
     ratio = _ratio(frequency_ratio)
     age = _age(inverse_wave_age)
-    sharpest = np.minimum(11.5 * np.float64(max(age, 1e-6)) ** -2.5, _SHARPEST_EXPONENT)
+    sharpest = np.minimum(11.5 * np.float64(max(age, 1e-6)) ** -2.5, SHARPEST_EXPONENT)
     return sharpest * np.minimum(ratio, 1.0) ** 5 * np.maximum(ratio, 1.0) ** -2.5
 
 

@@ -21,11 +21,13 @@ from ..conventions import written
 from ..dataset import WATER_ATTRIBUTES, group_of
 from ..physics.dispersion import Water
 from .hindrance import hindrance
+from .periodogram import Periodogram, mean_periodogram
 from .range_bins import PolarMap, RangeBins
 from .resolution import Resolution
+from .system_likelihood import find_systems
 from .wave_direction import Travel, travel
 from .wave_spectrum import Field, Transforms, WaveSpectrum, wave_spectrum
-from .wave_systems import Heights, Periodogram, WaveSystems, find_systems, mean_periodogram
+from .wave_systems import Heights, WaveSystems
 
 _UNSEEN = 0.16  # relative error of the variance by what is not in sight, of its share
 _NOISE_KNOWN = 0.2  # relative standard error of the stated error variances

@@ -1,0 +1,332 @@
+"""The wave systems of a sea by maximum likelihood from some turns' heights, waves longer than the circle included.
+
+A sea is taken as the sum of a few systems, each a JONSWAP spectrum (Hasselmann et al. 1973) spread as cos^2s(θ/2). Two
+kinds of data tell them. Waves longer than a fourth of the circle or so are few in it, and no periodogram resolves them:
+there heights, averaged over blocks, are compared as they are, each at its place and time, with a Gaussian sea of the
+systems' covariance, so that the record in time counts as the record in space does. Shorter waves are many: their
+periodogram is that of the systems, with exponential chance (Whittle 1953). The sum of both log-likelihoods is climbed
+by Fisher's scoring; its information matrix gives the errors, with the chance of so few waves included.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+
+from ..compute.machine import one_blas_thread
+from ..physics.dispersion import Water
+from ..physics.wave_spectra import cos2s
+from .periodogram import Periodogram
+from .wave_direction import Travel
+from .wave_spectrum import Field
+from .wave_systems import (
+    ENHANCEMENT,
+    EXPONENT,
+    SYSTEM_VALUES,
+    SYSTEM_WORTH,
+    Heights,
+    WaveSystem,
+    WaveSystems,
+    jonswap,
+    plane_waves,
+    system_of,
+    values_of,
+)
+
+_SPLIT = 9.0  # of kR: waves up to here are compared as they are, shorter ones by their periodogram
+_LEAK = 3.0  # times that: of waves which blocks still hold a part of
+_BLOCKS = 7.0  # in a circle's radius
+_FULL = 0.4  # of a block, that is in sight: of emptier ones the crests alone are seen
+_LONGEST_S, _STEP = 26.0, 0.07  # periods that are looked for; relative, between frequencies
+_DIRECTIONS = 36
+_BASIS = 3.0  # /R, between wavevectors that the data are reduced to
+_GAIN_KNOWN = 0.4  # of the periodogram's level, its logarithm: gaps scatter what they hide
+_MODEL_KNOWN = 0.4  # of a ring's power, relative: no sea is a sum of such systems
+_LEAST_NOISE = 0.02  # of the variance: blocks' heights err by more than their cells' noise
+_HIDDEN = 0.3  # of the variance, by the square of the share of a block that is not in sight
+_UNLIKE = 1.2  # of the errors' variances: real seas are no sums of such systems
+_VELOCITY_WEIGHT = 8.0  # of log-likelihood, against systems that run against the water's velocity
+_TOLD = 0.5  # share that cells keep, of waves that are looked at
+_LEVEL_KNOWN = 0.1  # of σ: heights in sight are those of crests rather, all around alike, and with the distance
+_MOST = 3
+_ITERATIONS = 10
+_SURE = 1.5  # of log-likelihood, by which waves run one way rather than the other
+_BROAD = 8.0  # exponent of systems that are tried
+_SMALL = 0.02  # change of a value, for a slope
+
+
+@one_blas_thread()
+def find_systems(
+    turns: Sequence[Heights],
+    periodogram: Periodogram,
+    direction: Travel,
+    water: Water,
+    start: WaveSystems | None = None,
+) -> WaveSystems | None:
+    """The systems of which the sea of some turns most likely is the sum; None of too few heights.
+
+    start: systems from before, to begin with.
+    """
+    if sum(turn.x.size for turn in turns) < 100:
+        return None
+    long = _GaussianLikelihood(turns, water)
+    if long.data.size < 4 or not long.variance > 0.0:
+        return None
+    short = _WhittleLikelihood(periodogram, long.split, water)
+    posterior = _Posterior(long, short, direction, water)
+    found = posterior.maximize(start.systems, start.gain, start.nugget) if start is not None else None
+    while found is None or len(found.systems) < _MOST:
+        more = posterior.add_system(found)
+        if found is not None and more.likelihood < found.likelihood + SYSTEM_WORTH:
+            return replace(found, rival=more)
+        found = more
+    return found
+
+
+class _Posterior:
+    def __init__(self, long: _GaussianLikelihood, short: _WhittleLikelihood, direction: Travel, water: Water) -> None:
+        self.long, self.short, self.direction, self.water = long, short, direction, water
+        least, most = np.log(1.0 / _LONGEST_S), np.log(short.frequency[-1, 1] if short.frequency.size else 0.3)
+        self.peaks = np.exp(np.arange(least + 0.3, most, 0.22))
+        self.bounds = least, max(most, least + 1.0)
+
+    def add_system(self, found: WaveSystems | None) -> WaveSystems:
+        """With the further system that the data ask for most."""
+        before = found.systems if found is not None else ()
+        gain, nugget = (found.gain, found.nugget) if found is not None else (1.0, 0.05 * self.long.variance)
+        rest = self.long.variance * (1.0 if found is None else 0.25)
+        base_long = sum((self.long.power(each) for each in before), np.zeros((self.long.frequency.size, _DIRECTIONS)))
+        base_short = sum((self.short.power(each) for each in before), np.zeros(self.short.given.power.shape))
+        tried: list[tuple[float, WaveSystem]] = []
+        for peak in self.peaks:
+            for toward in self.long.toward[::3]:
+                one = WaveSystem(rest, float(peak), float(toward), _BROAD)
+                value = self.long.evaluate(base_long + self.long.power(one), nugget)[0]
+                value += self.short.evaluate(base_short + self.short.power(one), gain)[0] - self._velocity_penalty(one)
+                tried.append((value, one))
+        best = max(tried, key=lambda each: each[0])[1]
+        found = self.maximize((*before, best), gain, nugget)
+        for n, system in enumerate(found.systems):  # a climb does not turn a system round
+            turned = list(found.systems)
+            turned[n] = replace(system, toward=system.toward + np.pi)
+            if self._likelihood(turned, found.gain, found.nugget) > found.likelihood:
+                found = self.maximize(tuple(turned), found.gain, found.nugget)
+        return found
+
+    def _likelihood(self, systems: Sequence[WaveSystem], gain: float, nugget: float) -> float:
+        values = np.array([values_of(each) for each in systems]).ravel()
+        return self._evaluate(np.append(values, (np.log(gain), np.log(nugget))))[0]
+
+    def maximize(self, systems: tuple[WaveSystem, ...], gain: float, nugget: float) -> WaveSystems:
+        """Fisher's scoring from some systems."""
+        values = np.array([values_of(each) for each in systems])
+        shape = values.shape
+        values = np.append(values.ravel(), (np.log(gain), np.log(nugget)))
+        best, gradient, information = self._evaluate(values)
+        damping = 1e-2
+        for _ in range(_ITERATIONS):
+            step = np.linalg.solve(information + damping * np.diag(np.diag(information)), gradient)
+            tried = values + np.clip(step, -0.7, 0.7)
+            rows = tried[:-2].reshape(shape)
+            rows[:, 1] = np.clip(rows[:, 1], *self.bounds)
+            rows[:, 3] = np.clip(rows[:, 3], np.log(1.0), np.log(200.0))
+            rows[:, 4] = np.clip(rows[:, 4], np.log(0.7), np.log(20.0))
+            value, grad, info = self._evaluate(tried)
+            if value > best - 1e-9:
+                done = value - best < 0.1
+                values, best, gradient, information = tried, value, grad, info
+                damping = max(0.3 * damping, 1e-4)
+                if done:
+                    break
+            else:
+                damping *= 8.0
+                if damping > 1e3:
+                    break
+        covariance = _UNLIKE * np.linalg.inv(information)[:-2, :-2]
+        made = [system_of(row) for row in values[:-2].reshape(shape)]
+        order = np.argsort([-each.variance for each in made])
+        index = (SYSTEM_VALUES * order[:, None] + np.arange(SYSTEM_VALUES)).ravel()
+        gain, nugget = (float(each) for each in np.exp(values[-2:]))
+        values[2:-2:SYSTEM_VALUES] += np.pi
+        sure = self._evaluate(values)[0] < best - _SURE
+        systems = tuple(made[n] for n in order)
+        errors = np.asarray(covariance[np.ix_(index, index)], np.float64)
+        return WaveSystems(systems, errors, best, gain, nugget, bool(sure), self.water, self.long.split)
+
+    def _velocity_penalty(self, system: WaveSystem) -> float:
+        """What is taken off for a system that runs against the water's velocity; half of it where nothing tells."""
+        k = np.interp([system.frequency], self.long.frequency, self.long.wavenumber)
+        forth = float(self.direction.forth(k * np.sin(system.toward), k * np.cos(system.toward))[0])
+        return 0.5 * _VELOCITY_WEIGHT * (1.0 - forth)
+
+    def _evaluate(self, values: NDArray[np.floating]) -> tuple[float, Field, Field]:
+        """Log of the likelihood and of what is known beforehand, its gradient, and the information."""
+        gain, nugget = (float(each) for each in np.exp(values[-2:]))
+        rows = values[:-2].reshape(-1, SYSTEM_VALUES)
+        total: list[Field | float] = [0.0, 0.0]
+        changes: tuple[list[Field], list[Field]] = ([], [])
+        for row in rows:
+            for n, part in enumerate((self.long, self.short)):
+                power = part.power(system_of(row))
+                total[n] = total[n] + power
+                changes[n].append(power)
+                for column in range(1, SYSTEM_VALUES):
+                    up, down = row.copy(), row.copy()
+                    up[column], down[column] = row[column] + _SMALL, row[column] - _SMALL
+                    difference = part.power(system_of(up)) - part.power(system_of(down))
+                    changes[n].append(difference / (2.0 * _SMALL))
+        value, first, information_long = self.long.evaluate(np.asarray(total[0]), nugget, changes[0])
+        if not np.isfinite(value):
+            return -np.inf, np.zeros(values.size), np.eye(values.size)
+        other, second, information_short = self.short.evaluate(np.asarray(total[1]), gain, changes[1])
+        value += other - sum(self._velocity_penalty(system_of(row)) for row in rows)
+        gradient, information = np.zeros(values.size), np.zeros((values.size, values.size))
+        long = np.append(np.arange(values.size - 2), values.size - 1)
+        gradient[long] += first
+        information[np.ix_(long, long)] += information_long
+        gradient[:-1] += second
+        information[:-1, :-1] += information_short
+        for column, (middle, known) in zip((3, 4), (EXPONENT, ENHANCEMENT), strict=True):
+            at = np.arange(column, values.size - 2, SYSTEM_VALUES)
+            apart = (values[at] - np.log(middle)) / known
+            value -= 0.5 * float(apart @ apart)
+            gradient[at] -= apart / known
+            information[at, at] += known**-2
+        value -= 0.5 * (values[-2] / _GAIN_KNOWN) ** 2
+        gradient[-2] -= values[-2] / _GAIN_KNOWN**2
+        information[-2, -2] += _GAIN_KNOWN**-2
+        return value, gradient, information + 1e-3 * np.eye(values.size)
+
+
+class _GaussianLikelihood:
+    """The likelihood of blocks' heights, reduced to what the longest waves make of them."""
+
+    def __init__(self, turns: Sequence[Heights], water: Water) -> None:
+        reach = max(float(np.hypot(t.x - t.x.mean(), t.y - t.y.mean()).max()) for t in turns)
+        self.reach = reach
+        blocks = [_blocks(turn, reach / _BLOCKS) for turn in turns]
+        x, y, time, value, noise = (np.concatenate(each) for each in zip(*blocks, strict=True))
+        x, y, time = x - x.mean(), y - y.mean(), time - time.max()
+        self.split = _SPLIT / reach
+        most = float(water.frequency(np.array(_LEAK * self.split))) / (2.0 * np.pi)
+        count = max(int(np.log(most * _LONGEST_S) / _STEP), 8)
+        self.frequency = np.exp(np.linspace(-np.log(_LONGEST_S), np.log(most), count))
+        self.step = np.gradient(self.frequency)
+        self.toward = 2.0 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+        self.wavenumber = water.wavenumber(2.0 * np.pi * self.frequency)
+        # Data reduced to waves of a coarse lattice, both ways in time.
+        side = int(1.1 * _SPLIT / _BASIS) + 1
+        grid: Field = np.arange(-side, side + 1, dtype=np.float64) * (_BASIS / reach)
+        kx, ky = (np.asarray(each.ravel(), np.float64) for each in np.meshgrid(grid, grid, indexing="ij"))
+        kept = np.hypot(kx, ky) < 1.1 * self.split
+        basis = plane_waves(kx[kept], ky[kept], water, x, y, time)
+        basis = np.concatenate((basis.real, basis.imag), axis=1) / np.sqrt(x.size)
+        k = np.repeat(self.wavenumber, _DIRECTIONS)
+        toward = np.tile(self.toward, count)
+        modes = plane_waves(k * np.sin(toward), k * np.cos(toward), water, x, y, time)
+        made = basis.T @ modes
+        self.modes = np.concatenate((made.real, made.imag), axis=1)
+        self.data = basis.T @ value
+        self.noise = basis.T @ (noise[:, None] * basis)
+        variance = float(np.mean(value**2))
+        odd = basis.T @ np.stack((np.ones_like(x), np.hypot(x, y) / reach - 0.6), axis=1)
+        self.noise += _LEVEL_KNOWN**2 * variance * (odd @ odd.T)
+        self.white = basis.T @ basis
+        self.noise += 1e-6 * max(variance, 1e-12) * np.eye(self.data.size) + _LEAST_NOISE * variance * self.white
+        self.variance = variance
+
+    def power(self, system: WaveSystem) -> Field:
+        """m² of each mode, (frequency, direction)."""
+        rings = system.variance * jonswap(self.frequency, system.frequency, system.enhancement) * self.step
+        fan = cos2s(self.toward - system.toward, system.exponent)
+        return rings[:, None] * (fan / fan.sum())
+
+    def evaluate(self, power: Field, nugget: float, changes: Sequence[Field] = ()) -> tuple[float, Field, Field]:
+        """Log-likelihood, its gradient and Fisher's information by some changes of the power; the last of them is of
+        the nugget's logarithm."""
+        both = np.concatenate((power.ravel(), power.ravel()))
+        total = self.noise + nugget * self.white + (self.modes * both) @ self.modes.T
+        try:
+            root = np.linalg.cholesky(total)
+        except np.linalg.LinAlgError:
+            return -np.inf, np.zeros(0), np.zeros((0, 0))
+        data = solve_triangular(root, self.data, lower=True, check_finite=False)
+        value = -float(np.log(np.diag(root)).sum()) - 0.5 * float(data @ data)
+        if not len(changes):
+            return value, np.zeros(0), np.zeros((0, 0))
+        modes = solve_triangular(root, self.modes, lower=True, check_finite=False)
+        white = solve_triangular(root, solve_triangular(root, self.white, lower=True).T, lower=True)
+        products = [(modes * np.concatenate((c.ravel(), c.ravel()))) @ modes.T for c in changes] + [nugget * white]
+        gradient = np.array([0.5 * (data @ p @ data - np.trace(p)) for p in products])
+        flat = np.array([p.ravel() for p in products])
+        return value, gradient, 0.5 * flat @ flat.T
+
+
+class _WhittleLikelihood:
+    """The likelihood of a periodogram of waves shorter than the split."""
+
+    def __init__(self, given: Periodogram, split: float, water: Water) -> None:
+        used = (given.wavenumber > split) & (given.transfer > _TOLD)
+        self.given = replace(
+            given,
+            wavenumber=given.wavenumber[used],
+            power=given.power[used],
+            floor=given.floor[used],
+            count=given.count[used] / (1.0 + _MODEL_KNOWN**2 * given.count[used].sum(axis=1, keepdims=True)),
+            transfer=given.transfer[used],
+        )
+        k = self.given.wavenumber
+        self.blur = given.line_width / k
+        nodes = k[:, None] * (1.0 + self.blur[:, None] * np.sqrt(3.0) * np.array([-1.0, 0.0, 1.0]))
+        nodes = np.maximum(nodes, 0.3 * k[:, None])
+        self.frequency = water.frequency(nodes) / (2.0 * np.pi)
+        # F(k) [m⁴] is S(f) D(θ) df/dk / k; of a sea of area A a mode holds F (2π)²/A.
+        weight = np.array([1.0, 4.0, 1.0]) / 6.0 * water.group_speed(nodes) / (2.0 * np.pi * nodes)
+        self.weight = weight * self.given.transfer[:, None] * (2.0 * np.pi) ** 2 / given.area
+
+    def power(self, system: WaveSystem) -> Field:
+        """m² that a mode is expected to hold, (ring, direction), of waves either way."""
+        rings = (
+            np.sum(self.weight * jonswap(self.frequency, system.frequency, system.enhancement), axis=1)
+            * system.variance
+        )
+        wide = 2.0 / (2.0 / (system.exponent + 1.0) + self.blur**2) - 1.0
+        angle = self.given.toward[None, :] - system.toward
+        wide = np.maximum(wide, 0.5)[:, None]
+        return rings[:, None] * (cos2s(angle, wide) + cos2s(angle + np.pi, wide))
+
+    def evaluate(self, power: Field, gain: float, changes: Sequence[Field] = ()) -> tuple[float, Field, Field]:
+        """As of long waves, but for the gain's logarithm as the last of what changes."""
+        power, changes = gain * power, [gain * each for each in changes]
+        changes = [*changes, power] if changes else changes
+        total = power + self.given.floor
+        held = self.given.count > 0.0
+        count = np.where(held, self.given.count, 0.0)
+        total = np.maximum(total, 1e-30)
+        value = -float(np.sum(count * (np.log(total) + self.given.power / total)))
+        if not len(changes):
+            return value, np.zeros(0), np.zeros((0, 0))
+        first = count * (self.given.power / total - 1.0) / total
+        gradient = np.array([float(np.sum(first * c)) for c in changes])
+        flat = np.array([(np.sqrt(count) * c / total).ravel() for c in changes])
+        return value, gradient, flat @ flat.T
+
+
+def _blocks(turn: Heights, side: float) -> tuple[Field, Field, Field, Field, Field]:
+    """x, y, time, height, noise of squares that are in sight."""
+    i, j = (np.floor(each / side).astype(np.intp) for each in (turn.x, turn.y))
+    i, j = i - i.min(), j - j.min()
+    block = i * (int(j.max()) + 1) + j
+    weight = np.bincount(block, turn.weight)
+    full = weight > _FULL * side**2
+    safe = np.maximum(weight, 1e-12)
+    x, y, time, height = (
+        np.bincount(block, turn.weight * each)[full] / safe[full] for each in (turn.x, turn.y, turn.time, turn.height)
+    )
+    noise = np.bincount(block, turn.weight**2 * turn.noise)[full] / safe[full] ** 2
+    dark = np.maximum(1.0 - weight[full] / side**2, 0.0)
+    return x, y, time, height, noise + _HIDDEN * dark**2 * float(np.mean(height**2))
