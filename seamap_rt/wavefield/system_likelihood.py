@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -163,7 +164,7 @@ class _Posterior:
         forth = float(self.direction.forth(k * np.sin(system.toward), k * np.cos(system.toward))[0])
         return 0.5 * _VELOCITY_WEIGHT * (1.0 - forth)
 
-    def _evaluate(self, values: NDArray[np.floating]) -> tuple[float, Field, Field]:
+    def _evaluate(self, values: NDArray[Any]) -> tuple[float, Field, Field]:
         """Log of the likelihood and of what is known beforehand, its gradient, and the information."""
         gain, nugget = (float(each) for each in np.exp(values[-2:]))
         rows = values[:-2].reshape(-1, SYSTEM_VALUES)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -184,7 +185,7 @@ def values_of(system: WaveSystem) -> list[float]:
     return values
 
 
-def system_of(values: NDArray[np.float64]) -> WaveSystem:
+def system_of(values: NDArray[Any]) -> WaveSystem:
     """The system of such values."""
     variance, frequency, _, exponent, enhancement = (float(each) for each in np.exp(np.minimum(values, 50.0)))
     return WaveSystem(variance, frequency, float(values[2]), exponent, enhancement)
