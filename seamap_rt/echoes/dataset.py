@@ -85,7 +85,7 @@ def echo_dataset(
     if any(each.saturated is not None for each in received):
         values["saturated"] = np.concatenate([each.saturated for each in received if each.saturated is not None])
     errors = sensed.motion.settings if sensed and isinstance(sensed.motion, Sensors) else SensorErrors()
-    told = echo_attributes(radar, first_turn + len(turns), received[0].full_scale_w) | errors.attributes
+    attributes = echo_attributes(radar, first_turn + len(turns), received[0].full_scale_w) | errors.attributes
     return build(
         "echoes",
         values,
@@ -99,5 +99,5 @@ def echo_dataset(
                 [np.full(turn.number.size, first_turn + i, dtype=np.int32) for i, turn in enumerate(turns)]
             ),
         },
-        {**told, "polarization": polarization},
+        {**attributes, "polarization": polarization},
     )

@@ -189,8 +189,8 @@ class WaveField:
         order = np.argsort(held)[::-1]
         kept = order[: int(np.searchsorted(np.cumsum(held[order]), _SAMPLED * held.sum())) + 1]
         kx, ky, omega = (each.ravel()[kept] for each in (lattice.kx, lattice.ky, lattice.omega))
-        told = [each.amplitudes for each in self.members] + [each.fitted for each in self.members if fitted]
-        missed = np.stack([each.ravel()[kept] for each in told])
+        fields = [each.amplitudes for each in self.members] + [each.fitted for each in self.members if fitted]
+        missed = np.stack([each.ravel()[kept] for each in fields])
         away = _AROUND * 2.0 * np.pi / float(np.sqrt(np.average(lattice.k**2, weights=lattice.scale**2)))
         steps = [np.exp(1j * (kx * east + ky * north)) for east, north in away * _SIDES]
         missed = np.stack([missed * step for step in steps], axis=1).reshape(-1, kept.size).astype(np.complex64)

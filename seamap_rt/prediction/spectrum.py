@@ -154,12 +154,12 @@ def spectrum_of_turns(
     table = made.table * variance / made.variance
     if systems is not None:
         long = k < systems.split
-        told = systems.table(k, toward)
-        told = (1.0 - _ALL_ROUND) * told + _ALL_ROUND * told.mean(axis=1, keepdims=True)
+        density = systems.table(k, toward)
+        density = (1.0 - _ALL_ROUND) * density + _ALL_ROUND * density.mean(axis=1, keepdims=True)
         areas = made.areas
-        held = float(np.sum(told[long] * areas[long]))
+        held = float(np.sum(density[long] * areas[long]))
         rest = float(np.sum(table[~long] * areas[~long]))
-        table[long] = told[long]
+        table[long] = density[long]
         table[~long] *= max(variance - held, 0.3 * rest) / max(rest, 1e-300) if rest < variance else 1.0
     return Spectrum(k, toward, table, water)
 

@@ -1,8 +1,8 @@
-"""The strongest of the long waves, few in a seen circle: their part of a fit's operator turned back.
+"""The strongest of the long waves, few in a circle: their part of a fit's normal matrix, inverted.
 
-A swell is told a million times better than its prior where it was seen, and not at all a wave's length farther out.
-Zones are no sharper than a wave is long, and conjugate gradients that stop early leave seas outside that are far too
-high, and come in as time goes. The operator of such waves is written out, square by square, and factorised.
+Observations determine a swell a million times better than its prior where it was seen, and not at all a wavelength
+farther out. Conjugate gradients that stop early leave waves out there that are far too high, and these arrive as time
+goes. So the normal matrix of such waves is written out, square by square, and factorised (Cholesky).
 """
 
 from __future__ import annotations
@@ -47,11 +47,13 @@ class StrongestWaves:
             seen, factor = batch.seen, lattice.factor(str(batch.seen.kind[0]), batch.sum.water).ravel()[self.chosen]
             i, j = (np.floor((each - each.min()) / side).astype(np.intp) for each in (seen.x, seen.y))
             _, square = np.unique(i * (int(j.max()) + 1) + j, return_inverse=True)
-            told = np.bincount(square, batch.weight)
-            x, y, time = (np.bincount(square, batch.weight * each) / told for each in (seen.x, seen.y, seen.time))
+            information = np.bincount(square, batch.weight)
+            x, y, time = (
+                np.bincount(square, batch.weight * each) / information for each in (seen.x, seen.y, seen.time)
+            )
             turns = np.outer(x, kx) + np.outer(y, ky) - np.outer(time, omega)
             size = root * factor * damped(batch.sum.blur.mean(axis=0), kx, ky)
-            waves = np.sqrt(told)[:, None] * np.exp(1j * turns) * size
+            waves = np.sqrt(information)[:, None] * np.exp(1j * turns) * size
             rows = np.hstack((waves.real, -waves.imag)).astype(np.float32)
             made += rows.T @ rows
         return made

@@ -70,8 +70,8 @@ class SensorErrors(Section):
     @property
     def attributes(self) -> dict[str, float]:
         """As echoes carry them: sizes of errors, never an error itself."""
-        told = {f"sensors_{key}": float(getattr(self, key)) for key in SensorErrors.model_fields}
-        return {name: value for name, value in told.items() if math.isfinite(value)}
+        sizes = {f"sensors_{key}": float(getattr(self, key)) for key in SensorErrors.model_fields}
+        return {name: value for name, value in sizes.items() if math.isfinite(value)}
 
 
 class SensorSettings(SensorErrors):

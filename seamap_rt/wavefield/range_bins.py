@@ -60,8 +60,8 @@ class PolarMap:
         place = np.zeros((azimuth.size, 2))
         if "antenna_x" in polar:
             place = np.nan_to_num(np.stack((field("antenna_x"), field("antenna_y")), axis=1))
-        told = height, noise, distance, seen, known, azimuth, time, place, ranges, float(width)
-        return cls(*told, conditional, sensed)
+        fields = height, noise, distance, seen, known, azimuth, time, place, ranges, float(width)
+        return cls(*fields, conditional, sensed)
 
     @property
     def step(self) -> float:

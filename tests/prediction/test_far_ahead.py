@@ -5,6 +5,7 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+from free_waves import FreeWaves, observed
 from numpy.typing import NDArray
 
 from seamap_rt.physics.dispersion import Water
@@ -29,33 +30,21 @@ def swell(period: float) -> Spectrum:
     return Spectrum.of_frequency(omega, STD**2 * shape / np.trapezoid(shape, omega), 225.0, 30.0)
 
 
-class Swell:
+def swell_waves(seed: int) -> FreeWaves:
     """Two hundred waves of a swell."""
-
-    def __init__(self, seed: int) -> None:
-        stream = np.random.default_rng(seed)
-        omega = 2.0 * np.pi / PERIOD * (1.0 + 0.1 * stream.standard_normal(200))
-        toward = np.radians(45.0 + 14.0 * stream.standard_normal(200))
-        k = Water().wavenumber(omega)
-        self.kx, self.ky, self.omega = k * np.sin(toward), k * np.cos(toward), omega
-        self.waves = STD / np.sqrt(100.0) * np.exp(2j * np.pi * stream.random(200))
-
-    def elevation(self, x: Field, y: Field, time: Field) -> Field:
-        phase = np.multiply.outer(x, self.kx) + np.multiply.outer(y, self.ky) - np.multiply.outer(time, self.omega)
-        return np.real(np.exp(1j * phase) @ self.waves)
+    stream = np.random.default_rng(seed)
+    omega = 2.0 * np.pi / PERIOD * (1.0 + 0.1 * stream.standard_normal(200))
+    toward = np.radians(45.0 + 14.0 * stream.standard_normal(200))
+    k = Water().wavenumber(omega)
+    amplitude = STD / np.sqrt(100.0) * np.exp(2j * np.pi * stream.random(200))
+    return FreeWaves(k * np.sin(toward), k * np.cos(toward), omega, amplitude)
 
 
-def turn_of(sea: Swell, number: int) -> Observations:
-    """What looks of 4° and gates of 6 m see of it in a second, at 20 to 200 m, each by 5 cm."""
-    looks, gates = np.meshgrid(np.arange(90), np.arange(20.0, 200.0, 6.0), indexing="ij")
-    azimuth, time = np.radians(4.0 * looks).ravel(), number + looks.ravel() / 90.0
-    x, y = gates.ravel() * np.sin(azimuth), gates.ravel() * np.cos(azimuth)
-    chance = 0.05 * np.random.default_rng(number).standard_normal(x.size)
-    value = sea.elevation(x, y, time) + chance
-    return Observations(x, y, time, value, np.array([0.05]), np.array(["elevation"]))
+def turn_of(sea: FreeWaves, number: int) -> Observations:
+    return observed(sea, number, 90, np.arange(20.0, 200.0, 6.0))
 
 
-def last_field(sea: Swell, spectrum: Spectrum) -> WaveField:
+def last_field(sea: FreeWaves, spectrum: Spectrum) -> WaveField:
     """The field after some turns, by a spectrum."""
     fit = Fit.anew(spectrum, [turn_of(sea, 0)], 30.0 + TURNS, (0.0, 0.0))
     ensemble, innovations = Ensemble(fit), Innovations()
@@ -76,7 +65,7 @@ def test_a_swell_longer_than_the_circle_is_forecast_no_higher_than_it_is() -> No
     # from outside is the prior's, of mean 0. Four seas at five places know mean squares of groups to a half.
     error, stated, told, came = [], [], [], []
     for seed in range(SEAS):
-        sea = Swell(seed)
+        sea = swell_waves(seed)
         field = last_field(sea, swell(PERIOD))
         x, y, time = (each.ravel() for each in np.broadcast_arrays(*PLACES.T[:, :, None], field.issued + LEAD))
         mean, std = field.elevation(x, y, time)

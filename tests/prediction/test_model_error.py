@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from free_waves import FreeWaves, observed
 from numpy.typing import NDArray
 
 from seamap_rt.physics.dispersion import Water
@@ -29,33 +30,21 @@ def wind_sea(std: float = STD) -> Spectrum:
     return Spectrum.of_frequency(omega, std**2 * shape / np.trapezoid(shape, omega), 270.0, 20.0)
 
 
-class Drifting:
+def drifting_waves(drift: float, seed: int) -> FreeWaves:
     """Eighty waves of that sea, whose frequencies are `drift` [rad/s], rms, from what free waves' are."""
-
-    def __init__(self, drift: float, seed: int) -> None:
-        stream = np.random.default_rng(seed)
-        omega, toward = PEAK + 0.2 * stream.standard_normal(80), np.radians(90.0 + 18.0 * stream.standard_normal(80))
-        k = Water().wavenumber(omega)
-        self.kx, self.ky = k * np.sin(toward), k * np.cos(toward)
-        self.omega = omega + drift * stream.standard_normal(80)
-        self.waves = STD / np.sqrt(40.0) * np.exp(2j * np.pi * stream.random(80))
-
-    def elevation(self, x: Field, y: Field, time: Field) -> Field:
-        phase = np.multiply.outer(x, self.kx) + np.multiply.outer(y, self.ky) - np.multiply.outer(time, self.omega)
-        return np.real(np.exp(1j * phase) @ self.waves)
+    stream = np.random.default_rng(seed)
+    omega, toward = PEAK + 0.2 * stream.standard_normal(80), np.radians(90.0 + 18.0 * stream.standard_normal(80))
+    k = Water().wavenumber(omega)
+    omega = omega + drift * stream.standard_normal(80)
+    amplitude = STD / np.sqrt(40.0) * np.exp(2j * np.pi * stream.random(80))
+    return FreeWaves(k * np.sin(toward), k * np.cos(toward), omega, amplitude)
 
 
-def turn_of(sea: Drifting, number: int) -> Observations:
-    """What looks of 2.5° and gates of 4 m see of it in a second, at 20 to 120 m, each by 5 cm."""
-    looks, gates = np.meshgrid(np.arange(144), np.arange(20.0, 120.0, 4.0), indexing="ij")
-    azimuth, time = np.radians(2.5 * looks).ravel(), number + looks.ravel() / 144.0
-    x, y = gates.ravel() * np.sin(azimuth), gates.ravel() * np.cos(azimuth)
-    chance = 0.05 * np.random.default_rng(number).standard_normal(x.size)
-    value = sea.elevation(x, y, time) + chance
-    return Observations(x, y, time, value, np.array([0.05]), np.array(["elevation"]))
+def turn_of(sea: FreeWaves, number: int) -> Observations:
+    return observed(sea, number, 144, np.arange(20.0, 120.0, 4.0))
 
 
-def last_field(sea: Drifting) -> WaveField:
+def last_field(sea: FreeWaves) -> WaveField:
     """The field after some turns of which the fit rests on the last ones."""
     spectrum, innovations = wind_sea(), Innovations()
     fit = Fit.anew(spectrum, [turn_of(sea, 0)], 30.0, (0.0, 0.0))
@@ -72,7 +61,7 @@ def last_field(sea: Drifting) -> WaveField:
     return field
 
 
-def over_stated(sea: Drifting, field: WaveField) -> float:
+def over_stated(sea: FreeWaves, field: WaveField) -> float:
     """Error over stated error, rms, within 60 m and 2 to 8 s ahead: what came from where it was seen."""
     side = np.linspace(-60.0, 60.0, 7)
     x, y, lead = (each.ravel() for each in np.meshgrid(side, side, np.arange(2.0, 9.0, 2.0)))
@@ -84,7 +73,7 @@ def over_stated(sea: Drifting, field: WaveField) -> float:
 def test_the_stated_error_covers_waves_that_drift() -> None:
     # Of eighty waves the mean square of the drift is known to 1/√40, and its errors over some groups to a fifth.
     # Without the law the error would be twice what is stated.
-    sea = Drifting(0.03, 1)
+    sea = drifting_waves(0.03, 1)
     field = last_field(sea)
     assert field.model_error.drift == pytest.approx(0.03, rel=0.2)
     assert over_stated(sea, field) == pytest.approx(1.0, abs=0.3)
@@ -94,14 +83,14 @@ def test_the_stated_error_covers_waves_that_drift() -> None:
 def test_waves_that_do_not_drift_are_not_said_to() -> None:
     # What turns tell of the error is below what is stated, and that leaves nothing to be wrong: 30 s ahead less than a
     # hundredth, a fifth of what the doubt about slow drift would be.
-    field = last_field(Drifting(0.0, 1))
+    field = last_field(drifting_waves(0.0, 1))
     assert field.model_error.share(np.array([field.issued + 30.0]), np.ones(1))[0] < 0.01
 
 
 def test_a_fit_from_nothing_is_right_where_nothing_was_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     # Six turns that see 120 m of a square of 390 m. Steps come last to waves that nothing tells: stopped as soon as a
     # fit that goes on may be, the square has more wrong than the sea itself. A hundredth of the right side leaves some.
-    seen = [turn_of(Drifting(0.0, 1), number) for number in range(KEPT)]
+    seen = [turn_of(drifting_waves(0.0, 1), number) for number in range(KEPT)]
     fit = Fit.anew(wind_sea(), seen, 30.0, (0.0, 0.0))
     fit.add(seen, range(KEPT))
     fit.weigh()

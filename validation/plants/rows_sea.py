@@ -53,7 +53,7 @@ PLANTS = (
     ),
     Plant(
         "JONSWAP peak width",
-        _SEA + "spectra.py",
+        "seamap_rt/physics/wave_spectra.py",
         "<= 1.0, 0.07, 0.09)",
         "<= 1.0, 0.09, 0.07)",
         "tests/sea/test_wavespectra.py::test_jonswap_of_a_height_and_period",
@@ -88,7 +88,7 @@ PLANTS = (
     ),
     Plant(
         "spreading cos2s norm",
-        _SEA + "spreading.py",
+        "seamap_rt/physics/wave_spectra.py",
         "(2.0 * math.sqrt(math.pi))",
         "math.sqrt(math.pi)",
         "tests/sea/test_spreading.py::test_cos2s_integrates_to_one",

@@ -79,13 +79,13 @@ def rms_slope(slope_range: Field, height_std: Field) -> float:
 def visible_share(power: Field, lit: Field, slope: Field, slope_rms: float, grazing: Field, noise: float = 0) -> Field:
     """Share (look, gate) of each cell in sight: the expectation, given slope and echo. Arguments as in `shadow`."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        heard = np.where(lit > 0.0, np.maximum(np.nan_to_num(power), 0.0), 1.0)
-        heard = heard / (heard + np.where(lit > 0.0, _EVEN_ODDS * lit + noise, _EVEN_ODDS))
-    heard = np.clip(_smoothed(heard), _SURE, 1.0 - _SURE)
+        answer = np.where(lit > 0.0, np.maximum(np.nan_to_num(power), 0.0), 1.0)
+        answer = answer / (answer + np.where(lit > 0.0, _EVEN_ODDS * lit + noise, _EVEN_ODDS))
+    answer = np.clip(_smoothed(answer), _SURE, 1.0 - _SURE)
     if not slope_rms > 0.0:
-        return np.ones(heard.shape)
+        return np.ones(answer.shape)
     before = smith_odds(np.nan_to_num(slope), slope_rms, grazing)
-    odds = before**_PLANES * (heard / (1.0 - heard)) ** _OBSERVATIONS
+    odds = before**_PLANES * (answer / (1.0 - answer)) ** _OBSERVATIONS
     return odds / (1.0 + odds) * (1.0 - _STILL_HIDDEN / (1.0 + before))
 
 

@@ -57,7 +57,7 @@ class RadarDescription:
         receivers = np.atleast_1d(attrs.get("receiver_antennas", (0, 1)))
         magnetron = str(attrs.get("transmitter", "coherent")) == "magnetron"
         measured = magnetron and bool(attrs.get("coherent_on_receive", 0))
-        told = {key: attrs[name] for key in SensorErrors.model_fields if (name := f"sensors_{key}") in attrs}
+        sensors = {key: attrs[name] for key in SensorErrors.model_fields if (name := f"sensors_{key}") in attrs}
         return cls(
             wavelength=SPEED_OF_LIGHT / float(attrs["frequency_hz"]),
             noise_power=float(attrs["noise_power_w"]),
@@ -78,7 +78,7 @@ class RadarDescription:
             elevation_beamwidth=float(attrs.get("elevation_beamwidth_deg", np.nan)),
             coherent=measured or not magnetron,
             transmit_phase_error=float(np.radians(attrs.get("transmit_phase_error_deg", 0.0))) if measured else 0.0,
-            sensors=SensorErrors.model_construct(None, **told) if told else None,
+            sensors=SensorErrors.model_construct(None, **sensors) if sensors else None,
         )
 
     @property

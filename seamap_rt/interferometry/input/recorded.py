@@ -144,11 +144,11 @@ def _since(zero: NDArray, times: ArrayLike, name: str) -> ArrayLike:
 
 
 def _sensors(head: RecordingHeader, attitude: Sensed | None) -> dict[str, float]:
-    """What the header tells of the motion sensors; readings that have times of their own tell their rate."""
-    told = head.sensors.attributes if head.sensors.model_fields_set else {}
-    if told and isinstance(attitude, tuple) and np.size(attitude[0]) > 1:
-        told.setdefault("sensors_rate_hz", 1.0 / float(np.median(np.diff(np.asarray(attitude[0])))))
-    return told
+    """Attributes of the motion sensors by the header; readings with times of their own give their rate."""
+    attributes = head.sensors.attributes if head.sensors.model_fields_set else {}
+    if attributes and isinstance(attitude, tuple) and np.size(attitude[0]) > 1:
+        attributes.setdefault("sensors_rate_hz", 1.0 / float(np.median(np.diff(np.asarray(attitude[0])))))
+    return attributes
 
 
 def _date(zero: NDArray, start: float) -> dict[str, str]:
