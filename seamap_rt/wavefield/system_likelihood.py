@@ -100,14 +100,18 @@ class _Posterior:
         before = found.systems if found is not None else ()
         gain, nugget = (found.gain, found.nugget) if found is not None else (1.0, 0.05 * self.long.variance)
         rest = self.long.variance * (1.0 if found is None else 0.25)
-        base_long = sum((self.long.power(each) for each in before), np.zeros((self.long.frequency.size, _DIRECTIONS)))
-        base_short = sum((self.short.power(each) for each in before), np.zeros(self.short.given.power.shape))
+        before_long = self.long.covariance(
+            sum((self.long.power(each) for each in before), np.zeros((self.long.frequency.size, _DIRECTIONS))), nugget
+        )
+        before_short = sum((self.short.power(each) for each in before), np.zeros(self.short.given.power.shape))
         tried: list[tuple[float, WaveSystem]] = []
-        for peak in self.peaks:
-            for toward in self.long.toward[::3]:
+        for toward in self.long.toward[::3]:
+            covariances = self.long.ring_covariances(float(toward), _BROAD)
+            for peak in self.peaks:
                 one = WaveSystem(rest, float(peak), float(toward), _BROAD)
-                value = self.long.evaluate(base_long + self.long.power(one), nugget)[0]
-                value += self.short.evaluate(base_short + self.short.power(one), gain)[0] - self._velocity_penalty(one)
+                covariance = before_long + np.tensordot(self.long.rings(one), covariances, 1)
+                value = self.long.likelihood(covariance)[0] - self._velocity_penalty(one)
+                value += self.short.evaluate(before_short + self.short.power(one), gain)[0]
                 tried.append((value, one))
         best = max(tried, key=lambda each: each[0])[1]
         found = self.maximize((*before, best), gain, nugget)
@@ -120,7 +124,7 @@ class _Posterior:
 
     def _likelihood(self, systems: Sequence[WaveSystem], gain: float, nugget: float) -> float:
         values = np.array([values_of(each) for each in systems]).ravel()
-        return self._evaluate(np.append(values, (np.log(gain), np.log(nugget))))[0]
+        return self._evaluate(np.append(values, (np.log(gain), np.log(nugget))), value_alone=True)[0]
 
     def maximize(self, systems: tuple[WaveSystem, ...], gain: float, nugget: float) -> WaveSystems:
         """Fisher's scoring from some systems."""
@@ -153,7 +157,7 @@ class _Posterior:
         index = (SYSTEM_VALUES * order[:, None] + np.arange(SYSTEM_VALUES)).ravel()
         gain, nugget = (float(each) for each in np.exp(values[-2:]))
         values[2:-2:SYSTEM_VALUES] += np.pi
-        sure = self._evaluate(values)[0] < best - _SURE
+        sure = self._evaluate(values, value_alone=True)[0] < best - _SURE
         systems = tuple(made[n] for n in order)
         errors = np.asarray(covariance[np.ix_(index, index)], np.float64)
         return WaveSystems(systems, errors, best, gain, nugget, bool(sure), self.water, self.long.split)
@@ -164,8 +168,8 @@ class _Posterior:
         forth = float(self.direction.forth(k * np.sin(system.toward), k * np.cos(system.toward))[0])
         return 0.5 * _VELOCITY_WEIGHT * (1.0 - forth)
 
-    def _evaluate(self, values: NDArray[Any]) -> tuple[float, Field, Field]:
-        """Log of the likelihood and of what is known beforehand, its gradient, and the information."""
+    def _evaluate(self, values: NDArray[Any], value_alone: bool = False) -> tuple[float, Field, Field]:
+        """Log of the likelihood and of what is known beforehand, its gradient, and the information; or the first."""
         gain, nugget = (float(each) for each in np.exp(values[-2:]))
         rows = values[:-2].reshape(-1, SYSTEM_VALUES)
         total: list[Field | float] = [0.0, 0.0]
@@ -174,6 +178,8 @@ class _Posterior:
             for n, part in enumerate((self.long, self.short)):
                 power = part.power(system_of(row))
                 total[n] = total[n] + power
+                if value_alone:
+                    continue
                 changes[n].append(power)
                 for column in range(1, SYSTEM_VALUES):
                     up, down = row.copy(), row.copy()
@@ -186,11 +192,12 @@ class _Posterior:
         other, second, information_short = self.short.evaluate(np.asarray(total[1]), gain, changes[1])
         value += other - sum(self._velocity_penalty(system_of(row)) for row in rows)
         gradient, information = np.zeros(values.size), np.zeros((values.size, values.size))
-        long = np.append(np.arange(values.size - 2), values.size - 1)
-        gradient[long] += first
-        information[np.ix_(long, long)] += information_long
-        gradient[:-1] += second
-        information[:-1, :-1] += information_short
+        if not value_alone:
+            long = np.append(np.arange(values.size - 2), values.size - 1)
+            gradient[long] += first
+            information[np.ix_(long, long)] += information_long
+            gradient[:-1] += second
+            information[:-1, :-1] += information_short
         for column, (middle, known) in zip((3, 4), (EXPONENT, ENHANCEMENT), strict=True):
             at = np.arange(column, values.size - 2, SYSTEM_VALUES)
             apart = (values[at] - np.log(middle)) / known
@@ -242,29 +249,55 @@ class _GaussianLikelihood:
 
     def power(self, system: WaveSystem) -> Field:
         """m² of each mode, (frequency, direction)."""
-        rings = system.variance * jonswap(self.frequency, system.frequency, system.enhancement) * self.step
-        fan = cos2s(self.toward - system.toward, system.exponent)
-        return rings[:, None] * (fan / fan.sum())
+        return self.rings(system)[:, None] * self._fan(system.toward, system.exponent)
+
+    def rings(self, system: WaveSystem) -> Field:
+        """m² of each frequency."""
+        return system.variance * jonswap(self.frequency, system.frequency, system.enhancement) * self.step
+
+    def _fan(self, toward: float, exponent: float) -> Field:
+        fan = cos2s(self.toward - toward, exponent)
+        return fan / fan.sum()
+
+    def ring_covariances(self, toward: float, exponent: float) -> Field:
+        """Covariances (frequency, datum, datum) of the data, of waves of 1 m² so spread about a direction."""
+        modes = self.modes.reshape(self.data.size, 2, self.frequency.size, _DIRECTIONS)
+        modes = (
+            (modes * np.sqrt(self._fan(toward, exponent)))
+            .transpose(2, 0, 1, 3)
+            .reshape(self.frequency.size, self.data.size, -1)
+        )
+        return modes @ modes.transpose(0, 2, 1)
+
+    def covariance(self, power: Field, nugget: float) -> Field:
+        """Of the data, (datum, datum)."""
+        both = np.concatenate((power.ravel(), power.ravel()))
+        return self.noise + nugget * self.white + (self.modes * both) @ self.modes.T
+
+    def likelihood(self, covariance: Field) -> tuple[float, Field, Field]:
+        """Its logarithm, the covariance's Cholesky factor, and the data divided by it."""
+        try:
+            root = np.linalg.cholesky(covariance)
+        except np.linalg.LinAlgError:
+            return -np.inf, np.zeros((0, 0)), np.zeros(0)
+        data = solve_triangular(root, self.data, lower=True, check_finite=False)
+        return -float(np.log(np.diag(root)).sum()) - 0.5 * float(data @ data), root, data
 
     def evaluate(self, power: Field, nugget: float, changes: Sequence[Field] = ()) -> tuple[float, Field, Field]:
         """Log-likelihood, its gradient and Fisher's information by some changes of the power; the last of them is of
-        the nugget's logarithm."""
-        both = np.concatenate((power.ravel(), power.ravel()))
-        total = self.noise + nugget * self.white + (self.modes * both) @ self.modes.T
-        try:
-            root = np.linalg.cholesky(total)
-        except np.linalg.LinAlgError:
-            return -np.inf, np.zeros(0), np.zeros((0, 0))
-        data = solve_triangular(root, self.data, lower=True, check_finite=False)
-        value = -float(np.log(np.diag(root)).sum()) - 0.5 * float(data @ data)
-        if not len(changes):
+        the nugget's logarithm. The information is worked out in float32: it needs no more."""
+        value, root, data = self.likelihood(self.covariance(power, nugget))
+        if not len(changes) or not np.isfinite(value):
             return value, np.zeros(0), np.zeros((0, 0))
         modes = solve_triangular(root, self.modes, lower=True, check_finite=False)
         white = solve_triangular(root, solve_triangular(root, self.white, lower=True).T, lower=True)
-        products = [(modes * np.concatenate((c.ravel(), c.ravel()))) @ modes.T for c in changes] + [nugget * white]
-        gradient = np.array([0.5 * (data @ p @ data - np.trace(p)) for p in products])
-        flat = np.array([p.ravel() for p in products])
-        return value, gradient, 0.5 * flat @ flat.T
+        by_mode = ((data @ modes) ** 2 - np.sum(modes**2, axis=0)).reshape(2, -1).sum(axis=0)
+        gradient = [0.5 * float(change.ravel() @ by_mode) for change in changes]
+        gradient.append(0.5 * nugget * float(data @ white @ data - np.trace(white)))
+        single = modes.astype(np.float32)
+        products = [(single * np.tile(change.ravel().astype(np.float32), 2)) @ single.T for change in changes]
+        flat = np.array([*(each.ravel() for each in products), nugget * white.ravel()])
+        return value, np.array(gradient), 0.5 * flat @ flat.T
 
 
 class _WhittleLikelihood:
