@@ -103,7 +103,7 @@ def test_from_a_scene_to_maps_section_comparison_and_files(watched: Watched, ser
 
     _wait_for_state(server, "choppy_sea-1-2", "done")
     _view(page, "Sea state")
-    expect(page.get_by_text(re.compile(r"Hs \d\.\d+ m"))).to_be_visible()
+    expect(page.get_by_text(re.compile(r"^Hs \d\.\d+ ± \d\.\d+ m, Tp "))).to_be_visible()
     expect(page.get_by_text(re.compile("Sees the waves out to"))).to_be_visible()
     _place(page, "Compare")
     expect(page.get_by_text(re.compile(r"A \d+ · B \d+")).first).to_be_visible()
