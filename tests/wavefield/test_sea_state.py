@@ -172,6 +172,16 @@ def test_a_height_that_cannot_be_told_is_said_to_be_at_least_so_much() -> None:
     assert in_words(found).startswith("Hs at least ")
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_what_crests_alone_add_to_heights_is_no_swell(seed: int) -> None:
+    """A wind sea whose heights stand 0.1 σ too high near by and 0.4 σ at the rim, in turn after turn, as in HH."""
+    maps = random_sea(seed, 0.74, 3.7, 280.0).turns(4)
+    polar = maps["polar"].to_dataset()
+    polar["height"] = polar["height"] + 0.74 / 4.0 * (0.1 + 0.3 * polar["ground_range"] / GROUND[-1])
+    found = sea_state(xr.DataTree.from_dict({"/polar": polar}))
+    np.testing.assert_allclose(found["peak_period"], 3.7, rtol=0.08)  # chance of a height's few waves: 2 to 3 %
+
+
 def test_systems_that_cross_are_found_apart() -> None:
     """A swell of 11 s and a wind sea of 5 s across it, in four turns: each system as it is."""
     sea = random_sea(21, 1.2, 11.0, 210.0, 40.0) + random_sea(22, 1.2, 5.0, 120.0)
