@@ -18,13 +18,13 @@ from .conventions import unit_from_azimuth
 from .dataset import build
 from .echoes import expected_look_gates
 from .echoes.dataset import echo_dataset
-from .echoes.parted import Gathered
 from .echoes.radar_cross_section import Returns, SeaSurface
 from .echoes.receiving import Received
 from .echoes.scenery import Scenery
 from .echoes.spike_field import SpikeField
+from .echoes.truncation import truncation_share
 from .echoes.turn import turn_echoes
-from .echoes.unheard import share_unheard
+from .echoes.turn_accumulator import TurnAccumulator
 from .errors import InputError
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
 from .mesh.grid import PolarGrid
@@ -76,7 +76,7 @@ class Turn:
     folded_share: float  # of the mesh's points that lie under a crest which folds over; 0 for linear waves
 
 
-class _Heard(NamedTuple):
+class _ReceivedTurn(NamedTuple):
     """What a turn's rays find, and what its receivers record."""
 
     submerged: NDArray[np.bool_]  # (line,) the antenna is under water
@@ -143,7 +143,7 @@ class Simulator:
         """Lit facets of a turn, what they return, and the lines at which the antenna is under water."""
         clock, surface = clock or Stopwatch(), self.surface
         mesh = mesh or self.mesh(turn, clock)
-        gathered = Gathered(mesh.grid.columns)
+        gathered = TurnAccumulator(mesh.grid.columns)
         for columns, light in self._lights(mesh, clock):
             with clock("mesh"):
                 strain = mesh.part(columns).strain
@@ -201,7 +201,7 @@ class Simulator:
             with clock("calibrate"):
                 _ = self.surface  # of the whole circle, of which a sector's sea is then a part that is known
         mesh = self.mesh(number, clock)
-        submerged, received, truth, rays = self._heard(number, clock, mesh, fired)
+        submerged, received, truth, rays = self._receive(number, clock, mesh, fired)
         facets = mesh.facets
         with clock("echoes"):
             under_water = _submerged_pulses(submerged, facets, fired)
@@ -226,7 +226,7 @@ class Simulator:
         slope = float(np.sqrt(np.mean(np.square(facets.slope_look, dtype=np.float64))))
         return Turn(number, echoes, both, begun, timing, count, rays, slope, folded)
 
-    def _heard(self, number: int, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses) -> _Heard:
+    def _receive(self, number: int, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses) -> _ReceivedTurn:
         """What a turn's rays find and its receivers record."""
         facets, returns, submerged = self.light(number, clock, mesh)
         objects = self._object_voltages(clock, mesh, fired)
@@ -236,19 +236,19 @@ class Simulator:
                 moving = replace(facets, velocity_look=facets.velocity_look + returns.running)
             speckle = self.scene.seed, self.scene.scattering.decorrelation_time_s
             received = turn_echoes(
-                moving, returns.rcs, self.radar, fired, *speckle, returns.motion, objects, self._unheard
+                moving, returns.rcs, self.radar, fired, *speckle, returns.motion, objects, self._neglected_share
             )
         with clock("truth"):
             truth = polar_truth(facets, returns.rcs, self.radar, self.scene.retrieval, number)
-        return _Heard(submerged, received, truth, facets.rays)
+        return _ReceivedTurn(submerged, received, truth, facets.rays)
 
     def _object_voltages(self, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses) -> NDArray[np.complex64] | None:
         with clock("objects"):
             return self.scenery.voltages(mesh, fired)
 
     @property
-    def _unheard(self) -> float:
-        return share_unheard(self.sea.resolved.elevation_std, self.scene.tracing.height_error_m)
+    def _neglected_share(self) -> float:
+        return truncation_share(self.sea.resolved.elevation_std, self.scene.tracing.height_error_m)
 
     def _folded_share(self, facets: Facets) -> float:
         """Share of the mesh's points, on every eighth line, over which choppy waves fold."""

@@ -41,7 +41,7 @@ class Class:
     count: int
 
 
-def windows_that_came(sea: Sea, forecasts: xr.Dataset) -> Windows | None:
+def observed_windows(sea: Sea, forecasts: xr.Dataset) -> Windows | None:
     """Windows of a run's forecasts (schema `prediction`) that rest on enough turns, all places together.
 
     Beside their chance stands persistence: how low the water stayed in the time before the forecast that a window

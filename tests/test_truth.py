@@ -186,7 +186,7 @@ def test_visible_part_and_weighted_height() -> None:
     inside = (facets.distance > 30.0) & (facets.distance < 140.0)
     columns = (facets.grid.column_sweep > 0.0) & (facets.grid.column_sweep < 28.8)
     area = facets.horizontal_area[inside]
-    share = (facets.lit_both[columns][:, inside] * area).sum() / (area.sum() * columns.sum())
+    share = (facets.visible_to_both[columns][:, inside] * area).sum() / (area.sum() * columns.sum())
     gate = truth["range"].values
     between = (gate > 30.5) & (gate < 139.5)
     mean = np.average(fraction[:, between], weights=np.broadcast_to(gate[between], fraction[:, between].shape))

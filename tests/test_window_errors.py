@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from seamap_rt.window_errors import Windows, area, hits_and_alarms, judge_windows, reliability, windows_that_came
+from seamap_rt.window_errors import Windows, area, hits_and_alarms, judge_windows, observed_windows, reliability
 
 LEAD = np.arange(0.0, 21.0)
 
@@ -42,7 +42,7 @@ def forecasts(lasts: float, limit: str = "limit_elevation", speed: float = 0.0) 
 
 def test_a_window_is_quiet_where_the_sea_stays_low_all_through() -> None:
     # Of 3 s: those that begin 5 to 6 s into each ten; the one at 7 s ends as the water rises again.
-    found = windows_that_came(Standing(), forecasts(3.0))
+    found = observed_windows(Standing(), forecasts(3.0))
     assert found is not None
     begin = LEAD[LEAD[-1] >= LEAD + 3.0]
     expected = (begin % 10.0 >= 5.0) & (begin % 10.0 <= 6.0)
@@ -54,16 +54,16 @@ def test_a_window_is_quiet_where_the_sea_stays_low_all_through() -> None:
 
 def test_windows_run_along_the_way_of_the_place() -> None:
     # 0.05 m further east a second: the limit is passed 10 s ahead, so 3 s before for the begin.
-    found = windows_that_came(Sloping(), forecasts(3.0, speed=0.05))
+    found = observed_windows(Sloping(), forecasts(3.0, speed=0.05))
     assert found is not None
     begin = LEAD[LEAD[-1] >= LEAD + 3.0]
     np.testing.assert_array_equal(found.quiet, np.tile(begin + 3.0 < 10.0, 2))
 
 
 def test_windows_of_what_the_water_alone_does_not_tell_are_not_judged() -> None:
-    assert windows_that_came(Standing(), forecasts(3.0, "limit_roll")) is None
-    assert windows_that_came(Standing(), forecasts(3.0).drop_vars("quiet")) is None
-    assert windows_that_came(Standing(), forecasts(30.0)) is None
+    assert observed_windows(Standing(), forecasts(3.0, "limit_roll")) is None
+    assert observed_windows(Standing(), forecasts(3.0).drop_vars("quiet")) is None
+    assert observed_windows(Standing(), forecasts(30.0)) is None
 
 
 def test_areas_are_chances_that_quiet_ones_score_higher() -> None:
@@ -130,6 +130,6 @@ def test_the_limit_is_the_forecast_s_own() -> None:
             return np.full(t.shape, self.height)
 
     for height, quiet in ((0.49, True), (-0.49, True), (0.51, False), (-0.51, False)):
-        found = windows_that_came(Level(height), forecasts(3.0))
+        found = observed_windows(Level(height), forecasts(3.0))
         assert found is not None
         assert np.all(found.quiet == quiet)

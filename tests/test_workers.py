@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from seamap_rt.compute import machine
-from seamap_rt.compute.machine import Workers, in_blocks, what_is_there_stays
+from seamap_rt.compute.machine import Workers, gc_frozen, in_blocks
 
 
 @pytest.mark.parametrize("rows", [0, 1, 32, 33, 200, 1000])
@@ -98,7 +98,7 @@ sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 
 def test_the_collector_passes_over_what_was_there_and_then_no_more() -> None:
     frozen = gc.get_freeze_count()
-    with what_is_there_stays():
+    with gc_frozen():
         assert gc.get_freeze_count() > max(frozen, 1000)
         cycle = Cycle()
         cycle.own = cycle

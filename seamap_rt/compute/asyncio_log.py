@@ -8,10 +8,10 @@ import logging
 def silence_the_overheard() -> None:
     """From here on. These libraries do several things beside each other and raise what goes wrong with one of them;
     asyncio tells of the others when they are forgotten, on standard error, beside the line that says it all."""
-    logging.getLogger("asyncio").addFilter(_is_ours_to_hear)
+    logging.getLogger("asyncio").addFilter(_is_relevant)
 
 
-def _is_ours_to_hear(record: logging.LogRecord) -> bool:
+def _is_relevant(record: logging.LogRecord) -> bool:
     text = record.getMessage()
     raised = record.exc_info[1] if record.exc_info else None
     libraries = type(raised).__module__, text

@@ -110,7 +110,7 @@ def one_blas_thread() -> Iterator[None]:
 
 
 @contextmanager
-def what_is_there_stays() -> Iterator[None]:
+def gc_frozen() -> Iterator[None]:
     """Python's collector of cycles passes over what is there now: to go through all modules' objects takes it a tenth
     of a second, every dozen turns."""
     gc.freeze()

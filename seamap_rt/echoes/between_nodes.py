@@ -37,7 +37,7 @@ class Between(NamedTuple):
     missed: float  # share of the power, in the mean over the phases
 
 
-def most_missed(share: float) -> float:
+def interpolation_loss(share: float) -> float:
     """Share of the power that may be missed between nodes where that share may be left out."""
     return max(share, _LEAST)
 
@@ -45,19 +45,21 @@ def most_missed(share: float) -> float:
 def widest(correlation: Correlation, pulse_s: float, share: float, longest: int) -> Between:
     """The widest stride, up to `longest`, at which no more than a share of the power is missed, and the fewest taps for
     it; pulse_s [s]: between pulses."""
-    share, narrow, wide = most_missed(share), 1, longest + 1
+    share, narrow, wide = interpolation_loss(share), 1, longest + 1
     while wide - narrow > 1:  # what is missed grows with the stride
         middle = (narrow + wide) // 2
         narrow, wide = (
-            (middle, wide) if weigh(correlation, pulse_s, middle, _MOST_TAPS).missed <= share else (narrow, middle)
+            (middle, wide)
+            if interpolation_weights(correlation, pulse_s, middle, _MOST_TAPS).missed <= share
+            else (narrow, middle)
         )
     if narrow == 1:
         return Between(1, np.ones((1, 1), np.float32), 0.0)
-    made = (weigh(correlation, pulse_s, narrow, taps) for taps in range(2, _MOST_TAPS + 1, 2))
+    made = (interpolation_weights(correlation, pulse_s, narrow, taps) for taps in range(2, _MOST_TAPS + 1, 2))
     return next(each for each in made if each.missed <= share or each.weights.shape[1] == _MOST_TAPS)
 
 
-def weigh(correlation: Correlation, pulse_s: float, stride: int, taps: int) -> Between:
+def interpolation_weights(correlation: Correlation, pulse_s: float, stride: int, taps: int) -> Between:
     """The weights of so many nodes, an even number, around each pulse between nodes `stride` apart."""
     node = np.arange(taps, dtype=np.float64) * stride - (taps // 2 - 1) * stride
     among = correlation(pulse_s * (node[:, None] - node))

@@ -67,22 +67,22 @@ class Tabulated:
     step: float = _STEP  # m
 
 
-def tabulated(radar: RadarSettings, unheard: float = 0.0) -> Tabulated:
+def tabulated(radar: RadarSettings, neglected: float = 0.0) -> Tabulated:
     """The samples that the radar's receiver is given, and their response, but for that share of the power that comes
     from farthest off their middles; of a chirp's, which are still to be compressed, all."""
-    return _tabulated(cast(Hashable, radar), pattern_stamps(radar), unheard)  # frozen, and so hashable
+    return _tabulated(cast(Hashable, radar), pattern_stamps(radar), neglected)  # frozen, and so hashable
 
 
 @lru_cache(maxsize=8)
-def _tabulated(settings: Hashable, _: Hashable, unheard: float) -> Tabulated:
+def _tabulated(settings: Hashable, _: Hashable, neglected: float) -> Tabulated:
     samples = received_samples(cast(RadarSettings, settings))
     tables = _tables(samples)
     table = np.array(tables[:1] if all(table is tables[0] for table in tables) else tables)
-    if samples.compress is not None or unheard == 0.0:
+    if samples.compress is not None or neglected == 0.0:
         return Tabulated(samples, table)
     power = np.square(table.astype(np.float64))
     beyond = 1.0 - np.cumsum(power, axis=1) / power.sum(axis=1, keepdims=True)
-    last = int(np.argmax((beyond <= unheard).all(axis=0)))
+    last = int(np.argmax((beyond <= neglected).all(axis=0)))
     cut = np.array(table[:, : last + 2])
     cut[:, -1] = 0.0
     return Tabulated(samples, cut, max(0.0, float(beyond[:, last].max())))

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from ..compute.compiled import compiled, compiled_strict
 from ..compute.machine import in_blocks
 from ..mesh import Facets
-from .speckle import EVENLY, Heard, speckle_basis, speckle_stream, two_way_basis
+from .speckle import EVENLY, BeamWindow, speckle_basis, speckle_stream, two_way_basis
 
 _BREAKERS = (1,)  # the draw of a column that is theirs; the Bragg waves have its first
 
@@ -75,14 +75,14 @@ class Motion:
         return 1.0 / float(rate) if rate > 0.0 else np.inf
 
 
-class Fastest(NamedTuple):
+class SpeedBounds(NamedTuple):
     """The greatest speeds of a turn's facets, m/s."""
 
     water: float
     breakers: float | None  # None where none break
 
     @classmethod
-    def of(cls, facets: Facets, motion: Motion | None) -> Fastest:
+    def of(cls, facets: Facets, motion: Motion | None) -> SpeedBounds:
         """Those of facets and of their scatterers' motion."""
         columns = len(facets.height)
         shares, runs = np.empty((0, 0), np.float32), np.empty(0, np.float32)  # where none break
@@ -95,7 +95,7 @@ class Fastest(NamedTuple):
 
 
 def fastest_echo(
-    fastest: Fastest,
+    fastest: SpeedBounds,
     wavenumber: float,
     decorrelation_time_s: float,
     motion: Motion | None,
@@ -156,15 +156,15 @@ class MovingSpeckle:
         motion: Motion,
         seed: int,
         breaks: bool | None = None,
-        heard: Heard = EVENLY,
+        window: BeamWindow = EVENLY,
     ) -> MovingSpeckle:
         """For a column of so many nodes, spacing_s [s] apart; wavenumber: of the radar [rad/m]; τc [s]; breaks: whether
-        anything does, where the motion does not hold the facets' shares; heard: what the beam hears of the nodes."""
+        anything does, where the motion does not hold the facets' shares; window: how the beam weighs the nodes."""
         if breaks is None:
             breaks = motion.breaking is not None and bool(motion.breaking.any())
         turning = 2.0 * wavenumber * motion.bragg_speed
-        bragg, contrast = two_way_basis(nodes, spacing_s, decorrelation_time_s, turning, heard)
-        breakers = speckle_basis(nodes, spacing_s, motion.breaker_time(wavenumber, decorrelation_time_s), heard)
+        bragg, contrast = two_way_basis(nodes, spacing_s, decorrelation_time_s, turning, window)
+        breakers = speckle_basis(nodes, spacing_s, motion.breaker_time(wavenumber, decorrelation_time_s), window)
         return cls(motion, bragg, contrast, breakers, spacing_s, wavenumber, seed, breaks)
 
     def modes(self, columns: slice, begin: NDArray[np.float64]) -> tuple[NDArray[np.complex64], ...]:

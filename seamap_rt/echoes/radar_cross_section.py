@@ -22,13 +22,13 @@ from ..scattering.bragg import bragg_speed
 from ..scattering.breaking import breaker_motion
 from ..scattering.calibration import Scale, fit_scale
 from ..scattering.composite import CompositeSea
-from ..scattering.composite_kernel import Brought, Numbers, Seen, fill_returns, fill_terms
+from ..scattering.composite_kernel import Brought, FacetGeometry, Numbers, fill_returns, fill_terms
 from ..scattering.modulation import approaching_share, memory_rate
 from ..scattering.permittivity import permittivity_of
 from ..settings import RadarSettings, ScatteringSettings
 from ..tracing import Illumination
 from .motion import Motion
-from .spike_field import Lit, SpikeField
+from .spike_field import IlluminatedFacets, SpikeField
 
 _NEAREST = 0.8  # of the near gate's range, from which on facets count for the calibration
 _DEGREE = 5  # of the scale in log grazing: within 0.3 dB of the mean over two decades (`validation/scattering/nrcs.py`)
@@ -126,13 +126,13 @@ class SeaSurface:
         in_blocks(lambda *block: fill_terms(*block, seen, numbers, *terms), len(facets.height))
         return terms
 
-    def _seen(self, facets: Illumination, strain: NDArray[np.float32] | None) -> Seen:
+    def _seen(self, facets: Illumination, strain: NDArray[np.float32] | None) -> FacetGeometry:
         wind = self.wind(facets)[:, 0]
 
         def single(values: NDArray[Any] | None) -> NDArray[np.float32]:
             return _NONE if values is None else np.ascontiguousarray(values, dtype=np.float32)
 
-        return Seen(
+        return FacetGeometry(
             reached=_reached(facets),
             distance=single(facets.distance),
             area=single(facets.horizontal_area),
@@ -146,7 +146,7 @@ class SeaSurface:
             facing=single(facets.facing_in_sight),  # tilts that turn away are among those that σ0 is the mean of
         )
 
-    def _brought(self, facets: Facets, lit: Lit | None) -> Brought:
+    def _brought(self, facets: Facets, lit: IlluminatedFacets | None) -> Brought:
         """To the measured mean, with the breakers that there are."""
         scale, spikes = self.scale, _NONE if lit is None else lit.factor
         if scale is None:

@@ -19,7 +19,7 @@ from ..radar.array import antenna_array
 from ..radar.scan import Pulses
 from ..settings import RadarSettings
 from .between_nodes import correlation_of, widest
-from .motion import Fastest, Motion, fastest_echo
+from .motion import Motion, SpeedBounds, fastest_echo
 from .paths import wavenumber
 
 _LONGEST_STRIDE = 64  # pulses between nodes, however still the sea: nothing is gained beyond
@@ -45,19 +45,19 @@ def choose_nodes(
     pulses: Pulses,
     decorrelation_time_s: float,
     motion: Motion | None = None,
-    fastest: Fastest | None = None,
-    unheard: float = 0.0,
+    fastest: SpeedBounds | None = None,
+    neglected: float = 0.0,
 ) -> Nodes:
-    """Nodes so far apart that no more than a share `unheard` of the power is missed between them, by rotation, Doppler
-    up to the fastest scatterer's, and speckle of decorrelation time τc [s], which may be infinite.
+    """Nodes so far apart that no more than a share `neglected` of the power is missed between them, by rotation, by
+    Doppler up to the fastest scatterer's, and speckle of decorrelation time τc [s], which may be infinite.
 
     motion: of the scatterers relative to the water; fastest: the facets' speeds, where they are known already.
     """
     drift = float(np.max(np.linalg.norm(facets.grid.drift, axis=-1), initial=0.0))
-    fastest = fastest or Fastest.of(facets, motion)
+    fastest = fastest or SpeedBounds.of(facets, motion)
     echo = fastest_echo(fastest, wavenumber(radar), decorrelation_time_s, motion, drift)
     correlation = correlation_of(radar, _fastest_sweep(facets, pulses), *echo)
-    between = widest(correlation, 1.0 / radar.prf_hz, unheard, _LONGEST_STRIDE)
+    between = widest(correlation, 1.0 / radar.prf_hz, neglected, _LONGEST_STRIDE)
     stride, margin = between.stride, between.weights.shape[1] // 2
     last = -(-pulses.number.size // stride)
     spacing_s = stride / radar.prf_hz

@@ -21,13 +21,13 @@ from .summation.gaussian import gaussians, key_of
 LEFT_OUT = 1e-4  # share of the power that modes leave out, where no error asks for less
 
 
-class Heard(NamedTuple):
+class BeamWindow(NamedTuple):
     """How a column's nodes are heard: all alike where no voltage is said."""
 
     voltage: tuple[float, ...] | None = None  # (node,) of the beam over its peak's, above 0
     left_out: float = LEFT_OUT  # share of the power that modes may leave out
 
-    def through(self, voltage: NDArray[np.float64]) -> Heard:
+    def through(self, voltage: NDArray[np.float64]) -> BeamWindow:
         """Through a beam of voltage (node,). What is heard with less than may be left out counts as that."""
         return self._replace(voltage=tuple(np.maximum(voltage, np.sqrt(self.left_out)).tolist()))
 
@@ -36,7 +36,7 @@ class Heard(NamedTuple):
         return np.ones(nodes) if self.voltage is None else np.array(self.voltage)
 
 
-EVENLY = Heard()
+EVENLY = BeamWindow()
 
 
 @dataclass(frozen=True)
@@ -62,12 +62,12 @@ class StillSpeckle:
 
 @lru_cache(maxsize=8)
 def speckle_basis(
-    nodes: int, spacing_s: float, decorrelation_time_s: float, heard: Heard = EVENLY
+    nodes: int, spacing_s: float, decorrelation_time_s: float, window: BeamWindow = EVENLY
 ) -> NDArray[np.float32]:
     """(mode, node): real rows whose products with unit complex Gaussians have the required covariance."""
-    lag, voltage = _lags(nodes, spacing_s), heard.at(nodes)
+    lag, voltage = _lags(nodes, spacing_s), window.at(nodes)
     covariance = voltage[:, None] * np.exp(-((lag / decorrelation_time_s) ** 2)) * voltage
-    variance, modes = _strongest_modes(covariance, heard.left_out)
+    variance, modes = _strongest_modes(covariance, window.left_out)
     basis = (modes * np.sqrt(np.maximum(variance, 0.0))).T / voltage
     basis /= np.sqrt(np.sum(basis**2, axis=0))  # unit variance at every node, exactly
     return basis.astype(np.float32)
@@ -75,7 +75,7 @@ def speckle_basis(
 
 @lru_cache(maxsize=8)
 def two_way_basis(
-    nodes: int, spacing_s: float, decorrelation_time_s: float, turning: float, heard: Heard = EVENLY
+    nodes: int, spacing_s: float, decorrelation_time_s: float, turning: float, window: BeamWindow = EVENLY
 ) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
     """Modes of speckle whose phase turns at +turning [rad/s] for a share w of its power, at −turning for the rest.
 
@@ -83,10 +83,10 @@ def two_way_basis(
     the sum over m with unit complex Gaussians has the covariance exp(−(τ/τc)²)[w e^{+jωτ} + (1 − w) e^{−jωτ}]: where
     the sum of two covariances is made the identity, their difference can be made diagonal.
     """
-    lag, voltage = _lags(nodes, spacing_s), heard.at(nodes)
+    lag, voltage = _lags(nodes, spacing_s), window.at(nodes)
     envelope = voltage[:, None] * np.exp(-((lag / decorrelation_time_s) ** 2)) * voltage
     # Of half and half: that holds all that any w needs.
-    variance, modes = _strongest_modes(envelope * np.cos(turning * lag), heard.left_out)
+    variance, modes = _strongest_modes(envelope * np.cos(turning * lag), window.left_out)
     root = np.sqrt(np.maximum(variance, np.finfo(float).tiny))
     whitened = modes / root
     contrast, rotation = np.linalg.eigh(1j * (whitened.T @ (envelope * np.sin(turning * lag)) @ whitened))

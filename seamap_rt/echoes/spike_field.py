@@ -27,7 +27,7 @@ _POINT_M = 0.5  # of a crest between the points that stand for it
 _MEAN_LIFE = 1.0 - LONGEST_LIFE / np.expm1(LONGEST_LIFE)  # of an exponential cut off, over its scale
 
 
-class Lit(NamedTuple):
+class IlluminatedFacets(NamedTuple):
     """Breakers on the facets of a turn; arrays (column, facet)."""
 
     factor: NDArray[np.float32]  # of the breaking echo, mean 1
@@ -43,7 +43,7 @@ class SpikeField:
     wind_from_deg: float
     current: tuple[float, float] = (0.0, 0.0)  # m/s east, north, with which they drift
 
-    def on(self, facets: Facets) -> Lit:
+    def on(self, facets: Facets) -> IlluminatedFacets:
         """The breakers of one turn, each where it is when the beam passes it."""
         grid, spikes = facets.grid, self.spikes
         left = np.float32(spikes.left)
@@ -72,7 +72,7 @@ class SpikeField:
             key = np.uint64(key_of(random_streams.key(self.seed, Stream.SPIKES), number))
             fill_spikes(key, breed, sweep, factor, speed)
         np.divide(speed, factor, out=speed, where=factor > 0.0)
-        return Lit(factor, speed)
+        return IlluminatedFacets(factor, speed)
 
 
 def _sweep(facets: Facets) -> Sweep:

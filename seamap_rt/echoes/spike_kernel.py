@@ -86,7 +86,7 @@ def column_at(east, north, near, sweep):
 
 
 @compiled_step
-def births(member):
+def poisson_count(member):
     """How many are born in a cell and slot: Poisson with the mean 1, by inversion."""
     chance, term, count = uniform(member, 0), _ONE_IN_A_CELL, 0
     while chance > term and count < _MOST_IN_A_CELL:
@@ -97,7 +97,7 @@ def births(member):
 
 
 @compiled_step
-def way_of(chance, ways):
+def direction_bin(chance, ways):
     """The azimuth at a probability, from the table."""
     way = chance * (ways.size - 1)
     entry = min(int(way), ways.size - 2)
@@ -113,7 +113,7 @@ def lifetime(own, slot, breed):
 @compiled_step
 def breaker_of(own, born, life, i, j, breed):
     """The breaker of a key with that lifetime, in a cell."""
-    azimuth = way_of(uniform(own, 2), breed.ways)
+    azimuth = direction_bin(uniform(own, 2), breed.ways)
     east, north = (i + uniform(own, 3)) * breed.cell, (j + uniform(own, 4)) * breed.cell
     return Breaker(born, life, east, north, breed.celerity * math.sin(azimuth), breed.celerity * math.cos(azimuth))
 
@@ -162,7 +162,7 @@ def lay_point(breaker, east, north, passage, breed, sweep, factor, speed):
 
 
 @compiled_step
-def lay_crest(breaker, passage, breed, sweep, factor, speed):
+def add_breaker(breaker, passage, breed, sweep, factor, speed):
     """A breaker's crest, point by point along it."""
     for point in range(breed.points):
         aside = ((point + 0.5) / breed.points - 0.5) * breed.crest / breed.celerity
@@ -176,11 +176,11 @@ def lay_cell(key, i, j, passage, breed, sweep, factor, speed):
     begin, end = sweep.time[int(passage.first)], sweep.time[int(passage.last)]
     for slot in range(math.floor(begin / breed.slot) - 1, math.floor(end / breed.slot) + 1):
         member = key_of(key, cell_number(i, j, slot))
-        for each in range(births(member)):
+        for each in range(poisson_count(member)):
             own = key_of(member, 1 + each)
             born, life = lifetime(own, slot, breed)
             if born + life > begin and born <= end:
-                lay_crest(breaker_of(own, born, life, i, j, breed), passage, breed, sweep, factor, speed)
+                add_breaker(breaker_of(own, born, life, i, j, breed), passage, breed, sweep, factor, speed)
 
 
 @compiled

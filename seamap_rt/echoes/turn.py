@@ -31,11 +31,11 @@ from ..settings import RadarSettings
 from ..tracing import Illumination
 from .beams import TwoWayBeams, two_way_beams
 from .gating import Tabulated, tabulated
-from .motion import Fastest, Motion, MovingSpeckle
+from .motion import Motion, MovingSpeckle, SpeedBounds
 from .paths import facet_paths, wavenumber
 from .receiving import Received, receive
 from .slow_time import Nodes, choose_nodes, nodes_first, pulses_from_nodes
-from .speckle import Heard, StillSpeckle, speckle_basis
+from .speckle import BeamWindow, StillSpeckle, speckle_basis
 from .summation import (
     BATCH_COLUMNS,
     Beam,
@@ -47,7 +47,7 @@ from .summation import (
     Speckle,
     sum_columns,
 )
-from .unheard import beams_heard, share_of_speckle
+from .truncation import beam_truncation, speckle_truncation
 
 T = TypeVar("T")
 Sums = Callable[[slice], tuple[int, NDArray[np.float32]]]  # of columns: first node's number and their sum
@@ -75,26 +75,26 @@ def turn_echoes(
     decorrelation_time_s: float,
     motion: Motion | None = None,
     objects: NDArray[np.complex64] | None = None,
-    unheard: float = 0.0,
+    neglected: float = 0.0,
 ) -> Received:
     """What the receivers record in one turn, with speckle and (if radar.noise) thermal noise.
 
     rcs (column, facet) [m²]; decorrelation_time_s: τc of the speckle, may be infinite; motion: of the scatterers
     relative to the water, none if left out; objects: voltages (pulse, receiver, sample) [√W] of the scene's objects,
-    added before the receiver; unheard: share of the power that may be left out aside, as much in range and as much
-    between slow-time nodes (see `unheard.share_unheard`). Receivers that the mode does not sample on a pulse are NaN.
+    added before the receiver; neglected: share of the power that may be left out aside, as much in range and as much
+    between slow-time nodes (`truncation_share`). Receivers that the mode does not sample on a pulse are NaN.
     The same seed gives the same bits for any number of threads. Raises ValueError if motion does not fit the facets.
     """
     if motion is not None:
         motion.check(facets)
-    hearing = Hearing.of(facets, radar, pulses, seed, decorrelation_time_s, motion, unheard)
+    hearing = ReceiveGeometry.of(facets, radar, pulses, seed, decorrelation_time_s, motion, neglected)
     total = hearing.total(ColumnSums(hearing, facets, rcs), BATCH_COLUMNS)
     return received(total, hearing, pulses, seed, objects)
 
 
 def received(
     total: NDArray[np.float32],
-    hearing: Hearing,
+    hearing: ReceiveGeometry,
     pulses: Pulses,
     seed: int,
     objects: NDArray[np.complex64] | None = None,
@@ -130,7 +130,7 @@ def best_towards_any_gate(
 
 
 @dataclass(frozen=True)
-class Hearing:
+class ReceiveGeometry:
     """How the radar hears the columns of a turn: at which nodes, through which gates and beams, with what speckle."""
 
     facets: Facets  # of which only where columns and antennas are is asked
@@ -139,7 +139,7 @@ class Hearing:
     nodes: Nodes
     window: int
     reach_s: float
-    heard: Heard
+    beam_window: BeamWindow
     speckle: StillSpeckle | MovingSpeckle
     beams: TwoWayBeams
     across: NDArray[np.float64]  # (node, 3) the aperture's axis in the world
@@ -153,29 +153,31 @@ class Hearing:
         seed: int,
         decorrelation_time_s: float,
         motion: Motion | None,
-        unheard: float = 0.0,
-        fastest: Fastest | None = None,
-    ) -> Hearing:
+        neglected: float = 0.0,
+        fastest: SpeedBounds | None = None,
+    ) -> ReceiveGeometry:
         """See `turn_echoes`. fastest: how fast the facets are, where that is known already, and whether any break."""
-        nodes = choose_nodes(facets, radar, pulses, decorrelation_time_s, motion, fastest, unheard)
-        beams = beams_heard(radar, unheard)
+        nodes = choose_nodes(facets, radar, pulses, decorrelation_time_s, motion, fastest, neglected)
+        beams = beam_truncation(radar, neglected)
         reach_deg = facets.grid.reach_deg - (BEAMS_BEYOND - beams) * antenna_array(radar).beam_deg
         reach = _reach_s(facets, pulses, reach_deg)
         window = int(np.floor(2.0 * reach / nodes.spacing_s)) + 1 if np.isfinite(reach) else nodes.count
         across = pulses.mast.pose(nodes.time).axes[:, 0]
-        tables, samples = two_way_beams(radar), tabulated(radar, unheard)
-        heard = Heard(None, share_of_speckle(unheard))
+        tables, samples = two_way_beams(radar), tabulated(radar, neglected)
+        beam_window = BeamWindow(None, speckle_truncation(neglected))
         if np.isfinite(reach):
             turned = reach_deg / reach * nodes.spacing_s * (np.arange(window, dtype=np.float64) - 0.5 * (window - 1))
             nearest = max(float(samples.samples.range[0]), radar.height_m)
-            heard = heard.through(best_towards_any_gate(tables, turned, across, radar.height_m, nearest))
+            beam_window = beam_window.through(best_towards_any_gate(tables, turned, across, radar.height_m, nearest))
         if motion is None:
-            speckle = StillSpeckle(speckle_basis(window, nodes.spacing_s, decorrelation_time_s, heard), seed)
+            speckle = StillSpeckle(speckle_basis(window, nodes.spacing_s, decorrelation_time_s, beam_window), seed)
         else:
             breaks = None if fastest is None else fastest.breakers is not None
             k = wavenumber(radar)
-            speckle = MovingSpeckle.over(window, nodes.spacing_s, k, decorrelation_time_s, motion, seed, breaks, heard)
-        return cls(facets, radar, samples, nodes, window, reach, heard, speckle, tables, across)
+            speckle = MovingSpeckle.over(
+                window, nodes.spacing_s, k, decorrelation_time_s, motion, seed, breaks, beam_window
+            )
+        return cls(facets, radar, samples, nodes, window, reach, beam_window, speckle, tables, across)
 
     def total(self, sums: Sums, columns: int) -> NDArray[np.float32]:
         """The sum (component, path, sample, node) over all columns, so many at a time."""
@@ -274,7 +276,7 @@ class Hearing:
 class ColumnSums:
     """Sums the facets of some columns into gates, at the nodes at which the beam passes them."""
 
-    hearing: Hearing
+    hearing: ReceiveGeometry
     facets: Illumination
     rcs: NDArray[np.float32]
 

@@ -16,7 +16,7 @@ from seamap_rt.compute.machine import pool
 from seamap_rt.conventions import POLARIZATIONS, db
 from seamap_rt.scattering.breaking import Breakers, breakers, nrcs_breaker
 from seamap_rt.scattering.facet_view import Array, facet_view
-from seamap_rt.scattering.modulation import breaking_level, breaking_share, crowding, mean_crowding
+from seamap_rt.scattering.modulation import action_modulation, breaking_level, breaking_share, mean_action_modulation
 from seamap_rt.scattering.permittivity import permittivity_of
 from seamap_rt.scattering.quasi_specular import Mirror, mirror
 from seamap_rt.scattering.short_waves import ShortWaves
@@ -87,7 +87,7 @@ def nrcs_composite(
     return FacetNrcs(*(each.reshape(shape) for each in sigma))
 
 
-class Facing(NamedTuple):
+class FacingFacets(NamedTuple):
     """What facets that face the radar return at one grazing angle, by slope and wind; all arrays (case,)."""
 
     weight: NDArray[np.float64]  # their sum is 1
@@ -106,7 +106,9 @@ class Facing(NamedTuple):
         return -float(db(1.0 - np.sum(self.weight * self.breaking) / np.sum(self.weight * self.level)))
 
 
-def facing_facets(settings: ScatteringSettings, frequency_hz: float, grazing: float, resolved: Resolved) -> Facing:
+def facing_facets(
+    settings: ScatteringSettings, frequency_hz: float, grazing: float, resolved: Resolved
+) -> FacingFacets:
     """Facets under a grazing angle [rad] by `nrcs_composite`, over Gaussian slopes and all directions of the wind.
 
     resolved: the sea that the mesh carries; its slopes lean the facets, its strain gathers no waves.
@@ -127,7 +129,7 @@ def facing_facets(settings: ScatteringSettings, frequency_hz: float, grazing: fl
     )
     area = np.sqrt(1.0 + along**2 + across**2)[faces]
     level = area * (terms.bragg + terms.specular + terms.breaking)
-    return Facing(weight[faces] / weight[faces].sum(), level, area * terms.breaking)
+    return FacingFacets(weight[faces] / weight[faces].sum(), level, area * terms.breaking)
 
 
 def nrcs_level_sea(settings: ScatteringSettings, frequency_hz: float, grazing: ArrayLike) -> NDArray[np.float64]:
@@ -162,7 +164,7 @@ class CompositeSea(NamedTuple):
     bragg: TiltedBragg
     mirror: Mirror
     breakers: Breakers
-    mean_crowding: float
+    mean_action_modulation: float
     breaking_level: float
 
     @classmethod
@@ -184,7 +186,7 @@ class CompositeSea(NamedTuple):
             bragg=tilted_bragg(*radar, polarization, waves),
             mirror=mirror(*radar, waves),
             breakers=broken,
-            mean_crowding=mean_crowding(float(strain_variance)),
+            mean_action_modulation=mean_action_modulation(float(strain_variance)),
             breaking_level=breaking_level(broken.fraction if breaking else 0.0, float(strain_variance)),
         )
 
@@ -195,8 +197,8 @@ class CompositeSea(NamedTuple):
         view = facet_view(np.sin(incidence), np.cos(incidence), slope_range, slope_cross)
         along, across = np.cos(wind_angle), np.sin(wind_angle)
         wind_cosine, wind_sine = view.wind_double(along, across)
-        crowded = crowding(strain)
-        bragg = self.bragg.nrcs(view, wind_cosine, wind_sine) * (crowded * (1.0 / self.mean_crowding))
+        crowded = action_modulation(strain)
+        bragg = self.bragg.nrcs(view, wind_cosine, wind_sine) * (crowded * (1.0 / self.mean_action_modulation))
         specular = self.mirror.nrcs(view.cos_local, wind_cosine)
         if self.breaking_level == 0.0:
             return bragg, specular, 0.0 * bragg

@@ -42,7 +42,7 @@ _FLATTEST, _STEEPEST, _DARK = np.float32(0.05), np.float32(1e-6), np.float32(1e-
 _PER_ROUGHNESS, _SIDE = np.float32(1.0 / ROUGHNESS), np.float32(WALL / ROUGHNESS)
 
 
-class Seen(NamedTuple):
+class FacetGeometry(NamedTuple):
     """The facets of a turn and how rays reach them. Of fields that are not there, an empty array stands."""
 
     reached: NDArray[np.bool_]  # (column, facet)
@@ -83,7 +83,7 @@ class Numbers(NamedTuple):
             table=np.stack(columns, axis=1),
             low=np.float32(bragg.low),
             per_cosine=np.float32(NODES / (1.0 - bragg.low)),
-            per_crowding=np.float32(1.0 / sea.mean_crowding),
+            per_crowding=np.float32(1.0 / sea.mean_action_modulation),
             breaking_level=np.float32(sea.breaking_level),
             mean=np.float32(0.25 / mirror.along + 0.25 / mirror.across),
             split=np.float32(0.25 / mirror.along - 0.25 / mirror.across),
@@ -210,7 +210,7 @@ def _face(along, across, sea, room):
     """From `_gather`'s rows: how the facets face the ray and the wind, and how the strain crowds short waves on them.
 
     along, across: cosine and sine of the look against the wind. Fills room[3:12]: places in the table of Bragg
-    scattering and in Gauss's distribution, cos θi and that of a breaker's zone, cos 2φ, A², A B sin 2φ, crowding, area.
+    scattering and in Gauss's distribution, cos θi and that of a breaker's zone, cos 2φ, A², A B sin 2φ, modulation, area.
     """
     axis_cosine, axis_sine = along * along - across * across, _TWO * along * across
     for n in range(_FACETS):

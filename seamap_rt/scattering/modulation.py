@@ -59,7 +59,7 @@ def approaching_share(wind_angle: ArrayLike) -> NDArray[np.float64]:
     return towards / (towards + away)
 
 
-def crowding(strain: NDArray[np.floating]) -> NDArray[np.floating]:
+def action_modulation(strain: NDArray[np.floating]) -> NDArray[np.floating]:
     """N/N0 of the short waves, exp(4.5 strain), with the strain bent smoothly below ±½: 0.105 to 9.5."""
     return np.exp(ACTION_POWER * MOST_STRAIN * np.tanh(strain * (1.0 / MOST_STRAIN)))
 
@@ -70,9 +70,9 @@ def modulation_db(strain_std: float) -> float:
 
 
 @lru_cache(maxsize=64)
-def mean_crowding(strain_variance: float) -> float:
-    """Mean of `crowding` over a Gaussian strain of that variance; 1 without one."""
-    return _mean(crowding, strain_variance)
+def mean_action_modulation(strain_variance: float) -> float:
+    """Mean of `action_modulation` over a Gaussian strain of that variance; 1 without one."""
+    return _mean(action_modulation, strain_variance)
 
 
 def breaking_share(crowded: NDArray[np.floating], level: float) -> NDArray[np.floating]:
@@ -98,11 +98,12 @@ def breaking_level(fraction: float, strain_variance: float) -> float:
 
     def miss(log_level: float) -> float:
         return (
-            _mean(lambda strain: breaking_share(crowding(strain), float(np.exp(log_level))), strain_variance) - fraction
+            _mean(lambda strain: breaking_share(action_modulation(strain), float(np.exp(log_level))), strain_variance)
+            - fraction
         )
 
     start = np.log(fraction / (1.0 - fraction))
-    widest = FRONT_POWER * ACTION_POWER * MOST_STRAIN  # ln of the strongest crowding to its power
+    widest = FRONT_POWER * ACTION_POWER * MOST_STRAIN  # ln of the strongest modulation to its power
     return float(np.exp(scipy.optimize.root_scalar(miss, bracket=(start - widest, start + widest)).root))
 
 

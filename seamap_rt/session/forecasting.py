@@ -12,7 +12,7 @@ from ..forecast_errors import Verified, came
 from ..io.appendable import AppendableNetCDF
 from ..prediction import WaveField, issue, predictor_of, vessel_notes, vessel_of
 from ..simulation import Simulator
-from ..window_errors import Windows, windows_that_came
+from ..window_errors import Windows, observed_windows
 from .driver import FinishedTurn
 
 _EACH = 4  # cells from one that the stated error is told at to the next: it changes over wavelengths
@@ -65,7 +65,7 @@ class ForecastSink:
     def windows(self) -> Windows | None:
         """Quiet windows beside the sea that came; None where none were forecast, or not of the water's height alone."""
         judged = self._judged()
-        return windows_that_came(self._simulator.sea.judge, _together(judged)) if judged else None
+        return observed_windows(self._simulator.sea.judge, _together(judged)) if judged else None
 
     def _judged(self) -> list[xr.Dataset]:
         """Forecasts of times at which the sea is known: a recorded one ends."""

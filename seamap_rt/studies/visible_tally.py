@@ -74,7 +74,7 @@ class Tally:
 
 def tally(facets: Illumination, looks: Looks, edges: NDArray[np.float64]) -> Tally:
     """Sums over horizontal area; edges (bin + 1,) of ground range [m]."""
-    lit, bins = facets.lit_both, edges.size - 1
+    lit, bins = facets.visible_to_both, edges.size - 1
     number = np.searchsorted(edges, facets.distance, side="right") - 1
     box = (number[:, None] == np.arange(bins)) * facets.horizontal_area[:, None]  # (facet, bin) m²
 

@@ -51,7 +51,7 @@ class Illumination(Facets):
         return replace(self, **{each.name: getattr(facets, each.name) for each in fields(Facets)})
 
     @property
-    def lit_both(self) -> NDArray[np.bool_]:
+    def visible_to_both(self) -> NDArray[np.bool_]:
         """(column, facet): lit for both antennas, and for all if there are more."""
         return np.asarray(self.lit.all(axis=0))
 

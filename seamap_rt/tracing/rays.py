@@ -56,7 +56,7 @@ class RayTracer:
 
     def _sheets(self, mesh: SurfaceMesh) -> Iterator[tuple[ShadowRays, SeaScene]]:
         """The rays of each sheet, and the scene that holds its surface."""
-        for sheet in _parted(mesh):
+        for sheet in _split_mesh(mesh):
             rays = shadow_rays(mesh, mesh.facets, sheet)
             yield rays, self._scene(mesh, sheet, rays)
 
@@ -138,7 +138,7 @@ def _positions(antennas: NDArray[np.float64]) -> list[list[float]]:
     return [[float(value) for value in (x, y, z)] for y, x, z in antennas]
 
 
-def _parted(mesh: SurfaceMesh) -> Iterator[tuple[slice, ...]]:
+def _split_mesh(mesh: SurfaceMesh) -> Iterator[tuple[slice, ...]]:
     """The mesh's sheets, large ones in parts: from an antenna on the axis no ray leaves its column."""
     for sheet in mesh.sheets():
         most = max(1, _MOST_FACETS // mesh.facets.distance.size)

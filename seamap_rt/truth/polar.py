@@ -155,7 +155,7 @@ def _beam(
 
 def _seen(facets: Illumination) -> NDArray[np.float32]:
     """Share (column, facet) of a facet's water that both antennas see."""
-    lit = facets.lit_both.astype(np.float32, order="C")
+    lit = facets.visible_to_both.astype(np.float32, order="C")
     return lit if facets.in_sight is None else lit * facets.in_sight
 
 

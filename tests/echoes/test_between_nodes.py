@@ -9,7 +9,7 @@ import pytest
 from test_echo_kernel import SEED, at_nodes, radar_of, seen_by
 
 from seamap_rt.echoes import turn as summing
-from seamap_rt.echoes.between_nodes import correlation_of, weigh, widest
+from seamap_rt.echoes.between_nodes import correlation_of, interpolation_weights, widest
 from seamap_rt.echoes.gating import tabulated
 from seamap_rt.echoes.slow_time import choose_nodes
 from seamap_rt.echoes.turn import turn_echoes
@@ -34,11 +34,11 @@ def test_a_turn_misses_between_its_nodes_what_the_law_says(share: float, monkeyp
     velocity[column, facet] = rng.permutation(np.linspace(-speed, speed, 40))
     facets = replace(seen.facets, velocity_look=velocity)
     seen = replace(seen, rcs=rcs, facets=facets)
-    monkeypatch.setattr(summing, "beams_heard", lambda *_: summing.BEAMS_BEYOND)
+    monkeypatch.setattr(summing, "beam_truncation", lambda *_: summing.BEAMS_BEYOND)
     monkeypatch.setattr(summing, "tabulated", lambda radar, _: tabulated(radar))
     exact = at_nodes(seen, np.inf)[1]
-    nodes = choose_nodes(facets, seen.radar, seen.fired, np.inf, unheard=share)
-    found = turn_echoes(facets, rcs, seen.radar, seen.fired, SEED, np.inf, unheard=share).voltage
+    nodes = choose_nodes(facets, seen.radar, seen.fired, np.inf, neglected=share)
+    found = turn_echoes(facets, rcs, seen.radar, seen.fired, SEED, np.inf, neglected=share).voltage
     missed = np.nanmean(np.abs(found - exact) ** 2) / np.nanmean(np.abs(exact) ** 2)
     assert missed == pytest.approx(nodes.missed, rel=0.3)  # forty facets' mean; found 0.9 to 0.95 of it
     assert nodes.missed <= share
@@ -54,8 +54,8 @@ def test_a_tighter_share_asks_for_closer_nodes() -> None:
     assert chosen[-1].stride == widest(correlation, PULSE_S, 0.0, 64).stride  # as if it were nothing: 1e-6
     for each, share in zip(chosen, (1e-2, *SHARES, 1e-6), strict=True):
         taps = each.weights.shape[1]
-        assert each.missed <= share < weigh(correlation, PULSE_S, each.stride + 1, 12).missed
-        assert taps == 2 or weigh(correlation, PULSE_S, each.stride, taps - 2).missed > share
+        assert each.missed <= share < interpolation_weights(correlation, PULSE_S, each.stride + 1, 12).missed
+        assert taps == 2 or interpolation_weights(correlation, PULSE_S, each.stride, taps - 2).missed > share
 
 
 def test_what_does_not_change_needs_few_nodes() -> None:
@@ -69,7 +69,7 @@ def test_speeds_spread_evenly_are_missed_as_the_law_says() -> None:
     """A Gaussian beam that passes scatterers of speeds up to 400 Hz, pulse by pulse, at 360°/s."""
     gaussian = {"azimuth_beamwidth_deg": 1.8, "pattern": "gaussian"}
     radar = RadarSettings.model_validate({"antenna": gaussian})
-    made = weigh(correlation_of(radar, 360.0, 400.0, np.inf), PULSE_S, 8, 8)
+    made = interpolation_weights(correlation_of(radar, 360.0, 400.0, np.inf), PULSE_S, 8, 8)
     width = 1.8 / np.sqrt(8.0 * np.log(2.0)) / 360.0  # s, σ of the two-way voltage: that of the one-way power
     seconds, tones = PULSE_S * np.arange(-400, 400), 5.0 * (np.arange(160)[:, None] - 79.5)
     heard = np.exp(-0.5 * (seconds / width) ** 2) * np.exp(2j * np.pi * tones * seconds)

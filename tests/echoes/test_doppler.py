@@ -13,7 +13,7 @@ from seamap_rt import sea as sea_package
 from seamap_rt.compute import machine
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.echoes import turn, turn_voltages
-from seamap_rt.echoes.motion import Fastest, Motion, MovingSpeckle, fastest_echo
+from seamap_rt.echoes.motion import Motion, MovingSpeckle, SpeedBounds, fastest_echo
 from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis, two_way_basis
 from seamap_rt.echoes.summation.gaussian import draw_all, key_of
 from seamap_rt.echoes.turn import choose_nodes
@@ -279,7 +279,7 @@ def test_nodes_have_room_for_the_fastest() -> None:
     facets, _ = flat_sea(radar_of())
 
     def doppler(motion: Motion | None, moving: Illumination = facets) -> float:
-        return fastest_echo(Fastest.of(moving, motion), K, np.inf, motion)[0]
+        return fastest_echo(SpeedBounds.of(moving, motion), K, np.inf, motion)[0]
 
     assert doppler(None) == 0.0
     assert doppler(motion_of(facets, bragg=0.24)) == pytest.approx(2.0 * 0.24 / WAVELENGTH)
@@ -287,7 +287,7 @@ def test_nodes_have_room_for_the_fastest() -> None:
     assert doppler(motion_of(facets, breaking=0.0, speed=-3.0)) == pytest.approx(2.0 * 0.24 / WAVELENGTH)
     # A spread of speeds is a shorter time: Gaussian Doppler of σ = 2 · 0.5/λ decorrelates as exp(−½ (2πστ)²).
     wide = motion_of(facets, breaking=0.1, speed=3.0, spread=0.5)
-    time_constant = fastest_echo(Fastest.of(facets, wide), K, np.inf, wide)[1]
+    time_constant = fastest_echo(SpeedBounds.of(facets, wide), K, np.inf, wide)[1]
     assert time_constant == pytest.approx(np.sqrt(0.5) / (np.pi * 2.0 * 0.5 / WAVELENGTH))
     # Breakers on water that runs with them are faster than either.
     running = replace(facets, velocity_look=facets.velocity_look - np.float32(1.0))

@@ -17,10 +17,10 @@ from seamap_rt import random_streams
 from seamap_rt.conventions import SPEED_OF_LIGHT, unit_from_azimuth
 from seamap_rt.echoes import turn_voltages
 from seamap_rt.echoes.gating import received_samples
-from seamap_rt.echoes.motion import Fastest, Motion, fastest_echo
+from seamap_rt.echoes.motion import Motion, SpeedBounds, fastest_echo
 from seamap_rt.echoes.slow_time import Nodes, choose_nodes
 from seamap_rt.echoes.summation.gaussian import gaussians, key_of
-from seamap_rt.echoes.turn import Hearing
+from seamap_rt.echoes.turn import ReceiveGeometry
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.radar.receiver import amplitude_constant
@@ -116,8 +116,8 @@ def _speckle_of(
     facets, fired = seen.facets, seen.fired
     reach = np.inf if fired.mast.rate == 0.0 else _reach(facets, fired)
     window = nodes.count if np.isinf(reach) else int(2.0 * reach / nodes.spacing_s) + 1
-    # What the modes are is tested by their covariance (test_heard_speckle).
-    speckle = Hearing.of(facets, seen.radar, fired, SEED, decorrelation_time_s, motion).speckle
+    # What the modes are is tested by their covariance (test_speckle_basis).
+    speckle = ReceiveGeometry.of(facets, seen.radar, fired, SEED, decorrelation_time_s, motion).speckle
 
     def speckle_of(column: int, facet: int) -> NDArray[np.complex128]:
         passing = facets.grid.column_pose[slice(column, column + 1)]
@@ -259,13 +259,13 @@ def test_nodes_leave_room_for_breakers_that_are_but_a_share_of_a_facet() -> None
         breaking = np.zeros(facets.height.shape, np.float32)
         breaking[3, 200] = share
         motion = Motion(0.24, np.full(columns, 0.5), breaking, np.full(columns, 9.0), 0.3)
-        echoes.append(fastest_echo(Fastest.of(facets, motion), 209.6, TAU, motion))
+        echoes.append(fastest_echo(SpeedBounds.of(facets, motion), 209.6, TAU, motion))
     assert echoes[0] == echoes[1]
     assert echoes[0][0] > 209.6 * 8.0 / np.pi  # on water that runs the other way
     assert echoes[0][1] < TAU
     # What runs towards all this adds its own speed.
     for each in (None, replace(motion, breaking=None), motion):
-        fastest = Fastest.of(facets, each)
+        fastest = SpeedBounds.of(facets, each)
         still, drifting = (fastest_echo(fastest, 209.6, TAU, each, drift)[0] for drift in (0.0, 5.0))
         np.testing.assert_allclose(drifting - still, 209.6 * 5.0 / np.pi, rtol=1e-5)
 

@@ -16,7 +16,7 @@ from seamap_rt.mesh.grid import polar_grid
 from seamap_rt.mesh.surface import sea_on_grid, surface_mesh
 from seamap_rt.scattering import MEAN_MODELS, ShortWaves, mean_nrcs, nrcs_composite, permittivity_meissner_wentz12
 from seamap_rt.scattering.composite import CompositeSea
-from seamap_rt.scattering.composite_kernel import Numbers, Seen, exponential, fill_terms
+from seamap_rt.scattering.composite_kernel import FacetGeometry, Numbers, exponential, fill_terms
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import Illumination, tracer
@@ -137,7 +137,7 @@ def test_the_scale_takes_out_no_wave() -> None:
 def test_facets_that_lean_towards_the_radar_return_more() -> None:
     facets, made = lit(), scene()
     rcs = surface(made, facets)(facets, strain()).rcs / facets.horizontal_area
-    seen = facets.lit_both & (facets.distance > 60.0) & (facets.distance < 150.0)
+    seen = facets.visible_to_both & (facets.distance > 60.0) & (facets.distance < 150.0)
     leaning = facets.slope_look[seen]
     steep, flat = np.quantile(leaning, [0.8, 0.2])
     assert rcs[seen][leaning > steep].mean() > 3.0 * rcs[seen][leaning < flat].mean()
@@ -145,7 +145,7 @@ def test_facets_that_lean_towards_the_radar_return_more() -> None:
 
 def test_strain_and_breakers_brighten_where_the_water_converges() -> None:
     facets = lit()
-    seen = facets.lit_both & (facets.distance > 60.0)
+    seen = facets.visible_to_both & (facets.distance > 60.0)
     crowded, thin = (strain()[seen] > 0.03), (strain()[seen] < -0.03)
     with_strain, without = (surface(scene(scattering__hydrodynamic_modulation=on), facets) for on in (True, False))
     assert without.memory_rate is None
@@ -317,7 +317,9 @@ def test_compiled_terms_are_the_formulas_in_every_attitude(wind_speed: float, po
     wind, facing = rng.uniform(-np.pi, np.pi, shape[0]), rng.uniform(0.0, 1.0, shape).astype(np.float32)
     reached, one = rng.uniform(size=shape) < 0.7, np.ones(shape[1], np.float32)
     axes = np.array((np.cos(wind), np.sin(wind)), np.float32)
-    seen = Seen(reached, one, 2.0 * one, np.zeros(shape[0]), axes, np.zeros(shape), look, cross, strain, fall, facing)
+    seen = FacetGeometry(
+        reached, one, 2.0 * one, np.zeros(shape[0]), axes, np.zeros(shape), look, cross, strain, fall, facing
+    )
     made = np.full((3, *shape), np.nan, np.float32)
     fill_terms(0, shape[0], seen, Numbers.of(sea), *made)
 
@@ -341,7 +343,7 @@ def test_a_slope_that_is_no_number_looks_up_nothing_beyond_a_table(value: float)
     for slopes, out in ((look.copy(), whole), (look, made)):
         if out is made:
             slopes[0, ::2] = value
-        seen = Seen(flat == 0.0, one, one, np.full(1, 0.2), axes, flat, slopes, cross, strain, none, none)
+        seen = FacetGeometry(flat == 0.0, one, one, np.full(1, 0.2), axes, flat, slopes, cross, strain, none, none)
         fill_terms(0, 1, seen, Numbers.of(sea), *out)
     np.testing.assert_array_equal(made[..., 1::2], whole[..., 1::2])  # its neighbours' are their own
 

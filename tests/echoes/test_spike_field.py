@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seamap_rt.echoes.spike_field import Lit, SpikeField
+from seamap_rt.echoes.spike_field import IlluminatedFacets, SpikeField
 from seamap_rt.mesh import Facets
 from seamap_rt.mesh.grid import polar_grid
 from seamap_rt.mesh.surface import surface_mesh
@@ -57,7 +57,7 @@ def one_class(**changes: Any) -> SeaSpikes:
     return SeaSpikes(**(chosen | changes))
 
 
-def lit(spikes: SeaSpikes, seed: int, facets: Facets | None = None) -> Lit:
+def lit(spikes: SeaSpikes, seed: int, facets: Facets | None = None) -> IlluminatedFacets:
     return SpikeField(spikes, seed, WIND).on(facets or level_sea())
 
 

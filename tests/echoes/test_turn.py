@@ -13,7 +13,7 @@ from seamap_rt.compute import machine
 from seamap_rt.conventions import BOLTZMANN, SPEED_OF_LIGHT
 from seamap_rt.echoes import turn_voltages
 from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis, speckle_weights
-from seamap_rt.echoes.turn import Hearing, choose_nodes
+from seamap_rt.echoes.turn import ReceiveGeometry, choose_nodes
 from seamap_rt.mesh import mesh_turn, polar_grid, surface_mesh
 from seamap_rt.radar.antenna import antenna
 from seamap_rt.radar.receiver import amplitude_constant
@@ -156,7 +156,7 @@ def test_every_pulse_is_a_knot_at_a_low_prf() -> None:
     np.testing.assert_allclose(half, BEAMS * radar.antenna.azimuth_beamwidth_deg, rtol=1e-12)
     reach = half / fired.mast.rate  # s
     window = int(np.floor(2.0 * reach / nodes.spacing_s)) + 1
-    drawn = Hearing.of(facets, radar, fired, SEED, time_constant, None).speckle
+    drawn = ReceiveGeometry.of(facets, radar, fired, SEED, time_constant, None).speckle
     assert isinstance(drawn, StillSpeckle)
     basis = drawn.basis.astype(np.float64)
     speckle = []

@@ -14,7 +14,7 @@ from seamap_rt.conventions import db
 from seamap_rt.radar import link
 from seamap_rt.scattering.bragg import nrcs_two_scale
 from seamap_rt.scattering.breaking import breakers
-from seamap_rt.scattering.composite import FacetNrcs, Facing, facing_facets, nrcs_composite
+from seamap_rt.scattering.composite import FacetNrcs, FacingFacets, facing_facets, nrcs_composite
 from seamap_rt.scattering.permittivity import permittivity_meissner_wentz12
 from seamap_rt.scattering.quasi_specular import mirror
 from seamap_rt.scattering.short_waves import ShortWaves
@@ -189,7 +189,7 @@ def test_degrees_are_not_taken_for_radians() -> None:
         composite(85.0)
 
 
-def facing(**keys: Any) -> Facing:
+def facing(**keys: Any) -> FacingFacets:
     """Facets in the middle of a small scene's window."""
     small = {"sea.extent_m": 420.0, "sea.resolution_m": 2.0, "radar.range_m": [30.0, 150.0]}
     scene = load_scene("tiny", small | keys)

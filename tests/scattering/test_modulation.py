@@ -8,10 +8,10 @@ from scipy.special import ndtri
 
 from seamap_rt.conventions import db
 from seamap_rt.scattering.modulation import (
+    action_modulation,
     breaking_level,
     breaking_share,
-    crowding,
-    mean_crowding,
+    mean_action_modulation,
     modulation_db,
     relaxation_rate,
 )
@@ -29,19 +29,19 @@ def test_relaxation_is_the_bragg_waves_growth():
 
 
 def test_small_strain_gathers_action_as_alpers_and_hasselmann_and_large_strain_is_bounded():
-    np.testing.assert_allclose(np.log(crowding(np.array([-1e-4, 1e-4]))), [-4.5e-4, 4.5e-4], rtol=1e-6)
+    np.testing.assert_allclose(np.log(action_modulation(np.array([-1e-4, 1e-4]))), [-4.5e-4, 4.5e-4], rtol=1e-6)
     strain = np.linspace(-5.0, 5.0, 1001)
-    assert np.all(np.diff(crowding(strain)) >= 0.0)
-    np.testing.assert_allclose(crowding(strain)[[0, -1]], np.exp([-2.25, 2.25]), rtol=1e-6)
+    assert np.all(np.diff(action_modulation(strain)) >= 0.0)
+    np.testing.assert_allclose(action_modulation(strain)[[0, -1]], np.exp([-2.25, 2.25]), rtol=1e-6)
 
 
 @pytest.mark.parametrize("variance", [0.0, 1e-4, 0.01, 0.04, 0.2])
 def test_the_mean_over_a_gaussian_strain_stays(variance):
     strain = np.sqrt(variance) * QUANTILES
     # 1e-4: the population ends at 4.7σ
-    np.testing.assert_allclose(np.mean(crowding(strain)), mean_crowding(variance), rtol=1e-4)
+    np.testing.assert_allclose(np.mean(action_modulation(strain)), mean_action_modulation(variance), rtol=1e-4)
     for fraction in (1e-6, 1e-3, 0.02, 0.3, 0.9):
-        share = breaking_share(crowding(strain), breaking_level(fraction, variance))
+        share = breaking_share(action_modulation(strain), breaking_level(fraction, variance))
         # tails: at 1e-6 and 0.01 most of the mean comes from beyond 3σ
         np.testing.assert_allclose(np.mean(share), fraction, rtol=2e-3)
         assert np.all((share >= 0.0) & (share <= 1.0))
@@ -50,13 +50,15 @@ def test_the_mean_over_a_gaussian_strain_stays(variance):
 
 def test_breaking_goes_like_the_sixth_power_of_the_spectrum_where_little_breaks():
     level = breaking_level(1e-6, 0.0)
-    ratio = breaking_share(crowding(np.array([0.01])), level) / breaking_share(crowding(np.array([0.0])), level)
+    ratio = breaking_share(action_modulation(np.array([0.01])), level) / breaking_share(
+        action_modulation(np.array([0.0])), level
+    )
     np.testing.assert_allclose(ratio, np.exp(6.0 * 4.5 * 0.01), rtol=2e-4)  # the bend of the strain: (0.02)²/3
 
 
 def test_nonsense_is_refused():
     with pytest.raises(ValueError, match="strain_variance"):
-        mean_crowding(-0.1)
+        mean_action_modulation(-0.1)
     with pytest.raises(ValueError, match="fraction"):
         breaking_level(1.0, 0.01)
     assert breaking_level(0.0, 0.01) == 0.0

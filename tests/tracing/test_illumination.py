@@ -30,7 +30,7 @@ def test_facets_are_geometry_alone_and_no_illumination_is_without_light(fan: Sur
     light = {field.name for field in fields(Illumination)} - geometry
     assert light == {"lit", "rays", "field", "ray_slope", "in_sight", "facing_in_sight"}
     assert type(fan.facets) is Facets
-    assert not any(hasattr(fan.facets, name) for name in (*light, "lit_both", "reached", "strain"))
+    assert not any(hasattr(fan.facets, name) for name in (*light, "visible_to_both", "reached", "strain"))
     with pytest.raises(TypeError, match="lit"):
         Illumination(**vars(fan.facets))
     traced = trace_horizon(fan)

@@ -218,7 +218,7 @@ def test_flat_sea_is_fully_lit_to_400_m(name: str, mast: float, baseline: float)
     facets = trace(name, mesh_turn(sea.realize(made.sea, 1), made.radar, made.meshing, 0), made)
     assert facets.distance[-1] > 400.0
     assert light(facets).all()
-    assert facets.lit_both.all()
+    assert facets.visible_to_both.all()
 
 
 @pytest.mark.parametrize("name", TRACERS)

@@ -254,7 +254,7 @@ def test_a_scene_s_small_waves_hide_what_truth_says_they_do(sector: dict[str, ob
 
     bare = mean(replace(light, in_sight=None))
     heard = np.hypot(light.distance, simulator.radar.height_m) > simulator.radar.range_m[0]
-    hidden = np.mean((light.lit_both * (1.0 - light.in_sight))[:, heard])
+    hidden = np.mean((light.visible_to_both * (1.0 - light.in_sight))[:, heard])
     assert bare - mean(light) == pytest.approx(hidden, rel=0.03)
     assert hidden > 0.02
     assert bare == mean(replace(light, in_sight=np.ones_like(light.in_sight)))
@@ -272,5 +272,5 @@ def test_the_mean_echo_stays_where_small_waves_hide() -> None:
     power = []
     for shadows in ({}, SMITH):
         light, returns, _ = Simulator(load_scene("choppy_sea", {**keys, **shadows})).light(0)
-        power.append((returns.rcs * light.lit_both)[:, light.distance > 50.0].sum(dtype=np.float64))
+        power.append((returns.rcs * light.visible_to_both)[:, light.distance > 50.0].sum(dtype=np.float64))
     assert abs(10.0 * np.log10(power[1] / power[0])) < 0.05

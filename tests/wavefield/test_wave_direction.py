@@ -58,7 +58,7 @@ def ground(seas: list[Waves], noise: float = 0.0) -> tuple[NDArray, NDArray]:
     return height, np.full(height.shape, 0.05 + noise)
 
 
-def way_of(seas: list[Waves], azimuth: NDArray[np.float64] = AZIMUTH, **more) -> Travel:
+def direction_bin(seas: list[Waves], azimuth: NDArray[np.float64] = AZIMUTH, **more) -> Travel:
     height, spread, radial, distance = polar(seas, azimuth, **more)
     return travel(height, spread, radial, azimuth, distance, SIDE)
 
@@ -67,7 +67,7 @@ def way_of(seas: list[Waves], azimuth: NDArray[np.float64] = AZIMUTH, **more) ->
 @pytest.mark.parametrize("mean_from", [0.0, 100.0, 215.0, 330.0])
 def test_the_direction_is_found_without_its_ambiguity(mean_from: float, noise: float) -> None:
     sea = Waves(int(mean_from), mean_from, 5.5, 1.4)
-    way = way_of([sea], noise=noise)
+    way = direction_bin([sea], noise=noise)
     # Wide of it: waves of one axis beat with those of another over a map of a few wavelengths.
     assert abs(wrap_degrees(way.wave_from_deg - sea.mean_from)) < 25.0
     found = by_energy(*ground([sea], noise), SIDE, way).wave_from_deg
@@ -78,7 +78,7 @@ def test_the_direction_is_found_without_its_ambiguity(mean_from: float, noise: f
 def test_drift_with_the_wind_decides_nothing() -> None:
     # Breakers run with the wind, ten times as fast here as the water in the waves' mean; against the waves besides.
     sea = Waves(3, 250.0, 5.5, 1.4)
-    found = [way_of([sea], drift=drift).wave_from_deg for drift in ((0.0, 0.0), (-3.0, -1.0))]
+    found = [direction_bin([sea], drift=drift).wave_from_deg for drift in ((0.0, 0.0), (-3.0, -1.0))]
     assert abs(wrap_degrees(found[1] - found[0])) < 1.0  # what noise and rounding leave
 
 
@@ -87,13 +87,13 @@ def test_a_sector_sees_what_runs_along_it(start: float) -> None:
     # Looks over 60° only, with the waves along them or against them.
     for run in (0.0, 180.0):
         sea = Waves(5, start + 30.0 + run, 5.5, 1.4)
-        found = way_of([sea], start + np.arange(0.9, 60.0, 1.8))
+        found = direction_bin([sea], start + np.arange(0.9, 60.0, 1.8))
         assert abs(wrap_degrees(found.wave_from_deg - sea.mean_from)) < 60.0
 
 
 def test_swell_may_run_against_the_wind_sea() -> None:
     wind, swell = Waves(1, 270.0, 4.0, 1.0), Waves(2, 70.0, 8.0, 1.0)
-    way = way_of([wind, swell])
+    way = direction_bin([wind, swell])
     for each in (way, by_energy(*ground([wind, swell]), SIDE, way)):
         k = wind.omega**2 / GRAVITY * wind.towards
         assert np.mean(each.forth(*k)) > 0.9

@@ -74,7 +74,7 @@ def seen(scene: sr.Scene) -> Array:
     facets, _, _ = Simulator(scene).light(0)
     area = np.broadcast_to(facets.horizontal_area, facets.height.shape)
     ring = np.digitize(facets.distance, EDGES_M) - 1
-    lit = facets.lit_both
+    lit = facets.visible_to_both
     held = [ring == number for number in range(EDGES_M.size - 1)]
     return np.array([(area * lit)[:, each].sum() / area[:, each].sum() for each in held])
 

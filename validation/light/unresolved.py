@@ -84,7 +84,7 @@ def three(case: Case, seed: int) -> dict[str, Simulator]:
 def seen(simulator: Simulator) -> Array:
     """Share of the water that both antennas see: of the window between the outer edges by range, then of each ring."""
     light, _, _ = simulator.light(0)
-    share = light.lit_both if light.in_sight is None else light.lit_both * light.in_sight
+    share = light.visible_to_both if light.in_sight is None else light.visible_to_both * light.in_sight
     mean = share.mean(axis=0, dtype=np.float64)
     ring = np.digitize(light.distance, EDGES_M) - 1
     within = (ring >= 0) & (ring < EDGES_M.size - 1)

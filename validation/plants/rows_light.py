@@ -5,7 +5,7 @@ from __future__ import annotations
 from .plant import Plant
 
 _SEA = "seamap_rt/sea/"
-_PARTED = "tests/echoes/test_parted.py::"
+_PARTED = "tests/echoes/test_turn_accumulator.py::"
 
 PLANTS = (
     Plant(

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 import seamap_rt as sr
 from seamap_rt.echoes import turn as summing
 from seamap_rt.echoes.slow_time import Nodes, choose_nodes
-from seamap_rt.echoes.unheard import share_unheard
+from seamap_rt.echoes.truncation import truncation_share
 from seamap_rt.interferometry import retrieve_one
 from seamap_rt.metrics import HALF_VISIBLE
 from seamap_rt.radar.scan import BEAMS_BEYOND
@@ -50,7 +50,7 @@ def main() -> None:
         voltage, heights = _turn(simulator, _every_pulse)
         said = ", ".join((name, *(f"{key.split('.')[-1]} = {value:g}" for key, value in changes.items())))
         for allowed in map(float, arguments.height_errors.split(",")):
-            share = share_unheard(sigma, allowed)
+            share = truncation_share(sigma, allowed)
 
             found, moved = _turn(simulator, partial(_noted, kept, share))
             nodes = kept[-1]
@@ -65,7 +65,7 @@ def main() -> None:
 
 
 def _noted(kept: list[Nodes], share: float, *known: Any) -> Nodes:
-    kept.append(choose_nodes(*known[:6], unheard=share))
+    kept.append(choose_nodes(*known[:6], neglected=share))
     return kept[-1]
 
 
@@ -77,12 +77,12 @@ def _every_pulse(*known: Any) -> Nodes:
 
 def _turn(simulator: Simulator, nodes: Callable[..., Nodes]) -> tuple[NDArray[np.complex64], NDArray[np.float64]]:
     """Voltages, and heights (look, gate) of cells more than half visible."""
-    heard, summing.choose_nodes = summing.beams_heard, nodes
-    summing.beams_heard = lambda *_: BEAMS_BEYOND  # pyright: ignore[reportAttributeAccessIssue]
+    heard, summing.choose_nodes = summing.beam_truncation, nodes
+    summing.beam_truncation = lambda *_: BEAMS_BEYOND  # pyright: ignore[reportAttributeAccessIssue]
     try:
         turn = simulator.turn(0)
     finally:
-        summing.choose_nodes, summing.beams_heard = choose_nodes, heard
+        summing.choose_nodes, summing.beam_truncation = choose_nodes, heard
     voltage = turn.echoes["voltage"].values
     maps = retrieve_one(turn.echoes, simulator.scene.resolved_retrieval)
     cells = maps["polar"].to_dataset().isel(turn=0)

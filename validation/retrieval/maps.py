@@ -100,7 +100,7 @@ def window_errors(turn: Turn, maps: xr.DataTree, settings: RetrievalSettings) ->
 
 
 class Results:
-    """Gathered turn by turn: cells of the default map, and what `accuracy` needs of the others."""
+    """TurnAccumulator turn by turn: cells of the default map, and what `accuracy` needs of the others."""
 
     def __init__(self, sections: set[str], seeds: int) -> None:
         self.cells: dict[Case, dict[str, NDArray]] = {}

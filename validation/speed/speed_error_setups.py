@@ -19,8 +19,8 @@ import seamap_rt as sr
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes import expected_look_gates
 from seamap_rt.echoes.dataset import echo_dataset
+from seamap_rt.echoes.truncation import truncation_share
 from seamap_rt.echoes.turn import turn_echoes
-from seamap_rt.echoes.unheard import share_unheard
 from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.metrics import HALF_VISIBLE, HEADLINE_M
 from seamap_rt.radar.scan import pulses
@@ -297,8 +297,8 @@ def _turn(setup: Timed, light: dict[str, Callable[..., Any]], number: int, *, ec
         with clock("echoes"):
             fired = pulses(radar, number, simulator.mast)
             speckle = scene.seed, scene.scattering.decorrelation_time_s
-            share = share_unheard(simulator.sea.resolved.elevation_std, scene.tracing.height_error_m)
-            heard = turn_echoes(facets, returns.rcs, radar, fired, *speckle, motion=returns.motion, unheard=share)
+            share = truncation_share(simulator.sea.resolved.elevation_std, scene.tracing.height_error_m)
+            heard = turn_echoes(facets, returns.rcs, radar, fired, *speckle, motion=returns.motion, neglected=share)
             echo_dataset(radar, [fired], [heard], scene.scattering.polarization, None, number)
     return clock
 

@@ -13,7 +13,7 @@ from ...radar import link
 from ...radar.platform import tilt_std
 from ...scattering import ShortWaves, clutter_shape_watts_wicks90, mean_level
 from ...scattering.bragg import radar_wavenumber
-from ...scattering.composite import Facing, facing_facets
+from ...scattering.composite import FacingFacets, facing_facets
 from ...scattering.modulation import modulation_db, relaxation_rate
 from ...scene import Scene
 from ...sea import Resolved, ResolvedWaves
@@ -63,7 +63,7 @@ class Case:
         return ResolvedWaves.of(self.scene.sea, self.resolved.wavenumber_limit)
 
     @cached_property
-    def facing(self) -> Facing:
+    def facing(self) -> FacingFacets:
         return facing_facets(self.scene.scattering, self.scene.radar.frequency_hz, self.grazing, self.resolved)
 
     @cached_property

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...conventions import db
-from ...echoes.between_nodes import most_missed
-from ...echoes.unheard import beams_heard, share_of_speckle, share_unheard, unheard_error_m
+from ...echoes.between_nodes import interpolation_loss
+from ...echoes.truncation import beam_truncation, speckle_truncation, truncation_error_m, truncation_share
 from ...physics.propagation import earth_drop_m, edge_blur_m
 from ...physics.shadowing import second_bounce_share
 from ...radar import link, precision
@@ -55,7 +55,7 @@ def _no_geometry(case: Case) -> Iterator[Row]:
     cost = f"{detail.power_error_db:.2g} dB of power, {detail.visible_error:.1%} of what is visible"
     says = f"rungs {detail.facet_m:g} m apart, {detail.columns_per_beam} columns a beam; lower tracing.height_error_m"
     yield row(name, detail.height_error_m, f"m rms of the maps' heights, {cost}", source, says)
-    yield from _unheard(case)
+    yield from _truncated(case)
     error, source = f"m of height at {far:.0f} m", "d²/2R, 4/3 of the Earth's radius"
     yield row("Earth curvature", earth_drop_m(far), error, source, "the Earth is flat")
     if radar.scan == "turning" and width < 360.0:
@@ -77,21 +77,21 @@ def _no_geometry(case: Case) -> Iterator[Row]:
         yield row("the sea's motion within a map", still, HEIGHT, STILL, f"it stands still {says}")
 
 
-def _unheard(case: Case) -> Iterator[Row]:
+def _truncated(case: Case) -> Iterator[Row]:
     """What comes from further aside, or in range, than facets are summed, and what the pulses between nodes miss."""
     radar, sigma = case.scene.radar, case.resolved.elevation_std
-    share = share_unheard(sigma, case.scene.tracing.height_error_m)
-    aside = "" if radar.scan == "staring" else f" within {beams_heard(radar, share):.3g} beams to either side"
+    share = truncation_share(sigma, case.scene.tracing.height_error_m)
+    aside = "" if radar.scan == "staring" else f" within {beam_truncation(radar, share):.3g} beams to either side"
     says = f"facets are summed{aside} up to {float(db(share)):.2g} dB of the power; lower tracing.height_error_m"
-    error, source = "m rms of height, of a single sample", "√p σ, p of the power (`echoes.unheard`)"
+    error, source = "m rms of height, of a single sample", "√p σ, p of the power (`echoes.truncation`)"
     name = "the beam's outer sides and the pulse's flanks"
-    yield row(name, unheard_error_m(radar, sigma, share), error, source, says)
-    missed = most_missed(share)
+    yield row(name, truncation_error_m(radar, sigma, share), error, source, says)
+    missed = interpolation_loss(share)
     says = f"nodes lie so far apart that up to {float(db(missed)):.2g} dB of the power is missed between them; "
     says += "lower tracing.height_error_m"
     source = "√p σ, p of the power (`echoes.between_nodes`)"
     yield row("pulses between slow-time nodes", math.sqrt(missed) * sigma, error, source, says)
-    lost, source = share_of_speckle(share), "p σ, p of the power (`echoes.unheard.share_of_speckle`)"
+    lost, source = speckle_truncation(share), "p σ, p of the power (`echoes.truncation.speckle_truncation`)"
     says = f"speckle's modes hold all but {float(db(lost)):.2g} dB of what the beam hears; lower tracing.height_error_m"
     yield row("how speckle goes on in its weakest modes", lost * sigma, "m rms of heights' errors", source, says)
 

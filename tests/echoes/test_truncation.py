@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from seamap_rt.echoes.gating import tabulated
+from seamap_rt.echoes.truncation import beam_truncation, truncation_error_m, truncation_share
 from seamap_rt.echoes.turn import turn_echoes, turn_voltages
-from seamap_rt.echoes.unheard import beams_heard, share_unheard, unheard_error_m
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.radar.scan import BEAMS_BEYOND, pulses
@@ -33,19 +33,19 @@ def test_what_other_water_does_to_the_phase() -> None:
 
 
 def test_the_share_follows_the_error_that_is_allowed() -> None:
-    assert share_unheard(0.4, 0.02) == pytest.approx((0.002 / 0.4) ** 2)
-    assert share_unheard(0.0, 0.02) == share_unheard(0.01, 0.02) == 1e-4  # −40 dB, however flat the sea
+    assert truncation_share(0.4, 0.02) == pytest.approx((0.002 / 0.4) ** 2)
+    assert truncation_share(0.0, 0.02) == truncation_share(0.01, 0.02) == 1e-4  # −40 dB, however flat the sea
 
 
 @pytest.mark.parametrize("pattern", ["gaussian", "slotted_waveguide"])
 @pytest.mark.parametrize("share", [1e-4, 1e-5])
 def test_the_beam_is_cut_where_that_share_lies_beyond(pattern: str, share: float) -> None:
     radar = RadarSettings.model_validate({"antenna": {"pattern": pattern}})
-    beams, aerial = beams_heard(radar, share), antenna_array(radar).first_antenna
+    beams, aerial = beam_truncation(radar, share), antenna_array(radar).first_antenna
     wide, never = antenna_array(radar).beam_deg / aerial.azimuth_beamwidth_deg, aerial.share_beyond(3.5)
     assert aerial.share_beyond(beams * wide) - never <= 1.02 * share  # by another quadrature, over ±90°
     assert beams == 1.0 or aerial.share_beyond((beams - 0.051) * wide) - never > 0.98 * share
-    assert beams_heard(radar, 0.0) == BEAMS_BEYOND
+    assert beam_truncation(radar, 0.0) == BEAMS_BEYOND
 
 
 def test_the_error_that_is_stated_is_that_of_sides_and_flanks_together() -> None:
@@ -57,10 +57,10 @@ def test_the_error_that_is_stated_is_that_of_sides_and_flanks_together() -> None
     turning, staring = (RadarSettings.model_validate({"scan": scan}) for scan in ("turning", "staring"))
     aerial = antenna_array(turning).first_antenna
     wide = antenna_array(turning).beam_deg / aerial.azimuth_beamwidth_deg
-    aside = aerial.share_beyond(beams_heard(turning, share) * wide) - aerial.share_beyond(3.5 * wide)
+    aside = aerial.share_beyond(beam_truncation(turning, share) * wide) - aerial.share_beyond(3.5 * wide)
     for radar, left_out in ((turning, aside + flanks), (staring, flanks)):
         # An entry of the range table, 1 mm, holds 1 % of what lies beyond the cut.
-        assert unheard_error_m(radar, 0.4, share) == pytest.approx(np.sqrt(left_out) * 0.4, rel=0.02)
+        assert truncation_error_m(radar, 0.4, share) == pytest.approx(np.sqrt(left_out) * 0.4, rel=0.02)
 
 
 def test_the_flanks_are_cut_where_that_share_lies_beyond() -> None:
@@ -90,10 +90,10 @@ def test_what_is_heard_stays_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     # Every pulse summed: what is missed between nodes is another law's matter.
     monkeypatch.setattr("seamap_rt.echoes.slow_time._LONGEST_STRIDE", 1)
     whole = turn_voltages(facets, rcs, radar, fired, 1, np.inf)
-    cut = turn_echoes(facets, rcs, radar, fired, 1, np.inf, unheard=share).voltage
+    cut = turn_echoes(facets, rcs, radar, fired, 1, np.inf, neglected=share).voltage
     aside = np.abs(fired.sweep - grid.column_sweep[column])
     beam, peak = antenna_array(radar).beam_deg, np.nanmax(np.abs(whole))
-    far = aside > (beams_heard(radar, share) + 1.0) * beam  # a window that ends at −40 dB rings a little further
+    far = aside > (beam_truncation(radar, share) + 1.0) * beam  # a window that ends at −40 dB rings a little further
     assert np.nanmax(np.abs(cut[far])) < 1e-3 * peak
     power = np.nansum(np.abs(whole) ** 2)
     assert np.nansum(np.abs(cut[far]) ** 2) < share * power

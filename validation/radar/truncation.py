@@ -1,6 +1,6 @@
 """What the beam's sides cost the maps' heights when they are left out, beside what the sum over facets expects of that.
 
-python -m validation.radar.unheard [--reach 1.25,1.5,1.75,2,2.5]
+python -m validation.radar.truncation [--reach 1.25,1.5,1.75,2,2.5]
 
 The same facets with the same speckle, without noise, once with the beam's table as far as it goes (±3.5 beam widths)
 and once with zeros beyond each reach. Prints the rms and the robust (1.4826 MAD) change of the heights of cells more
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 import seamap_rt as sr
 from seamap_rt.echoes import turn as summing
 from seamap_rt.echoes.beams import TwoWayBeams, two_way_beams
-from seamap_rt.echoes.unheard import share_aside
+from seamap_rt.echoes.truncation import share_aside
 from seamap_rt.interferometry import retrieve_one
 from seamap_rt.metrics import HALF_VISIBLE
 from seamap_rt.radar.array import antenna_array
@@ -68,12 +68,12 @@ def _heights(simulator: Simulator, beams: float | None) -> tuple[NDArray[np.floa
         heard = aside <= np.inf if beams is None else aside <= np.radians(beams * antenna_array(radar).beam_deg)
         return replace(made, tables=made.tables * heard)
 
-    summing.two_way_beams, share = cut, summing.beams_heard
-    summing.beams_heard = lambda *_: 3.0  # pyright: ignore[reportAttributeAccessIssue]
+    summing.two_way_beams, share = cut, summing.beam_truncation
+    summing.beam_truncation = lambda *_: 3.0  # pyright: ignore[reportAttributeAccessIssue]
     try:
         turn = simulator.turn(0)
     finally:
-        summing.two_way_beams, summing.beams_heard = two_way_beams, share
+        summing.two_way_beams, summing.beam_truncation = two_way_beams, share
     maps = retrieve_one(turn.echoes, simulator.scene.resolved_retrieval)
     cells = maps["polar"].to_dataset().isel(turn=0)
     heights = np.where(cells["visible_share"].values > HALF_VISIBLE, cells["height"].values, np.nan)

@@ -8,10 +8,10 @@ from exact_echoes import ROCKING, SEED, radar_of, sea_seen
 from numpy.typing import NDArray
 
 from seamap_rt.echoes.motion import Motion, MovingSpeckle
-from seamap_rt.echoes.speckle import EVENLY, Heard, StillSpeckle, speckle_basis
+from seamap_rt.echoes.speckle import EVENLY, BeamWindow, StillSpeckle, speckle_basis
 from seamap_rt.echoes.summation import ListedFacets
-from seamap_rt.echoes.turn import Hearing, best_towards_any_gate
-from seamap_rt.echoes.unheard import share_of_speckle, share_unheard
+from seamap_rt.echoes.truncation import speckle_truncation, truncation_share
+from seamap_rt.echoes.turn import ReceiveGeometry, best_towards_any_gate
 
 NODES, SPACING_S, K = 21, 8e-4, 209.6
 LAG = SPACING_S * (np.arange(NODES)[:, None] - np.arange(NODES))
@@ -31,7 +31,7 @@ def test_what_is_heard_goes_on_by_its_law(left_out: float) -> None:
     """What is discarded is missing, and is given back node by node to modes that go on otherwise."""
     # Found: 0.3 to 5 times what is discarded; 10 times where Bragg waves all run one way, for modes are chosen of half
     # and half.
-    heard, tau = Heard(left_out=left_out).through(BEAM), 0.01
+    heard, tau = BeamWindow(left_out=left_out).through(BEAM), 0.01
     assert astray(speckle_basis(NODES, SPACING_S, tau, heard), np.exp(-((LAG / tau) ** 2))) < 6.0 * left_out
     for approaching in (0.0, 0.3, 1.0):
         motion = Motion(0.6, np.array([approaching]), np.ones((1, 1), np.float32), np.array([2.0]), 0.4)
@@ -53,7 +53,7 @@ def test_a_beam_needs_fewer_modes_than_an_even_ear() -> None:
 def test_no_gate_hears_a_node_louder_than_its_modes_reckon(platform: dict | None) -> None:
     radar = radar_of(sector_deg=(20.0, 50.0))
     facets, _, fired = sea_seen(radar, platform)
-    hearing = Hearing.of(facets, radar, fired, SEED, 0.01, None, 1e-4)
+    hearing = ReceiveGeometry.of(facets, radar, fired, SEED, 0.01, None, 1e-4)
     assert isinstance(hearing.speckle, StillSpeckle)
     reckoned = hearing.heard.at(hearing.window)
     assert reckoned.min() < 0.1  # there are nodes that are hardly heard
@@ -76,6 +76,6 @@ def test_no_gate_hears_a_node_louder_than_its_modes_reckon(platform: dict | None
 
 
 def test_the_share_follows_the_error_that_is_allowed() -> None:
-    assert share_of_speckle(share_unheard(0.4, 2e-4)) == pytest.approx(0.1 * 2e-4 / 0.4)
-    assert share_of_speckle(share_unheard(0.4, 0.02)) == 1e-3
-    assert share_of_speckle(0.0) == 1e-4
+    assert speckle_truncation(truncation_share(0.4, 2e-4)) == pytest.approx(0.1 * 2e-4 / 0.4)
+    assert speckle_truncation(truncation_share(0.4, 0.02)) == 1e-3
+    assert speckle_truncation(0.0) == 1e-4

@@ -28,18 +28,18 @@ _MOST_SPECKLE = 1e-3  # of the power: covariances of pulses err by no more
 _BEAMS = np.arange(20, round(20 * BEAMS_BEYOND) + 1) / 20.0
 
 
-def share_unheard(elevation_std_m: float, height_error_m: float) -> float:
+def truncation_share(elevation_std_m: float, height_error_m: float) -> float:
     """The share p of the power that may be left out, of a sea that stands σ = elevation_std_m high, rms."""
     return float(min(_MOST, (_WITHIN * height_error_m / max(elevation_std_m, 1e-9)) ** 2))
 
 
-def beams_heard(radar: RadarSettings, share: float) -> float:
+def beam_truncation(radar: RadarSettings, share: float) -> float:
     """Beam widths to either side of the boresight, 1 to 3, beyond which no more than that share of the power lies."""
-    return _beams_heard(cast(Hashable, radar), pattern_stamps(radar), share)  # frozen, and so hashable
+    return _beam_truncation(cast(Hashable, radar), pattern_stamps(radar), share)  # frozen, and so hashable
 
 
 @lru_cache(maxsize=8)
-def _beams_heard(settings: Hashable, _: Hashable, share: float) -> float:
+def _beam_truncation(settings: Hashable, _: Hashable, share: float) -> float:
     enough = np.flatnonzero(share_aside(cast(RadarSettings, settings), _BEAMS) <= share)
     return float(_BEAMS[enough[0]]) if share > 0.0 and enough.size else BEAMS_BEYOND
 
@@ -50,14 +50,14 @@ def share_aside(radar: RadarSettings, beams: ArrayLike) -> NDArray[np.float64]:
     return np.maximum(two_way_beams(radar).share_beyond(np.sin(aside)), 0.0)
 
 
-def share_of_speckle(share: float) -> float:
+def speckle_truncation(share: float) -> float:
     """The share p of a facet's power that may go on in slow time otherwise than by its law, where that share of all
     power may be left out. It is of the same water: no phase turns by √p, but what errs by chance errs by p of itself
     more or less. So p σ is that tenth here, and p at most 1e-3; where nothing may be left out, 1e-4."""
     return min(_MOST_SPECKLE, float(np.sqrt(share))) if share > 0.0 else LEFT_OUT
 
 
-def unheard_error_m(radar: RadarSettings, elevation_std_m: float, share: float) -> float:
+def truncation_error_m(radar: RadarSettings, elevation_std_m: float, share: float) -> float:
     """√p σ [m] of what is left out aside and in range; a staring antenna hears all that is aside."""
-    aside = 0.0 if radar.scan == "staring" else float(share_aside(radar, [beams_heard(radar, share)])[0])
+    aside = 0.0 if radar.scan == "staring" else float(share_aside(radar, [beam_truncation(radar, share)])[0])
     return float(np.sqrt(aside + tabulated(radar, share).left_out)) * elevation_std_m

@@ -19,7 +19,7 @@ from .radar_cross_section import Returns
 
 
 @dataclass
-class Gathered:
+class TurnAccumulator:
     """What parts of a turn of so many columns have given so far. A turn in one part is handed through."""
 
     columns: int
