@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
 from typing import Any, Literal
 
 from numba import njit
@@ -23,7 +26,9 @@ def compiled(
     """The function compiled at its first call, for threads: it releases Python's lock. inside: of what calls it."""
     options = {"nogil": True, "error_model": "numpy", "fastmath": _FASTMATH[arithmetic], "forceinline": inside}
     try:
-        return njit(cache=True, **options)(function)
+        made = njit(cache=True, **options)(function)
+        _remove_stale(made.stats.cache_path, function.__code__.co_filename)
+        return made
     except RuntimeError:  # no folder to keep the compiled code in: each process compiles it again
         return njit(**options)(function)
 
@@ -46,3 +51,14 @@ def compiled_step(function: Callable[..., Any]) -> Callable[..., Any]:
 def compiled_step_fused(function: Callable[..., Any]) -> Callable[..., Any]:
     """`compiled_step`, its sums in the order in which they are written."""
     return compiled(function, "fused", inside=True)
+
+
+@cache
+def _remove_stale(folder: str, source: str) -> None:
+    """Remove the indices of compiled code that are older than its source: Numba reads the whole of one before it looks
+    at its date, and fails where it names a class that is no more."""
+    changed = Path(source).stat().st_mtime
+    for index in Path(folder).glob(f"{Path(source).stem}.*.nbi"):
+        with suppress(OSError):  # another process was first, or the folder is another user's
+            if index.stat().st_mtime < changed:
+                index.unlink()

@@ -210,7 +210,7 @@ def _face(along, across, sea, room):
     """From `_gather`'s rows: how the facets face the ray and the wind, and how the strain crowds short waves on them.
 
     along, across: cosine and sine of the look against the wind. Fills room[3:12]: places in the table of Bragg
-    scattering and in Gauss's distribution, cos θi and that of a breaker's zone, cos 2φ, A², A B sin 2φ, modulation, area.
+    scattering and in Gauss's, cos θi and that of a breaker's zone, cos 2φ, A², A B sin 2φ, modulation, area.
     """
     axis_cosine, axis_sine = along * along - across * across, _TWO * along * across
     for n in range(_FACETS):
