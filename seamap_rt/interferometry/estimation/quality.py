@@ -43,7 +43,8 @@ def lit_power(power: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArra
 
     power (look, gate): without noise, of any sign, NaN where unknown. The median weighted by amplitude, in which dark
     cells do not count, of 21 gates' cells of all looks, each brought to the middle gate's range by R⁻³. Objects, a
-    hundred times as strong as the sea and a twentieth of the cells at most, are left out. 0 where nothing is heard. Of speckle of mean power T it is 1.18 T.
+    hundred times as strong as the sea and a twentieth of the cells at most, are left out. 0 where nothing is heard. Of
+    speckle of mean power T it is 1.18 T.
     """
     gates = ranges.size
     middles = np.unique(np.append(np.arange(0, gates, _TREND_STEP), gates - 1))
@@ -93,20 +94,24 @@ def object_echo(
     strong = bright > _OBJECT * level
     if not strong.any():
         return strong
-    return strong | (_OBJECT * _skirts(np.where(strong, bright, 0.0), response, spacing, beamwidth_deg) > bright)
+    return strong | (_OBJECT * _skirts(np.where(strong, bright, 0.0), response, spacing, beamwidth_deg, True) > bright)
 
 
 def _skirts(
-    bright: NDArray[np.float64], response: RangeResponse, spacing: tuple[float, float], beamwidth_deg: float
+    bright: NDArray[np.float64],
+    response: RangeResponse,
+    spacing: tuple[float, float],
+    beamwidth_deg: float,
+    alike: bool = False,
 ) -> NDArray[np.float64]:
-    """Most power [W] (look, gate) that a neighbour's echo brings to a cell."""
+    """Most power [W] (look, gate) that a neighbour's echo brings to a cell; alike: neighbours of the same cell too."""
     skirts = np.zeros_like(bright)
     looks, gates = bright.shape
     along, across = _range_skirts(response, spacing[1], gates), _beam_skirts(spacing[0], beamwidth_deg, looks)
     for look, beam in enumerate(across):
         for gate, pulse in enumerate(along):
             level = beam * pulse
-            if (look == 0 and (gate < 2 or level > 0.5)) or level < _SKIRT_LEAST:
+            if (look == 0 and not alike and (gate < 2 or level > 0.5)) or level < _SKIRT_LEAST:
                 continue
             for far, near in (((0, look), (look, 0)), ((look, 0), (0, look))):
                 for there, here in (((0, gate), (gate, 0)), ((gate, 0), (0, gate))):

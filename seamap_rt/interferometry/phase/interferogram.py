@@ -132,7 +132,7 @@ class Interferogram:
         """Variance (1, gate) of the echo's mean power from one footprint to the next, over that power's square.
 
         Of gates a pulse apart, whose speckle of L samples has a correlation r, ⟨(a − b)²⟩ : ⟨(a + b)²⟩ of the powers is
-        2V + (2(1 − r) + V(1 + r))/L : 4 + (2(1 + r) + V(1 − r))/L, to the first order of V.
+        2V + (2(1 − r) + V(1 + r))/L : 4 + (2(1 + r) + V(1 − r))/L.
         """
         radar, power = self.model.radar, self.echo_power()
         gates = power.shape[1]
