@@ -137,11 +137,11 @@ class BrightSpots:
     ) -> Offsets:
         """Of echoes of that power, and mean power about them [W], on a surface that turns the phase by `turn` [rad/m].
 
-        All (look, gate); beside cells that are not heard nothing is told. noise_power [W]: of a receiver, of which two
+        All (look, gate); beside gates that no look hears nothing is told. noise_power [W]: of a receiver, of which two
         are averaged; ratio: independent samples of noise over those of speckle. The growth of power along the range
         that all looks share is left to `gate_edge`.
         """
-        sampled = np.isfinite(power)
+        sampled = np.isfinite(power) & heard.any(axis=0)
         power = np.maximum(np.nan_to_num(power), 0.0)
         mean = np.maximum(np.maximum(np.nan_to_num(mean), _FAINTEST * noise_power), _FAINTEST * power)
         mean = np.where(heard & (mean > 0.0), mean, 1.0)
