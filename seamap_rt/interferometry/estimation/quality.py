@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 _SIDELOBES_DB = 40.0  # below a gate's strongest echo: what lies deeper may come in by the antenna's two-way sidelobes
 _MORE = 1.05  # than a skirt, whose beam is not quite Gaussian
 _SKIRT_LEAST = 1e-4  # of a neighbour's power: fainter skirts than the sidelobes are not tested
-_OBJECT = 100.0  # times the power of what else is heard
-_OBJECTS = 0.06  # of the cells of a level, at most
+_OBJECT, _OBJECTS = 100.0, 0.06  # times the power of what else is heard; share of a level's cells, at most
 _TREND_GATES = 10  # to either side, pooled: enough cells for a level even in a single look
 _TREND_STEP = 8  # gates from one level to the next; between them it is interpolated
 _FALSE_ALARM = 1e-3  # of two receivers without a common signal
@@ -77,15 +76,9 @@ def own_echo(
     return bright > _MORE * _skirts(bright, response, spacing, beamwidth_deg)
 
 
-def object_echo(
-    power: NDArray[np.float64],
-    level: NDArray[np.float64],
-    response: RangeResponse,
-    spacing: tuple[float, float],
-    beamwidth_deg: float,
-) -> NDArray[np.bool_]:
+def object_echo(power: NDArray[np.float64], level: NDArray[np.float64], *beam: Any) -> NDArray[np.bool_]:
     """Cells with an object's echo: a hundred times the level (1, gate) [W] of the sea and the noise, or a hundredth of
-    whose power may be the skirt of such a cell. The others as in `own_echo`.
+    whose power may be the skirt of such a cell. beam: what else `own_echo` asks for.
 
     Of a sea as spiky as any (K distribution of shape ½: P(x) = exp(−√(2x)) of x times the mean) one cell in a million
     is as strong.
@@ -94,24 +87,20 @@ def object_echo(
     strong = bright > _OBJECT * level
     if not strong.any():
         return strong
-    return strong | (_OBJECT * _skirts(np.where(strong, bright, 0.0), response, spacing, beamwidth_deg, True) > bright)
+    return strong | (_OBJECT * _skirts(np.where(strong, bright, 0.0), *beam, same=True) > bright)
 
 
 def _skirts(
-    bright: NDArray[np.float64],
-    response: RangeResponse,
-    spacing: tuple[float, float],
-    beamwidth_deg: float,
-    alike: bool = False,
+    bright: NDArray[np.float64], response: RangeResponse, spacing: tuple[float, float], beam: float, same: bool = False
 ) -> NDArray[np.float64]:
-    """Most power [W] (look, gate) that a neighbour's echo brings to a cell; alike: neighbours of the same cell too."""
+    """Most power [W] (look, gate) that a neighbour's echo brings to a cell; same: gates that share its cell count."""
     skirts = np.zeros_like(bright)
     looks, gates = bright.shape
-    along, across = _range_skirts(response, spacing[1], gates), _beam_skirts(spacing[0], beamwidth_deg, looks)
-    for look, beam in enumerate(across):
+    along, across = _range_skirts(response, spacing[1], gates), _beam_skirts(spacing[0], beam, looks)
+    for look, aside in enumerate(across):
         for gate, pulse in enumerate(along):
-            level = beam * pulse
-            if (look == 0 and not alike and (gate < 2 or level > 0.5)) or level < _SKIRT_LEAST:
+            level = aside * pulse
+            if (look == 0 and not same and (gate < 2 or level > 0.5)) or level < _SKIRT_LEAST:
                 continue
             for far, near in (((0, look), (look, 0)), ((look, 0), (0, look))):
                 for there, here in (((0, gate), (gate, 0)), ((gate, 0), (0, gate))):

@@ -25,8 +25,7 @@ Map = NDArray[np.float64]
 BLURRED_GATES = 0.2  # at most, of all
 LASTING = 0.9  # coherence of an antenna's echo with its next one, below which pulses are not compared
 _BESIDE = 4, 1  # gates and looks to either side: 6 m, an eighth of the length of a wind sea's waves
-_APART = 2.5  # of the pulse's standard deviation: gates that share little
-_LEVEL_GATES = 21  # over which the echo's contrast is averaged
+_APART, _EVENED = 2.5, 21  # pulse's standard deviations between gates that share little; gates of one contrast
 _LEAST_SHARED = 0.1  # coherence, at which a phase says nothing
 AROUND: Weights = (np.ones(5), np.ones(3))  # gates, looks: the window over which the incoherent power is averaged
 
@@ -70,8 +69,7 @@ class Interferogram:
 
     @cached_property
     def own(self) -> NDArray[np.bool_]:
-        """(look, gate) of cells with more echo, in their gate or one beside it, than neighbours' echoes leave there,
-        and no object's."""
+        """(look, gate) of cells with more echo, in their gate or one beside it, than neighbours leave; no object's."""
         radar = self.model.radar
         power, beam = self.echo_power(), (radar.response, (self.width, radar.spacing), radar.azimuth_beamwidth)
         own = own_echo(power, *beam)
@@ -124,8 +122,8 @@ class Interferogram:
     def texture(self, incoherent: Map) -> Map:
         """Variance [rad²] (look, gate) of a dwell's phase by what makes one part of its footprint brighter than another
         besides speckle: waves, breakers."""
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where(self.power_around > 0.0, incoherent / self.power_around, 0.0) * self._contrast
+        around = self.power_around
+        return np.divide(incoherent, around, out=np.zeros(around.shape), where=around > 0.0) * self._contrast
 
     @cached_property
     def _contrast(self) -> Map:
@@ -134,14 +132,13 @@ class Interferogram:
         Of gates a pulse apart, whose speckle of L samples has a correlation r, ⟨(a − b)²⟩ : ⟨(a + b)²⟩ of the powers is
         2V + (2(1 − r) + V(1 + r))/L : 4 + (2(1 + r) + V(1 − r))/L.
         """
-        radar, power = self.model.radar, self.echo_power()
-        gates = power.shape[1]
+        radar, power, gates = self.model.radar, self.echo_power(), self.model.radar.ranges.size
         apart = min(gates, max(1, round(_APART * radar.response.spread_m / radar.spacing)))
         a, b = power[:, : gates - apart], power[:, apart:]
         both = self.own[:, : gates - apart] & self.own[:, apart:] & (a + b > 0.0)
         noise = self.noise_power * (a + b + self.noise_power) / self.dwelt.pulses
         sums = [np.sum(each**2 - noise, axis=0, where=both) for each in (a - b, a + b)]
-        around = np.ones(min(_LEVEL_GATES, gates))
+        around = np.ones(min(_EVENED, gates))
         less, more = (np.convolve(np.pad(each, (apart // 2, apart - apart // 2)), around, "same") for each in sums)
         ratio = np.divide(less, more, out=np.zeros(gates), where=more > 0.0)
         faded = 1.0 / self.dwelt.samples(ONE_CELL, radar).speckle
