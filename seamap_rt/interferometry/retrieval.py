@@ -20,7 +20,7 @@ from ..wavefield.sea_state import water_of
 from .covariance.velocity import Doppler, Lag, doppler, over_ground, own_velocity
 from .covariance.windows import window_weights
 from .estimation.estimators import ESTIMATORS, Estimate
-from .estimation.quality import lit_power, quality_flags
+from .estimation.quality import quality_flags
 from .estimation.sensor_errors import sensor_variance
 from .estimation.shadow import Shadow, rms_slope, shadow
 from .estimation.slopes import Slopes, local_planes, of_seen, plane_reach
@@ -279,10 +279,9 @@ def _shadow(
     slope_rms: of the sea, where the estimator knows it; else as the planes have it.
     """
     radar, settings = given.model.radar, given.settings
-    power = given.echo_power()
     return shadow(
-        power,
-        lit_power(power, radar.ranges),
+        given.echo_power(),
+        given.lit_power,
         slopes.outward,
         rms_slope(slopes.outward, spread) if slope_rms is None else slope_rms,
         _grazing(given),

@@ -193,3 +193,22 @@ def test_what_is_left_is_some_error(waveform: str) -> None:
         gate = np.arange(30)
         values = np.linalg.eigvalsh(left[np.abs(gate[:, None] - gate)])
         assert values.min() > -1e-3 * values.max()  # sums over 401 points
+
+
+def test_a_dark_neighbour_tells_as_much_as_a_bright_one() -> None:
+    """What is too faint for a height of its own still tells where its neighbour's echo lies; the unknown does not."""
+    spots = BrightSpots.of(RESPONSE, SPACING)
+    power = np.random.default_rng(8).exponential(size=(40, 60))
+    heard = power > 0.3
+    turn, mean = np.full(power.shape, 0.3), np.ones(power.shape)
+    reach = spots.neighbours[1]
+    inner = np.zeros(power.shape, dtype=bool)
+    inner[:, reach:-reach] = True
+    found = spots.offsets(power, mean, heard, 0.0, 1.0, turn)
+    assert (found.left[heard & inner] < 1.0).all()
+    assert (found.left[~heard] == 1.0).all()
+    lost = np.where(heard, power, np.nan)
+    alone = spots.offsets(lost, mean, heard, 0.0, 1.0, turn)
+    beside = np.logical_or.reduce([np.roll(~heard, n, axis=1) for n in (*spots.neighbours, *-spots.neighbours)])
+    np.testing.assert_array_equal(alone.left[heard & inner & beside], 1.0)
+    np.testing.assert_array_equal(alone.phase[heard & inner & beside], 0.0)

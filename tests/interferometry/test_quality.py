@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.interferometry.covariance.dwells import Dwells
 from seamap_rt.interferometry.covariance.windows import Covariance
-from seamap_rt.interferometry.estimation.quality import has_echo, least_coherence, lit_power, own_echo, quality_flags
+from seamap_rt.interferometry.estimation.quality import (
+    has_echo,
+    least_coherence,
+    lit_power,
+    object_echo,
+    own_echo,
+    quality_flags,
+)
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import RetrievalSettings
@@ -53,6 +60,41 @@ def test_a_ship_is_no_sea() -> None:
     # 12 cells of 4200 with 100 times the amplitude hold a quarter of it all: half of what is left above the median
     # lies where 0.64 did, 1.4 times as high in Γ(3/2).
     np.testing.assert_allclose(lit_power(power, RANGES), without, rtol=0.5)
+
+
+@pytest.mark.parametrize("decibel", [30.0, 40.0, 60.0])
+@pytest.mark.parametrize("cells", [1, 40, 200])
+def test_a_pier_is_no_sea(decibel: float, cells: int) -> None:
+    # 200 of the 4200 cells of a level: by amplitude a pier of 40 dB would outweigh the sea five to one.
+    power = np.random.default_rng(2).exponential(size=(200, RANGES.size)) * RANGES**-3.5
+    without = lit_power(power, RANGES)
+    power[:cells, 120] *= 10.0 ** (decibel / 10.0)
+    # At 30 dB 75 of 200 cells fade so far that they count, with 15 times the amplitude: half of 1100 above the median,
+    # where the sea has 1300 a unit of power, shift it by 0.4 of 1.18.
+    np.testing.assert_allclose(lit_power(power, RANGES), without, rtol=0.5)
+
+
+@pytest.mark.parametrize("shape", [np.inf, 2.0, 0.5])
+def test_a_sea_is_no_object(shape: float) -> None:
+    # Speckle of a K-distributed sea, down to the spikiest: there one cell in a million has a hundred times the mean;
+    # of 51,400 none, or rarely one with its skirts.
+    rng = np.random.default_rng(9)
+    texture = 1.0 if np.isinf(shape) else rng.gamma(shape, 1.0 / shape, (200, RANGES.size))
+    power = texture * rng.exponential(size=(200, RANGES.size)) * RANGES**-3.5
+    assert object_echo(power, lit_power(power, RANGES), RESPONSE, SPACING, BEAM).sum() <= 9
+
+
+@pytest.mark.parametrize("decibel", [25.0, 40.0, 55.0])
+def test_what_an_object_disturbs_is_not_the_seas(decibel: float) -> None:
+    strength = 10.0 ** (decibel / 10.0)
+    sea = np.random.default_rng(10).gamma(4.0, 0.25, size=(21, 31))
+    found = object_echo(sea + strength * skirts(10, 15), np.full((1, 31), 1.18), RESPONSE, SPACING, BEAM)
+    disturbed = strength * skirts(10, 15) > 0.011 * (sea + strength * skirts(10, 15))
+    held = skirts(10, 15) >= 1.1e-4 * skirts(10, 15).max()  # fainter skirts are not told
+    assert found[disturbed & held].all()
+    # Beyond the beam's and the pulse's reach from all that is strong nothing is.
+    assert not found[np.abs(np.arange(21) - 10) > 4].any()
+    assert not found[:, np.abs(np.arange(31) - 15) > 7].any()
 
 
 def test_silence_has_no_level() -> None:

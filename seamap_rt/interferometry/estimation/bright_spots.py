@@ -137,11 +137,12 @@ class BrightSpots:
     ) -> Offsets:
         """Of echoes of that power, and mean power about them [W], on a surface that turns the phase by `turn` [rad/m].
 
-        All (look, gate); beside cells that are not heard nothing is told. noise_power [W]: of a receiver, of which two
+        All (look, gate); beside gates that no look hears nothing is told. noise_power [W]: of a receiver, of which two
         are averaged; ratio: independent samples of noise over those of speckle. The growth of power along the range
         that all looks share is left to `gate_edge`.
         """
-        power = np.where(heard, np.nan_to_num(power), 0.0)
+        sampled = np.isfinite(power) & heard.any(axis=0)
+        power = np.maximum(np.nan_to_num(power), 0.0)
         mean = np.maximum(np.maximum(np.nan_to_num(mean), _FAINTEST * noise_power), _FAINTEST * power)
         mean = np.where(heard & (mean > 0.0), mean, 1.0)
         own, noise = np.maximum(power / mean, _FAINTEST), noise_power / mean
@@ -158,7 +159,7 @@ class BrightSpots:
             return field[:, reach + away : gates - reach + away]
 
         away = [int(each) for each in self.neighbours]
-        known = np.logical_and.reduce([beside(heard, n) for n in (0, *away, *(-n for n in away))])
+        known = beside(heard, 0) & np.logical_and.reduce([beside(sampled, n) for n in (*away, *(-n for n in away))])
         told[:, inner] = np.where(known, 1.0 - left[:, inner], 0.0)
         for weight, n in zip(weights, away, strict=True):
             difference = (beside(even, n) - beside(even, -n)) * (level / mean)[:, inner] / own[:, inner]

@@ -154,6 +154,7 @@ def _errors(given: Interferogram, gain: Map, start: Estimate, spots: BrightSpots
     """Of the heights of dwells and gates, gain (look, gate) [m/rad], less what bright spots tell of them."""
     radar = given.model.radar
     speckle, noise = given.variances(given.dwell, ONE_CELL, start.incoherent)
+    speckle = speckle + given.texture(start.incoherent)
     tilted = given.tilted_share(start.incoherent, start.heights.phase)
     with np.errstate(invalid="ignore"):  # nothing of no error
         parts = np.stack((speckle * tilted * offsets.left, speckle * (1.0 - tilted), noise))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _SIDELOBES_DB = 40.0  # below a gate's strongest echo: what lies deeper may come in by the antenna's two-way sidelobes
 _MORE = 1.05  # than a skirt, whose beam is not quite Gaussian
 _SKIRT_LEAST = 1e-4  # of a neighbour's power: fainter skirts than the sidelobes are not tested
+_OBJECT, _OBJECTS = 100.0, 0.06  # times the power of what else is heard; share of a level's cells, at most
 _TREND_GATES = 10  # to either side, pooled: enough cells for a level even in a single look
 _TREND_STEP = 8  # gates from one level to the next; between them it is interpolated
 _FALSE_ALARM = 1e-3  # of two receivers without a common signal
@@ -40,8 +41,9 @@ def lit_power(power: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArra
     """Echo power (1, gate) [W] that a lit cell of each gate has, however many of its cells lie in shadow.
 
     power (look, gate): without noise, of any sign, NaN where unknown. The median weighted by amplitude, in which dark
-    cells do not count and a ship hardly does, of 21 gates' cells of all looks, each brought to the middle gate's range
-    by R⁻³. 0 where nothing is heard. Of speckle of mean power T it is 1.18 T.
+    cells do not count, of 21 gates' cells of all looks, each brought to the middle gate's range by R⁻³. Objects, a
+    hundred times as strong as the sea and a twentieth of the cells at most, are left out. 0 where nothing is heard. Of
+    speckle of mean power T it is 1.18 T.
     """
     gates = ranges.size
     middles = np.unique(np.append(np.arange(0, gates, _TREND_STEP), gates - 1))
@@ -50,6 +52,9 @@ def lit_power(power: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArra
     for n, middle in enumerate(middles):
         reach = min(_TREND_GATES, max(middle, 4), max(gates - 1 - middle, 4))  # as far on both sides
         pooled = np.sort(spreading[:, max(middle - reach, 0) : middle + reach + 1], axis=None)
+        count = _OBJECTS * pooled.size
+        ordinary = pooled.size - 1 - int(max(0.0, count - np.sqrt(count)))  # of few cells more may be lit
+        pooled = pooled[: np.searchsorted(pooled, _OBJECT * pooled[ordinary], "right")] if pooled.size else pooled
         amount = np.cumsum(np.sqrt(pooled))
         levels[n] = pooled[min(np.searchsorted(amount, 0.5 * amount[-1]), pooled.size - 1)] if amount.size else 0.0
     heard = levels > 0.0
@@ -68,20 +73,41 @@ def own_echo(
     separate from it: 3 m cells overlap.
     """
     bright = np.where(np.isfinite(power) & (power > 0.0), power, 0.0)
+    return bright > _MORE * _skirts(bright, response, spacing, beamwidth_deg)
+
+
+def object_echo(power: NDArray[np.float64], level: NDArray[np.float64], *beam: Any) -> NDArray[np.bool_]:
+    """Cells with an object's echo: a hundred times the level (1, gate) [W] of the sea and the noise, or a hundredth of
+    whose power may be the skirt of such a cell. beam: what else `own_echo` asks for.
+
+    Of a sea as spiky as any (K distribution of shape ½: P(x) = exp(−√(2x)) of x times the mean) one cell in a million
+    is as strong.
+    """
+    bright = np.where(np.isfinite(power) & (power > 0.0), power, 0.0)
+    strong = bright > _OBJECT * level
+    if not strong.any():
+        return strong
+    return strong | (_OBJECT * _skirts(np.where(strong, bright, 0.0), *beam, same=True) > bright)
+
+
+def _skirts(
+    bright: NDArray[np.float64], response: RangeResponse, spacing: tuple[float, float], beam: float, same: bool = False
+) -> NDArray[np.float64]:
+    """Most power [W] (look, gate) that a neighbour's echo brings to a cell; same: gates that share its cell count."""
     skirts = np.zeros_like(bright)
     looks, gates = bright.shape
-    along, across = _range_skirts(response, spacing[1], gates), _beam_skirts(spacing[0], beamwidth_deg, looks)
-    for look, beam in enumerate(across):
+    along, across = _range_skirts(response, spacing[1], gates), _beam_skirts(spacing[0], beam, looks)
+    for look, aside in enumerate(across):
         for gate, pulse in enumerate(along):
-            level = beam * pulse
-            if (look == 0 and (gate < 2 or level > 0.5)) or level < _SKIRT_LEAST:
+            level = aside * pulse
+            if (look == 0 and not same and (gate < 2 or level > 0.5)) or level < _SKIRT_LEAST:
                 continue
             for far, near in (((0, look), (look, 0)), ((look, 0), (0, look))):
                 for there, here in (((0, gate), (gate, 0)), ((gate, 0), (0, gate))):
                     source = bright[far[0] : looks - far[1], there[0] : gates - there[1]]
                     target = skirts[near[0] : looks - near[1], here[0] : gates - here[1]]
                     np.maximum(target, level * source, out=target)
-    return bright > _MORE * skirts
+    return skirts
 
 
 def _range_skirts(response: RangeResponse, spacing: float, gates: int) -> NDArray[np.float64]:

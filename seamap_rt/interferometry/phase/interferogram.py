@@ -13,18 +13,19 @@ from scipy.ndimage import uniform_filter
 
 from ...settings import RetrievalSettings
 from ..covariance.windows import Covariance, PhaseSlopes
-from ..estimation.quality import has_echo, own_echo
+from ..estimation.quality import has_echo, lit_power, object_echo, own_echo
 from ..geometry.gate_edge import edge_bias
 from ..geometry.heights import Heights, PhaseModel
 from .ambiguity import Expected, Resolved, astray, needed, resolve, sea_size
 from .speckle import estimation_doubt, incoherent_power, phase_variances, wrapped_variance
-from .uncertainty import ONE_CELL, Dwelt, Samples, Weights
+from .uncertainty import ONE_CELL, Dwelt, Samples, Weights, echo_correlations
 
 Map = NDArray[np.float64]
 
 BLURRED_GATES = 0.2  # at most, of all
 LASTING = 0.9  # coherence of an antenna's echo with its next one, below which pulses are not compared
 _BESIDE = 4, 1  # gates and looks to either side: 6 m, an eighth of the length of a wind sea's waves
+_APART, _EVENED = 2.5, 21  # pulse's standard deviations between gates that share little; gates of one contrast
 _LEAST_SHARED = 0.1  # coherence, at which a phase says nothing
 AROUND: Weights = (np.ones(5), np.ones(3))  # gates, looks: the window over which the incoherent power is averaged
 
@@ -62,15 +63,20 @@ class Interferogram:
         return edge_bias(self.echo_power(), self.model.poses.fan.height, self.model.radar)
 
     @cached_property
+    def lit_power(self) -> Map:
+        """Echo power [W] (1, gate) of a lit cell of the sea."""
+        return lit_power(self.echo_power(), self.model.radar.ranges)
+
+    @cached_property
     def own(self) -> NDArray[np.bool_]:
-        """(look, gate) of cells with more echo, in their gate or one beside it, than neighbours' echoes leave there."""
+        """(look, gate) of cells with more echo, in their gate or one beside it, than neighbours leave; no object's."""
         radar = self.model.radar
-        power = self.echo_power()
-        own = own_echo(power, radar.response, (self.width, radar.spacing), radar.azimuth_beamwidth)
+        power, beam = self.echo_power(), (radar.response, (self.width, radar.spacing), radar.azimuth_beamwidth)
+        own = own_echo(power, *beam)
         beside = own.copy()
         beside[:, 1:] |= own[:, :-1]
         beside[:, :-1] |= own[:, 1:]
-        return beside
+        return beside & ~object_echo(power, self.lit_power + self.noise_power, *beam)
 
     @cached_property
     def level_slopes(self) -> PhaseSlopes:
@@ -112,6 +118,33 @@ class Interferogram:
         return phase_variances(
             cells, incoherent, self.noise_power, samples.speckle, samples.noise, self.noise_square, self.doubt
         )
+
+    def texture(self, incoherent: Map) -> Map:
+        """Variance [rad²] (look, gate) of a dwell's phase by what makes one part of its footprint brighter than another
+        besides speckle: waves, breakers."""
+        around = self.power_around
+        return np.divide(incoherent, around, out=np.zeros(around.shape), where=around > 0.0) * self._contrast
+
+    @cached_property
+    def _contrast(self) -> Map:
+        """Variance (1, gate) of the echo's mean power from one footprint to the next, over that power's square.
+
+        Of gates a pulse apart, whose speckle of L samples has a correlation r, ⟨(a − b)²⟩ : ⟨(a + b)²⟩ of the powers is
+        2V + (2(1 − r) + V(1 + r))/L : 4 + (2(1 + r) + V(1 − r))/L.
+        """
+        radar, power, gates = self.model.radar, self.echo_power(), self.model.radar.ranges.size
+        apart = min(gates, max(1, round(_APART * radar.response.spread_m / radar.spacing)))
+        a, b = power[:, : gates - apart], power[:, apart:]
+        both = self.own[:, : gates - apart] & self.own[:, apart:] & (a + b > 0.0)
+        noise = self.noise_power * (a + b + self.noise_power) / self.dwelt.pulses
+        sums = [np.sum(each**2 - noise, axis=0, where=both) for each in (a - b, a + b)]
+        around = np.ones(min(_EVENED, gates))
+        less, more = (np.convolve(np.pad(each, (apart // 2, apart - apart // 2)), around, "same") for each in sums)
+        ratio = np.divide(less, more, out=np.zeros(gates), where=more > 0.0)
+        faded = 1.0 / self.dwelt.samples(ONE_CELL, radar).speckle
+        alike = float(echo_correlations(radar.response, apart * radar.spacing, 2)[0][1]) ** 2
+        excess = ratio * (4.0 + 2.0 * (1.0 + alike) * faded) - 2.0 * (1.0 - alike) * faded
+        return np.maximum(excess / (2.0 + (1.0 + alike) * faded - ratio * (1.0 - alike) * faded), 0.0)[None]
 
     def variance(self, cells: Covariance, window: Weights, incoherent: Map) -> Map:
         """The sum of both, not wrapped."""

@@ -37,7 +37,7 @@ class Dwelt:
         range_weights, look_weights = window
         beyond = max(0, look_weights.size // 2 - (self.looks - 1))
         look_weights = look_weights[beyond : look_weights.size - beyond]
-        echo, noise = _correlations(radar.response, radar.spacing, range_weights.size)
+        echo, noise = echo_correlations(radar.response, radar.spacing, range_weights.size)
         across = independent_looks(look_weights, np.eye(1, look_weights.size).ravel())
         speckle = max(1.0, independent_looks(np.ones(self.pulses), self.correlation))
         return Samples(
@@ -47,7 +47,7 @@ class Dwelt:
 
 
 @lru_cache(maxsize=8)
-def _correlations(
+def echo_correlations(
     response: RangeResponse, spacing: float, gates: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Of the echo and of the noise between gates 0, 1, 2 … apart."""
