@@ -17,7 +17,7 @@ _NEAR = 0.3  # of the reach: short waves are slow, and matter where they are soo
 _LEAST_LEFT = 0.004  # of the sea's variance: waves shorter than hold that are left out
 _SHORTEST_M = 4.0  # of waves that radars of some metres' resolution tell apart
 _FAST = 1.25  # times the peak's period: of longer waves there is next to nothing
-_APART = 3.0  # of the peak's wavelengths: so far apart, waves of narrow spectra hardly know of each other
+_APART = 4.0  # of the peak's wavelengths: so far apart, waves of narrow spectra hardly know of each other
 
 
 @dataclass(frozen=True)
