@@ -17,6 +17,7 @@ _NEAR = 0.3  # of the reach: short waves are slow, and matter where they are soo
 _LEAST_LEFT = 0.004  # of the sea's variance: waves shorter than hold that are left out
 _SHORTEST_M = 4.0  # of waves that radars of some metres' resolution tell apart
 _FAST = 1.25  # times the peak's period: of longer waves there is next to nothing
+_APART = 4.0  # of the peak's wavelengths: so far apart, waves of narrow spectra hardly know of each other
 
 
 @dataclass(frozen=True)
@@ -95,11 +96,13 @@ def lattices(spectrum: Spectrum, reach: float, seconds: float) -> list[Lattice]:
     """Long waves over all the water that is seen, and short ones near by.
 
     reach: m, of what is seen; seconds: from the first observation to the last forecast. The sea is periodic: the square
-    is so wide that nothing that is seen on one side comes in at the other within that time.
+    is so wide that nothing that is seen on one side comes in at the other within that time, nor is so near to what does
+    that the fit takes the one from the other.
     """
     water = spectrum.water
     end = min(spectrum.wavenumber_above(_LEAST_LEFT), 2.0 * np.pi / _SHORTEST_M)
-    spacing = 2.0 * np.pi / (2.0 * reach + fastest(spectrum) * seconds)
+    length = 2.0 * np.pi / float(water.wavenumber(2.0 * np.pi / spectrum.peak_period))
+    spacing = 2.0 * np.pi / (2.0 * reach + fastest(spectrum) * seconds + _APART * length)
     edge = min(end, spacing * (_LONG_SIDE // 2))
     side = 2 * int(np.ceil(edge / spacing)) + 1
     long = Lattice.of(spectrum, side, spacing, (0.0, edge), np.inf)
