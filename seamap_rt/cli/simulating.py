@@ -69,6 +69,7 @@ def run(
     seed: Whole | None = None,
     tracer: str | None = None,
     predict: bool = False,
+    account: bool = False,
     overwrite: bool = False,
     set_: Settings | None = None,
 ) -> int:
@@ -88,6 +89,8 @@ def run(
         facets, horizon or paths.
     predict
         Forecast the sea beside the run, from its maps: prediction.nc.
+    account
+        Print what was modelled, with its cost, and what was left out, with its error.
     overwrite
         Replace another run's results in that folder.
     set_
@@ -112,7 +115,10 @@ def run(
         if told := window_line(result.metrics):
             console.print(told)
     _warn(result.metrics)
-    _print_account(result.metrics)
+    if account:
+        _print_account(result.metrics)
+    else:
+        console.print("what was modelled and what was left out: the report, or --account")
     console.print(f"{result.folder / 'report.html'} (with maps.nc, truth.nc, echoes.zarr, metrics.json, scene.toml)")
     return 0
 

@@ -70,7 +70,7 @@ class Made(NamedTuple):
 def two_turns(tmp_path_factory: pytest.TempPathFactory) -> Made:
     """`run` with two turns, in a process of its own with warnings as errors."""
     folder = tmp_path_factory.mktemp("two") / "results"
-    answer = ended(start("run", "tiny", *settings(), "--turns", 2, "--out", folder))
+    answer = ended(start("run", "tiny", *settings(), "--turns", 2, "--account", "--out", folder))
     assert answer.code == 0, answer.err
     return Made(folder, answer)
 
@@ -224,7 +224,9 @@ def test_retrieve_takes_other_settings_and_another_folder(two_turns: Made, call:
 
 @pytest.mark.usefixtures("no_pictures")
 def test_default_folder_is_named_after_scene_and_seed(call: Any) -> None:
-    assert call("run", "tiny", *settings(), "--seed", 7).code == 0
+    answer = call("run", "tiny", *settings(), "--seed", 7)
+    assert answer.code == 0
+    assert len(answer.out.splitlines()) <= 15  # verdict, figures, where the files are
     assert {path.name for path in Path("runs/tiny-7").iterdir()} >= set(PRODUCTS)
     assert load_scene("runs/tiny-7/scene.toml").seed == 7
     # one turn: no warm one to speak of
