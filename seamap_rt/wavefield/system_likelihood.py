@@ -83,6 +83,9 @@ def find_systems(
     while found is None or len(found.systems) < _MOST:
         more = posterior.add_system(found)
         if found is not None and more.likelihood < found.likelihood + SYSTEM_WORTH:
+            if len(found.systems) == 1 and (pair := posterior.pair()).likelihood > found.likelihood + SYSTEM_WORTH:
+                found = pair
+                continue
             return replace(found, rival=more)
         found = more
     return found
@@ -97,9 +100,22 @@ class _Posterior:
 
     def add_system(self, found: WaveSystems | None) -> WaveSystems:
         """With the further system that the data ask for most."""
-        before = found.systems if found is not None else ()
-        gain, nugget = (found.gain, found.nugget) if found is not None else (1.0, 0.05 * self.long.variance)
-        rest = self.long.variance * (1.0 if found is None else 0.25)
+        if found is None:
+            gain, nugget = 1.0, 0.05 * self.long.variance
+            return self._climbed((self._candidate((), gain, nugget, 1.0),), gain, nugget)
+        one = self._candidate(found.systems, found.gain, found.nugget, 0.25)
+        return self._climbed((*found.systems, one), found.gain, found.nugget)
+
+    def pair(self) -> WaveSystems:
+        """Two systems at once: one alone, that has to be both, may have climbed to where no second one is asked for."""
+        gain, nugget = 1.0, 0.05 * self.long.variance
+        first = self._candidate((), gain, nugget, 1.0)
+        first = replace(first, variance=0.5 * first.variance)
+        return self._climbed((first, self._candidate((first,), gain, nugget, 0.5)), gain, nugget)
+
+    def _candidate(self, before: tuple[WaveSystem, ...], gain: float, nugget: float, share: float) -> WaveSystem:
+        """Of broad systems with that share of the variance, the likeliest beside some others."""
+        variance = share * self.long.variance
         before_long = self.long.covariance(
             sum((self.long.power(each) for each in before), np.zeros((self.long.frequency.size, _DIRECTIONS))), nugget
         )
@@ -108,14 +124,17 @@ class _Posterior:
         for toward in self.long.toward[::3]:
             covariances = self.long.ring_covariances(float(toward), _BROAD)
             for peak in self.peaks:
-                one = WaveSystem(rest, float(peak), float(toward), _BROAD)
+                one = WaveSystem(variance, float(peak), float(toward), _BROAD)
                 covariance = before_long + np.tensordot(self.long.rings(one), covariances, 1)
                 value = self.long.likelihood(covariance)[0] - self._velocity_penalty(one)
                 value += self.short.evaluate(before_short + self.short.power(one), gain)[0]
                 tried.append((value, one))
-        best = max(tried, key=lambda each: each[0])[1]
-        found = self.maximize((*before, best), gain, nugget)
-        for n, system in enumerate(found.systems):  # a climb does not turn a system round
+        return max(tried, key=lambda each: each[0])[1]
+
+    def _climbed(self, systems: tuple[WaveSystem, ...], gain: float, nugget: float) -> WaveSystems:
+        """From some systems uphill, each the other way round too: a climb does not turn a system round."""
+        found = self.maximize(systems, gain, nugget)
+        for n, system in enumerate(found.systems):
             turned = list(found.systems)
             turned[n] = replace(system, toward=system.toward + np.pi)
             if self._likelihood(turned, found.gain, found.nugget) > found.likelihood:
