@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from ..errors import InputError
 from .committed_file import part_of
 from .results_folder import finished, held_folder, remove_hidden, unfinished
 
-_OPTION = "DIR"
+_OPTION, _FORECASTS = "DIR", "prediction.nc"
 
 
 class Recovered(NamedTuple):
@@ -58,10 +60,23 @@ def _recovered(folder: Path, files: tuple[str, ...]) -> int | None:
     growing = {name: turns for name in files if (turns := _whole(folder / name)) is not None}
     if not growing:
         return None
-    turns = min(growing.values())
+    forecasts = {_FORECASTS} if len(growing) > 1 else set()  # of a run, whose first turns may show no sea to forecast
+    turns = min(growing[name] for name in growing.keys() - forecasts)
     for name in growing:
-        (recover_echoes if name.endswith(".zarr") else recover_netcdf)(folder / name, turns)
+        made = _issued(folder / name, turns) if name in forecasts else turns
+        (recover_echoes if name.endswith(".zarr") else recover_netcdf)(folder / name, made)
     return turns
+
+
+def _issued(path: Path, turns: int) -> int:
+    """How many of the whole forecasts of a file are of the first so many turns."""
+    from .appendable import recoverable  # loads h5py
+    from .opening import open_hdf5
+
+    if not recoverable(path):
+        return 0
+    with open_hdf5(part_of(path), rows=True) as file:
+        return int(np.searchsorted(file["issue"][:], turns))
 
 
 def _whole(path: Path) -> int | None:

@@ -144,6 +144,24 @@ def test_a_file_cut_to_fewer_turns_is_as_if_it_had_never_had_more(snapshots: Sna
     assert (copy / "truth.nc").stat().st_size == (folder / "maps.nc").stat().st_size
 
 
+def test_forecasts_that_began_later_end_with_the_same_turn(tmp_path: Path) -> None:
+    """The first turns showed no sea: two forecasts in four turns, and the third turn is the last that all have."""
+    with growing(tmp_path, ("maps.nc", "prediction.nc", "echoes.zarr")):
+        maps, issues = AppendableNetCDF(tmp_path / "maps.nc"), AppendableNetCDF(tmp_path / "prediction.nc", ("issue",))
+        store = EchoStore(tmp_path / "echoes.zarr")
+        for turn in range(4):
+            maps.append(tree(turn))
+            if turn > 1:
+                issues.append(xr.Dataset({"elevation": ("issue", [1.0])}, {"issue": [turn]}))
+            if turn < 3:
+                store.append(echoes(turn))
+    found = recover(tmp_path)
+    assert found is not None
+    assert found.complete == 3
+    with xr.open_dataset(tmp_path / "prediction.nc") as made:
+        assert made["issue"].values.tolist() == [2]
+
+
 def test_a_damaged_journal_is_one_line(tmp_path: Path) -> None:
     with growing(tmp_path, ("maps.nc",)):
         AppendableNetCDF(tmp_path / "maps.nc").append(tree(0))
