@@ -156,9 +156,9 @@ def came_of(folder: Path) -> Came:
 
 def _windows(sea: Any, forecasts: Any, confidence: float) -> CameWindows | None:
     from ..forecast_errors import warm
-    from ..window_errors import area, hits_and_alarms, judge_windows, reliability, windows_that_came
+    from ..window_errors import area, hits_and_alarms, judge_windows, observed_windows, reliability
 
-    windows = windows_that_came(sea, forecasts)
+    windows = observed_windows(sea, forecasts)
     if windows is None:
         return None
     judged = np.flatnonzero(warm(forecasts))

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from ..errors import InputError
 from .committed_file import part_of
 from .results_folder import finished, held_folder, remove_hidden, unfinished
@@ -70,13 +68,18 @@ def _recovered(folder: Path, files: tuple[str, ...]) -> int | None:
 
 def _issued(path: Path, turns: int) -> int:
     """How many of the whole forecasts of a file are of the first so many turns."""
-    from .appendable import recoverable  # loads h5py
+    import h5py
+    import numpy as np
+
+    from .appendable import recoverable
     from .opening import open_hdf5
 
     if not recoverable(path):
         return 0
     with open_hdf5(part_of(path), rows=True) as file:
-        return int(np.searchsorted(file["issue"][:], turns))
+        issue = file["issue"]
+        assert isinstance(issue, h5py.Dataset)
+        return int(np.searchsorted(np.asarray(issue[:]), turns))
 
 
 def _whole(path: Path) -> int | None:

@@ -316,7 +316,7 @@ class _GaussianLikelihood:
         single = modes.astype(np.float32)
         products = [(single * np.tile(change.ravel().astype(np.float32), 2)) @ single.T for change in changes]
         flat = np.array([*(each.ravel() for each in products), nugget * white.ravel()])
-        return value, np.array(gradient), 0.5 * flat @ flat.T
+        return value, np.asarray(gradient, np.float64), np.asarray(0.5 * flat @ flat.T, np.float64)
 
 
 class _WhittleLikelihood:
