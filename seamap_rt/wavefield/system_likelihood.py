@@ -296,7 +296,7 @@ class _GaussianLikelihood:
     def likelihood(self, covariance: Field) -> tuple[float, Field, Field]:
         """Its logarithm, the covariance's Cholesky factor, and the data divided by it."""
         try:
-            root = np.linalg.cholesky(covariance)
+            root = np.asarray(np.linalg.cholesky(covariance), np.float64)
         except np.linalg.LinAlgError:
             return -np.inf, np.zeros((0, 0)), np.zeros(0)
         data = solve_triangular(root, self.data, lower=True, check_finite=False)
