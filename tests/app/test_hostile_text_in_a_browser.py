@@ -150,7 +150,7 @@ def test_see_shows_every_kind_of_folder_and_every_view(watched: Watched) -> None
         _unharmed(page, view)
     page.get_by_role("tab", name="Gauges", exact=True).click()
     expect(page.get_by_text("At 60 m, 270°.")).to_be_visible()
-    page.get_by_role("button", name="Download").click()
+    page.get_by_role("button", name="Download", exact=True).click()
     with page.expect_download() as taken:
         page.get_by_text("section and curves (CSV)").click()
     assert Path(taken.value.path()).read_text().startswith("section along")
@@ -169,7 +169,7 @@ def test_see_shows_every_kind_of_folder_and_every_view(watched: Watched) -> None
             image = page.get_by_alt_text("The sea from the mast")
             assert image.evaluate("e => e.complete && e.naturalWidth") == 1  # its address is the folder's own
         _unharmed(page, kind)
-    page.get_by_role("button", name="Download").click()
+    page.get_by_role("button", name="Download", exact=True).click()
 
 
 def test_compare_shows_two_runs(watched: Watched) -> None:

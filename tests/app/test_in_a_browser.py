@@ -115,13 +115,13 @@ def test_from_a_scene_to_maps_section_comparison_and_files(watched: Watched, ser
     expect(page.get_by_text(re.compile(r"^turn 1 of \d$"))).to_be_visible()
 
     _place(page, "See")
-    page.get_by_role("button", name="Download").click()
+    page.get_by_role("button", name="Download", exact=True).click()
     with page.expect_download() as taken:
         page.get_by_text("section and curves (CSV)").click()
     text = Path(taken.value.path()).read_text()
     assert text.startswith("section along 2")
     assert len(text.splitlines()) > 90  # a line a gate
-    page.get_by_role("button", name="Download").click()
+    page.get_by_role("button", name="Download", exact=True).click()
     with page.context.expect_page() as opened:
         page.get_by_text("report.html").click()
     expect(opened.value.get_by_text(re.compile("Sees the waves out to")).first).to_be_visible()
