@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 
 
-def silence_the_overheard() -> None:
+def filter_asyncio_log() -> None:
     """From here on. These libraries do several things beside each other and raise what goes wrong with one of them;
     asyncio tells of the others when they are forgotten, on standard error, beside the line that says it all."""
     logging.getLogger("asyncio").addFilter(_is_relevant)

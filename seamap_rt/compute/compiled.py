@@ -57,8 +57,8 @@ def compiled_step_fused(function: Callable[..., Any]) -> Callable[..., Any]:
 def _remove_stale(folder: str, source: str) -> None:
     """Remove the indices of compiled code that are older than its source: Numba reads the whole of one before it looks
     at its date, and fails where it names a class that is no more."""
-    changed = Path(source).stat().st_mtime
-    for index in Path(folder).glob(f"{Path(source).stem}.*.nbi"):
-        with suppress(OSError):  # another process was first, or the folder is another user's
+    with suppress(OSError):  # another process was first, or the folder is another user's
+        changed = Path(source).stat().st_mtime
+        for index in Path(folder).glob(f"{Path(source).stem}.*.nbi"):
             if index.stat().st_mtime < changed:
-                index.unlink()
+                index.unlink(missing_ok=True)

@@ -28,7 +28,7 @@ from distributed import Client, Future, KilledWorker, LocalCluster, Security, Wo
 from distributed.client import FutureCancelledError, FuturesCancelledError
 from distributed.utils import silence_logging_cmgr
 
-from ..compute.asyncio_log import silence_the_overheard
+from ..compute.asyncio_log import filter_asyncio_log
 from ..compute.machine import cores
 from ..compute.scratch import scratch_folder
 from ..errors import InputError
@@ -87,7 +87,7 @@ class OwnCores(WorkerPlugin):
 @contextmanager
 def local_client(workers: int) -> Iterator[Client]:
     """A cluster of so many spawned processes; it and its files are gone afterwards."""
-    silence_the_overheard()
+    filter_asyncio_log()
     with scratch_folder() as scratch:
         settings = {**_SETTINGS, "temporary-directory": str(scratch)}
         with (
@@ -145,7 +145,7 @@ def existing_client(scheduler: str) -> Iterator[Client]:
     tls: certificates as dask's configuration names them. Raises InputError where these are missing, where no scheduler
     answers, or where it has no workers.
     """
-    silence_the_overheard()
+    filter_asyncio_log()
     address = _address(scheduler)
     _refuse_without_certificates(scheduler, address)
     try:

@@ -107,7 +107,7 @@ class _Posterior:
         return self._climbed((*found.systems, one), found.gain, found.nugget)
 
     def pair(self) -> WaveSystems:
-        """Two systems at once: one alone, that has to be both, may have climbed to where no second one is asked for."""
+        """Two systems from the start: the best single one may be a local maximum, from which no second is found."""
         gain, nugget = 1.0, 0.05 * self.long.variance
         first = self._candidate((), gain, nugget, 1.0)
         first = replace(first, variance=0.5 * first.variance)

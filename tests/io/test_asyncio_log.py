@@ -6,7 +6,7 @@ import logging
 
 import pytest
 
-from seamap_rt.compute.asyncio_log import silence_the_overheard
+from seamap_rt.compute.asyncio_log import filter_asyncio_log
 
 
 class Told(Exception):
@@ -25,7 +25,7 @@ class Told(Exception):
 def test_only_what_is_told_already_is_left_out(
     caplog: pytest.LogCaptureFixture, text: str, error: Exception | None, heard: bool
 ) -> None:
-    silence_the_overheard()
-    silence_the_overheard()
+    filter_asyncio_log()
+    filter_asyncio_log()
     logging.getLogger("asyncio").error(text, exc_info=error)
     assert bool(caplog.records) == heard

@@ -26,13 +26,13 @@ from seamap_rt.interferometry import retrieve_one
 from seamap_rt.metrics import HALF_VISIBLE
 from seamap_rt.radar.scan import BEAMS_BEYOND
 from seamap_rt.simulation import Simulator
+from validation.radar.height_change import RANGES_M, change_by_range
 
 CASES = (
     ("choppy_sea", {}),
     ("choppy_sea", {"sea.waves.0.significant_wave_height_m": 2.8, "sea.waves.0.peak_period_s": 8.0}),
     ("wide_baseline", {}),
 )
-RANGES_M = ((50.0, 100.0), (100.0, 200.0), (200.0, 400.0))
 
 
 def main() -> None:
@@ -55,7 +55,7 @@ def main() -> None:
             found, moved = _turn(simulator, partial(_noted, kept, share))
             nodes = kept[-1]
             missed = float(np.nanmean(np.abs(found - voltage) ** 2) / np.nanmean(np.abs(voltage) ** 2))
-            cells = " | ".join(_change(simulator, moved - heights, near, far) for near, far in RANGES_M)
+            cells = change_by_range(simulator.radar, moved - heights, 2)
             shape = f"{nodes.stride}, {nodes.weights.shape[1]}"
             law = 1e3 * np.sqrt(nodes.missed) * sigma
             print(
@@ -77,24 +77,16 @@ def _every_pulse(*known: Any) -> Nodes:
 
 def _turn(simulator: Simulator, nodes: Callable[..., Nodes]) -> tuple[NDArray[np.complex64], NDArray[np.float64]]:
     """Voltages, and heights (look, gate) of cells more than half visible."""
-    heard, summing.choose_nodes = summing.beam_truncation, nodes
+    truncation, summing.choose_nodes = summing.beam_truncation, nodes
     summing.beam_truncation = lambda *_: BEAMS_BEYOND  # pyright: ignore[reportAttributeAccessIssue]
     try:
         turn = simulator.turn(0)
     finally:
-        summing.choose_nodes, summing.beam_truncation = choose_nodes, heard
+        summing.choose_nodes, summing.beam_truncation = choose_nodes, truncation
     voltage = turn.echoes["voltage"].values
     maps = retrieve_one(turn.echoes, simulator.scene.resolved_retrieval)
     cells = maps["polar"].to_dataset().isel(turn=0)
     return voltage, np.where(cells["visible_share"].values > HALF_VISIBLE, cells["height"].values, np.nan)
-
-
-def _change(simulator: Simulator, change: NDArray[np.float64], near: float, far: float) -> str:
-    radar = simulator.radar
-    ranges = radar.range_m[0] + radar.range_sampling_m * np.arange(change.shape[1])
-    some = change[:, (ranges >= near) & (ranges < far)]
-    some = some[np.isfinite(some)]
-    return f"{1e3 * np.sqrt(np.mean(some**2)):.2f}, {1482.6 * np.median(np.abs(some)):.2f}"
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ from seamap_rt.metrics import HALF_VISIBLE
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.settings import RadarSettings
 from seamap_rt.simulation import Simulator
+from validation.radar.height_change import RANGES_M, change_by_range
 
 CASES = (
     ("choppy_sea", {}),
@@ -32,7 +33,6 @@ CASES = (
     ("choppy_sea", {"sea.waves.0.significant_wave_height_m": 2.8, "sea.waves.0.peak_period_s": 8.0}),
     ("wide_baseline", {}),
 )
-RANGES_M = ((50.0, 100.0), (100.0, 200.0), (200.0, 400.0))
 
 
 def main() -> None:
@@ -51,7 +51,7 @@ def main() -> None:
         for beams in map(float, arguments.reach.split(",")):
             heights, cut_error = _heights(simulator, beams)
             share = float(share_aside(simulator.radar, [beams])[0])
-            cells = " | ".join(_change(simulator, heights - whole, near, far) for near, far in RANGES_M)
+            cells = change_by_range(simulator.radar, heights - whole, 1)
             law = 1e3 * np.sqrt(share) * sigma
             print(
                 f"| {said} | {beams:g} | {law:.1f} | {cells} | {1e3 * cut_error:.1f} ({1e3 * error:.1f}) |", flush=True
@@ -78,14 +78,6 @@ def _heights(simulator: Simulator, beams: float | None) -> tuple[NDArray[np.floa
     cells = maps["polar"].to_dataset().isel(turn=0)
     heights = np.where(cells["visible_share"].values > HALF_VISIBLE, cells["height"].values, np.nan)
     return heights, float(sr.compare(maps, turn.truth)["overall_height_rmse_m"])
-
-
-def _change(simulator: Simulator, change: NDArray[np.float64], near: float, far: float) -> str:
-    radar = simulator.radar
-    ranges = radar.range_m[0] + radar.range_sampling_m * np.arange(change.shape[1])
-    some = change[:, (ranges >= near) & (ranges < far)]
-    some = some[np.isfinite(some)]
-    return f"{1e3 * np.sqrt(np.mean(some**2)):.1f}, {1482.6 * np.median(np.abs(some)):.1f}"
 
 
 if __name__ == "__main__":

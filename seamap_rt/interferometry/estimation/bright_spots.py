@@ -137,7 +137,7 @@ class BrightSpots:
     ) -> Offsets:
         """Of echoes of that power, and mean power about them [W], on a surface that turns the phase by `turn` [rad/m].
 
-        All (look, gate); beside gates that no look hears nothing is told. noise_power [W]: of a receiver, of which two
+        All (look, gate); unknown beside gates without an echo in any look. noise_power [W]: of a receiver, of which two
         are averaged; ratio: independent samples of noise over those of speckle. The growth of power along the range
         that all looks share is left to `gate_edge`.
         """

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 _SIDELOBES_DB = 40.0  # below a gate's strongest echo: what lies deeper may come in by the antenna's two-way sidelobes
 _MORE = 1.05  # than a skirt, whose beam is not quite Gaussian
 _SKIRT_LEAST = 1e-4  # of a neighbour's power: fainter skirts than the sidelobes are not tested
-_OBJECT, _OBJECTS = 100.0, 0.06  # times the power of what else is heard; share of a level's cells, at most
+_OBJECT_RATIO = 100.0  # of an object's echo to the sea's
+_OBJECT_CELLS = 0.06  # share of the cells of a level that objects may hold
+_DISTURBED = 0.01  # share of a cell's power, from which on an object's skirt disturbs it
 _TREND_GATES = 10  # to either side, pooled: enough cells for a level even in a single look
 _TREND_STEP = 8  # gates from one level to the next; between them it is interpolated
 _FALSE_ALARM = 1e-3  # of two receivers without a common signal
@@ -42,8 +44,8 @@ def lit_power(power: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArra
 
     power (look, gate): without noise, of any sign, NaN where unknown. The median weighted by amplitude, in which dark
     cells do not count, of 21 gates' cells of all looks, each brought to the middle gate's range by R⁻³. Objects, a
-    hundred times as strong as the sea and a twentieth of the cells at most, are left out. 0 where nothing is heard. Of
-    speckle of mean power T it is 1.18 T.
+    hundred times as strong as the sea and a twentieth of the cells at most, are left out. 0 where no cell has an echo.
+    Of speckle of mean power T it is 1.18 T.
     """
     gates = ranges.size
     middles = np.unique(np.append(np.arange(0, gates, _TREND_STEP), gates - 1))
@@ -52,9 +54,9 @@ def lit_power(power: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArra
     for n, middle in enumerate(middles):
         reach = min(_TREND_GATES, max(middle, 4), max(gates - 1 - middle, 4))  # as far on both sides
         pooled = np.sort(spreading[:, max(middle - reach, 0) : middle + reach + 1], axis=None)
-        count = _OBJECTS * pooled.size
+        count = _OBJECT_CELLS * pooled.size
         ordinary = pooled.size - 1 - int(max(0.0, count - np.sqrt(count)))  # of few cells more may be lit
-        pooled = pooled[: np.searchsorted(pooled, _OBJECT * pooled[ordinary], "right")] if pooled.size else pooled
+        pooled = pooled[: np.searchsorted(pooled, _OBJECT_RATIO * pooled[ordinary], "right")] if pooled.size else pooled
         amount = np.cumsum(np.sqrt(pooled))
         levels[n] = pooled[min(np.searchsorted(amount, 0.5 * amount[-1]), pooled.size - 1)] if amount.size else 0.0
     heard = levels > 0.0
@@ -84,10 +86,10 @@ def object_echo(power: NDArray[np.float64], level: NDArray[np.float64], *beam: A
     is as strong.
     """
     bright = np.where(np.isfinite(power) & (power > 0.0), power, 0.0)
-    strong = bright > _OBJECT * level
+    strong = bright > _OBJECT_RATIO * level
     if not strong.any():
         return strong
-    return strong | (_OBJECT * _skirts(np.where(strong, bright, 0.0), *beam, same=True) > bright)
+    return strong | (_skirts(np.where(strong, bright, 0.0), *beam, same=True) > _DISTURBED * bright)
 
 
 def _skirts(

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 import zarr
 
-from ...compute.asyncio_log import silence_the_overheard
+from ...compute.asyncio_log import filter_asyncio_log
 from ...dataset import check
 from ...errors import InputError, SchemaError
 from ...io.echo_store import PULSES
@@ -43,7 +43,7 @@ def open_echoes(path: str | Path) -> xr.Dataset:
         raise
     except Exception as error:  # a damaged store raises exceptions of many types
         what = f"{type(error).__name__}: {error}"
-        silence_the_overheard()
+        filter_asyncio_log()
     raise InputError(f"ECHOES = '{path}': is not an echo store, or damaged ({what}); give a whole echoes.zarr")
 
 
@@ -78,7 +78,7 @@ def read_turn(echoes: xr.Dataset) -> xr.Dataset:
         return echoes.load()
     except Exception as error:
         what = f"{type(error).__name__}: {error}"
-        silence_the_overheard()
+        filter_asyncio_log()
     raise SchemaError(f"echoes: cannot be read ({what}); give whole files")
 
 
