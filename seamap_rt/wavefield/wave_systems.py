@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from .wave_spectrum import Field
 EXPONENT, ENHANCEMENT = (15.0, 0.8), (2.5, 0.6)  # of a system: what is usual, and how well its logarithm is known
 SYSTEM_VALUES = 5  # ln variance, ln frequency, toward, ln exponent, ln enhancement
 SYSTEM_WORTH = 8.0  # of log-likelihood, for a further system
+_LONGEST = 1.0 / 18.0  # of the split, that is kR = ½: a circle of so small a part of a wave shows a level, not a wave
 _UNEVEN = 0.4  # of the chance by few waves: real seas are no sums of such systems
 _POINTS, _MODES = 400, 600  # that a sea's covariance is worked out of and with
 
@@ -80,11 +81,11 @@ class WaveSystems:
     def figures(self, samples: float) -> dict[str, float]:
         """Peak period, mean direction and spread, with standard errors, from so many independent heights; the rival's
         are weighed by how likely it is."""
-        figures = self._figures(samples)
+        figures = self._waves()._figures(samples)
         if self.rival is None:
             return figures
         weight = np.exp(min(self.rival.likelihood - self.likelihood - SYSTEM_WORTH, 0.0))
-        chance, other = weight / (1.0 + weight), self.rival._figures(samples)
+        chance, other = weight / (1.0 + weight), self.rival._waves()._figures(samples)
         for name in ("peak_period", "mean_direction"):
             if name in figures and name in other:
                 apart = (
@@ -92,6 +93,16 @@ class WaveSystems:
                 )
                 figures[f"{name}_std"] = float(np.hypot(figures[f"{name}_std"], np.sqrt(chance) * apart))
         return figures
+
+    def _waves(self) -> WaveSystems:
+        """Without systems too long for the circle to tell from a level; all of them where there are no others."""
+        k = self.water.wavenumber(2.0 * np.pi * np.array([each.frequency for each in self.systems]))
+        kept = np.flatnonzero(k >= _LONGEST * self.split)
+        if kept.size in (0, k.size):
+            return self
+        values = (SYSTEM_VALUES * kept[:, None] + np.arange(SYSTEM_VALUES)).ravel()
+        covariance = self.covariance[np.ix_(values, values)]
+        return replace(self, systems=tuple(self.systems[n] for n in kept), covariance=covariance)
 
     def _figures(self, samples: float) -> dict[str, float]:
         """Of these systems alone."""

@@ -15,6 +15,7 @@ from seamap_rt.wavefield.periodogram import mean_periodogram
 from seamap_rt.wavefield.resolution import Resolution
 from seamap_rt.wavefield.sea_state import TurnSpectrum, height_of_samples, in_words, sea_state
 from seamap_rt.wavefield.system_likelihood import find_systems
+from seamap_rt.wavefield.wave_systems import WaveSystem, WaveSystems
 
 
 def state(
@@ -180,6 +181,17 @@ def test_what_crests_alone_add_to_heights_is_no_swell(seed: int) -> None:
     polar["height"] = polar["height"] + 0.74 / 4.0 * (0.1 + 0.3 * polar["ground_range"] / GROUND[-1])
     found = sea_state(xr.DataTree.from_dict({"/polar": polar}))
     np.testing.assert_allclose(found["peak_period"], 3.7, rtol=0.08)  # chance of a height's few waves: 2 to 3 %
+
+
+@pytest.mark.parametrize("reach", [45.0, 76.0])
+def test_a_level_is_no_peak_where_waves_are_known(reach: float) -> None:
+    """Of 26 s, 1050 m, such a circle holds a level (kR of ½ and less): it is no peak, but for want of another wave."""
+    wind, level = WaveSystem(0.07, 0.25, 1.0), WaveSystem(0.04, 1.0 / 26.0, 3.0)
+    for systems, period in (((wind, level), 4.0), ((level,), 26.0)):
+        errors = 0.01 * np.eye(5 * len(systems))
+        found = WaveSystems(systems, errors, 0.0, 1.0, 0.01, True, DEEP_WATER, 9.0 / reach).figures(20.0)
+        assert found["peak_period"] == pytest.approx(period)
+        assert found["mean_direction"] == pytest.approx(np.degrees(systems[0].toward) + 180.0)
 
 
 def test_systems_that_cross_are_found_apart() -> None:
