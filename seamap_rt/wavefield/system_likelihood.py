@@ -183,7 +183,7 @@ class _Posterior:
 
     def _velocity_penalty(self, system: WaveSystem) -> float:
         """What is taken off for a system that runs against the water's velocity; half of it where nothing tells."""
-        k = np.interp([system.frequency], self.long.frequency, self.long.wavenumber)
+        k = self.water.wavenumber(2.0 * np.pi * np.array([system.frequency]))
         forth = float(self.direction.forth(k * np.sin(system.toward), k * np.cos(system.toward))[0])
         return 0.5 * _VELOCITY_WEIGHT * (1.0 - forth)
 

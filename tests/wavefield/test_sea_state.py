@@ -194,13 +194,19 @@ def test_a_level_is_no_peak_where_waves_are_known(reach: float) -> None:
         assert found["mean_direction"] == pytest.approx(np.degrees(systems[0].toward) + 180.0)
 
 
-def test_systems_that_cross_are_found_apart() -> None:
-    """A swell of 11 s and a wind sea of 5 s across it, in four turns: each system as it is."""
-    sea = random_sea(21, 1.2, 11.0, 210.0, 40.0) + random_sea(22, 1.2, 5.0, 120.0)
-    maps = sea.turns(4)
-    polars = [maps["polar"].to_dataset().isel(turn=n) for n in range(4)]
-    turns = [TurnSpectrum.of(each, DEEP_WATER) for each in polars]
-    known = [each for each in turns if each is not None]
+@pytest.mark.parametrize(
+    ("swell", "wind_sea", "turns"),
+    [((11.0, 210.0, 40.0), (5.0, 120.0, 10.0), 4), ((5.4, 147.0, 17.0), (3.75, 5.0, 19.0), 1)],
+    ids=["across", "against, both short"],
+)
+def test_systems_that_cross_are_found_apart(
+    swell: tuple[float, float, float], wind_sea: tuple[float, float, float], turns: int
+) -> None:
+    """Two systems of 1.2 m each, by period, direction and exponent: each as it is, the way that it runs too."""
+    sea = random_sea(21, 1.2, *swell) + random_sea(22, 1.2, *wind_sea)
+    maps = sea.turns(turns)
+    polars = [maps["polar"].to_dataset().isel(turn=n) for n in range(turns)]
+    known = [each for each in (TurnSpectrum.of(polar, DEEP_WATER) for polar in polars) if each is not None]
     systems = find_systems(
         [each.heights for each in known],
         mean_periodogram([each.periodogram for each in known]),
@@ -208,7 +214,7 @@ def test_systems_that_cross_are_found_apart() -> None:
         DEEP_WATER,
     )
     assert systems is not None
-    for period, comes_from in ((11.0, 210.0), (5.0, 120.0)):
+    for period, comes_from, _ in (swell, wind_sea):
         near = min(systems.systems, key=lambda each: abs(np.log(each.frequency * period)))
         assert 1.0 / near.frequency == pytest.approx(period, rel=0.12)
         assert abs(wrap_degrees(np.degrees(near.toward) + 180.0 - comes_from)) < 12.0
