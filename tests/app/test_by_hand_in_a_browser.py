@@ -118,6 +118,7 @@ def test_axe_finds_nothing_serious_in_any_place_light_or_dark(watched: Watched) 
 def test_a_trade_from_the_form_says_what_each_mast_is_worth(watched: Watched, server: Server) -> None:
     page = watched.page
     choose(page, "Begin with", "tiny:")
+    expect(page.get_by_label("Range window (m)")).to_have_value("15, 150")  # the form is tiny's
     page.get_by_text("Shadows and mesh").click()
     choose(page, "Tracer", "horizon")
     expect(page.get_by_text(re.compile("Likely to measure"))).to_be_visible()
