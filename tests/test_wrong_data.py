@@ -11,9 +11,9 @@ import pytest
 import xarray as xr
 
 import seamap_rt as sr
-from seamap_rt import analytic
 from seamap_rt.errors import InputError, SchemaError
 from seamap_rt.settings import GaugeSettings, RadarSettings
+from validation import analytic
 
 RADAR = RadarSettings(prf_hz=1000.0, sector_deg=(0.0, 9.0), range_m=(30.0, 60.0))
 GAUGE = GaugeSettings(name="wire", east_m=5.0, north_m=45.0)

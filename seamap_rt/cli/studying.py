@@ -204,7 +204,13 @@ def validate(*, full: bool = False, only: Cases | None = None, out: Path | None 
     overwrite
         Replace an earlier report in that folder.
     """
-    from ..validate import validate as run_cases
+    try:
+        from validation.report import validate as run_cases
+    except ImportError as error:
+        raise InputError(
+            f"validate: Python finds another package `validation` before this program's, or none ({error}); run from "
+            "another folder, or take that one off PYTHONPATH"
+        ) from None
 
     say, stop = progress()
     try:

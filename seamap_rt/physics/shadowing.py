@@ -1,6 +1,6 @@
 """What of a sea sees the antenna, and the sea itself, in closed form: random seas by slope, one regular wave by crests.
 
-Written from the papers. `seamap_rt.analytic` holds the same laws once more, written independently, as a check.
+Written from the papers. `validation.analytic` holds the same laws once more, written independently, as a check.
 """
 
 from __future__ import annotations

@@ -7,9 +7,6 @@ import pytest
 import xarray as xr
 from numpy.typing import NDArray
 
-from seamap_rt import analytic
-from seamap_rt.analytic.echoes import echoes, gate_weights
-from seamap_rt.analytic.sight import Array
 from seamap_rt.dataset import check
 from seamap_rt.interferometry import retrieve
 from seamap_rt.radar.mast import Mast
@@ -17,6 +14,9 @@ from seamap_rt.radar.pose import antenna_axes
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
 from seamap_rt.settings import PlacedAntenna, PlatformSettings, RadarSettings, RetrievalSettings
+from validation import analytic
+from validation.analytic.echoes import echoes, gate_weights
+from validation.analytic.sight import Array
 
 C = 299_792_458.0
 K = 2.0 * np.pi * 10e9 / C

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from seamap_rt.analytic import clutter, flat_sea_gate_height, flat_sea_power, flat_sea_power_textbook
 from seamap_rt.conventions import SPEED_OF_LIGHT, db
 from seamap_rt.radar.antenna import antenna
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import AntennaSettings, RadarSettings
+from validation.analytic import clutter, flat_sea_gate_height, flat_sea_power, flat_sea_power_textbook
 
 NRCS = 1e-4
 GATES = np.array([30.0, 57.0, 100.0, 200.0, 400.0])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from seamap_rt.analytic.diffraction import knife_edge
+from validation.analytic.diffraction import knife_edge
 
 V = np.concatenate((np.linspace(-6.0, 6.0, 241), [-40.0, 25.0, 40.0]))
 

@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from seamap_rt.analytic import ground_position_from_range_difference, height_from_range_difference, range_difference
+from validation.analytic import ground_position_from_range_difference, height_from_range_difference, range_difference
 
 EPS = np.finfo(np.float64).eps
 

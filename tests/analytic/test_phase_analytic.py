@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from seamap_rt.analytic import cramer_rao_phase_std, phase_pdf_lee94, phase_std_lee94
+from validation.analytic import cramer_rao_phase_std, phase_pdf_lee94, phase_std_lee94
 
 
 def as_printed(phase: float, coherence: float, looks: int) -> float:

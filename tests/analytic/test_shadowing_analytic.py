@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.special import erfc
 
-from seamap_rt.analytic import (
+from validation.analytic import (
     shadowing_smith67,
     shadowing_wagner67,
     sinusoid_shadowed_fraction,

@@ -16,7 +16,7 @@ from seamap_rt.products import link, recorded_sea, writing
 from seamap_rt.session import simulating, whole_run
 from seamap_rt.studies import sweep
 from seamap_rt.studies.shadowing import PRODUCTS as OF_SHADOWING
-from seamap_rt.validate import runner
+from validation.report import runner
 
 call, elsewhere = command_line.call, command_line.elsewhere  # fixtures
 pytestmark = pytest.mark.usefixtures("elsewhere")

@@ -10,7 +10,6 @@ import pytest
 from scipy.integrate import quad
 
 import seamap_rt as sr
-from seamap_rt.analytic import shadowing_smith67, sinusoid_shadowed_fraction
 from seamap_rt.conventions import db
 from seamap_rt.design_outlook import likely
 from seamap_rt.design_outlook.design import Design
@@ -27,6 +26,7 @@ from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.scattering import MEAN_MODELS, ShortWaves, mean_nrcs
 from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scene import Scene
+from validation.analytic import shadowing_smith67, sinusoid_shadowed_fraction
 
 CHOPPY = "choppy_sea"
 

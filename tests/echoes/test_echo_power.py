@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seamap_rt.analytic import flat_sea_power, flat_sea_power_textbook
 from seamap_rt.conventions import db, from_db
 from seamap_rt.echoes import expected_look_gates, turn_voltages
 from seamap_rt.echoes.expected import ExpectedGates
@@ -17,6 +16,7 @@ from seamap_rt.radar.scan import pulses
 from seamap_rt.settings import RadarSettings, TracingSettings
 from seamap_rt.tracing import Illumination
 from seamap_rt.tracing.horizon import trace_horizon
+from validation.analytic import flat_sea_power, flat_sea_power_textbook
 
 NRCS_DB = -40.0
 

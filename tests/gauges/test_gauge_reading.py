@@ -11,13 +11,13 @@ import xarray as xr
 from made_gauges import a_sea, deep_water, gauge, made_maps, plane
 from numpy.testing import assert_allclose, assert_array_equal
 
-from seamap_rt import analytic
 from seamap_rt.dataset import QUALITY_FLAGS, check
 from seamap_rt.errors import InputError
 from seamap_rt.gauges import gauge_series, judge
 from seamap_rt.gauges.reading import sample_times
 from seamap_rt.interferometry import retrieve
 from seamap_rt.settings import GaugeSettings, RadarSettings
+from validation import analytic
 
 # --------------------------------------------------------------------------------------------------------- the wire
 

@@ -10,7 +10,6 @@ import pytest
 import xarray as xr
 from numpy.typing import NDArray
 
-from seamap_rt.analytic import flat_sea_gate_height, range_difference
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes import from_scatterers, turn_voltages
 from seamap_rt.echoes.dataset import echo_dataset
@@ -20,6 +19,7 @@ from seamap_rt.radar.waveform import gates
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RadarSettings, RetrievalSettings
 from seamap_rt.simulation import Simulator
+from validation.analytic import flat_sea_gate_height, range_difference
 
 GROUPS = 8  # reflectors every 8 gates = 12 m: twice the pulse's support (5.1 m) and no window reaches two of them
 APART = 7  # looks between the groups: 12.6°, so that a reflector is out of the others' beams (± 5.4°)

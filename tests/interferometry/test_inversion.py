@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from seamap_rt.analytic import height_from_range_difference, range_difference
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes import from_scatterers
@@ -28,6 +27,7 @@ from seamap_rt.interferometry.covariance.windows import (
 from seamap_rt.interferometry.geometry.inversion import Fan, difference_at_height, height_per_phase, locate
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RetrievalSettings
+from validation.analytic import height_from_range_difference, range_difference
 
 EPS = np.finfo(np.float64).eps
 SHARES = [0.25, 0.5]  # of single and switched transmitters

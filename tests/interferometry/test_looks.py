@@ -10,7 +10,6 @@ import xarray as xr
 from rolling_echoes import Boat, ideal_sea
 from synthetic_seas import heard
 
-from seamap_rt import analytic
 from seamap_rt.interferometry import retrieve
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.looks import Looks, interferogram
@@ -18,6 +17,7 @@ from seamap_rt.interferometry.phase.interferogram import Interferogram
 from seamap_rt.scene import load_scene
 from seamap_rt.settings import RadarSettings, RetrievalSettings
 from seamap_rt.simulation import Simulator
+from validation import analytic
 
 RNG_SEED = 1
 

@@ -14,11 +14,11 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
-from seamap_rt import analytic
 from seamap_rt.conventions import wrap_phase
 from seamap_rt.interferometry import retrieve
 from seamap_rt.radar.waveform import gates
 from seamap_rt.settings import RadarSettings, RetrievalSettings
+from validation import analytic
 
 Array = NDArray[np.float64]
 COHERENCES = (0.5, 0.8, 0.95, 0.99)

@@ -16,13 +16,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from seamap_rt import analytic
-from seamap_rt.analytic.seas import Surface
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.interferometry import retrieve
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.retrieval import retrieve_turn
 from seamap_rt.settings import RadarSettings, RetrievalSettings
+from validation import analytic
+from validation.analytic.seas import Surface
 
 Array = NDArray[np.float64]
 WAVELENGTH = 299_792_458.0 / 10e9

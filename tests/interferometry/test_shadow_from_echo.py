@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seamap_rt.analytic import sinusoid_visible_intervals, visible_share
 from seamap_rt.interferometry.estimation import shadow
 from seamap_rt.radar.waveform import RangeResponse
+from validation.analytic import sinusoid_visible_intervals, visible_share
 
 SPACING, CELL, HEIGHT = 1.5, 3.0, 5.0
 RANGES = np.arange(60.0, 300.0, SPACING)

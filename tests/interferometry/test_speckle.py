@@ -9,7 +9,6 @@ from scipy.integrate import quad
 from scipy.special import i0e
 from scipy.stats import t as student
 
-from seamap_rt.analytic import phase_std_lee94
 from seamap_rt.interferometry.covariance.windows import Covariance
 from seamap_rt.interferometry.phase.speckle import (
     estimation_doubt,
@@ -18,6 +17,7 @@ from seamap_rt.interferometry.phase.speckle import (
     phase_variances,
     wrapped_variance,
 )
+from validation.analytic import phase_std_lee94
 
 Array = NDArray[np.float64]
 COHERENCES = (0.9, 0.97, 0.999)

@@ -12,11 +12,11 @@ import pytest
 import xarray as xr
 import zarr
 
-from seamap_rt import analytic
 from seamap_rt.errors import InputError, SchemaError
 from seamap_rt.interferometry import open_echoes
 from seamap_rt.io.echo_store import EchoStore
 from seamap_rt.settings import RadarSettings
+from validation import analytic
 
 RADAR = RadarSettings(prf_hz=1000.0, sector_deg=(0.0, 9.0), range_m=(30.0, 60.0))
 

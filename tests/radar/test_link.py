@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from seamap_rt.analytic import flat_sea_power, flat_sea_power_textbook
 from seamap_rt.conventions import db, from_db
 from seamap_rt.radar import link
 from seamap_rt.radar.chirp import Chirp
 from seamap_rt.radar.receiver import noise_power
 from seamap_rt.radar.waveform import RangeResponse, blind_range_m, gates
 from seamap_rt.settings import RadarSettings
+from validation.analytic import flat_sea_power, flat_sea_power_textbook
 
 STUDY = RadarSettings()  # 10 GHz, 50 MHz, 3 dB, 2 dB of losses, 1 W, 20 ns, 1.8°: the design of 2004
 RANGES = np.array([30.0, 50.0, 100.0, 200.0, 400.0])

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seamap_rt.analytic.diffraction import knife_edge
 from seamap_rt.radar import link
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.report.limits import account_lines, costed, left_out, modelled
@@ -19,6 +18,7 @@ from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scattering.short_waves import ShortWaves
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.sea import Resolved, realize
+from validation.analytic.diffraction import knife_edge
 
 SMALL = {"sea.extent_m": 420.0, "sea.resolution_m": 2.0, "radar.range_m": [30.0, 150.0]}
 ONE_WAVE = {"sea.waves": [{"spectrum": "sinusoid", "height_m": 1.0, "wavelength_m": 40.0, "wave_from_deg": 270.0}]}

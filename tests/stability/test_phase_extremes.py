@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seamap_rt import analytic
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes import from_scatterers, turn_voltages
@@ -18,6 +17,7 @@ from seamap_rt.radar.scan import pulses
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RadarSettings, RetrievalSettings, TracingSettings
 from seamap_rt.tracing.horizon import trace_horizon
+from validation import analytic
 
 FAR = 19_990.0  # m, on the ground
 K = 2 * mpmath.pi * mpmath.mpf(10**10) / mpmath.mpf(SPEED_OF_LIGHT)

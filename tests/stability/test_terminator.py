@@ -8,8 +8,8 @@ from hard_surfaces import TRACERS, light, rings, scene
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
-from seamap_rt.analytic.shadowing import sinusoid_visible_intervals
 from seamap_rt.scene import Scene
+from validation.analytic.shadowing import sinusoid_visible_intervals
 
 GRAZING_DEG = (1.0, 0.5, 0.2, 0.1)
 MAST, BASELINE = 5.0, 0.2  # m

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from seamap_rt.analytic import shadowing_smith67
 from seamap_rt.errors import InputError
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.studies.shadowing import headlines, shadowing, shadowing_by_cutoff, write_shadowing
@@ -21,6 +20,7 @@ from seamap_rt.studies.visible_statistics import (
     why_no_half,
 )
 from seamap_rt.studies.visible_tally import run_lengths
+from validation.analytic import shadowing_smith67
 
 LOOKING = [255.0, 285.0]  # into the waves
 BINS = np.arange(15.0, 400.0, 10.0)

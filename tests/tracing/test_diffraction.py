@@ -12,8 +12,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
 from seamap_rt import sea
-from seamap_rt.analytic.diffraction import knife_edge
-from seamap_rt.analytic.shadowing import sinusoid_visible_intervals
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION, chord_point, profile
@@ -23,6 +21,8 @@ from seamap_rt.scene import Scene, load_scene
 from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.diffraction import diffract
 from seamap_rt.tracing.horizon import trace_horizon
+from validation.analytic.diffraction import knife_edge
+from validation.analytic.shadowing import sinusoid_visible_intervals
 
 WAVELENGTH = 0.03
 TABLE = 2e-5  # F from the table (1e-5) and as complex64

@@ -12,16 +12,16 @@ from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
 from seamap_rt import sea
-from seamap_rt.analytic.shadowing import sinusoid_visible_intervals, visible_share
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.tracing import Illumination, tracer
-from seamap_rt.tracing.bounces import DIFFUSE, MIRRORED, Body, PathEcho, lambertian_power, path_echo
 from seamap_rt.tracing.horizon import trace_horizon
 from seamap_rt.tracing.paths import antennas_east_north_up
+from validation.analytic.shadowing import sinusoid_visible_intervals, visible_share
+from validation.light.path_echo import DIFFUSE, MIRRORED, Body, PathEcho, lambertian_power, path_echo
 
 Array = NDArray[np.float64]
 Height = Callable[[Array], Array]

@@ -13,7 +13,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
 from seamap_rt import sea
-from seamap_rt.analytic.shadowing import sinusoid_visible_intervals, visible_share
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.mesh.surface import mesh_turn
@@ -23,6 +22,7 @@ from seamap_rt.scene import Scene, load_scene
 from seamap_rt.session import simulate
 from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.rays import RayTracer, SeaScene, occluding_surface
+from validation.analytic.shadowing import sinusoid_visible_intervals, visible_share
 
 TRACERS = ("facets", "horizon")
 Height = Callable[[NDArray[np.float64]], NDArray[np.float64]]

@@ -10,8 +10,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
 from seamap_rt import load_scene, sea
-from seamap_rt.analytic.diffraction import knife_edge
-from seamap_rt.analytic.shadowing import shadowing_smith67
 from seamap_rt.echoes.radar_cross_section import SeaSurface
 from seamap_rt.mesh import SurfaceMesh, mesh_turn
 from seamap_rt.physics.shadowing import shadow_kept
@@ -23,6 +21,8 @@ from seamap_rt.tracing import Illumination, UnresolvedWaves
 from seamap_rt.tracing.diffraction import diffract
 from seamap_rt.tracing.horizon import trace_horizon
 from seamap_rt.truth import polar_truth
+from validation.analytic.diffraction import knife_edge
+from validation.analytic.shadowing import shadowing_smith67
 
 Array = NDArray[np.floating]
 UNLIKE = UnresolvedWaves((0.006, 0.003), 230.0)  # slope variances along and across a wind from there

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.special import hankel2
 
-from seamap_rt.analytic.diffraction import knife_edge, wedge_faces
+from validation.analytic.diffraction import knife_edge, wedge_faces
 from validation.light.wave_optics import Profile, sine_of_grazing, surface_field
 
 Array = NDArray[np.floating]

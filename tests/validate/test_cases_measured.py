@@ -10,8 +10,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from seamap_rt.radar import link
-from seamap_rt.validate import Case
-from seamap_rt.validate.discovery import cases_folder, load_cases
+from validation.report import Case
+from validation.report.discovery import cases_folder, load_cases
 
 MODULES = ("claims", "measured", "stability", "costs")
 

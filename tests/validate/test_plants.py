@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seamap_rt import analytic
-from seamap_rt.analytic import phase
 from seamap_rt.interferometry.geometry import heights
 from seamap_rt.scattering import gregers_hansen12
 from seamap_rt.sea import spectra
-from seamap_rt.validate import validate
+from validation import analytic
+from validation.analytic import phase
+from validation.report import validate
 
 FAST = (
     "dispersion_table",

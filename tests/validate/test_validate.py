@@ -5,19 +5,21 @@ from __future__ import annotations
 import json
 import sys
 import textwrap
+import types
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import get_args
 
 import pytest
 
+from seamap_rt.cli.studying import validate as validate_command
 from seamap_rt.errors import InputError
-from seamap_rt.validate import Group, ValidationResult, discovery, validate
-from seamap_rt.validate.discovery import cases_folder, load_cases, names_in
+from validation.report import Group, ValidationResult, discovery, validate
+from validation.report.discovery import cases_folder, load_cases, names_in
 
 HEAD = """
-from seamap_rt.validate import Case, Check, Outcome
-from seamap_rt.validate.checks import within
+from validation.report import Case, Check, Outcome
+from validation.report.checks import within
 
 def case(name, run, group="closed forms", **more):
     return Case(name, group, f"Title of {name}", "why", "how", "what must come out", run, **more)
@@ -226,9 +228,13 @@ def test_cases_are_those_of_the_checkout_or_of_the_wheel(tmp_path: Path, monkeyp
     monkeypatch.setattr(discovery, "_HOME", home)
     with pytest.raises(InputError, match="validation cases: none in"):
         cases_folder()
-    (home / "cases").mkdir(parents=True)
-    with pytest.raises(InputError, match=r"Python finds the package `validation` in .*, and needs it from"):
-        cases_folder()
+
+
+def test_another_package_of_the_judges_name_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "validation", types.ModuleType("validation"))
+    monkeypatch.delitem(sys.modules, "validation.report")
+    with pytest.raises(InputError, match=r"^validate: Python finds another package `validation` before this program's"):
+        validate_command()
 
 
 def test_the_packages_own_cases_load_and_say_what_they_ask() -> None:
@@ -260,7 +266,7 @@ def test_what_is_done_is_kept_before_the_next_case_begins(tmp_path: Path) -> Non
         some="""
     import json
     from pathlib import Path
-    from seamap_rt.validate.checks import at_least
+    from validation.report.checks import at_least
 
     def look(full):
         kept = json.loads(Path(HERE, "metrics.json").read_text(encoding="utf-8"))

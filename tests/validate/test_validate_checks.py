@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from seamap_rt.validate.checks import at_least, at_most, between, recorded, relative, within
+from validation.report.checks import at_least, at_most, between, recorded, relative, within
 
 
 @pytest.mark.parametrize(

@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import seamap_rt as sr
-from seamap_rt import analytic
-from seamap_rt.analytic.seas import Surface
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.report import style
 from seamap_rt.settings import RadarSettings, RetrievalSettings
-from seamap_rt.validate import Case, Outcome
-from seamap_rt.validate.checks import at_most, recorded, within
+from validation import analytic
+from validation.analytic.seas import Surface
+from validation.report import Case, Outcome
+from validation.report.checks import at_most, recorded, within
 
 Array = NDArray[np.float64]
 WAVELENGTH = SPEED_OF_LIGHT / 10e9

@@ -7,7 +7,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import seamap_rt as sr
-from seamap_rt import analytic
 from seamap_rt.conventions import SPEED_OF_LIGHT, db, from_db
 from seamap_rt.echoes import from_scatterers, turn_voltages
 from seamap_rt.radar.antenna import antenna
@@ -17,9 +16,10 @@ from seamap_rt.report import style
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RadarSettings, RetrievalSettings
 from seamap_rt.simulation import Simulator
-from seamap_rt.validate import Case, Check, Outcome
-from seamap_rt.validate.checks import at_most, recorded, relative, within
+from validation import analytic
 from validation.reference_forms import directivity, pulse_response
+from validation.report import Case, Check, Outcome
+from validation.report.checks import at_most, recorded, relative, within
 
 Array = NDArray[np.float64]
 WAVELENGTH = SPEED_OF_LIGHT / 10e9

@@ -9,13 +9,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import seamap_rt as sr
-from seamap_rt import analytic
 from seamap_rt.mesh.surface import MovingSurface, mesh_turn
 from seamap_rt.report import style
 from seamap_rt.scene import Scene
 from seamap_rt.tracing import Illumination, tracer
-from seamap_rt.validate import Case, Check, Outcome
-from seamap_rt.validate.checks import at_most, recorded
+from validation import analytic
+from validation.report import Case, Check, Outcome
+from validation.report.checks import at_most, recorded
 
 Array = NDArray[np.float64]
 INKS = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE)

@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import seamap_rt as sr
-from seamap_rt import analytic
 from seamap_rt.conventions import SPEED_OF_LIGHT, wrap_phase
 from seamap_rt.report import style
 from seamap_rt.settings import RadarSettings, RetrievalSettings
 from seamap_rt.simulation import Simulator
-from seamap_rt.validate import Case, Check, Outcome
-from seamap_rt.validate.checks import relative, within
+from validation import analytic
+from validation.report import Case, Check, Outcome
+from validation.report.checks import relative, within
 
 Array = NDArray[np.float64]
 WAVELENGTH = SPEED_OF_LIGHT / 10e9

@@ -6,7 +6,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import seamap_rt as sr
-from seamap_rt import analytic
 from seamap_rt.conventions import SPEED_OF_LIGHT, db
 from seamap_rt.radar import link
 from seamap_rt.radar.antenna import antenna
@@ -14,8 +13,7 @@ from seamap_rt.radar.scan import pulses, turn_duration
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.report import style
 from seamap_rt.settings import AntennaSettings, RadarSettings, RetrievalSettings
-from seamap_rt.validate import Case, Check, Outcome
-from seamap_rt.validate.checks import at_least, at_most, between, recorded, relative, within
+from validation import analytic
 from validation.claims.data_rate import CLAIM, claim_data_rate
 from validation.claims.maps import (
     AHEAD_S,
@@ -45,6 +43,8 @@ from validation.claims.shadowing import draw as draw_half_ranges
 from validation.claims.shadowing import judged as shadow_claim
 from validation.claims.weakest_sea import claim_minimum_nrcs
 from validation.reference_forms import directivity, half_power_width, pulse_response
+from validation.report import Case, Check, Outcome
+from validation.report.checks import at_least, at_most, between, recorded, relative, within
 
 SMITH_SHARE = (0.8, 1.0)
 ADC_HZ = 200e6

@@ -19,9 +19,9 @@ import seamap_rt as sr
 from seamap_rt.report import style
 from seamap_rt.session.driver import real_time_factor
 from seamap_rt.simulation import Simulator
-from seamap_rt.validate import Case, Check, Outcome
-from seamap_rt.validate.checks import at_most, between, recorded
 from validation.light.share import SEAS, shares
+from validation.report import Case, Check, Outcome
+from validation.report.checks import at_most, between, recorded
 from validation.speed import peers, speed_error
 from validation.speed.peers_power import RANGE_M, compare_power, rays_needed, seconds_of
 from validation.speed.peers_rays import PACKAGE, compare_rays

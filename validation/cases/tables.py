@@ -8,12 +8,12 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from seamap_rt import analytic, scattering
+from seamap_rt import scattering
 from seamap_rt.conventions import SPEED_OF_LIGHT, db
 from seamap_rt.report import style
-from seamap_rt.validate import Case, Check, Outcome
-from seamap_rt.validate.checks import at_least, at_most, recorded, relative, within
-from validation import REFERENCE
+from validation import REFERENCE, analytic
+from validation.report import Case, Check, Outcome
+from validation.report.checks import at_least, at_most, recorded, relative, within
 
 Array = NDArray[np.float64]
 TABLE = REFERENCE / "nathanson_9p3ghz.csv"

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import seamap_rt as sr
-from seamap_rt import analytic
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.mesh import polar_grid
 from seamap_rt.mesh.surface import sea_on_grid
@@ -16,6 +15,7 @@ from seamap_rt.report import style
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RadarSettings, RetrievalSettings
 from seamap_rt.simulation import Simulator
+from validation import analytic
 from validation.hard_cases.case import Effort, Finding, graph, light, scene
 
 BASELINES_M = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion
 
 import seamap_rt as sr
-from seamap_rt.analytic.shadowing import sinusoid_visible_intervals
 from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.report import style
 from seamap_rt.tracing.rays import SeaScene
+from validation.analytic.shadowing import sinusoid_visible_intervals
 from validation.hard_cases.case import TRACERS, Effort, Finding, RadialSurface, graph, light, scene
 
 KINDS = ("facet", "diagonal", "rung", "radial", "vertex")

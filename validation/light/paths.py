@@ -30,9 +30,9 @@ from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.scattering.permittivity import PERMITTIVITIES
 from seamap_rt.scene import Scene
 from seamap_rt.tracing import tracer
-from seamap_rt.tracing.bounces import DIFFUSE, MIRRORED, Body, PathEcho, lambertian_power, path_echo
 from seamap_rt.tracing.horizon import trace_horizon
 from validation import FIGURES
+from validation.light.path_echo import DIFFUSE, MIRRORED, Body, PathEcho, lambertian_power, path_echo
 
 Array = NDArray[np.float64]
 FIGURE = FIGURES / "paths.png"

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from seamap_rt.analytic.shadowing import shadowing_smith67
 from seamap_rt.scattering import ShortWaves
 from seamap_rt.sea import spectra
+from validation.analytic.shadowing import shadowing_smith67
 
 Array = NDArray[np.floating]
 STEP_M, POINTS, NEAR_M, FAR_M = 0.02, 22_500, 25.0, 400.0

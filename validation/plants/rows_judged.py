@@ -196,7 +196,7 @@ PLANTS = (
     ),
     Plant(
         "tolerance of a table",
-        "seamap_rt/validate/checks.py",
+        "validation/report/checks.py",
         "<= tolerance * abs(expected)",
         "<= 2.0 * tolerance * abs(expected)",
         "tests/validate/test_validate_checks.py::test_limits_are_within",

@@ -59,7 +59,7 @@ PLANTS = (
     ),
     Plant(
         "a wedge's even field",
-        "seamap_rt/analytic/diffraction.py",
+        "validation/analytic/diffraction.py",
         "np.where(order == 0.0, 1.0, 2.0)",
         "np.where(order == 0.0, 2.0, 2.0)",
         _WAVES + "test_a_wedge_seen_along_its_face_casts_a_knife_edge_s_shadow",

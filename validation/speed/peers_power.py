@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.report.style import BLACK, BLUE, ORANGE, VERMILION
 from seamap_rt.tracing import Illumination, tracer
-from seamap_rt.tracing.bounces import Body, lambertian_power
 from seamap_rt.tracing.horizon import trace_horizon
 from seamap_rt.tracing.paths import antennas_east_north_up, sea_scene
+from validation.light.path_echo import Body, lambertian_power
 from validation.speed.peers_turn import Array, Case, Floor, OneSheet, interleaved
 
 CELL_M, CELL_DEG = 3.0, 1.8

@@ -13,11 +13,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from ..conventions import SPEED_OF_LIGHT, from_db
-from ..dataset import build
-from ..radar.array import antenna_array
-from ..radar.waveform import RangeResponse, gates
-from ..settings import RadarSettings
+from seamap_rt.conventions import SPEED_OF_LIGHT, from_db
+from seamap_rt.dataset import build
+from seamap_rt.radar.array import antenna_array
+from seamap_rt.radar.waveform import RangeResponse, gates
+from seamap_rt.settings import RadarSettings
+
 from .point_sea import Points, PointSea
 from .seas import Field, Surface
 from .sight import Array, phasor

@@ -11,26 +11,20 @@ from pathlib import Path
 from types import ModuleType
 from typing import get_args
 
-from ..errors import InputError
+from seamap_rt.errors import InputError
+
 from .case import Case, Group, Outcome
 
-_HOME = Path(__file__).resolve().parents[2] / "validation"  # beside this package, in a checkout and where installed
+_HOME = Path(__file__).resolve().parents[1]  # the package `validation`
 _NAME = re.compile(r'\b[Cc]ase(?:_of)?\(\s*(?:name=)?"(\w+)"')
 _NOT_LOADED: Group = "cases that cannot be loaded"
 _ORDER = {group: rank for rank, group in enumerate(get_args(Group))}
 
 
 def cases_folder() -> Path:
-    """The folder of the case modules. InputError where they are missing, or another package has taken their name."""
+    """The folder of the case modules. InputError where they are missing."""
     if not (_HOME / "cases").is_dir():
         raise InputError(f"validation cases: none in {_HOME / 'cases'}; install the package whole")
-    spec = importlib.util.find_spec("validation")
-    folder = Path(spec.origin).resolve().parent if spec is not None and spec.origin else None
-    if folder != _HOME:
-        raise InputError(
-            f"validation cases: Python finds the package `validation` in {folder}, and needs it from {_HOME}; run from "
-            "another folder, or take that one off PYTHONPATH"
-        )
     return _HOME / "cases"
 
 

@@ -31,12 +31,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import SPEED_OF_LIGHT
-from ..mesh import SurfaceMesh
-from .horizon import trace_horizon
-from .illumination import Illumination
-from .paths import antennas_east_north_up, sea_scene
-from .rays import VACUUM_PERMITTIVITY
+from seamap_rt.conventions import SPEED_OF_LIGHT
+from seamap_rt.mesh import SurfaceMesh
+from seamap_rt.tracing.horizon import trace_horizon
+from seamap_rt.tracing.illumination import Illumination
+from seamap_rt.tracing.paths import antennas_east_north_up, sea_scene
+from seamap_rt.tracing.rays import VACUUM_PERMITTIVITY
 
 Array = NDArray[np.float64]
 Lattice = Callable[[int], Any]

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import jinja2
 
-from ..io.results_folder import write_whole
+from seamap_rt.io.results_folder import write_whole
+
 from .case import Check
 from .environment import Environment
 from .result import CaseResult, ValidationResult
@@ -55,7 +56,7 @@ def worst(checks: Sequence[Check]) -> Check | None:
 
 
 def _template() -> jinja2.Template:
-    source = importlib.resources.files("seamap_rt.validate").joinpath("validate.html.j2").read_text(encoding="utf-8")
+    source = importlib.resources.files("validation.report").joinpath("validate.html.j2").read_text(encoding="utf-8")
     templates = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaln, hyp2f1
 
-from ..compute.quadrature import gauss_legendre
+from seamap_rt.compute.quadrature import gauss_legendre
 
 _QUADRATURE = 256  # Gauss–Legendre nodes: the deviation is good to 1e-8 up to 200 looks
 

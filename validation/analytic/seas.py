@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import unit_from_azimuth
+from seamap_rt.conventions import unit_from_azimuth
 
 Field = NDArray[np.float64]
 

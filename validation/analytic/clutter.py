@@ -14,11 +14,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..compute.quadrature import gauss_legendre
-from ..conventions import SPEED_OF_LIGHT, from_db
-from ..radar.antenna import antenna
-from ..radar.waveform import RangeResponse
-from ..settings import RadarSettings
+from seamap_rt.compute.quadrature import gauss_legendre
+from seamap_rt.conventions import SPEED_OF_LIGHT, from_db
+from seamap_rt.radar.antenna import antenna
+from seamap_rt.radar.waveform import RangeResponse
+from seamap_rt.settings import RadarSettings
+
 from .geometry import height_from_range_difference, range_difference
 
 _BEAMS = 3.0  # beam widths to either side

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import unit_from_azimuth
-from ..radar.waveform import RangeResponse
+from seamap_rt.conventions import unit_from_azimuth
+from seamap_rt.radar.waveform import RangeResponse
+
 from .seas import Field, FlatSea, Surface
 from .sight import Array, phasor
 

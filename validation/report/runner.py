@@ -10,10 +10,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..errors import is_interruption
-from ..io.interrupts import uninterrupted
-from ..io.results_folder import clear_folder, results_folder, write_whole
-from ..report import style
+from seamap_rt.errors import is_interruption
+from seamap_rt.io.interrupts import uninterrupted
+from seamap_rt.io.results_folder import clear_folder, results_folder, write_whole
+from seamap_rt.report import style
+
 from .case import Case, Check
 from .discovery import cases_folder, load_cases, select_cases
 from .environment import Environment

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from ..compute.machine import cores
+from seamap_rt.compute.machine import cores
 
 _PACKAGES = (
     "seamap_rt",
