@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from seamap_rt.compute.roots import bracketed_root
+from seamap_rt.radar.antenna import bracketed_root
 
 
 def _taper(length: float, beam_deg: float) -> Callable[[float], float]:

@@ -14,8 +14,7 @@ import xarray as xr
 from ..dataset import check, group_of
 from ..interferometry import open_echoes, retrieve
 from ..settings import RetrievalSettings
-from .finding import Finding
-from .heights import heights
+from .heights import Finding, heights
 from .level import Level, offsets, sign
 from .motion import motion
 from .receivers import receivers

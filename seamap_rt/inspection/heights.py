@@ -1,12 +1,34 @@
-"""The heights themselves: whether there are any, and whether a sea can have them."""
+"""The heights themselves, whether there are any, and whether a sea can have them; and what a finding is."""
 
 from __future__ import annotations
+
+from typing import Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from ..dataset import QUALITY_FLAGS
-from .finding import Finding, judged
+
+Verdict = Literal["good", "doubtful", "wrong", "unknown"]
+
+
+class Finding(NamedTuple):
+    """Of one thing. "wrong" is sure, "doubtful" probable; "unknown" cannot be told from this data."""
+
+    what: str
+    verdict: Verdict
+    says: str  # with the figure that it rests on
+    remedy: str = ""
+
+    @property
+    def line(self) -> str:
+        return f"{self.what}: {self.says}{f'; {self.remedy}' if self.remedy else ''}"
+
+
+def judged(what: str, doubtful: bool, says: str, remedy: str) -> Finding:
+    """A finding that is good, or doubtful and has a remedy."""
+    return Finding(what, "doubtful", says, remedy) if doubtful else Finding(what, "good", says)
+
 
 _FEWEST = 0.05  # of the cells
 _STEEPEST = 0.5  # of the mast's height, by the waves' standard deviation: as high a sea washes over the antenna

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .finding import Finding
+from .heights import Finding
 
 Complex = NDArray[np.complex128]
 

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from ..conventions import wrap_degrees
-from .finding import Finding, judged
+from .heights import Finding, judged
 
 _MOST_MISSING = 0.01
 _UNEVEN = 0.25  # of the beam's width, rms: as much blurs the map by 3 %

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..conventions import db
 from ..dataset import QUALITY_FLAGS
-from .finding import Finding, judged
+from .heights import Finding, judged
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..interferometry.covariance.pairs import rows_apart, sampled
-from .finding import Finding
+from .heights import Finding
 
 _GATES = 8  # neighbours whose echoes are summed: they turn by about the same velocity
 _STRONG_DB = 10.0

@@ -25,8 +25,7 @@ from .estimation.sensor_errors import sensor_variance
 from .estimation.shadow import Shadow, rms_slope, shadow
 from .estimation.slopes import Slopes, local_planes, of_seen, plane_reach
 from .geometry.heights import Heights
-from .gridding.ground_map import Ground, ground_map
-from .gridding.instant import at_one_instant
+from .gridding.ground_map import Ground, at_one_instant, ground_map
 from .input.checks import check_maps, check_pulses_compare, checked_echoes
 from .input.description import RadarDescription
 from .input.stored import open_echoes, read_turn

@@ -1,6 +1,8 @@
-"""Watts: the radar equation's constant factor and the receiver's thermal noise."""
+"""Watts: the radar equation's constant factor and the receiver's thermal noise; and bytes per second of its samples."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +10,7 @@ from numpy.typing import NDArray
 from ..conventions import BOLTZMANN, REFERENCE_TEMPERATURE, SPEED_OF_LIGHT, from_db
 from ..settings import RadarSettings
 from .antenna import antenna
+from .array import antenna_array
 from .chirp import Chirp
 from .waveform import RangeResponse, gate_spacing_m
 
@@ -83,3 +86,37 @@ def _colouring_taps(correlation: NDArray[np.float64]) -> NDArray[np.float64]:
     taps = np.fft.ifft(root).real
     taps = np.concatenate((taps[-(reach - 1) :], taps[:reach]))
     return taps / np.sqrt(np.sum(taps**2))
+
+
+class DataRate(NamedTuple):
+    """Mean bytes per second, all receivers that a pulse samples together, bits packed without gaps."""
+
+    raw: float  # the converters' real samples of adc_bits
+    complex_12: float  # gates, I and Q of so many bits each
+    complex_16: float
+    complex_24: float
+    complex_32: float  # complex64
+
+
+def data_rate(radar: RadarSettings, near_m: float | None = None) -> DataRate:
+    """Rates over the range window at the PRF; near_m [m] moves the window's near end (0: from the antenna on)."""
+    near = radar.range_m[0] if near_m is None else near_m
+    window, receivers = radar.range_m[1] - near, sampled_receivers(radar)
+    raw = bytes_of_a_pulse(window, sample_spacing_m(radar.receiver.adc_rate_hz), radar.receiver.adc_bits)
+    gates = [bytes_of_a_pulse(window, gate_spacing_m(radar), 2 * bits) for bits in (12, 16, 24, 32)]
+    return DataRate(*(radar.prf_hz * receivers * each for each in (raw, *gates)))
+
+
+def sampled_receivers(radar: RadarSettings) -> int:
+    """How many receivers each pulse samples: one in turn with alternating pulses, else every antenna that receives."""
+    return len(antenna_array(radar).cycle[0].receivers)
+
+
+def sample_spacing_m(rate_hz: float) -> float:
+    """Metres of range between samples at a rate [Hz]."""
+    return 0.5 * SPEED_OF_LIGHT / rate_hz
+
+
+def bytes_of_a_pulse(window_m: float, spacing_m: float, bits: int) -> float:
+    """Bytes of one pulse of one receiver: samples of `bits` bits at both ends of the window [m] and between."""
+    return (int(np.floor(window_m / spacing_m + 1e-9)) + 1) * bits / 8.0

@@ -6,9 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from seamap_rt.conventions import SPEED_OF_LIGHT
-from seamap_rt.scattering.model_range import ModelRange
-from seamap_rt.scattering.sea_state import wind_from_sea_state
-from seamap_rt.scattering.wind_direction import wind_factor
+from seamap_rt.scattering.model_range import ModelRange, wind_factor, wind_from_sea_state
 
 RANGE = ModelRange("the GIT 1978 sea clutter model", (0.1, 10.0), (1e9, 100e9), (0.4, 7.0))
 _CALM = 1e-9  # the least sea state: log 0 has no value, its limit has

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from seamap_rt.conventions import db, from_db
 from seamap_rt.scattering import gregers_hansen12, horst78, reilly90, tsc90
 from seamap_rt.scattering.composite import nrcs_level_sea
-from seamap_rt.scattering.model_range import ModelRange
-from seamap_rt.scattering.sea_state import sea_state_from_wind, wind_from_sea_state
+from seamap_rt.scattering.model_range import ModelRange, sea_state_from_wind, wind_from_sea_state
 from seamap_rt.settings import ScatteringSettings
 
 

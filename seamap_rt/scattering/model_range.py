@@ -1,10 +1,11 @@
-"""Where a model of mean clutter was fitted, and what happens outside of that range."""
+"""What the models of mean clutter share: where each was fitted, Douglas' sea states, and the wind's direction."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from seamap_rt.conventions import POLARIZATIONS
@@ -62,3 +63,27 @@ def _check(name: str, value: NDArray[np.float64], limits: tuple[float, float], r
     outside = ~((value >= low) & (value <= high))
     if np.any(outside):
         raise ValueError(f"{name} = {value[outside].flat[0]:g}: must be {rule}")
+
+
+_UNIT_WIND = 3.16  # m/s, the wind of sea state 1
+
+
+def sea_state_from_wind(wind_speed: ArrayLike) -> NDArray[np.float64]:
+    """Douglas sea state (a real number) of a fully developed sea under a wind [m/s]: (U10/3.16)^1.25."""
+    return np.asarray((np.asarray(wind_speed, dtype=np.float64) / _UNIT_WIND) ** 1.25)
+
+
+def wind_from_sea_state(sea_state: ArrayLike) -> NDArray[np.float64]:
+    """Wind U10 [m/s] that raises a Douglas sea state (a real number) when it has blown long enough."""
+    return np.asarray(_UNIT_WIND * np.asarray(sea_state, dtype=np.float64) ** 0.8)
+
+
+def wind_factor(strength: ArrayLike, wind_angle: ArrayLike | None) -> NDArray[np.float64]:
+    """exp(strength · cos φ), φ [rad] the look's azimuth less the one that the wind comes from; they broadcast.
+
+    φ = 0 looks into the wind. None is the mean over all φ, the modified Bessel function I0(strength): a mean of
+    powers, not of decibels.
+    """
+    if wind_angle is None:
+        return np.asarray(scipy.special.i0(np.asarray(strength, dtype=np.float64)))
+    return np.exp(np.asarray(strength, dtype=np.float64) * np.cos(np.asarray(wind_angle, dtype=np.float64)))

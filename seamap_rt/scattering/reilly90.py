@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from seamap_rt.conventions import SPEED_OF_LIGHT
-from seamap_rt.scattering.model_range import ModelRange
-from seamap_rt.scattering.wind_direction import wind_factor
+from seamap_rt.scattering.model_range import ModelRange, wind_factor
 
 RANGE = ModelRange("the Hybrid 1990 sea clutter model", (0.1, 30.0), (0.5e9, 35e9), (1.0, 5.0))
 _CALM = 1e-9  # the least sea state: log 0 has no value, its limit has

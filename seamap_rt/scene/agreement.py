@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ..errors import InputError, ResourceError
 from ..io.validation import Key, without
 from ..radar import checks as radars
-from .checks import antennas, gauges, looks, meshing, platform, ranges, scattering, transmitter, waves
+from .checks import gauges, radar, ranges, scattering, sea
 
 if TYPE_CHECKING:
     from .model import Scene
@@ -24,32 +24,32 @@ class Check(NamedTuple):
 
 _SIZE = ("antennas", "overlap", "waveform", "height", "patch", "pulses", "window", "echo memory", "ground map")
 CHECKS = (
-    Check("steepness", lambda s: waves.check_steepness(s.sea)),
-    Check("record", lambda s: waves.check_record(s.sea, s.platform)),
-    Check("apertures", lambda s: antennas.check_apertures(s.radar)),
+    Check("steepness", lambda s: sea.check_steepness(s.sea)),
+    Check("record", lambda s: sea.check_record(s.sea, s.platform)),
+    Check("apertures", lambda s: radar.check_apertures(s.radar)),
     Check("antennas", lambda s: radars.check_antennas(s.radar), ("apertures",)),
     Check("mode", lambda s: radars.check_mode(s.radar), ("antennas",)),
     Check("overlap", lambda s: radars.check_overlap(s.radar)),
     Check("waveform", lambda s: radars.check_waveform(s.radar), ("overlap",)),
     Check("receiver", lambda s: radars.check_receiver(s.radar), ("waveform",)),
     Check("transmitter", lambda s: radars.check_transmitter(s.radar), ("waveform",)),
-    Check("pulses compared", lambda s: transmitter.check_pulses_compare(s.radar, s.retrieval)),
-    Check("receivers", lambda s: antennas.check_receivers(s.radar, s.retrieval), ("antennas",)),
-    Check("motion", lambda s: platform.check_motion(s.platform, s.radar, s.turns), ("antennas",)),
-    Check("meshes", lambda s: platform.check_meshes(s.objects)),
+    Check("pulses compared", lambda s: radar.check_pulses_compare(s.radar, s.retrieval)),
+    Check("receivers", lambda s: radar.check_receivers(s.radar, s.retrieval), ("antennas",)),
+    Check("motion", lambda s: radar.check_motion(s.platform, s.radar, s.turns), ("antennas",)),
+    Check("meshes", lambda s: radar.check_meshes(s.objects)),
     Check("height", lambda s: ranges.check_height(s.radar)),
-    Check("above water", lambda s: antennas.check_above_water(s.radar), ("antennas",)),
+    Check("above water", lambda s: radar.check_above_water(s.radar), ("antennas",)),
     Check("patch", lambda s: ranges.check_patch(s.radar, s.sea), ("waveform", "receiver")),
     Check("record's start", lambda s: ranges.check_start(s.sea)),
     Check("gates", lambda s: ranges.check_gates(s.radar, s.retrieval), ("waveform", "receiver")),
-    Check("pulses", lambda s: looks.check_pulses(s.radar, s.retrieval), ("antennas", "mode")),
+    Check("pulses", lambda s: radar.check_pulses(s.radar, s.retrieval), ("antennas", "mode")),
     Check("window", lambda s: ranges.check_window(s.radar, s.retrieval), ("height", "gates")),
-    Check("echo memory", lambda s: looks.check_echo_memory(s.radar), ("antennas", "window")),
+    Check("echo memory", lambda s: radar.check_echo_memory(s.radar), ("antennas", "window")),
     Check("ground map", lambda s: ranges.check_ground_map(s.radar, s.retrieval)),
     Check("permittivity", lambda s: scattering.check_permittivity(s.scattering, s.radar)),
     Check("mean model", lambda s: scattering.check_mean_model(s.scattering, s.radar), ("height",)),
-    Check("wave on mesh", lambda s: meshing.check_waves(s.detail, s.sea), _SIZE),
-    Check("mesh memory", lambda s: meshing.check_memory(s.detail, s.radar), _SIZE),
+    Check("wave on mesh", lambda s: sea.check_waves(s.detail, s.sea), _SIZE),
+    Check("mesh memory", lambda s: sea.check_memory(s.detail, s.radar), _SIZE),
     Check("gauges", lambda s: gauges.check_names_and_rates(s.gauges)),
     Check("gauges known", lambda s: gauges.check_known(s.gauges, s.sea), ("patch",)),
     Check("gauges' places", lambda s: gauges.check_positions(s.gauges, s.radar, s.platform, s.retrieval), ("height",)),

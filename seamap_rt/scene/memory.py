@@ -7,7 +7,7 @@ from ..radar.array import antenna_array
 from ..radar.checks import pulses_of_a_turn
 from ..radar.grid import BYTES_PER_VOLTAGE
 from ..sea.realisation import resolution
-from .checks.meshing import BYTES_PER_TRIANGLE
+from .checks.sea import BYTES_PER_TRIANGLE
 from .model import Scene
 
 _BYTES_A_POINT = 100.0  # of the sea's grid

@@ -6,7 +6,9 @@ current. Heights in metres above mean sea level, x east, y north, t in seconds.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import hashlib
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
@@ -17,11 +19,34 @@ from numpy.typing import ArrayLike, NDArray
 from .components import Components
 from .facts import Resolved, spectrum_dataset
 from .linear import Surface
-from .memory import Memory
 from .wave_trains import Quantity, WaveTrain
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+class Memory:
+    """Values by the points that they are of; the oldest go when they are more than `most_bytes` together."""
+
+    def __init__(self, most_bytes: float) -> None:
+        self._most = most_bytes
+        self._values: OrderedDict[Hashable, NDArray[np.float64]] = OrderedDict()
+
+    def recall(
+        self, what: Hashable, points: tuple[NDArray[np.float64], ...], make: Callable[[], NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """The values of `what` at the points, made now unless they are known; the caller may write into them."""
+        digest = hashlib.blake2b(digest_size=16)
+        for each in points:
+            digest.update(np.ascontiguousarray(each).data)
+        key = what, points[0].size, digest.digest()
+        values = self._values.pop(key, None)
+        if values is None:
+            values = make()
+        self._values[key] = values
+        while sum(each.nbytes for each in self._values.values()) > self._most and self._values:
+            self._values.popitem(last=False)
+        return values.copy()
 
 
 class Patch(Protocol):

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import unit_from_azimuth
 from ..settings import ObjectSettings
-from .shapes import flat, mitsuba, mitsuba_mesh
+from .illumination import flat, mitsuba, mitsuba_mesh
 
 STOP_SHORT_M = 1e-3  # a pier's wall hides the facet behind it, though it stands in that very facet
 _SLACK = 1.0 + 1e-6  # of the bounding sphere: no triangle touches where a segment enters

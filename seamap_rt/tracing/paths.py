@@ -23,8 +23,7 @@ from ..compute.backend import prepare
 from ..conventions import unit_from_azimuth
 from ..mesh import Facets, PolarGrid, SurfaceMesh
 from ..settings import RadarSettings
-from .illumination import Illumination
-from .shapes import mitsuba_mesh
+from .illumination import Illumination, mitsuba_mesh
 
 Array = NDArray[np.float64]
 _BEFORE = 0.2  # of the rung spacing: a point lies 1/3 of it inside its facet along the look

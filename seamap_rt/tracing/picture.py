@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..compute.backend import prepare
 from ..conventions import unit_from_azimuth
-from .shapes import flat, mitsuba
+from .illumination import flat, mitsuba
 
 Elevation = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 

@@ -22,9 +22,8 @@ from ..mesh.surface import as_trimesh, triangulation, widths
 from ..scattering.permittivity import PERMITTIVITIES
 from ..settings import RadarSettings, ScatteringSettings
 from .hiding import hiding_facets
-from .illumination import Illumination
+from .illumination import Illumination, mitsuba, mitsuba_mesh, set_triangles
 from .shadow_rays import ShadowRays, shadow_rays
-from .shapes import mitsuba, mitsuba_mesh, set_triangles
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m
 _MOST_SCENES = 4  # that are kept: a turn has three at most, or parts of two widths

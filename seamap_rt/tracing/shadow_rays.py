@@ -25,7 +25,7 @@ from ..conventions import unit_from_azimuth
 from ..mesh import Facets, SurfaceMesh
 from ..mesh.facets import FAR_FRACTION, NEAR_FRACTION, Plane
 from ..mesh.grid import PolarGrid
-from .shapes import copied, mitsuba
+from .illumination import copied, mitsuba
 
 _STOP_SHORT = 0.9  # of the way back from a facet's point to where its plane enters the facet
 _EDGE_ON = 1e-3  # rad: float32 corners tilt a facet by less, 1e-5 at 400 m and 0.5 m between rungs

@@ -20,10 +20,9 @@ from scipy.special import chdtri, gammaln
 from ..conventions import written
 from ..dataset import WATER_ATTRIBUTES, group_of
 from ..physics.dispersion import Water
-from .hindrance import hindrance
+from .map_limits import Resolution, hindrance
 from .periodogram import Periodogram, mean_periodogram
 from .range_bins import PolarMap, RangeBins
-from .resolution import Resolution
 from .system_likelihood import find_systems
 from .wave_direction import Travel, travel
 from .wave_spectrum import Field, Transforms, WaveSpectrum, wave_spectrum

@@ -12,7 +12,7 @@ import seamap_rt as sr
 from seamap_rt.conventions import wrap_degrees
 from seamap_rt.echoes.speckle import speckle_basis
 from seamap_rt.interferometry import retrieve
-from seamap_rt.radar.squint import squint_deg
+from seamap_rt.radar.array import squint_deg
 from seamap_rt.scene import Scene, load_scene
 
 

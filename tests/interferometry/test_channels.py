@@ -10,8 +10,7 @@ import xarray as xr
 
 import seamap_rt as sr
 from seamap_rt.errors import SchemaError
-from seamap_rt.interferometry.covariance.channels import Channel
-from seamap_rt.interferometry.covariance.dwell_sums import DwellSums, Paired
+from seamap_rt.interferometry.covariance.dwell_sums import Channel, DwellSums, Paired
 from seamap_rt.interferometry.covariance.dwells import Dwells
 from seamap_rt.interferometry.covariance.windows import Covariance
 from seamap_rt.interferometry.input.description import RadarDescription

@@ -15,11 +15,11 @@ from seamap_rt.interferometry.estimation.estimators import (
     ESTIMATORS,
     Estimate,
     adaptive,
+    mean_plane,
     single_cell,
     sliding_plane,
 )
 from seamap_rt.interferometry.estimation.estimators import _ground_step as ground_step
-from seamap_rt.interferometry.estimation.mean_plane import mean_plane
 from seamap_rt.interferometry.phase.ambiguity import Expected
 
 Array = NDArray[np.float64]

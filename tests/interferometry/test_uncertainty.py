@@ -17,7 +17,7 @@ from seamap_rt.interferometry.covariance.windows import (
     pulse_correlation,
     window_weights,
 )
-from seamap_rt.interferometry.geometry.gate_edge import edge_bias
+from seamap_rt.interferometry.geometry.heights import edge_bias
 from seamap_rt.interferometry.input.description import RadarDescription
 from seamap_rt.interferometry.phase.speckle import incoherent_power
 from seamap_rt.interferometry.phase.uncertainty import ONE_CELL, Dwelt

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from seamap_rt.physics.phase_noise import cramer_rao_phase_std
 from seamap_rt.physics.shadowing import (
     regular_wave_visible_share,
     second_bounce_share,
@@ -14,6 +13,7 @@ from seamap_rt.physics.shadowing import (
     shadowing_wagner67,
 )
 from seamap_rt.radar.link import flat_sea_power
+from seamap_rt.radar.precision import cramer_rao_phase_std
 from seamap_rt.scene import load_scene
 from validation import analytic
 

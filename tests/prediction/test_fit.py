@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.physics.dispersion import Water
-from seamap_rt.prediction import Observations, Spectrum, assimilation, reconstruct, strongest
+from seamap_rt.prediction import Observations, Spectrum, assimilation, reconstruct, zones
 from seamap_rt.prediction.assimilation import Batch, solve, weights
 from seamap_rt.prediction.field import WaveField
 from seamap_rt.prediction.fit import Fit
@@ -154,7 +154,7 @@ def one_batch(of: Lattice, seen: Observations, spectrum: Spectrum) -> Batch:
 def test_what_is_told_alike_everywhere_is_turned_back_by_each_wave(monkeypatch: pytest.MonkeyPatch) -> None:
     # Places as dense everywhere, at one moment: waves do not meet, and 1 + Σ w S / 2 is each one's own.
     monkeypatch.setattr(assimilation, "_PLENTY", 0.0)
-    monkeypatch.setattr(strongest, "_MOST", 0)  # by zones alone
+    monkeypatch.setattr(zones, "_MOST", 0)  # by zones alone
     spectrum = wind_sea()
     of = lattice(spectrum)
     step = 2.0 * np.pi / of.spacing / of.k.shape[0] * np.arange(of.k.shape[0])
@@ -171,7 +171,7 @@ def test_the_strongest_waves_are_turned_back_exactly(monkeypatch: pytest.MonkeyP
     # All waves of a lattice, of which each place is a square of its own: the operator of what is turned back is what
     # it was turned back from, to single precision of numbers that lie a million apart.
     for name, value in (("_MOST", 500), ("_LEAST", 0.0), ("_LONG", 0.0), ("_SQUARES", 1e3)):
-        monkeypatch.setattr(strongest, name, value)
+        monkeypatch.setattr(zones, name, value)
     spectrum = wind_sea()
     of, seen = lattice(spectrum), places(80)
     batch, unknowns = one_batch(of, seen, spectrum), random_unknowns(of, 5)

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from seamap_rt.radar.array import antenna_array, as_it_looks, common_squint_deg
-from seamap_rt.radar.squint import squint_deg
+from seamap_rt.radar.array import antenna_array, as_it_looks, common_squint_deg, squint_deg
 from seamap_rt.settings import RadarSettings
 
 TWO = ("both", "both")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seamap_rt.radar.data_rate import data_rate, sampled_receivers
 from seamap_rt.radar.digital import DigitalReceiver
+from seamap_rt.radar.receiver import data_rate, sampled_receivers
 from seamap_rt.settings import PlacedAntenna, RadarSettings
 from validation.claims.data_rate import Reading, claim_data_rate
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from seamap_rt.conventions import SPEED_OF_LIGHT
-from seamap_rt.radar.squint import squint_deg
+from seamap_rt.radar.array import squint_deg
 from seamap_rt.settings import AntennaSettings
 
 DESIGN = 10e9

@@ -19,9 +19,9 @@ from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing.hiding import hiding_facets
 from seamap_rt.tracing.horizon import trace_horizon
+from seamap_rt.tracing.illumination import mitsuba
 from seamap_rt.tracing.rays import RayTracer, SeaScene, occluding_surface
 from seamap_rt.tracing.shadow_rays import shadow_rays
-from seamap_rt.tracing.shapes import mitsuba
 
 WATER = 55.0 - 37.5j
 

@@ -11,7 +11,7 @@ import xarray as xr
 
 import seamap_rt as sr
 from seamap_rt.dataset import QUALITY_FLAGS
-from seamap_rt.wavefield.hindrance import hindrance
+from seamap_rt.wavefield.map_limits import hindrance
 from seamap_rt.wavefield.sea_state import in_words
 
 HEIGHT, POWER, TILT, RANGE = "radar.height_m", "radar.transmit_power_w", "radar.tilt_deg", "radar.range_m"

@@ -11,8 +11,8 @@ from plane_waves import AZIMUTH, GROUND, Waves, maps, random_sea
 from seamap_rt.conventions import GRAVITY, wrap_degrees
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.physics.dispersion import DEEP_WATER
+from seamap_rt.wavefield.map_limits import Resolution
 from seamap_rt.wavefield.periodogram import mean_periodogram
-from seamap_rt.wavefield.resolution import Resolution
 from seamap_rt.wavefield.sea_state import TurnSpectrum, height_of_samples, in_words, sea_state
 from seamap_rt.wavefield.system_likelihood import find_systems
 from seamap_rt.wavefield.wave_systems import WaveSystem, WaveSystems

@@ -132,7 +132,7 @@ PLANTS = (
     ),
     Plant(
         "a beam over the sea taken for one on it",
-        "seamap_rt/wavefield/hindrance.py",
+        "seamap_rt/wavefield/map_limits.py",
         "abs(down - tilt) > 0.5 * width",
         "abs(down - tilt) > 5.0 * width",
         "tests/wavefield/test_hindrance.py::test_what_hinders_is_named_and_its_remedy_mends_it",

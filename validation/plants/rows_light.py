@@ -235,7 +235,7 @@ PLANTS = (
     ),
     Plant(
         "a remembered sea's points",
-        "seamap_rt/sea/memory.py",
+        "seamap_rt/sea/surface.py",
         "key = what, points[0].size, digest.digest()",
         "key = what, points[0].size",
         "tests/sea/test_memory.py::test_it_says_what_it_says_anyway",

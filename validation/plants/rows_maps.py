@@ -184,7 +184,7 @@ PLANTS = (
     ),
     Plant(
         "Cramér–Rao bound",
-        "seamap_rt/physics/phase_noise.py",
+        "seamap_rt/radar/precision.py",
         "(2.0 * count)) / gamma",
         "count) / gamma",
         "tests/physics/test_shadowing.py::test_the_phase_bound_is_the_judges",

@@ -53,7 +53,7 @@ PLANTS = (
     ),
     Plant(
         "recorded sea: cells beyond it are judged",
-        "seamap_rt/truth/known.py",
+        "seamap_rt/truth/ground.py",
         "np.all(sea.known",
         "np.any(sea.known",
         _CONTINUED + "test_nothing_beyond_is_judged",

@@ -80,7 +80,7 @@ PLANTS = (
     ),
     Plant(
         "magnetron: alternating pulses refused",
-        "seamap_rt/scene/checks/transmitter.py",
+        "seamap_rt/scene/checks/radar.py",
         "asked is None or pulse_coherence(radar) > 0.0",
         "asked is None or pulse_coherence(radar) >= 0.0",
         f"{_MAPS}test_a_scene_asks_nothing_of_phases_that_it_does_not_keep",

@@ -18,9 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seamap_rt.conventions import SPEED_OF_LIGHT, db
-from seamap_rt.radar.data_rate import data_rate
 from seamap_rt.radar.digital import DigitalReceiver
-from seamap_rt.radar.receiver import thermal_noise
+from seamap_rt.radar.receiver import data_rate, thermal_noise
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import RadarSettings
 from validation.claims.data_rate import CLAIM, claim_data_rate

@@ -1,22 +1,167 @@
-"""What is taken from the voltages of a turn, in one pass: interferograms of one way and of two, and lag products."""
+"""What is taken from the voltages of a turn, in one pass: interferograms of one way and of two, and lag products.
+
+The upper receiver's channel over the lower's, as it is given or as measured on the echoes by reciprocity.
+
+From the lower antenna to the upper one an echo takes the very path that it takes from the upper to the lower. With T
+and R what transmitter and receiver put to it, V₀₁ = T₀ R₁ s and V₁₀ = T₁ R₀ s: their ratio is R₁/R₀ · T₀/T₁. One
+transmitter that is switched between the antennas leaves the receivers' ratio; what lies between the switch and an
+antenna's phase centre is in T and R alike, cancels, and stays unknown. Noise is taken to be amplified as the echo is.
+
+Coherent integration: pulses are added before they are multiplied, for echoes below a single pulse's noise.
+
+The sum of the pulses that lie within half of `coherent_s` of a pulse, times that pulse of the other receiver, is a sum
+of products of pulses that lie apart. Each is freed of the Doppler phase that the velocity about the cell gives it, and
+they are averaged: K products for each pulse instead of one leave 1/K of the noise's beat with itself. Lags of both
+signs are treated alike, so that an error of the velocity costs some power and changes no phase.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...conventions import from_db
+from ...errors import SchemaError
 from ...settings import RetrievalSettings
 from ..input.description import RadarDescription
-from .channels import Channel, crossing, ratio_of
-from .coherent import Extended, extended, integrated
 from .dwells import Dwells
-from .pairs import PulsePairs, both_ways_of, neighbouring_pulses, same_pulses, sampled
+from .pairs import PulsePairs, Rows, both_ways_of, neighbouring_pulses, rows_apart, same_pulses, sampled
 from .products import Products, dwell_means, half_turns
-from .velocity import NO_LAGS, Lag, pulse_pair_lags
+from .velocity import NO_LAGS, Lag, phase_rate, pulse_pair_lags
 from .windows import Covariance
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Complex gain of the upper receiver's channel over the lower's."""
+
+    ratio: complex = 1.0 + 0.0j
+
+    @classmethod
+    def given(cls, gain_db: float, phase_deg: float) -> Channel:
+        """The upper receiver's voltage gain over the lower's, from a power gain [dB] and a phase [deg]."""
+        return cls(complex(np.sqrt(from_db(gain_db)) * np.exp(1j * np.radians(phase_deg))))
+
+    def corrected(self, covariance: Covariance) -> Covariance:
+        """As it would be had the upper receiver been the lower's like."""
+        if self.ratio == 1.0:
+            return covariance
+        cross, upper = covariance.cross / np.conj(self.ratio), covariance.upper / abs(self.ratio) ** 2
+        return replace(covariance, cross=cross, upper=upper)
+
+    def noise_power(self, recorded: float) -> float:
+        """Noise [W] of either receiver once corrected, of the mean of both as it was recorded."""
+        return 2.0 * recorded / (1.0 + abs(self.ratio) ** 2)
+
+
+def crossing(
+    heard: NDArray[np.bool_],
+    transmitter: NDArray[np.integer],
+    antennas: tuple[int, int],
+    time: NDArray[np.float64],
+    interval: float,
+    receivers: tuple[int, int],
+) -> list[list[Products]]:
+    """Products of what goes from the lower antenna to the upper with what goes back, on neighbouring pulses: those
+    that follow and those that go before, whose Doppler phases cancel.
+
+    heard (pulse, 2) lower, upper receiver. Raises SchemaError where there are none.
+    """
+    up, down = heard[:, 1] & (transmitter == antennas[0]), heard[:, 0] & (transmitter == antennas[1])
+    following = np.abs(np.diff(time) - interval) < 0.5 * interval
+    after, before = np.flatnonzero(following & up[:-1] & down[1:]), np.flatnonzero(following & down[:-1] & up[1:])
+    if not (after.size and before.size):
+        raise SchemaError(
+            "echoes: retrieval.channels = 'from_cross_paths': must hold, on neighbouring pulses, the lower antenna's "
+            "pulse at the upper receiver and the upper one's at the lower; record both receivers while the "
+            "transmitters alternate, or give the channel by retrieval.channel_gain_db and channel_phase_deg"
+        )
+    return [
+        [Products((after, receivers[1]), (after + 1, receivers[0]), after)],
+        [Products((before + 1, receivers[1]), (before, receivers[0]), before + 1)],
+    ]
+
+
+def ratio_of(crossings: Sequence[Covariance]) -> Channel:
+    """The channel that the products of both directions give, over all cells together.
+
+    Raises SchemaError where a receiver has no echo on its cross path.
+    """
+    known = np.logical_and.reduce([each.known for each in crossings])
+    product = sum(complex(each.cross[known].sum()) for each in crossings)
+    up, down = (sum(float(getattr(c, name)[known].sum()) for c in crossings) for name in ("lower", "upper"))
+    if not (up > 0.0 and down > 0.0):
+        raise SchemaError(
+            "echoes: retrieval.channels = 'from_cross_paths': must hold echoes on both cross paths; one of the "
+            "receivers heard nothing"
+        )
+    return Channel(complex(np.sqrt(up / down) * np.exp(1j * np.angle(product))))
+
+
+# Gates and looks over which the velocity is averaged: a single cell's, where it is needed, is mostly noise.
+_AROUND = (np.ones(5), np.ones(3))
+
+
+@dataclass(frozen=True)
+class Extended:
+    """Rows of the lower and the upper receiver that are multiplied, and the pulses whose dwells they count to; how
+    much longer [s] each lag, lower less upper, is than that of the pair it extends."""
+
+    members: tuple[tuple[Rows, Rows, Rows], ...]
+    beyond: tuple[float, ...]
+
+
+def extended(
+    pairs: PulsePairs,
+    transmitter: NDArray[np.integer],
+    heard: NDArray[np.bool_],
+    time: NDArray[np.float64],
+    interval: float,
+    coherent_s: float,
+    cycle: int,
+) -> Extended:
+    """The pairs themselves, and those with the lower pulses of the same transmitter up to half of coherent_s away,
+    `cycle` pulses apart; heard (pulse, 2)."""
+    members, beyonds = [], []
+    for lower, upper in pairs.pairs:
+        lag = int(np.sign(np.median(lower - upper))) if lower.size else 0
+        members.append((lower, upper, lower))
+        partner = np.full(time.size, -1)
+        partner[lower] = upper
+        beyonds.append(0.0)
+        for step in range(1, int(0.5 * coherent_s / (cycle * interval) + 1e-9) + 1):
+            for beyond in (away := step * cycle * interval, -away) if lag == 0 else (lag * step * cycle * interval,):
+                owner, other = rows_apart(time, beyond, interval)
+                good = (partner[owner] >= 0) & heard[other, 0] & (transmitter[other] == transmitter[owner])
+                if good.any():
+                    members.append((other[good], partner[owner[good]], owner[good]))
+                    beyonds.append(beyond)
+    return Extended(tuple(members), tuple(beyonds))
+
+
+def integrated(means: Sequence[Covariance], extended: Extended, lags: Sequence[Lag]) -> Covariance:
+    """Their mean, each freed of the Doppler phase that it has beyond that of the pair it extends; powers are those of
+    single pulses, noise and all."""
+    base = [each for each, beyond in zip(means, extended.beyond, strict=True) if beyond == 0.0]
+    cross: NDArray[np.complex128] = np.sum([each.cross for each in base], axis=0)
+    count = np.full(np.shape(cross), float(len(base)))
+    if len(base) < len(means):
+        rate = np.nan_to_num(
+            phase_rate([Lag(each.seconds, each.products.windowed(*_AROUND), each.share) for each in lags])
+        )
+        for each, beyond in zip(means, extended.beyond, strict=True):
+            if beyond:
+                # The first and the last looks have no pulses before and after them.
+                cross = cross + np.where(each.known, each.cross * np.exp(-1j * rate * beyond), 0.0)
+                count = count + each.known
+    return Covariance(
+        np.asarray(cross / count, dtype=np.complex128),
+        np.asarray(sum(each.lower for each in base) / len(base)),
+        np.asarray(sum(each.upper for each in base) / len(base)),
+    )
 
 
 @dataclass(frozen=True)

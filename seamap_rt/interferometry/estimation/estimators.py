@@ -16,7 +16,6 @@ from ..phase.speckle import wrapped_variance
 from ..phase.uncertainty import ONE_CELL, Weights
 from .bright_spots import BrightSpots, Offsets
 from .error_covariance import ErrorCovariance, correlation_beside, correlation_by_range
-from .mean_plane import mean_plane
 from .optimal import Measured, optimal_heights
 from .quality import gate_median
 from .sea_covariance import SeaCovariance
@@ -214,3 +213,25 @@ def _ground_step(radar: RadarDescription, ground_range: Map, drop: Map, slope: M
     with np.errstate(invalid="ignore", divide="ignore"):
         step = radar.ranges / (ground_range - drop * np.nan_to_num(slope))
     return radar.spacing * np.clip(np.where(step > 0.0, step, 3.0), 0.0, 3.0)
+
+
+_TOGETHER = 100.0  # cells of a few metres that lie on the same part of a wave: 30 m a side
+
+
+def mean_plane(height: Map, errors: ErrorCovariance, x: Map, y: Map) -> tuple[Map, Map]:
+    """The plane [m] through a turn's heights [m] at x, y [m], and the variance [m²] that their errors leave it; all
+    (look, gate). 0 where there are too few for a plane."""
+    variance = errors.variance
+    known = np.isfinite(height) & np.isfinite(variance) & np.isfinite(x) & np.isfinite(y)
+    if np.count_nonzero(known) < 3:
+        return np.zeros(height.shape), np.zeros(height.shape)
+    sea = float(np.median(height[known] ** 2)) + 1e-9
+    root = 1.0 / np.sqrt(sea + variance[known] / _TOGETHER)
+    terms = np.stack((np.ones(root.size), x[known], y[known]), axis=1)
+    scale = np.maximum(np.abs(terms).max(axis=0), 1e-9)
+    inverse = np.linalg.pinv(terms / scale * root[:, None], rcond=1e-9)
+    plane = inverse @ (height[known] * root) / scale
+    doubt = (inverse * (errors.of_means[known] * root**2)) @ inverse.T / np.outer(scale, scale)
+    places = np.stack((np.ones(x.shape), np.nan_to_num(x), np.nan_to_num(y)))
+    level = np.einsum("i,i...->...", plane, places)
+    return level, np.einsum("i...,ij,j...->...", places, doubt, places)

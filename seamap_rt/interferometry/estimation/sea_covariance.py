@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 from scipy.ndimage import gaussian_filter
 
-from .blur_kernel import blur_rows
+from ...compute.compiled import compiled
 
 Map = NDArray[np.float64]
 
@@ -255,3 +255,20 @@ def _possible(power: Map) -> Map:
     less = (np.cumsum(down) - down.sum()) / np.arange(1, down.size + 1)
     level = less[np.flatnonzero(down > less)[-1]]
     return np.maximum(power - level, 0.0)
+
+
+@compiled
+def blur_rows(field, weights, blurred):
+    """Write into blurred (row, column) the means of each row and its neighbours; beyond the edges those at them stand.
+
+    weights (neighbour,): of the row itself, and of either row 1, 2 … away.
+    """
+    rows, columns = field.shape
+    for i in range(rows):
+        own, middle = blurred[i], field[i]
+        for j in range(np.uint64(columns)):
+            own[j] = weights[0] * middle[j]
+        for n in range(1, weights.size):
+            before, behind, weight = field[max(0, i - n)], field[min(rows - 1, i + n)], weights[n]
+            for j in range(np.uint64(columns)):
+                own[j] += weight * (before[j] + behind[j])

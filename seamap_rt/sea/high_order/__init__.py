@@ -16,8 +16,7 @@ level. Evidence: validation/README.md, "A nonlinear sea".
 """
 
 from .basin import Band
-from .breaking import LowPass
-from .evolution import Evolution, State
+from .evolution import Evolution, LowPass, State
 from .linear_start import LinearStart
 from .plan import Plan
 from .rates import Rates

@@ -15,8 +15,7 @@ from ..realisation import resolution
 from ..surface import Sea
 from ..systems import spectral_system
 from .basin import Band
-from .breaking import CUT_OFF, PER_PERIOD, LowPass
-from .evolution import Evolution, State
+from .evolution import CUT_OFF, PER_PERIOD, Evolution, LowPass, State
 from .linear_start import LinearStart
 from .rates import HIGHEST_ORDER, Rates
 
