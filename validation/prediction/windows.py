@@ -2,6 +2,7 @@
 
     python -m validation.prediction.windows [--seeds 6] [--first 601] [--turns 40] [--sea choppy_sea]
         [--out validation/figures/quiet_windows.png]
+    python -m validation.prediction.windows --draw N
 
 Windows of 5 s in which the sea at the boat stays within 0.35 of its significant wave height, that begin 5 to 15 s after
 the last look. From the tenth turn on each turn's forecast states a probability for each, and calls those of 0.9 and
@@ -14,6 +15,9 @@ of the last 5 s fade to the sea's own by the spectrum's coherence.
 The highest crest of the next 15 s at the boat is forecast beside them: its correlation and rms with the one that came,
 over σ, how often that lay where nine of ten draws have it, and how often it came within a second of the stated time,
 beside the stated chance of that.
+
+With --draw N six seas are drawn instead, as those of `forecasts --draw`: two crossing, one long, three others; a line a
+sea, and the figures of all together.
 """
 
 from __future__ import annotations
@@ -28,9 +32,11 @@ import seamap_rt as sr
 from seamap_rt.prediction import Predictor, WaveField
 from seamap_rt.report import style
 from seamap_rt.report.window_figures import quiet_windows
+from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
 from seamap_rt.window_errors import Windows, area, judge_windows, reliability
-from validation.prediction.forecasts import FIRST, SEAS, scene_of
+from validation.draws import in_words
+from validation.prediction.forecasts import FIRST, SEAS, scene_of, scenes_drawn
 
 Field = NDArray[np.float64]
 
@@ -68,13 +74,12 @@ def group_law(field: WaveField) -> tuple[float, Field]:
     return -float(np.max(np.abs(height))), -(variance + coherence * (power - variance))
 
 
-def run(name: str, seed: int, turns: int) -> tuple[Windows, Field]:
-    """One seed's windows (issue · lead,) with every method's score, and rows of its highest crests."""
-    scene = scene_of(name, seed, turns)
+def run(scene: Scene) -> tuple[Windows, Field]:
+    """A scene's windows (issue · lead,) with every method's score, and rows of its highest crests."""
     simulator, predictor = Simulator(scene), Predictor()
     height = np.sqrt(sum(each.model_dump()["significant_wave_height_m"] ** 2 for each in scene.sea.waves))
     rows: dict[str, list[Field]] = {"quiet": [], "forecast": [], "persistence": [], "group law": [], "crest": []}
-    for number in range(turns):
+    for number in range(scene.turns):
         polar = sr.retrieve(simulator.turn(number).echoes, scene.resolved_retrieval)["polar"].to_dataset()
         field = predictor.turn(polar.isel(turn=0))
         if field is None or number < FIRST:
@@ -90,6 +95,8 @@ def run(name: str, seed: int, turns: int) -> tuple[Windows, Field]:
         highest = sr.highest_wave(drawn, HIGHEST_S).squeeze()
         told = [float(highest[name]) for name in ("crest", "crest_low", "crest_high", "lead", "chance")]
         rows["crest"].append(np.array([[*told, *crest_that_came(simulator, field.issued), height / 4.0]]))
+    if not rows["crest"]:
+        raise LookupError("no turn shows a sea")
     every = {key: np.concatenate(part) for key, part in rows.items()}
     others = {key: every[key] for key in ("persistence", "group law")}
     return Windows(every["forecast"], every["quiet"] > 0.5, others), every["crest"]
@@ -106,20 +113,12 @@ def print_crests(rows: Field) -> None:
     )
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=6)
-    parser.add_argument("--first", type=int, default=601)
-    parser.add_argument("--turns", type=int, default=40)
-    parser.add_argument("--sea", default="choppy_sea", choices=list(SEAS))
-    parser.add_argument("--out", type=Path)
-    given = parser.parse_args()
-    parts = [run(given.sea, given.first + n, given.turns) for n in range(given.seeds)]
-    runs = [part[0] for part in parts]
+def report(runs: list[Windows], crests: Field) -> None:
+    """Print what was called, how often it came true, and how much better than the baselines that is."""
     chance, quiet = (np.concatenate([getattr(each, name) for each in runs]) for name in ("chance", "quiet"))
     told = {name: np.concatenate([each.others[name] for each in runs]) for name in runs[0].others}
     found = judge_windows(Windows(chance, quiet, told), CONFIDENCE)
-    print(f"{given.sea}: {found['windows']} windows, {found['quiet_share']:.0%} quiet")
+    print(f"{found['windows']} windows, {found['quiet_share']:.0%} quiet")
     print(
         f"called {found['called']}: right {found['right']:.1%}, stated {chance[chance >= CONFIDENCE].mean():.1%}; "
         f"called of the quiet ones {found['found']:.1%}"
@@ -127,11 +126,48 @@ def main() -> None:
     print(f"Brier {found['brier']:.3f}, climatology {found['climatology_brier']:.3f}")
     for name, score in ({"forecast": chance} | told).items():
         areas = [area(each.others.get(name, each.chance), each.quiet) for each in runs]
-        print(f"AUC {name}: {area(score, quiet):.3f} (seeds {np.nanmin(areas):.3f}–{np.nanmax(areas):.3f})")
+        print(f"AUC {name}: {area(score, quiet):.3f} (runs {np.nanmin(areas):.3f}–{np.nanmax(areas):.3f})")
     for each in reliability(runs):
         band = f"[{each.low:.2f}, {each.high:.2f}]"
         print(f"  {each.count} windows, {each.stated:.2f} stated, {each.found:.2f} quiet {band}")
-    print_crests(np.concatenate([part[1] for part in parts]))
+    print_crests(crests)
+
+
+def drawn_runs(number: int) -> list[tuple[Windows, Field]]:
+    """Six drawn seas, a line each."""
+    scenes, parts = scenes_drawn(number), []
+    for scene in (*scenes[:2], *scenes[4:5], *scenes[6:9]):
+        try:
+            parts.append(run(scene))
+        except LookupError as none:
+            print(f"{scene.name}: {in_words(scene)}: {none}", flush=True)
+            continue
+        windows, chance = parts[-1][0], parts[-1][0].chance
+        called = chance >= CONFIDENCE
+        print(
+            f"{scene.name}: {in_words(scene)}: {windows.quiet.mean():.0%} quiet; called {called.sum()}, right "
+            f"{windows.quiet[called].sum()}; stated in the mean {chance.mean():.2f}",
+            flush=True,
+        )
+    return parts
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=6)
+    parser.add_argument("--first", type=int, default=601)
+    parser.add_argument("--turns", type=int, default=40)
+    parser.add_argument("--sea", default="choppy_sea", choices=list(SEAS))
+    parser.add_argument("--out", type=Path)
+    parser.add_argument("--draw", type=int)
+    given = parser.parse_args()
+    if given.draw is not None:
+        parts = drawn_runs(given.draw)
+    else:
+        print(f"{given.sea}:")
+        parts = [run(scene_of(given.sea, given.first + n, given.turns)) for n in range(given.seeds)]
+    runs = [part[0] for part in parts]
+    report(runs, np.concatenate([part[1] for part in parts]))
     if given.out:
         given.out.write_bytes(style.png(quiet_windows(runs, CONFIDENCE)))
 
