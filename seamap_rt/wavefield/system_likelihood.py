@@ -11,7 +11,8 @@ by Fisher's scoring; its information matrix gives the errors, with the chance of
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from .wave_spectrum import Field
 from .wave_systems import (
     ENHANCEMENT,
     EXPONENT,
+    LONGEST,
     SYSTEM_VALUES,
     SYSTEM_WORTH,
     Heights,
@@ -57,6 +59,9 @@ _MOST = 3
 _ITERATIONS = 10
 _SURE = 1.5  # of log-likelihood, by which waves run one way rather than the other
 _BROAD = 8.0  # exponent of systems that are tried
+_VARIANCES = np.geomspace(0.01, 3.0, 10)  # of a further system, over what was found
+_LEAST_CHANCE = 1e-4  # of what is looked at
+_SHIFTS = 0.1 * np.array([-8.0, -6.0, -4.5, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.5])  # of ln frequency
 _SMALL = 0.02  # change of a value, for a slope
 
 
@@ -83,12 +88,9 @@ def find_systems(
     while found is None or len(found.systems) < _MOST:
         more = posterior.add_system(found)
         if found is not None and more.likelihood < found.likelihood + SYSTEM_WORTH:
-            if len(found.systems) == 1 and (pair := posterior.pair()).likelihood > found.likelihood + SYSTEM_WORTH:
-                found = pair
-                continue
-            return replace(found, rival=more)
+            break
         found = more
-    return found
+    return posterior.with_errors(found)
 
 
 class _Posterior:
@@ -101,35 +103,28 @@ class _Posterior:
     def add_system(self, found: WaveSystems | None) -> WaveSystems:
         """With the further system that the data ask for most."""
         if found is None:
-            gain, nugget = 1.0, 0.05 * self.long.variance
-            return self._climbed((self._candidate((), gain, nugget, 1.0),), gain, nugget)
-        one = self._candidate(found.systems, found.gain, found.nugget, 0.25)
-        return self._climbed((*found.systems, one), found.gain, found.nugget)
+            return self._first()
+        further = self._further(found)
+        variance = np.clip(further.slope / further.bend, 0.0, further.total)
+        worth = further.slope * variance - 0.5 * further.bend * variance**2 - further.penalty
+        best = int(np.argmax(np.where(variance > 0.0, worth, -np.inf)))
+        return self._climbed(further.systems(best, float(variance[best])), found.gain, found.nugget)
 
-    def pair(self) -> WaveSystems:
-        """Two systems from the start: the best single one may be a local maximum, from which no second is found."""
+    def _first(self) -> WaveSystems:
+        """One system: a broad one of all the variance, the likeliest, and from there uphill."""
         gain, nugget = 1.0, 0.05 * self.long.variance
-        first = self._candidate((), gain, nugget, 1.0)
-        first = replace(first, variance=0.5 * first.variance)
-        return self._climbed((first, self._candidate((first,), gain, nugget, 0.5)), gain, nugget)
-
-    def _candidate(self, before: tuple[WaveSystem, ...], gain: float, nugget: float, share: float) -> WaveSystem:
-        """Of broad systems with that share of the variance, the likeliest beside some others."""
-        variance = share * self.long.variance
-        before_long = self.long.covariance(
-            sum((self.long.power(each) for each in before), np.zeros((self.long.frequency.size, _DIRECTIONS))), nugget
-        )
-        before_short = sum((self.short.power(each) for each in before), np.zeros(self.short.given.power.shape))
-        tried: list[tuple[float, WaveSystem]] = []
+        of_long = self.long.covariance(np.zeros((self.long.frequency.size, _DIRECTIONS)), nugget)
+        tried: list[WaveSystem] = []
+        likelihood: list[float] = []
         for toward in self.long.toward[::3]:
             covariances = self.long.ring_covariances(float(toward), _BROAD)
             for peak in self.peaks:
-                one = WaveSystem(variance, float(peak), float(toward), _BROAD)
-                covariance = before_long + np.tensordot(self.long.rings(one), covariances, 1)
-                value = self.long.likelihood(covariance)[0] - self._velocity_penalty(one)
-                value += self.short.evaluate(before_short + self.short.power(one), gain)[0]
-                tried.append((value, one))
-        return max(tried, key=lambda each: each[0])[1]
+                one = WaveSystem(self.long.variance, float(peak), float(toward), _BROAD)
+                value = self.long.likelihood(of_long + np.tensordot(self.long.rings(one), covariances, 1))[0]
+                likelihood.append(value + self.short.evaluate(self.short.power(one), gain)[0])
+                tried.append(one)
+        best = int(np.argmax(np.array(likelihood) - self._velocity_penalties(tried)))
+        return self._climbed((tried[best],), gain, nugget)
 
     def _climbed(self, systems: tuple[WaveSystem, ...], gain: float, nugget: float) -> WaveSystems:
         """From some systems uphill, each the other way round too: a climb does not turn a system round."""
@@ -140,6 +135,77 @@ class _Posterior:
             if self._likelihood(turned, found.gain, found.nugget) > found.likelihood:
                 found = self.maximize(tuple(turned), found.gain, found.nugget)
         return found
+
+    @cached_property
+    def _tried(self) -> list[WaveSystem]:
+        """Broad systems of 1 m² of all directions and peaks."""
+        k = self.water.wavenumber(2.0 * np.pi * self.peaks)
+        peaks = self.peaks[k >= LONGEST * self.long.split]
+        return [WaveSystem(1.0, float(f), float(to), _BROAD) for to in self.long.toward[::3] for f in peaks]
+
+    def _further(self, found: WaveSystems) -> _Further:
+        """What one system more would add to what was found."""
+        values = _values(found)
+        _, gradient, information = self._evaluate(values, further=self._tried)
+        count = values.size
+        cross = information[:count, count:]
+        given_way = np.linalg.solve(information[:count, :count], cross)
+        slope = gradient[count:] - given_way.T @ gradient[:count]
+        bend = np.diag(information)[count:] - np.sum(cross * given_way, axis=0)
+        bend = np.maximum(bend, 1e-6 * np.diag(information)[count:])
+        return _Further(
+            values, self._tried, np.asarray(given_way, np.float64), slope, bend, self._velocity_penalties(self._tried)
+        )
+
+    def with_errors(self, found: WaveSystems) -> WaveSystems:
+        """With what the maximum and its curvature do not tell: frequencies of long waves by their whole likelihood, and
+        the alternatives."""
+        if len(found.systems) < _MOST:
+            found = replace(found, alternatives=self._alternatives(found))
+        for n, system in enumerate(found.systems):
+            if self.water.wavenumber(2.0 * np.pi * system.frequency) < self.long.split:
+                found = self._frequency_averaged(found, n)
+        return found
+
+    def _frequency_averaged(self, found: WaveSystems, n: int) -> WaveSystems:
+        """With the mean and the variance of the logarithm of a system's frequency over its profile likelihood, which
+        falls off more slowly towards waves longer than the circle."""
+        values, at = _values(found), SYSTEM_VALUES * n + 1
+        count = found.covariance.shape[0]
+        others = np.append(np.arange(at), np.arange(at + 1, values.size))
+        moves = np.zeros((_SHIFTS.size, values.size))
+        moves[:, :count] = np.multiply.outer(_SHIFTS, found.covariance[:, at] / found.covariance[at, at])
+        profile = np.full(_SHIFTS.size, -np.inf)
+        for row, shift in enumerate(_SHIFTS):
+            if self.bounds[0] <= values[at] + shift <= self.bounds[1]:
+                value, gradient, information = self._evaluate(values + moves[row])
+                own = information[np.ix_(others, others)]
+                profile[row] = value + min(0.5 * float(gradient[others] @ np.linalg.solve(own, gradient[others])), 5.0)
+        profile[_SHIFTS == 0.0] = found.likelihood
+        weight = np.exp((profile - profile.max()) / _UNLIKE) * np.gradient(_SHIFTS)
+        weight /= weight.sum()
+        mean = float(weight @ _SHIFTS)
+        variance = float(weight @ (_SHIFTS - mean) ** 2)
+        wider = max(np.sqrt(variance / found.covariance[at, at]), 1.0)
+        scale = np.ones(count)
+        scale[at] = wider
+        moved = values[:-2] + mean * found.covariance[:, at] / found.covariance[at, at]
+        systems = tuple(system_of(row) for row in moved.reshape(-1, SYSTEM_VALUES))
+        return replace(found, systems=systems, covariance=found.covariance * np.outer(scale, scale))
+
+    def _alternatives(self, found: WaveSystems) -> tuple[tuple[float, WaveSystems], ...]:
+        """Seas of one system more, of any variance, each with its chance: a further system is as likely as none
+        beforehand, of any variance up to about the sea's."""
+        further = self._further(found)
+        variance = further.total * _VARIANCES
+        worth = np.outer(further.slope, variance) - 0.5 * np.outer(further.bend, variance**2)
+        worth = np.minimum(worth / _UNLIKE - further.penalty[:, None], 50.0) - _VARIANCES
+        evidence = np.exp(worth) * np.gradient(_VARIANCES) / len(further.tried)
+        chance = evidence / (1.0 + evidence.sum())
+        return tuple(
+            (float(chance[n, node]), replace(found, systems=further.systems(n, float(variance[node]))))
+            for n, node in zip(*np.nonzero(chance > _LEAST_CHANCE), strict=True)
+        )
 
     def _likelihood(self, systems: Sequence[WaveSystem], gain: float, nugget: float) -> float:
         values = np.array([values_of(each) for each in systems]).ravel()
@@ -181,14 +247,20 @@ class _Posterior:
         errors = np.asarray(covariance[np.ix_(index, index)], np.float64)
         return WaveSystems(systems, errors, best, gain, nugget, bool(sure), self.water, self.long.split)
 
-    def _velocity_penalty(self, system: WaveSystem) -> float:
-        """What is taken off for a system that runs against the water's velocity; half of it where nothing tells."""
-        k = self.water.wavenumber(2.0 * np.pi * np.array([system.frequency]))
-        forth = float(self.direction.forth(k * np.sin(system.toward), k * np.cos(system.toward))[0])
-        return 0.5 * _VELOCITY_WEIGHT * (1.0 - forth)
+    def _velocity_penalties(self, systems: Sequence[WaveSystem]) -> Field:
+        """What is taken off for systems that run against the water's velocity (system,); half of it where nothing
+        tells."""
+        frequency, toward = np.array([(each.frequency, each.toward) for each in systems]).T
+        k = self.water.wavenumber(2.0 * np.pi * frequency)
+        return 0.5 * _VELOCITY_WEIGHT * (1.0 - self.direction.forth(k * np.sin(toward), k * np.cos(toward)))
 
-    def _evaluate(self, values: NDArray[Any], value_alone: bool = False) -> tuple[float, Field, Field]:
-        """Log of the likelihood and of what is known beforehand, its gradient, and the information; or the first."""
+    def _evaluate(
+        self, values: NDArray[Any], value_alone: bool = False, further: Sequence[WaveSystem] = ()
+    ) -> tuple[float, Field, Field]:
+        """Log of the likelihood and of what is known beforehand, its gradient, and the information; or the first.
+
+        further: systems of 1 m² that are not there, of whose variances both are as well, behind the values.
+        """
         gain, nugget = (float(each) for each in np.exp(values[-2:]))
         rows = values[:-2].reshape(-1, SYSTEM_VALUES)
         total: list[Field | float] = [0.0, 0.0]
@@ -205,28 +277,62 @@ class _Posterior:
                     up[column], down[column] = row[column] + _SMALL, row[column] - _SMALL
                     difference = part.power(system_of(up)) - part.power(system_of(down))
                     changes[n].append(difference / (2.0 * _SMALL))
+        for n, part in enumerate((self.long, self.short)):
+            changes[n].extend(part.power(each) for each in further)
+        size, shape = values.size + len(further), values.size - 2
         value, first, information_long = self.long.evaluate(np.asarray(total[0]), nugget, changes[0])
         if not np.isfinite(value):
-            return -np.inf, np.zeros(values.size), np.eye(values.size)
+            return -np.inf, np.zeros(size), np.eye(size)
         other, second, information_short = self.short.evaluate(np.asarray(total[1]), gain, changes[1])
-        value += other - sum(self._velocity_penalty(system_of(row)) for row in rows)
-        gradient, information = np.zeros(values.size), np.zeros((values.size, values.size))
+        value += other - float(self._velocity_penalties([system_of(row) for row in rows]).sum())
+        gradient, information = np.zeros(size), np.zeros((size, size))
         if not value_alone:
-            long = np.append(np.arange(values.size - 2), values.size - 1)
-            gradient[long] += first
-            information[np.ix_(long, long)] += information_long
-            gradient[:-1] += second
-            information[:-1, :-1] += information_short
+            own = np.append(np.arange(shape), np.arange(values.size, size))
+            for last, slopes, part in ((shape + 1, first, information_long), (shape, second, information_short)):
+                at = np.append(own, last)  # of nugget or gain
+                gradient[at] += slopes
+                information[np.ix_(at, at)] += part
         for column, (middle, known) in zip((3, 4), (EXPONENT, ENHANCEMENT), strict=True):
-            at = np.arange(column, values.size - 2, SYSTEM_VALUES)
+            at = np.arange(column, shape, SYSTEM_VALUES)
             apart = (values[at] - np.log(middle)) / known
             value -= 0.5 * float(apart @ apart)
             gradient[at] -= apart / known
             information[at, at] += known**-2
         value -= 0.5 * (values[-2] / _GAIN_KNOWN) ** 2
-        gradient[-2] -= values[-2] / _GAIN_KNOWN**2
-        information[-2, -2] += _GAIN_KNOWN**-2
-        return value, gradient, information + 1e-3 * np.eye(values.size)
+        gradient[shape] -= values[-2] / _GAIN_KNOWN**2
+        information[shape, shape] += _GAIN_KNOWN**-2
+        information[np.diag_indices(values.size)] += 1e-3
+        return value, gradient, information
+
+
+@dataclass(frozen=True)
+class _Further:
+    """Systems that were tried beside others of such values. Near the maximum the likelihood is a parabola in the
+    further variance, of that slope and bend, along which the values give way (value, system) per m²; arrays (system,).
+    penalty: of log-likelihood, whatever the variance."""
+
+    values: Field
+    tried: list[WaveSystem]
+    given_way: Field
+    slope: Field
+    bend: Field
+    penalty: Field
+
+    @property
+    def total(self) -> float:
+        """m², of the systems that there are."""
+        return float(np.exp(self.values[:-2:SYSTEM_VALUES]).sum())
+
+    def systems(self, n: int, variance: float) -> tuple[WaveSystem, ...]:
+        """With one of those tried, of that variance [m²]."""
+        moved = self.values - np.clip(self.given_way[:, n] * variance, -1.5, 1.5)
+        rows = moved[:-2].reshape(-1, SYSTEM_VALUES)
+        return (*(system_of(row) for row in rows), replace(self.tried[n], variance=variance))
+
+
+def _values(found: WaveSystems) -> Field:
+    """Those of its systems, one after the other, and the logarithms of gain and nugget."""
+    return np.append([values_of(each) for each in found.systems], np.log((found.gain, found.nugget)))
 
 
 class _GaussianLikelihood:

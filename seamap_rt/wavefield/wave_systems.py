@@ -17,8 +17,8 @@ from .wave_spectrum import Field
 
 EXPONENT, ENHANCEMENT = (15.0, 0.8), (2.5, 0.6)  # of a system: what is usual, and how well its logarithm is known
 SYSTEM_VALUES = 5  # ln variance, ln frequency, toward, ln exponent, ln enhancement
-SYSTEM_WORTH = 8.0  # of log-likelihood, for a further system
-_LONGEST = 1.0 / 18.0  # of the split, that is kR = ½: a circle of so small a part of a wave shows a level, not a wave
+SYSTEM_WORTH = 6.0  # of log-likelihood, for a further system
+LONGEST = 1.0 / 18.0  # of the split, that is kR = ½: a circle of so small a part of a wave shows a level, not a wave
 _UNEVEN = 0.4  # of the chance by few waves: real seas are no sums of such systems
 _POINTS, _MODES = 400, 600  # that a sea's covariance is worked out of and with
 
@@ -58,7 +58,7 @@ class WaveSystems:
     way_known: bool
     water: Water
     split: float  # rad/m, up to which waves were compared as they are
-    rival: WaveSystems | None = None  # with one system more, which the data do not ask for enough
+    alternatives: tuple[tuple[float, WaveSystems], ...] = ()  # seas of one system more, and the chance of each
 
     def density(self, frequency: ArrayLike) -> Field:
         """m²/Hz of all systems."""
@@ -79,25 +79,28 @@ class WaveSystems:
         )
 
     def figures(self, samples: float) -> dict[str, float]:
-        """Peak period, mean direction and spread, with standard errors, from so many independent heights; the rival's
-        are weighed by how likely it is."""
+        """Peak period, mean direction and spread, with standard errors, from so many independent heights: those of the
+        systems that were found, and the mean square of what the alternatives say otherwise."""
         figures = self._waves()._figures(samples)
-        if self.rival is None:
-            return figures
-        weight = np.exp(min(self.rival.likelihood - self.likelihood - SYSTEM_WORTH, 0.0))
-        chance, other = weight / (1.0 + weight), self.rival._waves()._figures(samples)
-        for name in ("peak_period", "mean_direction"):
-            if name in figures and name in other:
-                apart = (
-                    float(wrap_degrees(other[name] - figures[name])) if "dir" in name else other[name] - figures[name]
-                )
-                figures[f"{name}_std"] = float(np.hypot(figures[f"{name}_std"], np.sqrt(chance) * apart))
+        apart = {"peak_period": 0.0, "mean_direction": 0.0}
+        for chance, other in self.alternatives:
+            period, toward = (
+                other._highest_peak()[0],
+                np.degrees(np.angle(_moment(np.array([values_of(each) for each in other.systems])))),
+            )
+            apart["peak_period"] += chance * (period - figures["peak_period"]) ** 2
+            if "mean_direction" in figures:
+                turned = wrap_degrees(toward + 180.0 - figures["mean_direction"])
+                apart["mean_direction"] += chance * float(turned) ** 2
+        for name, square in apart.items():
+            if name in figures:
+                figures[f"{name}_std"] = float(np.hypot(figures[f"{name}_std"], np.sqrt(square)))
         return figures
 
     def _waves(self) -> WaveSystems:
         """Without systems too long for the circle to tell from a level; all of them where there are no others."""
         k = self.water.wavenumber(2.0 * np.pi * np.array([each.frequency for each in self.systems]))
-        kept = np.flatnonzero(k >= _LONGEST * self.split)
+        kept = np.flatnonzero(k >= LONGEST * self.split)
         if kept.size in (0, k.size):
             return self
         values = (SYSTEM_VALUES * kept[:, None] + np.arange(SYSTEM_VALUES)).ravel()
@@ -110,17 +113,12 @@ class WaveSystems:
         figures = {"peak_period": period, "peak_period_std": error}
         values = np.array([values_of(each) for each in self.systems])
 
-        def moment(of: Field) -> complex:
-            weight = np.exp(of[:, 0] - of[:, 0].max())
-            exponent = np.exp(of[:, 3])
-            return complex(np.sum(weight * np.exp(1j * of[:, 2]) * exponent / (exponent + 1.0)) / weight.sum())
-
-        mean = moment(values)
+        mean = _moment(values)
         slopes = np.zeros((2, values.size))
         for n in range(values.size):
             moved = values.copy()
             moved.flat[n] += 1e-4
-            change = moment(moved) / mean
+            change = _moment(moved) / mean
             slopes[:, n] = np.angle(change) / 1e-4, (abs(change) - 1.0) * abs(mean) / 1e-4
         turned, shrunk = np.sqrt(np.einsum("in,nm,im->i", slopes, self.covariance, slopes))
         wide = np.sqrt(2.0 * max(1.0 - abs(mean), 1e-6))
@@ -139,9 +137,7 @@ class WaveSystems:
     def _peak(self) -> tuple[float, float]:
         """Period of the highest peak [s] and its standard error: by its own frequency's, and by the chance that another
         system's peak is the higher one."""
-        level = np.log([float(self.density(each.frequency)) for each in self.systems])
-        first = int(np.argmax(level))
-        period = 1.0 / self.systems[first].frequency
+        period, first, level = self._highest_peak()
         variance = self.covariance[SYSTEM_VALUES * first + 1, SYSTEM_VALUES * first + 1] * period**2
         for n, other in enumerate(self.systems):
             if n != first:
@@ -151,6 +147,12 @@ class WaveSystems:
                 chance = float(ndtr((level[n] - level[first]) / unsure))
                 variance += chance * (1.0 / other.frequency - period) ** 2
         return period, float(np.sqrt(variance))
+
+    def _highest_peak(self) -> tuple[float, int, Field]:
+        """Its period [s], its system's number, and the logarithms of the density at the systems' peaks."""
+        level = np.log(self.density([each.frequency for each in self.systems]))
+        first = int(np.argmax(level))
+        return 1.0 / self.systems[first].frequency, first, level
 
     def samples(self, turns: Sequence[Heights]) -> float:
         """Independent normal heights that the mean square of some turns' heights is worth: V² over the mean of C² over
@@ -181,6 +183,12 @@ class WaveSystems:
         pairs = ~np.eye(x.size, dtype=bool)
         # As few waves as stand for the sea raise the mean by half of one over their number.
         return float(1.0 / max(np.mean(covariance[pairs] ** 2) - 0.5 / k.size, 1e-5))
+
+
+def _moment(values: Field) -> complex:
+    """First moment of the directions of systems of such values (system, value)."""
+    weight, exponent = np.exp(values[:, 0] - values[:, 0].max()), np.exp(values[:, 3])
+    return complex(np.sum(weight * np.exp(1j * values[:, 2]) * exponent / (exponent + 1.0)) / weight.sum())
 
 
 def jonswap(frequency: Field, peak: float, gamma: float) -> Field:
