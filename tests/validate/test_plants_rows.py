@@ -7,8 +7,8 @@ from functools import reduce
 
 import pytest
 
-from validation.report.discovery import cases_folder, names_in
 from validation.plants import PLANTS, ROOT, Plant, ask
+from validation.report.discovery import cases_folder, names_in
 
 WAVES, BOAT = "wavenumbers 2 % too large", "a boat that rolls to port"
 OF = {plant.name: plant for plant in PLANTS}
