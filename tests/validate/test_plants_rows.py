@@ -20,11 +20,11 @@ def test_each_plant_replaces_a_public_function_and_names_a_judge_that_is_there(p
     *owners, name = path.split(".")
     assert name in vars(reduce(getattr, owners, importlib.import_module(f"seamap_rt.{module}")))
     assert not any(part.startswith("_") for part in (*module.split("."), *owners, name.removeprefix("__call__")))
-    file, *_, test = plant.judge.split("::")
+    file, _, test = plant.judge.partition("::")
     if file.startswith("case "):
         assert file.removeprefix("case ") in {each for path in cases_folder().glob("*.py") for each in names_in(path)}
     else:
-        assert f"def {test}(" in (ROOT / "tests" / file).read_text(encoding="utf-8")
+        assert f"def {test.rpartition('::')[2]}(" in (ROOT / "tests" / file).read_text(encoding="utf-8")
 
 
 def test_plants_have_names_of_their_own() -> None:
