@@ -250,7 +250,7 @@ def sow() -> None:
     plant = next(plant for plant in PLANTS if plant.name == os.environ[_PLANTED])
     module, _, path = plant.at.partition(":")
     *owners, name = path.split(".")
-    owner = reduce(getattr, owners, importlib.import_module(f"seamap_rt.{module}"))
+    owner: Any = reduce(getattr, owners, importlib.import_module(f"seamap_rt.{module}"))
     right = vars(owner)[name]
     wrong = _wrong_of(right, plant.wrong)
     if owners:
