@@ -246,11 +246,13 @@ def test_a_base_is_kept_where_what_follows_from_it_is_as_exact():
 
 def test_values_round_alike_whoever_made_their_factor(monkeypatch):
     # Two threads may make the same factor at once, and one of them keeps what nobody else holds: an operator would
-    # then multiply in place, by a loop that rounds otherwise. Arrays must be larger than 256 KiB for that.
+    # then multiply in place, by a loop that rounds otherwise where both parts of a factor count. Arrays must be larger
+    # than 256 KiB for that.
     waves = JonswapWaves(spectrum="jonswap", significant_wave_height_m=1.0, peak_period_s=5.0)
-    settings, points = SeaSettings(waves=(waves,), extent_m=200.0, resolution_m=0.5), scattered(500, seed=9)
-    found = realize(settings, 1).trains[0].sample(*points, QUANTITIES)
-    make = moving_field.per_elevation
+    settings, (x, y, t) = SeaSettings(waves=(waves,), extent_m=200.0, resolution_m=0.5), scattered(500, seed=9)
+    part, make = realize(settings, 1).trains[0], moving_field.per_elevation
+    part.sample(x, y, t + 100.0, ("relaxed_east",), 0.3)  # now the factor is there
+    found = part.sample(x, y, t, ("relaxed_east",), 0.3)
 
     def slowly(*asked):
         made = make(*asked)
@@ -259,7 +261,7 @@ def test_values_round_alike_whoever_made_their_factor(monkeypatch):
         return made
 
     monkeypatch.setattr(moving_field, "per_elevation", slowly)
-    np.testing.assert_array_equal(realize(settings, 1).trains[0].sample(*points, QUANTITIES), found)
+    np.testing.assert_array_equal(realize(settings, 1).trains[0].sample(x, y, t, ("relaxed_east",), 0.3), found)
 
 
 @pytest.mark.parametrize("name", ["plane", "line"])
