@@ -210,7 +210,7 @@ PLANTS = (
     Plant("planes that rise towards the radar", "interferometry.estimation.slopes:local_planes",
           part("outward", np.negative),
           "interferometry/test_slopes.py::test_a_plane_comes_back"),
-    Plant("ground maps one square to the east", "interferometry.gridding.ground:square_means",
+    Plant("ground maps one square to the east", "interferometry.gridding.ground_map:square_means",
           answers(lambda found: np.roll(found, 1, axis=-1)),
           "interferometry/test_ground_maps.py::test_squares_are_means_of_bilinear_values"),
     # Waves from maps, forecasts
