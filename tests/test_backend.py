@@ -102,6 +102,14 @@ def library(path: Path, content: str = "good") -> Path:
     return path
 
 
+def wheel(folder: Path, *archives: str) -> Path:
+    """Where Python finds a wheel mlc-llvm-static with these archives before any that is installed."""
+    library(folder / "wheel" / "mlc_llvm_static" / "__init__.py", "")
+    for name in archives:
+        library(folder / "wheel" / "mlc_llvm_static" / "static" / "lib" / name)
+    return folder / "wheel"
+
+
 # ---------------------------------------------------------------------------------------- on the real machine
 
 
@@ -159,10 +167,10 @@ def test_nothing_usable_is_one_line_with_the_remedies(
     alone: Path, monkeypatch: pytest.MonkeyPatch, missing: str
 ) -> None:
     if missing == "wheel":
-        monkeypatch.setattr(link, "_archives", list)
+        monkeypatch.syspath_prepend(wheel(alone))
     else:
         monkeypatch.setattr(link, "package_version", lambda package: "23.1.1")
-        monkeypatch.setattr(link, "_archives", lambda: [alone / "libLLVMCore.a"])
+        monkeypatch.syspath_prepend(wheel(alone, "libLLVMCore.a"))
         monkeypatch.delenv("CXX", raising=False)
         monkeypatch.setenv("PATH", str(alone))
     with pytest.raises(NoBackend) as refusal:
@@ -180,7 +188,7 @@ def test_nothing_usable_is_one_line_with_the_remedies(
 
 def test_a_linker_that_fails_leaves_nothing_behind(alone: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(link, "package_version", lambda package: "23.1.1")
-    monkeypatch.setattr(link, "_archives", lambda: [library(alone / "libLLVMCore.a")])
+    monkeypatch.syspath_prepend(wheel(alone, "libLLVMCore.a"))
     complaint = library(alone / "linker.py", "raise SystemExit('disk full')")
     monkeypatch.setenv("CXX", f"{sys.executable} {complaint}")
     with pytest.raises(NoBackend, match="did not link mlc-llvm-static: disk full"):
@@ -251,7 +259,7 @@ def test_a_failure_is_not_remembered_where_nothing_works(alone: Path, monkeypatc
     bad = library(alone / "libLLVM-20.so")
     monkeypatch.setattr(probe, "try_out", try_out)
     monkeypatch.setattr(search, "system_llvm", lambda: [bad])
-    monkeypatch.setattr(link, "_archives", list)
+    monkeypatch.syspath_prepend(wheel(alone))
     for _ in range(2):
         with pytest.raises(NoBackend, match="no good"):
             prepare()

@@ -16,8 +16,8 @@ from ..radar.waveform import RangeResponse
 from ..settings import RadarSettings, TracingSettings
 from .sizing import radar_detail
 
-_MOST_FACETS = 2_000_000  # of a turn that is worked on whole
-_PART_FACETS = 500_000  # of a larger one, at a time
+MOST_FACETS = 2_000_000  # of a turn that is worked on whole
+PART_FACETS = 500_000  # of a larger one, at a time
 INNERMOST_M = 1.0  # ground range of the first rung
 
 
@@ -46,7 +46,7 @@ class PolarGrid:
     def parts(self) -> list[slice]:
         """Columns whose facets are worked on at a time, where a whole turn's would take much memory: parts, or all."""
         facets = 2 * (self.ground_range.size - 1)
-        count = -(-self.columns * facets // _PART_FACETS) if self.columns * facets > _MOST_FACETS else 1
+        count = -(-self.columns * facets // PART_FACETS) if self.columns * facets > MOST_FACETS else 1
         edges = [self.columns * n // count for n in range(count + 1)]
         return [slice(begin, end) for begin, end in pairwise(edges) if end > begin]
 

@@ -41,7 +41,6 @@ _KEYS = (
     *(f"tls_{role}_{what}" for role in ("client", "scheduler", "worker") for what in ("key", "cert")),
 )
 _TLS = {"ca-file": "CA_FILE", "client.cert": "CLIENT__CERT", "client.key": "CLIENT__KEY"}
-_CONNECT_S = 10.0
 _GREETING = 1 << 20  # bytes; a scheduler's takes some hundred
 _GUARD = 'start sweeps under `if __name__ == "__main__":`, or give workers=0'
 _LOST = (OSError, TimeoutError, FutureCancelledError, FuturesCancelledError)
@@ -139,18 +138,18 @@ def refuse_while_spawned() -> None:
 
 
 @contextmanager
-def existing_client(scheduler: str) -> Iterator[Client]:
+def existing_client(scheduler: str, connect_s: float = 10.0) -> Iterator[Client]:
     """A client of a scheduler at tls://host:port or tcp://host:port, or of the one that a scheduler file names.
 
-    tls: certificates as dask's configuration names them. Raises InputError where these are missing, where no scheduler
-    answers, or where it has no workers.
+    tls: certificates as dask's configuration names them. connect_s: that each answer may take. Raises InputError where
+    certificates are missing, where no scheduler answers, or where it has no workers.
     """
     filter_asyncio_log()
     address = _address(scheduler)
     _refuse_without_certificates(scheduler, address)
     try:
-        _check_reachable(address)
-        client = Client(address, timeout=_CONNECT_S, set_as_default=False)
+        _check_reachable(address, connect_s)
+        client = Client(address, timeout=connect_s, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:  # TypeError: a worker, or TLS without keys
         raise InputError(
             f"--scheduler = '{scheduler}': no scheduler answers at {address} ({error}); start one, or leave "
@@ -158,7 +157,7 @@ def existing_client(scheduler: str) -> Iterator[Client]:
         ) from None
     with silence_logging_cmgr(logging.CRITICAL), client:
         try:
-            client.wait_for_workers(1, timeout=_CONNECT_S)
+            client.wait_for_workers(1, timeout=connect_s)
         except TimeoutError:
             raise InputError(
                 f"--scheduler = '{scheduler}': has no workers; start some, as by dask worker {address}"
@@ -187,14 +186,14 @@ def _refuse_without_certificates(scheduler: str, address: str) -> None:
         )
 
 
-def _check_reachable(address: str) -> None:
+def _check_reachable(address: str, connect_s: float) -> None:
     """OSError where no scheduler answers a connection: a client would wait for ever, or accept any answer.
 
     Its first message is a length in bytes, and so many bytes.
     """
     url = urlsplit(address)
     with (
-        socket.create_connection((url.hostname, url.port or 0), _CONNECT_S) as connection,
+        socket.create_connection((url.hostname, url.port or 0), connect_s) as connection,
         connection.makefile("rb") as greeting,
     ):
         if url.scheme != "tcp":

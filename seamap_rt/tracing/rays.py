@@ -27,17 +27,21 @@ from .shadow_rays import ShadowRays, shadow_rays
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m
 _MOST_SCENES = 4  # that are kept: a turn has three at most, or parts of two widths
-_MOST_FACETS = 2_000_000  # traced at a time where a turn can be parted: a tree of all takes 0.1 kB a facet and more
 
 
 class RayTracer:
     """Traces meshes one after another; the Sionna scenes are kept, and their triangles replaced."""
 
     def __init__(
-        self, radar: RadarSettings, water: ScatteringSettings, scenes: dict[Any, SeaScene] | None = None
+        self,
+        radar: RadarSettings,
+        water: ScatteringSettings,
+        scenes: dict[Any, SeaScene] | None = None,
+        most_facets: int = 2_000_000,
     ) -> None:
-        """scenes: of an earlier tracer, to go on with."""
-        self.radar = radar
+        """scenes: of an earlier tracer, to go on with. most_facets: traced at a time where a turn can be parted: a tree
+        of all takes 0.1 kB a facet and more."""
+        self.radar, self.most_facets = radar, most_facets
         model = PERMITTIVITIES[water.permittivity]
         self.permittivity = complex(model(radar.frequency_hz, water.temperature_c, water.salinity_psu))
         self.scenes = {} if scenes is None else scenes  # by water, number of antennas and the shape of their sheets
@@ -55,7 +59,7 @@ class RayTracer:
 
     def _sheets(self, mesh: SurfaceMesh) -> Iterator[tuple[ShadowRays, SeaScene]]:
         """The rays of each sheet, and the scene that holds its surface."""
-        for sheet in _split_mesh(mesh):
+        for sheet in _split_mesh(mesh, self.most_facets):
             rays = shadow_rays(mesh, mesh.facets, sheet)
             yield rays, self._scene(mesh, sheet, rays)
 
@@ -137,10 +141,10 @@ def _positions(antennas: NDArray[np.float64]) -> list[list[float]]:
     return [[float(value) for value in (x, y, z)] for y, x, z in antennas]
 
 
-def _split_mesh(mesh: SurfaceMesh) -> Iterator[tuple[slice, ...]]:
+def _split_mesh(mesh: SurfaceMesh, most_facets: int) -> Iterator[tuple[slice, ...]]:
     """The mesh's sheets, large ones in parts: from an antenna on the axis no ray leaves its column."""
     for sheet in mesh.sheets():
-        most = max(1, _MOST_FACETS // mesh.facets.distance.size)
+        most = max(1, most_facets // mesh.facets.distance.size)
         if not mesh.upright or sum(widths(sheet)) <= most:
             yield sheet
             continue

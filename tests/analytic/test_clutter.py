@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from seamap_rt.compute.quadrature import gauss_legendre
 from seamap_rt.conventions import SPEED_OF_LIGHT, db
 from seamap_rt.radar.antenna import antenna
 from seamap_rt.radar.waveform import RangeResponse
@@ -26,8 +27,7 @@ def radar_of(pattern: str, height: float = 5.0, **others) -> RadarSettings:
 def test_nodes_suffice(pattern: str, height: float, monkeypatch: pytest.MonkeyPatch) -> None:
     radar = radar_of(pattern, height)
     power, level = flat_sea_power(radar, NRCS, GATES), flat_sea_gate_height(radar, GATES)
-    monkeypatch.setattr(clutter, "_RANGE_NODES", 250)
-    monkeypatch.setattr(clutter, "_AZIMUTH_NODES", 250)
+    monkeypatch.setattr(clutter, "gauss_legendre", lambda _: gauss_legendre(250))
     np.testing.assert_allclose(power, flat_sea_power(radar, NRCS, GATES), rtol=1e-9)
     np.testing.assert_allclose(level, flat_sea_gate_height(radar, GATES), rtol=0, atol=1e-9)
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from seamap_rt.compute import machine
 from seamap_rt.conventions import SPEED_OF_LIGHT, wrap_degrees
-from seamap_rt.echoes import from_scatterers, turn_voltages
+from seamap_rt.echoes import from_scatterers, slow_time, turn_voltages
+from seamap_rt.echoes.between_nodes import widest
 from seamap_rt.echoes.turn import choose_nodes
 from seamap_rt.radar.scan import Pulses
 from seamap_rt.scene import Scene
@@ -283,7 +284,7 @@ def test_speckle_goes_on_from_turn_to_turn(
     # Turn 0 goes on for some pulses that are turn 1's, and has the voltages that turn 1 has: turns draw a column's
     # speckle from the same numbers, in modes of the same window while their fans lean about as much.
     if np.isinf(decorrelation_time_s):  # to what is missed between nodes, which lie elsewhere in each turn: to 2e-4
-        monkeypatch.setattr("seamap_rt.echoes.slow_time._LONGEST_STRIDE", 1)
+        monkeypatch.setattr(slow_time, "widest", lambda law, interval, share, _: widest(law, interval, share, 1))
     radar, seen, found = _turns(decorrelation_time_s)
     (facets, rcs, first), (_, _, second) = seen
     count = 6

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from seamap_rt.echoes import slow_time
+from seamap_rt.echoes.between_nodes import widest
 from seamap_rt.echoes.gating import tabulated
 from seamap_rt.echoes.truncation import beam_truncation, truncation_error_m, truncation_share
 from seamap_rt.echoes.turn import turn_echoes, turn_voltages
@@ -88,7 +90,7 @@ def test_what_is_heard_stays_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     rcs[column, facet] = 1.0
     fired, share = pulses(radar, 0), 1e-4
     # Every pulse summed: what is missed between nodes is another law's matter.
-    monkeypatch.setattr("seamap_rt.echoes.slow_time._LONGEST_STRIDE", 1)
+    monkeypatch.setattr(slow_time, "widest", lambda law, interval, share, _: widest(law, interval, share, 1))
     whole = turn_voltages(facets, rcs, radar, fired, 1, np.inf)
     cut = turn_echoes(facets, rcs, radar, fired, 1, np.inf, neglected=share).voltage
     aside = np.abs(fired.sweep - grid.column_sweep[column])

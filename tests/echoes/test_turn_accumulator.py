@@ -40,7 +40,7 @@ SCENES = {
 
 def in_parts(monkeypatch: pytest.MonkeyPatch, facets: int) -> None:
     """From here on every turn of more than so many facets is worked on so many at a time."""
-    for name in ("_MOST_FACETS", "_PART_FACETS"):
+    for name in ("MOST_FACETS", "PART_FACETS"):
         monkeypatch.setattr(f"seamap_rt.mesh.grid.{name}", facets)
 
 

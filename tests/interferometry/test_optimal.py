@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from synthetic_seas import Waves, evenly, polar
 
 from seamap_rt.compute import machine
-from seamap_rt.interferometry.estimation import optimal
 from seamap_rt.interferometry.estimation.error_covariance import ErrorCovariance
 from seamap_rt.interferometry.estimation.optimal import Measured, optimal_heights
 from seamap_rt.interferometry.estimation.sea_covariance import SeaCovariance
@@ -311,9 +310,8 @@ def test_parts_and_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> Non
     given = case(6, 0.2)
     found = []
     for tasks, threads in ((8, 2), (1, 1), (3, 3), (30, 2), (32, 16)):
-        monkeypatch.setattr(optimal, "_TASKS", tasks)
         monkeypatch.setattr(machine, "threads", lambda number=threads: number)
-        found.append(optimal_heights(given.measured, given.sea, everywhere(given.measured), CELL, RANGES))
+        found.append(optimal_heights(given.measured, given.sea, everywhere(given.measured), CELL, RANGES, tasks))
     for other in found[1:]:
         for got, asked in zip(other, found[0], strict=True):
             np.testing.assert_array_equal(got, asked)

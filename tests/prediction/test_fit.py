@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.physics.dispersion import Water
-from seamap_rt.prediction import Observations, Spectrum, assimilation, reconstruct, zones
+from seamap_rt.prediction import Observations, Spectrum, reconstruct
 from seamap_rt.prediction.assimilation import Batch, solve, weights
 from seamap_rt.prediction.field import WaveField
 from seamap_rt.prediction.fit import Fit
@@ -20,7 +20,7 @@ from seamap_rt.prediction.knowledge import Glimpse, Groups, Knowledge
 from seamap_rt.prediction.lattice import Lattice
 from seamap_rt.prediction.observations import KINDS, of_turn
 from seamap_rt.prediction.wave_sum import WaveSum
-from seamap_rt.prediction.zones import Preconditioner
+from seamap_rt.prediction.zones import Preconditioner, StrongestWaves
 from seamap_rt.settings import PredictionSettings
 
 Field = NDArray[np.float64]
@@ -147,41 +147,48 @@ def random_unknowns(of: Lattice, seed: int) -> list[NDArray[np.complex64]]:
 
 
 def one_batch(of: Lattice, seen: Observations, spectrum: Spectrum) -> Batch:
-    weight, variance = weights(seen, [of], 0.0, (0.0, 0.0))
+    """Observations that count by their own errors alone, however many tell the same waves."""
+    _, variance = weights(seen, [of], 0.0, (0.0, 0.0))
+    weight = 1.0 / variance
     return Batch(seen, WaveSum(seen, [of], spectrum.water, weight, (0.0, 0.0)), weight, variance)
 
 
-def test_what_is_told_alike_everywhere_is_turned_back_by_each_wave(monkeypatch: pytest.MonkeyPatch) -> None:
-    # Places as dense everywhere, at one moment: waves do not meet, and 1 + Σ w S / 2 is each one's own.
-    monkeypatch.setattr(assimilation, "_PLENTY", 0.0)
-    monkeypatch.setattr(zones, "_MOST", 0)  # by zones alone
+def test_what_is_told_alike_everywhere_is_turned_back_by_each_wave() -> None:
+    # Places as dense everywhere, at one moment: waves do not meet, and 1 + Σ w S / 2 is each one's own. The strongest,
+    # which are not turned back by zones, take places by squares.
     spectrum = wind_sea()
     of = lattice(spectrum)
     step = 2.0 * np.pi / of.spacing / of.k.shape[0] * np.arange(of.k.shape[0])
     x, y = (each.ravel() for each in np.meshgrid(step, step, indexing="ij"))
     seen = Observations(x, y, np.full(x.size, 50.0), np.zeros(x.size), np.array([0.1]), np.array(["elevation"]))
     unknowns = random_unknowns(of, 5)
-    with ThreadPoolExecutor(1) as workers:
-        (got,) = Preconditioner([one_batch(of, seen, spectrum)], [of], workers)(unknowns)
-    expected = unknowns[0] / (1.0 + 0.5 * seen.x.size / 0.1**2 * of.scale**2)
-    np.testing.assert_allclose(got, expected, atol=1e-5 * np.abs(expected).max())
-
-
-def test_the_strongest_waves_are_turned_back_exactly(monkeypatch: pytest.MonkeyPatch) -> None:
-    # All waves of a lattice, of which each place is a square of its own: the operator of what is turned back is what
-    # it was turned back from, to single precision of numbers that lie a million apart.
-    for name, value in (("_MOST", 500), ("_LEAST", 0.0), ("_LONG", 0.0), ("_SQUARES", 1e3)):
-        monkeypatch.setattr(zones, name, value)
-    spectrum = wind_sea()
-    of, seen = lattice(spectrum), places(80)
-    batch, unknowns = one_batch(of, seen, spectrum), random_unknowns(of, 5)
+    batch = one_batch(of, seen, spectrum)
     with ThreadPoolExecutor(1) as workers:
         (got,) = Preconditioner([batch], [of], workers)(unknowns)
-    root = of.scale.astype(np.float32)
+    expected = unknowns[0] / (1.0 + 0.5 * seen.x.size / 0.1**2 * of.scale**2)
+    by_zones = np.ones(got.shape, bool)
+    by_zones.ravel()[StrongestWaves(of, [batch]).chosen] = False
+    assert by_zones.any()
+    np.testing.assert_allclose(got[by_zones], expected[by_zones], atol=1e-5 * np.abs(expected).max())
+
+
+def test_the_strongest_waves_are_turned_back_exactly() -> None:
+    # Of places that lie each in a square of its own: the operator of what is turned back, of these waves alone, is what
+    # it was turned back from, to single precision of numbers that lie a million apart.
+    spectrum, stream = wind_sea(), np.random.default_rng(1)
+    of, step = lattice(spectrum), 80.0 / 9.0
+    x, y = (each.ravel() + stream.uniform(-1.0, 1.0, 81) for each in np.meshgrid(*(step * np.arange(9.0),) * 2))
+    seen = replace(places(81), x=x - 40.0, y=y - 40.0)
+    batch = one_batch(of, seen, spectrum)
+    strongest = StrongestWaves(of, [batch])
+    assert strongest.chosen.size > 50
+    unknowns = random_unknowns(of, 5)[0].ravel()[strongest.chosen]
+    got = np.zeros(of.k.size, np.complex64)
+    got[strongest.chosen] = strongest.turned_back(unknowns)
+    got, root = got.reshape(of.k.shape), of.scale.astype(np.float32)
     values = batch.weight.astype(np.float32) * batch.sum.values([(root * got).astype(np.complex64)])
     again = got + root * batch.sum.amplitudes(values)[0]
-    carried = of.scale > 0.0
-    np.testing.assert_allclose(again[carried], unknowns[0][carried], atol=0.02)
+    np.testing.assert_allclose(again.ravel()[strongest.chosen], unknowns, atol=0.02)
 
 
 def test_the_preconditioner_is_its_own_adjoint_and_positive() -> None:
@@ -197,15 +204,15 @@ def test_the_preconditioner_is_its_own_adjoint_and_positive() -> None:
     assert np.vdot(one[0], from_one).real > 0.0
 
 
-def test_the_fit_is_the_conditional_mean(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_fit_is_the_conditional_mean() -> None:
     # Of a Gaussian sea: C(p, x) (C(x, x) + σ²)⁻¹ y, to the hundredth that the first term in time left out is worth.
-    monkeypatch.setattr(assimilation, "_CLOSE", 1e-5)
-    monkeypatch.setattr(assimilation, "_PLENTY", 0.0)
     spectrum = wind_sea()
     of, seen = lattice(spectrum), places(60)
     batch = one_batch(of, seen, spectrum)
     with ThreadPoolExecutor(1) as workers:
         found, _ = solve([batch], [of], workers)
+        for _ in range(30):  # each goes on by some steps
+            found, _ = solve([batch], [of], workers, found)
     at = np.array([[5.0, 3.0, 54.0], [0.0, 0.0, 50.0], [30.0, -20.0, 51.0], [80.0, 0.0, 60.0]])
     events = np.stack([seen.x, seen.y, seen.time], axis=1)
     inverse = np.linalg.inv(covariance(of, events, events) + np.diag(seen.std**2))
@@ -213,6 +220,19 @@ def test_the_fit_is_the_conditional_mean(monkeypatch: pytest.MonkeyPatch) -> Non
     there = Observations(at[:, 0], at[:, 1], at[:, 2], np.zeros(4), np.ones(1), np.array(["elevation"]))
     got = plain(of, there, np.ones(of.k.shape, np.complex128), (of.scale * found[0]).astype(np.complex128))
     np.testing.assert_allclose(got, expected, atol=0.02 * np.sqrt(of.variance))
+
+
+def test_few_observations_weigh_by_their_errors_and_many_of_one_place_no_more_than_some() -> None:
+    # Each at most 1 over its variance, and of some that lie apart nearly so. Of thousands in one place, whose waves are
+    # told by far better than anybody asks, ten times as many weigh as much together to a few per cent.
+    of = lattice(wind_sea())
+    asked = (20, 400.0), (4000, 0.5), (40_000, 0.5)
+    found = [weights(places(count, wide=wide), [of], 0.0, (0.0, 0.0)) for count, wide in asked]
+    for weight, variance in found:
+        np.testing.assert_allclose(variance, 0.1**2, rtol=1e-12)
+        assert np.all((weight > 0.0) & (weight * variance <= 1.0))
+    assert np.all(found[0][0] * found[0][1] > 0.8)
+    assert found[2][0].sum() == pytest.approx(found[1][0].sum(), rel=0.05)
 
 
 @pytest.fixture(scope="module")

@@ -6,15 +6,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import xarray as xr
 
-from seamap_rt.products import writing
 from seamap_rt.products.writing import SeaProducts, write_sea
+from seamap_rt.report import sea_figures, style
 from seamap_rt.scene import Scene, load_scene
 
 SIDE, SPACING, STEP = 60.0, 0.25, 0.05  # m, m, s
-DRAW, DRAW_FROM_MAST = writing._draw, writing._draw_from_mast
+PNG = style.png
+DRAWINGS = {name: getattr(sea_figures, name) for name in ("directional_spectrum", "sea_surface", "animation")}
 
 
 def scene(**keys: Any) -> Scene:
@@ -39,8 +41,10 @@ def scene(**keys: Any) -> Scene:
 def without_pictures() -> Iterator[None]:
     """Pictures are tested on their own: most of the time would go into them."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(writing, "_draw", lambda *_: ())
-        patch.setattr(writing, "_draw_from_mast", lambda *_: ())
+        for name in DRAWINGS:
+            patch.setattr(sea_figures, name, lambda *_: b"")
+        patch.setattr(style, "png", lambda figure: figure)
+        patch.setattr("seamap_rt.tracing.picture.render_from_mast", lambda *_, **__: np.zeros((1, 1, 3)))
         yield
 
 

@@ -12,13 +12,14 @@ import pytest
 import sea_products
 import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
-from sea_products import DRAW, DRAW_FROM_MAST, scene, written
+from sea_products import DRAWINGS, PNG, scene, written
 
 from seamap_rt.cli import main
 from seamap_rt.errors import InputError, NoBackend
 from seamap_rt.products import writing
 from seamap_rt.products.sampling import square, times_of
 from seamap_rt.products.spectrum import directional_spectrum
+from seamap_rt.report import sea_figures, style
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.sea.elfouhaily import elfouhaily97
 from seamap_rt.simulation import Simulator
@@ -177,8 +178,9 @@ def test_command_writes_everything_and_says_so(call: Any, monkeypatch: pytest.Mo
     def refused(*_: Any, **__: Any) -> None:
         raise NoBackend("no LLVM was found; install one")
 
-    monkeypatch.setattr(writing, "_draw", DRAW)
-    monkeypatch.setattr(writing, "_draw_from_mast", DRAW_FROM_MAST)
+    for name, draw in DRAWINGS.items():
+        monkeypatch.setattr(sea_figures, name, draw)
+    monkeypatch.setattr(style, "png", PNG)
     monkeypatch.setattr("seamap_rt.tracing.picture.render_from_mast", refused)
     options = ("--out", "results", "--times", "0,0.4,1.2", "--spacing", "1", "--seed", "5")
     code, out, err = call(*options)
@@ -200,7 +202,9 @@ def test_command_writes_everything_and_says_so(call: Any, monkeypatch: pytest.Mo
     assert not Path("results/sea.gif").exists()
 
 
-def test_sky_from_the_mast_is_blurred_by_the_scenes_own_wind_sea(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sky_from_the_mast_is_blurred_by_the_scenes_own_wind_sea(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The slopes below the mesh are ∫ k² S dk of the scene's wind and wave age, here by a plain sum."""
     slopes = []
 
@@ -210,9 +214,8 @@ def test_sky_from_the_mast_is_blurred_by_the_scenes_own_wind_sea(monkeypatch: py
 
     monkeypatch.setattr("seamap_rt.tracing.picture.render_from_mast", seen)
     young = scene(scattering__inverse_wave_age=3.0, scattering__wind_speed_m_s=8.0)
-    sea = Simulator(young).sea
-    DRAW_FROM_MAST(young, sea, Path("unused.png"), 0.0)
-    k = np.geomspace(sea.resolved.wavenumber_limit, 2e4, 20_001)
+    written(tmp_path, young, times="0", spacing=1.0)
+    k = np.geomspace(Simulator(young).sea.resolved.wavenumber_limit, 2e4, 20_001)
     assert slopes == pytest.approx([np.trapezoid(k**2 * elfouhaily97(k, 8.0, 3.0), k)], rel=1e-3)
     assert slopes != pytest.approx([np.trapezoid(k**2 * elfouhaily97(k, 8.0), k)], rel=1e-2)
 

@@ -84,12 +84,12 @@ def test_it_shrinks_until_it_fits_and_says_what_it_skips(run: Run, monkeypatch: 
     assert len(smaller.data) <= len(whole.data) // 2
     assert smaller.shown == 5
     assert frames(smaller.data)[0].shape[1] < frames(whole.data)[0].shape[1]
-    monkeypatch.setattr(evolution, "_PIXELS", (300, 300))  # as small as it gets: now turns go
-    least = evolution.animation(run.scene, run.maps, run.truth)
-    fewer = evolution.animation(run.scene, run.maps, run.truth, int(0.7 * len(least.data)))
-    assert len(fewer.data) <= 0.7 * len(least.data)
-    assert fewer.shown == 3
-    assert fewer.faster == 2.0 * least.faster
+    least = evolution.animation(run.scene, run.maps, run.truth, 1)  # which nothing fits: as small as it gets
+    assert (least.shown, least.faster) == (1, 8.0 * whole.faster)
+    fewer = evolution.animation(run.scene, run.maps, run.truth, 3 * len(least.data))
+    assert len(fewer.data) <= 3 * len(least.data)
+    assert (fewer.shown, fewer.faster) == (3, 2.0 * whole.faster)
+    assert frames(fewer.data)[0].shape == frames(least.data)[0].shape  # turns go when frames get no smaller
     monkeypatch.setattr(evolution, "MOST_FRAMES", 3)
     (picture,) = evolution.film(run.scene, run.maps, run.truth)
     assert "3 of 5 turns, the others are skipped" in picture.caption

@@ -10,7 +10,6 @@ from seamap_rt.scattering.bragg import bragg_coefficients, nrcs_bragg
 from seamap_rt.scattering.composite import nrcs_composite
 from seamap_rt.scattering.permittivity import permittivity_meissner_wentz12
 from seamap_rt.scattering.short_waves import ShortWaves
-from seamap_rt.scattering.tilted_bragg import tilted_bragg
 
 F = 10e9
 K = 2.0 * np.pi * F / SPEED_OF_LIGHT
@@ -18,10 +17,9 @@ EPS = complex(permittivity_meissner_wentz12(F, 20.0, 35.0))
 WAVES = ShortWaves(10.0, 3.9)
 
 
-def bragg(theta, p, q, wind, polarization, waves=WAVES):
-    return nrcs_composite(
-        theta, p, q, wind, frequency_hz=F, permittivity=EPS, polarization=polarization, waves=waves, breaking=False
-    ).bragg.astype(np.float64)
+def bragg(theta, p, q, wind, polarization, waves=WAVES, frequency=F):
+    asked = {"frequency_hz": frequency, "permittivity": EPS, "polarization": polarization, "waves": waves}
+    return nrcs_composite(theta, p, q, wind, **asked, breaking=False).bragg.astype(np.float64)
 
 
 def unit(vector):
@@ -32,9 +30,10 @@ def dot(first, second):
     return np.sum(first * second, axis=-1)
 
 
-def by_sum(theta, p, q, wind, polarization, waves=WAVES, steps=121):
+def by_sum(theta, p, q, wind, polarization, waves=WAVES, frequency=F, steps=121):
     """The same mean from normals and cross products; x outward, y clockwise, z up, tilts up to 6 sigma."""
-    divide = waves.divide(K)
+    wavenumber = 2.0 * np.pi * frequency / SPEED_OF_LIGHT
+    divide = waves.divide(wavenumber)
     along, across = np.sqrt(waves.tilt_variances(divide))
     grid = np.linspace(-6.0, 6.0, steps)
     weight = np.exp(-0.5 * grid**2) / np.exp(-0.5 * grid**2).sum()
@@ -63,10 +62,10 @@ def by_sum(theta, p, q, wind, polarization, waves=WAVES, steps=121):
     share = dot(unit(np.cross(tilted, to_radar)), e) ** 2
     g_hh, g_vv = bragg_coefficients(local, EPS)
     g = share * g_hh + (1.0 - share) * g_vv
-    k_bragg = 2.0 * K * np.sin(local)
+    k_bragg = 2.0 * wavenumber * np.sin(local)
     psi = waves.roughness(k_bragg, divide) / (2.0 * np.pi * k_bragg)
     psi = psi * (1.0 + waves.contrast(k_bragg) * np.cos(2.0 * (look + turn)))
-    sigma = np.where(lit, 16.0 * np.pi * K**4 * seen**4 * np.abs(g) ** 2 * psi, 0.0)
+    sigma = np.where(lit, 16.0 * np.pi * wavenumber**4 * seen**4 * np.abs(g) ** 2 * psi, 0.0)
     return float(weight @ (sigma * area) @ weight)
 
 
@@ -85,19 +84,15 @@ def test_the_table_is_the_sum_over_tilts(grazing, p, q, polarization):
 
 
 @pytest.mark.parametrize(("frequency", "wind_speed"), [(3e9, 20.0), (35e9, 2.0)])
-def test_the_tables_grid_is_fine_enough(frequency, wind_speed, monkeypatch):
-    waves = ShortWaves(wind_speed, 3.9)
-    table = tilted_bragg(frequency, EPS, "HH", waves)
-    for name, finer in (("_REACH", 6.0), ("_STEPS", 26), ("_INCIDENCES", 801)):
-        monkeypatch.setattr(f"seamap_rt.scattering.tilted_bragg.{name}", finer)
-    fine = tilted_bragg.__wrapped__(frequency, EPS, "HH", waves)
-    cosine = np.linspace(0.01, 1.0, 500)
-    for column in ("like", "mixed", "other"):
-        coarse, exact = (
-            np.interp(cosine, np.linspace(each.low, 1.0, 4097), getattr(each, column)[0][:-1]) for each in (table, fine)
-        )
-        # 1.3e-3 seen squarely, where little of the roughness is left; 2e-4 elsewhere
-        np.testing.assert_allclose(coarse, exact, rtol=3e-3)
+@pytest.mark.parametrize("grazing", [1.0, 5.0, 20.0, 45.0, 70.0])
+def test_the_tables_grid_is_fine_enough(grazing, frequency, wind_speed):
+    """Of the steepest and the flattest short waves."""
+    waves, winds = ShortWaves(wind_speed, 3.9), np.arange(4) * np.pi / 4.0 + 0.1
+    view = np.radians(90.0 - grazing), 0.02, -0.03
+    expected = [by_sum(*view, wind, "HH", waves, frequency) for wind in winds]
+    found = bragg(*view, winds, "HH", waves, frequency)
+    # 1.3e-3 seen squarely, where little of the roughness is left; 2e-4 elsewhere
+    np.testing.assert_allclose(found.mean(), np.mean(expected), rtol=3e-3)
 
 
 class Untilted(ShortWaves):

@@ -474,10 +474,10 @@ def test_a_sea_that_goes_on_has_the_same_bits() -> None:
 
 
 def test_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
-    band = Band(100.0, 100.0, 40, 40, np.inf)
+    band = Band(100.0, 100.0, 64, 64, np.inf)  # so many that several threads are worth their while
     state, ends = random_state(band, 0.1), []
     for threads in (1, 2, 3):
-        monkeypatch.setattr(basin, "_workers", lambda _, threads=threads: threads)
+        monkeypatch.setattr(basin, "threads", lambda threads=threads: threads)
         ends.append(Rates(band, 3)(state.elevation, state.potential))
     for other in ends[1:]:
         assert_array_equal(np.array(other), np.array(ends[0]))

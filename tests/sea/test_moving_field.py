@@ -2,11 +2,12 @@
 
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
+import time
 from typing import Any
 
 import numpy as np
 import pytest
+from numba.core import config
 from small_seas import PARTS
 
 from seamap_rt.compute.lanes import LANES
@@ -243,34 +244,37 @@ def test_a_base_is_kept_where_what_follows_from_it_is_as_exact():
 # ------------------------------------------------------------------------------------------------- the same bits
 
 
-@pytest.mark.parametrize("kind", ["potential", "shift", Relaxed(0.3)])
-def test_coefficients_round_alike_whoever_made_their_factor(kind, monkeypatch):
+def test_values_round_alike_whoever_made_their_factor(monkeypatch):
     # Two threads may make the same factor at once, and one of them keeps what nobody else holds: an operator would
-    # then multiply in place, by a loop that rounds otherwise. Arrays must be larger than 256 KiB for that.
+    # then multiply in place, by a loop that rounds otherwise where both parts of a factor count. Arrays must be larger
+    # than 256 KiB for that.
     waves = JonswapWaves(spectrum="jonswap", significant_wave_height_m=1.0, peak_period_s=5.0)
-    sea: Any = realize(SeaSettings(waves=(waves,), extent_m=200.0, resolution_m=0.5), 1)
-    (part,) = sea.trains
-    field = part.field
-    phasor = field._state_at(3)
-    assert phasor.nbytes > 2**18
-    kept = field._coefficients(kind, phasor, field._whole)
-    monkeypatch.setattr(field, "_per_elevation", field._make_per_elevation)
-    np.testing.assert_array_equal(field._coefficients(kind, phasor, field._whole), kept)
+    settings, (x, y, t) = SeaSettings(waves=(waves,), extent_m=200.0, resolution_m=0.5), scattered(500, seed=9)
+    part, make = realize(settings, 1).trains[0], moving_field.per_elevation
+    part.sample(x, y, t + 100.0, ("relaxed_east",), 0.3)  # now the factor is there
+    found = part.sample(x, y, t, ("relaxed_east",), 0.3)
+
+    def slowly(*asked):
+        made = make(*asked)
+        assert made.size * 8 > 2**18
+        time.sleep(0.1)  # until another thread has begun
+        return made
+
+    monkeypatch.setattr(moving_field, "per_elevation", slowly)
+    np.testing.assert_array_equal(realize(settings, 1).trains[0].sample(x, y, t, ("relaxed_east",), 0.3), found)
 
 
 @pytest.mark.parametrize("name", ["plane", "line"])
 def test_values_know_nothing_of_other_points_threads_or_memory(name, monkeypatch):
-    x, y, t = scattered(3000, seed=4, duration=20.0)
+    x, y, t = scattered(40_000, seed=4, duration=20.0)
     part = part_of(name)
     found = part.sample(x, y, t, QUANTITIES)
-    monkeypatch.setattr(moving_field, "_pool", lambda: ThreadPoolExecutor(1))
-    monkeypatch.setattr(moving_field, "_CHUNK", 77)
     monkeypatch.setattr(moving_field, "CACHE_BYTES", 20 * part.field._field_bytes(part.field._whole))
     again = part_of(name)
     np.testing.assert_array_equal(again.sample(x, y, t, QUANTITIES), found)
     assert sum(rows.nbytes for _, rows in again.field._cache.values()) <= moving_field.CACHE_BYTES
-    some = np.random.default_rng(5).permutation(x.size)[:50]
-    for few in (some, some[:1]):
+    some = np.random.default_rng(5).permutation(x.size)
+    for few in (some[:9000], some[:50], some[:1]):
         np.testing.assert_array_equal(again.sample(x[few], y[few], t[few], QUANTITIES), found[:, few])
     # Of other quantities only the rounding may know: they are summed by differently compiled code.
     few = again.sample(x, y, t, ["rate", "shift_north", "rate"])
@@ -408,8 +412,16 @@ def test_a_kernel_takes_no_more_points_than_a_register_holds():
             spline_kernel(*weights)
 
 
+class Nowhere:
+    """A folder of compiled code that is never there; numba's own interface."""
+
+    @staticmethod
+    def from_function(function, file):
+        return None
+
+
 def test_the_kernel_runs_where_compiled_code_cannot_be_kept(monkeypatch):
-    monkeypatch.setattr("numba.core.caching.CacheImpl._locator_classes", [])
+    monkeypatch.setattr(config, "CACHE_LOCATOR_CLASSES", f"{__name__}.Nowhere")
     linear = bspline_polynomials(1).astype(np.float32)
     kernel = spline_kernel(linear, linear, 2)
     grid = np.pad(np.arange(12.0, dtype=np.float32).reshape(3, 4), ((0, 1), (0, LANES - 1)), mode="wrap")

@@ -43,14 +43,9 @@ def port_that(greets: bytes | None) -> Iterator[str]:
         guest.close()
 
 
-@pytest.fixture(autouse=True)
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "_CONNECT_S", 1.0)
-
-
 def refused(scheduler: str, match: str) -> None:
     start = time.monotonic()
-    with pytest.raises(InputError, match=match), cluster.existing_client(scheduler):
+    with pytest.raises(InputError, match=match), cluster.existing_client(scheduler, 1.0):
         raise AssertionError("not refused")
     assert time.monotonic() - start < 15.0  # a client of its own accord waits for ever
 

@@ -25,7 +25,6 @@ from distributed import Client, Future
 
 from seamap_rt.errors import InputError
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.studies import cluster
 from seamap_rt.studies.cluster import existing_client, local_client, shares
 from seamap_rt.studies.point import Outcome, Task, compute, kept
 from seamap_rt.studies.trade import trade, write_trade
@@ -100,13 +99,13 @@ def test_workers_have_cores_of_their_own() -> None:
     assert all(len(cores) == 1 for cores in shares(3 * len(mine)).values())
 
 
-def test_without_its_keys_nobody_talks_to_a_local_cluster(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_its_keys_nobody_talks_to_a_local_cluster(client: Client) -> None:
     """Neither plainly nor by TLS without a certificate: whoever talks to a worker can have it run code."""
-    monkeypatch.setattr(cluster, "_CONNECT_S", 1.0)  # on one machine: it answers in milliseconds, or not at all
     ports = [cast(Any, client.scheduler).address, *cast(Any, client).nthreads()]
     for address in ports:
         where = (urlsplit(address).hostname, urlsplit(address).port or 0)
-        with pytest.raises(InputError, match="no scheduler answers"), existing_client(address.replace("tls", "tcp")):
+        plainly = existing_client(address.replace("tls", "tcp"), 1.0)  # it answers in milliseconds, or not at all
+        with pytest.raises(InputError, match="no scheduler answers"), plainly:
             raise AssertionError("it answers")
         stranger = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
         stranger.check_hostname, stranger.verify_mode = False, ssl.CERT_NONE

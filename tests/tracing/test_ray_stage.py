@@ -127,14 +127,13 @@ def test_rays_that_pass_below_the_first_rung_stay_dark() -> None:
         assert not lit.any()
 
 
-def test_a_large_turn_is_traced_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_large_turn_is_traced_in_parts() -> None:
     """By one scene and that of the last, narrower part; the light is that of the whole. A leaning turn stays in one."""
     made = scene("choppy_sea", radar__sector_deg=[250.0, 270.0])
     upright, leaning = mesh_of(made), mesh_of(scene("rough_ride", radar__sector_deg=[250.0, 265.0]))
     whole = [RayTracer(made.radar, made.scattering)(mesh) for mesh in (upright, leaning)]
     columns = upright.grid.columns // 3 - 1
-    monkeypatch.setattr("seamap_rt.tracing.rays._MOST_FACETS", columns * upright.facets.distance.size)
-    parted = RayTracer(made.radar, made.scattering)
+    parted = RayTracer(made.radar, made.scattering, most_facets=columns * upright.facets.distance.size)
     light = parted(upright)
     assert [key[3] for key in parted.scenes] == [(columns,), (upright.grid.columns - 3 * columns,)]
     assert_array_equal(light.lit, whole[0].lit)

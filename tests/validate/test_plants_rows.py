@@ -1,36 +1,45 @@
-"""The table of planted errors: every row can be planted, and the runner tells red from green."""
+"""The table of planted errors: functions and judges are there, and the runner tells red from green."""
 
 from __future__ import annotations
 
-from pathlib import Path
+import importlib
+from functools import reduce
 
-from validation.plants.plant import CASE, ROOT, Plant, fault_of
-from validation.plants.rows import PLANTS
-from validation.plants.running import Tree, planted
+import pytest
 
-CHEAP = "the Earth's radius", "a shadow edge's blur"
+from validation.plants import PLANTS, ROOT, Plant, ask
+from validation.report.discovery import cases_folder, names_in
 
-
-def test_every_row_can_be_planted() -> None:
-    assert [f"{plant.name}: {fault_of(plant)}" for plant in PLANTS if fault_of(plant)] == []
-    assert len({plant.name for plant in PLANTS}) == len(PLANTS) >= 60
-    for plant in PLANTS:
-        if not plant.judge.startswith(CASE):
-            file, *_, name = plant.judge.split("::")
-            assert f"def {name}(" in (ROOT / file).read_text(encoding="utf-8"), plant.judge
+WAVES, BOAT = "wavenumbers 2 % too large", "a boat that rolls to port"
+OF = {plant.name: plant for plant in PLANTS}
 
 
-def test_plants_turn_red_and_what_harms_nothing_stays_green(tmp_path: Path) -> None:
-    sown = [plant for plant in PLANTS if plant.name in CHEAP]
-    harmless = sown[0]._replace(old='"""How straight', new='"""How very straight')
-    unheard = sown[0]._replace(judge=f"{sown[0].judge}_that_is_not_there")
-    twice = Plant("twice", sown[0].file, "def ", "def  ", sown[0].judge)
-    tree = Tree(tmp_path, libraries=False)
-    try:
-        before = (tree.root / sown[0].file).read_bytes()
-        seen = [planted(plant, tree) for plant in (*sown, harmless, unheard, twice)]
-        assert (tree.root / sown[0].file).read_bytes() == before
-    finally:
-        tree.close()
-    assert [verdict.right for verdict in seen] == [True, True, False, False, False]
-    assert [verdict.word for verdict in seen[:4]] == ["red", "red", "GREEN", "ERROR (code 4)"]
+@pytest.mark.parametrize("plant", PLANTS, ids=lambda plant: plant.name)
+def test_each_plant_replaces_a_public_function_and_names_a_judge_that_is_there(plant: Plant) -> None:
+    module, _, path = plant.at.partition(":")
+    *owners, name = path.split(".")
+    assert name in vars(reduce(getattr, owners, importlib.import_module(f"seamap_rt.{module}")))
+    assert not any(part.startswith("_") for part in (*module.split("."), *owners, name.removeprefix("__call__")))
+    file, _, test = plant.judge.partition("::")
+    if file.startswith("case "):
+        assert file.removeprefix("case ") in {each for path in cases_folder().glob("*.py") for each in names_in(path)}
+    else:
+        assert f"def {test.rpartition('::')[2]}(" in (ROOT / "tests" / file).read_text(encoding="utf-8")
+
+
+def test_plants_have_names_of_their_own() -> None:
+    assert len(OF) == len(PLANTS)
+
+
+@pytest.mark.parametrize(
+    ("planted", "judge", "word"),
+    [
+        (WAVES, OF[WAVES].judge, "red"),
+        (BOAT, OF[BOAT].judge, "red"),
+        (WAVES, OF[BOAT].judge, "GREEN"),  # that boat's axes know no waves
+        (WAVES, f"{OF[WAVES].judge}_that_is_not_there", "ERROR (code 4)"),
+    ],
+)
+def test_plants_turn_red_and_what_harms_nothing_stays_green(planted: str, judge: str, word: str) -> None:
+    found, output = ask([judge], planted)
+    assert found == word, output

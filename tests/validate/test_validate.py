@@ -14,7 +14,7 @@ import pytest
 
 from seamap_rt.cli.studying import validate as validate_command
 from seamap_rt.errors import InputError
-from validation.report import Group, ValidationResult, discovery, validate
+from validation.report import Group, ValidationResult, validate
 from validation.report.discovery import cases_folder, load_cases, names_in
 
 HEAD = """
@@ -222,12 +222,10 @@ def test_an_older_page_never_stands_beside_a_newer_run(tmp_path: Path) -> None:
     assert ran(tmp_path, cases, overwrite=True).done[0].checks[0].found == "['.seamap-rt.lock']"
 
 
-def test_cases_are_those_of_the_checkout_or_of_the_wheel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cases_are_those_of_the_checkout_or_of_the_wheel(tmp_path: Path) -> None:
     assert (cases_folder().parent / "reference").is_dir()
-    home = tmp_path / "validation"
-    monkeypatch.setattr(discovery, "_HOME", home)
     with pytest.raises(InputError, match="validation cases: none in"):
-        cases_folder()
+        cases_folder(tmp_path / "validation")
 
 
 def test_another_package_of_the_judges_name_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,17 +15,17 @@ from seamap_rt.errors import InputError
 
 from .case import Case, Group, Outcome
 
-_HOME = Path(__file__).resolve().parents[1]  # the package `validation`
+HOME = Path(__file__).resolve().parents[1]  # the package `validation`
 _NAME = re.compile(r'\b[Cc]ase(?:_of)?\(\s*(?:name=)?"(\w+)"')
 _NOT_LOADED: Group = "cases that cannot be loaded"
 _ORDER = {group: rank for rank, group in enumerate(get_args(Group))}
 
 
-def cases_folder() -> Path:
-    """The folder of the case modules. InputError where they are missing."""
-    if not (_HOME / "cases").is_dir():
-        raise InputError(f"validation cases: none in {_HOME / 'cases'}; install the package whole")
-    return _HOME / "cases"
+def cases_folder(home: Path = HOME) -> Path:
+    """The folder of the case modules of a package. InputError where they are missing."""
+    if not (home / "cases").is_dir():
+        raise InputError(f"validation cases: none in {home / 'cases'}; install the package whole")
+    return home / "cases"
 
 
 def load_cases(folder: Path, only: Sequence[str] | None = None) -> list[Case]:

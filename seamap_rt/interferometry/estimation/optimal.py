@@ -30,7 +30,6 @@ ACROSS_M = 6.5  # neighbouring looks as far as this, one at least
 _WORTHLESS = 6.0  # error variance over the sea's: such a height has no weight
 _GAUSS = 1.0 / np.sqrt(3.0)
 _BLURS = 4  # tables of the covariance, of means over areas as large as the beam's footprint from near to far
-_TASKS = 32  # blocks of gates, a task each: enough for every thread
 
 
 @dataclass(frozen=True)
@@ -45,12 +44,18 @@ class Measured:
 
 
 def optimal_heights(
-    measured: Measured, sea: SeaCovariance, wanted: NDArray[np.bool_], cell: tuple[float, float], ranges: Map
+    measured: Measured,
+    sea: SeaCovariance,
+    wanted: NDArray[np.bool_],
+    cell: tuple[float, float],
+    ranges: Map,
+    tasks: int = 32,
 ) -> tuple[Map, Map, Map]:
     """Mean heights [m] of wanted cells, their variances [m²], both (look, gate), and the variances of the cells' mean
     slopes outward and clockwise and their covariance (3, look, gate); NaN elsewhere.
 
-    cell: its length along the look [m] and its width [rad]; ranges (gate,) [m].
+    cell: its length along the look [m] and its width [rad]; ranges (gate,) [m]. tasks: blocks of gates that threads
+    take; no bit depends on them.
     """
     shape = measured.height.shape
     (x, y), (east, north) = measured.ground, (np.broadcast_to(each, shape) for each in measured.outward)
@@ -75,7 +80,7 @@ def optimal_heights(
             *cells, tables, level, sea.spacing, *half, looks, along, measured.errors.beside, first, last, estimate
         )
 
-    edges = np.linspace(0, -(-shape[1] // BLOCK), _TASKS + 1).astype(int)
+    edges = np.linspace(0, -(-shape[1] // BLOCK), tasks + 1).astype(int)
     with pool() as workers:
         list(workers.map(blocks, edges[:-1], edges[1:]))
     return estimate[0], estimate[1], estimate[2:]
