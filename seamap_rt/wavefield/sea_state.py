@@ -158,6 +158,11 @@ class TurnSpectrum:
         return _height(self.polar_map, self.bins, self.kept)["significant_wave_height"]
 
     @property
+    def seen(self) -> float:
+        """Share of the sea in sight, over the range used."""
+        return float(self.bins.weight(self.bins.used) @ self.bins.seen)
+
+    @property
     def shown(self) -> bool:
         """Whether the waves stand out of the heights' errors."""
         weight = self.bins.weight(self.bins.used)
@@ -227,7 +232,8 @@ def systems_of(turns: Sequence[TurnSpectrum], water: Water, before: WaveSystems 
         return None
     chosen = [turns[-n] for n in _BACK if n <= len(turns)]
     periodogram = mean_periodogram([each.periodogram for each in turns[-_AVERAGED:]])
-    return find_systems([each.heights for each in chosen], periodogram, turns[-1].direction, water, before)
+    seen = float(np.mean([each.seen for each in chosen]))
+    return find_systems([each.heights for each in chosen], periodogram, turns[-1].direction, water, before, seen)
 
 
 class _Record:

@@ -51,13 +51,14 @@ _GAIN_KNOWN = 0.4  # of the periodogram's level, its logarithm: gaps scatter wha
 _MODEL_KNOWN = 0.4  # of a ring's power, relative: no sea is a sum of such systems
 _LEAST_NOISE = 0.02  # of the variance: blocks' heights err by more than their cells' noise
 _HIDDEN = 0.3  # of the variance, by the square of the share of a block that is not in sight
-_UNLIKE = 1.2  # of the errors' variances: real seas are no sums of such systems
+_UNLIKE = 1.2  # of the errors' variances, over the square of the share in sight: crests are, and troughs are not
 _VELOCITY_WEIGHT = 8.0  # of log-likelihood, against systems that run against the water's velocity
 _TOLD = 0.5  # share that cells keep, of waves that are looked at
 _LEVEL_KNOWN = 0.3  # of σ: heights in sight are those of crests rather, all around alike, and with the distance
 _MOST = 3
 _ITERATIONS = 10
 _SURE = 1.5  # of log-likelihood, by which waves run one way rather than the other
+_LEAST_SEEN = 0.3
 _BROAD = 8.0  # exponent of systems that are tried
 _VARIANCES = np.geomspace(0.01, 3.0, 10)  # of a further system, over what was found
 _LEAST_CHANCE = 1e-4  # of what is looked at
@@ -72,10 +73,11 @@ def find_systems(
     direction: Travel,
     water: Water,
     start: WaveSystems | None = None,
+    seen: float = 1.0,
 ) -> WaveSystems | None:
     """The systems of which the sea of some turns most likely is the sum; None of too few heights.
 
-    start: systems from before, to begin with.
+    start: systems from before, to begin with. seen: share of the sea that is in sight.
     """
     if sum(turn.x.size for turn in turns) < 100:
         return None
@@ -83,7 +85,7 @@ def find_systems(
     if long.data.size < 4 or not long.variance > 0.0:
         return None
     short = _WhittleLikelihood(periodogram, long.split, water)
-    posterior = _Posterior(long, short, direction, water)
+    posterior = _Posterior(long, short, direction, water, _UNLIKE / max(seen, _LEAST_SEEN) ** 2)
     found = posterior.maximize(start.systems, start.gain, start.nugget) if start is not None else None
     while found is None or len(found.systems) < _MOST:
         more = posterior.add_system(found)
@@ -94,8 +96,12 @@ def find_systems(
 
 
 class _Posterior:
-    def __init__(self, long: _GaussianLikelihood, short: _WhittleLikelihood, direction: Travel, water: Water) -> None:
-        self.long, self.short, self.direction, self.water = long, short, direction, water
+    """unlike: of errors' variances, for what is seen is no random part of a sea, nor a sea a sum of such systems."""
+
+    def __init__(
+        self, long: _GaussianLikelihood, short: _WhittleLikelihood, direction: Travel, water: Water, unlike: float
+    ) -> None:
+        self.long, self.short, self.direction, self.water, self.unlike = long, short, direction, water, unlike
         least, most = np.log(1.0 / _LONGEST_S), np.log(short.frequency[-1, 1] if short.frequency.size else 0.3)
         self.peaks = np.exp(np.arange(least + 0.3, most, 0.22))
         self.bounds = least, max(most, least + 1.0)
@@ -182,7 +188,7 @@ class _Posterior:
                 own = information[np.ix_(others, others)]
                 profile[row] = value + min(0.5 * float(gradient[others] @ np.linalg.solve(own, gradient[others])), 5.0)
         profile[_SHIFTS == 0.0] = found.likelihood
-        weight = np.exp((profile - profile.max()) / _UNLIKE) * np.gradient(_SHIFTS)
+        weight = np.exp((profile - profile.max()) / self.unlike) * np.gradient(_SHIFTS)
         weight /= weight.sum()
         mean = float(weight @ _SHIFTS)
         variance = float(weight @ (_SHIFTS - mean) ** 2)
@@ -199,7 +205,7 @@ class _Posterior:
         further = self._further(found)
         variance = further.total * _VARIANCES
         worth = np.outer(further.slope, variance) - 0.5 * np.outer(further.bend, variance**2)
-        worth = np.minimum(worth / _UNLIKE - further.penalty[:, None], 50.0) - _VARIANCES
+        worth = np.minimum(worth / self.unlike - further.penalty[:, None], 50.0) - _VARIANCES
         evidence = np.exp(worth) * np.gradient(_VARIANCES) / len(further.tried)
         chance = evidence / (1.0 + evidence.sum())
         return tuple(
@@ -236,7 +242,7 @@ class _Posterior:
                 damping *= 8.0
                 if damping > 1e3:
                     break
-        covariance = _UNLIKE * np.linalg.inv(information)[:-2, :-2]
+        covariance = self.unlike * np.linalg.inv(information)[:-2, :-2]
         made = [system_of(row) for row in values[:-2].reshape(shape)]
         order = np.argsort([-each.variance for each in made])
         index = (SYSTEM_VALUES * order[:, None] + np.arange(SYSTEM_VALUES)).ravel()
