@@ -18,7 +18,6 @@ from seamap_rt.dataset import ECHO_ATTRIBUTES, QUALITY_FLAGS, SCHEMA, build, che
 from seamap_rt.echoes.dataset import echo_dataset
 from seamap_rt.errors import SchemaError
 from seamap_rt.interferometry import open_echoes
-from seamap_rt.io import echo_store
 from seamap_rt.io.appendable import AppendableNetCDF
 from seamap_rt.io.echo_store import EchoStore
 from seamap_rt.io.interrupts import uninterrupted
@@ -242,15 +241,15 @@ def test_turn_that_fails_halfway_leaves_the_whole_ones(
     first, second = echo_turns(2)
     store = EchoStore(tmp_path / "echoes.zarr")
     store.append(first)
-    write = echo_store.write_file
+    write = zarr.Array.append
 
-    def fails(file: Path, *content: Any) -> None:
-        if broken in file.parts and "c" in file.parts:  # a chunk of it
+    def fails(array: zarr.Array, *given: Any) -> Any:
+        write(array, *given)
+        if array.basename == broken:
             raise KeyboardInterrupt
-        write(file, *content)
 
     with monkeypatch.context() as patch:
-        patch.setattr(echo_store, "write_file", fails)
+        patch.setattr(zarr.Array, "append", fails)
         with pytest.raises(KeyboardInterrupt):
             store.append(second)
     assert_same_echoes(open_echoes(tmp_path / "echoes.zarr"), first)

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
 from nicegui import ui
 
 from ..conventions import turn_name
-from ..io.committed_file import part_of
-from ..io.growing_file import read_whole_turns
+from ..io.growing_file import GrowingFile, array_of, read_whole_turns
+from ..io.turn_files import part_of
 from ..settings import QuietSettings
 from . import drawing, figures
 from .verified_view import VerifiedPanel
@@ -54,26 +53,20 @@ def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> Ahead | None:
     if not path.exists() and not part_of(path).exists():
         return None
 
-    def read(file: h5py.File) -> tuple[int, dict[str, np.ndarray]] | None:
-        issues = np.asarray(_array(file, "issue")[:])
+    def read(file: GrowingFile) -> tuple[int, dict[str, np.ndarray]] | None:
+        issues = np.asarray(array_of(file, "issue")[:])
         held = np.flatnonzero(issues <= last)
         if not held.size:
             return None
         at = int(held[-1])
-        found = {"lead": np.asarray(_array(file, "lead")[:])}
+        found = {"lead": np.asarray(array_of(file, "lead")[:])}
         for name in ("elevation", "elevation_std", "quiet", "significant_wave_height", "maximum_prediction_time"):
             if name in file:
-                found[name] = np.asarray(_array(file, name)[at])
+                found[name] = np.asarray(array_of(file, name)[at])
         return int(issues[at]), found
 
     told = read_whole_turns(path, read)
     return None if told is None else _ahead(*told, quiet)
-
-
-def _array(file: h5py.File, name: str) -> h5py.Dataset:
-    found = file[name]
-    assert isinstance(found, h5py.Dataset)
-    return found
 
 
 def _ahead(issue: int, told: dict[str, np.ndarray], quiet: QuietSettings) -> Ahead:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import h5py
 import numpy as np
 import xarray as xr
 
 from ..gauges import GaugeSpectra, NoSpectrum, aliasing, judge_one, spectra
-from ..io.growing_file import read_whole_turns
+from ..io.growing_file import GrowingFile, array_of, read_whole_turns
 from . import figures
 from .figures import Figure
 from .results import Results
@@ -32,11 +31,9 @@ def read_gauges(results: Results) -> xr.Dataset:
     return read_whole_turns(results.folder / "gauges.nc", _read)
 
 
-def _read(file: h5py.File) -> xr.Dataset:
+def _read(file: GrowingFile) -> xr.Dataset:
     def values(name: str) -> np.ndarray[Any, Any]:
-        found = file[name]
-        assert isinstance(found, h5py.Dataset)
-        return np.asarray(found[()])
+        return np.asarray(array_of(file, name)[:])
 
     names = [each.decode("utf-8", "replace") if isinstance(each, bytes) else str(each) for each in values("gauge")]
     variables: dict[str, Any] = {name: (("gauge", "turn"), values(name)) for name in _TURN if name in file}

@@ -6,11 +6,10 @@ import asyncio
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
 from nicegui import ui
 
-from ..io.growing_file import read_whole_turns
+from ..io.growing_file import GrowingFile, array_of, read_whole_turns
 from .forecast_view import ForecastPanel
 
 if TYPE_CHECKING:
@@ -48,8 +47,5 @@ class IssuesPanel:
             await self._panel.show_issue(self._folder, self._issues[at])
 
 
-def _issues(file: h5py.File) -> list[int]:
-    found = file["issue"]
-    if not isinstance(found, h5py.Dataset):
-        raise KeyError("issue")
-    return [int(each) for each in np.asarray(found[:])]
+def _issues(file: GrowingFile) -> list[int]:
+    return [int(each) for each in np.asarray(array_of(file, "issue")[:])]

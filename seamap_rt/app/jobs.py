@@ -257,7 +257,7 @@ class Queue:
 
         try:
             found = recover(self._runs / job.folder)
-        except InputError as refusal:
+        except (InputError, OSError) as refusal:
             return str(refusal)
         if found is None or not found.complete:
             return "no whole turn was left"

@@ -9,15 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..io.committed_file import part_of
-from ..io.growing_file import read_whole_turns
-from ..io.opening import LONG, open_hdf5, read_json, weigh_arrays
+from ..io.growing_file import GrowingFile, array_of, read_whole_turns
+from ..io.opening import LONG, read_json
 from ..io.scenefile import read_toml
+from ..io.turn_files import part_of
 from ..scene import Scene, scene_of
 
 Array = NDArray[np.float32]
@@ -49,8 +48,7 @@ class Results:
         self._kept: OrderedDict[tuple[str, str, int], Array] = OrderedDict()
         self._bytes = 0
         self._lock = threading.Lock()
-        self._open: dict[str, h5py.File] = {}
-        self._times: NDArray[np.float64] = np.empty(0)
+        self._open: dict[str, GrowingFile] = {}
         self._scene: Scene | None = None
 
     # --------------------------------------------------------------------------------------------- what there is
@@ -85,9 +83,9 @@ class Results:
     def turns(self) -> list[int]:
         """Numbers of the turns that are whole in the maps, and in the truth if there is one; none before the first."""
         try:
-            numbers = [int(each) for each in self._read(self._main, lambda file: _array(file, "polar/turn")[:])]
+            numbers = [int(each) for each in self._read(self._main, lambda file: array_of(file, "polar/turn")[:])]
             if self.has_truth and self.has_maps:
-                held = self._read(self.truth, lambda file: _array(file, "polar/turn").shape[0])
+                held = self._read(self.truth, lambda file: len(array_of(file, "polar/turn")))
                 numbers = numbers[:held]
         except OSError:
             return []
@@ -96,9 +94,9 @@ class Results:
     def layout(self) -> Layout:
         """The cells of polar and ground maps. OSError before the first turn."""
 
-        def read(file: h5py.File) -> Layout:
+        def read(file: GrowingFile) -> Layout:
             names = ("polar/azimuth", "polar/range", "ground/x", "ground/y")
-            return Layout(*(np.asarray(_array(file, name)[:], dtype=np.float64) for name in names))
+            return Layout(*(np.asarray(array_of(file, name)[:], dtype=np.float64) for name in names))
 
         return self._read(self._main, read)
 
@@ -135,7 +133,7 @@ class Results:
                 return kept
         tree, path = name.split("/", 1)
         file = {"maps": self.maps, "truth": self.truth}[tree]
-        values = self._read(file, lambda opened: np.asarray(_array(opened, path)[index], dtype=np.float32))
+        values = self._read(file, lambda opened: np.asarray(array_of(opened, path)[index], dtype=np.float32))
         with self._lock:
             self._kept[key] = values
             self._bytes += values.nbytes
@@ -161,16 +159,14 @@ class Results:
 
     def time(self, index: int) -> float:
         """When a turn began, s."""
-        if index >= self._times.size:
-            self._times = self._read(self._main, _first_times)
-        return float(self._times[index])
+        return float(np.min(self._read(self._main, lambda file: array_of(file, "polar/time")[index])))
 
-    def _read(self, path: Path, read: Callable[[h5py.File], Result]) -> Result:
+    def _read(self, path: Path, read: Callable[[GrowingFile], Result]) -> Result:
         """Of a file that is finished, which stays open, or of one that grows."""
         try:
             with self._lock:
                 if path.name not in self._open and path.exists():
-                    self._open[path.name] = open_hdf5(path, rows=True)
+                    self._open[path.name] = GrowingFile(path)
                 held = self._open.get(path.name)
             return read_whole_turns(path, read) if held is None else read(held)
         except (IndexError, ValueError) as error:
@@ -189,15 +185,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.ravel()[0]
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
-
-
-def _first_times(file: h5py.File) -> NDArray[np.float64]:
-    weigh_arrays(file, ["polar/time"], "polar/time")
-    return np.min(_array(file, "polar/time")[:], axis=1)
-
-
-def _array(file: h5py.File, name: str) -> h5py.Dataset:
-    found = file[name]
-    if not isinstance(found, h5py.Dataset):
-        raise KeyError(name)
-    return found

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from ..io.committed_file import part_of
 from ..io.opening import LONG, read_json
 from ..io.scenefile import read_toml
+from ..io.turn_files import part_of
 from .safety import is_text, unreadable_product
 
 _DEEPEST = 3
@@ -42,6 +42,7 @@ def find_runs(runs: Path) -> list[RunEntry]:
     """All folders of results below the runs, the newest first."""
     found: list[RunEntry] = []
     for looked, (place, folders, files) in enumerate(os.walk(runs, followlinks=False), 1):
+        there = {*files, *folders}
         depth = len(Path(place).relative_to(runs).parts)
         folders[:] = (
             []
@@ -52,7 +53,7 @@ def find_runs(runs: Path) -> list[RunEntry]:
                 if not each.startswith(".") and not each.endswith(".zarr") and each != "points" and is_text(each)
             )
         )
-        entry = _entry(runs, Path(place), set(files))
+        entry = _entry(runs, Path(place), there)
         if entry is not None:
             found.append(entry)
         if looked >= _MOST:

@@ -161,7 +161,7 @@ async def _refuse(scope: Mapping[str, Any], receive: Any, send: Any, status: int
 # ------------------------------------------------------------------------------------------------------ files
 
 _FILE_KEYS = ("file", "mesh")  # of scenes, at any depth
-_PRODUCTS = (".nc", ".json", ".toml", ".part", ".journal", ".txt")
+_PRODUCTS = (".nc", ".json", ".toml", ".part", ".npz", ".txt")
 
 
 @dataclass(frozen=True)
@@ -226,6 +226,10 @@ def unreadable_product(folder: Path, holds: Callable[[Path], bool]) -> str:
     """Which of a folder's products nobody may read, in words: it is no regular file, or a link to a place that `holds`
     denies. Empty where all are as they should be."""
     for entry in os.scandir(folder):
+        if entry.name.endswith(".part") and entry.is_dir(follow_symlinks=False):  # the turns of one that grows
+            if odd := unreadable_product(Path(entry.path), holds):
+                return odd
+            continue
         if entry.name.endswith(_PRODUCTS) and not entry.is_file(follow_symlinks=False):
             try:
                 check_file(entry.path, "a result", named=entry.name)

@@ -1,4 +1,4 @@
-"""The command `recover`: what a killed run has left becomes readable."""
+"""The command `recover`: what a killed run has left, or one that met a full disk, becomes readable."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .shell import command, console
 
 @command("recover runs/choppy_sea-1", "recover night")
 def recover(folder: Path, /) -> int:
-    """Put what a killed run has left under its own names: every turn that is whole in all of its files.
+    """Put what a kill or a full disk has left of a run under its own names: every turn that is whole in all its files.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def recover(folder: Path, /) -> int:
 
     found = recover_folder(folder)
     if found is None:
-        console.print(f"{folder}: nothing to recover, no process was killed while it wrote here")
+        console.print(f"{folder}: nothing to recover, no process was stopped while it wrote here")
         return 0
     if found.complete == 0:
         console.print(f"{folder}: no whole one of the {found.unit} was left, and what there was is removed")

@@ -1,17 +1,18 @@
 """The Zarr store into which a run streams its echoes turn by turn.
 
-Each file of it appears whole, so a kill loses no turn; but it may leave arrays of unlike length. While a store grows,
-its attribute `complete_pulses` counts the pulses of the complete turns, and `recover_echoes` cuts off what is beyond.
-
-The store's own description repeats those of its arrays, as long as the complete turns are ("consolidated metadata"),
-and is written at once with the number of these: whoever opens the store with `xr.open_zarr` alone sees whole turns,
-also while it grows.
+Zarr writes each file of it whole, so a kill loses no turn; but it may leave arrays of unlike length. While a store
+grows, its attribute `complete_pulses` counts the pulses of the complete turns, and `recover_echoes` cuts off what is
+beyond. The store's own description ("consolidated metadata") is brought up to date when a turn is whole: whoever opens
+the store with `xr.open_zarr` alone sees whole turns, also while it grows.
 """
 
 from __future__ import annotations
 
-import json
+import contextlib
+import errno
+import os
 import shutil
+from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -20,15 +21,13 @@ import numpy as np
 import xarray as xr
 import zarr
 
-from ..compute.machine import pool
-from .growing_array import DESCRIPTION, PARTIAL, GrowingArray, write_file
 from .opening import read_json
 from .quiet import quietly
-from .results_folder import write_whole
 from .stored_chunks import EVERY_CHUNK
 
 _PULSES_A_CHUNK, _READINGS_A_CHUNK = 2000, 20000  # of voltages, and of what else a pulse has: a file each takes 1 ms
 PULSES = "complete_pulses"
+DESCRIPTION = "zarr.json"
 _EVERY: Any = {"write_empty_chunks": True}  # zeros too: a chunk that is not there is lost
 _COORDINATES = "time azimuth transmitter turn"  # beside the dimensions
 
@@ -41,34 +40,34 @@ class EchoStore:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._group: zarr.Group | None = None
-        self._arrays: dict[str, GrowingArray] = {}  # those that grow
-        self._begun = False
+        self._arrays: dict[str, zarr.Array] = {}  # those that grow
         self._length = self._before = (0, 0)  # turns and pulses that are complete, and were before the last turn
 
     def append(self, turn: xr.Dataset) -> None:
-        """Append one turn's echoes (schema `echoes`), or none of it where the disk has no room: then OSError."""
-        if self._group is None:
-            self._group = self._create(turn)
-        _, start = self._length
-        rolling = {str(n): v.values for n, v in turn.variables.items() if v.dims[0] == "pulse"}
+        """Append one turn's echoes (schema `echoes`), or none of it where the disk has no room: then OSError.
+
+        OSError too where somebody has removed a part of the store.
+        """
+        if not self._arrays:
+            self._create(turn)
+        turns, pulses = self._length
+        self._check(pulses)
+        length = int(turn.attrs["complete_turns"]), pulses + turn.sizes["pulse"]
         try:
-            with pool() as workers:  # the system writes one file beside another; leaving waits for all of them
-                list(workers.map(lambda name: self._arrays[name].lengthen(start + turn.sizes["pulse"]), rolling))
-                chunks = [each for name, values in rolling.items() for each in self._arrays[name].chunks(start, values)]
-                list(workers.map(write_file, *zip(*chunks, strict=True)))
+            for name, array in self._arrays.items():
+                array.append(turn[name].values)
+            _describe(self.path, *length)
         except BaseException:  # interrupted, or no space left: arrays of unlike length could not be read any more
-            _shorten(self._group, start)
+            with contextlib.suppress(OSError):
+                _cut(self.path, self._arrays.values(), turns, pulses)
             raise
-        complete = int(turn.attrs["complete_turns"])
-        _describe(self.path, complete, start + turn.sizes["pulse"])
-        self._before, self._length = self._length, (complete, start + turn.sizes["pulse"])
+        self._before, self._length = self._length, length
 
     def take_back(self) -> None:
         """Forget the turn that was appended last."""
-        if self._group is not None and self._length != self._before:
+        if self._length != self._before:
             self._length = self._before
-            _cut(self.path, self._group, *self._length)
+            _cut(self.path, self._arrays.values(), *self._length)
 
     def __enter__(self) -> Self:
         return self
@@ -76,75 +75,70 @@ class EchoStore:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        turns, _ = self._length
-        if self._begun and not turns:
+        turns, pulses = self._length
+        if self._arrays and not turns:
             shutil.rmtree(self.path, ignore_errors=True)
-        elif self._group is not None:
-            _describe(self.path, *self._length, growing=False)
+        elif self._arrays:
+            try:
+                _cut(self.path, self._arrays.values(), turns, pulses, growing=False)
+            except OSError:
+                if error is None:  # else that is what is told
+                    raise
 
-    def _create(self, turn: xr.Dataset) -> zarr.Group:
+    def _create(self, turn: xr.Dataset) -> None:
         if self.path.exists():
             shutil.rmtree(self.path)
-        self._begun = True
-        group = zarr.open_group(self.path, mode="w", zarr_format=3)
+        told = {"complete_turns": 0, "coordinates": _COORDINATES, PULSES: 0, EVERY_CHUNK: 1}
+        group = zarr.open_group(self.path, mode="w", zarr_format=3, attributes=turn.attrs | told)
         for name, variable in turn.variables.items():
             rolling = variable.dims[0] == "pulse"
-            shape = (0, *variable.shape[1:]) if rolling else variable.shape
             rows = _PULSES_A_CHUNK if name == "voltage" else _READINGS_A_CHUNK
-            chunks = (rows, *variable.shape[1:]) if rolling else variable.shape
             array = group.create_array(
                 str(name),
-                shape=shape,
+                shape=(0, *variable.shape[1:]) if rolling else variable.shape,
                 dtype=variable.dtype,
-                chunks=chunks,
+                chunks=(rows, *variable.shape[1:]) if rolling else variable.shape,
                 config=_EVERY,
                 compressors=None,  # noise does not compress, and a turn must be written in a fraction of a second
                 dimension_names=[str(d) for d in variable.dims],
                 attributes={k: (v.tolist() if isinstance(v, np.ndarray) else v) for k, v in variable.attrs.items()},
             )
             if rolling:
-                self._arrays[str(name)] = GrowingArray(self.path / str(name))
+                self._arrays[str(name)] = array
             else:
                 array[...] = variable.values
-        attributes = {"complete_turns": 0, "coordinates": _COORDINATES, PULSES: 0, EVERY_CHUNK: 1}
-        group.update_attributes({**turn.attrs, **attributes})
         _describe(self.path, 0, 0)
-        return group
+
+    def _check(self, pulses: int) -> None:
+        """Zarr makes anew what somebody has removed, with zeros for turns that were there: the last ones must be."""
+        for name, array in self._arrays.items():
+            last = ((pulses - 1) // array.chunks[0], *(0 for _ in array.shape[1:]))
+            needed = [DESCRIPTION, f"{name}/{DESCRIPTION}"]
+            if pulses:
+                needed.append(f"{name}/{array.metadata.encode_chunk_key(last)}")
+            for each in needed:
+                if not (self.path / each).exists():
+                    raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(self.path / each))
 
 
-def _shorten(group: zarr.Group, pulses: int) -> None:
-    """Bring all that grows by pulses to one length."""
-    with quietly():  # of those whose files somebody has removed
-        arrays = [array for _, array in group.arrays()]
-    for array in arrays:
-        if array.metadata.dimension_names[0] == "pulse":  # type: ignore[union-attr,index]
-            array.resize((pulses, *array.shape[1:]))
-
-
-def _cut(path: Path, group: zarr.Group, turns: int, pulses: int) -> None:
+def _cut(path: Path, arrays: Iterable[zarr.Array], turns: int, pulses: int, growing: bool = True) -> None:
     """Leave so many turns, which have so many pulses. The attributes come first: then what is longer is not read."""
-    _describe(path, turns, pulses)
-    _shorten(group, pulses)
+    with quietly():  # of arrays whose files somebody has removed
+        zarr.open_group(path, mode="r+", zarr_format=3).update_attributes({"complete_turns": turns, PULSES: pulses})
+        for array in arrays:
+            if array.shape[0] != pulses:
+                array.resize((pulses, *array.shape[1:]))
+    _describe(path, turns, pulses, growing)
 
 
 def _describe(path: Path, turns: int, pulses: int, growing: bool = True) -> None:
-    """Say how many turns are complete, and describe all arrays as so many pulses long, in one file that appears whole.
-
-    Zarr's own `consolidate_metadata` would take the arrays as they are, and a second write.
-    """
-    file = path / DESCRIPTION
-    described = json.loads(file.read_text(encoding="utf-8"))
-    attributes = described["attributes"]
-    attributes.pop(PULSES, None)
-    attributes |= {"complete_turns": turns} | ({PULSES: pulses} if growing else {})
-    arrays = {}
-    for each in sorted(path.glob(f"*/{DESCRIPTION}")):
-        array = json.loads(each.read_text(encoding="utf-8"))
-        if array["dimension_names"][0] == "pulse":
-            array["shape"][0] = pulses
-        arrays[each.parent.name] = array
-    described["consolidated_metadata"] = {"kind": "inline", "must_understand": False, "metadata": arrays}
-    write_whole(file, json.dumps(described))
+    """Say how many turns are complete, and describe all arrays as they are now, in the store's own description."""
+    with quietly():  # format 3 does not speak of it yet
+        group = zarr.consolidate_metadata(path, zarr_format=3)
+    attributes = group.attrs.asdict() | {"complete_turns": turns, PULSES: pulses}
+    if not growing:
+        del attributes[PULSES]
+    group.attrs.put(attributes)
 
 
 # ------------------------------------------------------------------------------------------------- after a kill
@@ -163,17 +157,17 @@ def recoverable_turns(path: Path) -> int:
 
 def recover_echoes(path: Path, turns: int) -> None:
     """Leave the first so many turns of a store that a kill has left; none: remove it. May be called again."""
-    for left in (*path.rglob(f"*{PARTIAL}"), path / f".{DESCRIPTION}.part"):  # of single files of the store
+    for left in path.rglob("*.partial"):  # as Zarr calls a file that is not whole
         left.unlink(missing_ok=True)
     if not turns:
         shutil.rmtree(path, ignore_errors=True)
         return
     group = zarr.open_group(path, mode="r+", zarr_format=3, use_consolidated=False)
+    arrays = {name: array for name, array in group.arrays() if array.metadata.dimension_names[0] == "pulse"}
     pulses = int(group.attrs[PULSES])  # type: ignore[arg-type]
     if turns < recoverable_turns(path):
-        pulses = int(np.searchsorted(np.asarray(group["turn"][:pulses]), turns))  # type: ignore[index]
-    _cut(path, group, turns, pulses)
-    _describe(path, turns, pulses, growing=False)
+        pulses = int(np.searchsorted(np.asarray(arrays["turn"][:pulses]), turns))
+    _cut(path, arrays.values(), turns, pulses, growing=False)
 
 
 def _attributes(path: Path) -> dict[str, Any] | None:

@@ -1,114 +1,99 @@
-"""Whole turns of a NetCDF file while another process writes it, or after that was killed: read without touching it.
-
-A `CommittedFile` is at any instant its own bytes with the pages of its journal laid over them. A journal appears whole;
-where it is another one after reading than before, what was read may be of two commits, and is read again.
-"""
+"""Whole turns of a NetCDF file that is finished, or of the files beside it while it grows or after a kill."""
 
 from __future__ import annotations
 
-import io
-import os
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing
+from functools import lru_cache
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import h5py
+import numpy as np
+from numpy.typing import NDArray
 
-from ..errors import InputError
-from .committed_file import journal_of, pages_of_journal, part_of
-from .opening import LONG, check_hdf5, open_file, open_hdf5
+from .opening import open_hdf5, read_npz
+from .turn_files import part_of, turn_files
 
 Result = TypeVar("Result")
-_TRIES = 20
+_TRIES = 3
+_KEPT = 2**14  # arrays of single turns, which are small: numbers of turns, what gauges read
 
 
-class _Overlaid(io.RawIOBase):
-    """A file with the pages of a journal laid over it, cut off at the journal's size. Read only."""
+class GrowingFile:
+    """What is whole of a file, to be read as the file itself, and closed. OSError, InputError where there is none."""
 
-    def __init__(self, path: Path, content: bytes) -> None:
-        self._size, self._pages, self._page = pages_of_journal(content)
-        self._file = open_file(path)
-        self._handle = self._file.fileno()
-        self._place = 0
+    def __init__(self, path: Path) -> None:
+        files = [path] if path.exists() else turn_files(part_of(path))
+        if not files:
+            raise FileNotFoundError("holds no whole turn yet")
+        self._begun, self._further = open_hdf5(files[0], rows=True), files[1:]
 
-    def readable(self) -> bool:
-        return True
+    def __contains__(self, name: str) -> bool:
+        return name in self._begun
 
-    def seekable(self) -> bool:
-        return True
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._begun)
 
-    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        start = {os.SEEK_SET: 0, os.SEEK_CUR: self._place, os.SEEK_END: self._size}[whence]
-        self._place = start + offset
-        return self._place
-
-    def tell(self) -> int:
-        return self._place
-
-    def readinto(self, buffer) -> int:
-        view, start = memoryview(buffer).cast("B"), self._place
-        wanted = max(0, min(len(view), self._size - start))
-        found = os.pread(self._handle, wanted, start)
-        view[: len(found)] = found
-        view[len(found) : wanted] = bytes(wanted - len(found))
-        for number in range(start // self._page, -(-(start + wanted) // self._page)) if wanted else ():
-            page = self._pages.get(number)
-            if page is not None:
-                low, high = max(start, number * self._page), min(start + wanted, (number + 1) * self._page)
-                view[low - start : high - start] = page[low - number * self._page : high - number * self._page]
-        self._place += wanted
-        return wanted
+    def __getitem__(self, name: str) -> Any:
+        """A group, or an array. KeyError where there is none."""
+        found = self._begun[name]
+        grows = isinstance(found, h5py.Dataset) and None in found.maxshape
+        return GrowingArray(found, name, self._further) if grows and self._further else found
 
     def close(self) -> None:
-        if not self.closed:
-            self._file.close()
-        super().close()
+        self._begun.close()
 
 
-def read_whole_turns(path: Path, read: Callable[[h5py.File], Result]) -> Result:
+class GrowingArray:
+    """An array of which some turns are in the file of the first ones, and each further one in a file of its own."""
+
+    def __init__(self, begun: h5py.Dataset, name: str, further: list[Path]) -> None:
+        self._begun, self._name, self._further = begun, name, further
+
+    def __len__(self) -> int:
+        """Turns, of an array of turns."""
+        return len(self._begun) + len(self._further)
+
+    def __getitem__(self, key: int | slice) -> NDArray[Any]:
+        """A turn of an array of turns; or all of an array, or a part."""
+        if isinstance(key, slice):
+            kept = (_kept(each, each.stat().st_mtime_ns, self._name) for each in self._further)
+            return np.concatenate([self._begun[()], *kept], self._begun.maxshape.index(None))[key]
+        turn, first = range(len(self))[key], len(self._begun)
+        return self._begun[turn] if turn < first else _read(self._further[turn - first], self._name)[0]
+
+
+def _read(file: Path, name: str) -> NDArray[Any]:
+    _, arrays = read_npz(file, (name,))
+    return arrays[name]
+
+
+@lru_cache(_KEPT)
+def _kept(file: Path, written_ns: int, name: str) -> NDArray[Any]:
+    """written_ns: of this file, as another run may write one of its name."""
+    return _read(file, name)
+
+
+def array_of(file: GrowingFile | h5py.File, name: str) -> Any:
+    """An array of it. KeyError where there is none."""
+    found = file[name]
+    if isinstance(found, h5py.Group):
+        raise KeyError(name)
+    return found
+
+
+def read_whole_turns(path: Path, read: Callable[[GrowingFile], Result]) -> Result:
     """What `read` makes of a file that is finished, or of the whole turns of one that grows or was left by a kill.
 
-    path: the file's own name. read: is given the open file, and may be called several times.
-    Raises OSError where there is neither.
+    path: the file's own name. read: is given the open file, and may be called several times: while it reads, a file
+    that grew may be finished. Raises OSError where there is none, or a damaged one.
     """
+    told = ""
     for _ in range(_TRIES):
         try:
-            if path.exists():
-                with open_hdf5(path, rows=True) as file:
-                    return read(file)
-            with _growing(path) as (file, unchanged):
-                found = read(file)
-                if unchanged():
-                    return found
-        except (OSError, KeyError, RuntimeError, ValueError) as error:
-            if isinstance(error, InputError):
-                raise OSError(str(error)) from None
-            if not path.exists() and not journal_of(part_of(path)).exists():
-                raise OSError(f"{path}: holds no whole turn yet") from None
-    raise OSError(f"{path}: changes faster than it can be read; try again")
-
-
-@contextmanager
-def _growing(path: Path) -> Iterator[tuple[h5py.File, Callable[[], bool]]]:
-    journal = journal_of(part_of(path))
-    if not journal.exists():
-        raise FileNotFoundError(journal)
-    with open_file(journal, most=LONG) as opened:
-        before = os.fstat(opened.fileno())
-        content = opened.read()
-    overlaid = _Overlaid(part_of(path), content)
-    try:
-        with h5py.File(overlaid, "r") as file:
-            check_hdf5(file, str(path), rows=True)
-
-            def unchanged() -> bool:
-                try:
-                    now = os.stat(journal)
-                except OSError:
-                    return False
-                return (now.st_ino, now.st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
-
-            yield file, unchanged
-    finally:
-        overlaid.close()
+            with closing(GrowingFile(path)) as file:
+                return read(file)
+        except Exception as error:  # a damaged file raises exceptions of many types
+            told = str(error)
+    raise OSError(f"{path}: {told}")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import NamedTuple
+from zipfile import BadZipFile
 
 from ..errors import InputError
-from .committed_file import part_of
-from .results_folder import finished, held_folder, remove_hidden, unfinished
+from .results_folder import FULL, finished, held_folder, remove_hidden, unfinished
 
 _OPTION, _FORECASTS = "DIR", "prediction.nc"
 
@@ -27,7 +27,8 @@ def recover(folder: str | Path) -> Recovered | None:
     """Put the turns that are whole in all files of a killed run under the files' own names; None if there is nothing.
 
     Turns that only some of the files have go. May itself be killed and called again.
-    Raises InputError for a folder that is not there, into which a process writes, or whose files are damaged.
+    Raises InputError for a folder that is not there, into which a process writes, or whose files are damaged, and
+    OSError where the disk is full.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -39,7 +40,9 @@ def recover(folder: str | Path) -> Recovered | None:
             return None
         try:
             complete = _recovered(folder, left.files)
-        except (OSError, ValueError, KeyError) as error:
+        except (OSError, ValueError, KeyError, RuntimeError, BadZipFile) as error:
+            if isinstance(error, OSError) and error.errno in FULL:
+                raise
             raise InputError(
                 f"{_OPTION} = '{folder}': cannot be recovered ({error}); run it again with --overwrite"
             ) from None
@@ -52,7 +55,7 @@ def recover(folder: str | Path) -> Recovered | None:
 
 def _recovered(folder: Path, files: tuple[str, ...]) -> int | None:
     """How many turns are whole in all files, which hold them then; None if the kill came when all were finished."""
-    from .appendable import recover_netcdf  # loads h5py
+    from .appendable import recover_netcdf  # loads xarray
     from .echo_store import recover_echoes  # loads zarr
 
     growing = {name: turns for name in files if (turns := _whole(folder / name)) is not None}
@@ -68,25 +71,20 @@ def _recovered(folder: Path, files: tuple[str, ...]) -> int | None:
 
 def _issued(path: Path, turns: int) -> int:
     """How many of the whole forecasts of a file are of the first so many turns."""
-    import h5py
     import numpy as np
 
-    from .appendable import recoverable
-    from .opening import open_hdf5
+    from .growing_file import array_of, read_whole_turns
 
-    if not recoverable(path):
+    if not _whole(path):
         return 0
-    with open_hdf5(part_of(path), rows=True) as file:
-        issue = file["issue"]
-        assert isinstance(issue, h5py.Dataset)
-        return int(np.searchsorted(np.asarray(issue[:]), turns))
+    return read_whole_turns(path, lambda file: int(np.searchsorted(array_of(file, "issue")[:], turns)))
 
 
 def _whole(path: Path) -> int | None:
     """How many turns of a file are whole; None where it is finished."""
-    from .appendable import recoverable  # loads h5py
     from .echo_store import is_growing, recoverable_turns  # loads zarr
+    from .turn_files import part_of, whole_turns
 
     if path.suffix == ".zarr":
         return recoverable_turns(path) if is_growing(path) else None
-    return recoverable(path) if part_of(path).exists() or not path.exists() else None
+    return None if path.exists() else whole_turns(part_of(path))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -39,6 +40,7 @@ KINDS = {
     "a link budget's": frozenset(("link.csv", "link.png")),
     "a validation's": frozenset(("validation.html",)),
 }
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # of a disk, or what it takes of a file
 _LOCK, _MARKER = ".seamap-rt.lock", ".seamap-rt.unfinished"
 # What products are called until they are whole, and after they were removed.
 _ENDINGS = "nc|zarr|json|toml|html|png|gif|csv|tif|txt|unfinished"
@@ -94,13 +96,25 @@ def held_folder(folder: Path, option: str) -> Iterator[None]:
 
 @contextmanager
 def growing(folder: Path, files: tuple[str, ...], unit: str = "turns") -> Iterator[None]:
-    """Note which files grow in a folder. The note stays if a kill leaves them unfinished: `unfinished` reads it."""
+    """Note which files grow in a folder. The note stays if a kill leaves them unfinished: `unfinished` reads it.
+
+    It stays too where the disk had no room for the whole files; the OSError then says what to do.
+    """
     marker = folder / _MARKER
     write_whole(marker, json.dumps({"files": files, "unit": unit}))
+
+    def left() -> bool:
+        return any((folder / f".{name}.part").exists() for name in files)
+
     try:
         yield
+    except OSError as error:
+        if not (error.errno in FULL and left()):
+            raise
+        told = f"{error.strerror}; seamap-rt recover '{folder}' makes files of the whole {unit} once there is room"
+        raise OSError(error.errno, told, error.filename) from None
     finally:
-        if not any((folder / f".{name}.part").exists() for name in files):  # one could not be closed: the disk is full
+        if not left():
             marker.unlink(missing_ok=True)
 
 
@@ -181,11 +195,18 @@ def remove_hidden(folder: Path, names: Container[str] | None = None) -> None:
             shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
-def write_whole(path: Path, content: str | bytes) -> None:
-    """Write a file that appears whole or not at all."""
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Another name to write a file under, which then appears whole or not at all."""
     part = path.with_name(f".{path.name}.part")
     try:
-        part.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8"))
+        yield part
         os.replace(part, path)
     finally:
         part.unlink(missing_ok=True)
+
+
+def write_whole(path: Path, content: str | bytes | memoryview) -> None:
+    """Write a file that appears whole or not at all."""
+    with whole_file(path) as part:
+        part.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)

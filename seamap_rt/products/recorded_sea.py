@@ -10,6 +10,7 @@ import time as clock
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 import xarray as xr
@@ -253,7 +254,7 @@ def _written(folder: Path, frames: _Frames, told: dict[str, Any], begun: Kept | 
             f"the sea breaks beyond what the model bears ({error}); raise --spacing above {frames.plan.spacing:.4g}, "
             f"lower --order, or lower the waves; {RECORD} holds what came before"
         ) from None
-    except (ValueError, KeyError) as error:
+    except (ValueError, KeyError, FileNotFoundError, BadZipFile) as error:
         if begun is None or isinstance(error, InputError):
             raise
         raise InputError(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import time
 from collections.abc import Iterator, Sequence
@@ -22,7 +21,7 @@ from ..interferometry import open_echoes
 from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
 from ..io.plain_json import to_json
-from ..io.results_folder import clear_folder, growing, results_folder, write_whole
+from ..io.results_folder import FULL, clear_folder, growing, results_folder, write_whole
 from ..measured import Rings
 from ..metrics import error_figures
 from ..report.facts import run_facts
@@ -151,7 +150,7 @@ def _stating_what_is_left(file: AppendableNetCDF, turns: int) -> Iterator[None]:
             rest = "no results are left"
         if is_interruption(error):
             raise KeyboardInterrupt(f"{whole}, {rest}") from None
-        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+        if isinstance(error, OSError) and error.errno in FULL:
             raise OSError(error.errno, f"{error.strerror}; {whole}, {rest}", error.filename) from None
         raise
 

@@ -18,7 +18,7 @@ from seamap_rt.app.trade_point import folder_of_point, scene_of_point, words_of_
 from seamap_rt.app.trading import Point
 from seamap_rt.app.views import MAP_VIEWS, Source
 from seamap_rt.errors import InputError
-from seamap_rt.io.appendable import part_of
+from seamap_rt.io.turn_files import part_of
 from seamap_rt.scene import load_scene
 from seamap_rt.studies.sweep import Sweep
 
@@ -46,7 +46,7 @@ def test_a_folder_is_known_by_what_is_in_it(tmp_path: Path, kind: str) -> None:
 def test_a_run_is_one_from_its_first_turn_on(tmp_path: Path) -> None:
     assert kind_of(tmp_path) is None
     for name in ("truth.nc", "maps.nc"):
-        part_of(tmp_path / name).touch()
+        part_of(tmp_path / name).mkdir()
     assert kind_of(tmp_path) == "run"
 
 

@@ -20,8 +20,8 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
     folder = tmp_path_factory.mktemp("gauged")
     (folder / "maps.nc").touch()
     with AppendableNetCDF(folder / "gauges.nc", ("turn", "sample")) as file:
-        for turn in range(0, TURNS, 16):
-            file.append(gauge_series(turn, 16))
+        for turn in range(TURNS):
+            file.append(gauge_series(turn))
     return Results(folder)
 
 

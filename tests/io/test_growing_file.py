@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import threading
+import time
 from pathlib import Path
+from typing import Any
 
-import h5py
 import numpy as np
 import pytest
 import xarray as xr
 
 from seamap_rt.io.appendable import AppendableNetCDF
-from seamap_rt.io.committed_file import journal_of, part_of
-from seamap_rt.io.growing_file import read_whole_turns
+from seamap_rt.io.growing_file import GrowingFile, array_of, read_whole_turns
+from seamap_rt.io.turn_files import part_of
 
 _SIDE = 40
 
@@ -22,8 +23,8 @@ def _turn(number: int) -> xr.DataTree:
     return xr.DataTree.from_dict({"/polar": xr.Dataset({"height": field}, {"turn": [number]})})
 
 
-def _heights(file: h5py.File) -> np.ndarray:
-    return np.asarray(file["polar/height"])  # type: ignore[arg-type]
+def _heights(file: GrowingFile) -> np.ndarray:
+    return np.asarray(array_of(file, "polar/height")[:])
 
 
 def test_each_whole_turn_is_there_at_once_and_nothing_before_the_first(tmp_path: Path) -> None:
@@ -39,22 +40,47 @@ def test_each_whole_turn_is_there_at_once_and_nothing_before_the_first(tmp_path:
     np.testing.assert_array_equal(read_whole_turns(path, _heights)[:, 5, 5], np.arange(4.0))
 
 
-def test_pages_of_a_commit_that_are_not_in_the_file_yet_are_read_from_its_journal(tmp_path: Path) -> None:
-    """A kill between the journal and the file leaves the file old: overlaid it is whole, and it is not touched."""
+def test_a_turn_that_is_being_written_is_not_read(tmp_path: Path) -> None:
     path = tmp_path / "maps.nc"
     with AppendableNetCDF(path) as file:
-        for number in range(2):
+        for number in range(3):
             file.append(_turn(number))
-        old = part_of(path).read_bytes()
-        file.append(_turn(2))
-        new, journal = part_of(path).read_bytes(), journal_of(part_of(path)).read_bytes()
-    torn = old + new[len(old) :]  # the tables are those of two turns, the third one's values are there
-    assert torn != new
-    part_of(path).write_bytes(torn)
-    journal_of(part_of(path)).write_bytes(journal)
-    path.unlink()
-    assert read_whole_turns(path, _heights).shape[0] == 3
-    assert part_of(path).read_bytes() == torn
+        whole = part_of(path) / "2.npz"
+        (part_of(path) / ".3.npz.part").write_bytes(whole.read_bytes()[:1000])
+        assert read_whole_turns(path, _heights).shape[0] == 3
+
+
+def _series(number: int, turns: int = 1) -> xr.Dataset:
+    turn, sample = number + np.arange(turns), 4 * number + np.arange(4 * turns)
+    variables = {
+        "seen": (("turn", "look"), 1.0 * turn[:, None] + np.arange(3)),
+        "true": (("gauge", "sample"), 0.5 * sample[None]),
+        "height": (("gauge", "turn"), turn[None]),
+        "east": (("gauge",), [7.0]),
+    }
+    return xr.Dataset(variables, {"turn": turn, "time": ("sample", 0.1 * sample), "gauge": ["west"]}, {"title": "it"})
+
+
+@pytest.mark.parametrize("first", [1, 3])
+def test_what_grows_reads_as_the_file_that_it_becomes(tmp_path: Path, first: int) -> None:
+    """Names, attributes, and each array by a turn, by some, from the end, whole; whatever dimension grows."""
+    path = tmp_path / "it.nc"
+
+    def read(file: GrowingFile) -> list[tuple[str, list[Any]]]:
+        found: list[tuple[str, list[Any]]] = [("", [list(file), dict(file["/"].attrs)["title"], "seen" in file, "none" in file])]
+        for name in set(file) - {"sample", "look"}:  # of which there are no values
+            array = array_of(file, name)
+            keys = [slice(None), slice(2, None), slice(0, 0)] + ([0, 3, -1] if name in ("seen", "turn") else [])
+            found.append((name, [np.asarray(array[key]).tolist() for key in keys]))
+        return found
+
+    with AppendableNetCDF(path, ("turn", "sample")) as file:
+        file.append(_series(0, first))
+        for number in range(first, 5):
+            file.append(_series(number))
+        growing = read_whole_turns(path, read)
+        assert read_whole_turns(path, lambda file: len(array_of(file, "seen"))) == 5
+    assert growing == read_whole_turns(path, read)
 
 
 def test_a_reader_beside_a_writer_sees_whole_turns_alone(tmp_path: Path) -> None:
@@ -79,16 +105,24 @@ def test_a_reader_beside_a_writer_sees_whole_turns_alone(tmp_path: Path) -> None
         reader.start()
         for number in range(1, 60):
             file.append(_turn(number))
-        ended.set()
-        reader.join()
+    time.sleep(0.05)  # and beyond its end
+    ended.set()
+    reader.join()
     assert wrong == []
     assert seen == sorted(seen)
     assert seen[-1] > 1
 
 
-def test_what_is_no_journal_is_no_file(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["1.nc", "1.npz"])
+def test_damage_is_an_error_of_the_file(tmp_path: Path, name: str) -> None:
     path = tmp_path / "maps.nc"
-    part_of(path).write_bytes(b"x" * 100)
-    journal_of(part_of(path)).write_bytes(b"nonsense")
-    with pytest.raises(OSError, match=r"maps\.nc"):
-        read_whole_turns(path, _heights)
+    with AppendableNetCDF(path) as file:
+        for number in range(2):
+            file.append(_turn(number))
+        damaged = part_of(path) / name
+        held = damaged.read_bytes()
+        for content in (b"", b"nonsense", held[: len(held) // 2]):
+            damaged.write_bytes(content)
+            with pytest.raises(OSError, match=r"maps\.nc"):
+                read_whole_turns(path, _heights)
+        damaged.write_bytes(held)

@@ -22,12 +22,12 @@ import zarr
 from seamap_rt.compute import locks
 from seamap_rt.compute.scratch import scratch_folder
 from seamap_rt.errors import InputError
-from seamap_rt.io import committed_file, echo_store, growing_array
+from seamap_rt.io import echo_store
 from seamap_rt.io.appendable import AppendableNetCDF
-from seamap_rt.io.committed_file import CommittedFile, mend, part_of
 from seamap_rt.io.echo_store import EchoStore, recover_echoes, recoverable_turns
 from seamap_rt.io.recovery import recover
-from seamap_rt.io.results_folder import clear_folder, growing, results_folder, write_whole
+from seamap_rt.io.results_folder import clear_folder, growing, results_folder
+from seamap_rt.io.turn_files import part_of
 
 
 def tree(turn: int) -> xr.DataTree:
@@ -72,30 +72,33 @@ def snapshots(tmp_path: Path) -> Snapshots:
 # ------------------------------------------------------------------------------------------------------ NetCDF
 
 
-def watch_netcdf(snapshots: Snapshots, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Before each write to the disk, and in the middle of it, and before each new name."""
-    written, renamed = committed_file._write_at, os.replace
-
-    def write(handle: int, view: memoryview, offset: int) -> None:
-        snapshots.take()
-        written(handle, view[: len(view) // 2], offset)
-        snapshots.take()
-        written(handle, view, offset)
+def watch(snapshots: Snapshots, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before and after each new name, also with half of what then gets it, and before anything goes."""
+    renamed, removed, one_at_a_time = os.replace, os.unlink, threading.RLock()
 
     def replace(old: Path, new: Path) -> None:
-        snapshots.take()
-        renamed(old, new)
-        snapshots.take()
+        with one_at_a_time:  # a store is written in several threads
+            snapshots.take()
+            snapshots.take()
+            half = snapshots.taken[-1][0] / Path(old).relative_to(snapshots.folder)
+            os.truncate(half, half.stat().st_size // 2)
+            renamed(old, new)
+            snapshots.take()
 
-    monkeypatch.setattr(committed_file, "_write_at", write)
+    def unlink(path: Path, **given: Any) -> None:
+        with one_at_a_time:
+            snapshots.take()
+            removed(path, **given)
+
     monkeypatch.setattr(os, "replace", replace)
+    monkeypatch.setattr(os, "unlink", unlink)
 
 
 def test_each_write_leaves_a_file_with_its_whole_turns(snapshots: Snapshots, monkeypatch: pytest.MonkeyPatch) -> None:
     """As many turns as were appended, or the one more that was about to be; their values are those of their turns."""
     folder = snapshots.folder
     with monkeypatch.context() as watched, growing(folder, ("maps.nc",)):
-        watch_netcdf(snapshots, watched)
+        watch(snapshots, watched)
         with AppendableNetCDF(folder / "maps.nc") as file:
             for turn in range(3):
                 file.append(tree(turn))
@@ -103,7 +106,7 @@ def test_each_write_leaves_a_file_with_its_whole_turns(snapshots: Snapshots, mon
             file.append(tree(3))
             file.take_back()
             snapshots.take()
-    assert len(snapshots.taken) > 100
+    assert len(snapshots.taken) > 20
     seen = set()
     for copy, whole in snapshots.taken:
         found = recover(copy)
@@ -162,38 +165,23 @@ def test_forecasts_that_began_later_end_with_the_same_turn(tmp_path: Path) -> No
         assert made["issue"].values.tolist() == [2]
 
 
-def test_a_damaged_journal_is_one_line(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["1.nc", "1.npz"])
+def test_damage_is_one_line(tmp_path: Path, name: str) -> None:
     with growing(tmp_path, ("maps.nc",)):
-        AppendableNetCDF(tmp_path / "maps.nc").append(tree(0))
-    part = part_of(tmp_path / "maps.nc")
-    committed_file.journal_of(part).write_bytes(b"not one")
-    with pytest.raises(InputError, match=r"cannot be recovered \(.*is not a journal\); run it again with --overwrite"):
+        file = AppendableNetCDF(tmp_path / "maps.nc")
+        for turn in range(2):
+            file.append(tree(turn))
+    (part_of(tmp_path / "maps.nc") / name).write_bytes(b"not one")
+    with pytest.raises(InputError, match=r"cannot be recovered \(.*\); run it again with --overwrite"):
         recover(tmp_path)
 
 
-def test_what_hdf5_reads_is_what_it_wrote(tmp_path: Path) -> None:
-    """Random writes and reads, and commits between them, beside the same on plain memory; then the file by itself."""
-    drawn, memory = np.random.default_rng(1), bytearray()
-    file = CommittedFile(tmp_path / "it")
-    for step in range(400):
-        place, size = int(drawn.integers(0, 20_000)), int(drawn.integers(1, 9_000))
-        data = drawn.bytes(size)
-        file.seek(place)
-        file.write(data)
-        memory.extend(bytes(max(0, place + size - len(memory))))
-        memory[place : place + size] = data
-        start = int(drawn.integers(0, len(memory)))
-        file.seek(start)
-        assert file.read(3000)[: len(memory) - start] == memory[start : start + 3000]
-        if step % 20 == 19:
-            file.commit({"step": step})
-            assert (tmp_path / "it").read_bytes() == memory
-            assert mend(tmp_path / "it") == {"step": step}
-    file.seek(0)
-    file.write(bytes(len(memory)))
-    file.discard()
-    file.close()
-    assert (tmp_path / "it").read_bytes() == memory
+def test_what_an_earlier_version_left_is_one_line(tmp_path: Path) -> None:
+    with growing(tmp_path, ("maps.nc",)):
+        part_of(tmp_path / "maps.nc").write_bytes(b"HDF5, with a journal beside it")
+    with pytest.raises(InputError, match=r"cannot be recovered \(.* is of an earlier version, .*--overwrite"):
+        recover(tmp_path)
+    assert part_of(tmp_path / "maps.nc").exists()
 
 
 # -------------------------------------------------------------------------------------------------- the echo store
@@ -201,32 +189,9 @@ def test_what_hdf5_reads_is_what_it_wrote(tmp_path: Path) -> None:
 
 def test_each_write_of_the_store_leaves_its_whole_turns(snapshots: Snapshots, monkeypatch: pytest.MonkeyPatch) -> None:
     """Before each file of it, and in the middle of it; also where turns share a chunk."""
-    from zarr.storage import _local
-
-    folder, put, write, one_at_a_time = snapshots.folder, _local._put, growing_array.write_file, threading.Lock()
-
-    def made(*given: Any, **named: Any) -> int:
-        with one_at_a_time:  # the store writes in several threads
-            snapshots.take()
-            return put(*given, **named)
-
-    def watched(file: Path, content: Any) -> None:
-        with one_at_a_time:
-            snapshots.take()
-            file.parent.mkdir(parents=True, exist_ok=True)
-            Path(f"{file}{growing_array.PARTIAL}").write_bytes(bytes(content)[: len(bytes(content)) // 2])
-            snapshots.take()
-            write(file, content)
-
-    def described(path: Path, content: str) -> None:
-        snapshots.take()
-        write_whole(path, content)
-
+    folder = snapshots.folder
     with monkeypatch.context() as patch, growing(folder, ("echoes.zarr",)):
-        patch.setattr(_local, "_put", made)
-        for module in (growing_array, echo_store):
-            patch.setattr(module, "write_file", watched)
-        patch.setattr(echo_store, "write_whole", described)
+        watch(snapshots, patch)
         patch.setattr(echo_store, "_PULSES_A_CHUNK", 2)
         with EchoStore(folder / "echoes.zarr") as store:
             for turn in range(3):
@@ -237,7 +202,7 @@ def test_each_write_of_the_store_leaves_its_whole_turns(snapshots: Snapshots, mo
     assert len(snapshots.taken) > 50
     for copy, whole in snapshots.taken:
         recover(copy)
-        assert not list(copy.rglob(f"*{growing_array.PARTIAL}"))
+        assert not list(copy.rglob("*.partial"))
         if not (copy / "echoes.zarr").exists():
             assert whole == 0
             continue

@@ -1,0 +1,117 @@
+"""The turns of a NetCDF file that is not whole yet: files of a hidden folder beside it, one a turn.
+
+`N.nc` of such a folder holds the first N turns, and all that does not grow; each further turn is an archive of NumPy:
+`N.npz` and so on. Each appears whole, so a kill leaves whole turns.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+from collections.abc import Mapping
+from itertools import count, takewhile
+from pathlib import Path
+from typing import Any
+
+import h5netcdf
+import h5py
+import numpy as np
+
+from .results_folder import whole_file
+
+_GROWTH, _INDEX_BYTES = 1.01, 2**20  # of a file beside its values: what zlib cannot compress grows; trees of chunks
+
+
+def part_of(path: Path) -> Path:
+    """The folder of a file's turns."""
+    return path.with_name(f".{path.name}.part")
+
+
+def turn_files(folder: Path) -> list[Path]:
+    """The file of the first turns and those of one turn after it, in order, as far as none is missing.
+
+    ValueError for what an earlier version left: a file.
+    """
+    if folder.is_file():
+        raise ValueError(f"{folder.name} is of an earlier version, which recovers it")
+    begun = max(folder.glob("[0-9]*.nc"), key=turns_in, default=None)
+    if begun is None:
+        return []
+    return [begun, *takewhile(Path.exists, (folder / f"{turn}.npz" for turn in count(turns_in(begun))))]
+
+
+def turns_in(begun: Path) -> int:
+    """Of a file of the first turns, how many it holds."""
+    return int(begun.stem)
+
+
+def whole_turns(folder: Path) -> int:
+    """How many turns a folder holds."""
+    files = turn_files(folder)
+    return turns_in(files[0]) + len(files) - 1 if files else 0
+
+
+def write_turn(folder: Path, number: int, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
+    """Add a turn, before which there are so many. arrays: all that grow, by group and name."""
+    with whole_file(folder / f"{number}.npz") as part, part.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays)
+
+
+def join_turns(folder: Path, turns: int, path: Path, attributes: Mapping[str, Any] | None = None) -> None:
+    """Make a NetCDF file of the first so many turns, whole or not at all. Memory holds one of them.
+
+    Raises OSError where the disk has no room for it, and where there are fewer turns.
+    """
+    if not 0 < turns <= whole_turns(folder):
+        raise FileNotFoundError(errno.ENOENT, f"no {turns} whole turns", str(folder))
+    begun, *further = turn_files(folder)
+    further = further[: max(0, turns - turns_in(begun))]
+    made = folder / "whole"
+    try:
+        shutil.copyfile(begun, made)
+        _reserve(made, sum(each.stat().st_size for each in further))
+        with h5py.File(made, "r+") as hdf5:
+            for each in further:
+                with np.load(each, allow_pickle=False) as arrays:
+                    _lengthen(hdf5, arrays)
+        with h5netcdf.File(made, "r+") as file:
+            _settle(file, turns if turns < turns_in(begun) else None)
+            file.attrs.update(attributes or {})
+        os.replace(made, path)
+    finally:
+        made.unlink(missing_ok=True)
+
+
+def _reserve(path: Path, size: int) -> None:
+    """Ask for room for so many bytes of turns behind a file. OSError where there is none: HDF5 may crash, even later,
+    if it cannot write. It cuts off what it does not need.
+
+    Where the system (macOS) or the file system has no such question, none is asked.
+    """
+    if not hasattr(os, "posix_fallocate"):
+        return
+    with path.open("r+b") as file:
+        try:
+            os.posix_fallocate(file.fileno(), path.stat().st_size, int(_GROWTH * size) + _INDEX_BYTES)
+        except OSError as error:
+            if error.errno not in (errno.EINVAL, errno.EOPNOTSUPP):
+                raise
+
+
+def _lengthen(file: h5py.File, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
+    """By a turn, whose arrays have the names that they have in the file."""
+    for name, values in arrays.items():
+        array: Any = file[name]
+        axis = array.maxshape.index(None)
+        start = array.shape[axis]
+        array.resize(start + values.shape[axis], axis)
+        array[(slice(None),) * axis + (slice(start, None),)] = values
+
+
+def _settle(file: h5netcdf.File, turns: int | None) -> None:
+    """Shorten a file that grows along one dimension; or bring dimensions to the length of their arrays."""
+    for group in (file, *file.groups.values()):
+        for name, dimension in group.dimensions.items():
+            if dimension.isunlimited():
+                group.resize_dimension(name, turns or dimension.size)
