@@ -16,10 +16,10 @@ import xarray as xr
 from .interrupts import uninterrupted
 from .opening import open_dataset
 from .results_folder import write_whole
-from .turn_files import join_turns, part_of, turn_files, whole_turns, write_turn
+from .turn_files import join_turns, part_of, turn_files, write_turn
 
-_LONGEST_CHUNK = 1024  # points a side of a compressed chunk
-_COMPRESSION = 4  # of zlib's levels; higher ones gain a few per cent
+_CHUNK = 1024  # points a side of a packed chunk, and turns or samples of one that is no field
+_PACKED = {"zlib": True, "complevel": 4, "shuffle": True}  # higher levels gain a few per cent
 
 
 class AppendableNetCDF:
@@ -50,6 +50,7 @@ class AppendableNetCDF:
         self._growing, self._constant = growing, constant or {}
         self._compressed, self._rounding = compressed, rounding or {}
         self._folder, self._attributes = part_of(path), dict[str, Any]()
+        self._sizes: dict[str, dict[Hashable, int]] = {}  # of a turn, but for what grows, by group
         if whole:
             self._go_on()
         else:
@@ -63,15 +64,21 @@ class AppendableNetCDF:
         groups = {"": data} if isinstance(data, xr.Dataset) else {str(n.name): n.to_dataset() for n in data.values()}
         groups = {name: self._rounded(dataset) for name, dataset in groups.items()}
         turns = next(each.sizes[self._growing[0]] for each in groups.values() if self._growing[0] in each.sizes)
+        sizes = {name: {d: n for d, n in each.sizes.items() if d not in self._growing} for name, each in groups.items()}
+        if self._sizes not in ({}, sizes) or (turns > 1 and self.complete):
+            raise ValueError(f"{self.path}: {turns} turns of {sizes}, after others of {self._sizes}")
         with uninterrupted(), _naming(self.path):
             if not self.complete:
                 self._folder.mkdir(exist_ok=True)
                 write_whole(self._folder / f"{turns}.nc", self._netcdf(groups | dict(self._constant)))
-            elif turns == 1:
-                write_turn(self._folder, self.complete, self._arrays(groups))
             else:
-                raise ValueError(f"{turns} turns at once after the first")
-            self._before, self.complete = self.complete, self.complete + turns
+                arrays = {
+                    f"{group}/{name}".lstrip("/"): variable.values
+                    for group, dataset in groups.items()
+                    for name, variable in self._growing_in(dataset).items()
+                }
+                write_turn(self._folder, self.complete, arrays)
+            self._before, self.complete, self._sizes = self.complete, self.complete + turns, sizes
 
     def take_back(self) -> None:
         """Forget what was appended last."""
@@ -126,27 +133,21 @@ class AppendableNetCDF:
         )
 
     def _layout(self, dataset: xr.Dataset) -> dict[Hashable, dict[str, Any]]:
-        """Chunks of fields: one turn; of others HDF5's own choice."""
-        fields = {name: variable.shape[1:] for name, variable in dataset.variables.items() if self._is_field(variable)}
-        if not self._compressed:
-            return {name: {"chunksizes": (1, *shape)} for name, shape in fields.items()}
-        packed = {"zlib": True, "complevel": _COMPRESSION, "shuffle": True}
-        return {
-            name: packed | {"chunksizes": (1, *(min(size, _LONGEST_CHUNK) for size in shape))}
-            for name, shape in fields.items()
-        }
+        """Chunks of what grows: one turn of a field, and many of what is short."""
+        layout: dict[Hashable, dict[str, Any]] = {}
+        for name, variable in self._growing_in(dataset).items():
+            packed, ahead = self._compressed and self._is_field(variable), 1 if self._is_field(variable) else _CHUNK
+            sizes = zip(variable.dims, variable.shape, strict=True)
+            longest = _CHUNK if packed else max(variable.shape)
+            chunks = (ahead if dim in self._growing else min(size, longest) for dim, size in sizes)
+            layout[name] = {"chunksizes": tuple(chunks)} | (_PACKED if packed else {})
+        return layout
+
+    def _growing_in(self, dataset: xr.Dataset) -> dict[Hashable, xr.Variable]:
+        return {n: v for n, v in dataset.variables.items() if not set(self._growing).isdisjoint(v.dims)}
 
     def _is_field(self, variable: xr.Variable) -> bool:
         return variable.ndim > 1 and variable.dims[0] in self._growing
-
-    def _arrays(self, groups: Mapping[str, xr.Dataset]) -> dict[str, np.ndarray[Any, Any]]:
-        """All that grows, by group and name."""
-        return {
-            f"{group}/{name}".lstrip("/"): variable.values
-            for group, dataset in groups.items()
-            for name, variable in dataset.variables.items()
-            if not set(self._growing).isdisjoint(variable.dims)
-        }
 
     def _rounded(self, dataset: xr.Dataset) -> xr.Dataset:
         for name, variable in dataset.variables.items() if self._rounding else ():

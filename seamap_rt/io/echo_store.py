@@ -23,7 +23,7 @@ import zarr
 
 from .opening import read_json
 from .quiet import quietly
-from .stored_chunks import EVERY_CHUNK
+from .stored_chunks import EVERY_CHUNK, names_of
 
 _PULSES_A_CHUNK, _READINGS_A_CHUNK = 2000, 20000  # of voltages, and of what else a pulse has: a file each takes 1 ms
 PULSES = "complete_pulses"
@@ -163,7 +163,7 @@ def recover_echoes(path: Path, turns: int) -> None:
         shutil.rmtree(path, ignore_errors=True)
         return
     group = zarr.open_group(path, mode="r+", zarr_format=3, use_consolidated=False)
-    arrays = {name: array for name, array in group.arrays() if array.metadata.dimension_names[0] == "pulse"}
+    arrays = {name: array for name, array in group.arrays() if names_of(array)[0] == "pulse"}
     pulses = int(group.attrs[PULSES])  # type: ignore[arg-type]
     if turns < recoverable_turns(path):
         pulses = int(np.searchsorted(np.asarray(arrays["turn"][:pulses]), turns))

@@ -33,12 +33,12 @@ class GrowingFile:
         return name in self._begun
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._begun)
+        yield from map(str, self._begun)
 
     def __getitem__(self, name: str) -> Any:
         """A group, or an array. KeyError where there is none."""
-        found = self._begun[name]
-        grows = isinstance(found, h5py.Dataset) and None in found.maxshape
+        found: Any = self._begun[name]
+        grows = None in (getattr(found, "maxshape", None) or ())
         return GrowingArray(found, name, self._further) if grows and self._further else found
 
     def close(self) -> None:
@@ -48,7 +48,7 @@ class GrowingFile:
 class GrowingArray:
     """An array of which some turns are in the file of the first ones, and each further one in a file of its own."""
 
-    def __init__(self, begun: h5py.Dataset, name: str, further: list[Path]) -> None:
+    def __init__(self, begun: Any, name: str, further: list[Path]) -> None:
         self._begun, self._name, self._further = begun, name, further
 
     def __len__(self) -> int:

@@ -47,6 +47,11 @@ def check_chunks(
                 raise InputError(f"'{path / name / key}': holds {size} bytes: must be {expected}; copy the store whole")
 
 
+def names_of(array: zarr.Array) -> tuple[str | None, ...]:
+    """Of its dimensions; empty where it says none."""
+    return tuple(getattr(array.metadata, "dimension_names", None) or ())
+
+
 def _files(folder: Path) -> dict[str, int]:
     """Bytes of each file below a folder, by its path from there."""
     found = {}
@@ -58,7 +63,7 @@ def _files(folder: Path) -> dict[str, int]:
 
 def _keys(array: zarr.Array, lengths: Mapping[str, int]) -> Iterator[str]:
     """Names of the files of an array's chunks, or shards, one by one: a damaged shape may promise 10¹⁸ of them."""
-    names = getattr(array.metadata, "dimension_names", None) or [""] * array.ndim
+    names = names_of(array) or [""] * array.ndim
     lengths_here = [min(size, lengths.get(str(name), size)) for size, name in zip(array.shape, names, strict=True)]
     counts = [math.ceil(length / max(1, chunk)) for length, chunk in zip(lengths_here, _stored(array), strict=True)]
     for place in product(*map(range, counts)):

@@ -18,7 +18,7 @@ from ...dataset import check
 from ...errors import InputError, SchemaError
 from ...io.echo_store import PULSES
 from ...io.opening import bytes_held, check_store, weigh
-from ...io.stored_chunks import EVERY_CHUNK, check_chunks
+from ...io.stored_chunks import EVERY_CHUNK, check_chunks, names_of
 from .checks import check_attributes
 
 _BULK = ("voltage", "saturated")  # read turn by turn, all else at once
@@ -51,7 +51,7 @@ def _opened(path: str | Path) -> xr.Dataset:
     """A store whose arrays may be of unequal length: so many pulses as all have."""
     group = zarr.open_group(path, mode="r", zarr_format=3, use_consolidated=False)
     arrays = dict(group.arrays())
-    lengths = {name: array.shape[0] for name, array in arrays.items() if _names(array)[:1] == ("pulse",)}
+    lengths = {name: array.shape[0] for name, array in arrays.items() if names_of(array)[:1] == ("pulse",)}
     least = min(lengths.values(), default=0)
     if Path(path).is_dir():  # what xarray reads at once
         counted = group.attrs.get(PULSES, least)
@@ -65,10 +65,6 @@ def _opened(path: str | Path) -> xr.Dataset:
     for part in others:
         whole = whole.assign({name: part[name] for name in part.variables if name not in whole.variables})
     return whole
-
-
-def _names(array: zarr.Array) -> tuple[str | None, ...]:
-    return tuple(getattr(array.metadata, "dimension_names", None) or ())
 
 
 def read_turn(echoes: xr.Dataset) -> xr.Dataset:
