@@ -55,7 +55,7 @@ def whole_turns(folder: Path) -> int:
 def write_turn(folder: Path, number: int, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
     """Add a turn, before which there are so many. arrays: all that grow, by group and name."""
     with whole_file(folder / f"{number}.npz") as part, part.open("wb") as file:
-        np.savez(file, allow_pickle=False, **arrays)
+        np.savez(file, **arrays)
 
 
 def join_turns(folder: Path, turns: int, path: Path, attributes: Mapping[str, Any] | None = None) -> None:

@@ -77,10 +77,12 @@ def step(points: NDArray[np.float64]) -> float:
 
 
 def refuse_if_too_large(folder: Path, times: int, points: int, name: str = "sea.nc") -> None:
-    """InputError where so many times of points × points are too many, or do not fit the disk. name: of the file."""
+    """InputError where so many times of points × points are too many, or do not fit the disk twice: by themselves, and
+    in the file that is made of them. name: of the file."""
     needed, free = _BYTES_ON_FILE * times * points**2, shutil.disk_usage(folder).free
-    if needed > min(_MOST_FILE_BYTES, free):
+    if needed > min(_MOST_FILE_BYTES, free / 2.0):
         raise (InputError if needed > _MOST_FILE_BYTES else LargerThanMachine)(
             f"{name}: {times} times of {points} × {points} points take up to {needed / 1e9:.3g} GB, and may take "
-            f"{_MOST_FILE_BYTES / 1e9:g} ({free / 1e9:.3g} are free); ask for fewer --times or a wider --spacing"
+            f"{_MOST_FILE_BYTES / 1e9:g} (half of the {free / 1e9:.3g} that are free); ask for fewer --times or a wider "
+            "--spacing"
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -211,6 +212,27 @@ def test_a_run_by_any_other_name_is_refused(roots: Roots, name: str) -> None:
     assert roots.run("one").name == "one"
     with pytest.raises(InputError, match="no such folder"):
         roots.run(name)
+
+
+@pytest.mark.parametrize("kind", ["file", "link", "FIFO", "linked folder"])
+def test_turns_of_a_run_that_grows_are_its_own_files(roots: Roots, tmp_path: Path, kind: str) -> None:
+    turns = roots.runs / "one" / ".maps.nc.part"
+    if kind == "linked folder":
+        turns.symlink_to(tmp_path)
+    else:
+        turns.mkdir()
+        for name in ("1.nc", "2.npz"):
+            (turns / name).touch()
+        assert roots.run("one").name == "one"
+        if kind == "link":
+            (turns / "1.npz").symlink_to(tmp_path / "secret.nc")
+        elif kind == "FIFO":
+            os.mkfifo(turns / "1.npz")
+    if kind == "file":
+        roots.run("one")
+        return
+    with pytest.raises(InputError, match=r"1\.npz" if kind != "linked folder" else r"maps\.nc\.part"):
+        roots.run("one")
 
 
 def test_a_scene_that_names_a_file_elsewhere_is_refused_by_its_key(roots: Roots, tmp_path: Path) -> None:
