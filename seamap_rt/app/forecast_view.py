@@ -10,7 +10,7 @@ import numpy as np
 from nicegui import ui
 
 from ..conventions import turn_name
-from ..io.growing_file import GrowingFile, array_of, read_whole_turns
+from ..io.growing_file import GrowingFile, read_whole_turns
 from ..io.turn_files import part_of
 from ..settings import QuietSettings
 from . import drawing, figures
@@ -54,15 +54,15 @@ def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> Ahead | None:
         return None
 
     def read(file: GrowingFile) -> tuple[int, dict[str, np.ndarray]] | None:
-        issues = np.asarray(array_of(file, "issue")[:])
+        issues = np.asarray(file.array("issue")[:])
         held = np.flatnonzero(issues <= last)
         if not held.size:
             return None
         at = int(held[-1])
-        found = {"lead": np.asarray(array_of(file, "lead")[:])}
+        found = {"lead": np.asarray(file.array("lead")[:])}
         for name in ("elevation", "elevation_std", "quiet", "significant_wave_height", "maximum_prediction_time"):
             if name in file:
-                found[name] = np.asarray(array_of(file, name)[at])
+                found[name] = np.asarray(file.array(name)[at])
         return int(issues[at]), found
 
     told = read_whole_turns(path, read)

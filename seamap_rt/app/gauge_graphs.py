@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..gauges import GaugeSpectra, NoSpectrum, aliasing, judge_one, spectra
-from ..io.growing_file import GrowingFile, array_of, read_whole_turns
+from ..io.growing_file import GrowingFile, read_whole_turns
 from . import figures
 from .figures import Figure
 from .results import Results
@@ -33,7 +33,7 @@ def read_gauges(results: Results) -> xr.Dataset:
 
 def _read(file: GrowingFile) -> xr.Dataset:
     def values(name: str) -> np.ndarray[Any, Any]:
-        return np.asarray(array_of(file, name)[:])
+        return np.asarray(file.array(name)[:])
 
     names = [each.decode("utf-8", "replace") if isinstance(each, bytes) else str(each) for each in values("gauge")]
     variables: dict[str, Any] = {name: (("gauge", "turn"), values(name)) for name in _TURN if name in file}

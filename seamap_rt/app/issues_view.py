@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from nicegui import ui
 
-from ..io.growing_file import GrowingFile, array_of, read_whole_turns
+from ..io.growing_file import GrowingFile, read_whole_turns
 from .forecast_view import ForecastPanel
 
 if TYPE_CHECKING:
@@ -48,4 +48,4 @@ class IssuesPanel:
 
 
 def _issues(file: GrowingFile) -> list[int]:
-    return [int(each) for each in np.asarray(array_of(file, "issue")[:])]
+    return [int(each) for each in np.asarray(file.array("issue")[:])]

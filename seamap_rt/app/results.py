@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..io.growing_file import GrowingFile, array_of, read_whole_turns
+from ..io.growing_file import GrowingFile, read_whole_turns
 from ..io.opening import LONG, read_json
 from ..io.scenefile import read_toml
 from ..io.turn_files import part_of
@@ -83,9 +83,9 @@ class Results:
     def turns(self) -> list[int]:
         """Numbers of the turns that are whole in the maps, and in the truth if there is one; none before the first."""
         try:
-            numbers = [int(each) for each in self._read(self._main, lambda file: array_of(file, "polar/turn")[:])]
+            numbers = [int(each) for each in self._read(self._main, lambda file: file.array("polar/turn")[:])]
             if self.has_truth and self.has_maps:
-                held = self._read(self.truth, lambda file: len(array_of(file, "polar/turn")))
+                held = self._read(self.truth, lambda file: len(file.array("polar/turn")))
                 numbers = numbers[:held]
         except OSError:
             return []
@@ -96,7 +96,7 @@ class Results:
 
         def read(file: GrowingFile) -> Layout:
             names = ("polar/azimuth", "polar/range", "ground/x", "ground/y")
-            return Layout(*(np.asarray(array_of(file, name)[:], dtype=np.float64) for name in names))
+            return Layout(*(np.asarray(file.array(name)[:], dtype=np.float64) for name in names))
 
         return self._read(self._main, read)
 
@@ -133,7 +133,7 @@ class Results:
                 return kept
         tree, path = name.split("/", 1)
         file = {"maps": self.maps, "truth": self.truth}[tree]
-        values = self._read(file, lambda opened: np.asarray(array_of(opened, path)[index], dtype=np.float32))
+        values = self._read(file, lambda opened: np.asarray(opened.array(path)[index], dtype=np.float32))
         with self._lock:
             self._kept[key] = values
             self._bytes += values.nbytes
@@ -155,11 +155,11 @@ class Results:
         """Of a group, named as "maps/polar". OSError, KeyError where there is none."""
         tree, path = name.split("/", 1)
         file = {"maps": self.maps, "truth": self.truth}[tree]
-        return self._read(file, lambda opened: {key: _plain(each) for key, each in opened[path].attrs.items()})
+        return self._read(file, lambda opened: {key: _plain(each) for key, each in opened.attributes(path).items()})
 
     def time(self, index: int) -> float:
         """When a turn began, s."""
-        return float(np.min(self._read(self._main, lambda file: array_of(file, "polar/time")[index])))
+        return float(np.min(self._read(self._main, lambda file: file.array("polar/time")[index])))
 
     def _read(self, path: Path, read: Callable[[GrowingFile], Result]) -> Result:
         """Of a file that is finished, which stays open, or of one that grows."""

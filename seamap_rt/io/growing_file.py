@@ -35,11 +35,15 @@ class GrowingFile:
     def __iter__(self) -> Iterator[str]:
         yield from map(str, self._begun)
 
-    def __getitem__(self, name: str) -> Any:
-        """A group, or an array. KeyError where there is none."""
+    def array(self, name: str) -> Any:
+        """An array, of which `[:]` is all, and `[number]` a turn of one of turns. KeyError where there is none."""
         found: Any = self._begun[name]
-        grows = None in (getattr(found, "maxshape", None) or ())
-        return GrowingArray(found, name, self._further) if grows and self._further else found
+        if isinstance(found, h5py.Group):
+            raise KeyError(name)
+        return GrowingArray(found, name, self._further) if self._further and None in found.maxshape else found
+
+    def attributes(self, group: str = "/") -> dict[str, Any]:
+        return dict(self._begun[group].attrs)
 
     def close(self) -> None:
         self._begun.close()
@@ -73,14 +77,6 @@ def _read(file: Path, name: str) -> NDArray[Any]:
 def _kept(file: Path, written_ns: int, name: str) -> NDArray[Any]:
     """written_ns: of this file, as another run may write one of its name."""
     return _read(file, name)
-
-
-def array_of(file: GrowingFile | h5py.File, name: str) -> Any:
-    """An array of it. KeyError where there is none."""
-    found = file[name]
-    if isinstance(found, h5py.Group):
-        raise KeyError(name)
-    return found
 
 
 def read_whole_turns(path: Path, read: Callable[[GrowingFile], Result]) -> Result:

@@ -73,11 +73,11 @@ def _issued(path: Path, turns: int) -> int:
     """How many of the whole forecasts of a file are of the first so many turns."""
     import numpy as np
 
-    from .growing_file import array_of, read_whole_turns
+    from .growing_file import read_whole_turns
 
     if not _whole(path):
         return 0
-    return read_whole_turns(path, lambda file: int(np.searchsorted(array_of(file, "issue")[:], turns)))
+    return read_whole_turns(path, lambda file: int(np.searchsorted(file.array("issue")[:], turns)))
 
 
 def _whole(path: Path) -> int | None:

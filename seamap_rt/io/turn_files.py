@@ -52,7 +52,7 @@ def whole_turns(folder: Path) -> int:
     return turns_in(files[0]) + len(files) - 1 if files else 0
 
 
-def write_turn(folder: Path, number: int, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
+def write_turn(folder: Path, number: int, arrays: Mapping[str, Any]) -> None:
     """Add a turn, before which there are so many. arrays: all that grow, by group and name."""
     with whole_file(folder / f"{number}.npz") as part, part.open("wb") as file:
         np.savez(file, **arrays)

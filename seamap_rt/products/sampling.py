@@ -83,6 +83,6 @@ def refuse_if_too_large(folder: Path, times: int, points: int, name: str = "sea.
     if needed > min(_MOST_FILE_BYTES, free / 2.0):
         raise (InputError if needed > _MOST_FILE_BYTES else LargerThanMachine)(
             f"{name}: {times} times of {points} × {points} points take up to {needed / 1e9:.3g} GB, and may take "
-            f"{_MOST_FILE_BYTES / 1e9:g} (half of the {free / 1e9:.3g} that are free); ask for fewer --times or a wider "
-            "--spacing"
+            f"{_MOST_FILE_BYTES / 1e9:g} (half of the {free / 1e9:.3g} that are free); ask for fewer --times or a "
+            "wider --spacing"
         )

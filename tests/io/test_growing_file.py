@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from seamap_rt.io.appendable import AppendableNetCDF
-from seamap_rt.io.growing_file import GrowingFile, array_of, read_whole_turns
+from seamap_rt.io.growing_file import GrowingFile, read_whole_turns
 from seamap_rt.io.turn_files import part_of
 
 _SIDE = 40
@@ -24,7 +24,7 @@ def _turn(number: int) -> xr.DataTree:
 
 
 def _heights(file: GrowingFile) -> np.ndarray:
-    return np.asarray(array_of(file, "polar/height")[:])
+    return np.asarray(file.array("polar/height")[:])
 
 
 def test_each_whole_turn_is_there_at_once_and_nothing_before_the_first(tmp_path: Path) -> None:
@@ -67,10 +67,10 @@ def test_what_grows_reads_as_the_file_that_it_becomes(tmp_path: Path, first: int
     path = tmp_path / "it.nc"
 
     def read(file: GrowingFile) -> list[tuple[str, list[Any]]]:
-        told = [sorted(file), file["/"].attrs["title"], "seen" in file, "none" in file]
+        told = [sorted(file), file.attributes()["title"], "seen" in file, "none" in file]
         found: list[tuple[str, list[Any]]] = [("", told)]
         for name in set(file) - {"sample", "look"}:  # of which there are no values
-            array = array_of(file, name)
+            array = file.array(name)
             keys = [slice(None), slice(2, None), slice(0, 0)] + ([0, 3, -1] if name in ("seen", "turn") else [])
             found.append((name, [np.asarray(array[key]).tolist() for key in keys]))
         return found
@@ -80,7 +80,7 @@ def test_what_grows_reads_as_the_file_that_it_becomes(tmp_path: Path, first: int
         for number in range(first, 5):
             file.append(_series(number))
         growing = read_whole_turns(path, read)
-        assert read_whole_turns(path, lambda file: len(array_of(file, "seen"))) == 5
+        assert read_whole_turns(path, lambda file: len(file.array("seen"))) == 5
     assert growing == read_whole_turns(path, read)
 
 
