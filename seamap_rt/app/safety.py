@@ -225,7 +225,9 @@ def is_text(name: str) -> bool:
 def unreadable_product(folder: Path, holds: Callable[[Path], bool]) -> str:
     """Which of a folder's products nobody may read, in words: it is no regular file, or a link to a place that `holds`
     denies. Empty where all are as they should be."""
-    for entry in os.scandir(folder):
+    with os.scandir(folder) as found:
+        entries = list(found)
+    for entry in entries:
         if entry.name.endswith(".part") and entry.is_dir(follow_symlinks=False):  # the turns of one that grows
             if odd := unreadable_product(Path(entry.path), holds):
                 return odd
