@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from .interrupts import uninterrupted
-from .opening import open_dataset
+from .opening import open_tree
 from .results_folder import write_whole
 from .turn_files import join_turns, part_of, turn_files, write_turn
 
@@ -112,8 +112,8 @@ class AppendableNetCDF:
     def _go_on(self) -> None:
         """Bring what is there to the turns that are wanted, all of them in the file of the first ones."""
         if self.path.exists():
-            with open_dataset(self.path, decode_times=False) as file:
-                turns = file.sizes[self._growing[0]]
+            with open_tree(self.path, decode_times=False) as tree:
+                turns = max(node.sizes.get(self._growing[0], 0) for node in tree.subtree)
             shutil.rmtree(self._folder, ignore_errors=True)
             self._folder.mkdir()
             os.replace(self.path, self._folder / f"{turns}.nc")
