@@ -11,6 +11,7 @@ import warnings
 
 from cyclopts import CycloptsError, UnknownCommandError
 
+from ..compute.asyncio_log import filter_asyncio_log
 from ..compute.machine import A_TABLE
 from ..errors import InputError, NoBackend, ResourceError, SchemaError, one_line, shortage
 from ..io.toml_text import shown
@@ -118,6 +119,7 @@ def _disk_words(error: OSError) -> str:
 
 
 def _refuse(said: str | tuple[str, ...], code: int) -> int:
+    filter_asyncio_log()  # the process ends, and so do tasks of libraries
     for line in (said,) if isinstance(said, str) else said:
         print(f"seamap-rt: {one_line(line)}", file=sys.stderr)
     return code

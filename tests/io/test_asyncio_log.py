@@ -17,6 +17,8 @@ class Told(Exception):
     ("text", "error", "heard"),
     [
         ("Task exception was never retrieved\nfuture: <Task coro=<f() at /lib/zarr/core/group.py:3503>>", None, False),
+        ("Task was destroyed but it is pending!\ntask: <Task coro=<f() at /lib/zarr/core/sync.py:113>>", None, False),
+        ("Task was destroyed but it is pending!\ntask: <Task coro=<f() at /lib/mine.py:3>>", None, True),
         ("Future exception was never retrieved", Told(), False),
         ("Future exception was never retrieved", ValueError(), True),
         ("Executing a slow task of zarr", None, True),
