@@ -37,9 +37,12 @@ class Stops:
             signal.signal(number, self._stop)
 
     def end(self, process: bool) -> None:
-        """The command has ended. process: and so does the process, which is not to be asked for it any more."""
-        self.asked = True
-        sys.unraisablehook = self._hook
+        """The command has ended. process: and so does the process, which is not to be asked for it any more.
+
+        Of an interrupted one nothing is told then that its libraries' tasks and destructors still meet.
+        """
+        interrupted, self.asked = self.asked, True
+        sys.unraisablehook = _say_nothing if process and interrupted else self._hook
         for number, handler in self._before.items():
             signal.signal(number, signal.SIG_IGN if process else handler)
 
@@ -58,6 +61,10 @@ class Stops:
             signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
         else:
             self._hook(lost)
+
+
+def _say_nothing(*_: object) -> None:
+    pass
 
 
 def _end_at_once(*_: object) -> None:

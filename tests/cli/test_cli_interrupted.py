@@ -224,6 +224,32 @@ def test_an_interruption_that_meets_a_destructor_comes_again() -> None:
         stops.end(process=False)
 
 
+@pytest.mark.parametrize("interrupted", [False, True])
+def test_of_an_interrupted_process_that_ends_libraries_tell_nothing(
+    interrupted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Destroyed:
+        def __del__(self) -> None:
+            raise RuntimeError("Event loop is closed")
+
+    told: list[object] = []
+    monkeypatch.setattr(sys, "unraisablehook", told.append)
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    stops = Stops()
+    stops.begin()
+    try:
+        stops.run()
+        if interrupted:
+            with pytest.raises(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGTERM)
+        stops.end(process=True)
+        Destroyed()
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    assert bool(told) != interrupted
+
+
 def _lose(destroyed: type) -> None:
     """Python cannot raise what a destructor raises."""
     destroyed()
