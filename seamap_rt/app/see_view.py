@@ -405,7 +405,7 @@ _PANELS = {  # and what shows them: loaded when a view is first chosen
     "sea": ("sea_view", "SeaPanel"),
 }
 _STUDIES = {  # kinds of folders without turns, and what shows them
-    "shadowing": ("shadowing_view", "ShadowingPanel"),
-    "sea": ("pictured_view", "PicturedPanel"),
-    "forecast": ("issues_view", "IssuesPanel"),
+    "shadowing": ("study_views", "ShadowingPanel"),
+    "sea": ("study_views", "PicturedPanel"),
+    "forecast": ("forecast_view", "IssuesPanel"),
 }

@@ -16,6 +16,7 @@ from ..conventions import wrap_degrees
 from ..errors import InputError, SchemaError
 from ..interferometry import open_echoes
 from ..report import maps, reduce, style
+from ..report.curves import ByRange
 from .pictures import Panel, Raster, Scale, Shown, ground_raster, polar_raster
 from .prospects import Prospects, prospects
 from .results import Results
@@ -230,23 +231,24 @@ class Source:
         edges = np.arange(0.0, ground[-1] + _BIN_M, _BIN_M)
         place = np.searchsorted(edges, ground, side="right") - 1
         centres = 0.5 * (edges[1:] + edges[:-1])
-        blank = np.full(centres.size, np.nan)
+        count, blank = centres.size, np.full(centres.size, np.nan)
+        known = np.isfinite(retrieved)
+        answered = _binned(known.astype(float), place, count, np.mean)
         if not self.results.has_truth:
-            known = np.isfinite(retrieved)
-            stated = _binned(np.where(known, spread, np.nan), place, centres.size, np.nanmedian)
-            return ByRange(
-                centres, blank, blank, stated, blank, _binned(known.astype(float), place, centres.size, np.mean)
-            )
+            stated = _binned(np.where(known, spread, np.nan), place, count, np.nanmedian)
+            return ByRange(centres, blank, blank, blank, stated, blank, blank, answered)
         visible = field("truth/polar/visible_fraction", index)
-        counts = np.isfinite(retrieved) & (visible > reduce.HALF_VISIBLE)
+        counts = known & (visible > reduce.HALF_VISIBLE)
         error = np.where(counts, retrieved - field("truth/polar/height", index), np.nan)
         return ByRange(
             centres,
-            _binned(error, place, centres.size, lambda each: float(np.sqrt(np.nanmean(each**2)))),
-            _binned(error, place, centres.size, np.nanmean),
-            _binned(np.where(counts, spread, np.nan), place, centres.size, np.nanmedian),
-            _binned(visible, place, centres.size, np.nanmean),
-            _binned(np.isfinite(retrieved).astype(float), place, centres.size, np.mean),
+            _binned(error, place, count, lambda each: float(np.sqrt(np.nanmean(each**2)))),
+            _binned(error, place, count, _robust),
+            _binned(error, place, count, np.nanmean),
+            _binned(np.where(counts, spread, np.nan), place, count, np.nanmedian),
+            blank,
+            _binned(visible, place, count, np.nanmean),
+            answered,
         )
 
     def expected(self) -> Prospects | None:
@@ -306,16 +308,9 @@ class Section:
         return landed
 
 
-@dataclass(frozen=True)
-class ByRange:
-    """Arrays (bin,): rms error, bias, stated error [m] of cells more than half visible; shares in sight, answered."""
-
-    centre_m: Array
-    rms: Array
-    bias: Array
-    stated: Array
-    visible: Array
-    answered: Array
+def _robust(error: Array) -> float:
+    """1.4826 × the median absolute deviation, of what is known."""
+    return reduce.MAD_TO_STD * float(np.nanmedian(np.abs(error - np.nanmedian(error))))
 
 
 def _binned(values: Array, place: NDArray[np.intp], count: int, of: Any) -> Array:

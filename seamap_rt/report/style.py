@@ -123,6 +123,11 @@ def graph(axes: Axes, x_label: str, y_label: str, title: str) -> None:
     axes.tick_params(labelsize=FONT - 0.5)
 
 
+def plain(words: str) -> str:
+    """Words from elsewhere, in which Matplotlib finds no formula."""
+    return words.replace("$", r"\$")
+
+
 def few_ticks(axes: Axes, most: int = 6) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]))
     axes.yaxis.set_major_locator(MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]))

@@ -17,8 +17,8 @@ _COLOURS = {"persistence": style.GREY, "group law": style.ORANGE}
 
 
 def window_pictures(windows: Windows | None, confidence: float) -> list[Picture]:
-    """Hits, false alarms and probabilities of a run's windows; none of a run that had none, or of one kind alone."""
-    if windows is None or windows.quiet.all() or not windows.quiet.any():
+    """Hits, false alarms and probabilities of a run's windows; none of a run that had none."""
+    if windows is None:
         return []
     return [
         Picture(
@@ -61,14 +61,18 @@ def quiet_windows(runs: Sequence[Windows], confidence: float) -> Figure:
     scores |= {name: np.concatenate([run.others[name] for run in runs]) for name in runs[0].others}
     figure = style.new_figure(2.85)
     curves, stated = (style.place(figure, left, 0.3, 2.7, 2.0) for left in (0.6, 4.2))
-    for name, score in scores.items():
+    alike = bool(quiet.all() or not quiet.any())
+    for name, score in scores.items() if not alike else ():
         hits, alarms = hits_and_alarms(score, quiet)
         label = f"{name}, area {area(score, quiet):.3f}"
         curves.plot(alarms, hits, color=_COLOURS.get(name, style.BLUE), label=label)
     called = chance >= confidence
-    point = float(called[~quiet].mean()), float(called[quiet].mean())
-    curves.plot(*point, "o", color=style.BLUE, label=f"called at {confidence:.0%}")
-    curves.legend(loc="lower right", fontsize="small")
+    if alike:
+        style.note(curves, "all windows were quiet" if quiet.any() else "no window was quiet")
+    else:
+        point = float(called[~quiet].mean()), float(called[quiet].mean())
+        curves.plot(*point, "o", color=style.BLUE, label=f"called at {confidence:.0%}")
+        curves.legend(loc="lower right", fontsize="small")
     style.graph(curves, "Share of other windows called", "Share of quiet windows called", "(a) Hits and false alarms")
     _draw_probabilities(stated, reliability(runs), len(runs) > 1)
     for axes in (curves, stated):

@@ -17,14 +17,21 @@ from .visible_tally import LOOKS
 
 _LEFT, _GAP, _HIGH = 0.55, 0.2, 2.1  # inches
 _WIDE = (style.WIDTH - _LEFT - 2.0 * _GAP - 0.12) / 3.0
+LOOK_WORDS = {
+    "all looks": "all looks",
+    "along": "along the waves, up and down",
+    "at 45°": "at 45° to the waves",
+    "across": "across the waves",
+}
 
 
 @style.styled
-def draw_shadowing(data: xr.Dataset) -> Figure:
-    """Visible share against range for the three looks, and the half range against the look; a colour per height."""
+def draw_shadowing(data: xr.Dataset, looks: Sequence[str] = tuple(LOOKS)) -> Figure:
+    """Visible share against range for the looks, and the half range against the look; a colour per height."""
     figure = style.new_figure(6.75)
-    for number, look in enumerate(LOOKS):
-        axes = style.place(figure, _LEFT + number * (_WIDE + _GAP), 0.65, _WIDE, _HIGH)
+    wide = (style.WIDTH - _LEFT - 0.12 - (len(looks) - 1) * _GAP) / len(looks)
+    for number, look in enumerate(looks):
+        axes = style.place(figure, _LEFT + number * (wide + _GAP), 0.65, wide, _HIGH)
         style.graph(axes, "Ground range (m)", "Visible share (%)" if number == 0 else "", _title(number, look))
         axes.tick_params(labelleft=number == 0)
         axes.axhline(50.0, color=style.GREY, linewidth=0.6)
@@ -35,7 +42,7 @@ def draw_shadowing(data: xr.Dataset) -> Figure:
             style.note(axes, "nothing known")
     _legend(figure, data, ("measured, 95 % band", "Smith 1967", "Wagner 1967"), ("-", "--", ":"))
     below = style.place(figure, _LEFT, 3.6, style.WIDTH - _LEFT - 0.12, 2.3)
-    _draw_half_ranges(below, data)
+    _draw_half_ranges(below, data, len(looks))
     note = f"Bands: {data.attrs['bands']}.\nJags along the waves are single crests, which stand across a whole sector."
     figure.text(0.08, 0.012, note, color=style.GREY, fontsize=style.FONT - 0.5)
     return figure
@@ -53,12 +60,12 @@ def _draw_share(axes: Axes, mast: xr.Dataset, colour: str) -> None:
     axes.plot([float(mast["look_r50"])], [50.0], "o", color=colour, markersize=4.0)
 
 
-def _draw_half_ranges(axes: Axes, data: xr.Dataset) -> None:
+def _draw_half_ranges(axes: Axes, data: xr.Dataset, number: int) -> None:
     style.graph(
         axes,
         "Look, from where the waves come from (°; 0 looks into them)",
         "Half range (m)",
-        "(d) Range beyond which half is shadowed, by sectors of 15°; dashed: Smith",
+        f"({'abcd'[number]}) Range beyond which half is shadowed, by sectors of 15°; dashed: Smith",
     )
     far = float(data["range"].max())
     angle = data["from_waves"].values
@@ -128,8 +135,7 @@ def _heights(data: xr.Dataset) -> list[tuple[float, str]]:
 
 
 def _title(number: int, look: str) -> str:
-    words = {"along": "along the waves, up and down", "at 45°": "at 45° to the waves", "across": "across the waves"}
-    return f"({'abc'[number]}) {words[look]}"
+    return f"({'abc'[number]}) {LOOK_WORDS[look]}"
 
 
 def _legend(figure: Figure, data: xr.Dataset, lines: Sequence[str], dashes: Sequence[str]) -> None:
