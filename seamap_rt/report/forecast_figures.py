@@ -17,8 +17,8 @@ from ..conventions import turn_name
 from ..forecast_errors import Verified, prediction_time, warm
 from ..scene import Scene
 from . import reduce, style
-from .gif import gif
 from .page_elements import Picture, Table, digits, percent
+from .style import gif
 
 Array = NDArray[np.float64]
 

@@ -23,8 +23,8 @@ from ..conventions import unit_from_azimuth
 from ..physics import dispersion
 from ..scene import Scene
 from . import reduce, style
-from .gif import gif
 from .reduce import Array
+from .style import gif
 
 _SHADOW = "#8f8f8f"
 _MAP = 3.02  # inches a side

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, ParamSpec, TypeVar
 
 import matplotlib
@@ -18,6 +18,7 @@ from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
+from PIL import Image
 
 DPI = 130
 WIDTH = 7.2  # inches: two columns of a journal
@@ -160,3 +161,15 @@ def colours(name: str) -> Colormap:
 def masked(values: NDArray[Any]) -> np.ma.MaskedArray[Any, Any]:
     """The values with what is not finite left out."""
     return np.ma.masked_invalid(values)
+
+
+def gif(frames: Sequence[Image.Image], milliseconds: Sequence[int], colours: int = 256) -> bytes:
+    """A GIF of RGB frames, each shown so long. One palette, the first frame's, and no dithering: still parts stay
+    still, and the file small."""
+    palette = frames[0].quantize(colours, method=Image.Quantize.MEDIANCUT, kmeans=2)
+    indexed = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    buffer = io.BytesIO()
+    indexed[0].save(
+        buffer, "GIF", save_all=True, append_images=indexed[1:], duration=list(milliseconds), loop=0, optimize=False
+    )
+    return buffer.getvalue()
