@@ -9,7 +9,7 @@ import xarray as xr
 
 from ..inspection import Finding
 from . import style
-from .answer_page import Cell, answer_page
+from .page_elements import Cell, answer_page
 from .retrieved_figures import by_range, map_of_turn
 
 RETRIEVED = "retrieval.html"

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from ..report.answer_page import Cell, answer_page
+from ..report.page_elements import Cell, answer_page
 from .paired import FEWEST_SEEDS
 from .seeds_needed import ASKED_M, seeds_for
 

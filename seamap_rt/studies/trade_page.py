@@ -10,7 +10,7 @@ import xarray as xr
 from ..conventions import written
 from ..measured import FULLY_MEASURED
 from ..report import style
-from ..report.answer_page import Cell, answer_page, cell
+from ..report.page_elements import Cell, answer_page, cell
 from .choices import along_of, headline, recommendations
 from .key_words import words_of
 from .paired import FEWEST_SEEDS, means, significant_difference, with_band
