@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from ..report.page_elements import Cell, answer_page
+from .enough import ASKED_M, seeds_for
 from .paired import FEWEST_SEEDS
-from .seeds_needed import ASKED_M, seeds_for
 
 _SHARES = (
     "Share of the sea's horizontal area that both antennas see, along the waves, at 45° and across them, with the "
