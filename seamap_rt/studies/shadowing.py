@@ -177,8 +177,7 @@ def write_shadowing(
     """
     _refuse(heights_m, seeds, bin_m)
     from ..report import style  # it and the next two load matplotlib, which a trade's workers do without
-    from .shadowing_figures import draw_seen, draw_shadowing
-    from .shadowing_page import shadowing_page
+    from .shadowing_figures import draw_seen, draw_shadowing, shadowing_page
 
     scene = as_scene(scene)
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-shadowing"
