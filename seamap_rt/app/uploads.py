@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
-from .child import asked
+from ..errors import InputError, one_line
 from .safety import Roots, is_text, safe_name
 
 MB = 2**20
@@ -142,3 +143,25 @@ def kept(roots: Roots, kind: str) -> list[Path]:
         return []
     there = (each for each in roots.uploads.iterdir() if is_text(each.name))
     return sorted(each for each in there if each.suffix.lower() in KINDS[kind].endings)
+
+
+def asked(module: str, *words: str, longest_s: float) -> bytes:
+    """What `python -m MODULE WORDS` prints. InputError with its last line where it refuses, ends badly or takes too
+    long."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", module, *words],
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=longest_s,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise InputError(f"takes longer than {longest_s:.0f} s; make it smaller") from None
+    if done.returncode == 0:
+        return done.stdout
+    said = done.stderr.decode("utf-8", "replace").strip().splitlines()
+    if done.returncode == 2 and said:
+        raise InputError(one_line(said[-1]))
+    why = f"by signal {-done.returncode}" if done.returncode < 0 else f"with exit code {done.returncode}"
+    raise InputError(f"cannot be read: what reads it ended {why}; make it smaller, or save it anew")
