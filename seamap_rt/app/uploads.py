@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 import subprocess
 import sys
@@ -9,6 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from nicegui import events, ui
 
 from ..errors import InputError, one_line
 from .safety import Roots, is_text, safe_name
@@ -165,3 +168,43 @@ def asked(module: str, *words: str, longest_s: float) -> bytes:
         raise InputError(one_line(said[-1]))
     why = f"by signal {-done.returncode}" if done.returncode < 0 else f"with exit code {done.returncode}"
     raise InputError(f"cannot be read: what reads it ended {why}; make it smaller, or save it anew")
+
+
+def upload_button(
+    roots: Roots,
+    kind: str,
+    said: Callable[[str], None],
+    taken: Callable[[Path], None],
+    label: str = "",
+    names: Callable[[], dict[str, str]] = dict,
+) -> Any:
+    """A button that asks for a file of a kind of `uploads.KINDS`. said: is given what goes on, or why the file is
+    refused; taken: where it lies. label: beside the icon. names: of a recording's arrays that it calls otherwise."""
+    wanted = KINDS[kind]
+
+    async def uploaded(event: events.UploadEventArguments) -> None:
+        name = event.file.name
+        upload.reset()
+        said(f"{name}: is checked …")
+        try:
+            content = await event.file.read()
+            path = await asyncio.to_thread(keep, roots, kind, name, content, names())
+        except (InputError, OSError) as refusal:
+            said(str(refusal))
+            return
+        said("")
+        taken(path)
+
+    upload = ui.upload(
+        auto_upload=True,
+        max_file_size=wanted.most,
+        on_upload=uploaded,
+        on_rejected=lambda: said(
+            f"must be {wanted.words} ({', '.join(wanted.endings)}) of at most {wanted.most / MB:.0f} MB"
+        ),
+    )
+    upload.classes("hidden").mark(f"upload-{kind}").props["accept"] = ",".join(wanted.endings)
+    button = ui.button(label, icon="upload_file")
+    button.props("flat dense no-caps").props["aria-label"] = f"Upload {wanted.words}"
+    button.on("click", js_handler=f"() => getElement({upload.id}).$refs.qRef.pickFiles()")
+    return button
