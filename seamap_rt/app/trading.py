@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,13 @@ import numpy as np
 
 from ..errors import InputError
 from ..io.opening import load, open_dataset, read_json
-from ..scene import Scene
+from ..io.scenefile import apply_overrides
+from ..scene import Scene, scene_of
+from ..studies.point import MANIFEST
 from ..studies.vary import parse_varies, parse_vary, refuse_limit
 from . import figures
 from .fields import Field, parts_of
+from .safety import Roots, safe_name
 from .words import label_of, shown, shown_unit
 
 MEASURES = {
@@ -136,3 +140,30 @@ def shown_unit_of(key: str) -> str:
 def place_of(value: Any) -> Any:
     """Where a value stands on a graph's axis: a number, or words."""
     return value if isinstance(value, int | float) and not isinstance(value, bool) else figures.text(str(value))
+
+
+def scene_of_point(folder: Path, point: Point, roots: Roots) -> Scene:
+    """That the trade ran at a point. InputError where the trade's own scene cannot be read, or is refused."""
+    try:
+        told: Any = read_json(folder / MANIFEST, below=folder)
+        tree = tomllib.loads(str(told["scene"]))
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        raise InputError(f"{folder.name}: its {MANIFEST} cannot be read; the point cannot be run again") from None
+    whole = apply_overrides(tree, {**point.keys, "seed": point.seed})
+    roots.check_files(whole)
+    return scene_of(whole)
+
+
+def folder_of_point(trade: str, point: Point) -> str:
+    """Where a run of a point goes: beside the trade, by its values and its seed."""
+    values = "_".join(f"{key.rsplit('.', 1)[-1]}={value}" for key, value in point.keys.items())
+    return f"{trade}_{safe_name(values, 'point')}_seed={point.seed}"
+
+
+def words_of_point(point: Point) -> str:
+    """A point in words: its values with their units, and its seed."""
+    told = ", ".join(
+        f"{label_of(key)[:1].lower()}{label_of(key)[1:]} {value} {shown_unit_of(key)}".strip()
+        for key, value in point.keys.items()
+    )
+    return f"{told}, seed {point.seed}"

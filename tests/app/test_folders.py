@@ -14,8 +14,7 @@ from seamap_rt.app.results import Results
 from seamap_rt.app.runs import find_runs, kind_of
 from seamap_rt.app.safety import Roots
 from seamap_rt.app.sea_view import sea_surface
-from seamap_rt.app.trade_point import folder_of_point, scene_of_point, words_of_point
-from seamap_rt.app.trading import Point
+from seamap_rt.app.trading import Point, folder_of_point, scene_of_point, words_of_point
 from seamap_rt.app.views import MAP_VIEWS, Source
 from seamap_rt.errors import InputError
 from seamap_rt.io.appendable import part_of
