@@ -373,14 +373,14 @@ class SeeView:
         return f"{Path(self.tab.run).name}_{turn}.{ending}"
 
     async def _csv(self) -> None:
-        from .export import turn_csv
+        from .curve_panels import turn_csv
 
         if self.source is not None:
             name = self._file("csv")
             ui.download.content(await drawing.quick(turn_csv, self.source, self.azimuth, self.tab.turn), name)
 
     async def _png(self) -> None:
-        from .export import turn_png
+        from .curve_panels import turn_png
 
         if self.source is not None:
             name = self._file("png")
