@@ -11,8 +11,7 @@ from nicegui import ui
 
 from . import words
 from .draft import Draft
-from .fields import Field, Part, growing_lists, parts_of
-from .relevance import matters, switches
+from .fields import Field, Part, growing_lists, matters, parts_of, switches
 from .uploads import kind_of_field, upload_button
 
 _OPEN = ("", "sea.waves.0", "radar")

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from seamap_rt.app import words
 from seamap_rt.app.draft import Draft, scene_of_command
-from seamap_rt.app.fields import growing_lists, parts_of, scene_schema
-from seamap_rt.app.relevance import _RULES, matters
+from seamap_rt.app.fields import _RULES, growing_lists, matters, parts_of, scene_schema
 from seamap_rt.app.safety import Roots
 from seamap_rt.errors import InputError
 from seamap_rt.io.scenefile import list_shipped
