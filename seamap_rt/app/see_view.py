@@ -17,11 +17,10 @@ from ..conventions import turn_name
 from ..errors import InputError
 from . import drawing
 from .drawing import Canvas, grey_of
-from .files import address, products_of
 from .maps_panel import MapsPanel
 from .pictures import Shown
 from .results import Results
-from .runs import MAPPED, find_runs, headline_of, kind_of
+from .runs import MAPPED, address, find_runs, headline_of, kind_of, products_of
 from .views import MAP_VIEWS, Source
 
 if TYPE_CHECKING:

@@ -10,9 +10,8 @@ from nicegui import events, ui
 
 from ..errors import InputError
 from . import figures
-from .files import address, products_of
 from .prospects import run_seconds
-from .runs import find_runs, free_name
+from .runs import address, find_runs, free_name, products_of
 from .runs_view import duration
 from .trading import (
     MEASURES,

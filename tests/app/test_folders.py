@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from made_folders import maps_tree
 
-from seamap_rt.app.files import products_of
 from seamap_rt.app.results import Results
-from seamap_rt.app.runs import find_runs, kind_of
+from seamap_rt.app.runs import find_runs, kind_of, products_of
 from seamap_rt.app.safety import Roots
 from seamap_rt.app.sea_view import sea_surface
 from seamap_rt.app.trading import Point, folder_of_point, scene_of_point, words_of_point
