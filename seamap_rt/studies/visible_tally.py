@@ -13,7 +13,6 @@ from ..conventions import wrap_degrees
 from ..io import scenefile
 from ..io.validation import validate
 from ..mesh import PolarGrid, SurfaceMesh, polar_grid, surface_mesh
-from ..mesh.grid import PolarGrid
 from ..mesh.surface import sea_on_grid, submerged_lines
 from ..radar.mast import Mast
 from ..radar.scan import sector_width
