@@ -1,4 +1,4 @@
-"""The form of a scene, made from `Scene.model_json_schema()`: its sections and their fields, as the scene has them."""
+"""The form of a scene, made from `Scene.model_json_schema()`: its sections, their fields, which of them matter."""
 
 from __future__ import annotations
 

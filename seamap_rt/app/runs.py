@@ -1,4 +1,4 @@
-"""The runs in a folder: what kind each is, how far it came, and what it says in a line."""
+"""The runs in a folder: what kind each is, what it says in a line, and which of its files the page gives away."""
 
 from __future__ import annotations
 

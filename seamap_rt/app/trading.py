@@ -1,4 +1,7 @@
-"""A trade while it is computed, and afterwards: what its points came to, from their own files."""
+"""A trade while it is computed, and afterwards: what its points came to, from their own files.
+
+A trade keeps the figures of its points, not their maps: the same scene with the same seed gives the same maps again.
+"""
 
 from __future__ import annotations
 

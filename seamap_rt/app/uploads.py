@@ -1,4 +1,7 @@
-"""Files that a browser gives: bounded, named safely, read by the program's own readers, and kept below the runs."""
+"""Files that a browser gives: bounded, named safely, read by the program's own readers, and kept below the runs.
+
+A reader works in a process of its own (`checking`), and a button beside a field asks for a file.
+"""
 
 from __future__ import annotations
 

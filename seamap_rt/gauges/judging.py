@@ -1,4 +1,4 @@
-"""The radar's record against the wire's: how well they agree, and what one height a turn cannot resolve."""
+"""The radar's record against the wire's: how well they agree, their spectra, and what one height a turn misses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the page is put together from: pictures, tables, and numbers written out."""
+"""What pages are put together from: pictures, tables, numbers written out; and a page that answers, in one file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of a retrieval: what the maps show, and what is wrong or doubtful about the echoes they were made of."""
+"""The page of a retrieval and its figures: what maps show without a truth, and what is doubtful about their echoes."""
 
 from __future__ import annotations
 

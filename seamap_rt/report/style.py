@@ -1,4 +1,4 @@
-"""What all figures share: size, type, colours, and placing by inches.
+"""What all figures share: size, type, colours, and placing by inches; GIFs.
 
 Figures are matplotlib `Figure`s on the Agg canvas: no pyplot, no window, no global state.
 """

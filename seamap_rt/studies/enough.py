@@ -1,4 +1,4 @@
-"""When a sweep has seeds enough: as sure of its choice as was asked for, or out of time.
+"""When a sweep has seeds enough: as sure of its choice as was asked for, or out of time; how many a band asks for.
 
 A sweep that stops as soon as it is sure stops a little too often when it is sure by chance: of the confidence that was
 asked for, a few per cent less is reached (Wald 1947, Sequential Analysis).

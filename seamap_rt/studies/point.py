@@ -1,6 +1,7 @@
 """One point of a sweep: a scene simulated, retrieved and compared in memory, and a small file of what came of it.
 
-A point never raises for what is wrong with it: a refusal or an error is a result with a sentence.
+A point never raises for what is wrong with it: a refusal or an error is a result with a sentence. It leaves its sea and
+its traced scenes to the next one in the same process, on which results do not depend.
 """
 
 from __future__ import annotations

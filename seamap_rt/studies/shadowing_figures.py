@@ -1,4 +1,4 @@
-"""Figures of a shadowing study: how much is seen from where, and what it is that is seen."""
+"""Figures of a shadowing study, how much is seen from where and what it is that is seen, and its page."""
 
 from __future__ import annotations
 

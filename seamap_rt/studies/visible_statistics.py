@@ -1,4 +1,4 @@
-"""Bands from independent realisations, the range at which half is shadowed, and quantiles of counted lengths.
+"""Bands from independent realisations, the range at which half is shadowed, quantiles of counted lengths; closed forms.
 
 Neighbouring azimuths and range bins share crests: they are not independent, and no band here counts them as if they
 were. One seed is one draw, whatever it holds; bands are Student's, with one degree of freedom less than seeds.

@@ -1,4 +1,4 @@
-"""What of a traced turn is seen, summed by look and range: areas, heights, slopes, and runs of shadow and of light."""
+"""Light on one realisation of a sea from masts of several heights, and what of it is seen, summed by look and range."""
 
 from __future__ import annotations
 

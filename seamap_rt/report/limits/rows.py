@@ -1,4 +1,4 @@
-"""Rows of the account: the keys that they have, and the words that several of them share."""
+"""Rows of the account: the keys that they have, the words that several of them share, and what each costs."""
 
 from __future__ import annotations
 
