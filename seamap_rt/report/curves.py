@@ -270,7 +270,7 @@ def height_scatter(maps: xr.DataTree, truth: xr.DataTree) -> Figure:
 
 def _one_to_one(axes: Axes, true: Array, retrieved: Array) -> AxesImage:
     """Cells counted in squares of true and retrieved height [m], and what they say in a corner."""
-    figures = reduce.error_figures(true, retrieved)
+    correlation = _correlation(true, retrieved)
     of_truth = max(0.05, reduce.quantile(np.abs(true), 0.999))
     limit = 1.15 * max(of_truth, min(reduce.quantile(np.abs(retrieved), 0.98), 2.0 * of_truth))
     count, _, _ = np.histogram2d(retrieved, true, bins=np.linspace(-limit, limit, 71))
@@ -285,12 +285,19 @@ def _one_to_one(axes: Axes, true: Array, retrieved: Array) -> AxesImage:
     axes.legend(loc="lower right")
     style.few_ticks(axes)
     lines = [f"{true.size} cells"]
-    if np.isfinite(figures["correlation"]):
-        lines.append(f"correlation {figures['correlation']:.3f}")
+    if np.isfinite(correlation):
+        lines.append(f"correlation {correlation:.3f}")
     if true.size > count.sum():
         lines.append(f"{true.size - count.sum():.0f} outside the frame")
     _corner(axes, lines)
     return image
+
+
+def _correlation(true: Array, retrieved: Array) -> float:
+    """Of the heights that both have; NaN where one of them does not vary."""
+    both = np.isfinite(true) & np.isfinite(retrieved)
+    t, r = true[both], retrieved[both]
+    return float(np.corrcoef(t, r)[0, 1]) if t.size > 1 and t.std() > 0.0 and r.std() > 0.0 else float("nan")
 
 
 def _stated_error_panel(axes: Axes, ratio: Array) -> None:
