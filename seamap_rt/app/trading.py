@@ -16,16 +16,17 @@ from ..errors import InputError
 from ..io.opening import load, open_dataset, read_json
 from ..io.scenefile import apply_overrides
 from ..scene import Scene, scene_of
+from ..studies import key_words
 from ..studies.point import MANIFEST
 from ..studies.vary import parse_varies, parse_vary, refuse_limit
 from . import figures
 from .fields import Field, parts_of
 from .safety import Roots, safe_name
-from .words import label_of, shown, shown_unit
+from .words import label_of, shown_unit
 
 MEASURES = {
-    "fully_measured_radius_m": "As a perfect map of radius (m)",
-    "reach_m": "Measures waves out to (m)",
+    "fully_measured_radius_m": "Fully measured radius (m)",
+    "reach_m": "Reach (m)",
     "missed_share": "Share of cells missed",
     "height_rmse_m": "Height error, rms (m)",
 }
@@ -103,12 +104,12 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
     keys = list(done[0].keys) if done else []
     if not keys:
         return None
-    first, others = keys[0], keys[1:]
+    first, others = keys[0], {key: key_words.words_of(key) for key in keys[1:]}
     curves: dict[tuple[str, ...], dict[Any, list[float]]] = {}
     for each in done:
-        name = tuple(f"{label_of(key)} {shown(key, each.keys[key])} {shown_unit_of(key)}".strip() for key in others)
+        name = tuple(f"{words.name} {words.value(each.keys[key])}" for key, words in others.items())
         curves.setdefault(name, {}).setdefault(place_of(each.keys[first]), []).append(each.metrics[measure])
-    colours = (figures.BLUE, figures.VERMILION, figures.GREEN, figures.ORANGE, figures.SKY, figures.GREY)
+    colours = (figures.BLUE, figures.VERMILION, figures.GREEN, figures.PURPLE, figures.ORANGE, figures.SKY)
     data: list[figures.Figure] = []
     for number, (name, values) in enumerate(sorted(curves.items())):
         colour = colours[number % len(colours)]
@@ -124,10 +125,9 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
             "y": figures.plain([each for place in places for each in values[place]]), "name": "one seed",
             "hoverinfo": "x+y+name", "showlegend": False, "marker": {"color": colour, "size": 6, "opacity": 0.5},
         })  # fmt: skip
-    unit = shown_unit_of(first)
     look = figures.layout(
         dark, "", 420, hovermode="closest", margin={"l": 56, "r": 10, "t": 10, "b": 70},
-        xaxis=figures.axis(f"{label_of(first)}{f' ({unit})' if unit else ''}", dark),
+        xaxis=figures.axis(key_words.words_of(first).label, dark),
         yaxis=figures.axis(MEASURES[measure], dark, rangemode="tozero"),
     )  # fmt: skip
     return figures.figure(data, look, figures.CONFIG)
@@ -135,9 +135,7 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
 
 def shown_unit_of(key: str) -> str:
     """The unit of a key as a scene file has it: a trade's values are given so."""
-    from ..studies.key_words import words_of as in_words
-
-    return in_words(key).unit or shown_unit(key, "")
+    return key_words.words_of(key).unit or shown_unit(key, "")
 
 
 def place_of(value: Any) -> Any:
