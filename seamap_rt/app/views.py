@@ -24,12 +24,7 @@ from .results import Results
 Array = NDArray[np.floating]
 Panels = list[tuple[Panel, Array]]
 
-MAP_VIEWS = {
-    "heights": "Heights",
-    "slopes": "Slopes",
-    "polar": "Radar cells",
-    "echo": "Echo",
-}
+MAP_VIEWS = {"heights": "Heights", "slopes": "Slopes", "polar": "Radar cells", "echo": "Echo"}
 _WIDE = 1.96
 _BIN_M, _FEWEST = 10.0, 8
 

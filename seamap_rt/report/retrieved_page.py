@@ -34,10 +34,7 @@ def retrieved_page(
         title=f"Heights retrieved from {source}",
         said=[_sentence(line) for line in said],
         notes=[f"{_sentence(line)}." for line in grave] or ["Nothing about the echoes was found to be doubtful."],
-        figures=[
-            ("Map", style.png(map_of_turn(maps)), _MAPS),
-            ("By range", style.png(by_range(maps)), _RANGES),
-        ],
+        figures=[("Map", style.png(map_of_turn(maps)), _MAPS), ("By range", style.png(by_range(maps)), _RANGES)],
         table_title="What the echoes say of themselves",
         table_note="Nothing here knows the sea.",
         files=["maps.nc"],

@@ -232,12 +232,7 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
         float(n / every) if all_of_it else None
         for n, every, all_of_it in zip(metrics["cells"], cells, whole, strict=True)
     ]
-    facts = {
-        "significant_height_m": 4.0 * sigma,
-        "range_m": [near, far],
-        "facets": facets,
-        "folded_share": folded,
-    }
+    facts = {"significant_height_m": 4.0 * sigma, "range_m": [near, far], "facets": facets, "folded_share": folded}
     assert rings is not None
     by_range = {**metrics, "known_share": known, "quality": _by_bin(rings)}
     overall = {name: value for name, value in overall.items() if name != "range_m"} | rings.figures
