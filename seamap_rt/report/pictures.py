@@ -35,7 +35,7 @@ def pictures(
     return [
         _height_maps(run),
         *evolution.film(scene, retrieved, truth),
-        *spectrum_figures.wave_height_pictures(metrics),
+        *(spectrum_figures.wave_height_pictures(metrics) if run.turns.size > 1 else ()),
         *forecast_figures.forecast_pictures(scene, retrieved, verified),
         *window_figures.window_pictures(windows, scene.prediction.quiet.confidence),
         *gauge_figures.gauge_pictures(gauges),

@@ -224,10 +224,10 @@ def map_spectra(retrieved: Density | None, true: Density | None, of_scene: tuple
 
 
 def wave_height_pictures(metrics: Mapping[str, Any]) -> list[Picture]:
-    """The wave height by the maps, turn by turn; none of a run of one turn, or where no turn shows a sea."""
+    """The wave height by the maps, turn by turn; none where no turn shows a sea."""
     state = metrics.get("sea_state")
     height = reduce.series(state.get("significant_wave_height")) if isinstance(state, Mapping) else np.array([])
-    if height.size < 2 or not np.isfinite(height).any():
+    if not np.isfinite(height).any():
         return []
     return [
         Picture(
