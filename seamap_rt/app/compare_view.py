@@ -66,7 +66,7 @@ class CompareView:
                 self._slider = ui.slider(min=1, max=2, value=1, step=1).props('label aria-label="Turn"')
                 self._slider.classes("grow mx-2").on_value_change(self._redraw)
             self._maps = MapsPanel(page.width, page.dark, lambda *_: None)
-            self._images = Images()
+            self._images = Images(columns=True)
         self._body.set_visibility(False)
 
     def enter(self) -> None:
@@ -127,7 +127,7 @@ class CompareView:
         turn = min(int(self._slider.value or 1), count) - 1
         key = (*names, self.page.dark)
         whole = key != self._shown
-        made = await drawing.quick(drawing_of, first, second, turn, names, whole)
+        made = await drawing.quick(drawing_of, first, second, turn, names, self.page.dark, whole)
         self._said.set_text(made.differ if names[0] != names[1] else "Choose two different runs.")
         self._body.set_visibility(True)
         self._slider.props["max"] = max(count, 2)

@@ -194,13 +194,13 @@ def _span(judged: RangeVerdict) -> str:
     return f"{judged.range_m[0]:.0f}–{judged.range_m[1]:.0f} m"
 
 
-def drawing_of(first: Source, second: Source, turn: int, names: tuple[str, str], whole: bool) -> Comparison:
+def drawing_of(first: Source, second: Source, turn: int, names: tuple[str, str], dark: bool, whole: bool) -> Comparison:
     """What is shown of two. whole: with what is of all turns. OSError, IndexError where a run has no such turn."""
     errors = {name: each.by_range(turn) for name, each in zip(names, (first, second), strict=True)}
     known = whole and first.results.has_truth and second.results.has_truth
     return Comparison(
         side_by_side(first, second, turn, names),
-        drawn(range_pictures(errors)),
+        drawn(range_pictures(errors), dark),
         figures_of(first.results.metrics(), second.results.metrics()),
         differences(first, second),
         judge(squares(first), squares(second)) if known else [],

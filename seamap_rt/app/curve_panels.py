@@ -102,16 +102,16 @@ class RangePanel:
     """Error and visibility against range."""
 
     def __init__(self, view: SeeView) -> None:
-        del view
-        self._images = Images()
+        self.view = view
+        self._images = Images(columns=True)
 
     async def show(self, source: Source, turn: int) -> None:
-        self._images.show(await drawing.slow(by_range_of, source, turn))
+        self._images.show(await drawing.slow(by_range_of, source, turn, self.view.page.dark))
 
 
-def by_range_of(source: Source, turn: int) -> list[Image]:
+def by_range_of(source: Source, turn: int, dark: bool) -> list[Image]:
     """Errors of a turn against range, where there is a true or a stated one, and what is in sight."""
-    return drawn(range_pictures({"": source.by_range(turn)}, source.expected()))
+    return drawn(range_pictures({"": source.by_range(turn)}, source.expected()), dark)
 
 
 def range_pictures(told: Mapping[str, curves.ByRange], law: Prospects | None = None) -> list[Picture]:
@@ -145,7 +145,7 @@ class StatePanel:
     """The sea state by the maps, and their spectrum."""
 
     def __init__(self, view: SeeView) -> None:
-        del view
+        self.view = view
         self._words = ui.label().mark("sea-state")
         self._images = Images()
         ui.label("Wave spectrum").classes("text-base font-bold")
@@ -158,17 +158,18 @@ class StatePanel:
         self._words.set_text(str(metrics.get("sea_state_in_words", "")) if known else _why_no_state(source))
         self._words.classes(replace="font-bold" if known else "text-sm")
         try:
-            heights, said, spectra = await drawing.slow(state_of, source, turn)
+            heights, said, spectra = await drawing.slow(state_of, source, turn, self.view.page.dark)
         except (SchemaError, KeyError, ValueError) as error:  # maps of another program
             heights, said, spectra = [], f"No spectrum: {error}", []
         self._images.show(heights)
         self._said.set_text(said)
+        self._said.set_visibility(bool(said))
         self._spectra.show(spectra)
 
 
-def state_of(source: Source, turn: int) -> tuple[list[Image], str, list[Image]]:
+def state_of(source: Source, turn: int, dark: bool) -> tuple[list[Image], str, list[Image]]:
     """The wave height turn by turn; of the spectra of the turns up to one what is missing, and their figure."""
-    heights, found = drawn(wave_height_pictures(source.results.metrics())), map_spectra(source, turn)
+    heights, found = drawn(wave_height_pictures(source.results.metrics()), dark), map_spectra(source, turn)
     if found.retrieved is None and found.true is None:
         return heights, found.why, []
     law = source.expected()
@@ -178,7 +179,7 @@ def state_of(source: Source, turn: int) -> tuple[list[Image], str, list[Image]]:
         of_scene = law.spectrum.frequency, law.spectrum.density.sum(axis=1) * step
     turns = f"the last {found.turns} turns" if found.turns > 1 else "this turn"
     words = f"Of {turns}, in the frame of the water."
-    return heights, found.why, drawn([map_spectra_picture(found.retrieved, found.true, of_scene, words)])
+    return heights, found.why, drawn([map_spectra_picture(found.retrieved, found.true, of_scene, words)], dark)
 
 
 def _why_no_state(source: Source) -> str:

@@ -97,7 +97,9 @@ class Told(NamedTuple):
     windows: list[Image]
 
 
-def forecast_of(folder: Path, number: int, quiet: QuietSettings, came: Came | None, lead: int) -> Told | None:
+def forecast_of(
+    folder: Path, number: int, quiet: QuietSettings, came: Came | None, lead: int, dark: bool
+) -> Told | None:
     """The last forecast up to a turn by its number, beside what came of it and of those before where that is known.
 
     lead: the place of the one at which past forecasts are drawn in time.
@@ -106,12 +108,12 @@ def forecast_of(folder: Path, number: int, quiet: QuietSettings, came: Came | No
     if ahead is None:
         return None
     if came is None:
-        return Told(_words(ahead), drawn([ahead_picture(ahead)]), [], [])
+        return Told(_words(ahead), drawn([ahead_picture(ahead)], dark), [], [])
     at, verified = came.at(ahead.issue), came.verified
     beside = () if at is None else (verified.truth[at, :, 0], came.quiet(at))
     errors = verified_picture(verified, float(verified.forecasts["lead"][lead]), at)
-    windows = drawn(window_pictures(came.windows, came.told.get("confidence", 0.0)))
-    return Told(_words(ahead), drawn([ahead_picture(ahead, *beside)]), drawn([errors]), windows)
+    windows = drawn(window_pictures(came.windows, came.told.get("confidence", 0.0)), dark)
+    return Told(_words(ahead), drawn([ahead_picture(ahead, *beside)], dark), drawn([errors], dark), windows)
 
 
 class ForecastPanel:
@@ -155,7 +157,7 @@ class ForecastPanel:
         if came is not None:
             self._fill_leads(came)
         lead = int(self._lead.value or 0)
-        told = await drawing.slow(forecast_of, folder, number, quiet, came, lead)
+        told = await drawing.slow(forecast_of, folder, number, quiet, came, lead, self.view.page.dark)
         self._past.set_visibility(told is not None)
         if told is None:
             self._words.set_text(

@@ -71,7 +71,7 @@ class Told(NamedTuple):
     judged: dict[str, Any]
 
 
-def told_of(source: Source, turn: int, chosen: str | None) -> Told | None:
+def told_of(source: Source, turn: int, chosen: str | None, dark: bool) -> Told | None:
     """What there is up to a turn of the gauge that is chosen, else of the first; None of a run without gauges."""
     if not has_gauges(source.results):
         return None
@@ -82,7 +82,7 @@ def told_of(source: Source, turn: int, chosen: str | None) -> Told | None:
     east, north = (float(gauge[each]) for each in ("east", "north"))
     place = f"At {np.hypot(east, north):.0f} m, {np.degrees(np.arctan2(east, north)) % 360.0:.0f}°."
     picture = gauge_picture(names.index(name), name, gauge, source.results.turns()[turn])
-    return Told(names, name, place, drawn([replace(picture, name="gauge")]), judge_one(gauge))
+    return Told(names, name, place, drawn([replace(picture, name="gauge")], dark), judge_one(gauge))
 
 
 class GaugePanel:
@@ -101,7 +101,7 @@ class GaugePanel:
 
     async def show(self, source: Source, turn: int) -> None:
         """What there is up to now, with the turn marked."""
-        told = await drawing.slow(told_of, source, turn, self._choice.value)
+        told = await drawing.slow(told_of, source, turn, self._choice.value, self.view.page.dark)
         self._body.set_visibility(told is not None)
         if told is None:
             self._said.set_text(

@@ -22,22 +22,24 @@ class Image(NamedTuple):
     source: str
 
 
-def drawn(pictures: Iterable[Picture]) -> list[Image]:
-    """Draw; some tenths of a second each."""
+def drawn(pictures: Iterable[Picture], dark: bool) -> list[Image]:
+    """Draw, for a light or a dark page; some tenths of a second each."""
     made = []
     for each in pictures:
         figure = each.draw()
         assert not isinstance(figure, bytes)
-        source = f"data:image/png;base64,{base64.b64encode(style.png(figure)).decode('ascii')}"
+        source = f"data:image/png;base64,{base64.b64encode(style.png(figure, dark)).decode('ascii')}"
         made.append(Image(each.name, each.title, each.alt, each.caption, source))
     return made
 
 
 class Images:
-    """A place for figures, one below the other; one that is drawn anew keeps its element."""
+    """A place for figures; one that is drawn anew keeps its element. columns: side by side where the window is wide."""
 
-    def __init__(self) -> None:
-        self._place = ui.column().classes("w-full min-w-0 gap-2")
+    def __init__(self, *, columns: bool = False) -> None:
+        self._place = ui.element("div").classes("w-full min-w-0 grid gap-2 grid-cols-1")
+        if columns:
+            self._place.classes("2xl:grid-cols-2")
         self._shown: dict[str, tuple[ui.label, ui.element, ui.label]] = {}
 
     def show(self, images: Iterable[Image]) -> None:
@@ -55,7 +57,8 @@ class Images:
 
 
 def _parts(name: str) -> tuple[ui.label, ui.element, ui.label]:
-    title = ui.label().classes("font-bold")
-    with ui.element("div").classes("w-full overflow-x-auto").props("tabindex=0"):  # a phone moves what it cannot show
-        image = ui.element("img").classes("drawn-figure").mark(f"figure-{name}")
-    return title, image, ui.label().classes("text-xs opacity-80 max-w-5xl")
+    with ui.column().classes("w-full min-w-0 gap-1"):
+        title = ui.label().classes("font-bold")
+        with ui.element("div").classes("w-full overflow-x-auto").props("tabindex=0"):  # a phone moves what is too wide
+            image = ui.element("img").classes("drawn-figure").mark(f"figure-{name}")
+        return title, image, ui.label().classes("text-xs opacity-80 max-w-5xl")

@@ -36,7 +36,6 @@ _STYLE = """
 .waits.stale { opacity: 1; filter: none; }
 .js-plotly-plot { min-height: 200px; }
 .drawn-figure { width: 100%; min-width: 34rem; max-width: 60rem; height: auto; }
-.body--dark .drawn-figure { filter: invert(0.92) hue-rotate(180deg); }  /* ink on a dark page, hues as they are */
 .js-plotly-plot .imagelayer image { image-rendering: pixelated; }
 @media (prefers-reduced-motion: reduce) { * { transition: none !important; } }
 """

@@ -51,7 +51,7 @@ class ShadowingPanel:
     async def show_folder(self, folder: Path) -> None:
         """Of a folder. OSError, KeyError where it holds no study."""
         self._folder = folder
-        said, images = await drawing.slow(shadowing_of, folder, str(self._look.value))
+        said, images = await drawing.slow(shadowing_of, folder, str(self._look.value), self.view.page.dark)
         self._said.set_text(said)
         self._images.show(images)
 
@@ -59,7 +59,7 @@ class ShadowingPanel:
         self.view.draw_beside(self.show_folder(self._folder), self._folder.name)
 
 
-def shadowing_of(folder: Path, look: str) -> tuple[str, list[Image]]:
+def shadowing_of(folder: Path, look: str, dark: bool) -> tuple[str, list[Image]]:
     """A study in words, and its figure for a look."""
     data = read_shadowing(folder)
     picture = Picture(
@@ -70,7 +70,7 @@ def shadowing_of(folder: Path, look: str) -> tuple[str, list[Image]]:
         "Smith, Wagner: closed forms for a sea of normally distributed slopes.",
         lambda: draw_shadowing(data, (look,)),
     )
-    return in_words(data, look), drawn([picture])
+    return in_words(data, look), drawn([picture], dark)
 
 
 def in_words(data: xr.Dataset, look: str) -> str:

@@ -98,8 +98,8 @@ def draw_errors(told: Mapping[str, ByRange], floors: Sequence[Curve] = (), range
     second.axhline(0.0, color=style.BLACK, linewidth=0.6)
     for (name, each), colour in zip(told.items(), _OF_RUNS if several else (style.BLACK,), strict=False):
         tail = f", {style.plain(name)}" if several else ""
-        of_stated = colour if several else style.VERMILION
-        drawn = [(each.rms, colour, "-", "o", "rms"), (each.stated, of_stated, "--", "", _STATED)]
+        of_stated, stated = (colour, "stated") if several else (style.VERMILION, _STATED)
+        drawn = [(each.rms, colour, "-", "o", "rms"), (each.stated, of_stated, "--", "", stated)]
         if not several:
             drawn.insert(1, (each.robust, style.BLUE, "-", "s", "robust, 1.4826 × median absolute deviation"))
         for values, hue, dash, marker, label in drawn:

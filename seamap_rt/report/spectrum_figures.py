@@ -119,9 +119,9 @@ def draw_compass(
         )  # fmt: skip
     axes.set_ylim(0.0, reach_hz)
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
-    axes.yaxis.set_major_formatter(lambda hertz, _: f"{hertz:g} Hz" if 0.0 < hertz < 0.85 * reach_hz else "")
-    axes.tick_params(axis="y", labelsize=style.FONT - 1.0, colors="white")
-    axes.grid(True, color="#e0e0e0", linewidth=0.35)
+    axes.yaxis.set_major_formatter(lambda hertz, _: f"{hertz:g} Hz" if 0.0 < hertz < 0.75 * reach_hz else "")
+    axes.tick_params(axis="y", labelsize=style.FONT - 1.0, colors=style.ON_COLOURS)
+    axes.grid(True, color=style.ON_COLOURS, alpha=0.85, linewidth=0.35)
     return drawn
 
 
@@ -219,7 +219,7 @@ def map_spectra(retrieved: Density | None, true: Density | None, of_scene: tuple
         peak = int(np.argmax(directional.max(axis=0)))
         rose.set_rlabel_position(float(each.direction[peak]) + 157.5)  # pyright: ignore[reportAttributeAccessIssue]
         if number == 0:
-            style.colour_bar(figure, drawn, 2.3, 6.05, 2.6, _DENSITY, "neither")
+            style.colour_bar(figure, drawn, 2.62, 6.05, 1.96, _DENSITY, "neither")
     return figure
 
 

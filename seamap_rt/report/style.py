@@ -14,7 +14,7 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import Colormap
+from matplotlib.colors import Colormap, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
@@ -37,6 +37,7 @@ BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE, GREY = (
 )
 BLANK = "#c3c0b6"  # where the radar looked and got no height
 GRID = "#dcdcdc"
+ON_COLOURS = "#fffffe"  # ink on dark colours: no grey, so that it stays white on a dark page
 
 HEIGHT_COLOURS = "RdBu_r"  # both ends dark and of different hue, the middle light: safe for colour-blind readers
 SLOPE_COLOURS = "PuOr_r"
@@ -93,11 +94,26 @@ def styled(draw: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
 
 
 @styled
-def png(figure: Figure) -> bytes:
-    """The figure as a PNG."""
+def png(figure: Figure, dark: bool = False) -> bytes:
+    """The figure as a PNG. dark: for a dark page."""
+    if dark:
+        _turn_greys(figure)
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=DPI)
+    figure.savefig(buffer, format="png", dpi=DPI, facecolor="auto")
     return buffer.getvalue()
+
+
+def _turn_greys(figure: Figure) -> None:
+    """Black is light, white is dark, and greys lie between; colours stay."""
+    for artist in figure.findobj(lambda each: not hasattr(each, "patch")):  # whose colours are its patch's
+        told = {}
+        for what in ("color", "facecolor", "edgecolor", "markerfacecolor", "markeredgecolor"):
+            get, put = (getattr(artist, f"{verb}_{what}", None) for verb in ("get", "set"))
+            rows = to_rgba_array(get()) if get is not None and put is not None else ()
+            if len(rows) == 1 and np.ptp(rows[0][:3]) == 0.0:
+                told[put] = (*[0.92 - 0.85 * rows[0][0]] * 3, rows[0][3])
+        for put, colour in told.items():
+            put(colour)
 
 
 def new_figure(height: float) -> Figure:
