@@ -288,7 +288,7 @@ def _robust(error: Array) -> float:
     return reduce.MAD_TO_STD * float(np.nanmedian(np.abs(error - np.nanmedian(error))))
 
 
-def _binned(values: Array, place: NDArray[np.intp], count: int, of: Any) -> Array:
+def _binned(values: Array, place: NDArray[np.intp], count: int, of: Any) -> NDArray[np.float64]:
     found = np.full(count, np.nan)
     for number in range(count):
         held = values[:, place == number]
