@@ -17,7 +17,7 @@ from ..forecast_errors import warm
 from ..io.committed_file import part_of
 from ..io.growing_file import read_whole_turns
 from ..report.forecast_figures import Ahead, ahead_picture, by_lead, verified_picture
-from ..report.window_figures import window_pictures
+from ..report.window_figures import window_picture
 from ..settings import QuietSettings
 from . import drawing
 from .images import Image, Images, drawn
@@ -112,8 +112,10 @@ def forecast_of(
     at, verified = came.at(ahead.issue), came.verified
     beside = () if at is None else (verified.truth[at, :, 0], came.quiet(at))
     errors = verified_picture(verified, float(verified.forecasts["lead"][lead]), at)
-    windows = drawn(window_pictures(came.windows, came.told.get("confidence", 0.0)), dark)
-    return Told(_words(ahead), drawn([ahead_picture(ahead, *beside)], dark), drawn([errors], dark), windows)
+    windows = [] if came.windows is None else [window_picture(came.windows, came.told["confidence"])]
+    return Told(
+        _words(ahead), drawn([ahead_picture(ahead, *beside)], dark), drawn([errors], dark), drawn(windows, dark)
+    )
 
 
 class ForecastPanel:

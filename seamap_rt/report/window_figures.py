@@ -17,22 +17,24 @@ _COLOURS = {"persistence": style.GREY, "group law": style.ORANGE}
 
 
 def window_pictures(windows: Windows | None, confidence: float) -> list[Picture]:
-    """Hits, false alarms and probabilities of a run's windows; none of a run that had none."""
-    if windows is None:
-        return []
-    return [
-        Picture(
-            "quiet_windows",
-            "Quiet windows against the sea that came",
-            "Hits against false alarms of forecast quiet windows as the threshold varies, beside persistence; and the "
-            "share of windows that were quiet against their stated probability.",
-            f"(a) Each of {windows.quiet.size} windows was forecast with a probability; the point is what is called "
-            f"from {confidence:.0%} on. Persistence: windows are the likelier quiet the lower the water stayed just "
-            "before. (b) By classes of stated probability, with the number of windows. Windows overlap, so that one "
-            "run tells little of the middle classes.",
-            lambda: quiet_windows([windows], confidence),
-        )
-    ]
+    """Of a run's windows; none of a run that had none, or of one kind alone."""
+    alike = windows is None or windows.quiet.all() or not windows.quiet.any()
+    return [] if alike else [window_picture(windows, confidence)]
+
+
+def window_picture(windows: Windows, confidence: float) -> Picture:
+    """Hits, false alarms and what probabilities came to."""
+    return Picture(
+        "quiet_windows",
+        "Quiet windows against the sea that came",
+        "Hits against false alarms of forecast quiet windows as the threshold varies, beside persistence; and the "
+        "share of windows that were quiet against their stated probability.",
+        f"(a) Each of {windows.quiet.size} windows was forecast with a probability; the point is what is called "
+        f"from {confidence:.0%} on. Persistence: windows are the likelier quiet the lower the water stayed just "
+        "before. (b) By classes of stated probability, with the number of windows. Windows overlap, so that one "
+        "run tells little of the middle classes.",
+        lambda: quiet_windows([windows], confidence),
+    )
 
 
 def window_table(told: Mapping[str, Any] | None) -> list[Table]:

@@ -30,9 +30,10 @@ from seamap_rt.report.forecast_figures import ahead_picture, next_seconds, verif
 from seamap_rt.report.gauge_figures import gauge_picture
 from seamap_rt.report.page_elements import Picture
 from seamap_rt.report.spectrum_figures import Density, map_spectra_picture, wave_height, wave_height_pictures
-from seamap_rt.report.window_figures import window_pictures
+from seamap_rt.report.window_figures import quiet_windows, window_picture, window_pictures
 from seamap_rt.settings import QuietSettings
 from seamap_rt.studies.shadowing_figures import draw_shadowing
+from seamap_rt.window_errors import Windows
 
 _METRICS = {
     "hs_scene_m": 1.4,
@@ -71,7 +72,8 @@ def pictures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Picture]:
     assert ahead is not None
     errors, shares = range_pictures({"": told}, source.expected())
     study = read_shadowing(folder / "study")
-    (height,), (windows,) = wave_height_pictures(_METRICS), window_pictures(came.windows, 0.9)
+    assert came.windows is not None
+    (height,), windows = wave_height_pictures(_METRICS), window_picture(came.windows, 0.9)
     gauge = gauge_picture(0, "west", read_gauges(source.results).sel(gauge="west"), 11)
     found = [errors, shares, range_pictures({"a$b$": told, "b": told})[0], height]
     found += [
@@ -187,3 +189,12 @@ def test_bars_of_windows_are_their_chances_filled_where_a_quiet_one_came(tmp_pat
     before = next_seconds(ahead).axes[1]
     labels = {str(each.get_label()) for each in before.containers}
     assert labels == {"not called"}  # of 50 %, less than the 90 % that is asked for
+
+
+@pytest.mark.parametrize(("quiet", "words"), [(True, "all windows were quiet"), (False, "no window was quiet")])
+def test_windows_of_one_kind_have_no_false_alarms_and_say_so(quiet: bool, words: str) -> None:
+    windows = Windows(np.array([0.2, 0.95, 0.5]), np.full(3, quiet), {"persistence": np.zeros(3)})
+    hits, classes = quiet_windows([windows], 0.9).axes
+    assert [text.get_text() for text in hits.texts] == [words]
+    assert [str(each.get_text()) for each in classes.texts] == ["1", "1", "1"]
+    assert window_pictures(windows, 0.9) == []  # a report has none
