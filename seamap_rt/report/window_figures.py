@@ -18,8 +18,9 @@ _COLOURS = {"persistence": style.GREY, "group law": style.ORANGE}
 
 def window_pictures(windows: Windows | None, confidence: float) -> list[Picture]:
     """Of a run's windows; none of a run that had none, or of one kind alone."""
-    alike = windows is None or windows.quiet.all() or not windows.quiet.any()
-    return [] if alike else [window_picture(windows, confidence)]
+    if windows is None or windows.quiet.all() or not windows.quiet.any():
+        return []
+    return [window_picture(windows, confidence)]
 
 
 def window_picture(windows: Windows, confidence: float) -> Picture:
