@@ -55,7 +55,7 @@ KINDS = {
             ".dirspec",
         ),
         32 * MB,
-    ),
+    ),  # fmt: skip
     "sea": Kind("a recorded sea", (".nc", ".dat"), 60 * MB),  # a larger one is put below the runs by hand
     "pattern": Kind("an antenna pattern", (".csv", ".msi", ".pln", ".ant", ".txt"), 4 * MB),
     "motion": Kind("a boat's motion", (".csv", ".txt"), 32 * MB),

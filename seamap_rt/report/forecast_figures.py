@@ -222,6 +222,7 @@ def _draw_in_time(axes: Axes, verified: Verified, lead_s: float, issue: int | No
         name = f"made after {turn_name(forecasts['issue'].values[issue])}"
         axes.plot(moment[issue], mean[issue], "D", color=style.VERMILION, markersize=6.0, label=name)
     style.graph(axes, "Time (s)", "Height at the boat (m)", "(c) In time")
+    axes.set_xlim(float(time[0]), float(moment[-1]) + 1.0)
     axes.margins(y=0.25)
     axes.legend(loc="upper right", ncols=3)
 

@@ -25,16 +25,8 @@ WIDTH = 7.2  # inches: two columns of a journal
 FONT = 7.5  # points
 
 # Okabe & Ito's palette: told apart by all common kinds of colour vision, and by lightness in print.
-BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE, GREY = (
-    "#000000",
-    "#e69f00",
-    "#56b4e9",
-    "#009e73",
-    "#0072b2",
-    "#d55e00",
-    "#cc79a7",
-    "#767676",
-)
+BLACK, ORANGE, SKY, GREEN = "#000000", "#e69f00", "#56b4e9", "#009e73"
+BLUE, VERMILION, PURPLE, GREY = "#0072b2", "#d55e00", "#cc79a7", "#767676"
 BLANK = "#c3c0b6"  # where the radar looked and got no height
 GRID = "#dcdcdc"
 ON_COLOURS = "#fffffe"  # ink on dark colours: no grey, so that it stays white on a dark page
