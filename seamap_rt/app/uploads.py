@@ -33,29 +33,12 @@ class Kind:
     most: int
 
 
+_SPECTRA = (
+    ".nc", ".txt", ".spec", ".spc", ".sp2", ".swn", ".data_spec", ".swdir", ".swdir2", ".swr1", ".swr2", ".gz", ".spt",
+    ".csv", ".json", ".dirspec",
+)  # fmt: skip
 KINDS = {
-    "spectrum": Kind(
-        "a wave spectrum",
-        (
-            ".nc",
-            ".txt",
-            ".spec",
-            ".spc",
-            ".sp2",
-            ".swn",
-            ".data_spec",
-            ".swdir",
-            ".swdir2",
-            ".swr1",
-            ".swr2",
-            ".gz",
-            ".spt",
-            ".csv",
-            ".json",
-            ".dirspec",
-        ),
-        32 * MB,
-    ),  # fmt: skip
+    "spectrum": Kind("a wave spectrum", _SPECTRA, 32 * MB),
     "sea": Kind("a recorded sea", (".nc", ".dat"), 60 * MB),  # a larger one is put below the runs by hand
     "pattern": Kind("an antenna pattern", (".csv", ".msi", ".pln", ".ant", ".txt"), 4 * MB),
     "motion": Kind("a boat's motion", (".csv", ".txt"), 32 * MB),
