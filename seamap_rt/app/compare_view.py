@@ -10,9 +10,10 @@ from nicegui import ui
 
 from ..conventions import turn_name
 from ..errors import InputError
-from . import drawing, figures
+from . import drawing
 from .comparing import Figure, RangeVerdict, drawing_of, in_words
 from .drawing import Canvas, grey_of
+from .images import Images
 from .maps_panel import MapsPanel
 from .prospects_view import number
 from .results import Results
@@ -65,9 +66,7 @@ class CompareView:
                 self._slider = ui.slider(min=1, max=2, value=1, step=1).props('label aria-label="Turn"')
                 self._slider.classes("grow mx-2").on_value_change(self._redraw)
             self._maps = MapsPanel(page.width, page.dark, lambda *_: None)
-            with ui.element("div").classes("w-full grid gap-2 grid-cols-1 lg:grid-cols-2"):
-                blank = figures.figure([], figures.layout(page.dark))
-                self._error, self._visible = (ui.plotly(blank).classes("w-full") for _ in range(2))
+            self._images = Images(columns=True)
         self._body.set_visibility(False)
 
     def enter(self) -> None:
@@ -142,8 +141,7 @@ class CompareView:
             self._maps.show(made.shown)
             self._fill_table(made.figures)
             self._fill_ranges(made.judged)
-        self._error.update_figure(made.errors)
-        self._visible.update_figure(made.visible)
+        self._images.show(made.images)
 
     def _fill_table(self, rows: list[Figure]) -> None:
         self._table.clear()

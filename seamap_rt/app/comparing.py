@@ -13,8 +13,9 @@ from scipy.special import stdtrit
 from ..dataset import QUALITY_FLAGS
 from ..metrics import BIN_M, HALF_VISIBLE, HEADLINE_M
 from ..report import style
-from . import curves
+from .curve_panels import range_pictures
 from .draft import flat
+from .images import Image, drawn
 from .pictures import Panel, Scale, Shown, ground_raster
 from .views import Source
 
@@ -199,8 +200,7 @@ def drawing_of(first: Source, second: Source, turn: int, names: tuple[str, str],
     known = whole and first.results.has_truth and second.results.has_truth
     return Comparison(
         side_by_side(first, second, turn, names),
-        curves.error_graph(errors, None, dark),
-        curves.visible_graph(errors, None, dark),
+        drawn(range_pictures(errors), dark),
         figures_of(first.results.metrics(), second.results.metrics()),
         differences(first, second),
         judge(squares(first), squares(second)) if known else [],
@@ -209,8 +209,7 @@ def drawing_of(first: Source, second: Source, turn: int, names: tuple[str, str],
 
 class Comparison(NamedTuple):
     shown: Shown
-    errors: curves.Figure
-    visible: curves.Figure
+    images: list[Image]
     figures: list[Figure]
     differ: str
     judged: list[RangeVerdict]

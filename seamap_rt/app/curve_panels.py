@@ -1,18 +1,35 @@
-"""Curves of a turn on the page: the section along a look, errors and visibility against range, the sea state."""
+"""Curves of a turn: the section along a look; the report's figures of errors by range, of the sea state, of spectra."""
 
 from __future__ import annotations
 
 import asyncio
+import math
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
+import xarray as xr
 from nicegui import ui
 
-from . import curves, drawing
-from .spectrum_view import SpectrumPanel
+from ..conventions import turn_name
+from ..errors import SchemaError
+from ..io.csv_text import csv_text
+from ..report import curves, style
+from ..report import maps as report_maps
+from ..report.page_elements import Picture
+from ..report.spectrum_figures import map_spectra_picture, wave_height_pictures
+from . import drawing, figures
+from .figures import Figure
+from .images import Image, Images, drawn
+from .map_spectrum import map_spectra
+from .views import Section, Source
 
 if TYPE_CHECKING:
+    from .prospects import Prospects
     from .see_view import SeeView
-    from .views import Source
+
+
+_MARGIN = {"l": 50, "r": 10, "t": 30, "b": 66}
 
 
 class SectionPanel:
@@ -25,12 +42,60 @@ class SectionPanel:
             self.slider = ui.slider(min=0, max=359, step=1, value=round(view.azimuth) % 360)
             self.slider.props('label aria-label="Azimuth of the look"').classes("grow").mark("azimuth")
             self.slider.on_value_change(lambda e: view.set_azimuth(float(e.value or 0.0)))
-        self.plot = ui.plotly(curves.figures.figure([], curves.figures.layout(view.page.dark))).classes("w-full")
+        self.plot = ui.plotly(figures.figure([], figures.layout(view.page.dark))).classes("w-full")
         self.plot.mark("section")
 
     async def show(self, source: Source, turn: int) -> None:
-        made = await drawing.quick(curves.section_of, source, self.view.azimuth, turn, self.view.page.dark)
+        made = await drawing.quick(section_of, source, self.view.azimuth, turn, self.view.page.dark)
         self.plot.update_figure(made)
+
+
+def section_of(source: Source, azimuth_deg: float, turn: int, dark: bool) -> Figure:
+    """The section of a turn along a look."""
+    section = source.section(azimuth_deg, turn)
+    heights = np.abs(np.concatenate([section.true, section.retrieved]))
+    limit = max(float(np.nanmax(heights)) if np.isfinite(heights).any() else 1.0, 0.2)
+    return section_graph(section, limit, dark)
+
+
+def section_graph(section: Section, limit_m: float, dark: bool) -> Figure:
+    """True and retrieved height along a look, shadows in grey, the antenna and its rays over the crests."""
+    ground = section.ground_m
+    order = np.argsort(section.placed_m)
+    placed = section.placed_m[order]
+    data: list[Figure] = []
+    if np.isfinite(section.retrieved).any():
+        low, high = section.low[order], section.high[order]
+        data = [
+            *figures.band(placed, low, high, "± 1.96 stated errors", figures.VERMILION, 0.2),
+            figures.line(placed, section.retrieved[order], "retrieved", figures.VERMILION),
+        ]
+    if np.isfinite(section.true).any():
+        data.insert(0, figures.line(ground, section.true, "true", figures.ink(dark)))
+    top = max(limit_m, section.antenna_m) * 1.1
+    for x, y in section.rays():
+        data.append({
+            "type": "scatter", "mode": "lines", "x": [0.0, x], "y": [section.antenna_m, y], "hoverinfo": "skip",
+            "showlegend": False, "line": {"color": figures.ORANGE, "width": 0.7},
+        })  # fmt: skip
+    data.append({
+        "type": "scatter", "mode": "markers", "x": [0.0], "y": [section.antenna_m], "name": "antenna and its rays",
+        "marker": {"symbol": "triangle-up", "size": 11, "color": figures.ORANGE},
+    })  # fmt: skip
+    shadows = [
+        {
+            "type": "rect", "x0": a, "x1": b, "y0": 0, "y1": 1, "yref": "paper", "line": {"width": 0},
+            "fillcolor": "#808890", "opacity": 0.25, "layer": "below",
+        }
+        for a, b in section.shadows()
+    ]  # fmt: skip
+    title = f"Along {section.azimuth_deg:.0f}°; grey: less than half in sight"
+    look = figures.layout(
+        dark, title, 420, shapes=shadows, margin=_MARGIN,
+        xaxis=figures.axis("Ground range (m)", dark, range=[0, float(ground[-1])]),
+        yaxis=figures.axis("Height (m)", dark, range=[-1.3 * limit_m, top]),
+    )  # fmt: skip
+    return figures.figure(data, look, figures.CONFIG)
 
 
 class RangePanel:
@@ -38,38 +103,83 @@ class RangePanel:
 
     def __init__(self, view: SeeView) -> None:
         self.view = view
-        with ui.element("div").classes("w-full grid gap-2 grid-cols-1 lg:grid-cols-2"):
-            self.error, self.visible = (
-                ui.plotly(curves.figures.figure([], curves.figures.layout(view.page.dark))).classes("w-full").mark(name)
-                for name in ("error-by-range", "visible-by-range")
-            )
+        self._images = Images(columns=True)
 
     async def show(self, source: Source, turn: int) -> None:
-        error, visible = await drawing.quick(curves.by_range_of, source, turn, self.view.page.dark)
-        self.error.set_visibility(error is not None)
-        if error is not None:
-            self.error.update_figure(error)
-        self.visible.update_figure(visible)
+        self._images.show(await drawing.slow(by_range_of, source, turn, self.view.page.dark))
+
+
+def by_range_of(source: Source, turn: int, dark: bool) -> list[Image]:
+    """Errors of a turn against range, where there is a true or a stated one, and what is in sight."""
+    return drawn(range_pictures({"": source.by_range(turn)}, source.expected()), dark)
+
+
+def range_pictures(told: Mapping[str, curves.ByRange], law: Prospects | None = None) -> list[Picture]:
+    """Of one run, beside what its design was likely to do, or of several by name."""
+    floors, laws = [], []
+    if law is not None:
+        if law.ahead is not None:
+            profile = law.ahead.profile["height_error"]
+            floors.append(curves.Curve("expected before the run", law.ahead_ground_m, profile))
+        floors.append(curves.Curve("noise of one dwell alone", law.ground_m, law.noise_error_m))
+        laws = curves.analytic_shares(law.ground_m, law.smith, law.wagner)
+    errors = Picture(
+        "error_by_range",
+        "Height error against range",
+        "Graphs of height error, what is stated of it, and bias against ground range.",
+        "Of cells more than half in sight, in bins of 10 m.",
+        lambda: curves.draw_errors(told, floors, "Ground range (m)"),
+    )
+    shares = Picture(
+        "share_by_range",
+        "Share of the sea in sight",
+        "Share of the sea in sight of both antennas and of cells with a height against ground range.",
+        "Smith, Wagner: closed forms for a sea of normally distributed slopes." if laws else "",
+        lambda: curves.draw_shares([*laws, *curves.run_shares(told)]),
+    )
+    known = any(np.isfinite(value).any() for each in told.values() for value in (each.rms, each.stated))
+    return [errors, shares] if known else [shares]
 
 
 class StatePanel:
     """The sea state by the maps, and their spectrum."""
 
     def __init__(self, view: SeeView) -> None:
-        self.view, self._place = view, ui.column().classes("w-full")
-        self._spectrum = SpectrumPanel(view)
+        self.view = view
+        self._words = ui.label().mark("sea-state")
+        self._images = Images()
+        ui.label("Wave spectrum").classes("text-base font-bold")
+        self._said = ui.label().classes("text-sm").props("role=status").mark("spectrum-words")
+        self._spectra = Images()
 
     async def show(self, source: Source, turn: int) -> None:
         metrics = await asyncio.to_thread(source.results.metrics)
-        self._place.clear()
-        with self._place:
-            graph = curves.sea_state_graph(metrics, self.view.page.dark)
-            if graph is None:
-                ui.label(_why_no_state(source)).classes("text-sm")
-            else:
-                ui.label(str(metrics.get("sea_state_in_words", ""))).classes("font-bold").mark("sea-state")
-                ui.plotly(graph).classes("w-full")
-        await self._spectrum.show(source, turn)
+        known = bool((metrics.get("sea_state") or {}).get("significant_wave_height"))
+        self._words.set_text(str(metrics.get("sea_state_in_words", "")) if known else _why_no_state(source))
+        self._words.classes(replace="font-bold" if known else "text-sm")
+        try:
+            heights, said, spectra = await drawing.slow(state_of, source, turn, self.view.page.dark)
+        except (SchemaError, KeyError, ValueError) as error:  # maps of another program
+            heights, said, spectra = [], f"No spectrum: {error}", []
+        self._images.show(heights)
+        self._said.set_text(said)
+        self._said.set_visibility(bool(said))
+        self._spectra.show(spectra)
+
+
+def state_of(source: Source, turn: int, dark: bool) -> tuple[list[Image], str, list[Image]]:
+    """The wave height turn by turn; of the spectra of the turns up to one what is missing, and their figure."""
+    heights, found = drawn(wave_height_pictures(source.results.metrics()), dark), map_spectra(source, turn)
+    if found.retrieved is None and found.true is None:
+        return heights, found.why, []
+    law = source.expected()
+    of_scene = None
+    if law is not None and law.spectrum.density.any():
+        step = 360.0 / law.spectrum.direction.size
+        of_scene = law.spectrum.frequency, law.spectrum.density.sum(axis=1) * step
+    turns = f"the last {found.turns} turns" if found.turns > 1 else "this turn"
+    words = f"Of {turns}, in the frame of the water."
+    return heights, found.why, drawn([map_spectra_picture(found.retrieved, found.true, of_scene, words)], dark)
 
 
 def _why_no_state(source: Source) -> str:
@@ -78,3 +188,35 @@ def _why_no_state(source: Source) -> str:
     if source.results.growing or source.scene is not None:
         return "The wave height, turn by turn, is worked out when a run has ended."
     return "The wave height of these echoes stands in their own page: Download, retrieval.html."
+
+
+def turn_csv(source: Source, azimuth_deg: float, index: int) -> str:
+    """The section along a look and the errors by range of a turn; a table below the other, each with its heading."""
+    section, told = source.section(azimuth_deg, index), source.by_range(index)
+    columns = (section.ground_m, section.true, section.visible, section.placed_m, section.retrieved, section.spread)
+    return csv_text([
+        [f"section along {section.azimuth_deg:.2f} degrees; {turn_name(source.results.turns()[index])}"],
+        ["ground_range_m", "true_height_m", "visible_fraction", "placed_at_m", "height_m", "height_std_m"],
+        *_rows(columns),
+        [],
+        ["errors by ground range, cells more than half visible"],
+        ["ground_range_m", "rms_m", "bias_m", "stated_m", "visible_fraction", "answered_fraction"],
+        *_rows((told.centre_m, told.rms, told.bias, told.stated, told.visible, told.answered)),
+    ])  # fmt: skip
+
+
+def _rows(columns: Iterable[Iterable[float]]) -> list[list[str]]:
+    return [[f"{value:.6g}" if math.isfinite(value) else "" for value in row] for row in zip(*columns, strict=True)]
+
+
+def turn_png(source: Source, index: int) -> bytes | None:
+    """The report's maps of one turn; None where the scene or the truth is not known."""
+    results, scene = source.results, source.scene
+    if scene is None or not results.has_truth or results.growing:
+        return None
+    with xr.open_datatree(results.maps) as seen, xr.open_datatree(results.truth) as true:
+        turn = {"turn": slice(index, index + 1)}
+        one = [
+            xr.DataTree.from_dict({"/ground": tree["ground"].to_dataset().isel(turn).load()}) for tree in (seen, true)
+        ]
+    return style.png(report_maps.height_maps(scene, one[0], one[1]))

@@ -13,7 +13,7 @@ from ..errors import InputError, one_line
 from ..io.scenefile import find_scene, list_shipped, read_toml, to_toml, tree_to_toml
 from ..io.toml_text import toml_value
 from ..io.validation import without
-from ..scene import Scene, anchored, load_scene, scene_of
+from ..scene import Scene, anchored, scene_of
 from .fields import parts_of
 from .safety import Roots
 
@@ -146,10 +146,6 @@ class Draft:
         self._check()
         return True
 
-    def restart(self) -> None:
-        """Back to where it began; may be undone."""
-        self._take(copy.deepcopy(self._base))
-
     def _take(self, tree: Tree) -> None:
         if tree != self.tree:
             self._before = [*self._before[-_MOST_UNDO:], self.tree]
@@ -190,17 +186,6 @@ class Draft:
     def _shape(tree: Tree) -> list[str]:
         """The lists of tables, with how many entries each has: `--set` adds none."""
         return sorted(part.path for part in parts_of(tree) if part.many)
-
-    def same_as(self, other: Scene) -> bool:
-        """Whether the command's scene is this one: for tests and for the page's own check."""
-        return self.scene == other
-
-
-def scene_of_command(line: str) -> Scene:
-    """The scene that a line of `Draft.command` runs."""
-    words = shlex.split(line)
-    pairs = [words[index + 1] for index, word in enumerate(words) if word == "--set"]
-    return load_scene(words[2], overrides={k: v for k, _, v in (pair.partition("=") for pair in pairs)})
 
 
 _SIZES = ("significant_wave_height_m", "peak_period_s", "wind_speed_m_s", "fetch_m")

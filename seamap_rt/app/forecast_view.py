@@ -1,50 +1,33 @@
-"""The forecast of a run: the water at the boat in the next seconds with its band, quiet windows, the highest wave."""
+"""The forecast of a run: the water at the boat in the next seconds with its band, quiet windows, the highest wave; and
+how past forecasts came out."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import asyncio
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from nicegui import ui
 
-from ..conventions import turn_name
+from ..conventions import written
+from ..errors import InputError
+from ..forecast_errors import warm
 from ..io.growing_file import GrowingFile, read_whole_turns
 from ..io.turn_files import part_of
+from ..report.forecast_figures import Ahead, ahead_picture, by_lead, verified_picture
+from ..report.window_figures import window_picture
 from ..settings import QuietSettings
-from . import drawing, figures
-from .verified_view import VerifiedPanel
-from .what_came import Came
+from . import drawing
+from .images import Image, Images, drawn
+from .what_came import Came, kept, what_came
 from .words import label_of
 
 if TYPE_CHECKING:
     from .see_view import SeeView
     from .views import Source
 
-
-@dataclass(frozen=True)
-class Ahead:
-    """One forecast at the boat. Arrays (lead,): lead [s], elevation and its standard error [m], chance that a quiet
-    window begins, NaN where none is forecast. limits: what a window stays below, in words; empty where none is asked
-    for."""
-
-    issue: int
-    lead_s: np.ndarray
-    elevation_m: np.ndarray
-    std_m: np.ndarray
-    chance: np.ndarray
-    limits: str
-    level_m: float | None
-    duration_s: float
-    confidence: float
-    hs_m: float
-    longest_s: float | None = None
-
-    @property
-    def highest(self) -> int:
-        """Of the leads, where the highest crest is expected."""
-        return int(np.argmax(self.elevation_m))
+_LEAD_S = 10.0  # of the forecasts that are drawn first, as in the report
 
 
 def read_ahead(folder: Path, last: int, quiet: QuietSettings) -> Ahead | None:
@@ -98,49 +81,122 @@ def words_of(key: str) -> str:
     return label[:1].lower() + label[1:].replace("stays below", "below")
 
 
+class Told(NamedTuple):
+    """A forecast in words and drawn; and how past ones came out, drawn."""
+
+    words: str
+    ahead: list[Image]
+    errors: list[Image]
+    windows: list[Image]
+
+
+def forecast_of(
+    folder: Path, number: int, quiet: QuietSettings, came: Came | None, lead: int, dark: bool
+) -> Told | None:
+    """The last forecast up to a turn by its number, beside what came of it and of those before where that is known.
+
+    lead: the place of the one at which past forecasts are drawn in time.
+    """
+    ahead = read_ahead(folder, number, quiet)
+    if ahead is None:
+        return None
+    if came is None:
+        return Told(_words(ahead), drawn([ahead_picture(ahead)], dark), [], [])
+    at, verified = came.at(ahead.issue), came.verified
+    beside = () if at is None else (verified.truth[at, :, 0], came.quiet(at))
+    errors = verified_picture(verified, float(verified.forecasts["lead"][lead]), at)
+    windows = [] if came.windows is None else [window_picture(came.windows, came.told["confidence"])]
+    return Told(
+        _words(ahead), drawn([ahead_picture(ahead, *beside)], dark), drawn([errors], dark), drawn(windows, dark)
+    )
+
+
 class ForecastPanel:
-    """Shows `Ahead`, and how past forecasts of the run came out."""
+    """The last forecast, and how past forecasts of the run came out, step by step with the turns."""
 
     def __init__(self, view: SeeView) -> None:
         self.view = view
-        self.said = ui.label().classes("font-bold").mark("forecast-words")
-        blank = figures.figure([], figures.layout(view.page.dark))
-        self.ahead = ui.plotly(blank).classes("w-full").mark("forecast")
-        self.windows = ui.plotly(blank).classes("w-full")
-        with ui.column().classes("w-full min-w-0 gap-2") as self.past:
-            self.verified = VerifiedPanel(view)
+        self._filling = False
+        self._words = ui.label().classes("font-bold").mark("forecast-words")
+        self._ahead = Images()
+        with ui.column().classes("w-full min-w-0 gap-2") as self._past:
+            ui.label("How past forecasts came out").classes("text-base font-bold")
+            self._said = ui.label().classes("text-sm").props("role=status").mark("verified-words")
+            with ui.column().classes("w-full min-w-0 gap-2") as self._body:
+                self._lead = ui.select({}, label="Forecast so long before", on_change=self._chosen)
+                self._lead.props("dense outlined options-dense").classes("w-56 max-w-full").mark("verified-lead")
+                self._errors = Images()
+                self._called = ui.label().classes("text-sm").mark("windows-words")
+                self._windows = Images()
+            self._body.set_visibility(False)
 
     async def show(self, source: Source, turn: int) -> None:
-        """The last forecast up to a turn."""
+        """The last forecast up to a turn, and what came of it and of those before."""
         quiet = source.scene.prediction.quiet if source.scene is not None else QuietSettings()
-        number = source.results.turns()[turn]
-        found = await self._show(source.results.folder, number, quiet)
-        self.past.set_visibility(found is not None)
-        if found is None:
+        folder, number = source.results.folder, source.results.turns()[turn]
+        came = kept(folder)
+        if not await self._show(folder, number, quiet, came) or came is not None:
             return
         self.view.easel.ready()  # what came may take long
-        came = await self.verified.show(source, turn)
+        came = await self._ask(source)
         if came is not None:
-            self.ahead.update_figure(_curve(found, self.view.page.dark, came))
+            await self._show(folder, number, quiet, came)
 
     async def show_issue(self, folder: Path, number: int) -> None:
         """Of a folder that has no maps, and so nothing that came."""
-        self.past.set_visibility(False)
-        await self._show(folder, number, QuietSettings())
+        await self._show(folder, number, QuietSettings(), None)
+        self._past.set_visibility(False)
 
-    async def _show(self, folder: Path, number: int, quiet: QuietSettings) -> Ahead | None:
-        found = await drawing.slow(read_ahead, folder, number, quiet)
-        self.ahead.set_visibility(found is not None)
-        self.windows.set_visibility(found is not None and bool(np.isfinite(found.chance).any()))
-        if found is None:
-            self.said.set_text(
+    async def _show(self, folder: Path, number: int, quiet: QuietSettings, came: Came | None) -> bool:
+        """Whether there is a forecast."""
+        if came is not None:
+            self._fill_leads(came)
+        lead = int(self._lead.value or 0)
+        told = await drawing.slow(forecast_of, folder, number, quiet, came, lead, self.view.page.dark)
+        self._past.set_visibility(told is not None)
+        if told is None:
+            self._words.set_text(
                 "This run made no forecast yet. Tick “forecast too” beside Run; the first comes when maps show a sea."
             )
-            return None
-        self.said.set_text(_words(found))
-        self.ahead.update_figure(_curve(found, self.view.page.dark))
-        self.windows.update_figure(_chances(found, self.view.page.dark))
-        return found
+            self._ahead.show([])
+            return False
+        self._words.set_text(told.words)
+        self._ahead.show(told.ahead)
+        self._body.set_visibility(came is not None)
+        if came is not None:
+            self._said.set_text(_in_words(came, lead))
+            self._called.set_text(_windows_in_words(came.told) if came.told else "")
+            self._errors.show(told.errors)
+            self._windows.show(told.windows)
+        return True
+
+    async def _ask(self, source: Source) -> Came | None:
+        """What came of a run, drawn again in a process of its own, once; None where nobody knows."""
+        if source.results.growing:
+            self._said.set_text("Past forecasts are held against the sea that came when the run has ended.")
+        elif source.scene is None:
+            self._said.set_text("Nobody knows what came: these maps have no true sea. A run of a design has one.")
+        else:
+            self._said.set_text("Drawing the sea that came …")
+            try:
+                return await what_came(source.results.folder)
+            except (InputError, OSError) as refusal:
+                self._said.set_text(f"What came is not known: {refusal}")
+        return None
+
+    def _fill_leads(self, came: Came) -> None:
+        if self._lead.value is not None:
+            return
+        leads = came.verified.forecasts["lead"].values
+        options = {i: f"{lead:g} s before" for i, lead in enumerate(leads) if float(lead).is_integer()}
+        options = options or {i: f"{lead:g} s before" for i, lead in enumerate(leads)}
+        self._filling = True
+        self._lead.set_options(options, value=min(options, key=lambda i: abs(leads[i] - _LEAD_S)))
+        self._filling = False
+
+    def _chosen(self) -> None:
+        if not self._filling:
+            self.view.redraw()
 
 
 def _words(ahead: Ahead) -> str:
@@ -161,54 +217,60 @@ def _words(ahead: Ahead) -> str:
     return f"{window}. {crest}"
 
 
-def _curve(ahead: Ahead, dark: bool, came: Came | None = None) -> figures.Figure:
-    """came: what came of it, where that is known."""
-    wide = 1.96 * ahead.std_m
-    data = [
-        *figures.band(
-            ahead.lead_s, ahead.elevation_m - wide, ahead.elevation_m + wide, "± 1.96 stated errors", figures.BLUE
-        ),
-        figures.line(ahead.lead_s, ahead.elevation_m, "water at the boat", figures.BLUE),
-    ]
-    held = came.at(ahead.issue) if came is not None else None
-    if came is not None and held is not None:
-        data.append(figures.line(came.lead, came.true[held], "what came", figures.ink(dark), dash="dot"))
-    at = ahead.highest
-    data.append({
-        "type": "scatter", "mode": "markers", "x": [float(ahead.lead_s[at])], "y": [float(ahead.elevation_m[at])],
-        "name": "highest crest", "marker": {"symbol": "star", "size": 12, "color": figures.VERMILION},
-    })  # fmt: skip
-    ends = [] if ahead.longest_s is None else [
-        {"type": "line", "x0": ahead.longest_s, "x1": ahead.longest_s, "y0": 0, "y1": 1, "yref": "paper",
-         "line": {"color": figures.BLUE, "width": 1, "dash": "dashdot"},
-         "label": {"text": f"maximum prediction time {ahead.longest_s:.0f} s", "textposition": "end"}}
-    ]  # fmt: skip
-    levels = () if ahead.level_m is None else (-ahead.level_m, ahead.level_m)
-    quiet = [
-        {"type": "line", "x0": 0, "x1": 1, "xref": "paper", "y0": level, "y1": level,
-         "line": {"color": figures.GREEN, "width": 1, "dash": "dot"}}
-        for level in levels
-    ]  # fmt: skip
-    look = figures.layout(
-        dark, f"The next {ahead.lead_s[-1]:.0f} s at the boat, as known after {turn_name(ahead.issue)}",
-        340, shapes=[*quiet, *ends], margin={"l": 50, "r": 10, "t": 30, "b": 66},
-        xaxis=figures.axis("Seconds ahead", dark), yaxis=figures.axis("Height (m)", dark),
-    )  # fmt: skip
-    return figures.figure(data, look)
+def _in_words(came: Came, lead: int) -> str:
+    """How well the forecasts of one lead did."""
+    forecasts, told = came.verified.forecasts, by_lead(came.verified)
+    judged = warm(forecasts)
+    mean, std = (forecasts[name].values[judged, lead, 0].astype(np.float64) for name in ("elevation", "elevation_std"))
+    error = mean - came.verified.truth[judged, lead, 0]
+    words = (
+        f"Of {int(judged.sum())} forecasts, {float(forecasts['lead'][lead]):g} s ahead: error "
+        f"{written(float(np.sqrt(np.mean(error**2))), 2)} m rms ({told['found'][lead]:.2f} of the sea's standard "
+        f"deviation), {np.mean(np.abs(error) < 1.96 * std):.0%} within the stated band"
+    )
+    correlation = told["correlation"][lead]
+    return words + (f", correlation {correlation:.2f}." if np.isfinite(correlation) else ".")
 
 
-def _chances(ahead: Ahead, dark: bool) -> figures.Figure:
-    colours = [
-        figures.GREEN if np.isfinite(each) and each >= ahead.confidence else figures.GREY for each in ahead.chance
-    ]
-    bars = {
-        "type": "bar", "x": figures.plain(ahead.lead_s), "y": figures.plain(100.0 * ahead.chance),
-        "marker": {"color": colours}, "name": "chance",
-    }  # fmt: skip
-    of = f"{ahead.duration_s:g} s with {ahead.limits}" if ahead.limits else "a quiet window"
-    look = figures.layout(
-        dark, f"Chance of {of}; green: called",
-        220, showlegend=False, bargap=0.1, xaxis=figures.axis("Begins in (s)", dark),
-        yaxis=figures.axis("%", dark, range=[0, 102]),
-    )  # fmt: skip
-    return figures.figure([bars], look)
+def _windows_in_words(told: dict[str, Any]) -> str:
+    """What was called, and what came of it."""
+    words = f"Of {told['windows']} windows {told['quiet_share']:.0%} were quiet. "
+    if told["right"] is None:
+        return f"{words}None was called: none was {told['confidence']:.0%} sure."
+    found = "" if told["found"] is None else f"; of the quiet ones {told['found']:.0%} were called"
+    return f"{words}{told['called']} were called at {told['confidence']:.0%}: {told['right']:.0%} of them quiet{found}."
+
+
+class IssuesPanel:
+    """The forecasts of a folder; what came is known only where the run's scene and maps are."""
+
+    def __init__(self, view: SeeView) -> None:
+        self._issues: list[int] = []
+        self._folder, self._view = Path(), view
+        with ui.row().classes("w-full items-center no-wrap gap-2"):
+            ui.label("Forecast").classes("text-sm")
+            self._slider = ui.slider(min=1, max=2, value=1, step=1, on_change=self._step)
+            self._slider.props('label aria-label="Forecast"').classes("grow mx-2").mark("issue")
+        self._panel = ForecastPanel(view)
+
+    async def show_folder(self, folder: Path) -> None:
+        """Of a folder. OSError, KeyError where it holds no forecasts."""
+        self._folder = folder
+        self._issues = await asyncio.to_thread(read_whole_turns, folder / "prediction.nc", _issues)
+        self._slider.props["max"] = max(len(self._issues), 2)
+        self._slider.set_enabled(len(self._issues) > 1)
+        self._slider.value = len(self._issues)
+        await self._show()
+
+    def _step(self) -> None:
+        if self._issues:
+            self._view.draw_beside(self._show(), self._folder.name)
+
+    async def _show(self) -> None:
+        if self._issues:
+            at = min(int(self._slider.value or 1), len(self._issues)) - 1
+            await self._panel.show_issue(self._folder, self._issues[at])
+
+
+def _issues(file: GrowingFile) -> list[int]:
+    return [int(each) for each in np.asarray(file.array("issue")[:])]

@@ -11,10 +11,8 @@ from nicegui import ui
 
 from . import words
 from .draft import Draft
-from .fields import Field, Part, growing_lists, parts_of
-from .file_field import upload_button
-from .relevance import matters, switches
-from .uploads import kind_of_field
+from .fields import Field, Part, growing_lists, matters, parts_of, switches
+from .uploads import kind_of_field, upload_button
 
 _OPEN = ("", "sea.waves.0", "radar")
 _FIRST = {  # what is asked first; the rest of a section is behind "more"

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..report.spectrum_figures import Density
 from ..wavefield.sea_state import TurnSpectrum, water_of
 from .views import Source
 
@@ -22,18 +23,6 @@ _LEAST_SPAN = 80.0  # degrees of looks, as for the sea state: fewer do not tell 
 LEAST_TRANSFER = 0.25  # of the variance, that cells keep: shorter waves the sea state leaves out as well
 _SECTOR_DEG, _LEAST_STEP_HZ = 15.0, 0.015
 _FIELDS = ("height", "height_std", "ground_range", "quality", "radial_velocity", "visible_share")
-
-
-@dataclass(frozen=True)
-class Density:
-    """Mean spectrum of some turns: frequency (f,) Hz, density (f,) m²/Hz; over direction bins (d,) of degrees that the
-    waves come from `directional` (f, d) m²/Hz/°, over `bins` (f,) Hz; None where directions are not told."""
-
-    frequency: Array
-    density: Array
-    bins: Array
-    direction: Array
-    directional: Array | None
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,7 @@ _STYLE = """
 .stale { opacity: 0.25; filter: grayscale(1); pointer-events: none; transition: all 0.1s 0.15s; }  /* no flicker */
 .waits.stale { opacity: 1; filter: none; }
 .js-plotly-plot { min-height: 200px; }
+.drawn-figure { width: 100%; min-width: 34rem; max-width: 60rem; height: auto; }
 .js-plotly-plot .imagelayer image { image-rendering: pixelated; }
 @media (prefers-reduced-motion: reduce) { * { transition: none !important; } }
 """

@@ -179,24 +179,11 @@ def _of_radar(scene: Scene, slant: Array, snr: Array, noise: Array) -> Figures:
     yield "snr_reach", "One pulse's echo over noise to", _furthest(slant, snr), "m", 0, 1
     for at in (100.0, 200.0):
         if radar.height_m < at <= far:
-            across = float(link.footprint_m(radar, at))
+            across, error = float(link.footprint_m(radar, at)), float(np.interp(at, slant, noise))
+            grazing = float(np.degrees(np.arcsin(radar.height_m / at)))
             yield f"across_{at:.0f}", f"Beam across at {at:.0f} m", across, "m", 1, -1
-            yield (
-                f"noise_{at:.0f}",
-                f"Height error by noise at {at:.0f} m",
-                float(np.interp(at, slant, noise)),
-                "m",
-                3,
-                -1,
-            )
-            yield (
-                f"grazing_{at:.0f}",
-                f"Grazing angle at {at:.0f} m",
-                np.degrees(np.arcsin(radar.height_m / at)),
-                "°",
-                1,
-                0,
-            )
+            yield f"noise_{at:.0f}", f"Height error by noise at {at:.0f} m", error, "m", 3, -1
+            yield f"grazing_{at:.0f}", f"Grazing angle at {at:.0f} m", grazing, "°", 1, 0
             per = 2.0 * np.pi * height_per_radian(radar, at)
             yield f"ambiguity_{at:.0f}", f"Height of a phase cycle at {at:.0f} m", per, "m", 2, 0
     yield "resolution", "Range resolution", RangeResponse.of(radar).resolution_m, "m", 2, -1

@@ -10,10 +10,9 @@ from nicegui import ui
 from ..errors import InputError
 from ..io.recorded import ARRAYS
 from ..io.recording_header import RecordingHeader
-from .file_field import upload_button
 from .runs import free_name
 from .safety import safe_name
-from .uploads import KINDS, MB, kept
+from .uploads import KINDS, MB, kept, upload_button
 
 if TYPE_CHECKING:
     from .page import Page

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from .files import address, products_of
 from .jobs import Job
-from .runs import RunEntry, find_runs, free_name
+from .runs import RunEntry, address, find_runs, free_name, products_of
 
 if TYPE_CHECKING:
     from .page import Page

@@ -17,11 +17,10 @@ from ..conventions import turn_name
 from ..errors import InputError
 from . import drawing
 from .drawing import Canvas, grey_of
-from .files import address, products_of
 from .maps_panel import MapsPanel
 from .pictures import Shown
 from .results import Results
-from .runs import MAPPED, find_runs, headline_of, kind_of
+from .runs import MAPPED, address, find_runs, headline_of, kind_of, products_of
 from .views import MAP_VIEWS, Source
 
 if TYPE_CHECKING:
@@ -373,14 +372,14 @@ class SeeView:
         return f"{Path(self.tab.run).name}_{turn}.{ending}"
 
     async def _csv(self) -> None:
-        from .export import turn_csv
+        from .curve_panels import turn_csv
 
         if self.source is not None:
             name = self._file("csv")
             ui.download.content(await drawing.quick(turn_csv, self.source, self.azimuth, self.tab.turn), name)
 
     async def _png(self) -> None:
-        from .export import turn_png
+        from .curve_panels import turn_png
 
         if self.source is not None:
             name = self._file("png")
@@ -405,7 +404,7 @@ _PANELS = {  # and what shows them: loaded when a view is first chosen
     "sea": ("sea_view", "SeaPanel"),
 }
 _STUDIES = {  # kinds of folders without turns, and what shows them
-    "shadowing": ("shadowing_view", "ShadowingPanel"),
-    "sea": ("pictured_view", "PicturedPanel"),
-    "forecast": ("issues_view", "IssuesPanel"),
+    "shadowing": ("study_views", "ShadowingPanel"),
+    "sea": ("study_views", "PicturedPanel"),
+    "forecast": ("forecast_view", "IssuesPanel"),
 }

@@ -55,8 +55,8 @@ def _server(runs: Path, gate: Gate) -> Any:
     from . import design_view  # noqa: F401  what is seen first: it is ready when the browser comes
     from .desk import Desk
     from .fields import scene_schema
-    from .files import give_files
     from .page import show
+    from .runs import give_files
 
     desk = Desk.of(runs)
     outer = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)

@@ -10,12 +10,23 @@ from nicegui import events, ui
 
 from ..errors import InputError
 from . import figures
-from .files import address, products_of
 from .prospects import run_seconds
-from .runs import find_runs, free_name
+from .runs import address, find_runs, free_name, products_of
 from .runs_view import duration
-from .trade_point import folder_of_point, scene_of_point, words_of_point
-from .trading import MEASURES, Point, advice, count_of, graph, numeric_fields, place_of, read_points, words_of
+from .trading import (
+    MEASURES,
+    Point,
+    advice,
+    count_of,
+    folder_of_point,
+    graph,
+    numeric_fields,
+    place_of,
+    read_points,
+    scene_of_point,
+    words_of,
+    words_of_point,
+)
 
 if TYPE_CHECKING:
     from .page import Page

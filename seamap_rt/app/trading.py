@@ -1,7 +1,11 @@
-"""A trade while it is computed, and afterwards: what its points came to, from their own files."""
+"""A trade while it is computed, and afterwards: what its points came to, from their own files.
+
+A trade keeps the figures of its points, not their maps: the same scene with the same seed gives the same maps again.
+"""
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,15 +14,19 @@ import numpy as np
 
 from ..errors import InputError
 from ..io.opening import load, open_dataset, read_json
-from ..scene import Scene
+from ..io.scenefile import apply_overrides
+from ..scene import Scene, scene_of
+from ..studies import key_words
+from ..studies.point import MANIFEST
 from ..studies.vary import parse_varies, parse_vary, refuse_limit
 from . import figures
 from .fields import Field, parts_of
-from .words import label_of, shown, shown_unit
+from .safety import Roots, safe_name
+from .words import label_of, shown_unit
 
 MEASURES = {
-    "fully_measured_radius_m": "As a perfect map of radius (m)",
-    "reach_m": "Measures waves out to (m)",
+    "fully_measured_radius_m": "Fully measured radius (m)",
+    "reach_m": "Reach (m)",
     "missed_share": "Share of cells missed",
     "height_rmse_m": "Height error, rms (m)",
 }
@@ -96,12 +104,12 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
     keys = list(done[0].keys) if done else []
     if not keys:
         return None
-    first, others = keys[0], keys[1:]
+    first, others = keys[0], {key: key_words.words_of(key) for key in keys[1:]}
     curves: dict[tuple[str, ...], dict[Any, list[float]]] = {}
     for each in done:
-        name = tuple(f"{label_of(key)} {shown(key, each.keys[key])} {shown_unit_of(key)}".strip() for key in others)
+        name = tuple(f"{words.name} {words.value(each.keys[key])}" for key, words in others.items())
         curves.setdefault(name, {}).setdefault(place_of(each.keys[first]), []).append(each.metrics[measure])
-    colours = (figures.BLUE, figures.VERMILION, figures.GREEN, figures.ORANGE, figures.SKY, figures.GREY)
+    colours = (figures.BLUE, figures.VERMILION, figures.GREEN, figures.PURPLE, figures.ORANGE, figures.SKY)
     data: list[figures.Figure] = []
     for number, (name, values) in enumerate(sorted(curves.items())):
         colour = colours[number % len(colours)]
@@ -117,10 +125,9 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
             "y": figures.plain([each for place in places for each in values[place]]), "name": "one seed",
             "hoverinfo": "x+y+name", "showlegend": False, "marker": {"color": colour, "size": 6, "opacity": 0.5},
         })  # fmt: skip
-    unit = shown_unit_of(first)
     look = figures.layout(
         dark, "", 420, hovermode="closest", margin={"l": 56, "r": 10, "t": 10, "b": 70},
-        xaxis=figures.axis(f"{label_of(first)}{f' ({unit})' if unit else ''}", dark),
+        xaxis=figures.axis(key_words.words_of(first).label, dark),
         yaxis=figures.axis(MEASURES[measure], dark, rangemode="tozero"),
     )  # fmt: skip
     return figures.figure(data, look, figures.CONFIG)
@@ -128,11 +135,36 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
 
 def shown_unit_of(key: str) -> str:
     """The unit of a key as a scene file has it: a trade's values are given so."""
-    from ..studies.key_words import words_of as in_words
-
-    return in_words(key).unit or shown_unit(key, "")
+    return key_words.words_of(key).unit or shown_unit(key, "")
 
 
 def place_of(value: Any) -> Any:
     """Where a value stands on a graph's axis: a number, or words."""
     return value if isinstance(value, int | float) and not isinstance(value, bool) else figures.text(str(value))
+
+
+def scene_of_point(folder: Path, point: Point, roots: Roots) -> Scene:
+    """That the trade ran at a point. InputError where the trade's own scene cannot be read, or is refused."""
+    try:
+        told: Any = read_json(folder / MANIFEST, below=folder)
+        tree = tomllib.loads(str(told["scene"]))
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        raise InputError(f"{folder.name}: its {MANIFEST} cannot be read; the point cannot be run again") from None
+    whole = apply_overrides(tree, {**point.keys, "seed": point.seed})
+    roots.check_files(whole)
+    return scene_of(whole)
+
+
+def folder_of_point(trade: str, point: Point) -> str:
+    """Where a run of a point goes: beside the trade, by its values and its seed."""
+    values = "_".join(f"{key.rsplit('.', 1)[-1]}={value}" for key, value in point.keys.items())
+    return f"{trade}_{safe_name(values, 'point')}_seed={point.seed}"
+
+
+def words_of_point(point: Point) -> str:
+    """A point in words: its values with their units, and its seed."""
+    told = ", ".join(
+        f"{label_of(key)[:1].lower()}{label_of(key)[1:]} {value} {shown_unit_of(key)}".strip()
+        for key, value in point.keys.items()
+    )
+    return f"{told}, seed {point.seed}"

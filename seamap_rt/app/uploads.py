@@ -1,15 +1,22 @@
-"""Files that a browser gives: bounded, named safely, read by the program's own readers, and kept below the runs."""
+"""Files that a browser gives: bounded, named safely, read by the program's own readers, and kept below the runs.
+
+A reader works in a process of its own (`checking`), and a button beside a field asks for a file.
+"""
 
 from __future__ import annotations
 
+import asyncio
 import re
+import subprocess
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
-from .child import asked
+from nicegui import events, ui
+
+from ..errors import InputError, one_line
 from .safety import Roots, is_text, safe_name
 
 MB = 2**20
@@ -26,29 +33,12 @@ class Kind:
     most: int
 
 
+_SPECTRA = (
+    ".nc", ".txt", ".spec", ".spc", ".sp2", ".swn", ".data_spec", ".swdir", ".swdir2", ".swr1", ".swr2", ".gz", ".spt",
+    ".csv", ".json", ".dirspec",
+)  # fmt: skip
 KINDS = {
-    "spectrum": Kind(
-        "a wave spectrum",
-        (
-            ".nc",
-            ".txt",
-            ".spec",
-            ".spc",
-            ".sp2",
-            ".swn",
-            ".data_spec",
-            ".swdir",
-            ".swdir2",
-            ".swr1",
-            ".swr2",
-            ".gz",
-            ".spt",
-            ".csv",
-            ".json",
-            ".dirspec",
-        ),
-        32 * MB,
-    ),
+    "spectrum": Kind("a wave spectrum", _SPECTRA, 32 * MB),
     "sea": Kind("a recorded sea", (".nc", ".dat"), 60 * MB),  # a larger one is put below the runs by hand
     "pattern": Kind("an antenna pattern", (".csv", ".msi", ".pln", ".ant", ".txt"), 4 * MB),
     "motion": Kind("a boat's motion", (".csv", ".txt"), 32 * MB),
@@ -142,3 +132,65 @@ def kept(roots: Roots, kind: str) -> list[Path]:
         return []
     there = (each for each in roots.uploads.iterdir() if is_text(each.name))
     return sorted(each for each in there if each.suffix.lower() in KINDS[kind].endings)
+
+
+def asked(module: str, *words: str, longest_s: float) -> bytes:
+    """What `python -m MODULE WORDS` prints. InputError with its last line where it refuses, ends badly or takes too
+    long."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", module, *words],
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=longest_s,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise InputError(f"takes longer than {longest_s:.0f} s; make it smaller") from None
+    if done.returncode == 0:
+        return done.stdout
+    said = done.stderr.decode("utf-8", "replace").strip().splitlines()
+    if done.returncode == 2 and said:
+        raise InputError(one_line(said[-1]))
+    why = f"by signal {-done.returncode}" if done.returncode < 0 else f"with exit code {done.returncode}"
+    raise InputError(f"cannot be read: what reads it ended {why}; make it smaller, or save it anew")
+
+
+def upload_button(
+    roots: Roots,
+    kind: str,
+    said: Callable[[str], None],
+    taken: Callable[[Path], None],
+    label: str = "",
+    names: Callable[[], dict[str, str]] = dict,
+) -> Any:
+    """A button that asks for a file of a kind of `uploads.KINDS`. said: is given what goes on, or why the file is
+    refused; taken: where it lies. label: beside the icon. names: of a recording's arrays that it calls otherwise."""
+    wanted = KINDS[kind]
+
+    async def uploaded(event: events.UploadEventArguments) -> None:
+        name = event.file.name
+        upload.reset()
+        said(f"{name}: is checked …")
+        try:
+            content = await event.file.read()
+            path = await asyncio.to_thread(keep, roots, kind, name, content, names())
+        except (InputError, OSError) as refusal:
+            said(str(refusal))
+            return
+        said("")
+        taken(path)
+
+    upload = ui.upload(
+        auto_upload=True,
+        max_file_size=wanted.most,
+        on_upload=uploaded,
+        on_rejected=lambda: said(
+            f"must be {wanted.words} ({', '.join(wanted.endings)}) of at most {wanted.most / MB:.0f} MB"
+        ),
+    )
+    upload.classes("hidden").mark(f"upload-{kind}").props["accept"] = ",".join(wanted.endings)
+    button = ui.button(label, icon="upload_file")
+    button.props("flat dense no-caps").props["aria-label"] = f"Upload {wanted.words}"
+    button.on("click", js_handler=f"() => getElement({upload.id}).$refs.qRef.pickFiles()")
+    return button

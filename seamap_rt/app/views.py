@@ -16,18 +16,15 @@ from ..conventions import wrap_degrees
 from ..errors import InputError, SchemaError
 from ..interferometry import open_echoes
 from ..report import maps, reduce, style
+from ..report.curves import ByRange
 from .pictures import Panel, Raster, Scale, Shown, ground_raster, polar_raster
 from .prospects import Prospects, prospects
 from .results import Results
 
 Array = NDArray[np.floating]
+Panels = list[tuple[Panel, Array]]
 
-MAP_VIEWS = {
-    "heights": "Heights",
-    "slopes": "Slopes",
-    "polar": "Radar cells",
-    "echo": "Echo",
-}
+MAP_VIEWS = {"heights": "Heights", "slopes": "Slopes", "polar": "Radar cells", "echo": "Echo"}
 _WIDE = 1.96
 _BIN_M, _FEWEST = 10.0, 8
 
@@ -72,14 +69,9 @@ class Source:
 
     def view(self, name: str, index: int) -> Shown:
         """A view by its name in MAP_VIEWS, of a turn by its place. OSError where the turn is not there."""
-        panels, fields = {
-            "heights": self._heights,
-            "slopes": self._slopes,
-            "polar": self._polar,
-            "echo": self._echo,
-        }[name](index)
+        panels = getattr(self, f"_{name}")(index)
         raster = self._raster("ground" if name in ("heights", "slopes") else "polar", index)
-        return Shown.of(panels, raster, fields)
+        return Shown.of([panel for panel, _ in panels], raster, [values for _, values in panels])
 
     def _raster(self, kind: str, index: int) -> Raster:
         if kind not in self._rasters:
@@ -95,85 +87,69 @@ class Source:
         tree = "maps" if self.results.has_maps else "truth"
         return np.isfinite(self.results.field(f"{tree}/ground/time", index))
 
-    def _heights(self, index: int) -> tuple[list[Panel], list[Array]]:
-        field = self.results.field
-        if not self.results.has_maps:
-            true = np.where(self.seen(index), field("truth/ground/height", index), np.nan)
-            return [Panel("True height", self._scale("height", lambda: _signed(true, true, "height")))], [true]
-        retrieved, spread = field("maps/ground/height", index), field("maps/ground/height_std", index)
-        panels = [Panel("Stated error", self._scale("spread", lambda: _spread(spread)), 3)]
-        if not self.results.has_truth:
-            height = self._scale("height", lambda: _signed(retrieved, retrieved, "height"))
-            return [Panel("Retrieved height", height), *panels], [retrieved, spread]
-        true = np.where(self.seen(index), field("truth/ground/height", index), np.nan)
-        error = retrieved - true
-        height = self._scale("height", lambda: _signed(true, retrieved, "height"))
-        wrong = self._scale("error", lambda: _errors(error, "Error (m)", style.HEIGHT_COLOURS))
-        panels = [Panel("True height", height), Panel("Retrieved height", height), Panel("Error", wrong, 3), *panels]
-        return panels, [true, retrieved, error, spread]
+    def _both(self, name: str, index: int) -> tuple[Array | None, Array | None]:
+        """A field, named as "ground/height", as it is and as it was retrieved; None of what is not known. Of the ground
+        what the beam passed."""
+        results = self.results
+        true = results.field(f"truth/{name}", index) if results.has_truth else None
+        if true is not None and name.startswith("ground/"):
+            true = np.where(self.seen(index), true, np.nan)
+        return true, results.field(f"maps/{name}", index) if results.has_maps else None
 
-    def _slopes(self, index: int) -> tuple[list[Panel], list[Array]]:
-        names = (("slope_x", "east"), ("slope_y", "north"))
-        seen = self.seen(index)
-        if not self.results.has_maps:
-            fields = [np.where(seen, self.results.field(f"truth/ground/{name}", index), np.nan) for name, _ in names]
-            scale = self._scale("slope", lambda: _signed(np.stack(fields), np.stack(fields), "slope"))
-            return [Panel(f"True slope to {to}", scale, 3) for _, to in names], fields
-        retrieved = [self.results.field(f"maps/ground/{name}", index) for name, _ in names]
-        true = (
-            [np.where(seen, self.results.field(f"truth/ground/{name}", index), np.nan) for name, _ in names]
-            if self.results.has_truth
-            else retrieved
-        )
-        scale = self._scale("slope", lambda: _signed(np.stack(true), np.stack(retrieved), "slope"))
-        if not self.results.has_truth:
-            return [Panel(f"Retrieved slope to {to}", scale, 3) for _, to in names], retrieved
-        panels: list[Panel] = []
-        fields = []
-        for (_, to), t, r in zip(names, true, retrieved, strict=True):
-            wrong = self._scale(f"error {to}", lambda t=t, r=r: _errors(r - t, "Error", style.SLOPE_COLOURS))
-            panels += [
-                Panel(f"True slope to {to}", scale, 3),
-                Panel(f"Retrieved slope to {to}", scale, 3),
-                Panel(f"Error to {to}", wrong, 3),
-            ]
-            fields += [t, r, r - t]
-        order = (0, 1, 3, 4, 2, 5)
-        return [panels[i] for i in order], [fields[i] for i in order]
+    def _pair(self, words: str, scale: str, true: Array | None, retrieved: Array | None, digits: int = 2) -> Panels:
+        """What there is of both on one scale."""
+        there = [(name, each) for name, each in (("True", true), ("Retrieved", retrieved)) if each is not None]
+        on = self._scale(scale, lambda: _signed(there[0][1], there[-1][1], words.split()[0]))
+        return [(Panel(f"{name} {words}", on, digits), each) for name, each in there]
 
-    def _polar(self, index: int) -> tuple[list[Panel], list[Array]]:
-        field = self.results.field
+    def _stated(self, group: str, index: int) -> Panels:
+        """What the retrieval states of its heights; nothing of a simulation."""
         if not self.results.has_maps:
-            true, share = field("truth/polar/height", index), field("truth/polar/visible_fraction", index)
-            height = self._scale("polar height", lambda: _signed(true, true, "height"))
-            seen = Scale(0.0, 1.0, "cividis", "Share in sight")
-            return [Panel("True height", height), Panel("In sight of both antennas", seen)], [true, share]
-        retrieved = field("maps/polar/height", index)
-        true = field("truth/polar/height", index) if self.results.has_truth else retrieved
-        height = self._scale("polar height", lambda: _signed(true, retrieved, "height"))
-        panels, fields = [Panel("Retrieved height", height)], [retrieved]
+            return []
+        spread = self.results.field(f"maps/{group}/height_std", index)
+        return [(Panel("Stated error", self._scale(f"{group} spread", lambda: _spread(spread)), 3), spread)]
+
+    def _heights(self, index: int) -> Panels:
+        true, retrieved = self._both("ground/height", index)
+        panels = self._pair("height", "height", true, retrieved)
+        if true is not None and retrieved is not None:
+            error = retrieved - true
+            wrong = self._scale("error", lambda: _errors(error, "Error (m)", style.HEIGHT_COLOURS))
+            panels.append((Panel("Error", wrong, 3), error))
+        return panels + self._stated("ground", index)
+
+    def _slopes(self, index: int) -> Panels:
+        pairs = {to: self._both(f"ground/{name}", index) for name, to in (("slope_x", "east"), ("slope_y", "north"))}
+        true, retrieved = ([pair[i] for pair in pairs.values() if pair[i] is not None] for i in (0, 1))
+        self._scale("slope", lambda: _signed(np.stack(true or retrieved), np.stack(retrieved or true), "slope"))  # type: ignore[arg-type]
+        panels = [each for to, pair in pairs.items() for each in self._pair(f"slope to {to}", "slope", *pair, digits=3)]
+        for to, (t, r) in pairs.items():
+            if t is not None and r is not None:
+                wrong = self._scale(f"error {to}", lambda e=r - t: _errors(e, "Error", style.SLOPE_COLOURS))
+                panels.append((Panel(f"Error to {to}", wrong, 3), r - t))
+        return panels
+
+    def _polar(self, index: int) -> Panels:
+        panels = self._pair("height", "polar height", *self._both("polar/height", index))
         if self.results.has_truth:
             seen = Scale(0.0, 1.0, "cividis", "Share in sight")
-            panels = [Panel("True height", height), *panels, Panel("In sight of both antennas", seen)]
-            fields = [true, retrieved, field("truth/polar/visible_fraction", index)]
-        spread = field("maps/polar/height_std", index)
-        return [*panels, Panel("Stated error", self._scale("polar spread", lambda: _spread(spread)), 3)], [
-            *fields,
-            spread,
-        ]
+            share = self.results.field("truth/polar/visible_fraction", index)
+            panels.append((Panel("In sight of both antennas", seen), share))
+        return panels + self._stated("polar", index)
 
-    def _echo(self, index: int) -> tuple[list[Panel], list[Array]]:
+    def _echo(self, index: int) -> Panels:
         power, words = self._power(index)
         finite = power[np.isfinite(power)]
         low, high = (float(each) for each in np.quantile(finite, (0.02, 0.98))) if finite.size else (0.0, 1.0)
         strength = self._scale(f"echo {words}", lambda: Scale(low, max(high, low + 1.0), style.POWER_COLOURS, words))
-        if not self.results.has_maps:
-            return [Panel("Echo power", strength, 1)], [power]
-        phase = self.results.field("maps/polar/phase", index)
-        turn = Scale(-np.pi, np.pi, "twilight", "Phase (rad)")
-        coherence = Scale(0.0, 1.0, "cividis", "Coherence")
-        panels = [Panel("Echo power", strength, 1), Panel("Interferometric phase", turn), Panel("Coherence", coherence)]
-        return panels, [power, phase, self.results.field("maps/polar/coherence", index)]
+        panels: Panels = [(Panel("Echo power", strength, 1), power)]
+        if self.results.has_maps:
+            for title, name, scale in (
+                ("Interferometric phase", "phase", Scale(-np.pi, np.pi, "twilight", "Phase (rad)")),
+                ("Coherence", "coherence", Scale(0.0, 1.0, "cividis", "Coherence")),
+            ):
+                panels.append((Panel(title, scale), self.results.field(f"maps/polar/{name}", index)))
+        return panels
 
     def _power(self, index: int) -> tuple[Array, str]:
         """Mean power of the echoes (look, gate), and its unit; the cells' signal to noise ratio where they are gone."""
@@ -230,23 +206,24 @@ class Source:
         edges = np.arange(0.0, ground[-1] + _BIN_M, _BIN_M)
         place = np.searchsorted(edges, ground, side="right") - 1
         centres = 0.5 * (edges[1:] + edges[:-1])
-        blank = np.full(centres.size, np.nan)
+        count, blank = centres.size, np.full(centres.size, np.nan)
+        known = np.isfinite(retrieved)
+        answered = _binned(known.astype(float), place, count, np.mean)
         if not self.results.has_truth:
-            known = np.isfinite(retrieved)
-            stated = _binned(np.where(known, spread, np.nan), place, centres.size, np.nanmedian)
-            return ByRange(
-                centres, blank, blank, stated, blank, _binned(known.astype(float), place, centres.size, np.mean)
-            )
+            stated = _binned(np.where(known, spread, np.nan), place, count, np.nanmedian)
+            return ByRange(centres, blank, blank, blank, stated, blank, blank, answered)
         visible = field("truth/polar/visible_fraction", index)
-        counts = np.isfinite(retrieved) & (visible > reduce.HALF_VISIBLE)
+        counts = known & (visible > reduce.HALF_VISIBLE)
         error = np.where(counts, retrieved - field("truth/polar/height", index), np.nan)
         return ByRange(
             centres,
-            _binned(error, place, centres.size, lambda each: float(np.sqrt(np.nanmean(each**2)))),
-            _binned(error, place, centres.size, np.nanmean),
-            _binned(np.where(counts, spread, np.nan), place, centres.size, np.nanmedian),
-            _binned(visible, place, centres.size, np.nanmean),
-            _binned(np.isfinite(retrieved).astype(float), place, centres.size, np.mean),
+            _binned(error, place, count, lambda each: float(np.sqrt(np.nanmean(each**2)))),
+            _binned(error, place, count, _robust),
+            _binned(error, place, count, np.nanmean),
+            _binned(np.where(counts, spread, np.nan), place, count, np.nanmedian),
+            blank,
+            _binned(visible, place, count, np.nanmean),
+            answered,
         )
 
     def expected(self) -> Prospects | None:
@@ -306,19 +283,12 @@ class Section:
         return landed
 
 
-@dataclass(frozen=True)
-class ByRange:
-    """Arrays (bin,): rms error, bias, stated error [m] of cells more than half visible; shares in sight, answered."""
-
-    centre_m: Array
-    rms: Array
-    bias: Array
-    stated: Array
-    visible: Array
-    answered: Array
+def _robust(error: Array) -> float:
+    """1.4826 × the median absolute deviation, of what is known."""
+    return reduce.MAD_TO_STD * float(np.nanmedian(np.abs(error - np.nanmedian(error))))
 
 
-def _binned(values: Array, place: NDArray[np.intp], count: int, of: Any) -> Array:
+def _binned(values: Array, place: NDArray[np.intp], count: int, of: Any) -> NDArray[np.float64]:
     found = np.full(count, np.nan)
     for number in range(count):
         held = values[:, place == number]

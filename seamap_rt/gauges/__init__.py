@@ -9,8 +9,7 @@ correlation. On any maps, recorded ones too, without a wire:
 Evidence: validation/README.md, "Wave gauges".
 """
 
-from .judging import aliasing, judge, judge_one
+from .judging import GaugeSpectra, NoSpectrum, aliasing, judge, judge_one, spectra
 from .reading import gauge_series
-from .spectra import GaugeSpectra, NoSpectrum, spectra
 
 __all__ = ["GaugeSpectra", "NoSpectrum", "aliasing", "gauge_series", "judge", "judge_one", "spectra"]

@@ -13,7 +13,7 @@ from ..errors import InputError, NoBackend, telling_what_is_left
 from ..io.appendable import AppendableNetCDF
 from ..io.interrupts import uninterrupted
 from ..io.results_folder import clear_folder, growing, results_folder, write_whole
-from ..report import reduce, sea_figures, style
+from ..report import reduce, sea_figures, spectrum_figures, style
 from ..report.sea_statistics import Moments, requested_height, statistics_table
 from ..scattering import ShortWaves
 from ..scene import Scene
@@ -142,7 +142,7 @@ def _coarse(sea: Sea, spacing: float) -> tuple[str, ...]:
 
 def _draw(scene: Scene, sea: Sea, spectrum: xr.Dataset, folder: Path) -> tuple[str, ...]:
     """The pictures of the spectrum and of what is on file; what could not be drawn and why."""
-    figure = sea_figures.directional_spectrum(scene, spectrum, sea.resolved)
+    figure = spectrum_figures.directional_spectrum(scene, spectrum, sea.resolved)
     (folder / "directional_spectrum.png").write_bytes(style.png(figure))
     with xr.open_dataset(folder / "sea.nc", decode_times=False) as moments:
         (folder / "sea_surface.png").write_bytes(style.png(sea_figures.sea_surface(scene, moments.isel(time=0))))

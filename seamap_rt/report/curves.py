@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -21,55 +22,105 @@ from .reduce import Array
 STAGES = ("calibrate", "sea", "mesh", "trace", "echoes", "truth", "retrieve", "write")
 SECTOR_BINS = 60
 _FEWEST_CELLS = 30  # of a bin whose errors are drawn
+_OF_RUNS = (style.BLUE, style.VERMILION, style.GREEN)
+_STATED = "standard error stated by the retrieval, median"
 
 
-@style.styled
+@dataclass(frozen=True)
+class ByRange:
+    """Cells by range: arrays (bin,), NaN where not known. centre_m: middle of a bin. Of cells more than half visible:
+    rms, robust (1.4826 MAD) and mean error of height, median of the stated one [m], rms error of slope. Shares of all
+    cells: in sight, and with a height."""
+
+    centre_m: Array
+    rms: Array
+    robust: Array
+    bias: Array
+    stated: Array
+    slope: Array
+    visible: Array
+    answered: Array
+
+
+class Curve(NamedTuple):
+    """What stands beside figures: label, x and y."""
+
+    label: str
+    x: Array
+    y: Array
+
+
 def error_against_range(maps: xr.DataTree, truth: xr.DataTree, metrics: Mapping[str, Any]) -> Figure:
     """Height error, bias and slope error per range bin, beside the standard error that the retrieval states."""
     centres = reduce.series(metrics.get("range_m"))
-    rmse, robust, bias, slope = (
-        reduce.series(metrics.get(name), centres.size)
-        for name in ("height_rmse_m", "height_robust_m", "height_bias_m", "slope_rmse")
+    names = ("height_rmse_m", "height_robust_m", "height_bias_m", "slope_rmse", "visible_fraction", "answered", "cells")
+    rms, robust, bias, slope, visible, answered, cells = (
+        reduce.series(metrics.get(name), centres.size) for name in names
     )
-    few = reduce.series(metrics.get("cells"), centres.size) < _FEWEST_CELLS
-    rmse, robust, bias, slope, stated = (
-        np.where(few, np.nan, each) for each in (rmse, robust, bias, slope, stated_error(maps, truth, centres))
+    few = cells < _FEWEST_CELLS
+    rms, robust, bias, slope, stated = (
+        np.where(few, np.nan, each) for each in (rms, robust, bias, slope, stated_error(maps, truth, centres))
     )
-    figure = style.new_figure(4.75)
+    return draw_errors({"": ByRange(centres, rms, robust, bias, stated, slope, visible, answered)})
+
+
+@style.styled
+def draw_errors(told: Mapping[str, ByRange], floors: Sequence[Curve] = (), range_name: str = "Range (m)") -> Figure:
+    """Height error with what is stated of it, bias and slope error against range, of one run or of several by name.
+
+    floors: what the error was to be expected to be.
+    """
+    several, runs = len(told) > 1, [each for each in told.values() if each.centre_m.size]
+    known = any(np.isfinite(each.slope).any() for each in runs)
+    figure = style.new_figure(4.75 if known else 3.66)
     left, wide = 0.62, style.WIDTH - 0.62 - 0.12
     first = style.place(figure, left, 0.28, wide, 1.75)
     second = style.place(figure, left, 2.4, wide, 0.72, sharex=first)
-    third = style.place(figure, left, 3.49, wide, 0.82, sharex=first)
     style.graph(first, "", "Height error (m)", "(a) Height error")
     style.graph(second, "", "Bias (m)", "(b) Mean height error, retrieved − true")
-    style.graph(third, "Range (m)", "Slope error (m/m)", "(c) Slope error, rms")
-    for axes in (first, second):
+    panels = [first, second]
+    if known:
+        third = style.place(figure, left, 3.49, wide, 0.82, sharex=first)
+        style.graph(third, "", "Slope error (m/m)", "(c) Slope error, rms")
+        panels.append(third)
+    panels[-1].set_xlabel(range_name, labelpad=2.0)
+    for axes in panels[:-1]:
         axes.tick_params(labelbottom=False)
-    for axes in (first, second, third):
+    for axes in panels:
         axes.yaxis.set_label_coords(-0.065, 0.5)
         axes.yaxis.set_major_locator(MaxNLocator(7 if axes is first else 4, steps=[1, 2, 2.5, 5, 10]))
-    if centres.size == 0:
-        for axes in (first, second, third):
-            style.note(axes, "no cells more than half visible")
-        return figure
-    for values, colour, dash, marker, label in (
-        (rmse, style.BLACK, "-", "o", "rms"),
-        (robust, style.BLUE, "-", "s", "robust, 1.4826 × median absolute deviation"),
-        (stated, style.VERMILION, "--", "", "standard error stated by the retrieval, median"),
-    ):
-        first.plot(centres, values, color=colour, linestyle=dash, marker=marker, markersize=2.5, label=label)
-    first.set_ylim(0.0, _top(rmse, robust, stated, least=0.01))
-    first.legend(loc="best")
-    second.axhline(0.0, color=style.BLACK, linewidth=0.6)
-    second.plot(centres, bias, color=style.BLACK, marker="o", markersize=2.5)
-    reach = _top(np.abs(bias), least=0.01)
-    second.set_ylim(-reach, reach)
-    third.plot(centres, slope, color=style.BLACK, marker="o", markersize=2.5)
-    third.set_ylim(0.0, _top(slope, least=0.001))
-    if not np.isfinite(rmse).any():
+    if not any(np.isfinite(value).any() for each in runs for value in (each.rms, each.stated)):
         style.note(first, "no cells more than half visible")
-    borders = reduce.edges(centres)
-    first.set_xlim(max(0.0, float(borders[0])), float(borders[-1]))
+        if not runs:
+            for axes in panels[1:]:
+                style.note(axes, "no cells more than half visible")
+            return figure
+    second.axhline(0.0, color=style.BLACK, linewidth=0.6)
+    for (name, each), colour in zip(told.items(), _OF_RUNS if several else (style.BLACK,), strict=False):
+        tail = f", {style.plain(name)}" if several else ""
+        of_stated, stated = (colour, "stated") if several else (style.VERMILION, _STATED)
+        drawn = [(each.rms, colour, "-", "o", "rms"), (each.stated, of_stated, "--", "", stated)]
+        if not several:
+            drawn.insert(1, (each.robust, style.BLUE, "-", "s", "robust, 1.4826 × median absolute deviation"))
+        for values, hue, dash, marker, label in drawn:
+            if np.isfinite(values).any():
+                first.plot(
+                    each.centre_m, values, color=hue, linestyle=dash, marker=marker, markersize=2.5, label=label + tail
+                )
+        second.plot(each.centre_m, each.bias, color=colour, marker="o", markersize=2.5)
+        if known:
+            panels[2].plot(each.centre_m, each.slope, color=colour, marker="o", markersize=2.5)
+    for floor, colour, dash in zip(floors, (style.ORANGE, style.GREY), ("-.", ":"), strict=False):
+        first.plot(floor.x, floor.y, color=colour, linestyle=dash, label=floor.label)
+    first.set_ylim(0.0, _top(*(value for each in runs for value in (each.rms, each.robust, each.stated)), least=0.01))
+    if first.lines:
+        first.legend(loc="best")
+    reach = _top(*(np.abs(each.bias) for each in runs), least=0.01)
+    second.set_ylim(-reach, reach)
+    if known:
+        panels[2].set_ylim(0.0, _top(*(each.slope for each in runs), least=0.001))
+    borders = [reduce.edges(each.centre_m) for each in runs]
+    first.set_xlim(max(0.0, min(float(each[0]) for each in borders)), max(float(each[-1]) for each in borders))
     return figure
 
 
@@ -84,42 +135,73 @@ def stated_error(maps: xr.DataTree, truth: xr.DataTree, centres: Array) -> Array
     return np.array([reduce.quantile(spread[:, :, index == bin_], 0.5) for bin_ in range(centres.size)])
 
 
-@style.styled
 def visible_share(scene: Scene, truth: xr.DataTree, metrics: Mapping[str, Any]) -> Figure:
     """Visible share of the sea against ground range, over all looks and by direction, with Smith and Wagner."""
     azimuth = reduce.coordinate(truth, "polar", "azimuth")
     height = scene.radar.height_m
     ground = reduce.ground_range(reduce.coordinate(truth, "polar", "range"), height)
     visible = reduce.polar(truth, "visible_fraction")
-    figure = style.new_figure(3.35)
-    axes = style.place(figure, 0.62, 0.28, style.WIDTH - 0.62 - 0.12, 2.6)
-    style.graph(
-        axes,
-        "Ground range (m)",
-        "Visible share of the sea (%)",
-        "Share of the sea's horizontal area that both antennas see",
-    )
-
-    for name, colour, dash, looks in _sectors(scene, azimuth):
-        distance, share = _binned(ground, reduce.mean(visible[:, looks, :], axis=(0, 1)))
-        axes.plot(distance, 100.0 * share, color=colour, linestyle=dash, linewidth=1.0, label=f"{name} ±22.5°")
-    axes.plot(ground, 100.0 * reduce.mean(visible, axis=(0, 1)), color=style.BLACK, linewidth=1.5, label="all looks")
+    drawn = [
+        Share(f"{name} ±22.5°", *_binned(ground, reduce.mean(visible[:, looks, :], axis=(0, 1))), colour, "-", 1.0)
+        for name, colour, looks in _sectors(scene, azimuth)
+    ]
+    drawn.append(Share("all looks", ground, reduce.mean(visible, axis=(0, 1)), style.BLACK, "-", 1.5))
     if scene.tracing.diffraction != "none":
         lit = reduce.mean(reduce.polar(truth, "illumination"), axis=(0, 1))
-        axes.plot(ground, 100.0 * lit, color=style.SKY, linestyle=":", linewidth=1.5, label="power, with diffraction")
+        drawn.append(Share("power, with diffraction", ground, lit, style.SKY, ":", 1.5))
     slope, _ = reduce.slope_rms_along_look(truth, metrics)
     beyond = ground[ground > 0.0]
     if np.isfinite(slope) and beyond.size:
-        smith, wagner = analytic_share(beyond, height, slope)
-        label = f"(rms slope {slope:.3f})"
+        drawn += analytic_shares(beyond, *analytic_share(beyond, height, slope), f" (rms slope {slope:.3f})")
+    return draw_shares(drawn, low=np.nan_to_num(visible[..., -1]).mean() <= 0.6)
+
+
+class Share(NamedTuple):
+    """A share of the sea or of the cells against ground range [m]: label, x, y and how it is drawn."""
+
+    label: str
+    x: Array
+    y: Array
+    colour: str
+    dash: str
+    width: float
+
+
+def analytic_shares(ground_m: Array, smith: Array, wagner: Array, slope: str = "") -> list[Share]:
+    """The closed forms, as all figures draw them."""
+    return [
+        Share(f"Wagner 1967{slope}", ground_m, wagner, style.PURPLE, "-.", 1.0),
+        Share(f"Smith 1967{slope}", ground_m, smith, style.ORANGE, "--", 1.0),
+    ]
+
+
+def run_shares(told: Mapping[str, ByRange]) -> list[Share]:
+    """What is in sight and which cells have a height, of one run or of several by name."""
+    made = []
+    for (name, each), colour in zip(told.items(), _OF_RUNS if len(told) > 1 else (style.BLACK,), strict=False):
+        tail = f", {style.plain(name)}" if len(told) > 1 else ""
+        made.append(Share(f"in sight of both antennas{tail}", each.centre_m, each.visible, colour, "-", 1.5))
+        heights = colour if len(told) > 1 else style.BLUE
+        made.append(Share(f"cells with a height{tail}", each.centre_m, each.answered, heights, ":", 1.5))
+    return [each for each in made if np.nansum(each.y) > 0.0]
+
+
+@style.styled
+def draw_shares(shares: Sequence[Share], low: bool = True) -> Figure:
+    """Shares against ground range. low: whether they end low, so that the legend stands above."""
+    figure = style.new_figure(3.35)
+    axes = style.place(figure, 0.62, 0.28, style.WIDTH - 0.62 - 0.12, 2.6)
+    style.graph(axes, "Ground range (m)", "Share (%)", "Share of the sea's horizontal area that both antennas see")
+    for each in shares:
         axes.plot(
-            beyond, 100.0 * wagner, color=style.PURPLE, linestyle="-.", linewidth=1.0, label=f"Wagner 1967 {label}"
+            each.x, 100.0 * each.y, color=each.colour, linestyle=each.dash, linewidth=each.width, label=each.label
         )
-        axes.plot(beyond, 100.0 * smith, color=style.ORANGE, linestyle="--", linewidth=1.0, label=f"Smith 1967 {label}")
+    far = max((float(each.x.max()) for each in shares if each.x.size), default=0.0)
     axes.set_ylim(0.0, 104.0)
-    axes.set_xlim(0.0, 1.01 * float(ground.max()) if ground.max() > 0.0 else 1.0)
-    axes.legend(loc="lower left" if np.nan_to_num(visible[..., -1]).mean() > 0.6 else "upper right")
-    if not np.isfinite(visible).any():
+    axes.set_xlim(0.0, 1.01 * far if far > 0.0 else 1.0)
+    if axes.lines:
+        axes.legend(loc="upper right" if low else "lower left")
+    if not any(np.isfinite(each.y).any() for each in shares):
         style.note(axes, "visible share unknown")
     return figure
 
@@ -132,19 +214,19 @@ def analytic_share(ground_m: Array, height_m: float, slope_rms: float) -> tuple[
     return shadowing_smith67(v), shadowing_wagner67(v)
 
 
-def _sectors(scene: Scene, azimuth: Array) -> list[tuple[str, str, Any, Any]]:
-    """Name, colour, dash and looks of the directions that the scene covers, relative to the highest waves."""
+def _sectors(scene: Scene, azimuth: Array) -> list[tuple[str, str, Any]]:
+    """Name, colour and looks of the directions that the scene covers, relative to the highest waves."""
     waves = reduce.main_waves(scene)
     if waves is None:
         return []
     cross = reduce.near_azimuth(azimuth, waves.from_deg + 90.0)
     cross |= reduce.near_azimuth(azimuth, waves.from_deg - 90.0)
     sectors = (
-        ("looking up-wave", style.BLUE, "-", reduce.near_azimuth(azimuth, waves.from_deg)),
-        ("looking down-wave", style.VERMILION, "-", reduce.near_azimuth(azimuth, waves.from_deg + 180.0)),
-        ("looking across", style.GREEN, "-", cross),
+        ("looking up-wave", style.BLUE, reduce.near_azimuth(azimuth, waves.from_deg)),
+        ("looking down-wave", style.VERMILION, reduce.near_azimuth(azimuth, waves.from_deg + 180.0)),
+        ("looking across", style.GREEN, cross),
     )
-    return [sector for sector in sectors if sector[3].any()]
+    return [sector for sector in sectors if sector[2].any()]
 
 
 def _binned(x: Array, y: Array) -> tuple[Array, Array]:
@@ -188,7 +270,7 @@ def height_scatter(maps: xr.DataTree, truth: xr.DataTree) -> Figure:
 
 def _one_to_one(axes: Axes, true: Array, retrieved: Array) -> AxesImage:
     """Cells counted in squares of true and retrieved height [m], and what they say in a corner."""
-    figures = reduce.error_figures(true, retrieved)
+    correlation = _correlation(true, retrieved)
     of_truth = max(0.05, reduce.quantile(np.abs(true), 0.999))
     limit = 1.15 * max(of_truth, min(reduce.quantile(np.abs(retrieved), 0.98), 2.0 * of_truth))
     count, _, _ = np.histogram2d(retrieved, true, bins=np.linspace(-limit, limit, 71))
@@ -203,12 +285,19 @@ def _one_to_one(axes: Axes, true: Array, retrieved: Array) -> AxesImage:
     axes.legend(loc="lower right")
     style.few_ticks(axes)
     lines = [f"{true.size} cells"]
-    if np.isfinite(figures["correlation"]):
-        lines.append(f"correlation {figures['correlation']:.3f}")
+    if np.isfinite(correlation):
+        lines.append(f"correlation {correlation:.3f}")
     if true.size > count.sum():
         lines.append(f"{true.size - count.sum():.0f} outside the frame")
     _corner(axes, lines)
     return image
+
+
+def _correlation(true: Array, retrieved: Array) -> float:
+    """Of the heights that both have; NaN where one of them does not vary."""
+    both = np.isfinite(true) & np.isfinite(retrieved)
+    t, r = true[both], retrieved[both]
+    return float(np.corrcoef(t, r)[0, 1]) if t.size > 1 and t.std() > 0.0 and r.std() > 0.0 else float("nan")
 
 
 def _stated_error_panel(axes: Axes, ratio: Array) -> None:

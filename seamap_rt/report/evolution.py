@@ -22,10 +22,10 @@ from ..conventions import turn_name
 from ..metrics import HALF_VISIBLE, error_figures
 from ..scene import Scene
 from . import reduce, style
-from .gif import gif
 from .maps import height_limit
 from .page_elements import Picture, Table, digits, percent
 from .reduce import Array
+from .style import gif
 
 MOST_BYTES = 2_200_000  # of the animation: inlined as text it is a third more, under 3 MB
 MOST_FRAMES = 120

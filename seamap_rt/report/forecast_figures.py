@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -16,8 +17,8 @@ from ..conventions import turn_name
 from ..forecast_errors import Verified, prediction_time, warm
 from ..scene import Scene
 from . import reduce, style
-from .gif import gif
 from .page_elements import Picture, Table, digits, percent
+from .style import gif
 
 Array = NDArray[np.float64]
 
@@ -48,12 +49,7 @@ def forecast_pictures(scene: Scene, maps: xr.DataTree, verified: Verified | None
         Picture(
             "forecast_errors",
             "Forecasts against the sea that came",
-            "Error of forecasts at the boat against their lead beside the stated error, persistence and climatology; "
-            f"and the sea at the boat in time with what was forecast of it {_LEAD_S:g} s ahead.",
-            f"(a) Rms over the sea's standard deviation σ, of {int(warm(verified.forecasts).sum())} forecasts. "
-            "Persistence: the sea stays as it is now. Climatology: the mean level. Upright: the maximum prediction "
-            "time, up to which the stated error stays below half of σ. (b) The sea that came, and what was "
-            f"forecast {_LEAD_S:g} s before, ± 1.96 stated standard errors.",
+            *_error_words(verified, _LEAD_S),
             lambda: forecast_errors(verified),
         ),
     ]
@@ -69,6 +65,25 @@ def forecast_pictures(scene: Scene, maps: xr.DataTree, verified: Verified | None
             )
         )
     return made
+
+
+def _error_words(verified: Verified, lead_s: float) -> tuple[str, str]:
+    """What stands for `forecast_errors`, and under it."""
+    return (
+        "Error of forecasts at the boat against their lead beside the stated error, persistence and climatology; their "
+        f"correlation with the sea; and the sea at the boat in time with what was forecast of it {lead_s:g} s ahead.",
+        f"(a) Rms over the sea's standard deviation σ, of {int(warm(verified.forecasts).sum())} forecasts. "
+        "Persistence: the sea stays as it is now. Climatology: the mean level. Upright: the maximum prediction "
+        "time, up to which the stated error stays below half of σ. (b) Of the same forecasts with the sea that came. "
+        f"(c) The sea that came, and what was forecast {lead_s:g} s before, ± 1.96 stated standard errors.",
+    )
+
+
+def verified_picture(verified: Verified, lead_s: float, issue: int | None) -> Picture:
+    """How past forecasts came out. lead_s: of those that are drawn in time; issue: the place of the marked one."""
+    words = _error_words(verified, lead_s)
+    title = "What was forecast, and what came"
+    return Picture("forecast_errors", title, *words, lambda: forecast_errors(verified, lead_s, issue))
 
 
 def forecast_table(rows: list[dict[str, object]]) -> list[Table]:
@@ -140,49 +155,175 @@ def _boat(scene: Scene, maps: xr.DataTree) -> tuple[float, float]:
     return x, y
 
 
-@style.styled
-def forecast_errors(verified: Verified) -> Figure:
-    """Errors by lead, and the sea at the first place in time with its forecasts of ten seconds before."""
-    figure = style.new_figure(3.05)
-    left, right = (style.place(figure, start, 0.3, wide, 2.15) for start, wide in ((0.55, 2.5), (3.65, 3.4)))
+def by_lead(verified: Verified) -> dict[str, Array]:
+    """(lead,) of the forecasts at the first place that are judged: rms of the error (`found`), of what was stated
+    (`stated`), of `persistence` and of `climatology`, over the standard deviation of the sea that came; and the
+    `correlation` with it. NaN where not defined."""
     kept = np.flatnonzero(warm(verified.forecasts))
     forecasts, truth = verified.forecasts.isel(issue=kept, place=0), verified.truth[kept, :, 0]
-    lead, mean, std = (forecasts[name].values.astype(np.float64) for name in ("lead", "elevation", "elevation_std"))
-    sigma = float(np.std(truth)) or 1.0
-    for values, colour, line, name in (
-        (mean - truth, style.BLUE, "-", "found"),
-        (std, style.ORANGE, "-", "stated"),
-        (mean[:, :1] - truth, style.GREY, "--", "persistence"),
-        (truth, style.GREY, ":", "climatology"),
-    ):
-        left.plot(lead, np.sqrt(np.mean(values**2, axis=0)) / sigma, color=colour, linestyle=line, label=name)
-    longest = prediction_time(verified.forecasts.isel(issue=kept))
-    if longest is not None:
-        left.axvline(longest, color=style.ORANGE, linestyle="-.", linewidth=0.9)
-        left.text(longest, 0.02, f" {longest:.0f} s", color=style.ORANGE, transform=left.get_xaxis_transform())
-    style.graph(left, "Lead (s)", "Rms error over σ", "(a) By lead, at the boat")
+    mean, std = (forecasts[name].values.astype(np.float64) for name in ("elevation", "elevation_std"))
+    sigma = float(np.std(truth)) or np.nan
+    errors = {"found": mean - truth, "stated": std, "persistence": mean[:, :1] - truth, "climatology": truth}
+    told = {name: np.sqrt(np.mean(each**2, axis=0)) / sigma for name, each in errors.items()}
+    return told | {"correlation": _correlation(mean, truth)}
+
+
+def _correlation(a: Array, b: Array) -> Array:
+    """Of columns, about their means over the rows; NaN of fewer than three rows, or of what never changes."""
+    if a.shape[0] < 3:
+        return np.full(a.shape[1], np.nan)
+    a, b = a - a.mean(axis=0), b - b.mean(axis=0)
+    spread = np.sqrt(np.sum(a**2, axis=0) * np.sum(b**2, axis=0))
+    return np.divide(np.sum(a * b, axis=0), spread, out=np.full(a.shape[1], np.nan), where=spread > 0.0)
+
+
+@style.styled
+def forecast_errors(verified: Verified, lead_s: float = _LEAD_S, issue: int | None = None) -> Figure:
+    """Errors and correlation by lead, and the sea at the first place in time with its forecasts of a lead before.
+
+    issue: the place of a forecast that is marked.
+    """
+    figure = style.new_figure(4.95)
+    left, right = (style.place(figure, start, 0.3, 2.85, 1.7) for start in (0.62, 4.23))
+    told, lead = by_lead(verified), verified.forecasts["lead"].values
+    for name, colour, line in (
+        ("found", style.BLUE, "-"), ("stated", style.ORANGE, "-"), ("persistence", style.GREY, "--"),
+        ("climatology", style.GREY, ":"),
+    ):  # fmt: skip
+        left.plot(lead, told[name], color=colour, linestyle=line, label=name)
+    _mark_end(left, prediction_time(verified.forecasts.isel(issue=np.flatnonzero(warm(verified.forecasts)))))
+    style.graph(left, "Lead (s)", "Rms error over σ", "(a) Error by lead, at the boat")
     left.set_ylim(bottom=0.0)
-    left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=4, columnspacing=1.0, handlelength=1.6)
-    _draw_in_time(right, verified)
+    left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.19), ncols=4, columnspacing=1.0, handlelength=1.6)
+    right.plot(lead, told["correlation"], color=style.BLUE)
+    style.graph(right, "Lead (s)", "Correlation", "(b) Correlation with the sea that came")
+    right.set_ylim(min(0.0, float(np.nanmin(told["correlation"], initial=0.0))) - 0.02, 1.02)
+    _draw_in_time(style.place(figure, 0.62, 2.95, style.WIDTH - 0.74, 1.6), verified, lead_s, issue)
     return figure
 
 
-def _draw_in_time(axes: Axes, verified: Verified) -> None:
+def _mark_end(axes: Axes, longest_s: float | None) -> None:
+    """The maximum prediction time, upright."""
+    if longest_s is not None:
+        axes.axvline(longest_s, color=style.ORANGE, linestyle="-.", linewidth=0.9)
+        axes.text(longest_s, 0.02, f" {longest_s:.0f} s", color=style.ORANGE, transform=axes.get_xaxis_transform())
+
+
+def _draw_in_time(axes: Axes, verified: Verified, lead_s: float, issue: int | None) -> None:
     forecasts = verified.forecasts.isel(place=0)
     lead = forecasts["lead"].values
-    number = int(np.argmin(np.abs(lead - _LEAD_S)))
-    time, truth = _sea_that_came(verified)
+    number = int(np.argmin(np.abs(lead - lead_s)))
+    time, truth = sea_that_came(verified)
     moment = forecasts["issued"].values + lead[number]
     mean, std = (forecasts[name].values[:, number].astype(np.float64) for name in ("elevation", "elevation_std"))
     axes.plot(time, truth, color=style.BLACK, linewidth=0.9, label="the sea that came")
-    axes.fill_between(moment, mean - _BAND * std, mean + _BAND * std, color=style.ORANGE, alpha=0.3, linewidth=0.0)
-    axes.plot(moment, mean, "o-", color=style.ORANGE, markersize=2.5, label=f"forecast {lead[number]:g} s before")
-    style.graph(axes, "Time (s)", "Height at the boat (m)", "(b) In time")
+    _draw_forecast(axes, moment, mean, std, f"forecast {lead[number]:g} s before", "o-")
+    if issue is not None:
+        name = f"made after {turn_name(forecasts['issue'].values[issue])}"
+        axes.plot(moment[issue], mean[issue], "D", color=style.VERMILION, markersize=6.0, label=name)
+    style.graph(axes, "Time (s)", "Height at the boat (m)", "(c) In time")
+    axes.set_xlim(float(time[0]), float(moment[-1]) + 1.0)
     axes.margins(y=0.25)
-    axes.legend(loc="upper right", ncols=2)
+    axes.legend(loc="upper right", ncols=3)
 
 
-def _sea_that_came(verified: Verified) -> tuple[Array, Array]:
+def _draw_forecast(axes: Axes, time: Array, mean: Array, std: Array, label: str, line: str = "-") -> None:
+    """A forecast with its band."""
+    axes.fill_between(time, mean - _BAND * std, mean + _BAND * std, color=style.ORANGE, alpha=0.3, linewidth=0.0)
+    axes.plot(time, mean, line, color=style.ORANGE, markersize=2.5, label=label)
+
+
+@dataclass(frozen=True)
+class Ahead:
+    """One forecast at the boat. Arrays (lead,): lead [s], elevation and its standard error [m], chance that a quiet
+    window begins, NaN where none is forecast. limits: what a window stays below, in words; empty where none is asked
+    for."""
+
+    issue: int
+    lead_s: np.ndarray
+    elevation_m: np.ndarray
+    std_m: np.ndarray
+    chance: np.ndarray
+    limits: str
+    level_m: float | None
+    duration_s: float
+    confidence: float
+    hs_m: float
+    longest_s: float | None = None
+
+    @property
+    def highest(self) -> int:
+        """Of the leads, where the highest crest is expected."""
+        return int(np.argmax(self.elevation_m))
+
+    @property
+    def windows(self) -> bool:
+        """Whether quiet windows are forecast."""
+        return bool(np.isfinite(self.chance).any())
+
+
+def ahead_picture(ahead: Ahead, came: Array | None = None, quiet: Array | None = None) -> Picture:
+    """One forecast; see `next_seconds`."""
+    alt = f"Height at the boat in the {ahead.lead_s[-1]:.0f} s after {turn_name(ahead.issue)}, as forecast"
+    caption = (
+        "Orange: the forecast ± 1.96 stated standard errors; star: the highest crest that is expected. Upright: the "
+        "maximum prediction time."
+    )
+    if ahead.windows:
+        what = "and which came" if quiet is not None else "by when they begin"
+        alt += f"; quiet windows after {turn_name(ahead.issue)}, {what}"
+        caption += " Green dots: the limit of a quiet window. "
+        caption += f"(b) A bar over the dotted line is a window that is called: {ahead.confidence:.0%} sure."
+    title = f"The next {ahead.lead_s[-1]:.0f} s at the boat, as known after {turn_name(ahead.issue)}"
+    return Picture("ahead", title, f"{alt}.", caption, lambda: next_seconds(ahead, came, quiet))
+
+
+@style.styled
+def next_seconds(ahead: Ahead, came: Array | None = None, quiet: Array | None = None) -> Figure:
+    """One forecast at the boat, and the chances of quiet windows by when they begin.
+
+    came: (lead,) m, the sea then. quiet: (lead,) whether windows were quiet, NaN where nobody knows.
+    """
+    wide = style.WIDTH - 0.74
+    figure = style.new_figure(4.05 if ahead.windows else 2.45)
+    axes = style.place(figure, 0.62, 0.28, wide, 1.75)
+    lead, at = ahead.lead_s, ahead.highest
+    if came is not None:
+        axes.plot(lead, came, color=style.BLACK, linewidth=0.9, label="the sea that came")
+    _draw_forecast(axes, lead, ahead.elevation_m, ahead.std_m, "forecast")
+    axes.plot(lead[at], ahead.elevation_m[at], "*", color=style.VERMILION, markersize=9.0, label="highest crest")
+    for level in () if ahead.level_m is None else (-ahead.level_m, ahead.level_m):
+        axes.axhline(level, color=style.GREEN, linestyle=":", linewidth=0.9)
+    _mark_end(axes, ahead.longest_s)
+    style.graph(axes, "Time from now (s)", "Height at the boat (m)", "(a) Height at the boat" if ahead.windows else "")
+    axes.margins(x=0.0, y=0.25)
+    axes.legend(loc="upper right", ncols=3)
+    if not ahead.windows:
+        return figure
+    below = style.place(figure, 0.62, 2.62, wide, 1.0, sharex=axes)
+    of = f"{ahead.duration_s:g} s with {ahead.limits}" if ahead.limits else "a quiet window"
+    style.graph(below, "Begins in (s)", "Stated chance (%)", f"(b) Chance of {of}")
+    called = np.nan_to_num(ahead.chance) >= ahead.confidence
+    known = np.isfinite(quiet) if quiet is not None else np.zeros(lead.size, dtype=bool)
+    was = np.nan_to_num(quiet) > 0.5 if quiet is not None else known
+    bar = 0.8 * float(np.min(np.diff(lead))) if lead.size > 1 else 0.8
+    for members, face, edge, label in (
+        (~known & called, style.GREEN, style.GREEN, "called"), (~known & ~called, style.GREY, style.GREY, "not called"),
+        (known & was, style.GREEN, style.GREEN, "it was quiet"), (known & ~was, "white", style.VERMILION, "it was not"),
+    ):  # fmt: skip
+        if members.any() and np.isfinite(ahead.chance[members]).any():
+            below.bar(
+                lead[members], 100.0 * ahead.chance[members], bar, facecolor=face, edgecolor=edge, linewidth=1.0,
+                label=label,
+            )  # fmt: skip
+    below.axhline(100.0 * ahead.confidence, color=style.BLACK, linestyle=":", linewidth=0.9)
+    below.set_ylim(0.0, 130.0)
+    below.set_yticks((0, 50, 100))
+    below.legend(loc="upper right", ncols=4)
+    return figure
+
+
+def sea_that_came(verified: Verified) -> tuple[Array, Array]:
     """True heights at the first place by time, of all forecasts together; of a moving boat as the last one that looked
     at a moment has it."""
     forecasts = verified.forecasts
@@ -200,7 +341,7 @@ def forecast_ahead(verified: Verified) -> bytes:
 def _frames(verified: Verified) -> Iterator[Image.Image]:
     forecasts = verified.forecasts.isel(place=0)
     lead, issued = forecasts["lead"].values, forecasts["issued"].values
-    time, truth = _sea_that_came(verified)
+    time, truth = sea_that_came(verified)
     limit = 1.25 * float(np.max(np.abs(truth)))
     figure = Figure(figsize=(style.WIDTH, 2.2), dpi=_PIXELS / style.WIDTH)
     canvas = FigureCanvasAgg(figure)
@@ -212,8 +353,7 @@ def _frames(verified: Verified) -> Iterator[Image.Image]:
         axes.plot(time[past] - now, truth[past], color=style.BLACK)
         axes.plot(time[coming] - now, truth[coming], color=style.GREY, linewidth=0.9)
         mean, std = (forecasts[name].values[number].astype(np.float64) for name in ("elevation", "elevation_std"))
-        axes.fill_between(lead, mean - _BAND * std, mean + _BAND * std, color=style.ORANGE, alpha=0.3, linewidth=0.0)
-        axes.plot(lead, mean, color=style.ORANGE)
+        _draw_forecast(axes, lead, mean, std, "forecast")
         axes.axvline(0.0, color=style.GREY, linewidth=0.6)
         style.graph(axes, "Time from now (s)", "Height at the boat (m)", turn_name(forecasts["issue"][number]))
         axes.set_xlim(-_BACK_S, float(lead[-1]))

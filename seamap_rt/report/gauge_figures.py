@@ -27,24 +27,26 @@ def gauge_pictures(gauges: xr.Dataset | None) -> list[Picture]:
     if gauges is None or gauges.sizes["turn"] < 2:
         return []
     names = [str(name) for name in gauges["gauge"].values[:MOST_DRAWN]]
-    return [_picture(number, name, gauges.sel(gauge=name)) for number, name in enumerate(names)]
+    return [gauge_picture(number, name, gauges.sel(gauge=name)) for number, name in enumerate(names)]
 
 
-def _picture(number: int, name: str, gauge: xr.Dataset) -> Picture:
+def gauge_picture(number: int, name: str, gauge: xr.Dataset, turn: int | None = None) -> Picture:
+    """One gauge. turn: by its number, which is marked, and the last of those that are drawn in time."""
     turns = gauge.sizes["turn"]
-    part = f" The first {_LONGEST} of {turns} turns are drawn." if turns > _LONGEST else ""
+    which = "first" if turn is None else "last"
+    part = f" The {which} {_LONGEST} of {turns} turns are drawn." if turns > _LONGEST else ""
     return Picture(
         f"gauge_{number}",
         f"Wave gauge: {name}",
         f"Height at the gauge {name} against time, as its wire and as the radar have it; their spectra; one against "
         "the other.",
         f"At {_metres(gauge['east'])} east, {_metres(gauge['north'])} north. (a) The wire's record, and the "
-        "radar's map there once a turn with ± its stated standard error; hollow: flagged by the retrieval. Nothing is "
-        f"drawn where the map has no height.{part} (b) Spectra of the wire, of the wire read only when the radar sees "
+        "radar's map there once a turn with ± 1.96 stated standard errors; hollow: flagged by the retrieval. Nothing "
+        f"is drawn where the map has no height.{part} (b) Spectra of the wire, of the wire read when the radar sees "
         "the gauge, and of the radar, which folds in the same way; drawn for the radar up to half the turn rate alone."
         f"{_caption_of(spectra(gauge))} (c) Radar against wire at the same moments; dashed: "
         "equal, solid: regression of the radar's height on the wire's.",
-        lambda: gauge_figure(gauge),
+        lambda: gauge_figure(gauge, turn),
     )
 
 
@@ -63,36 +65,44 @@ def _caption_of(result: GaugeSpectra | NoSpectrum) -> str:
 
 
 @style.styled
-def gauge_figure(gauge: xr.Dataset) -> Figure:
-    """One gauge: its record in time, its spectra, and the radar's heights against the wire's."""
+def gauge_figure(gauge: xr.Dataset, turn: int | None = None) -> Figure:
+    """One gauge: its record in time, its spectra, and the radar's heights against the wire's.
+
+    turn: by its number, which is marked; of many the last ones up to it are drawn.
+    """
     figure = style.new_figure(4.75)
     wide = style.WIDTH - 0.62 - 0.12
-    _draw_record(style.place(figure, 0.62, 0.28, wide, 1.55), gauge)
+    _draw_record(style.place(figure, 0.62, 0.28, wide, 1.55), gauge, turn)
     _draw_spectra(style.place(figure, 0.62, 2.42, wide - 2.75, 1.9), spectra(gauge))
     _draw_pairs(style.place(figure, style.WIDTH - 0.12 - 1.9, 2.42, 1.9, 1.9), gauge)
     return figure
 
 
-def _draw_record(axes: Axes, gauge: xr.Dataset) -> None:
+def _draw_record(axes: Axes, gauge: xr.Dataset, turn: int | None) -> None:
     style.graph(axes, "Time (s)", "Height (m)", "(a) Height at the gauge")
-    part = gauge.isel(turn=slice(0, _LONGEST))
-    seen, height, spread = (part[name].values for name in ("seen_time", "height", "height_std"))
-    end = float(np.nanmax(seen)) + 1.0 if np.isfinite(seen).any() else float(gauge["time"].values[-1])
-    drawn = gauge["time"].values <= end
-    axes.axhline(0.0, color=style.GREY, linewidth=0.5)
-    axes.plot(
-        gauge["time"].values[drawn], gauge["true_height"].values[drawn], color=style.BLACK, linewidth=0.9, label="wire"
+    last = 0 if turn is None else int(np.searchsorted(gauge["turn"].values, turn, side="right"))
+    part = gauge.isel(turn=slice(max(0, last - _LONGEST), max(last, min(_LONGEST, gauge.sizes["turn"]))))
+    seen, height, spread, time = (
+        each.values for each in (part["seen_time"], part["height"], part["height_std"], gauge["time"])
     )
+    known = seen[np.isfinite(seen)]
+    begin = float(known.min()) - 1.0 if known.size and last > _LONGEST else float(time[0])
+    end = float(known.max()) + 1.0 if known.size else float(time[-1])
+    drawn = (time >= begin) & (time <= end)
+    axes.axhline(0.0, color=style.GREY, linewidth=0.5)
+    axes.plot(time[drawn], gauge["true_height"].values[drawn], color=style.BLACK, linewidth=0.9, label="wire")
+    for at in seen[part["turn"].values == turn] if turn is not None else ():
+        axes.axvline(at, color=style.GREY, linestyle=":", linewidth=0.9)
     unflagged = part["quality"].values == 0
     for members, face, label in ((unflagged, style.VERMILION, "radar"), (~unflagged, "white", "radar, flagged")):
         shown = members & np.isfinite(height)
         if shown.any():
             axes.errorbar(
-                seen[shown], height[shown], spread[shown], linestyle="none", marker="o", markersize=2.8,
+                seen[shown], height[shown], 1.96 * spread[shown], linestyle="none", marker="o", markersize=2.8,
                 markerfacecolor=face, markeredgecolor=style.VERMILION, markeredgewidth=0.6, ecolor=style.VERMILION,
                 elinewidth=0.7, label=label,
             )  # fmt: skip
-    axes.set_xlim(float(gauge["time"].values[0]), end)
+    axes.set_xlim(begin, end)
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.18 * (high - low))
     axes.legend(loc="upper right", ncols=3)

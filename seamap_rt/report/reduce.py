@@ -56,24 +56,6 @@ def quantile(values: NDArray[Any], share: float) -> float:
     return float(np.quantile(finite, share)) if finite.size else float("nan")
 
 
-def error_figures(true: NDArray[Any], retrieved: NDArray[Any]) -> dict[str, float]:
-    """RMSE, robust error, bias, correlation, and Hs = 4 std of both, of the cells that have both heights."""
-    both = np.isfinite(true) & np.isfinite(retrieved)
-    t, r = true[both].astype(np.float64), retrieved[both].astype(np.float64)
-    error = r - t
-    names = ("rmse", "robust", "bias", "correlation", "hs_true", "hs_retrieved")
-    figures: dict[str, float] = {name: float("nan") for name in names}
-    figures["cells"] = float(t.size)
-    if t.size:
-        figures["rmse"] = float(np.sqrt(np.mean(error**2)))
-        figures["robust"] = float(MAD_TO_STD * np.median(np.abs(error - np.median(error))))
-        figures["bias"] = float(error.mean())
-        figures["hs_true"], figures["hs_retrieved"] = float(4.0 * t.std()), float(4.0 * r.std())
-    if t.size > 1 and t.std() > 0.0 and r.std() > 0.0:
-        figures["correlation"] = float(np.corrcoef(t, r)[0, 1])
-    return figures
-
-
 # ------------------------------------------------------------------------------------------------------ geometry
 
 

@@ -1,16 +1,20 @@
-"""The page of a retrieval: what the maps show, and what is wrong or doubtful about the echoes they were made of."""
+"""The page of a retrieval and its figures: what maps show without a truth, and what is doubtful about their echoes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from numpy.typing import NDArray
 
-from ..inspection import Finding
-from . import style
-from .answer_page import Cell, answer_page
-from .retrieved_figures import by_range, map_of_turn
+from ..inspection import Finding, Level
+from . import reduce, style
+from .page_elements import Cell, answer_page
 
 RETRIEVED = "retrieval.html"
 _VERDICTS = {"wrong": "1 surely wrong", "doubtful": "2 doubtful", "good": "3 good", "unknown": "4 cannot be told"}
@@ -30,10 +34,7 @@ def retrieved_page(
         title=f"Heights retrieved from {source}",
         said=[_sentence(line) for line in said],
         notes=[f"{_sentence(line)}." for line in grave] or ["Nothing about the echoes was found to be doubtful."],
-        figures=[
-            ("Map", style.png(map_of_turn(maps)), _MAPS),
-            ("By range", style.png(by_range(maps)), _RANGES),
-        ],
+        figures=[("Map", style.png(map_of_turn(maps)), _MAPS), ("By range", style.png(by_range(maps)), _RANGES)],
         table_title="What the echoes say of themselves",
         table_note="Nothing here knows the sea.",
         files=["maps.nc"],
@@ -51,3 +52,100 @@ def _row(finding: Finding) -> tuple[str, str, str, str]:
 
 def _sentence(line: str) -> str:
     return line[0].upper() + line[1:]
+
+
+Array = NDArray[np.float64]
+
+_PANEL, _LEFT, _GAP = 3.1, 0.55, 0.35  # inches
+_BINS = 40
+
+
+@style.styled
+def map_of_turn(maps: xr.DataTree, turn: int = -1) -> Figure:
+    """Height and standard error of one turn's ground map; grey where there is no height."""
+    ground = maps["ground"].to_dataset().isel(turn=turn).sortby(["y", "x"])
+    height, error = (np.asarray(ground[name].values, dtype=np.float64) for name in ("height", "height_std"))
+    figure = style.new_figure(_PANEL + 1.15)
+    limit = max(0.05, float(np.nanquantile(np.abs(height), 0.99)) if np.isfinite(height).any() else 0.05)
+    top = float(np.nanquantile(error, 0.95)) if np.isfinite(error).any() else 0.05
+    panels = (
+        (height, "(a) Height above mean sea level", "Height (m)", style.HEIGHT_COLOURS, (-limit, limit), "both"),
+        (error, "(b) Its standard error", "Standard error (m)", style.SPREAD_COLOURS, (0.0, max(top, 0.01)), "max"),
+    )
+    for column, (values, title, label, colours, (least, most), extend) in enumerate(panels):
+        left = _LEFT + column * (_PANEL + _GAP)
+        axes = style.place(figure, left, 0.28, _PANEL, _PANEL)
+        image = _ground_image(axes, ground, values, colours, (least, most))
+        axes.set_title(title)
+        axes.set_xlabel("East (m)", labelpad=1.0)
+        if column == 0:
+            axes.set_ylabel("North (m)", labelpad=1.0)
+        style.colour_bar(figure, image, left + 0.2, 0.28 + _PANEL + 0.4, _PANEL - 0.4, label, extend)
+    return figure
+
+
+def _ground_image(axes: Axes, ground: xr.Dataset, values: Array, colours: str, scale: tuple[float, float]) -> AxesImage:
+    x, y = (np.asarray(ground[name].values, dtype=np.float64) for name in ("x", "y"))
+    side = float(x[1] - x[0]) if x.size > 1 else 1.0
+    west, east, south, north = (float(each) for each in (x[0], x[-1], y[0], y[-1]))
+    axes.set_facecolor(style.BLANK)
+    seen = np.isfinite(values)
+    columns, rows = np.flatnonzero(seen.any(axis=0)), np.flatnonzero(seen.any(axis=1))
+    image = axes.imshow(
+        style.masked(values),
+        origin="lower",
+        extent=(west - 0.5 * side, east + 0.5 * side, south - 0.5 * side, north + 0.5 * side),
+        cmap=style.colours(colours),
+        vmin=scale[0],
+        vmax=scale[1],
+        interpolation="nearest",
+    )
+    if columns.size:  # a narrow sector fills the frame as well
+        west, east, south, north = (float(each) for each in (*x[columns[[0, -1]]], *y[rows[[0, -1]]]))
+        middle = 0.5 * (west + east), 0.5 * (south + north)
+        half = 0.52 * max(east - west, north - south, 10.0 * side)
+        axes.set_xlim(middle[0] - half, middle[0] + half)
+        axes.set_ylim(middle[1] - half, middle[1] + half)
+    axes.set_aspect("equal")
+    style.few_ticks(axes)
+    return image
+
+
+@style.styled
+def by_range(maps: xr.DataTree) -> Figure:
+    """Mean level, signal to noise, coherence and the share of cells that answer, against range."""
+    polar = maps["polar"].to_dataset()
+    distance = np.asarray(polar["range"].values, dtype=np.float64)
+    figure = style.new_figure(4.6)
+    spots = [(_LEFT + column * 3.6, 0.3 + row * 2.2) for row in (0, 1) for column in (0, 1)]
+    axes = [style.place(figure, left, top, 3.0, 1.55) for left, top in spots]
+    level = Level.of(polar)
+    style.graph(axes[0], "Range (m)", "Level (m)", "(a) Median height of rings, ± standard error")
+    axes[0].axhline(0.0, color=style.GREY, linewidth=0.8)
+    if level is None:
+        style.note(axes[0], "too few heights")
+    else:
+        axes[0].errorbar(level.distance, level.height, np.nan_to_num(level.error), fmt="o-", color=style.BLUE, ms=3)
+    for panel, name, label, title in (
+        (axes[1], "snr_db", "SNR (dB)", "(b) Signal to noise of a pulse, median"),
+        (axes[2], "coherence", "Coherence", "(c) Coherence of the receivers, median"),
+    ):
+        style.graph(panel, "Range (m)", label, title)
+        x, y = _medians(distance, np.asarray(polar[name].values, dtype=np.float64))
+        if np.isfinite(y).any():
+            panel.plot(x, y, color=style.BLUE)
+        else:
+            style.note(panel, "not known")
+    style.graph(axes[3], "Range (m)", "Share", "(d) Cells with a height")
+    axes[3].plot(distance, np.isfinite(polar["height"].values).mean(axis=(0, 1)), color=style.BLUE)
+    axes[3].set_ylim(0.0, 1.02)
+    return figure
+
+
+def _medians(distance: Array, field: Array) -> tuple[Array, Array]:
+    """Medians of a field (turn, look, gate) over bins of gates."""
+    x, y = [], []
+    for gates in np.array_split(np.arange(distance.size), min(_BINS, distance.size)):
+        x.append(float(distance[gates].mean()))
+        y.append(reduce.quantile(field[..., gates], 0.5))
+    return np.array(x), np.array(y)

@@ -1,22 +1,20 @@
-"""Pictures of the sea itself: its spectrum, a moment of its surface and of what the radar sees of it, an animation.
+"""Pictures of the sea itself: a moment of its surface and of what the radar sees of it, an animation.
 
-Maps have north up and east right; directions are those the waves come from, arrows point where they go.
+Maps have north up and east right; arrows point where waves go.
 """
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize, PowerNorm, to_rgb
+from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from PIL import Image
 from scipy.ndimage import map_coordinates
@@ -24,15 +22,10 @@ from scipy.ndimage import map_coordinates
 from ..conventions import unit_from_azimuth
 from ..physics import dispersion
 from ..scene import Scene
-from ..sea import Resolved
 from . import reduce, style
-from .gif import gif
-from .maps import describe_waves
 from .reduce import Array
+from .style import gif
 
-_COLOURS = (style.BLUE, style.VERMILION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY)  # of wave systems
-_MARKERS = ("o", "s", "D")  # short-crested, long-crested, regular
-_DECADES = 5.0  # of a spectrum that are drawn
 _SHADOW = "#8f8f8f"
 _MAP = 3.02  # inches a side
 _WAVES_BESIDE = 4.0  # lengths of the main wave that the section shows to either side of the antenna
@@ -40,131 +33,6 @@ _ARROWS = 48
 _MOST_FRAMES = 80
 _MOST_GIF_PIXELS = 8e6  # of all frames together: about 4 MB
 _GIF_SIDE = (260, 560)  # pixels, least and most
-
-
-# ----------------------------------------------------------------------------------------------------- the spectrum
-
-
-class _System(NamedTuple):
-    """One wave system as the figures draw it."""
-
-    words: str
-    colour: str
-    marker: str
-    regular: bool
-    from_deg: float
-    peak_hz: float
-    density: Array  # (frequency,) m² s
-
-
-def _systems(scene: Scene, spectrum: xr.Dataset) -> list[_System]:
-    values = {name: spectrum[name].values for name in spectrum.variables}
-    return [
-        _System(
-            describe_waves(scene.sea.waves[number], scene.sea.depth_m),
-            _COLOURS[row % len(_COLOURS)],
-            _MARKERS[values["system_kind"][row]],
-            values["system_kind"][row] == len(_MARKERS) - 1,
-            float(values["system_direction"][row]),
-            1.0 / float(values["system_period"][row]),
-            values["system_spectrum"][row],
-        )
-        for row, number in enumerate(values["system"])
-    ]
-
-
-@style.styled
-def directional_spectrum(scene: Scene, spectrum: xr.Dataset, resolved: Resolved) -> Figure:
-    """The directional spectrum over the compass, and the spectrum of each system over frequency.
-
-    spectrum: the schema's `sea/spectrum`, with its attribute `resolved_up_to_hz`.
-    """
-    systems = _systems(scene, spectrum)
-    figure = style.new_figure(4.3)
-    rose = style.place(figure, 0.38, 0.62, 2.7, 2.7, projection="polar")
-    _rose(figure, rose, spectrum, systems)
-    axes = style.place(figure, 4.0, 0.3, style.WIDTH - 4.0 - 0.12, 2.5)
-    _spectra(axes, spectrum, systems)
-    words = (
-        f"Dashed: the shortest resolved waves, {2.0 * resolved.resolution_m:.3g} m long. Resolved are "
-        f"{resolved.variance_share:.2%} of the variance and {resolved.mean_square_slope_share:.0%} of these spectra's "
-        f"mean square slope, {resolved.mean_square_slope:.3g}. Shorter waves are left to the scattering model."
-    )
-    if scene.sea.current_m_s > 0.0:
-        words += " The sea rides on a current; frequencies are those in the water's frame."
-    top = 1.0 - 3.35 / float(figure.get_size_inches()[1])
-    figure.text(3.6 / style.WIDTH, top, textwrap.fill(words, 60), va="top", fontsize=style.FONT, linespacing=1.4)
-    return figure
-
-
-def _rose(figure: Figure, axes: Any, spectrum: xr.Dataset, systems: list[_System]) -> None:
-    """E(f, θ): the radius is the frequency, the angle the azimuth the waves come from. Systems' peaks are marked."""
-    density, frequency = spectrum["directional_spectrum"].values, spectrum["frequency"].values
-    axes.set_theta_zero_location("N")
-    axes.set_theta_direction(-1)
-    axes.set_title("(a) Where the waves come from", x=-0.08, y=1.12)
-    axes.set_thetagrids(np.arange(0, 360, 45), ["N", "45°", "E", "135°", "S", "225°", "W", "315°"])
-    axes.tick_params(pad=-1.0)
-    reach = _reach(spectrum, systems)
-    colours = style.colours(style.SPREAD_COLOURS)
-    axes.set_facecolor(colours(0.0))  # below the lowest frequency
-    if density.max() > 0.0:
-        shown = frequency <= 1.1 * reach
-        drawn = axes.pcolormesh(
-            np.radians(reduce.edges(spectrum["direction"].values)), reduce.edges(frequency[shown]), density[shown],
-            cmap=colours, norm=PowerNorm(0.5, 0.0, float(density.max())), shading="flat", rasterized=True,
-        )  # fmt: skip
-        style.colour_bar(figure, drawn, 0.75, 3.72, 1.96, "Density, m²/(Hz·degree), square-root scale", "neither")
-    for system in systems:
-        axes.plot(
-            np.radians(system.from_deg), system.peak_hz, marker=system.marker, markersize=4.0, linestyle="none",
-            markerfacecolor=system.colour, markeredgecolor="white", markeredgewidth=0.7, clip_on=False, zorder=5.0,
-        )  # fmt: skip
-    axes.set_ylim(0.0, reach)
-    axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
-    axes.yaxis.set_major_formatter(lambda hertz, _: f"{hertz:g} Hz" if 0.0 < hertz < 0.85 * reach else "")
-    axes.tick_params(axis="y", labelsize=style.FONT - 1.0, colors="white")
-    axes.set_rlabel_position((systems[0].from_deg if systems else 0.0) + 157.5)
-    axes.grid(True, color="#e0e0e0", linewidth=0.35)
-
-
-def _reach(spectrum: xr.Dataset, systems: list[_System]) -> float:
-    """Frequency [Hz] up to which the compass goes: most of the variance and every peak."""
-    frequency, total = spectrum["frequency"].values, spectrum["frequency_spectrum"].values
-    below = np.cumsum(total * np.gradient(frequency))
-    most = frequency[np.searchsorted(below, 0.97 * below[-1])] if below[-1] > 0.0 else 0.0
-    peaks = [1.3 * system.peak_hz for system in systems]
-    return float(max([most, *peaks], default=0.0)) or float(frequency[-1])
-
-
-def _spectra(axes: Axes, spectrum: xr.Dataset, systems: list[_System]) -> None:
-    """S(f) of each random system and of all, a line for each regular wave, and the resolved limit."""
-    frequency, total = spectrum["frequency"].values, spectrum["frequency_spectrum"].values
-    style.graph(axes, "Frequency (Hz)", "Density (m²/Hz)", "(b) Spectrum over frequency")
-    top = 1.5 * float(total.max()) if total.max() > 0.0 else 1.0
-    random = [system for system in systems if not system.regular]
-    for system in systems:
-        words = f"{system.words} (a line)" if system.regular else system.words
-        ends = {"color": system.colour, "linewidth": 1.3, "label": words, "marker": system.marker}
-        if system.regular:
-            axes.plot([system.peak_hz, system.peak_hz], [1e-30, top], markevery=[1], markersize=4.0, **ends)
-        else:
-            peak = int(np.argmin(np.abs(frequency - system.peak_hz)))
-            axes.plot(frequency, system.density, markevery=[peak], markersize=4.0, **ends)
-    if len(random) > 1:
-        axes.plot(frequency, total, color=style.BLACK, linewidth=0.8, linestyle="-", label="random systems together")
-    axes.axvline(float(spectrum.attrs["resolved_up_to_hz"]), color=style.BLACK, linestyle="--", linewidth=0.9)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlim(float(frequency[0]), float(frequency[-1]))
-    axes.set_ylim(top / 10.0**_DECADES, top * 10.0 ** (0.1 + 0.55 * (len(systems) + 1)))  # room for the legend
-    ticks = [tick for tick in (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0) if frequency[0] <= tick <= frequency[-1]]
-    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axes.minorticks_off()
-    if systems:
-        axes.legend(loc="upper right", handlelength=1.6, frameon=True, framealpha=0.9, edgecolor="none")
-    else:
-        style.note(axes, "no waves")
 
 
 # ------------------------------------------------------------------------------------------------------ the surface

@@ -1,4 +1,4 @@
-"""What all figures share: size, type, colours, and placing by inches.
+"""What all figures share: size, type, colours, and placing by inches; GIFs.
 
 Figures are matplotlib `Figure`s on the Agg canvas: no pyplot, no window, no global state.
 """
@@ -7,35 +7,29 @@ from __future__ import annotations
 
 import functools
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, ParamSpec, TypeVar
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import Colormap
+from matplotlib.colors import Colormap, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
+from PIL import Image
 
 DPI = 130
 WIDTH = 7.2  # inches: two columns of a journal
 FONT = 7.5  # points
 
 # Okabe & Ito's palette: told apart by all common kinds of colour vision, and by lightness in print.
-BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE, GREY = (
-    "#000000",
-    "#e69f00",
-    "#56b4e9",
-    "#009e73",
-    "#0072b2",
-    "#d55e00",
-    "#cc79a7",
-    "#767676",
-)
+BLACK, ORANGE, SKY, GREEN = "#000000", "#e69f00", "#56b4e9", "#009e73"
+BLUE, VERMILION, PURPLE, GREY = "#0072b2", "#d55e00", "#cc79a7", "#767676"
 BLANK = "#c3c0b6"  # where the radar looked and got no height
 GRID = "#dcdcdc"
+ON_COLOURS = "#fffffe"  # ink on dark colours: no grey, so that it stays white on a dark page
 
 HEIGHT_COLOURS = "RdBu_r"  # both ends dark and of different hue, the middle light: safe for colour-blind readers
 SLOPE_COLOURS = "PuOr_r"
@@ -92,11 +86,26 @@ def styled(draw: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
 
 
 @styled
-def png(figure: Figure) -> bytes:
-    """The figure as a PNG."""
+def png(figure: Figure, dark: bool = False) -> bytes:
+    """The figure as a PNG. dark: for a dark page."""
+    if dark:
+        _turn_greys(figure)
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=DPI)
+    figure.savefig(buffer, format="png", dpi=DPI, facecolor="auto")
     return buffer.getvalue()
+
+
+def _turn_greys(figure: Figure) -> None:
+    """Black is light, white is dark, and greys lie between; colours stay."""
+    for artist in figure.findobj(lambda each: not hasattr(each, "patch")):  # whose colours are its patch's
+        told = {}
+        for what in ("color", "facecolor", "edgecolor", "markerfacecolor", "markeredgecolor"):
+            get, put = (getattr(artist, f"{verb}_{what}", None) for verb in ("get", "set"))
+            rows = to_rgba_array(get()) if get is not None and put is not None else ()
+            if len(rows) == 1 and np.ptp(rows[0][:3]) == 0.0:
+                told[put] = (*[0.92 - 0.85 * rows[0][0]] * 3, rows[0][3])
+        for put, colour in told.items():
+            put(colour)
 
 
 def new_figure(height: float) -> Figure:
@@ -121,6 +130,11 @@ def graph(axes: Axes, x_label: str, y_label: str, title: str) -> None:
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(labelsize=FONT - 0.5)
+
+
+def plain(words: str) -> str:
+    """Words from elsewhere, in which Matplotlib finds no formula."""
+    return words.replace("$", r"\$")
 
 
 def few_ticks(axes: Axes, most: int = 6) -> None:
@@ -155,3 +169,15 @@ def colours(name: str) -> Colormap:
 def masked(values: NDArray[Any]) -> np.ma.MaskedArray[Any, Any]:
     """The values with what is not finite left out."""
     return np.ma.masked_invalid(values)
+
+
+def gif(frames: Sequence[Image.Image], milliseconds: Sequence[int], colours: int = 256) -> bytes:
+    """A GIF of RGB frames, each shown so long. One palette, the first frame's, and no dithering: still parts stay
+    still, and the file small."""
+    palette = frames[0].quantize(colours, method=Image.Quantize.MEDIANCUT, kmeans=2)
+    indexed = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    buffer = io.BytesIO()
+    indexed[0].save(
+        buffer, "GIF", save_all=True, append_images=indexed[1:], duration=list(milliseconds), loop=0, optimize=False
+    )
+    return buffer.getvalue()

@@ -17,22 +17,25 @@ _COLOURS = {"persistence": style.GREY, "group law": style.ORANGE}
 
 
 def window_pictures(windows: Windows | None, confidence: float) -> list[Picture]:
-    """Hits, false alarms and probabilities of a run's windows; none of a run that had none, or of one kind alone."""
+    """Of a run's windows; none of a run that had none, or of one kind alone."""
     if windows is None or windows.quiet.all() or not windows.quiet.any():
         return []
-    return [
-        Picture(
-            "quiet_windows",
-            "Quiet windows against the sea that came",
-            "Hits against false alarms of forecast quiet windows as the threshold varies, beside persistence; and the "
-            "share of windows that were quiet against their stated probability.",
-            f"(a) Each of {windows.quiet.size} windows was forecast with a probability; the point is what is called "
-            f"from {confidence:.0%} on. Persistence: windows are the likelier quiet the lower the water stayed just "
-            "before. (b) By classes of stated probability, with the number of windows. Windows overlap, so that one "
-            "run tells little of the middle classes.",
-            lambda: quiet_windows([windows], confidence),
-        )
-    ]
+    return [window_picture(windows, confidence)]
+
+
+def window_picture(windows: Windows, confidence: float) -> Picture:
+    """Hits, false alarms and what probabilities came to."""
+    return Picture(
+        "quiet_windows",
+        "Quiet windows against the sea that came",
+        "Hits against false alarms of forecast quiet windows as the threshold varies, beside persistence; and the "
+        "share of windows that were quiet against their stated probability.",
+        f"(a) Each of {windows.quiet.size} windows was forecast with a probability; the point is what is called "
+        f"from {confidence:.0%} on. Persistence: windows are the likelier quiet the lower the water stayed just "
+        "before. (b) By classes of stated probability, with the number of windows. Windows overlap, so that one "
+        "run tells little of the middle classes.",
+        lambda: quiet_windows([windows], confidence),
+    )
 
 
 def window_table(told: Mapping[str, Any] | None) -> list[Table]:
@@ -61,14 +64,18 @@ def quiet_windows(runs: Sequence[Windows], confidence: float) -> Figure:
     scores |= {name: np.concatenate([run.others[name] for run in runs]) for name in runs[0].others}
     figure = style.new_figure(2.85)
     curves, stated = (style.place(figure, left, 0.3, 2.7, 2.0) for left in (0.6, 4.2))
-    for name, score in scores.items():
+    alike = bool(quiet.all() or not quiet.any())
+    for name, score in scores.items() if not alike else ():
         hits, alarms = hits_and_alarms(score, quiet)
         label = f"{name}, area {area(score, quiet):.3f}"
         curves.plot(alarms, hits, color=_COLOURS.get(name, style.BLUE), label=label)
     called = chance >= confidence
-    point = float(called[~quiet].mean()), float(called[quiet].mean())
-    curves.plot(*point, "o", color=style.BLUE, label=f"called at {confidence:.0%}")
-    curves.legend(loc="lower right", fontsize="small")
+    if alike:
+        style.note(curves, "all windows were quiet" if quiet.any() else "no window was quiet")
+    else:
+        point = float(called[~quiet].mean()), float(called[quiet].mean())
+        curves.plot(*point, "o", color=style.BLUE, label=f"called at {confidence:.0%}")
+        curves.legend(loc="lower right", fontsize="small")
     style.graph(curves, "Share of other windows called", "Share of quiet windows called", "(a) Hits and false alarms")
     _draw_probabilities(stated, reliability(runs), len(runs) > 1)
     for axes in (curves, stated):

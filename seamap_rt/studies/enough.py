@@ -1,4 +1,4 @@
-"""When a sweep has seeds enough: as sure of its choice as was asked for, or out of time.
+"""When a sweep has seeds enough: as sure of its choice as was asked for, or out of time; how many a band asks for.
 
 A sweep that stops as soon as it is sure stops a little too often when it is sure by chance: of the confidence that was
 asked for, a few per cent less is reached (Wald 1947, Sequential Analysis).
@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import stdtrit
 
 from ..errors import InputError
 
@@ -62,3 +65,16 @@ def seconds(text: str) -> float:
     if not found:
         raise InputError(f"--budget {text}: must be a time, as 90s, 10min or 2h")
     return float(found[1]) * _UNITS_S[found[2] or "s"]
+
+
+ASKED_M = 10.0  # half width of a band that tells masts a few metres apart
+_MOST = 10_000
+
+
+def seeds_for(have: int, half_m: float) -> str:
+    """How many seeds narrow a band of `have` seeds, which is `half_m` to either side, to ASKED_M."""
+    scatter = half_m * np.sqrt(have) / stdtrit(have - 1, 0.975)
+    many = np.arange(2, _MOST)
+    enough = many[stdtrit(many - 1, 0.975) * scatter / np.sqrt(many) <= ASKED_M]
+    number = f"about {enough[0]}" if enough.size else f"more than {_MOST}"
+    return f"Bands of ± {ASKED_M:.0f} m ask for {number} seeds"

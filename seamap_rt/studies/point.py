@@ -1,6 +1,7 @@
 """One point of a sweep: a scene simulated, retrieved and compared in memory, and a small file of what came of it.
 
-A point never raises for what is wrong with it: a refusal or an error is a result with a sentence.
+A point never raises for what is wrong with it: a refusal or an error is a result with a sentence. It leaves its sea and
+its traced scenes to the next one in the same process, on which results do not depend.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock, Timer
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -30,12 +32,61 @@ from ..io.validation import validate
 from ..measured import Rings
 from ..metrics import BIN_M, error_figures
 from ..scene import Scene
-from .kept import Kept
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..simulation import Stopwatch
+    from ..simulation import Simulator, Stopwatch
+
+
+_REMEMBERED_BYTES = 100e6  # of a sea's values: a turn of `choppy_sea` and its calibration are 50
+IDLE_S = 60.0  # after which a process that is given no other point frees what it has kept
+
+
+class Kept:
+    """The last point's simulator, from which the next one takes over what is alike."""
+
+    def __init__(self) -> None:
+        self._before: Simulator | None = None
+        self._lock, self._timer = Lock(), Timer(IDLE_S, self.forget)  # not started
+
+    def simulator(self, scene: Scene) -> Simulator:
+        """The scene's own. It is kept once it is `finished`, and so never one that failed."""
+        from ..simulation import Simulator  # takes half a second
+
+        before = self._taken()
+        if before is None:
+            return self._remembering(Simulator(scene))
+        sea, rays = before.sea if before.has_sea_of(scene) else None, before.ray_scenes
+        if sea is None:
+            del before
+            gc.collect()  # before the next sea takes memory: a sea refers to itself
+            return self._remembering(Simulator(scene, None, rays))
+        return Simulator(scene, sea, rays)
+
+    @staticmethod
+    def _remembering(simulator: Simulator) -> Simulator:
+        simulator.sea.remember(_REMEMBERED_BYTES)
+        return simulator
+
+    def finished(self, simulator: Simulator) -> None:
+        """Keep it for the next point, if that comes soon."""
+        with self._lock:
+            self._before, self._timer = simulator, Timer(IDLE_S, self.forget)
+            self._timer.daemon = True
+            self._timer.start()
+
+    def forget(self) -> None:
+        """Free it now."""
+        if self._taken() is not None:
+            gc.collect()
+
+    def _taken(self) -> Simulator | None:
+        with self._lock:
+            self._timer.cancel()
+            before, self._before = self._before, None
+        return before
+
 
 MANIFEST, POINTS = "trade.json", "points"
 
@@ -181,12 +232,7 @@ def judged(scene: Scene, clock: Stopwatch) -> dict[str, Any]:
         float(n / every) if all_of_it else None
         for n, every, all_of_it in zip(metrics["cells"], cells, whole, strict=True)
     ]
-    facts = {
-        "significant_height_m": 4.0 * sigma,
-        "range_m": [near, far],
-        "facets": facets,
-        "folded_share": folded,
-    }
+    facts = {"significant_height_m": 4.0 * sigma, "range_m": [near, far], "facets": facets, "folded_share": folded}
     assert rings is not None
     by_range = {**metrics, "known_share": known, "quality": _by_bin(rings)}
     overall = {name: value for name, value in overall.items() if name != "range_m"} | rings.figures

@@ -54,8 +54,7 @@ def shadowing(
     `look`; `share(seed, …)` holds the realisations themselves.
     """
     from .visible_dataset import MastView, shadowing_dataset  # takes a second
-    from .visible_light import Light, common_meshing, lights, realised, with_keys
-    from .visible_tally import tally
+    from .visible_tally import Light, common_meshing, lights, realised, tally, with_keys
 
     _refuse(heights_m, seeds, bin_m)
     scene = as_scene(scene)
@@ -99,7 +98,7 @@ def shadowing_by_cutoff(
     spacing. `cutoff_wavelength(resolution)` [m], twice the spacing, is the shortest wave. Different resolutions have
     independent draws. Raises InputError for no resolution.
     """
-    from .visible_light import with_keys
+    from .visible_tally import with_keys
 
     if not len(resolutions_m):
         raise InputError("resolutions: is empty; give spacings of the sea's grid in metres, such as 0.8")
@@ -177,8 +176,7 @@ def write_shadowing(
     """
     _refuse(heights_m, seeds, bin_m)
     from ..report import style  # it and the next two load matplotlib, which a trade's workers do without
-    from .shadowing_figures import draw_seen, draw_shadowing
-    from .shadowing_page import shadowing_page
+    from .shadowing_figures import draw_seen, draw_shadowing, shadowing_page
 
     scene = as_scene(scene)
     folder = Path(out) if out is not None else Path("runs") / f"{scene.name}-shadowing"

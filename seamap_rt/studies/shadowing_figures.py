@@ -1,4 +1,4 @@
-"""Figures of a shadowing study: how much is seen from where, and what it is that is seen."""
+"""Figures of a shadowing study, how much is seen from where and what it is that is seen, and its page."""
 
 from __future__ import annotations
 
@@ -13,18 +13,28 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ..report import style
+from ..report.page_elements import Cell, answer_page
+from .enough import ASKED_M, seeds_for
+from .paired import FEWEST_SEEDS
 from .visible_tally import LOOKS
 
 _LEFT, _GAP, _HIGH = 0.55, 0.2, 2.1  # inches
 _WIDE = (style.WIDTH - _LEFT - 2.0 * _GAP - 0.12) / 3.0
+LOOK_WORDS = {
+    "all looks": "all looks",
+    "along": "along the waves, up and down",
+    "at 45°": "at 45° to the waves",
+    "across": "across the waves",
+}
 
 
 @style.styled
-def draw_shadowing(data: xr.Dataset) -> Figure:
-    """Visible share against range for the three looks, and the half range against the look; a colour per height."""
+def draw_shadowing(data: xr.Dataset, looks: Sequence[str] = tuple(LOOKS)) -> Figure:
+    """Visible share against range for the looks, and the half range against the look; a colour per height."""
     figure = style.new_figure(6.75)
-    for number, look in enumerate(LOOKS):
-        axes = style.place(figure, _LEFT + number * (_WIDE + _GAP), 0.65, _WIDE, _HIGH)
+    wide = (style.WIDTH - _LEFT - 0.12 - (len(looks) - 1) * _GAP) / len(looks)
+    for number, look in enumerate(looks):
+        axes = style.place(figure, _LEFT + number * (wide + _GAP), 0.65, wide, _HIGH)
         style.graph(axes, "Ground range (m)", "Visible share (%)" if number == 0 else "", _title(number, look))
         axes.tick_params(labelleft=number == 0)
         axes.axhline(50.0, color=style.GREY, linewidth=0.6)
@@ -35,7 +45,7 @@ def draw_shadowing(data: xr.Dataset) -> Figure:
             style.note(axes, "nothing known")
     _legend(figure, data, ("measured, 95 % band", "Smith 1967", "Wagner 1967"), ("-", "--", ":"))
     below = style.place(figure, _LEFT, 3.6, style.WIDTH - _LEFT - 0.12, 2.3)
-    _draw_half_ranges(below, data)
+    _draw_half_ranges(below, data, len(looks))
     note = f"Bands: {data.attrs['bands']}.\nJags along the waves are single crests, which stand across a whole sector."
     figure.text(0.08, 0.012, note, color=style.GREY, fontsize=style.FONT - 0.5)
     return figure
@@ -53,12 +63,12 @@ def _draw_share(axes: Axes, mast: xr.Dataset, colour: str) -> None:
     axes.plot([float(mast["look_r50"])], [50.0], "o", color=colour, markersize=4.0)
 
 
-def _draw_half_ranges(axes: Axes, data: xr.Dataset) -> None:
+def _draw_half_ranges(axes: Axes, data: xr.Dataset, number: int) -> None:
     style.graph(
         axes,
         "Look, from where the waves come from (°; 0 looks into them)",
         "Half range (m)",
-        "(d) Range beyond which half is shadowed, by sectors of 15°; dashed: Smith",
+        f"({'abcd'[number]}) Range beyond which half is shadowed, by sectors of 15°; dashed: Smith",
     )
     far = float(data["range"].max())
     angle = data["from_waves"].values
@@ -128,8 +138,7 @@ def _heights(data: xr.Dataset) -> list[tuple[float, str]]:
 
 
 def _title(number: int, look: str) -> str:
-    words = {"along": "along the waves, up and down", "at 45°": "at 45° to the waves", "across": "across the waves"}
-    return f"({'abc'[number]}) {words[look]}"
+    return f"({'abc'[number]}) {LOOK_WORDS[look]}"
 
 
 def _legend(figure: Figure, data: xr.Dataset, lines: Sequence[str], dashes: Sequence[str]) -> None:
@@ -141,3 +150,50 @@ def _legend(figure: Figure, data: xr.Dataset, lines: Sequence[str], dashes: Sequ
     for row, handles in enumerate((colours, kinds)):
         top = 1.0 - 0.19 * row / figure.get_size_inches()[1]
         figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.06, top), ncols=len(handles))
+
+
+_SHARES = (
+    "Share of the sea's horizontal area that both antennas see, along the waves, at 45° and across them, with the "
+    "curves of Smith and Wagner for the slopes that the mesh carries. Below: the range beyond which half is shadowed, "
+    "by look."
+)
+_SEEN = "Mean height of what is seen (crests, at grazing angles), and lengths of shadows and of visible stretches."
+
+
+def shadowing_page(data: xr.Dataset, lines: Sequence[str], shares: bytes, seen: bytes, seeds: int, scene: str) -> str:
+    """lines: what the study says; shares, seen: its figures, as PNG; scene: as TOML."""
+    return answer_page(
+        title="Shadowing",
+        said=[line[0].upper() + line[1:] for line in lines],
+        notes=[_seeds(data, seeds)],
+        figures=[("Visible share against range", shares, _SHARES), ("What it is that is seen", seen, _SEEN)],
+        table_title="Half ranges",
+        table_note="The range beyond which half of the sea is shadowed, with its 95 % band.",
+        files=["shadowing.csv", "shadowing.nc"],
+        heads=["Antenna height (m)", "Look", "Half range (m)", "from", "to", "Smith 1967 (m)"],
+        rows=_rows(data),
+        small_print=[("Antenna height: mean height of the phase centres over mean sea level.", "radar.height_m")],
+        scene=scene,
+    )
+
+
+def _rows(data: xr.Dataset) -> list[list[Cell]]:
+    names = ("look_r50", "look_r50_low", "look_r50_high", "look_r50_smith")
+    result = []
+    for height in data["height"].values:
+        for look in data["look"].values:
+            values = [float(data[name].sel(height=height, look=look)) for name in names]
+            numbers = [Cell(f"{each:.0f}", each) if np.isfinite(each) else Cell("—") for each in values]
+            result.append([Cell(f"{height:g}", float(height)), Cell(str(look)), *numbers])
+    return result
+
+
+def _seeds(data: xr.Dataset, seeds: int) -> str:
+    if seeds < FEWEST_SEEDS:
+        return f"{'One seed' if seeds == 1 else f'{seeds} seeds'}: no bands. Give --seeds 3 or more."
+    half = (data["look_r50_high"] - data["look_r50"]).values
+    if not np.isfinite(half).any():
+        return f"{seeds} seeds."
+    worst = float(np.nanmax(half))
+    words = f"{seeds} seeds: bands of half ranges of ± {worst:.0f} m at most. "
+    return words + (f"{seeds_for(seeds, worst)}." if worst > ASKED_M else "")

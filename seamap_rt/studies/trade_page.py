@@ -10,11 +10,11 @@ import xarray as xr
 from ..conventions import written
 from ..measured import FULLY_MEASURED
 from ..report import style
-from ..report.answer_page import Cell, answer_page, cell
+from ..report.page_elements import Cell, answer_page, cell
 from .choices import along_of, headline, recommendations
+from .enough import ASKED_M, seeds_for
 from .key_words import words_of
 from .paired import FEWEST_SEEDS, means, significant_difference, with_band
-from .seeds_needed import ASKED_M, seeds_for
 from .trade_figures import draw_pareto, draw_quality, draw_shares, larger_radius
 
 

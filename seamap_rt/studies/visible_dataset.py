@@ -13,8 +13,19 @@ from ..report.reduce import main_waves
 from ..scene import Scene
 from ..sea import Sea, resolution
 from .paired import FEWEST_SEEDS
-from .visible_exact import FUNCTIONS, exact_share, exact_wave, resolved_slope, shadowing_half, shadowing_share
-from .visible_statistics import count_quantile, half_range, jackknife, neighbour_correlation, why_no_half
+from .visible_statistics import (
+    FUNCTIONS,
+    count_quantile,
+    exact_share,
+    exact_wave,
+    half_range,
+    jackknife,
+    neighbour_correlation,
+    resolved_slope,
+    shadowing_half,
+    shadowing_share,
+    why_no_half,
+)
 from .visible_tally import Looks, Tally
 
 Array = NDArray[np.float64]

@@ -119,12 +119,15 @@ def write_shadowing(folder: Path) -> None:
     by_look = np.repeat(share[:, None, :], len(looks), axis=1)
     dims = ("height", "look", "range")
     values = {f"look_{name}": (dims, by_look) for name in ("visible_fraction", "smith", "wagner")}
+    values |= {"visible_fraction": (("height", "azimuth", "range"), by_look[:, :3])}
     values |= {f"look_visible_fraction_{end}": (dims, by_look + by) for end, by in (("low", -0.05), ("high", 0.05))}
     half = np.repeat(12.5 * height[:, None], 4, axis=1)
     values |= dict.fromkeys(("look_r50", "look_r50_smith"), (dims[:2], half))
-    values |= dict.fromkeys(("r50", "r50_smith"), (("height", "azimuth"), half[:, :3]))
+    names = ("r50", "r50_low", "r50_high", "r50_smith")
+    values |= dict.fromkeys(names, (("height", "azimuth"), half[:, :3]))
     coordinates = {"height": height, "look": looks, "range": distance, "from_waves": ("azimuth", angles)}
-    xr.Dataset(values, coordinates).to_netcdf(folder / "shadowing.nc", engine="h5netcdf")
+    attributes = {"bands": "95 % of what other seas of the same waves would give"}
+    xr.Dataset(values, coordinates, attributes).to_netcdf(folder / "shadowing.nc", engine="h5netcdf")
 
 
 def write_trade(folder: Path) -> None:

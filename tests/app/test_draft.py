@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -11,13 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from seamap_rt.app import words
-from seamap_rt.app.draft import Draft, scene_of_command
-from seamap_rt.app.fields import growing_lists, parts_of, scene_schema
-from seamap_rt.app.relevance import _RULES, matters
+from seamap_rt.app.draft import Draft
+from seamap_rt.app.fields import _RULES, growing_lists, matters, parts_of, scene_schema
 from seamap_rt.app.safety import Roots
 from seamap_rt.errors import InputError
 from seamap_rt.io.scenefile import list_shipped
-from seamap_rt.scene import load_scene
+from seamap_rt.scene import Scene, load_scene
 
 _SHIPPED = sorted(list_shipped())
 
@@ -25,6 +25,13 @@ _SHIPPED = sorted(list_shipped())
 @pytest.fixture
 def roots(tmp_path: Path) -> Roots:
     return Roots(tmp_path, (next(iter(list_shipped().values())).parent,))
+
+
+def scene_of_command(line: str) -> Scene:
+    """The scene that a line of `Draft.command` runs."""
+    words = shlex.split(line)
+    pairs = [words[index + 1] for index, word in enumerate(words) if word == "--set"]
+    return load_scene(words[2], overrides={k: v for k, _, v in (pair.partition("=") for pair in pairs)})
 
 
 @pytest.mark.parametrize("name", _SHIPPED)

@@ -9,7 +9,7 @@ from seamap_rt.report import style
 
 
 def test_colours_are_those_of_the_report() -> None:
-    for name in ("BLUE", "VERMILION", "GREEN", "SKY", "ORANGE", "GREY"):
+    for name in ("BLUE", "VERMILION", "GREEN", "SKY", "ORANGE", "PURPLE", "GREY"):
         assert getattr(figures, name) == getattr(style, name)
 
 

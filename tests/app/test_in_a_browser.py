@@ -97,13 +97,17 @@ def test_from_a_scene_to_maps_section_comparison_and_files(watched: Watched, ser
         _view(page, view)
         expect(page.get_by_text(re.compile("^(True slope to east|True height|Echo power)")).first).to_be_visible()
     _view(page, "By range")
-    expect(page.get_by_text("Height error, cells more than half in sight")).to_be_visible()
+    for alt in ("Graphs of height error", "Share of the sea in sight of both antennas"):
+        image = page.get_by_alt_text(alt)
+        expect(image).to_be_visible()
+        assert image.evaluate("e => e.complete && e.naturalWidth") > 900
     _view(page, "3-D")
     expect(page.locator(".js-plotly-plot canvas").first).to_be_visible()
 
     _wait_for_state(server, "choppy_sea-1-2", "done")
     _view(page, "Sea state")
     expect(page.get_by_text(re.compile(r"^Hs \d\.\d+ ± \d\.\d+ m, Tp "))).to_be_visible()
+    expect(page.get_by_alt_text("Wave spectrum by the maps")).to_be_visible()
     expect(page.get_by_text(re.compile("Sees the waves out to"))).to_be_visible()
     _place(page, "Compare")
     expect(page.get_by_text(re.compile(r"A \d+ · B \d+")).first).to_be_visible()

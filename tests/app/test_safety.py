@@ -13,7 +13,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from seamap_rt.app.files import PRODUCTS, products_of
+from seamap_rt.app.runs import PRODUCTS, products_of
 from seamap_rt.app.safety import Gate, Guard, Roots, safe_name
 from seamap_rt.errors import InputError
 

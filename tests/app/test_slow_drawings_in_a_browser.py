@@ -35,6 +35,7 @@ _WATCH = """
       + [...e.querySelectorAll('.imagelayer image')].map((i) => print(i.href.baseVal)) + '|'
       + [...e.querySelectorAll('.scatterlayer path.js-line')].map((p) => p.getAttribute('d').length) + '|'
       + print(JSON.stringify((e.data ?? []).map((d) => [d.y, d.z, d.vertexcolor]))));
+    drawn.push(...[...document.querySelectorAll('img.drawn-figure')].filter(shown).map((e) => e.alt + print(e.src)));
     return [tab[tab.length - 1], clock.split(' · ')[0], drawn.join(';'),
             document.querySelector('.stale:not(.waits)') !== null];
   };

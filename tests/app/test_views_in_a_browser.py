@@ -49,17 +49,23 @@ def test_past_forecasts_gauges_spectrum_and_the_sea_from_the_mast(watched: Watch
     expect(page.get_by_text(re.compile(r"^turn 12 of 12 · "))).to_be_visible()
     _view(page, "Forecast")
     expect(page.get_by_text(re.compile(r"Of 8 forecasts, 10 s ahead: error 0\.10 m rms"))).to_be_visible()
-    expect(page.get_by_text("Quiet windows after turn 12, and which came")).to_be_visible()
+    expect(page.get_by_alt_text("quiet windows after turn 12, and which came")).to_be_visible()
+    expect(page.get_by_alt_text("what was forecast of it 10 s ahead")).to_be_visible()
+    expect(page.get_by_alt_text("Hits against false alarms of forecast quiet windows")).to_be_visible()
     page.get_by_role("button", name="Turn before").click()  # step by step
-    expect(page.get_by_text("Quiet windows after turn 11, and which came")).to_be_visible()
+    expect(page.get_by_alt_text("quiet windows after turn 11, and which came")).to_be_visible()
     choose(page, "Forecast so long before", "3 s before")
     expect(page.get_by_text(re.compile("Of 8 forecasts, 3 s ahead"))).to_be_visible()
+    expect(page.get_by_alt_text("what was forecast of it 3 s ahead")).to_be_visible()
 
     _view(page, "Gauges")
     expect(page.get_by_text("At 60 m, 270°.")).to_be_visible()
     expect(page.get_by_text("Correlation with the wire")).to_be_visible()
+    image = page.get_by_alt_text("Height at the gauge west against time")
+    assert image.evaluate("e => e.complete && e.naturalWidth") > 900
     _view(page, "Sea state")
     expect(page.get_by_text("Wave spectrum", exact=True)).to_be_visible()
+    expect(page.get_by_text("looks span less than 80°").or_(page.get_by_text("Too little of the sea"))).to_be_visible()
     _view(page, "3-D")
     expect(page.locator(".js-plotly-plot canvas").first).to_be_visible()
     page.get_by_role("button", name="From the mast", exact=True).click()
@@ -98,6 +104,7 @@ def test_folders_of_any_kind_are_seen_as_far_as_they_go(watched: Watched, server
     expect(page.get_by_text(re.compile(r"from a mast of 4 m: beyond 50 m .*8 m: beyond 100 m"))).to_be_visible()
     choose(page, "Look", "across the waves")
     expect(page.get_by_text(re.compile("Half of the sea is hidden, across the waves"))).to_be_visible()
+    expect(page.get_by_alt_text("for each mast, across the waves")).to_be_visible()
 
     # a trade opens in its own place, and its points' maps are had by running them again
     _place(page, "Runs")

@@ -11,6 +11,8 @@ from made_folders import OFFSET_M, STATED_M, forecasts
 
 from seamap_rt.app.what_came import Came, came_of, what_came
 from seamap_rt.errors import InputError
+from seamap_rt.forecast_errors import warm
+from seamap_rt.report.forecast_figures import by_lead, sea_that_came
 from seamap_rt.scene import load_scene
 
 
@@ -30,36 +32,42 @@ def found(folder: Path) -> Came:
 def test_the_sea_is_the_runs_own_and_an_offset_is_found_as_such(found: Came) -> None:
     """A forecast that is 0.1 m too high everywhere is wrong by 0.1 m at each lead, and correlates by one. To the bits
     of the file's float32."""
-    np.testing.assert_allclose(found.mean - found.true, OFFSET_M, atol=1e-6)
-    told = found.by_lead()
-    sigma = float(np.std(found.true[found.warm]))
+    forecasts, truth, judged = found.verified.forecasts, found.verified.truth, warm(found.verified.forecasts)
+    np.testing.assert_allclose(forecasts["elevation"].values - truth, OFFSET_M, atol=1e-6)
+    told = by_lead(found.verified)
+    sigma = float(np.std(truth[judged]))
     np.testing.assert_allclose(told["found"], OFFSET_M / sigma, rtol=1e-4)
     np.testing.assert_allclose(told["stated"], STATED_M / sigma, rtol=1e-5)
     np.testing.assert_allclose(told["correlation"], 1.0, atol=1e-6)
-    assert found.warm.sum() == 8  # of five turns and more
+    assert judged.sum() == 8  # of five turns and more
     assert told["persistence"][0] == pytest.approx(OFFSET_M / sigma, rel=1e-4)
     assert told["persistence"][1:].min() > 2.0 * told["found"].max()  # the sea moves on
 
 
 def test_the_sea_in_time_is_one_curve_through_all_forecasts(found: Came) -> None:
-    time, height = found.sea()
+    time, height = sea_that_came(found.verified)
     assert time[0] == 1.0
     assert time.size == 22  # whole seconds from the first issue to the last one's last lead
-    later = np.searchsorted(time, found.issued[3] + found.lead)
-    np.testing.assert_allclose(height[later], found.true[3], atol=1e-12)
+    later = np.searchsorted(
+        time, found.verified.forecasts["issued"].values[3] + found.verified.forecasts["lead"].values
+    )
+    np.testing.assert_allclose(height[later], found.verified.truth[3, :, 0], atol=1e-12)
 
 
 def test_windows_that_came_are_those_in_which_the_water_stayed_below(found: Came) -> None:
-    windows = found.windows
+    windows, judged = found.windows, np.flatnonzero(warm(found.verified.forecasts))
     assert windows is not None
-    assert windows.chance.shape == windows.quiet.shape == (8, 9)
+    quiet = np.array([found.quiet(int(at)) for at in judged])
+    assert found.quiet(0) is None  # it rests on too few turns
+    assert np.isnan(quiet[:, 9:]).all()  # ends beyond the last lead
+    quiet = quiet[:, :9]
+    assert windows.chance.size == quiet.size == 72
     # a window of 2 s is not quiet where the water stands above 0.3 m at its beginning, or 1 or 2 s later
-    true = np.abs(found.true[windows.judged])
+    true = np.abs(found.verified.truth[judged, :, 0])
     above = np.max([true[:, k : k + 9] for k in range(3)], axis=0) >= 0.3
     assert above.any()
-    assert not (above & (windows.quiet > 0.5)).any()
-    assert sum(each.count for each in windows.classes) == 72
-    assert windows.figures["quiet_share"] == pytest.approx(windows.quiet.mean())
+    assert not (above & (quiet > 0.5)).any()
+    assert found.told["quiet_share"] == pytest.approx(quiet.mean())
 
 
 def test_what_is_asked_again_is_kept(folder: Path, found: Came) -> None:

@@ -214,7 +214,7 @@ def test_heights_are_drawn_at_their_times_with_their_errors() -> None:
         assert_array_equal(np.asarray(line.get_xdata()), series["seen_time"].values[members])
         assert_allclose(np.asarray(line.get_ydata()), series["height"].values[members])
         ends = np.array([np.ptp(stick[:, 1]) for stick in sticks.get_segments()])
-        assert_allclose(ends, 2.0 * 0.07, rtol=1e-5)
+        assert_allclose(ends, 2.0 * 1.96 * 0.07, rtol=1e-5)
     wire = next(line for line in record.lines if line.get_label() == "wire")
     assert_array_equal(np.asarray(wire.get_ydata()), series["true_height"].values)
 

@@ -181,16 +181,6 @@ def test_error_figure_shows_the_metrics_and_the_stated_error(run: Run) -> None:
     assert_allclose(bias[1:], run.metrics["height_bias_m"][1:])
 
 
-def test_error_figures_of_known_heights() -> None:
-    true = np.array([0.0, 1.0, 0.0, -1.0, np.nan, 5.0])
-    figures = reduce.error_figures(true, np.array([0.1, 1.3, 0.1, -1.1, 1.0, np.nan]))
-    assert figures["cells"] == 4
-    assert_allclose(figures["bias"], 0.1)
-    assert_allclose(figures["rmse"], np.sqrt((0.01 + 0.09 + 0.01 + 0.01) / 4.0))
-    assert_allclose(figures["robust"], 1.4826 * np.median([0.0, 0.2, 0.0, 0.2]))
-    assert_allclose(figures["hs_true"], 4.0 * np.sqrt(0.5))
-
-
 @pytest.mark.parametrize(
     ("value", "text"),
     [(None, "—"), (float("nan"), "—"), (-0.01234, "−0.012"), (-1e-9, "−1.0e−09"), (0.5, "+0.500"), ("x", "—")],

@@ -16,7 +16,7 @@ from PIL import Image
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.dataset import build
 from seamap_rt.products.spectrum import directional_spectrum
-from seamap_rt.report import sea_figures, style
+from seamap_rt.report import sea_figures, spectrum_figures, style
 from seamap_rt.report.sea_statistics import (
     Moments,
     expected_kurtosis,
@@ -76,7 +76,7 @@ def test_spectrum_is_brightest_where_waves_come_from(from_deg: float) -> None:
     """On the page, clockwise from its upper edge; a cell is 2° wide."""
     made = scene(from_deg)
     sea = Simulator(made).sea
-    figure = sea_figures.directional_spectrum(made, directional_spectrum(made, sea), sea.resolved)
+    figure = spectrum_figures.directional_spectrum(made, directional_spectrum(made, sea), sea.resolved)
     rose = figure.axes[0]
     (mesh,) = (each for each in rose.collections if isinstance(each, QuadMesh))
     values = np.asarray(mesh.get_array())
@@ -94,7 +94,7 @@ def test_spectrum_is_brightest_where_waves_come_from(from_deg: float) -> None:
 def test_spectrum_marks_what_is_resolved() -> None:
     made = scene()
     sea = Simulator(made).sea
-    figure = sea_figures.directional_spectrum(made, directional_spectrum(made, sea), sea.resolved)
+    figure = spectrum_figures.directional_spectrum(made, directional_spectrum(made, sea), sea.resolved)
     dashed = [line for axes in figure.axes[1:] for line in axes.lines if line.get_linestyle() == "--"]
     limit = np.sqrt(9.81 * np.pi / 1.6) / (2.0 * np.pi)
     assert_allclose(np.asarray(dashed[0].get_xdata(), dtype=float), limit, rtol=1e-3)  # the surface tension is 3e-5
@@ -110,7 +110,7 @@ def test_every_kind_of_sea_is_drawn() -> None:
         made = scene(sea__waves=waves)
         sea = Simulator(made).sea
         spectrum = directional_spectrum(made, sea)
-        assert picture(sea_figures.directional_spectrum(made, spectrum, sea.resolved)).size[0] == 936
+        assert picture(spectrum_figures.directional_spectrum(made, spectrum, sea.resolved)).size[0] == 936
         moment = swell([0.0], 300.0) if waves else 0.0 * swell([0.0], 300.0)
         assert picture(sea_figures.sea_surface(made, moment.isel(time=0))).size[0] == 936
 

@@ -16,7 +16,7 @@ from seamap_rt.resolved_scene import sea_key
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.sea import Sea
 from seamap_rt.simulation import Simulator
-from seamap_rt.studies import kept, trade
+from seamap_rt.studies import point, trade
 from seamap_rt.studies.by_sea import BySea
 from seamap_rt.studies.point import KEPT, Outcome, Task, compute
 from seamap_rt.studies.sweep import Sweep
@@ -128,8 +128,8 @@ def test_a_failure_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_what_is_kept_goes_when_no_point_comes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kept, "IDLE_S", 0.0)
-    keeper = kept.Kept()
+    monkeypatch.setattr(point, "IDLE_S", 0.0)
+    keeper = point.Kept()
     simulator = keeper.simulator(small())
     keeper.finished(simulator)
     limit = 100

@@ -11,9 +11,9 @@ import pytest
 import xarray as xr
 
 from seamap_rt.report.style import png
+from seamap_rt.studies.enough import seeds_for
 from seamap_rt.studies.key_words import words_of
 from seamap_rt.studies.paired import significant_difference
-from seamap_rt.studies.seeds_needed import seeds_for
 from seamap_rt.studies.trade_figures import draw_pareto, draw_quality, draw_shares, draw_trade, pareto_front
 from seamap_rt.studies.trade_page import trade_page
 from seamap_rt.studies.trade_table import trade_table

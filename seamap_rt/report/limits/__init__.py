@@ -14,8 +14,7 @@ from ...scene import Scene
 from ...sea import Resolved
 from . import leaving_out, modelling
 from .case import Case
-from .costs import account_lines, costed
-from .rows import Row
+from .rows import Row, account_lines, costed
 
 __all__ = ["account_lines", "costed", "left_out", "modelled"]
 

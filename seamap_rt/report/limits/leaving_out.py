@@ -22,20 +22,7 @@ from ...scattering.mean_models import models_spread_db, wind_contrast_db
 from ...settings import PlatformSettings
 from .case import Case
 from .modelling import converter
-from .rows import (
-    BENT,
-    BURSTS,
-    CYCLES,
-    HEIGHT,
-    MEAN_ECHO,
-    OWN_ECHO,
-    PATTERN,
-    STILL,
-    TILT,
-    TWO_SCALE,
-    Row,
-    row,
-)
+from .rows import BENT, BURSTS, CYCLES, HEIGHT, MEAN_ECHO, OWN_ECHO, PATTERN, STILL, TILT, TWO_SCALE, Row, row
 
 _WELL_SAMPLED = 0.97  # share of a system's variance from which on the patch's wavenumbers hold it
 _STEEPEST, _HIGHEST = 0.06, 0.6  # of real seas, about: Hs over the length of the peak, Hs over the depth

@@ -7,12 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from made_folders import TURNS, gauge_series
+from made_folders import TURNS, gauge_series, write_run
 
-from seamap_rt.app.gauge_graphs import has_gauges, pairs, read_gauges, record, spectra_of, spectrum
+from seamap_rt.app.gauge_view import has_gauges, read_gauges, told_of
 from seamap_rt.app.results import Results
-from seamap_rt.gauges import GaugeSpectra, NoSpectrum
+from seamap_rt.app.views import Source
+from seamap_rt.gauges import NoSpectrum, spectra
 from seamap_rt.io.appendable import AppendableNetCDF
+from seamap_rt.report.gauge_figures import gauge_figure
 
 
 @pytest.fixture(scope="module")
@@ -44,24 +46,36 @@ def test_a_record_that_grows_is_read_as_far_as_it_is_whole(tmp_path: Path) -> No
         assert read_gauges(results).sizes["turn"] == 2
 
 
-def test_the_graphs_show_the_wire_the_map_and_the_turn(results: Results) -> None:
+def test_the_figure_shows_the_wire_the_map_and_the_turn(results: Results) -> None:
     gauge = read_gauges(results).sel(gauge="west")
-    made = record(gauge, 20, dark=False)
-    assert made["layout"]["shapes"][0]["x0"] == 20.5
-    assert [each["name"] for each in made["data"]] == ["the surface, by the wire", "the map"]
-    both = pairs(gauge, dark=False)
-    assert both is not None
-    x, y = (np.array(both["data"][1][name]) for name in "xy")
-    np.testing.assert_allclose(y, 0.9 * x, atol=1e-4)
-    told = spectra_of(gauge)
-    assert isinstance(told, GaugeSpectra)
-    data = {each["name"]: each for each in spectrum(told, dark=False)["data"]}
-    radar, wire = (np.array(data[name]["y"]) for name in ("the map", "wire, once a turn"))
+    record, spectrum, pairs = gauge_figure(gauge, 20).axes
+    assert 20.5 in [np.unique(np.asarray(line.get_xdata())).tolist()[0] for line in record.lines]
+    lines = {str(line.get_label()): line for line in spectrum.lines}
+    radar, wire = (np.asarray(lines[name].get_ydata()) for name in ("radar", "wire, once a turn"))
     high = wire > 0.1 * wire.max()  # elsewhere is what float32 leaves
-    np.testing.assert_allclose(radar[high] / wire[high], 0.81, rtol=1e-3)  # 0.9², to the digits that are sent
+    np.testing.assert_allclose(radar[high] / wire[high], 0.81, rtol=1e-3)  # 0.9²
+    dots = next(line for line in pairs.lines if line.get_marker() == "o")
+    np.testing.assert_allclose(np.asarray(dots.get_ydata()), 0.9 * np.asarray(dots.get_xdata()), atol=1e-4)
+
+
+def test_of_many_turns_those_up_to_the_one_that_is_looked_at_are_drawn() -> None:
+    gauge = gauge_series(0, 200).sel(gauge="west")
+    for turn, first, last in ((None, 0.0, 90.5), (20, 0.0, 90.5), (150, 60.5, 151.5)):
+        low, high = gauge_figure(gauge, turn).axes[0].get_xlim()
+        assert (low, high) == pytest.approx((first, last), abs=1.01)
+
+
+def test_the_page_is_told_of_a_gauge_with_its_image(tmp_path: Path) -> None:
+    write_run(tmp_path / "run")
+    told = told_of(Source(Results(tmp_path / "run")), 11, "of another run", dark=True)
+    assert told is not None
+    assert (told.names, told.name, told.place) == (["west"], "west", "At 60 m, 270°.")
+    (image,) = told.images
+    assert image.source.startswith("data:image/png;base64,")
+    assert "west" in image.alt
 
 
 def test_a_short_record_has_no_spectrum_and_says_why(results: Results) -> None:
-    told = spectra_of(read_gauges(results).sel(gauge="west").isel(turn=slice(0, 9)))
+    told = spectra(read_gauges(results).sel(gauge="west").isel(turn=slice(0, 9)))
     assert isinstance(told, NoSpectrum)
     assert "too short a record" in told.reason
