@@ -57,7 +57,6 @@ _TOLD = 0.5  # share that cells keep, of waves that are looked at
 _LEVEL_KNOWN = 0.3  # of σ: heights in sight are those of crests rather, all around alike, and with the distance
 _MOST = 3
 _ITERATIONS = 10
-_SURE = 1.5  # of log-likelihood, by which waves run one way rather than the other
 _LEAST_SEEN = 0.3
 _BROAD = 8.0  # exponent of systems that are tried
 _VARIANCES = np.geomspace(0.01, 3.0, 10)  # of a further system, over what was found
@@ -248,10 +247,11 @@ class _Posterior:
         index = (SYSTEM_VALUES * order[:, None] + np.arange(SYSTEM_VALUES)).ravel()
         gain, nugget = (float(each) for each in np.exp(values[-2:]))
         values[2:-2:SYSTEM_VALUES] += np.pi
-        sure = self._evaluate(values, value_alone=True)[0] < best - _SURE
+        behind = best - self._evaluate(values, value_alone=True)[0]
+        reversal = float(1.0 / (1.0 + np.exp(np.clip(behind / self.unlike, 0.0, 50.0))))
         systems = tuple(made[n] for n in order)
         errors = np.asarray(covariance[np.ix_(index, index)], np.float64)
-        return WaveSystems(systems, errors, best, gain, nugget, bool(sure), self.water, self.long.split)
+        return WaveSystems(systems, errors, best, gain, nugget, reversal, self.water, self.long.split)
 
     def _velocity_penalties(self, systems: Sequence[WaveSystem]) -> Field:
         """What is taken off for systems that run against the water's velocity (system,); half of it where nothing

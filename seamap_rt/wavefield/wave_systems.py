@@ -19,6 +19,7 @@ EXPONENT, ENHANCEMENT = (15.0, 0.8), (2.5, 0.6)  # of a system: what is usual, a
 SYSTEM_VALUES = 5  # ln variance, ln frequency, toward, ln exponent, ln enhancement
 SYSTEM_WORTH = 6.0  # of log-likelihood, for a further system
 LONGEST = 1.0 / 18.0  # of the split, that is kR = ½: a circle of so small a part of a wave shows a level, not a wave
+_UNSURE = 0.2  # chance that waves run the other way, above which no way is told
 _UNEVEN = 0.4  # of the chance by few waves: real seas are no sums of such systems
 _POINTS, _MODES = 400, 600  # that a sea's covariance is worked out of and with
 
@@ -55,7 +56,7 @@ class WaveSystems:
     likelihood: float
     gain: float
     nugget: float
-    way_known: bool
+    reversal: float  # chance that all of them run the other way
     water: Water
     split: float  # rad/m, up to which waves were compared as they are
     alternatives: tuple[tuple[float, WaveSystems], ...] = ()  # seas of one system more, and the chance of each
@@ -125,11 +126,12 @@ class WaveSystems:
         chance = _UNEVEN * wide / np.sqrt(0.5 * samples)
         toward = float(np.degrees(np.angle(mean)))
         figures |= {"mean_axis": toward % 180.0}
-        if not self.way_known:
+        if self.reversal > _UNSURE:
             return figures
+        reversed_ = np.pi * np.sqrt(self.reversal)
         return figures | {
             "mean_direction": (toward + 180.0) % 360.0,
-            "mean_direction_std": float(np.degrees(np.hypot(turned, chance))),
+            "mean_direction_std": float(np.degrees(np.linalg.norm((turned, chance, reversed_)))),
             "directional_spread": float(np.degrees(wide)),
             "directional_spread_std": float(np.degrees(shrunk / wide)),
         }

@@ -189,7 +189,7 @@ def test_a_level_is_no_peak_where_waves_are_known(reach: float) -> None:
     wind, level = WaveSystem(0.07, 0.25, 1.0), WaveSystem(0.04, 1.0 / 26.0, 3.0)
     for systems, period in (((wind, level), 4.0), ((level,), 26.0)):
         errors = 0.01 * np.eye(5 * len(systems))
-        found = WaveSystems(systems, errors, 0.0, 1.0, 0.01, True, DEEP_WATER, 9.0 / reach).figures(20.0)
+        found = WaveSystems(systems, errors, 0.0, 1.0, 0.01, 0.0, DEEP_WATER, 9.0 / reach).figures(20.0)
         assert found["peak_period"] == pytest.approx(period)
         assert found["mean_direction"] == pytest.approx(np.degrees(systems[0].toward) + 180.0)
 
