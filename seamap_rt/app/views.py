@@ -211,17 +211,22 @@ class Source:
         answered = _binned(known.astype(float), place, count, np.mean)
         if not self.results.has_truth:
             stated = _binned(np.where(known, spread, np.nan), place, count, np.nanmedian)
-            return ByRange(centres, blank, blank, blank, stated, blank, blank, answered)
+            return ByRange(centres, blank, blank, blank, stated, blank, blank, blank, answered)
         visible = field("truth/polar/visible_fraction", index)
         counts = known & (visible > reduce.HALF_VISIBLE)
         error = np.where(counts, retrieved - field("truth/polar/height", index), np.nan)
+        slope, slope_spread = blank_map, blank_map
+        if self.results.has("maps/polar/slope_range_std"):
+            slope = field("maps/polar/slope_range", index) - field("truth/polar/slope_range", index)
+            slope_spread = field("maps/polar/slope_range_std", index)
         return ByRange(
             centres,
-            _binned(error, place, count, lambda each: float(np.sqrt(np.nanmean(each**2)))),
+            _binned(error, place, count, _rms),
             _binned(error, place, count, _robust),
             _binned(error, place, count, np.nanmean),
             _binned(np.where(counts, spread, np.nan), place, count, np.nanmedian),
-            blank,
+            _binned(np.where(counts, slope, np.nan), place, count, _rms),
+            _binned(np.where(counts, slope_spread, np.nan), place, count, np.nanmedian),
             _binned(visible, place, count, np.nanmean),
             answered,
         )
@@ -281,6 +286,10 @@ class Section:
             if gate < self.ground_m.size and np.isfinite(self.true[gate]):
                 landed.append((float(self.ground_m[gate]), float(self.true[gate])))
         return landed
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.nanmean(np.square(values))))
 
 
 def _robust(error: Array) -> float:

@@ -29,8 +29,8 @@ _STATED = "standard error stated by the retrieval, median"
 @dataclass(frozen=True)
 class ByRange:
     """Cells by range: arrays (bin,), NaN where not known. centre_m: middle of a bin. Of cells more than half visible:
-    rms, robust (1.4826 MAD) and mean error of height, median of the stated one [m], rms error of slope. Shares of all
-    cells: in sight, and with a height."""
+    rms, robust (1.4826 MAD) and mean error of height, median of the stated one [m], rms error of the slope along the
+    look and median of the stated one. Shares of all cells: in sight, and with a height."""
 
     centre_m: Array
     rms: Array
@@ -38,6 +38,7 @@ class ByRange:
     bias: Array
     stated: Array
     slope: Array
+    slope_stated: Array
     visible: Array
     answered: Array
 
@@ -58,10 +59,11 @@ def error_against_range(maps: xr.DataTree, truth: xr.DataTree, metrics: Mapping[
         reduce.series(metrics.get(name), centres.size) for name in names
     )
     few = cells < _FEWEST_CELLS
-    rms, robust, bias, slope, stated = (
-        np.where(few, np.nan, each) for each in (rms, robust, bias, slope, stated_error(maps, truth, centres))
+    stated, slope_stated = (stated_error(maps, truth, centres, name) for name in ("height_std", "slope_range_std"))
+    rms, robust, bias, stated, slope, slope_stated = (
+        np.where(few, np.nan, each) for each in (rms, robust, bias, stated, slope, slope_stated)
     )
-    return draw_errors({"": ByRange(centres, rms, robust, bias, stated, slope, visible, answered)})
+    return draw_errors({"": ByRange(centres, rms, robust, bias, stated, slope, slope_stated, visible, answered)})
 
 
 @style.styled
@@ -81,7 +83,7 @@ def draw_errors(told: Mapping[str, ByRange], floors: Sequence[Curve] = (), range
     panels = [first, second]
     if known:
         third = style.place(figure, left, 3.49, wide, 0.82, sharex=first)
-        style.graph(third, "", "Slope error (m/m)", "(c) Slope error, rms")
+        style.graph(third, "", "Slope error (m/m)", "(c) Slope error along the look: rms –, stated - -")
         panels.append(third)
     panels[-1].set_xlabel(range_name, labelpad=2.0)
     for axes in panels[:-1]:
@@ -110,6 +112,7 @@ def draw_errors(told: Mapping[str, ByRange], floors: Sequence[Curve] = (), range
         second.plot(each.centre_m, each.bias, color=colour, marker="o", markersize=2.5)
         if known:
             panels[2].plot(each.centre_m, each.slope, color=colour, marker="o", markersize=2.5)
+            panels[2].plot(each.centre_m, each.slope_stated, color=of_stated, linestyle="--")
     for floor, colour, dash in zip(floors, (style.ORANGE, style.GREY), ("-.", ":"), strict=False):
         first.plot(floor.x, floor.y, color=colour, linestyle=dash, label=floor.label)
     first.set_ylim(0.0, _top(*(value for each in runs for value in (each.rms, each.robust, each.stated)), least=0.01))
@@ -118,18 +121,23 @@ def draw_errors(told: Mapping[str, ByRange], floors: Sequence[Curve] = (), range
     reach = _top(*(np.abs(each.bias) for each in runs), least=0.01)
     second.set_ylim(-reach, reach)
     if known:
-        panels[2].set_ylim(0.0, _top(*(each.slope for each in runs), least=0.001))
+        panels[2].set_ylim(
+            0.0, _top(*(value for each in runs for value in (each.slope, each.slope_stated)), least=0.001)
+        )
     borders = [reduce.edges(each.centre_m) for each in runs]
     first.set_xlim(max(0.0, min(float(each[0]) for each in borders)), max(float(each[-1]) for each in borders))
     return figure
 
 
-def stated_error(maps: xr.DataTree, truth: xr.DataTree, centres: Array) -> Array:
-    """Median of the retrieval's standard error per range bin, over cells more than half visible."""
+def stated_error(maps: xr.DataTree, truth: xr.DataTree, centres: Array, name: str = "height_std") -> Array:
+    """Median of one of the retrieval's standard errors per range bin, over cells more than half visible; NaN of maps
+    without it."""
+    if name not in maps["polar"].dataset:
+        return np.full(centres.size, np.nan)
     if centres.size == 0:
         return centres
     gates = reduce.coordinate(maps, "polar", "range")
-    spread = np.where(reduce.judged(maps, truth), reduce.polar(maps, "height_std"), np.nan)
+    spread = np.where(reduce.judged(maps, truth), reduce.polar(maps, name), np.nan)
     borders = reduce.edges(centres, only=float(np.ptp(gates)) + 1.0)
     index = np.searchsorted(borders, gates, side="right") - 1
     return np.array([reduce.quantile(spread[:, :, index == bin_], 0.5) for bin_ in range(centres.size)])
