@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
-_START_PROCESSES = {"cli", "studies", "stability", "gauges", "validate"}
+_MAKE_ECHOES = ("sea", "mesh", "tracing", "echoes", "scattering", "radar")
+_READ_ECHOES = ("interferometry", "wavefield", "prediction")
+_START_PROCESSES = ("cli", "studies", "stability", "gauges", "validate")
 _MOST = 8  # each holds up to 2 GB, and collects all tests anew: more gain little
 
 
@@ -43,8 +45,14 @@ def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests that start processes come last: in a fresh clone each process that came first would compile all kernels."""
-    items.sort(key=lambda item: any(folder in _START_PROCESSES for folder in item.path.parts))
+    """In a fresh clone a worker compiles the loops that make echoes, and another, which begins in the middle of all
+    tests, those that read them: each finds the other's kept. Between them lie tests of files, which need none.
+
+    Tests that start processes come last: each process that came first would compile all loops.
+    """
+    order = (*_MAKE_ECHOES, "settings", "io", *_READ_ECHOES, "", *_START_PROCESSES)
+    places = {name: place for place, name in enumerate(order)}
+    items.sort(key=lambda item: places.get(item.path.parent.name, places[""]))
 
 
 def pytest_collection_finish() -> None:

@@ -24,7 +24,8 @@ call, elsewhere = command_line.call, command_line.elsewhere  # fixtures
 pytestmark = pytest.mark.usefixtures("elsewhere")
 
 COMMANDS = sorted(name for name in app if not name.startswith("-"))
-EVERY = [(each.path, row.name) for each in key_sections() for row in each.rows]
+SECTIONS = key_sections()
+EVERY = [(each.path, row.name) for each in SECTIONS for row in each.rows]
 
 # ------------------------------------------------------------------------------------------- what is not loaded
 
@@ -72,37 +73,49 @@ REFUSED = [
 _TELL = """
 import json, sys
 from seamap_rt.cli import main
-try:
-    main(json.loads(sys.argv[1]))
-except SystemExit as end:
-    sys.__stderr__.write("\\n" + json.dumps([end.code, sorted(sys.modules)]))
+told, before = [], set()
+for line in json.loads(sys.argv[1]):
+    try:
+        main(line)
+    except SystemExit as end:
+        told.append([end.code, sorted(sys.modules.keys() - before)])
+    before = set(sys.modules)
+sys.__stderr__.write("\\n" + json.dumps(told))
 """
 
 
-def loaded_by(line: str) -> tuple[int, set[str]]:
-    """The exit code of a command in a process of its own, and the modules that it has loaded."""
-    arguments = [sys.executable, "-W", "error", "-c", _TELL, json.dumps(shlex.split(line))]
+def loaded_by(*lines: str) -> dict[str, tuple[int, set[str]]]:
+    """Exit codes of commands, one after another in a process of their own, and the modules that each of them loads, of
+    the first with those of the program itself."""
+    told = json.dumps([shlex.split(line) for line in lines])
+    arguments = [sys.executable, "-W", "error", "-c", _TELL, told]
     done = subprocess.run(arguments, capture_output=True, text=True, timeout=120, check=False)
-    code, modules = json.loads(done.stderr.splitlines()[-1])
-    return code, set(modules)
+    found = json.loads(done.stderr.splitlines()[-1])
+    return {line: (code, set(modules)) for line, (code, modules) in zip(lines, found, strict=True)}
+
+
+@pytest.fixture(scope="module")
+def lightly() -> dict[str, tuple[int, set[str]]]:
+    """What is mistyped comes first: it may load least."""
+    return loaded_by(*TYPED, *REFUSED)
 
 
 @pytest.mark.parametrize("line", TYPED)
-def test_what_is_mistyped_loads_neither_libraries_nor_settings(line: str) -> None:
-    code, modules = loaded_by(line)
+def test_what_is_mistyped_loads_neither_libraries_nor_settings(line: str, lightly: Any) -> None:
+    code, modules = lightly[line]
     assert code == (0 if line.endswith(("--help", "--version")) else 2)
     assert not modules & (ASKED_FOR | {"numpy", "scipy", "pydantic"})
 
 
 @pytest.mark.parametrize("line", REFUSED)
-def test_a_refusal_loads_nothing_that_computes_or_draws(line: str) -> None:
-    code, modules = loaded_by(line)
+def test_a_refusal_loads_nothing_that_computes_or_draws(line: str, lightly: Any) -> None:
+    code, modules = lightly[line]
     assert code == 2
     assert not modules & ASKED_FOR
 
 
 def test_an_outlook_loads_no_tables_and_nothing_that_draws_or_meshes() -> None:
-    code, modules = loaded_by("outlook tiny")
+    ((code, modules),) = loaded_by("outlook tiny").values()
     assert code == 0
     unneeded = {"xarray", "pandas", "matplotlib", "trimesh", "zarr", "h5py", "dask", "distributed", "drjit", "mitsuba"}
     assert not modules & unneeded
@@ -196,7 +209,8 @@ def test_completion_is_installed_where_the_shell_looks(kind: str, tmp_path: Path
 
 
 @pytest.mark.parametrize(("section", "name"), sorted(set(EVERY)))
-def test_every_key_is_found_by_its_name_alone(section: str, name: str) -> None:
+def test_every_key_is_found_by_its_name_alone(section: str, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("seamap_rt.scene.keys.key_sections", lambda: SECTIONS)  # made once, not for each key
     (found,) = keys_about(f"{section}.{name}" if section else name)
     assert found.path == section
     assert {row.name for row in found.rows} == {name}

@@ -130,13 +130,13 @@ def test_a_store_is_followed_while_it_grows(echoes: xr.Dataset, call: Any) -> No
         with EchoStore(Path("echoes.zarr")) as store:
             for turn in turns:
                 store.append(turn)
-                time.sleep(0.6)
+                time.sleep(0.3)
 
     writer = threading.Thread(target=grow)
     writer.start()
-    time.sleep(0.5)
+    time.sleep(0.2)
     answer = call(
-        "retrieve", "echoes.zarr", "--follow", "3", "--out", "maps", "--set", "retrieval.estimator=single_cell"
+        "retrieve", "echoes.zarr", "--follow", "2", "--out", "maps", "--set", "retrieval.estimator=single_cell"
     )
     writer.join()
     assert answer.code == 0, answer.err

@@ -59,7 +59,7 @@ def test_published_outputs(seed: int, outputs: list[int]) -> None:
 
 @pytest.mark.parametrize("of", KEYS)
 def test_every_bit_is_a_fair_coin_and_independent_of_the_others(of: int) -> None:
-    count = 100_000
+    count = 40_000
     coins = 2.0 * ones(bits_of(of, count)) - 1.0
     # A mean of n fair coins of ±1 errs by 1/√n; five of it for 64 bits, and for their 2016 pairs.
     limit = 5.0 / np.sqrt(count)

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from numpy.typing import NDArray
 from scenery_scenes import MODES, SPEED, Array, box, lit, places, scene, traced
 
 from seamap_rt.compute import machine
@@ -30,6 +27,7 @@ from seamap_rt.scene import Scene, load_scene
 from seamap_rt.session import simulate
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing.horizon import Skyline, trace_horizon
+from validation.hard_cases.case import RadialSurface
 
 # ------------------------------------------------------------------------------------------ what they echo
 
@@ -183,16 +181,6 @@ def test_the_boats_own_things_stay_at_their_range(platform: dict[str, Any], tmp_
 # ------------------------------------------------------------------------------------------ what the sea hides of them
 
 
-@dataclass(frozen=True)
-class Rings:
-    """A surface at rest whose height depends on the ground range alone."""
-
-    height: Callable[[Array], Array]
-
-    def elevation_and_velocity(self, x: Array, y: Array, t: Array) -> tuple[Array, NDArray[np.float32]]:
-        return self.height(np.hypot(x, y)), np.zeros((*x.shape, 3), dtype=np.float32)
-
-
 def waves(r: Array) -> Array:
     return 1.0 * np.cos(2.0 * np.pi * r / 35.0)
 
@@ -201,7 +189,7 @@ def waves(r: Array) -> Array:
 def test_the_skyline_is_the_horizon_tracers(sector: list[float]) -> None:
     """Above the tangent over the crests before it a thing is seen, below it is not; and so are the facets' points."""
     made = load_scene("flat", {"radar.sector_deg": sector, "radar.range_m": [15.0, 250.0], "tracing.facet_m": 0.25})
-    mesh = mesh_turn(Rings(waves), made.radar, made.tracing, 0)
+    mesh = mesh_turn(RadialSurface(waves), made.radar, made.tracing, 0)
     skyline, facets = Skyline(mesh), trace_horizon(mesh)
     eye = np.array([0.0, 0.0, 4.9])
     fine = np.arange(1.0, 250.0, 0.01)
@@ -233,7 +221,7 @@ def test_the_skyline_is_the_horizon_tracers(sector: list[float]) -> None:
 
 def test_beside_the_mesh_nothing_is_seen() -> None:
     made = load_scene("flat", {"radar.sector_deg": [0.0, 20.0], "radar.range_m": [15.0, 100.0]})
-    mesh = mesh_turn(Rings(np.zeros_like), made.radar, made.tracing, 0)
+    mesh = mesh_turn(RadialSurface(np.zeros_like), made.radar, made.tracing, 0)
     azimuth = np.array([-8.0, -5.0, -0.3, 0.0, 10.0, 20.0, 25.0, 28.0, 180.0])
     east, north = unit_from_azimuth(azimuth)
     points = np.stack((50.0 * east, 50.0 * north, np.ones_like(east)), axis=1)

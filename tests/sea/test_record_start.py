@@ -38,11 +38,21 @@ def scene_with(file: str, turns: int = 1, **sea: Any) -> Scene:
     return scene_of({**tree, "sea": {"model": "recorded", "file": file, "beyond": "level", **sea}})
 
 
-@pytest.mark.parametrize("later", [None, 1.0, 1.1, 1.137, 2.999, 3.2])
-@pytest.mark.parametrize("times", AXES)
-def test_a_run_is_the_record_from_there_on(times: str, later: float | None, files: dict[str, str]) -> None:
+@pytest.fixture(scope="module")
+def whole_std(files: dict[str, str]) -> float:
+    """m, of the whole record, whichever moment is time 0."""
+    return realize(scene_with(files["seconds"]).sea, 1).resolved.elevation_std
+
+
+@pytest.mark.parametrize(
+    ("times", "later"),
+    [*(("seconds", later) for later in (None, 1.0, 1.1, 1.137, 2.999, 3.2)), ("dates", None), ("dates", 1.137)],
+)
+def test_a_run_is_the_record_from_there_on(
+    times: str, later: float | None, files: dict[str, str], whole_std: float
+) -> None:
     """At (x, y, t) the surface is the file's at t + start, on a frame and between two: within 1e-3 of the amplitude, as
-    that of `test_a_known_wave_comes_back`."""
+    that of `test_a_known_wave_comes_back`. Dates count from another moment, and are seconds from there on."""
     start = None if later is None else FIRST[times] + later
     sea = realize(scene_with(files[times], start_s=start).sea, 1)
     random = np.random.default_rng(3)
@@ -53,8 +63,7 @@ def test_a_run_is_the_record_from_there_on(times: str, later: float | None, file
     assert rms(sea.velocity(x, y, t)[..., 2] - WAVE.velocity(x, y, t + since)[..., 2]) < 2e-3 * WAVE.omega
     assert sea.ends_s == pytest.approx((FRAMES - 6) * STEP_S - since)
     assert sea.resolved.record_start_s == pytest.approx(FIRST[times] + since, abs=1e-9)
-    alike = realize(scene_with(files[times]).sea, 1).resolved
-    assert sea.resolved.elevation_std == alike.elevation_std  # of the whole record, whichever moment is time 0
+    assert sea.resolved.elevation_std == whole_std
     # Each wave of the patch by itself: their sum is the sea's at time 0, but for those that the rim makes of it.
     summed = direct_sum(sea.components(), x[:50], y[:50], np.zeros(50)).elevation
     assert rms(summed - WAVE.elevation(x[:50], y[:50], np.full(50, since))) < 0.1 * WAVE.amplitude

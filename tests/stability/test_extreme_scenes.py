@@ -244,17 +244,16 @@ def steep_choppy() -> Scene:
 def test_a_choppy_sea_near_folding_is_traced_alike() -> None:
     """Where the surface folds the upper sheet is meshed: a cliff of a facet's length, single-valued all the same."""
     made = steep_choppy()
-    water = sea.realize(made.sea, 2)
-    facts = water.resolved.choppy
+    simulator = Simulator(made)
+    facts = simulator.sea.resolved.choppy
     assert facts is not None
     assert 0.01 < facts.folded_share <= 0.02
-    mesh = mesh_turn(water, made.radar, made.meshing, 0)
+    mesh = simulator.mesh(0)
     assert np.abs(mesh.facets.slope_look).max() > 1.0
     rays, horizon = (light(name, mesh, made) for name in TRACERS)
     assert 0.1 < horizon.mean() < 0.9
     assert np.mean(rays != horizon) < 2e-4
-    volts = simulate(made).echoes["voltage"].values
-    assert np.isfinite(volts).all()
+    assert np.isfinite(simulator.turn(0).echoes["voltage"].values).all()
 
 
 @pytest.mark.parametrize("name", TRACERS)

@@ -1,8 +1,9 @@
-"""Facets along the ray, facets a thousand times as long as wide, and as few of them as can be."""
+"""Facets along the ray, facets a thousand times as long as wide, and a single one that echoes.
+
+Light on the first and on the smallest mesh are cases of `validation.hard_cases.light`, which `tests/validate` runs.
+"""
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,6 @@ from numpy.typing import NDArray
 
 from seamap_rt import sea
 from seamap_rt.echoes.turn import turn_voltages
-from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.radar.scan import pulses
 from seamap_rt.simulation import Simulator
@@ -20,40 +20,16 @@ from seamap_rt.simulation import Simulator
 ULP = np.finfo(np.float64).eps
 LOWER = 4.9  # m, the lower antenna's height
 TOP, START = 2.0, 20.0  # m: the ramp's height and where it begins
-# Tips that a tracer tells from none. A ray to the middle of a facet clears the facet before it by 0.15 × 0.35 m × tip:
-# 50 µm at 1e-3, where float32 corners and rays are good to 1 µm. The horizon compares tangents, float64.
-SURE = {"facets": 1e-3, "horizon": 1e-9}
 
 
-def ramp(tip: float) -> tuple[float, Height]:
-    """A wall, and behind it a slope down to the sea along the lower antenna's own ray, tipped away by `tip` of itself.
-
-    Where it meets the sea, and its height.
-    """
+def ramp(tip: float) -> Height:
+    """A wall, and behind it a slope down to the sea along the lower antenna's own ray, tipped by `tip` of itself."""
     slope = (LOWER - TOP) / START * (1.0 + tip)
-    foot = START + TOP / slope
 
     def height(r: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.where(r < START - 1e-9, 0.0, np.maximum(TOP - slope * (r - START), 0.0))
 
-    return foot, height
-
-
-@pytest.mark.parametrize("name", TRACERS)
-@pytest.mark.parametrize("tip", [-1e-2, -1e-3, -1e-9, -ULP, 0.0, ULP, 1e-9, 1e-3, 1e-2])
-def test_facets_along_the_ray(name: str, tip: float) -> None:
-    """Those that lie in the ray's own plane may be lit or dark, they show nothing; all others are what they must be."""
-    made = scene(radar__sector_deg=[90.0, 92.0], radar__range_m=[15.0, 60.0], tracing__facet_m=0.5)
-    foot, height = ramp(tip)
-    facets = trace(name, rings(height, made), made)
-    lower, distance = facets.lit[0], facets.distance
-    on_ramp = (distance > START + 0.5) & (distance < foot - 0.5)
-    assert on_ramp.sum() > 40
-    assert lower[:, distance < START - 0.5].all()
-    assert lower[:, distance > foot + 0.5].all()
-    if abs(tip) >= SURE[name]:
-        assert_array_equal(lower[:, on_ramp], tip < 0.0)
-    assert facets.lit[1][:, on_ramp].all()  # the upper antenna looks down on it
+    return height
 
 
 @pytest.mark.parametrize("tip", [-ULP, 0.0, ULP])
@@ -61,9 +37,8 @@ def test_facets_along_the_ray_echo_next_to_nothing(tip: float) -> None:
     """Under a grazing angle that is rounding alone, theory is asked for its limit: finite, and nothing beside the sea
     in front of the wall, which is seen under 14°."""
     made = scene(radar__sector_deg=[90.0, 92.0], radar__range_m=[15.0, 60.0], tracing__facet_m=0.5)
-    _, height = ramp(tip)
     simulator = Simulator(made)
-    facets, returns, _ = simulator.light(0, mesh=rings(height, made))
+    facets, returns, _ = simulator.light(0, mesh=rings(ramp(tip), made))
     assert np.isfinite(returns.rcs).all()
     assert (returns.rcs >= 0.0).all()
     per_area = returns.rcs / facets.horizontal_area
@@ -131,34 +106,6 @@ def test_slivers_of_a_rough_sea_are_lit_as_the_horizon_has_them() -> None:
     assert 0.1 < horizon.mean() < 0.95
     # A leaning antenna does not stand in the facets' planes by fractions of a column: 1.5 m × 1e-4.
     assert np.mean(rays != horizon) < 1e-3
-
-
-def one_column(mesh: SurfaceMesh, rungs: int) -> SurfaceMesh:
-    """The first column of a mesh and so many of its rungs."""
-    grid, lines, column = mesh.grid, slice(0, 2), slice(0, 1)
-    part = replace(
-        grid,
-        sweep=grid.sweep[lines],
-        azimuth=grid.azimuth[lines],
-        time=grid.time[lines],
-        ground_range=grid.ground_range[:rungs],
-        pose=grid.pose[lines],
-        column_pose=grid.column_pose[column],
-        drift=grid.drift[column],
-    )
-    held = (lines, slice(0, rungs))
-    return SurfaceMesh(part, mesh.elevation[held], mesh.velocity_look[held], mesh.velocity_up[held])
-
-
-@pytest.mark.parametrize("name", TRACERS)
-@pytest.mark.parametrize("slope", [-3.0, 0.0, 3.0])
-def test_the_smallest_mesh_has_two_facets(name: str, slope: float) -> None:
-    """A column between two rungs, level or tilted: seen from the front, or dark from behind (steeper than the ray)."""
-    made = scene(radar__sector_deg=[90.0, 92.0], radar__range_m=[5.0, 20.0], tracing__facet_m=2.0)
-    mesh = one_column(rings(lambda r: slope * (r - 2.0), made), 2)
-    lit = light(name, mesh, made)
-    assert lit.shape == (2, 1, 2)
-    assert_array_equal(lit, slope >= 0.0)
 
 
 def test_a_single_facet_that_echoes_is_a_point() -> None:

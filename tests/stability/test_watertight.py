@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 from hard_surfaces import scene
 from numpy.typing import NDArray
-from sea_targets import KINDS, Targets
 
 from seamap_rt import sea
 from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.mesh.facets import FAR_FRACTION, NEAR_FRACTION, chord_point
 from seamap_rt.mesh.surface import mesh_turn
 from seamap_rt.tracing.rays import SeaScene
+from validation.hard_cases.light import KINDS, Targets, leaks
 
 RAYS = 100_000  # for each antenna and kind of target
 LATE = 0.5  # m beyond its target at which a ray has gone through: a facet
@@ -31,19 +29,6 @@ def choppy() -> tuple[SurfaceMesh, SeaScene]:
     )
 
 
-def leaks(traced: Any, place: NDArray[np.float64], points: NDArray[np.float64]) -> int:
-    """Rays from a place to points (n, 3) that hit nothing, or not until they are LATE beyond their point."""
-    import mitsuba as mi
-
-    away = points - place
-    length = np.linalg.norm(away, axis=1)
-    axes = [np.ascontiguousarray(axis, dtype=np.float32) for axis in (away / length[:, None]).T]
-    start = [mi.Float(np.full(length.size, part, dtype=np.float32)) for part in place]
-    ray = mi.Ray3f(o=mi.Point3f(*start), d=mi.Vector3f(*(mi.Float(axis) for axis in axes)))
-    reached = np.array(traced.ray_intersect_preliminary(ray).t)
-    return int(np.count_nonzero(~(reached < length + LATE)))
-
-
 def place_of(mesh: SurfaceMesh, antenna: int) -> NDArray[np.float64]:
     along, across, up = mesh.grid.antenna_positions[0, antenna]
     assert along == across == 0.0
@@ -56,7 +41,7 @@ def test_rays_at_random_do_not_leak(choppy: tuple[SurfaceMesh, SeaScene], antenn
     mesh, traced = choppy
     targets = Targets(mesh, place_of(mesh, antenna))
     points = targets.points("facet", 3 * RAYS, np.random.default_rng(antenna))
-    assert leaks(traced.scene.mi_scene, targets.place, points) == 0
+    assert leaks(traced.scene.mi_scene, targets.position, points, LATE) == 0
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "vertex"])
@@ -69,7 +54,7 @@ def test_the_sheet_itself_is_closed(choppy: tuple[SurfaceMesh, SeaScene], kind: 
     mesh, traced = choppy
     targets = Targets(mesh, place_of(mesh, antenna))
     points = targets.points(kind, RAYS, np.random.default_rng(antenna + 2))
-    assert leaks(traced.scene.mi_scene, targets.place, points) == 0
+    assert leaks(traced.scene.mi_scene, targets.position, points, LATE) == 0
 
 
 @pytest.mark.parametrize("antenna", [0, 1])
@@ -80,7 +65,7 @@ def test_rays_in_the_plane_of_a_radial_edge_do_not_leak(choppy: tuple[SurfaceMes
     (line,) = np.flatnonzero(np.abs(mesh.grid.azimuth - 90.0) < 1e-9)
     points = targets.points("radial", RAYS, np.random.default_rng(antenna + 4), int(line))
     points[:, 1] = 0.0
-    assert leaks(traced.scene.mi_scene, targets.place, points) == 0
+    assert leaks(traced.scene.mi_scene, targets.position, points, LATE) == 0
 
 
 def test_a_vertex_lets_through_what_rounding_makes_of_it(choppy: tuple[SurfaceMesh, SeaScene]) -> None:
@@ -91,7 +76,7 @@ def test_a_vertex_lets_through_what_rounding_makes_of_it(choppy: tuple[SurfaceMe
     mesh, traced = choppy
     targets = Targets(mesh, place_of(mesh, 0))
     points = targets.points("vertex", RAYS, np.random.default_rng(6))
-    assert leaks(traced.scene.mi_scene, targets.place, points) < RAYS * 2.0 / 64.0
+    assert leaks(traced.scene.mi_scene, targets.position, points, LATE) < RAYS * 2.0 / 64.0
 
 
 def test_no_facets_point_lies_on_a_radial_edge_or_a_vertex(choppy: tuple[SurfaceMesh, SeaScene]) -> None:

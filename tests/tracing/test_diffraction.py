@@ -23,22 +23,11 @@ from seamap_rt.tracing.diffraction import diffract
 from seamap_rt.tracing.horizon import trace_horizon
 from validation.analytic.diffraction import knife_edge
 from validation.analytic.shadowing import sinusoid_visible_intervals
+from validation.hard_cases.case import RadialSurface
 
 WAVELENGTH = 0.03
 TABLE = 2e-5  # F from the table (1e-5) and as complex64
 Height = Callable[[NDArray[np.float64]], NDArray[np.float64]]
-
-
-@dataclass(frozen=True)
-class Rings:
-    """A surface at rest whose height depends on the ground range alone."""
-
-    height: Height
-
-    def elevation_and_velocity(
-        self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-        return self.height(np.hypot(x, y)), np.zeros((*x.shape, 3), dtype=np.float32)
 
 
 @dataclass(frozen=True)
@@ -69,7 +58,7 @@ def over_edges(mesh: SurfaceMesh, wavelength: float = WAVELENGTH) -> Seen:
 
 
 def rings(height: Height, made: Scene, wavelength: float = WAVELENGTH) -> Seen:
-    return over_edges(mesh_turn(Rings(height), made.radar, made.tracing, 0), wavelength)
+    return over_edges(mesh_turn(RadialSurface(height), made.radar, made.tracing, 0), wavelength)
 
 
 def walls(*places: tuple[float, float]) -> Height:
@@ -339,7 +328,7 @@ def test_sinusoid_by_its_own_tangent_points() -> None:
 
 def test_tracer_composes_it() -> None:
     made = narrow(radar__frequency_hz=9.4e9)
-    mesh = mesh_turn(Rings(walls((20.0, 2.0))), made.radar, made.tracing, 0)
+    mesh = mesh_turn(RadialSurface(walls((20.0, 2.0))), made.radar, made.tracing, 0)
     plain = tracer("horizon", made.radar, made.scattering)(mesh)
     assert plain.field is None
     assert plain.ray_slope is None
@@ -358,7 +347,7 @@ def test_what_is_asked_amiss_is_refused() -> None:
     made = narrow()
     with pytest.raises(ValueError, match="diffraction = 'rounded': must be none or knife_edge"):
         tracer("horizon", made.radar, made.scattering, "rounded")
-    mesh = mesh_turn(Rings(lambda r: 0.0 * r), made.radar, made.tracing, 0)
+    mesh = mesh_turn(RadialSurface(lambda r: 0.0 * r), made.radar, made.tracing, 0)
     for wavelength in (0.0, -0.03, np.nan, np.inf):
         with pytest.raises(ValueError, match=r"wavelength_m = .*: must be finite and above 0"):
             diffract(trace_horizon(mesh), mesh, wavelength)

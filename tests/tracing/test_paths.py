@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,20 +20,12 @@ from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.horizon import trace_horizon
 from seamap_rt.tracing.paths import antennas_east_north_up
 from validation.analytic.shadowing import sinusoid_visible_intervals, visible_share
+from validation.hard_cases.case import RadialSurface
+from validation.hard_cases.light import beside_an_edge
 from validation.light.path_echo import DIFFUSE, MIRRORED, Body, PathEcho, lambertian_power, path_echo
 
 Array = NDArray[np.float64]
 Height = Callable[[Array], Array]
-
-
-@dataclass(frozen=True)
-class Rings:
-    """A surface at rest whose height depends on the ground range alone."""
-
-    height: Height
-
-    def elevation_and_velocity(self, x: Array, y: Array, t: Array) -> tuple[Array, NDArray[np.float32]]:
-        return self.height(np.hypot(x, y)), np.zeros((*x.shape, 3), dtype=np.float32)
 
 
 def scene(name: str = "flat", **keys: Any) -> Scene:
@@ -49,22 +40,12 @@ def scene(name: str = "flat", **keys: Any) -> Scene:
 
 
 def meshed(made: Scene, height: Height | None = None) -> SurfaceMesh:
-    water = sea.realize(made.sea, 3) if height is None else Rings(height)
+    water = sea.realize(made.sea, 3) if height is None else RadialSurface(height)
     return mesh_turn(water, made.radar, made.tracing, 0)
 
 
 def light(name: str, mesh: SurfaceMesh, made: Scene) -> NDArray[np.bool_]:
     return tracer(name, made.radar, made.scattering)(mesh).lit
-
-
-def beside_an_edge(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(…, column, facet): the facet and its neighbours on its own plane, two places on, are not all lit or all dark."""
-    some, every = lit.copy(), lit.copy()
-    some[..., 2:] |= lit[..., :-2]
-    some[..., :-2] |= lit[..., 2:]
-    every[..., 2:] &= lit[..., :-2]
-    every[..., :-2] &= lit[..., 2:]
-    return some & ~every
 
 
 # ------------------------------------------------------------------------------------------------------- light

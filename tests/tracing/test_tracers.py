@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,21 +22,10 @@ from seamap_rt.session import simulate
 from seamap_rt.tracing import Illumination, tracer
 from seamap_rt.tracing.rays import RayTracer, SeaScene, occluding_surface
 from validation.analytic.shadowing import sinusoid_visible_intervals, visible_share
+from validation.hard_cases.case import TRACERS, RadialSurface
+from validation.hard_cases.light import beside_an_edge
 
-TRACERS = ("facets", "horizon")
 Height = Callable[[NDArray[np.float64]], NDArray[np.float64]]
-
-
-@dataclass(frozen=True)
-class Rings:
-    """A surface at rest whose height depends on the ground range alone."""
-
-    height: Height
-
-    def elevation_and_velocity(
-        self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-        return self.height(np.hypot(x, y)), np.zeros((*x.shape, 3), dtype=np.float32)
 
 
 def scene(name: str = "flat", **keys: Any) -> Scene:
@@ -55,7 +43,7 @@ def trace(name: str, mesh: SurfaceMesh, made: Scene) -> Illumination:
 
 def lit_rings(name: str, height: Height, made: Scene) -> tuple[Illumination, NDArray[np.bool_]]:
     """Facets of a surface of rings and their light (antenna, column, facet)."""
-    facets = trace(name, mesh_turn(Rings(height), made.radar, made.meshing, 0), made)
+    facets = trace(name, mesh_turn(RadialSurface(height), made.radar, made.meshing, 0), made)
     return facets, facets.lit
 
 
@@ -147,20 +135,6 @@ def choppy() -> tuple[Scene, SurfaceMesh, dict[str, Illumination]]:
     made = scene("choppy_sea")
     mesh = mesh_turn(sea.realize(made.sea, 3), made.radar, made.meshing, 0)
     return made, mesh, {name: trace(name, mesh, made) for name in TRACERS}
-
-
-def beside_an_edge(lit: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(…, column, facet): the facet, and the ones before and after it on its own plane, are not all lit or all dark.
-
-    Facets of a column alternate between two planes through the mast; shadows are cast along a plane, so its edges are
-    to be sought along it: two places on in the column.
-    """
-    some, every = lit.copy(), lit.copy()
-    some[..., 2:] |= lit[..., :-2]
-    some[..., :-2] |= lit[..., 2:]
-    every[..., 2:] &= lit[..., :-2]
-    every[..., :-2] &= lit[..., 2:]
-    return some & ~every
 
 
 def test_tracers_agree_on_a_choppy_sea(choppy: tuple[Scene, SurfaceMesh, dict[str, Illumination]]) -> None:

@@ -49,11 +49,14 @@ class Waves:
         return east[:, None] * np.sin(self.toward) + north[:, None] * np.cos(self.toward)
 
     def _sum(self, factor: NDArray[np.float64]) -> NDArray[np.float64]:
-        along, omega = self._along(), np.sqrt(GRAVITY * self.k)
-        total = np.zeros((AZIMUTH.size, GROUND.size))
-        for n in range(self.k.size):
-            phase = self.k[n] * along[:, n, None] * GROUND - omega[n] * TIMES[:, None]
-            total += factor[:, n, None] * np.real(self.amplitude[n] * np.exp(1j * phase))
+        """From each gate to the next, all as far apart, a wave's phase turns by as much."""
+        along, omega = self.k * self._along(), np.sqrt(GRAVITY * self.k)
+        waves = factor * self.amplitude * np.exp(1j * (along * GROUND[0] - omega * TIMES[:, None]))
+        turned = np.exp(1j * along * (GROUND[1] - GROUND[0]))
+        total = np.empty((AZIMUTH.size, GROUND.size))
+        for gate in range(GROUND.size):
+            total[:, gate] = waves.real.sum(axis=1)
+            waves *= turned
         return total
 
     def __add__(self, other: Waves) -> Waves:

@@ -60,14 +60,16 @@ class Waves:
         k = wavenumber(self.omega, self.depth)
         over_ground = self.omega + k * (np.sin(self.toward) * self.current[0] + np.cos(self.toward) * self.current[1])
         east, north = (axis[:, None] for axis in unit_from_azimuth(AZIMUTH))
+        along = east * np.sin(self.toward) + north * np.cos(self.toward)
+        waves = self.amplitude * np.exp(1j * (k * along * GROUND[0] - over_ground * TIME[:, None]))
+        turned = np.exp(1j * k * along * (GROUND[1] - GROUND[0]))  # from gate to gate
+        flow = self.omega / np.tanh(k * self.depth) * along  # at the surface (Airy 1845)
         height = np.zeros((AZIMUTH.size, GROUND.size))
         velocity = height + east * self.current[0] + north * self.current[1]
-        for n in range(k.size):
-            along = east * np.sin(self.toward[n]) + north * np.cos(self.toward[n])
-            phase = k[n] * along * GROUND - over_ground[n] * TIME[:, None]
-            wave = np.real(self.amplitude[n] * np.exp(1j * phase))
-            height += wave
-            velocity += self.omega[n] / np.tanh(k[n] * self.depth) * along * wave  # at the surface (Airy 1845)
+        for gate in range(GROUND.size):
+            height[:, gate] = waves.real.sum(axis=1)
+            velocity[:, gate] += np.sum(flow * waves.real, axis=1)
+            waves *= turned
         return height, velocity
 
     def maps(self, given: bool = True) -> xr.DataTree:
