@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import importlib
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from trimesh import Trimesh
 
 from ..compute.backend import prepare
 from ..mesh import Facets
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
 
 
 def mitsuba() -> Any:

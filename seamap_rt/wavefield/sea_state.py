@@ -265,13 +265,14 @@ class _Record:
             self._systems = systems_of(shown, self._water, self._systems)
         if self._systems is None:  # too little is seen to tell what the sea at large may differ by
             return values | found | {"significant_wave_height_std": np.nan}
-        values |= self._combined(found, self._systems)
+        values |= self._combined(found, self._systems, turn.regular)
         if not turn.polar_map.span > _LEAST_SPAN:
             return values
         return values | self._systems.figures(values["independent"]) | (turn.line() if turn.regular else {})
 
-    def _combined(self, found: dict[str, float], systems: WaveSystems) -> dict[str, float]:
-        """The height by all turns, and by how much the sea at large may differ from it."""
+    def _combined(self, found: dict[str, float], systems: WaveSystems, regular: bool) -> dict[str, float]:
+        """The height by all turns, and by how much the sea at large may differ from it; regular waves are the same
+        everywhere, so that their height is no sample of another."""
         square = float(np.mean([each["significant_wave_height"] ** 2 for _, each in self._turns]))
         error = float(np.mean([each["significant_wave_height_std"] for _, each in self._turns]))
         samples = systems.samples([each.heights_used for each, _ in self._turns])
@@ -287,7 +288,7 @@ class _Record:
         unbiased, spread = height_of_samples(samples)
         chance = spread * height
         return values | {
-            "significant_wave_height": float(unbiased * height),
+            "significant_wave_height": float(height if regular else unbiased * height),
             "significant_wave_height_std": float(np.hypot(chance, error)),
             "significant_wave_height_sampling": float(chance),
             "significant_wave_height_least": np.nan,

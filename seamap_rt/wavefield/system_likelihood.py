@@ -169,12 +169,12 @@ class _Posterior:
             found = replace(found, alternatives=self._alternatives(found))
         for n, system in enumerate(found.systems):
             if self.water.wavenumber(2.0 * np.pi * system.frequency) < self.long.split:
-                found = self._frequency_averaged(found, n)
+                found = self._with_frequency_error(found, n)
         return found
 
-    def _frequency_averaged(self, found: WaveSystems, n: int) -> WaveSystems:
-        """With the mean and the variance of the logarithm of a system's frequency over its profile likelihood, which
-        falls off more slowly towards waves longer than the circle."""
+    def _with_frequency_error(self, found: WaveSystems, n: int) -> WaveSystems:
+        """With the mean square error of the logarithm of a system's frequency over its profile likelihood, which falls
+        off more slowly towards waves longer than the circle."""
         values, at = _values(found), SYSTEM_VALUES * n + 1
         count = found.covariance.shape[0]
         others = np.append(np.arange(at), np.arange(at + 1, values.size))
@@ -188,15 +188,10 @@ class _Posterior:
                 profile[row] = value + min(0.5 * float(gradient[others] @ np.linalg.solve(own, gradient[others])), 5.0)
         profile[_SHIFTS == 0.0] = found.likelihood
         weight = np.exp((profile - profile.max()) / self.unlike) * np.gradient(_SHIFTS)
-        weight /= weight.sum()
-        mean = float(weight @ _SHIFTS)
-        variance = float(weight @ (_SHIFTS - mean) ** 2)
-        wider = max(np.sqrt(variance / found.covariance[at, at]), 1.0)
+        variance = float(weight @ _SHIFTS**2) / float(weight.sum())
         scale = np.ones(count)
-        scale[at] = wider
-        moved = values[:-2] + mean * found.covariance[:, at] / found.covariance[at, at]
-        systems = tuple(system_of(row) for row in moved.reshape(-1, SYSTEM_VALUES))
-        return replace(found, systems=systems, covariance=found.covariance * np.outer(scale, scale))
+        scale[at] = max(np.sqrt(variance / found.covariance[at, at]), 1.0)
+        return replace(found, covariance=found.covariance * np.outer(scale, scale))
 
     def _alternatives(self, found: WaveSystems) -> tuple[tuple[float, WaveSystems], ...]:
         """Seas of one system more, of any variance, each with its chance: a further system is as likely as none

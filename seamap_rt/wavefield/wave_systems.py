@@ -17,10 +17,11 @@ from .wave_spectrum import Field
 
 EXPONENT, ENHANCEMENT = (15.0, 0.8), (2.5, 0.6)  # of a system: what is usual, and how well its logarithm is known
 SYSTEM_VALUES = 5  # ln variance, ln frequency, toward, ln exponent, ln enhancement
-SYSTEM_WORTH = 6.0  # of log-likelihood, for a further system
+SYSTEM_WORTH = 8.0  # of log-likelihood, for a further system
 LONGEST = 1.0 / 18.0  # of the split, that is kR = ½: a circle of so small a part of a wave shows a level, not a wave
 _UNSURE = 0.2  # chance that waves run the other way, above which no way is told
 _UNEVEN = 0.4  # of the chance by few waves: real seas are no sums of such systems
+_DRAWS = 32  # of the systems' values, whose mean is the expected spectrum
 _POINTS, _MODES = 400, 600  # that a sea's covariance is worked out of and with
 
 
@@ -67,14 +68,28 @@ class WaveSystems:
         return np.sum([each.variance * jonswap(at, each.frequency, each.enhancement) for each in self.systems], axis=0)
 
     def table(self, wavenumber: Field, toward: Field) -> Field:
-        """Variance density by wavevector [m⁴], (wavenumber, direction)."""
+        """Variance density by wavevector [m⁴], (wavenumber, direction), as it is expected: the mean over what the
+        systems' peaks, directions and widths may be, and over the alternatives."""
+        shapes = np.arange(self.covariance.shape[0]) % SYSTEM_VALUES > 0
+        covariance = np.where(np.outer(shapes, shapes), self.covariance, 0.0)
+        values = np.array([values_of(each) for each in self.systems])
+        drawn = np.random.default_rng(0).multivariate_normal(values.ravel(), covariance, _DRAWS, check_valid="ignore")
+        chance = (1.0 - sum(chance for chance, _ in self.alternatives)) / _DRAWS
+        seas = [(chance, [system_of(row) for row in moved.reshape(values.shape)]) for moved in drawn]
+        seas += [(chance, list(other.systems)) for chance, other in self.alternatives]
+        expected = np.zeros((wavenumber.size, toward.size))
+        for chance, systems in seas:
+            expected += chance * self._table(systems, wavenumber, toward)
+        return expected
+
+    def _table(self, systems: Sequence[WaveSystem], wavenumber: Field, toward: Field) -> Field:
         frequency = self.water.frequency(wavenumber) / (2.0 * np.pi)
         per_wavevector = self.water.group_speed(wavenumber) / (2.0 * np.pi * wavenumber)
         return np.sum(
             [
                 (each.variance * jonswap(frequency, each.frequency, each.enhancement) * per_wavevector)[:, None]
                 * cos2s(toward - each.toward, each.exponent)
-                for each in self.systems
+                for each in systems
             ],
             axis=0,
         )
