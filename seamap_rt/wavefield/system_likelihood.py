@@ -243,7 +243,10 @@ class _Posterior:
         gain, nugget = (float(each) for each in np.exp(values[-2:]))
         values[2:-2:SYSTEM_VALUES] += np.pi
         behind = best - self._evaluate(values, value_alone=True)[0]
-        reversal = float(1.0 / (1.0 + np.exp(np.clip(behind / self.unlike, 0.0, 50.0))))
+        turned = [replace(each, toward=each.toward + np.pi) for each in made]
+        of_velocity = float(np.sum(self._velocity_penalties(turned) - self._velocity_penalties(made)))
+        behind = (behind - of_velocity) / self.unlike + of_velocity
+        reversal = float(1.0 / (1.0 + np.exp(np.clip(behind, 0.0, 50.0))))
         systems = tuple(made[n] for n in order)
         errors = np.asarray(covariance[np.ix_(index, index)], np.float64)
         return WaveSystems(systems, errors, best, gain, nugget, reversal, self.water, self.long.split)
