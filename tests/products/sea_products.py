@@ -11,12 +11,16 @@ import pytest
 import xarray as xr
 
 from seamap_rt.products.writing import SeaProducts, write_sea
-from seamap_rt.report import sea_figures, style
+from seamap_rt.report import sea_figures, spectrum_figures, style
 from seamap_rt.scene import Scene, load_scene
 
 SIDE, SPACING, STEP = 60.0, 0.25, 0.05  # m, m, s
 PNG = style.png
-DRAWINGS = {name: getattr(sea_figures, name) for name in ("directional_spectrum", "sea_surface", "animation")}
+DRAWINGS = (  # module, function's name, function
+    (spectrum_figures, "directional_spectrum", spectrum_figures.directional_spectrum),
+    (sea_figures, "sea_surface", sea_figures.sea_surface),
+    (sea_figures, "animation", sea_figures.animation),
+)
 
 
 def scene(**keys: Any) -> Scene:
@@ -41,8 +45,8 @@ def scene(**keys: Any) -> Scene:
 def without_pictures() -> Iterator[None]:
     """Pictures are tested on their own: most of the time would go into them."""
     with pytest.MonkeyPatch.context() as patch:
-        for name in DRAWINGS:
-            patch.setattr(sea_figures, name, lambda *_: b"")
+        for module, name, _ in DRAWINGS:
+            patch.setattr(module, name, lambda *_: b"")
         patch.setattr(style, "png", lambda figure: figure)
         patch.setattr("seamap_rt.tracing.picture.render_from_mast", lambda *_, **__: np.zeros((1, 1, 3)))
         yield

@@ -19,7 +19,7 @@ from seamap_rt.errors import InputError, NoBackend
 from seamap_rt.products import writing
 from seamap_rt.products.sampling import square, times_of
 from seamap_rt.products.spectrum import directional_spectrum
-from seamap_rt.report import sea_figures, style
+from seamap_rt.report import style
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.sea.elfouhaily import elfouhaily97
 from seamap_rt.simulation import Simulator
@@ -178,8 +178,8 @@ def test_command_writes_everything_and_says_so(call: Any, monkeypatch: pytest.Mo
     def refused(*_: Any, **__: Any) -> None:
         raise NoBackend("no LLVM was found; install one")
 
-    for name, draw in DRAWINGS.items():
-        monkeypatch.setattr(sea_figures, name, draw)
+    for module, name, draw in DRAWINGS:
+        monkeypatch.setattr(module, name, draw)
     monkeypatch.setattr(style, "png", PNG)
     monkeypatch.setattr("seamap_rt.tracing.picture.render_from_mast", refused)
     options = ("--out", "results", "--times", "0,0.4,1.2", "--spacing", "1", "--seed", "5")
