@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..conventions import db
 from ..design_outlook import Likely, likely
-from ..design_outlook.echo import snr_of_unity
+from ..design_outlook.strips import snr_of_unity
 from ..errors import InputError
 from ..physics import dispersion
 from ..physics.shadowing import shadowing_smith67, shadowing_wagner67

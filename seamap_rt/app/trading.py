@@ -16,9 +16,9 @@ from ..errors import InputError
 from ..io.opening import load, open_dataset, read_json
 from ..io.scenefile import apply_overrides
 from ..scene import Scene, scene_of
-from ..studies import key_words
 from ..studies.point import MANIFEST
 from ..studies.vary import parse_varies, parse_vary, refuse_limit
+from ..studies.vary import words_of as key_words
 from . import figures
 from .fields import Field, parts_of
 from .safety import Roots, safe_name
@@ -104,7 +104,7 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
     keys = list(done[0].keys) if done else []
     if not keys:
         return None
-    first, others = keys[0], {key: key_words.words_of(key) for key in keys[1:]}
+    first, others = keys[0], {key: key_words(key) for key in keys[1:]}
     curves: dict[tuple[str, ...], dict[Any, list[float]]] = {}
     for each in done:
         name = tuple(f"{words.name} {words.value(each.keys[key])}" for key, words in others.items())
@@ -127,7 +127,7 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
         })  # fmt: skip
     look = figures.layout(
         dark, "", 420, hovermode="closest", margin={"l": 56, "r": 10, "t": 10, "b": 70},
-        xaxis=figures.axis(key_words.words_of(first).label, dark),
+        xaxis=figures.axis(key_words(first).label, dark),
         yaxis=figures.axis(MEASURES[measure], dark, rangemode="tozero"),
     )  # fmt: skip
     return figures.figure(data, look, figures.CONFIG)
@@ -135,7 +135,7 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
 
 def shown_unit_of(key: str) -> str:
     """The unit of a key as a scene file has it: a trade's values are given so."""
-    return key_words.words_of(key).unit or shown_unit(key, "")
+    return key_words(key).unit or shown_unit(key, "")
 
 
 def place_of(value: Any) -> Any:

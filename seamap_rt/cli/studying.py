@@ -92,7 +92,7 @@ def outlook(
     """
     loaded = scene_of(scene, set_)
     if vary:
-        from ..studies.outlooks import outlook_lines, outlook_table, outlooks  # takes a second to load
+        from ..studies.choices import outlook_lines, outlook_table, outlooks  # takes a second to load
         from ..studies.vary import parse_varies
 
         found = outlooks(loaded, parse_varies(vary), at_most)
@@ -101,7 +101,7 @@ def outlook(
         raise InputError(f"--at-most {at_most:g}: limits what is varied; give --vary too, as radar.height_m=3:12:1")
     else:
         from ..design_outlook import likely
-        from ..design_outlook.words import outlook_rows
+        from ..design_outlook.model import outlook_rows
 
         lines = list(outlook_rows(likely(loaded)))
     for line in lines:
@@ -159,7 +159,7 @@ def trade(
         KEY=VALUE, any key of the scene file, for all points.
     """
     loaded = scene_of(scene, set_)
-    from ..studies.enough import seconds
+    from ..studies.paired import seconds
     from ..studies.trade import write_trade
     from ..studies.vary import parse_varies
 

@@ -39,8 +39,7 @@ from ..scene import Scene
 from ..sea.components import Components
 from ..settings import PlatformSettings, RadarSettings, SeaSettings, SensorSettings
 from .design import Design
-from .sight import STARTS
-from .strips import Waves, azimuths, directions
+from .strips import STARTS, Waves, azimuths, directions
 
 Array = NDArray[np.float64]
 

@@ -4,6 +4,9 @@ A strip's surface is a sum over wavenumbers along and across its look. Of each w
 wavenumbers and two directions goes to the strip's nearest wavenumbers, so that lines along the look have the spectrum
 that the sea has along it: what hides behind crests depends on nothing else. The draws are the same for every scene,
 so that designs are compared on the same seas.
+
+What of each strip's cells the lower antenna sees is found by the horizon, a step of the surface at a time; their echo
+over the noise by facets' slopes, a measured mean, and the link budget.
 """
 
 from __future__ import annotations
@@ -14,11 +17,18 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ..conventions import unit_from_azimuth
+from ..compute.compiled import compiled
+from ..conventions import from_db, unit_from_azimuth
+from ..radar import link
+from ..radar.antenna import antenna
+from ..radar.receiver import noise_power
+from ..scattering import MEAN_MODELS, ShortWaves, mean_level, nrcs_composite
+from ..scattering.calibration import fit_scale
+from ..scattering.permittivity import permittivity_of
 from ..sea.systems import spectral_system, travel_direction
-from ..settings import RandomWaves, SeaSettings, SinusoidWaves
+from ..settings import RadarSettings, RandomWaves, ScatteringSettings, SeaSettings, SinusoidWaves
 
 Array = NDArray[np.float64]
 
@@ -141,3 +151,139 @@ def strips(waves: Waves, length: float, shortest: float) -> Strips:
         scipy.fft.irfft2(wave, s=(ROWS, count), axes=(1, 2), norm="forward", workers=-1, overwrite_x=True), np.float32
     )
     return Strips(height, step * (np.arange(count, dtype=np.float64) + 0.5), look)
+
+
+STARTS = 3  # places of the mast on a strip
+TABLE = 512  # entries by the local grazing angle's tangent t, even in t/(1 + t)
+
+
+class Sight(NamedTuple):
+    """Means over a gate's length of single rows, (look, row, gate)."""
+
+    visible: NDArray[np.float32]  # share of the ground
+    height: NDArray[np.float32]  # m, of all of it
+    lit_height: NDArray[np.float32]  # m times the share that is seen
+    echo: NDArray[np.float32]  # σ0 before calibration, per ground
+
+
+def table_grazing() -> Array:
+    """Local grazing angles [rad] (TABLE,) of echo tables, from 0 to π/2."""
+    even = np.linspace(0.0, 1.0, TABLE)
+    return np.arctan2(even, 1.0 - even)
+
+
+def sight(strips: Strips, eye_m: ArrayLike, edges: tuple[Array, Array], echo: Array, in_sight: Array) -> Sight:
+    """What a mast sees that stands at several places of each strip, one after the other along the first axis.
+
+    eye_m: height of the lower antenna over mean sea level, of all places or (place,). edges: ground ranges [m] at which
+    gates begin and end, (gate,). echo: σ0 (look, TABLE) per ground, at the grazing angles of `table_grazing`; in_sight:
+    likewise, the share of what the strips light that shorter waves leave in sight. Strips repeat.
+    """
+    steps = strips.distance.size
+    first, last = (np.clip(np.rint(each / strips.step), 0, steps - 1).astype(np.int64) for each in edges)
+    last = np.maximum(last, first + 1)
+    starts = np.arange(STARTS) * (steps // STARTS)
+    shape = (STARTS * LOOKS, ROWS, first.size)
+    eyes = np.broadcast_to(np.asarray(eye_m, dtype=np.float64), STARTS).copy()
+    made = Sight(*(np.empty(shape, np.float32) for _ in Sight._fields))
+    tables = np.stack((echo, in_sight), axis=-1).astype(np.float32)
+    _look(strips.height, strips.step, eyes, starts, first, last, tables, *made)
+    return made
+
+
+@compiled
+def _look(height, step, eyes, starts, first, last, table, visible, mean, lit_mean, echo):
+    looks, rows, steps = height.shape
+    entries = table.shape[1] - 1
+    reach = last[-1]
+    sums = np.zeros((4, reach + 1))
+    for place in range(starts.size * looks):
+        look, start, eye = place % looks, starts[place // looks], eyes[place // looks]
+        for row in range(rows):
+            z = height[look, row]
+            horizon = -np.inf
+            here = start
+            for n in range(reach):
+                near = step * (n + 0.5)
+                there = here + 1 if here + 1 < steps else 0
+                horizon = max(horizon, (z[here] - eye) / near)
+                middle, rise = 0.5 * (z[here] + z[there]), (z[there] - z[here]) / step
+                here = there
+                view = (middle - eye) / (near + 0.5 * step)
+                lit = 1.0 if view > horizon else 0.0
+                strength = 0.0
+                if lit > 0.0:
+                    up = max(rise - view, 0.0)  # over 1 + rise · view, as tangents subtract
+                    at = entries * up / (up + max(1.0 + rise * view, 1e-6))
+                    entry = min(int(at), entries - 1)
+                    part = at - entry
+                    strength = table[look, entry, 0] * (1.0 - part) + table[look, entry + 1, 0] * part
+                    lit = table[look, entry, 1] * (1.0 - part) + table[look, entry + 1, 1] * part
+                sums[0, n + 1] = sums[0, n] + lit
+                sums[1, n + 1] = sums[1, n] + middle
+                sums[2, n + 1] = sums[2, n] + lit * middle
+                sums[3, n + 1] = sums[3, n] + strength
+            for gate in range(first.size):
+                begin, end = first[gate], last[gate]
+                share = 1.0 / (end - begin)
+                visible[place, row, gate] = (sums[0, end] - sums[0, begin]) * share
+                mean[place, row, gate] = (sums[1, end] - sums[1, begin]) * share
+                lit_mean[place, row, gate] = (sums[2, end] - sums[2, begin]) * share
+                echo[place, row, gate] = (sums[3, end] - sums[3, begin]) * share
+
+
+_ACROSS = np.array([-1.5, -0.5, 0.5, 1.5])  # standard deviations of the slope across a look
+
+
+def echo_by_grazing(
+    settings: ScatteringSettings, frequency_hz: float, limit: float, slope_rms: float, look_deg: Array
+) -> Array:
+    """σ0 per ground (look, TABLE) of facets by the grazing angle at which they are met, before calibration.
+
+    limit: rad/m, up to which waves are on the surface; slope_rms: of the surface in one direction.
+    """
+    if settings.nrcs != "two_scale":
+        return np.ones((look_deg.size, TABLE))
+    grazing = table_grazing()[None, :, None]
+    wind = np.radians(look_deg - settings.wind_from_deg)[:, None, None]
+    across = slope_rms * _ACROSS
+    weight = np.exp(-0.5 * _ACROSS**2)
+    terms = nrcs_composite(
+        0.5 * np.pi - grazing,
+        0.0,
+        across,
+        wind,
+        frequency_hz=frequency_hz,
+        permittivity=permittivity_of(settings, frequency_hz),
+        polarization=settings.polarization,
+        waves=ShortWaves.of(settings, limit),
+        breaking=settings.breaking,
+    )
+    area = np.sqrt(1.0 + across**2)
+    return np.sum((terms.bragg + terms.specular + terms.breaking) * area * weight, axis=-1) / weight.sum()
+
+
+def calibrated(
+    settings: ScatteringSettings, frequency_hz: float, raw: NDArray[np.float32], grazing: Array, look_deg: Array
+) -> NDArray[np.float32]:
+    """σ0 per ground (look, row, gate) with the measured model's mean; raw: before; grazing (gate,) [rad]."""
+    if settings.nrcs == "constant":
+        return raw * np.float32(from_db(settings.nrcs_db))
+    if settings.mean_model is None:
+        return raw
+    wind, mean = np.radians(look_deg - settings.wind_from_deg)[:, None], raw.mean(axis=1)
+    target = np.broadcast_to(mean_level(settings, np.degrees(grazing), frequency_hz, wind_angle=wind), mean.shape)
+    known = wind if MEAN_MODELS[settings.mean_model].knows_wind_direction else None
+    scale = fit_scale(mean, np.ones(mean.shape), target, grazing[None], known, degree=3)
+    return raw * scale(grazing[None], wind)[:, None].astype(np.float32)
+
+
+def snr_of_unity(radar: RadarSettings, ranges: Array, lean: Array | None = None) -> Array:
+    """Signal to noise ratio (gate,) of one pulse of a sea of σ0 = 1; of antennas that lean up (n,) [rad]: (n, gate)."""
+    losses = link.losses_to_textbook(radar, ranges)
+    power = link.textbook_power(radar, 1.0, ranges)
+    lost = from_db(losses.azimuth + (losses.elevation if lean is None else 0.0) + losses.response)
+    level = power / lost * link.eclipsed_share(radar, ranges) / noise_power(radar)
+    if lean is None:
+        return level
+    return level * antenna(radar).voltage(0.0, -link.grazing_angle(radar, ranges) - lean[:, None]) ** 4

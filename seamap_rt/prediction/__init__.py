@@ -6,13 +6,11 @@ the sea's own directional spectrum as what is expected of them. Reads maps and o
 
 from .capytaine import read_capytaine
 from .field import WaveField
-from .forecast import forecast
+from .forecast import forecast, highest_wave, quiet_windows
 from .observations import Observations
-from .predictor import Predictor
-from .reconstruction import forecasts, issue, predictor_of, reconstruct, vessel_notes, vessel_of
+from .reconstruction import Predictor, forecasts, issue, predictor_of, reconstruct, vessel_notes, vessel_of
 from .spectrum import Spectrum
 from .vessel import Box, Disc, Follower
-from .windows import highest_wave, quiet_windows
 
 __all__ = [
     "Box",

@@ -5,6 +5,15 @@ where u minimises |u|² + Σ w (y − H √S u)² (Wiener; Bretherton, Davis & F
 Weights hold the observations' errors and the waves that the lattices do not carry there. Near the antennas the sea is
 told a hundred times better than far out, and the fit would spend its steps there: what one batch alone would tell
 better than anybody asks counts for less.
+
+Preconditioners. For every wave both lie in one sum: no diagonal serves. But a packet of waves has a place too. In zones
+in which the sea is told about equally well, w, the operator is about 1 + S w for waves of prior variance S; packets are
+taken apart into zones by windows whose squares sum to 1, each zone is solved by itself, and the zones are put together
+again (a windowed symbol's inverse). What was told at another time of packets is told where they are in the middle of
+the time, by the mean velocity of groups. Of the strongest of the long waves, few in a circle, the part of the normal
+matrix is inverted: observations determine a swell a million times better than its prior where it was seen, and not at
+all a wavelength farther out; conjugate gradients that stop early leave waves out there that are far too high, and these
+arrive as time goes. So the normal matrix of such waves is written out, square by square, and factorised (Cholesky).
 """
 
 from __future__ import annotations
@@ -12,14 +21,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from itertools import repeat
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import fft
+from scipy.linalg import cho_factor, cho_solve
 
-from .lattice import Field, Lattice
-from .observations import Observations
+from .observations import Observations, damped
+from .spectrum import Field, Lattice
 from .wave_sum import WaveSum
-from .zones import Preconditioner
 
 Unknowns = list[NDArray[np.complex64]]
 
@@ -130,3 +141,141 @@ def _plus(one: Unknowns, factor: float, other: Unknowns) -> Unknowns:
 
 def _dot(one: Sequence[NDArray[np.complexfloating]], other: Sequence[NDArray[np.complexfloating]]) -> float:
     return float(sum(np.vdot(a, b).real for a, b in zip(one, other, strict=True)))
+
+
+_MOST = 240  # waves
+_LEAST = 1e-2  # of the strongest one's prior variance
+_LONG = 0.15  # of how wide what was seen is: shorter waves are told well enough apart by zones
+_ZONE_SQUARES = 5.0  # a wavelength of the shortest of them
+
+
+class StrongestWaves:
+    """Of one lattice, as batches tell of them."""
+
+    def __init__(self, lattice: Lattice, batches: Sequence[Batch]) -> None:
+        power = lattice.scale**2
+        seen = [np.ptp((each.seen.x, each.seen.y), axis=1).max() for each in batches if len(each.seen)]
+        longest = 2.0 * np.pi / (_LONG * max(seen, default=0.0) + 1e-9)
+        wanted = (power > _LEAST * power.max()) & (power > 0.0) & (lattice.k < longest)
+        order = np.flatnonzero(wanted)
+        self.chosen = order[np.argsort(power.ravel()[order])[::-1][:_MOST]]
+        self._inverse = None if not self.chosen.size else cho_factor(self._operator(lattice, batches), lower=True)
+
+    def _operator(self, lattice: Lattice, batches: Sequence[Batch]) -> NDArray[np.float64]:
+        kx, ky, k, omega, root = (
+            each.ravel()[self.chosen] for each in (lattice.kx, lattice.ky, lattice.k, lattice.omega, lattice.scale)
+        )
+        side, made = 2.0 * np.pi / (_ZONE_SQUARES * k.max()), np.eye(2 * k.size)
+        for batch in batches:
+            seen, factor = batch.seen, lattice.factor(str(batch.seen.kind[0]), batch.sum.water).ravel()[self.chosen]
+            i, j = (np.floor((each - each.min()) / side).astype(np.intp) for each in (seen.x, seen.y))
+            _, square = np.unique(i * (int(j.max()) + 1) + j, return_inverse=True)
+            information = np.bincount(square, batch.weight)
+            x, y, time = (
+                np.bincount(square, batch.weight * each) / information for each in (seen.x, seen.y, seen.time)
+            )
+            turns = np.outer(x, kx) + np.outer(y, ky) - np.outer(time, omega)
+            size = root * factor * damped(batch.sum.blur.mean(axis=0), kx, ky)
+            waves = np.sqrt(information)[:, None] * np.exp(1j * turns) * size
+            rows = np.hstack((waves.real, -waves.imag)).astype(np.float32)
+            made += rows.T @ rows
+        return made
+
+    def turned_back(self, unknowns: NDArray[np.complex64]) -> NDArray[np.complex64]:
+        """Of the chosen waves (wave,)."""
+        parts = np.concatenate((unknowns.real, unknowns.imag))
+        real, imaginary = np.split(np.asarray(cho_solve(self._inverse, parts)), 2)
+        return (real + 1j * imaginary).astype(np.complex64)
+
+
+_RATIO = 20.0  # of what is told, from zone to zone
+_FAINT = 0.3  # of the strongest wave's prior: less told than this is nothing told
+_SMOOTH = 2.0  # over the strongest waves' wavenumber: packets are no narrower
+
+
+@dataclass(frozen=True)
+class _Zones:
+    """One lattice's: windows (zone, n, n) over places, inverses (zone, n, n) and phases (n, n) of waves."""
+
+    windows: NDArray[np.float32]
+    inverses: NDArray[np.float32]
+    phase: NDArray[np.complex64]
+
+    def turned_back(self, unknowns: NDArray[np.complex64]) -> NDArray[np.complex64]:
+        packets = _inverse(fft.ifftshift(unknowns) * self.phase)
+        waves = self.inverses * _forward(self.windows * packets)
+        packets = np.sum(self.windows * _inverse(waves), axis=0)
+        return fft.fftshift(_forward(packets) * np.conj(self.phase))
+
+
+def _forward(packets: NDArray[np.complex64]) -> NDArray[np.complex64]:
+    return np.asarray(fft.fft2(packets, overwrite_x=True))
+
+
+def _inverse(waves: NDArray[np.complex64]) -> NDArray[np.complex64]:
+    return np.asarray(fft.ifft2(waves, overwrite_x=True))
+
+
+class Preconditioner:
+    """For batches and the lattices that they are fitted by. Positive definite and its own adjoint."""
+
+    def __init__(self, batches: Sequence[Batch], lattices: Sequence[Lattice], workers: Executor) -> None:
+        self._workers = workers
+        time = np.concatenate([batch.seen.time for batch in batches])
+        self._middle = float(time.mean()) if time.size else 0.0
+        self._strongest = StrongestWaves(lattices[0], batches)
+        self._zones = list(workers.map(self._of, range(len(lattices)), lattices, repeat(batches)))
+
+    def __call__(self, unknowns: Sequence[NDArray[np.complex64]]) -> list[NDArray[np.complex64]]:
+        chosen = self._strongest.chosen
+        if not chosen.size:
+            return list(self._workers.map(_Zones.turned_back, self._zones, unknowns))
+        others = unknowns[0].copy()
+        others.ravel()[chosen] = 0.0
+        made = list(self._workers.map(_Zones.turned_back, self._zones, [others, *unknowns[1:]]))
+        made[0].ravel()[chosen] = self._strongest.turned_back(unknowns[0].ravel()[chosen])
+        return made
+
+    def _of(self, number: int, lattice: Lattice, batches: Sequence[Batch]) -> _Zones:
+        prior = lattice.scale**2
+        strongest = np.unravel_index(np.argmax(prior), prior.shape)
+        most, k = float(prior[strongest]), max(float(lattice.k[strongest]), lattice.spacing)
+        told = _smooth(self._told(number, lattice, batches), _SMOOTH / k, lattice.spacing)
+        least = max(_FAINT / most if most > 0.0 else np.inf, 1e-6 * float(told.max()))
+        span = np.log(max(float(told.max()) / least, 1.0))
+        steps = max(int(np.ceil(span / np.log(_RATIO))), 1)
+        height = np.log(np.maximum(told / least, 1.0)) * steps / max(span, 1e-9)
+        zone = np.arange(steps + 1.0)[:, None, None]
+        windows = np.sqrt(np.clip(1.0 - np.abs(height - zone), 0.0, 1.0))
+        levels = np.where(np.isfinite(least), least, 0.0) * np.exp(zone * span / steps)
+        inverses = fft.ifftshift(1.0 / (1.0 + levels * prior), axes=(1, 2))
+        phase = fft.ifftshift(np.exp(-1j * lattice.omega * self._middle))
+        return _Zones(windows.astype(np.float32), inverses.astype(np.float32), phase.astype(np.complex64))
+
+    def _told(self, number: int, lattice: Lattice, batches: Sequence[Batch]) -> Field:
+        """Weights over places (n, n) of packets in the middle of the time, as if they were as dense everywhere."""
+        side = lattice.k.shape[0]
+        power = lattice.scale**2
+        speed = [
+            float(np.sum(power * np.gradient(lattice.omega, lattice.spacing, axis=axis)) / max(power.sum(), 1e-30))
+            for axis in (0, 1)
+        ]
+        told = np.zeros(side * side)
+        for batch in batches:
+            seen, places = batch.seen, batch.sum.places(number)
+            past = seen.time[places] - self._middle
+            at = [
+                np.round((each[places] - v * past) * (lattice.spacing / (2.0 * np.pi)) * side).astype(int) % side
+                for each, v in zip((seen.x, seen.y), speed, strict=True)
+            ]
+            told += np.bincount(at[0] * side + at[1], batch.weight[places], side * side)
+        return 0.5 * side**2 * told.reshape(side, side)
+
+
+def _smooth(told: Field, width: float, spacing: float) -> Field:
+    """Over a Gaussian of so many metres."""
+    side = told.shape[0]
+    k = fft.fftfreq(side, 1.0 / side) * spacing
+    softly = np.exp(-0.5 * width**2 * k**2)
+    smooth = np.asarray(fft.ifft2(np.asarray(fft.fft2(told)) * softly[:, None] * softly))
+    return np.maximum(np.real(smooth), 0.0)

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .assimilation import Batch, Unknowns, solve
-from .lattice import Field, Lattice
 from .observations import Observations
+from .spectrum import Field, Lattice
 from .wave_sum import WaveSum
 
 if TYPE_CHECKING:

@@ -11,11 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .ensemble import Member
-from .knowledge import Knowledge
-from .lattice import Field, Lattice, fastest
-from .model_error import ModelError, height_of
+from .knowledge import Knowledge, ModelError, height_of
 from .quantity import AT_REST, Course, Quantity, power, quantities
-from .spectrum import Spectrum
+from .spectrum import Field, Lattice, Spectrum, fastest
 from .vessel import Vessel
 
 _MANY = 64  # places at one moment, from which on a transform is faster than a sum

@@ -13,11 +13,9 @@ from numpy.typing import NDArray
 from .assimilation import Batch, Unknowns, solve, weights
 from .ensemble import Member
 from .field import WaveField
-from .knowledge import Knowledge
-from .lattice import Field, Lattice, lattices
-from .model_error import ModelError
+from .knowledge import Knowledge, ModelError
 from .observations import Observations
-from .spectrum import Spectrum
+from .spectrum import Field, Lattice, Spectrum, lattices
 from .wave_sum import WaveSum
 
 _TOLD = 0.999  # of what the observations tell lies within the reach

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ..physics.dispersion import Water
 from .knowledge import Groups
-from .lattice import Field, Lattice, factor
 from .observations import KINDS
+from .spectrum import Field, Lattice, factor
 from .vessel import Vessel
 
 Share = NDArray[np.complex128]

@@ -26,8 +26,8 @@ from scipy.special import jv
 
 from ..compute.compiled import compiled
 from ..physics.dispersion import Water
-from .lattice import Field, Lattice
 from .observations import Observations, damped
+from .spectrum import Field, Lattice
 
 Waves = NDArray[np.complex64]
 

@@ -27,8 +27,8 @@ from ..resolved_scene import run_sea
 from ..scene import Scene
 from ..sea.high_order import Band, Evolution, Plan, State
 from ..sea.high_order.basin import fast_size
+from .camera import refuse_if_too_large, times_of
 from .recorded_progress import Kept, keep, kept, state_file
-from .sampling import refuse_if_too_large, times_of
 from .writing import Progress
 
 RECORD = "recorded_sea.nc"

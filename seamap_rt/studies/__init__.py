@@ -15,7 +15,7 @@ seen and have a height (`usable.py` says why). A script whose trade starts proce
 Evidence: validation/README.md, "How far it sees".
 """
 
-from .outlooks import outlooks
+from .choices import outlooks
 from .shadowing import shadowing, shadowing_by_cutoff
 from .trade import trade
 

@@ -33,8 +33,8 @@ from ..compute.machine import cores
 from ..compute.scratch import scratch_folder
 from ..errors import InputError
 from ..io.opening import read_json
-from .by_sea import BySea
 from .point import Outcome, SchedulerLost, Task, compute, ended
+from .trade import BySea
 
 _KEYS = (
     "tls_ca_file",

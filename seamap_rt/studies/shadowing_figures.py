@@ -14,8 +14,7 @@ from matplotlib.lines import Line2D
 
 from ..report import style
 from ..report.page_elements import Cell, answer_page
-from .enough import ASKED_M, seeds_for
-from .paired import FEWEST_SEEDS
+from .paired import ASKED_M, FEWEST_SEEDS, seeds_for
 from .visible_tally import LOOKS
 
 _LEFT, _GAP, _HIGH = 0.55, 0.2, 2.1  # inches

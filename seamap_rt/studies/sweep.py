@@ -24,10 +24,9 @@ from ..io.opening import open_file, read_json
 from ..io.results_folder import clear_folder, remove_hidden, results_folder, write_whole
 from ..io.scenefile import apply_overrides
 from ..scene import Scene
-from .outlooks import outlook_columns
+from .choices import outlook_columns
 from .point import MANIFEST, POINTS, Outcome, Task, ended, keep, load_point
-from .trade_table import rows, trade_table
-from .usable import Criterion
+from .trade_table import Criterion, rows, trade_table
 from .vary import Point, Vary, grid, scenes_of, seeds_of
 
 if TYPE_CHECKING:

@@ -15,9 +15,8 @@ from matplotlib.figure import Figure
 
 from ..measured import LEVEL
 from ..report import style
-from .key_words import words_of
 from .paired import FEWEST_SEEDS, means, significant_difference
-from .vary import CIRCUMSTANCES, chosen_key
+from .vary import CIRCUMSTANCES, chosen_key, words_of
 
 QUANTITIES = {
     "fully_measured_radius_m": "Fully measured radius (m)",

@@ -12,10 +12,9 @@ from ..measured import FULLY_MEASURED
 from ..report import style
 from ..report.page_elements import Cell, answer_page, cell
 from .choices import along_of, headline, recommendations
-from .enough import ASKED_M, seeds_for
-from .key_words import words_of
-from .paired import FEWEST_SEEDS, means, significant_difference, with_band
+from .paired import ASKED_M, FEWEST_SEEDS, means, seeds_for, significant_difference, with_band
 from .trade_figures import draw_pareto, draw_quality, draw_shares, larger_radius
+from .vary import words_of
 
 
 def trade_page(table: xr.Dataset, figure: bytes) -> str:

@@ -13,8 +13,8 @@ from numpy.testing import assert_allclose
 
 from seamap_rt.cli import main
 from seamap_rt.conventions import db
-from seamap_rt.products import link_figure, link_words
-from seamap_rt.products.link import PRODUCTS, link_budget, mean_sea, ranges_of, simulated_power, write_link
+from seamap_rt.products import link_words
+from seamap_rt.products.link import PRODUCTS, draw, link_budget, mean_sea, ranges_of, simulated_power, write_link
 from seamap_rt.radar.link import flat_sea_power
 from seamap_rt.radar.receiver import noise_power
 from seamap_rt.radar.waveform import unambiguous_range_m
@@ -183,7 +183,7 @@ def test_furthest_ranges_are_crossings() -> None:
 def test_figure_shows_the_numbers() -> None:
     scene = scene_of()
     curve = link_budget(scene, np.geomspace(15.0, 400.0, 80))
-    gain, power, ratio, weakest = link_figure.draw(scene, curve).axes
+    gain, power, ratio, weakest = draw(scene, curve).axes
     drawn = [line for line in ratio.lines if np.size(line.get_xdata()) == 80]
     assert len(drawn) == 6
     assert_allclose(np.asarray(drawn[3].get_ydata()), db(curve.budgets[1].snr[0]), rtol=1e-12)

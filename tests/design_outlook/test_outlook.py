@@ -13,11 +13,20 @@ import seamap_rt as sr
 from seamap_rt.conventions import db
 from seamap_rt.design_outlook import likely
 from seamap_rt.design_outlook.design import Design
-from seamap_rt.design_outlook.echo import calibrated
 from seamap_rt.design_outlook.error import Spectrum, ambiguous_share, error_variance, information, score
-from seamap_rt.design_outlook.sight import TABLE, sight
-from seamap_rt.design_outlook.strips import LOOKS, ROWS, Waves, azimuths, directions, strips, waves_of
-from seamap_rt.design_outlook.words import outlook_rows
+from seamap_rt.design_outlook.model import outlook_rows
+from seamap_rt.design_outlook.strips import (
+    LOOKS,
+    ROWS,
+    TABLE,
+    Waves,
+    azimuths,
+    calibrated,
+    directions,
+    sight,
+    strips,
+    waves_of,
+)
 from seamap_rt.interferometry.geometry.inversion import Fan, difference_at_height, height_per_phase
 from seamap_rt.interferometry.phase.ambiguity import astray
 from seamap_rt.products.link import link_budget

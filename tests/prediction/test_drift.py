@@ -13,8 +13,8 @@ import pytest
 
 from seamap_rt.physics.dispersion import Water
 from seamap_rt.prediction import Observations, Spectrum
-from seamap_rt.prediction.drift import Drift
 from seamap_rt.prediction.fit import Fit
+from seamap_rt.prediction.innovations import Drift
 
 DEEP = Water()
 

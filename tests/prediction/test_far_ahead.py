@@ -14,7 +14,7 @@ from seamap_rt.prediction.ensemble import Ensemble
 from seamap_rt.prediction.fit import Fit
 from seamap_rt.prediction.forecast import maximum_prediction_time
 from seamap_rt.prediction.innovations import Innovations
-from seamap_rt.prediction.model_error import ModelError
+from seamap_rt.prediction.knowledge import ModelError
 
 Field = NDArray[np.float64]
 

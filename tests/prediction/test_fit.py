@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.physics.dispersion import Water
 from seamap_rt.prediction import Observations, Spectrum, reconstruct
-from seamap_rt.prediction.assimilation import Batch, solve, weights
+from seamap_rt.prediction.assimilation import Batch, Preconditioner, StrongestWaves, solve, weights
 from seamap_rt.prediction.field import WaveField
 from seamap_rt.prediction.fit import Fit
 from seamap_rt.prediction.knowledge import Glimpse, Groups, Knowledge
-from seamap_rt.prediction.lattice import Lattice
 from seamap_rt.prediction.observations import KINDS, of_turn
+from seamap_rt.prediction.spectrum import Lattice
 from seamap_rt.prediction.wave_sum import WaveSum
-from seamap_rt.prediction.zones import Preconditioner, StrongestWaves
 from seamap_rt.settings import PredictionSettings
 
 Field = NDArray[np.float64]

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seamap_rt.prediction import Spectrum
-from seamap_rt.prediction.lattice import Lattice, lattices
+from seamap_rt.prediction.spectrum import Lattice, lattices
 
 Field = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from seamap_rt.prediction import Observations, Spectrum, WaveField
 from seamap_rt.prediction.ensemble import Ensemble
 from seamap_rt.prediction.fit import Fit
 from seamap_rt.prediction.innovations import Innovations, weight_of_groups
-from seamap_rt.prediction.model_error import ModelError, Told, likely, scatter
+from seamap_rt.prediction.knowledge import ModelError, Told, likely, scatter
 
 Field = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ import xarray as xr
 import seamap_rt as sr
 from seamap_rt.prediction import Observations, Predictor, WaveField
 from seamap_rt.prediction.innovations import pairs_of_looks
-from seamap_rt.prediction.model_error import ModelError
+from seamap_rt.prediction.knowledge import ModelError
 
 TURNS = 8
 SHOWN = ("height", "height_std", "dwell_height", "dwell_height_std", "radial_velocity")

@@ -15,7 +15,7 @@ from PIL import Image
 
 from seamap_rt.conventions import unit_from_azimuth
 from seamap_rt.dataset import build
-from seamap_rt.products.spectrum import directional_spectrum
+from seamap_rt.products.writing import directional_spectrum
 from seamap_rt.report import sea_figures, spectrum_figures, style
 from seamap_rt.report.sea_statistics import (
     Moments,

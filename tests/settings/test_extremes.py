@@ -13,7 +13,7 @@ import pytest
 from test_schema import NEEDED, SECTIONS, keys, kinds, model
 
 from seamap_rt.design_outlook import likely
-from seamap_rt.design_outlook.words import outlook_rows
+from seamap_rt.design_outlook.model import outlook_rows
 from seamap_rt.errors import InputError
 from seamap_rt.io.scenefile import apply_overrides
 from seamap_rt.products.link import link_budget

@@ -24,14 +24,12 @@ from seamap_rt.scene import Scene, load_scene
 from seamap_rt.session import simulate
 from seamap_rt.simulation import Simulator, Stopwatch
 from seamap_rt.studies import point, sweep
-from seamap_rt.studies.enough import Goal, seconds
-from seamap_rt.studies.paired import means
+from seamap_rt.studies.paired import Goal, means, seconds
 from seamap_rt.studies.point import MANIFEST, judged
 from seamap_rt.studies.sweep import Sweep
 from seamap_rt.studies.trade import headline, trade, write_trade
 from seamap_rt.studies.trade_figures import draw_pareto, draw_trade, layout, pareto_front
-from seamap_rt.studies.trade_table import COST, rows, trade_table
-from seamap_rt.studies.usable import Criterion
+from seamap_rt.studies.trade_table import COST, Criterion, rows, trade_table
 from seamap_rt.studies.vary import grid, parse_varies, parse_vary
 
 KEYS = {

@@ -11,13 +11,11 @@ import pytest
 import xarray as xr
 
 from seamap_rt.report.style import png
-from seamap_rt.studies.enough import seeds_for
-from seamap_rt.studies.key_words import words_of
-from seamap_rt.studies.paired import significant_difference
+from seamap_rt.studies.paired import seeds_for, significant_difference
 from seamap_rt.studies.trade_figures import draw_pareto, draw_quality, draw_shares, draw_trade, pareto_front
 from seamap_rt.studies.trade_page import trade_page
-from seamap_rt.studies.trade_table import trade_table
-from seamap_rt.studies.usable import Criterion
+from seamap_rt.studies.trade_table import Criterion, trade_table
+from seamap_rt.studies.vary import words_of
 
 HEIGHTS, BASELINES = [4.0, 8.0, 12.0], [0.2, 0.9]
 RADIUS = np.array([[110.0, 112.0], [150.0, 151.0], [152.0, 153.0]])  # 8 m is within 5 % of the best

@@ -24,7 +24,7 @@ from seamap_rt.physics.dispersion import angular_frequency, group_speed, wavenum
 from seamap_rt.radar.scan import turn_duration
 from seamap_rt.report import style
 from seamap_rt.simulation import Simulator
-from seamap_rt.studies.usable import Criterion, Window
+from seamap_rt.studies.trade_table import Criterion, Window
 from validation.claims.radar import NOT, ONLY_IF, REPRODUCED, STUDY, Claim
 from validation.prediction.forecasts import Compared, joined, run, scene_of
 

@@ -22,8 +22,7 @@ import seamap_rt as sr
 from seamap_rt.measured import Rings
 from seamap_rt.report import style
 from seamap_rt.simulation import Simulator
-from seamap_rt.studies.choices import choices
-from seamap_rt.studies.outlooks import outlooks
+from seamap_rt.studies.choices import choices, outlooks
 from seamap_rt.studies.paired import WITHIN
 from seamap_rt.studies.trade import trade
 from validation import FIGURES

@@ -29,8 +29,7 @@ from seamap_rt.settings import ObjectSettings, RetrievalSettings
 from seamap_rt.studies.cluster import _address
 from seamap_rt.studies.point import kept
 from seamap_rt.studies.sweep import Sweep
-from seamap_rt.studies.trade_table import trade_table
-from seamap_rt.studies.usable import Criterion
+from seamap_rt.studies.trade_table import Criterion, trade_table
 
 from .originals import HEADER, SMALL
 

@@ -34,8 +34,8 @@ import seamap_rt as sr
 from seamap_rt.conventions import unit_from_azimuth, wrap_degrees
 from seamap_rt.metrics import counted_cells, headline_gates
 from seamap_rt.prediction import Predictor, WaveField
-from seamap_rt.prediction.drift import Drift
 from seamap_rt.prediction.fit import Fit
+from seamap_rt.prediction.innovations import Drift
 from seamap_rt.resolved_scene import run_sea
 from seamap_rt.scene import Scene
 from seamap_rt.simulation import Simulator
