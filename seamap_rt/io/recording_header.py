@@ -47,161 +47,81 @@ class RecordingHeader(Section):
     `sensors`: what is known of the motion sensors' errors, which error bars then hold.
     """
 
-    frequency_hz: Annotated[float, Gt(0.0), Le(1e12), Meaning("Carrier frequency.", unit="Hz", reason="a carrier")]
-    pulse_width_s: Annotated[
-        float,
-        Gt(0.0),
-        Le(1e-2),
-        Meaning("Length of the transmitted pulse.", unit="s", reason="as long as the transmitter is on"),
-    ]
-    bandwidth_hz: Annotated[
-        float,
-        Gt(0.0),
-        Le(1e11),
-        Meaning("Noise bandwidth of the receiver.", unit="Hz", reason="noise bandwidth of the receiver"),
-    ]
-    height_m: Annotated[
-        float,
-        Gt(0.0),
-        Le(1e4),
-        Meaning(
-            "Mean height of the antennas over mean sea level.", unit="m", reason="of the antennas' middle over the sea"
-        ),
-    ]
-    baseline_m: Annotated[
-        float,
-        Gt(0.0),
-        Le(100.0),
-        Meaning("Distance between the phase centres.", unit="m", reason="distance between the phase centres"),
-    ]
-    azimuth_beamwidth_deg: Annotated[
-        float,
-        Gt(0.0),
-        Le(180.0),
-        Meaning("Beam width in azimuth, one-way at −3 dB.", unit="°", reason="one-way, −3 dB"),
-    ]
-    elevation_beamwidth_deg: Annotated[
-        float,
-        Gt(0.0),
-        Le(180.0),
-        Meaning("Beam width in elevation, one-way at −3 dB.", unit="°", reason="one-way, −3 dB"),
-    ]
+    frequency_hz: Annotated[float, Gt(0.0), Le(1e12), Meaning("Hz", "a carrier")]
+    """Carrier frequency."""
+    pulse_width_s: Annotated[float, Gt(0.0), Le(1e-2), Meaning("s", "as long as the transmitter is on")]
+    """Length of the transmitted pulse."""
+    bandwidth_hz: Annotated[float, Gt(0.0), Le(1e11), Meaning("Hz", "noise bandwidth of the receiver")]
+    """Noise bandwidth of the receiver."""
+    height_m: Annotated[float, Gt(0.0), Le(1e4), Meaning("m", "of the antennas' middle over the sea")]
+    """Mean height of the antennas over mean sea level."""
+    baseline_m: Annotated[float, Gt(0.0), Le(100.0), Meaning("m", "distance between the phase centres")]
+    """Distance between the phase centres."""
+    azimuth_beamwidth_deg: Annotated[float, Gt(0.0), Le(180.0), Meaning("°", "one-way, −3 dB")]
+    """Beam width in azimuth, one-way at −3 dB."""
+    elevation_beamwidth_deg: Annotated[float, Gt(0.0), Le(180.0), Meaning("°", "one-way, −3 dB")]
+    """Beam width in elevation, one-way at −3 dB."""
     first_gate_m: Annotated[
-        float | None,
-        Ge(-1e6),
-        Le(1e6),
-        Meaning(
-            "Range of the first gate.", unit="m", reason="range of the first gate, c t/2", left_out="the array `ranges`"
-        ),
+        float | None, Ge(-1e6), Le(1e6), Meaning("m", "range of the first gate, c t/2", left_out="the array `ranges`")
     ] = None
+    """Range of the first gate."""
     gate_m: Annotated[
-        float | None,
-        Gt(0.0),
-        Le(1e4),
-        Meaning("Spacing of the gates.", unit="m", reason="spacing of the gates", left_out="the array `ranges`"),
+        float | None, Gt(0.0), Le(1e4), Meaning("m", "spacing of the gates", left_out="the array `ranges`")
     ] = None
-    range_offset_m: Annotated[
-        float,
-        Ge(-1e6),
-        Le(1e6),
-        Meaning("What cables and trigger add to every range.", unit="m", reason="what is taken off every range"),
-    ] = 0.0
-    tilt_deg: Annotated[
-        float,
-        Ge(-60.0),
-        Le(60.0),
-        Meaning("Tilt of the antennas, top towards the look.", unit="°", reason="top towards the look"),
-    ] = 0.0
+    """Spacing of the gates."""
+    range_offset_m: Annotated[float, Ge(-1e6), Le(1e6), Meaning("m", "what is taken off every range")] = 0.0
+    """What cables and trigger add to every range."""
+    tilt_deg: Annotated[float, Ge(-60.0), Le(60.0), Meaning("°", "top towards the look")] = 0.0
+    """Tilt of the antennas, top towards the look."""
     lever_arm_m: Annotated[tuple[float, float, float], BeforeValidator(as_tuple)] | None = None
-    heading_deg: Annotated[
-        float,
-        Ge(-360.0),
-        Le(360.0),
-        Meaning(
-            "Heading of the boat, where the recording has no attitude.", unit="°", reason="if no attitude is given"
-        ),
-    ] = 0.0
+    heading_deg: Annotated[float, Ge(-360.0), Le(360.0), Meaning("°", "if no attitude is given")] = 0.0
+    """Heading of the boat, where the recording has no attitude."""
     polarization: Literal["VV", "HH"] = "VV"
     transmit: Literal["single", "switched"] = "single"
     interferogram: Literal["single_pulse", "alternating_pulse"] = "single_pulse"
     transmitter: Literal["coherent", "magnetron"] = "coherent"
     coherent_on_receive: bool = False
-    transmit_phase_error_deg: Annotated[
-        float,
-        Ge(0.0),
-        Le(180.0),
-        Meaning(
-            "Error of the phase that is taken off each pulse, rms.", unit="°", reason="of the phase that is taken off"
-        ),
-    ] = 0.0
+    transmit_phase_error_deg: Annotated[float, Ge(0.0), Le(180.0), Meaning("°", "of the phase that is taken off")] = 0.0
+    """Error of the phase that is taken off each pulse, rms."""
     waveform: Literal["pulse", "chirp"] = "pulse"
-    chirp_bandwidth_hz: Annotated[
-        float, Ge(0.0), Le(1e11), Meaning("Bandwidth that a chirp sweeps.", unit="Hz", reason="swept by a chirp")
-    ] = 0.0
+    chirp_bandwidth_hz: Annotated[float, Ge(0.0), Le(1e11), Meaning("Hz", "swept by a chirp")] = 0.0
+    """Bandwidth that a chirp sweeps."""
     compression_weighting: Literal["none", "hann", "hamming", "taylor"] = "none"
-    prf_hz: Annotated[
-        float | None,
-        Gt(0.0),
-        Le(1e7),
-        Meaning("Pulse repetition frequency.", unit="Hz", reason="pulses per second", left_out="by the times"),
-    ] = None
+    prf_hz: Annotated[float | None, Gt(0.0), Le(1e7), Meaning("Hz", "pulses per second", left_out="by the times")] = (
+        None
+    )
+    """Pulse repetition frequency."""
     rotation_rpm: Annotated[
-        float | None,
-        Gt(0.0),
-        Le(1e4),
-        Meaning(
-            "Rotation of the antenna.", unit="1/min", reason="the antenna turns clockwise", left_out="by the azimuths"
-        ),
+        float | None, Gt(0.0), Le(1e4), Meaning("1/min", "the antenna turns clockwise", left_out="by the azimuths")
     ] = None
+    """Rotation of the antenna."""
     sector_deg: Annotated[tuple[float, float], BeforeValidator(as_tuple)] | None = None
     noise_power_w: Annotated[
         float | None,
         Ge(0.0),
-        Meaning(
-            "Noise power of a gate and receiver.",
-            unit="W",
-            reason="of a gate and receiver",
-            left_out="by pulses without transmission or the farthest gates",
-        ),
+        Meaning("W", "of a gate and receiver", left_out="by pulses without transmission or the farthest gates"),
     ] = None
+    """Noise power of a gate and receiver."""
     conjugate: bool = False
     phase_offset_deg: Annotated[
-        float,
-        Ge(-360.0),
-        Le(360.0),
-        Meaning(
-            "Phase of the lower receiver over the upper one's that cables and amplifiers add.",
-            unit="°",
-            reason="what is taken off the phase between the receivers",
-        ),
+        float, Ge(-360.0), Le(360.0), Meaning("°", "what is taken off the phase between the receivers")
     ] = 0.0
-    voltage_scale: Annotated[
-        float, Gt(0.0), Meaning("√W of one unit of the recording.", unit="√W", reason="√W of one unit of the recording")
-    ] = 1.0
+    """Phase of the lower receiver over the upper one's that cables and amplifiers add."""
+    voltage_scale: Annotated[float, Gt(0.0), Meaning("√W", "√W of one unit of the recording")] = 1.0
+    """√W of one unit of the recording."""
     dc_offset: Literal["keep", "remove"] = "keep"
     full_scale: Annotated[
         float | None,
         Gt(0.0),
-        Meaning(
-            "Full scale of I and Q, in the recording's units.",
-            unit="1",
-            reason="of I and Q, in the recording's units",
-            left_out="no pulse is flagged as saturated",
-        ),
+        Meaning("1", "of I and Q, in the recording's units", left_out="no pulse is flagged as saturated"),
     ] = None
-    encoder_counts: Annotated[
-        int | None,
-        Ge(2),
-        Meaning(
-            "Counts of the encoder in a turn.", unit="1", reason="of a turn", left_out="the azimuths are in degrees"
-        ),
-    ] = None
-    encoder_zero_deg: Annotated[
-        float,
-        Ge(-360.0),
-        Le(360.0),
-        Meaning("Azimuth at which the encoder reads 0.", unit="°", reason="where the encoder reads 0"),
-    ] = 0.0
+    """Full scale of I and Q, in the recording's units."""
+    encoder_counts: Annotated[int | None, Ge(2), Meaning("1", "of a turn", left_out="the azimuths are in degrees")] = (
+        None
+    )
+    """Counts of the encoder in a turn."""
+    encoder_zero_deg: Annotated[float, Ge(-360.0), Le(360.0), Meaning("°", "where the encoder reads 0")] = 0.0
+    """Azimuth at which the encoder reads 0."""
     encoder_clockwise: bool = True
     azimuth_from: Literal["north", "bow"] = "north"
     partial_turns: Literal["drop", "keep"] = "drop"

@@ -17,7 +17,7 @@ from pydantic import BaseModel, Discriminator, TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from ..errors import InputError
-from ..settings.limits import Meaning
+from ..settings import Meaning
 from .toml_text import key_text, number_text, quoted, shown, toml_value
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"

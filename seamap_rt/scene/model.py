@@ -29,6 +29,7 @@ from ..settings import (
     Section,
     TracingSettings,
     as_tuple,
+    meaning_of,
 )
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def _in_words(section: Section, *keys: str) -> str:
         value, field = getattr(section, key, None), type(section).model_fields.get(key)
         if value is None or field is None:
             continue
-        unit = next((each.unit for each in field.metadata if isinstance(each, Meaning)), None)
+        unit = meaning_of(field).unit
         numbers = value if isinstance(value, tuple) else (value,)
         text = "–".join(each if isinstance(each, str) else number_text(each) for each in numbers)
         name = re.sub(r"_(m_s|m|s|hz|w|deg|rpm)$", "", key).replace("_", " ")
@@ -72,43 +73,34 @@ def _file_name(name: str) -> str:
 class Scene(Section):
     """All that a run depends on."""
 
-    name: Annotated[
-        str, AfterValidator(_file_name), Meaning("Name of the scene and of its results' folder.", pattern=f"^{_NAME}$")
-    ]
-    title: Annotated[str, Meaning("What the scene shows, in a line.")] = ""
-    seed: Annotated[
-        int,
-        Ge(0),
-        Meaning(
-            "Seed of all random numbers: the same seed gives the same bits.",
-            unit="1",
-            reason="seeds of the random source count from 0",
-        ),
-    ] = 1
-    turns: Annotated[
-        int,
-        Ge(1),
-        Le(1_000_000),
-        Meaning(
-            "Turns of the antenna, the sea running on; or maps of a staring one.",
-            unit="1",
-            reason="turns of the antenna",
-        ),
-    ] = 1
-    earth: Annotated[Literal["flat"], Meaning("Shape of the earth.")] = "flat"
-    sea: Annotated[SeaSettings, Meaning("The water and its waves.")] = SeaSettings()
-    scattering: Annotated[ScatteringSettings, Meaning("How the sea returns the radar's power.")] = ScatteringSettings()
-    radar: Annotated[RadarSettings, Meaning("The radar.")] = RadarSettings()
-    platform: Annotated[PlatformSettings, Meaning("The boat that carries it.")] = PlatformSettings()
-    objects: Annotated[
-        tuple[ObjectSettings, ...], BeforeValidator(as_tuple), Meaning("Things in the scene, `[[objects]]`.")
-    ] = ()
-    gauges: Annotated[
-        tuple[GaugeSettings, ...], BeforeValidator(as_tuple), Meaning("Virtual wave gauges, `[[gauges]]`.")
-    ] = ()
-    tracing: Annotated[TracingSettings, Meaning("Light and shadow, and the mesh.")] = TracingSettings()
-    retrieval: Annotated[RetrievalSettings, Meaning("How echoes become maps.")] = RetrievalSettings()
-    prediction: Annotated[PredictionSettings, Meaning("How maps become forecasts.")] = PredictionSettings()
+    name: Annotated[str, AfterValidator(_file_name), Meaning(pattern=f"^{_NAME}$")]
+    """Name of the scene and of its results' folder."""
+    title: str = ""
+    """What the scene shows, in a line."""
+    seed: Annotated[int, Ge(0), Meaning("1", "seeds of the random source count from 0")] = 1
+    """Seed of all random numbers: the same seed gives the same bits."""
+    turns: Annotated[int, Ge(1), Le(1_000_000), Meaning("1", "turns of the antenna")] = 1
+    """Turns of the antenna, the sea running on; or maps of a staring one."""
+    earth: Literal["flat"] = "flat"
+    """Shape of the earth."""
+    sea: SeaSettings = SeaSettings()
+    """The water and its waves."""
+    scattering: ScatteringSettings = ScatteringSettings()
+    """How the sea returns the radar's power."""
+    radar: RadarSettings = RadarSettings()
+    """The radar."""
+    platform: PlatformSettings = PlatformSettings()
+    """The boat that carries it."""
+    objects: Annotated[tuple[ObjectSettings, ...], BeforeValidator(as_tuple)] = ()
+    """Things in the scene, `[[objects]]`."""
+    gauges: Annotated[tuple[GaugeSettings, ...], BeforeValidator(as_tuple)] = ()
+    """Virtual wave gauges, `[[gauges]]`."""
+    tracing: TracingSettings = TracingSettings()
+    """Light and shadow, and the mesh."""
+    retrieval: RetrievalSettings = RetrievalSettings()
+    """How echoes become maps."""
+    prediction: PredictionSettings = PredictionSettings()
+    """How maps become forecasts."""
 
     @property
     def detail(self) -> MeshDetail:

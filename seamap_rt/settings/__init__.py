@@ -7,7 +7,6 @@ sections need those subpackages, so they lie above them, in `seamap_rt.scene`: t
 
 from .antenna import WIDEST_DEG, AntennaSettings, PlacedAntenna
 from .gauges import GaugeSettings
-from .limits import Meaning
 from .objects import ObjectSettings
 from .platform import PlatformSettings, SensorErrors, SensorSettings
 from .prediction import PredictionSettings, QuietSettings, VesselSettings
@@ -16,7 +15,7 @@ from .receiver import ReceiverSettings
 from .retrieval import RetrievalSettings
 from .scattering import ScatteringSettings
 from .sea import DEFAULT_RESOLUTION_M, MOST_POINTS_A_SIDE, SeaSettings, check_grid
-from .section import Section, as_tuple
+from .section import Meaning, Section, as_tuple, meaning_of
 from .tracing import TracingSettings
 from .waves import (
     HIGHEST_SEA_M,
@@ -73,4 +72,5 @@ __all__ = [
     "WaveSystem",
     "as_tuple",
     "check_grid",
+    "meaning_of",
 ]

@@ -9,8 +9,7 @@ from pydantic import BeforeValidator, GetJsonSchemaHandler, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from .limits import Meaning
-from .section import Section, as_tuple
+from .section import Meaning, Section, as_tuple
 
 WIDEST_DEG = 25.0  # azimuth beam: three beams to either side must look ahead
 
@@ -22,75 +21,38 @@ class AntennaSettings(Section):
     `slotted_waveguide` and its aperture fix the taper (Taylor's one-parameter); a taper only widens a beam.
     """
 
-    pattern: Annotated[
-        Literal["slotted_waveguide", "gaussian", "isotropic", "file"],
-        Meaning("Shape of the beam; `file` is a measured pattern. The gain follows from the pattern itself."),
-    ] = "slotted_waveguide"
-    file: Annotated[
-        str | None,
-        Meaning(
-            "Path of a measured pattern, CSV (`cut,angle_deg,gain_db`; cut azimuth or elevation) or MSI/Planet, whose "
-            "vertical angles count downwards; a relative one counts from the scene file's folder.",
-            left_out='no file; needed with pattern = "file"',
-        ),
-    ] = None
+    pattern: Literal["slotted_waveguide", "gaussian", "isotropic", "file"] = "slotted_waveguide"
+    """Shape of the beam; `file` is a measured pattern. The gain follows from the pattern itself."""
+    file: Annotated[str | None, Meaning(left_out='no file; needed with pattern = "file"')] = None
+    """Path of a measured pattern, CSV (`cut,angle_deg,gain_db`; cut azimuth or elevation) or MSI/Planet, whose vertical
+    angles count downwards; a relative one counts from the scene file's folder."""
     azimuth_beamwidth_deg: Annotated[
-        float,
-        Gt(0.05),
-        Le(WIDEST_DEG),
-        Meaning(
-            "Beam width in azimuth, one-way at −3 dB.",
-            unit="°",
-            reason="one-way, −3 dB; three beams to either side must look ahead",
-        ),
+        float, Gt(0.05), Le(WIDEST_DEG), Meaning("°", "one-way, −3 dB; three beams to either side must look ahead")
     ] = 1.8
-    elevation_beamwidth_deg: Annotated[
-        float,
-        Gt(0.5),
-        Le(120.0),
-        Meaning("Beam width in elevation, one-way at −3 dB.", unit="°", reason="one-way, −3 dB"),
-    ] = 18.0
-    width_m: Annotated[
-        float, Gt(0.0), Le(20.0), Meaning("Width of the aperture.", unit="m", reason="aperture width")
-    ] = 1.0
-    height_m: Annotated[
-        float, Gt(0.0), Le(5.0), Meaning("Height of the aperture.", unit="m", reason="aperture height")
-    ] = 0.1
-    ohmic_loss_db: Annotated[
-        float, Ge(0.0), Le(20.0), Meaning("Ohmic loss of the antenna.", unit="dB", reason="a loss is not negative")
-    ] = 0.0
+    """Beam width in azimuth, one-way at −3 dB."""
+    elevation_beamwidth_deg: Annotated[float, Gt(0.5), Le(120.0), Meaning("°", "one-way, −3 dB")] = 18.0
+    """Beam width in elevation, one-way at −3 dB."""
+    width_m: Annotated[float, Gt(0.0), Le(20.0), Meaning("m", "aperture width")] = 1.0
+    """Width of the aperture."""
+    height_m: Annotated[float, Gt(0.0), Le(5.0), Meaning("m", "aperture height")] = 0.1
+    """Height of the aperture."""
+    ohmic_loss_db: Annotated[float, Ge(0.0), Le(20.0), Meaning("dB", "a loss is not negative")] = 0.0
+    """Ohmic loss of the antenna."""
     gain_dbi: Annotated[
         float | None,
         Ge(-20.0),
         Le(60.0),
-        Meaning(
-            "Gain of the antenna.",
-            unit="dBi",
-            reason="overrides directivity − ohmic loss",
-            left_out="directivity of the pattern less ohmic_loss_db",
-        ),
+        Meaning("dBi", "overrides directivity − ohmic loss", left_out="directivity of the pattern less ohmic_loss_db"),
     ] = None
-    feed: Annotated[
-        Literal["centre", "end"],
-        Meaning("Where the waveguide is fed; from its `end`, the beam squints off its design frequency."),
-    ] = "centre"
+    """Gain of the antenna."""
+    feed: Literal["centre", "end"] = "centre"
+    """Where the waveguide is fed; from its `end`, the beam squints off its design frequency."""
     design_frequency_hz: Annotated[
-        float | None,
-        Ge(1e9),
-        Le(1e11),
-        Meaning(
-            "Frequency at which an end-fed waveguide looks square to its aperture.",
-            unit="Hz",
-            reason="of an end-fed guide",
-            left_out="radar.frequency_hz",
-        ),
+        float | None, Ge(1e9), Le(1e11), Meaning("Hz", "of an end-fed guide", left_out="radar.frequency_hz")
     ] = None
-    guide_width_m: Annotated[
-        float,
-        Gt(1e-3),
-        Le(0.2),
-        Meaning("Inner width of the waveguide.", unit="m", reason="inner width of the waveguide; WR-90"),
-    ] = 0.02286
+    """Frequency at which an end-fed waveguide looks square to its aperture."""
+    guide_width_m: Annotated[float, Gt(1e-3), Le(0.2), Meaning("m", "inner width of the waveguide; WR-90")] = 0.02286
+    """Inner width of the waveguide."""
 
     @model_validator(mode="after")
     def _file_goes_with_its_pattern(self) -> Self:
@@ -100,7 +62,7 @@ class AntennaSettings(Section):
 
 
 _Component = Annotated[
-    float, Ge(-100.0), Le(100.0), Meaning("A component.", unit="m", reason="antennas and boat lie within ±100 m")
+    float, Ge(-100.0), Le(100.0), Meaning("m", "antennas and boat lie within ±100 m", text="A component.")
 ]
 Offset = Annotated[tuple[_Component, _Component, _Component], BeforeValidator(as_tuple)]
 
@@ -111,44 +73,21 @@ class PlacedAntenna(AntennaSettings):
     The short form, `radar.baseline_m` and what belongs to it, is two stacked antennas without this list.
     """
 
-    offset_m: Annotated[
-        Offset,
-        Meaning(
-            "Offset of its phase centre from the point that stands radar.height_m above the sea: along the aperture to "
-            "the right, along the boresight ahead, up.",
-            unit="m",
-        ),
-    ]
-    offset_error_m: Annotated[
-        Offset, Meaning("What the true offset has more than offset_m, which the retrieval knows.", unit="m")
-    ] = (0.0, 0.0, 0.0)
-    role: Annotated[Literal["tx", "rx", "both"], Meaning("Whether it transmits, receives or both.")] = "both"
+    offset_m: Annotated[Offset, Meaning("m")]
+    """Offset of its phase centre from the point that stands radar.height_m above the sea: along the aperture to the
+    right, along the boresight ahead, up."""
+    offset_error_m: Annotated[Offset, Meaning("m")] = (0.0, 0.0, 0.0)
+    """What the true offset has more than offset_m, which the retrieval knows."""
+    role: Literal["tx", "rx", "both"] = "both"
+    """Whether it transmits, receives or both."""
     bandwidth_hz: Annotated[
-        float | None,
-        Ge(1e6),
-        Le(1e11),
-        Meaning("Bandwidth of the antenna itself.", unit="Hz", reason="of the antenna itself", left_out="no limit"),
+        float | None, Ge(1e6), Le(1e11), Meaning("Hz", "of the antenna itself", left_out="no limit")
     ] = None
-    channel_gain_db: Annotated[
-        float,
-        Ge(-20.0),
-        Le(20.0),
-        Meaning(
-            "Gain of its receiver over the others', unknown to the retrieval.",
-            unit="dB",
-            reason="of its receiver over the others'",
-        ),
-    ] = 0.0
-    channel_phase_deg: Annotated[
-        float,
-        Ge(-360.0),
-        Le(360.0),
-        Meaning(
-            "Phase of its receiver over the others', unknown to the retrieval.",
-            unit="°",
-            reason="of its receiver over the others'",
-        ),
-    ] = 0.0
+    """Bandwidth of the antenna itself."""
+    channel_gain_db: Annotated[float, Ge(-20.0), Le(20.0), Meaning("dB", "of its receiver over the others'")] = 0.0
+    """Gain of its receiver over the others', unknown to the retrieval."""
+    channel_phase_deg: Annotated[float, Ge(-360.0), Le(360.0), Meaning("°", "of its receiver over the others'")] = 0.0
+    """Phase of its receiver over the others', unknown to the retrieval."""
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:

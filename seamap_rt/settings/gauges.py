@@ -9,8 +9,7 @@ from annotated_types import Ge, Le
 from pydantic import AfterValidator, model_validator
 
 from ..conventions import unit_from_azimuth
-from .limits import Meaning
-from .section import Direction, Section, compass
+from .section import Direction, Meaning, Section, compass
 
 _NAME = r"[A-Za-z0-9][A-Za-z0-9 ._+-]{0,39}"
 
@@ -31,48 +30,26 @@ class GaugeSettings(Section):
     and `azimuth_deg` say, counted from the origin, the foot of the mast at time 0.
     """
 
-    name: Annotated[str, AfterValidator(_gauge_name), Meaning("Name of the gauge, its own.", pattern=f"^{_NAME}$")]
+    name: Annotated[str, AfterValidator(_gauge_name), Meaning(pattern=f"^{_NAME}$")]
+    """Name of the gauge, its own."""
     east_m: Annotated[
-        Coordinate | None,
-        Meaning(
-            "Distance east of the origin; together with `north_m`.",
-            unit="m",
-            reason="a position in the scene",
-            left_out="by `ground_range_m` and `azimuth_deg`",
-        ),
+        Coordinate | None, Meaning("m", "a position in the scene", left_out="by `ground_range_m` and `azimuth_deg`")
     ] = None
+    """Distance east of the origin; together with `north_m`."""
     north_m: Annotated[
-        Coordinate | None,
-        Meaning(
-            "Distance north of the origin; together with `east_m`.",
-            unit="m",
-            reason="a position in the scene",
-            left_out="by `ground_range_m` and `azimuth_deg`",
-        ),
+        Coordinate | None, Meaning("m", "a position in the scene", left_out="by `ground_range_m` and `azimuth_deg`")
     ] = None
+    """Distance north of the origin; together with `east_m`."""
     ground_range_m: Annotated[
-        float | None,
-        Ge(0.0),
-        Le(20_000.0),
-        Meaning(
-            "Horizontal distance from the origin; together with `azimuth_deg`.",
-            unit="m",
-            reason="a distance",
-            left_out="by `east_m` and `north_m`",
-        ),
+        float | None, Ge(0.0), Le(20_000.0), Meaning("m", "a distance", left_out="by `east_m` and `north_m`")
     ] = None
+    """Horizontal distance from the origin; together with `azimuth_deg`."""
     azimuth_deg: Annotated[
         Direction | None,
         compass("Azimuth from the origin, together with `ground_range_m`", left_out="by `east_m` and `north_m`"),
     ] = None
-    sample_hz: Annotated[
-        float,
-        Ge(0.1),
-        Le(1000.0),
-        Meaning(
-            "Readings a second of the wire; one rate for all gauges.", unit="Hz", reason="readings a second of the wire"
-        ),
-    ] = 4.0
+    sample_hz: Annotated[float, Ge(0.1), Le(1000.0), Meaning("Hz", "readings a second of the wire")] = 4.0
+    """Readings a second of the wire; one rate for all gauges."""
 
     @model_validator(mode="after")
     def _position_is_given_once(self) -> Self:

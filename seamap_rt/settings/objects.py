@@ -7,11 +7,10 @@ from typing import Annotated, Literal
 from annotated_types import Ge, Gt, Le
 from pydantic import BeforeValidator
 
-from .limits import Meaning
-from .section import Direction, Section, as_tuple, compass
+from .section import Direction, Meaning, Section, as_tuple, compass
 
 _Component = Annotated[
-    float, Ge(-30_000.0), Le(30_000.0), Meaning("A component.", unit="m", reason="an object stands in the scene")
+    float, Ge(-30_000.0), Le(30_000.0), Meaning("m", "an object stands in the scene", text="A component.")
 ]
 
 
@@ -21,38 +20,21 @@ class ObjectSettings(Section):
     Its own height counts in the maps' error figures, which are held against the sea.
     """
 
-    mesh: Annotated[
-        str,
-        Meaning(
-            "Path of an STL, GLB, OBJ, PLY or Collada mesh, z up, y ahead; a relative one counts from the scene file's "
-            "folder."
-        ),
-    ]
-    position_m: Annotated[
-        tuple[_Component, _Component, _Component],
-        BeforeValidator(as_tuple),
-        Meaning(
-            "Position: east, north, up of mean sea level at the origin; of an object fixed to the boat starboard, "
-            "forward, up from the waterline at the foot of the mast.",
-            unit="m",
-        ),
-    ]
+    mesh: str
+    """Path of an STL, GLB, OBJ, PLY or Collada mesh, z up, y ahead; a relative one counts from the scene file's
+    folder."""
+    position_m: Annotated[tuple[_Component, _Component, _Component], BeforeValidator(as_tuple), Meaning("m")]
+    """Position: east, north, up of mean sea level at the origin; of an object fixed to the boat starboard, forward, up
+    from the waterline at the foot of the mast."""
     heading_deg: Annotated[Direction, compass("Where its y axis points")] = 0.0
-    scale: Annotated[
-        float,
-        Gt(0.0),
-        Le(1e4),
-        Meaning("Factor from the file's unit to metres.", unit="1", reason="metres per unit of the file"),
-    ] = 1.0
+    scale: Annotated[float, Gt(0.0), Le(1e4), Meaning("1", "metres per unit of the file")] = 1.0
+    """Factor from the file's unit to metres."""
     rcs_dbsm: Annotated[
         float | None,
         Ge(-100.0),
         Le(80.0),
-        Meaning(
-            "Radar cross-section, mean over its speckle while it is wholly in sight, over 1 m².",
-            unit="dBsm",
-            reason="in sight as a whole",
-            left_out="it hides and echoes nothing",
-        ),
+        Meaning("dBsm", "in sight as a whole", left_out="it hides and echoes nothing"),
     ] = None
-    fixed_to: Annotated[Literal["world", "boat"], Meaning("To what it is fixed; with the `boat` it turns.")] = "world"
+    """Radar cross-section, mean over its speckle while it is wholly in sight, over 1 m²."""
+    fixed_to: Literal["world", "boat"] = "world"
+    """To what it is fixed; with the `boat` it turns."""

@@ -9,8 +9,7 @@ from annotated_types import Ge, Gt, Le
 from pydantic import model_validator
 
 from .antenna import Offset
-from .limits import Meaning
-from .section import Direction, Phase, Section, compass
+from .section import Direction, Meaning, Phase, Section, compass
 
 Period = Annotated[float, Ge(0.5), Le(300.0)]
 Angle = Annotated[float, Ge(0.0), Le(45.0)]
@@ -21,29 +20,27 @@ PositionNoise = Annotated[float, Ge(0.0), Le(20.0)]
 
 
 def _amplitude(motion: str) -> Meaning:
-    return Meaning(f'Amplitude of {motion}; 0 unless motion = "sinusoidal".', unit="°", reason="an amplitude")
+    return Meaning("°", "an amplitude", text=f'Amplitude of {motion}; 0 unless motion = "sinusoidal".')
 
 
 def _period(motion: str) -> Meaning:
-    return Meaning(f"Period of {motion}.", unit="s", reason="a boat answers waves of 0.5 s and more")
+    return Meaning("s", "a boat answers waves of 0.5 s and more", text=f"Period of {motion}.")
 
 
 def _phase(motion: str) -> Meaning:
-    return Meaning(f"Phase of {motion} at time 0.", unit="°", reason="a phase")
+    return Meaning("°", "a phase", text=f"Phase of {motion} at time 0.")
 
 
 def _bias(reading: str, unit: str) -> Meaning:
-    return Meaning(
-        f"Constant error of the measured {reading}.", unit=unit, reason="a sensor that errs by more is broken"
-    )
+    return Meaning(unit, "a sensor that errs by more is broken", text=f"Constant error of the measured {reading}.")
 
 
 def _noise(reading: str, unit: str) -> Meaning:
-    return Meaning(f"Random error of each reading of {reading}, rms.", unit=unit, reason="rms of one reading")
+    return Meaning(unit, "rms of one reading", text=f"Random error of each reading of {reading}, rms.")
 
 
 def _accuracy(reading: str, unit: str) -> Meaning:
-    return Meaning(f"Constant error of {reading} as its maker states it, rms.", unit=unit, reason="rms")
+    return Meaning(unit, "rms", text=f"Constant error of {reading} as its maker states it, rms.")
 
 
 class SensorErrors(Section):
@@ -55,17 +52,10 @@ class SensorErrors(Section):
     attitude_accuracy_deg: Annotated[Noise, _accuracy("roll and pitch", "°")] = 0.0
     heading_accuracy_deg: Annotated[Noise, _accuracy("heading", "°")] = 0.0
     height_accuracy_m: Annotated[PositionNoise, _accuracy("height", "m")] = 0.0
-    rate_hz: Annotated[
-        float,
-        Ge(0.1),
-        Meaning("Readings a second; inf is one at every pulse.", unit="Hz", reason="readings a second", infinite=True),
-    ] = math.inf
-    latency_s: Annotated[
-        float,
-        Ge(0.0),
-        Le(10.0),
-        Meaning("Age of a reading: it reports the motion of that long before.", unit="s", reason="age of a reading"),
-    ] = 0.0
+    rate_hz: Annotated[float, Ge(0.1), Meaning("Hz", "readings a second", infinite=True)] = math.inf
+    """Readings a second; inf is one at every pulse."""
+    latency_s: Annotated[float, Ge(0.0), Le(10.0), Meaning("s", "age of a reading")] = 0.0
+    """Age of a reading: it reports the motion of that long before."""
 
     @property
     def attributes(self) -> dict[str, float]:
@@ -93,30 +83,17 @@ class PlatformSettings(Section):
     Signs: roll + starboard down, pitch + bow up, heading clockwise from north.
     """
 
-    motion: Annotated[
-        Literal["fixed", "sinusoidal", "wave_following", "file"],
-        Meaning(
-            "`fixed` keeps its attitude; `sinusoidal` rolls, pitches, yaws and heaves by the amplitudes below; "
-            "`wave_following` rides the very waves that the radar sees, as far as length and beam let it; `file` is a "
-            "recorded motion."
-        ),
-    ] = "fixed"
-    speed_m_s: Annotated[
-        float,
-        Ge(0.0),
-        Le(30.0),
-        Meaning("Speed along the heading.", unit="m/s", reason="through the scene, along the heading"),
-    ] = 0.0
+    motion: Literal["fixed", "sinusoidal", "wave_following", "file"] = "fixed"
+    """`fixed` keeps its attitude; `sinusoidal` rolls, pitches, yaws and heaves by the amplitudes below;
+    `wave_following` rides the very waves that the radar sees, as far as length and beam let it; `file` is a recorded
+    motion."""
+    speed_m_s: Annotated[float, Ge(0.0), Le(30.0), Meaning("m/s", "through the scene, along the heading")] = 0.0
+    """Speed along the heading."""
     heading_deg: Annotated[Direction, compass("Heading of the bow")] = 0.0
-    list_deg: Annotated[
-        float,
-        Ge(-45.0),
-        Le(45.0),
-        Meaning("Roll at rest, starboard down.", unit="°", reason="beyond it the boat capsizes"),
-    ] = 0.0
-    trim_deg: Annotated[
-        float, Ge(-45.0), Le(45.0), Meaning("Pitch at rest, bow up.", unit="°", reason="beyond it the boat founders")
-    ] = 0.0
+    list_deg: Annotated[float, Ge(-45.0), Le(45.0), Meaning("°", "beyond it the boat capsizes")] = 0.0
+    """Roll at rest, starboard down."""
+    trim_deg: Annotated[float, Ge(-45.0), Le(45.0), Meaning("°", "beyond it the boat founders")] = 0.0
+    """Pitch at rest, bow up."""
     roll_deg: Annotated[Angle, _amplitude("roll")] = 0.0
     roll_period_s: Annotated[Period, _period("roll")] = 4.0
     roll_phase_deg: Annotated[Phase, _phase("roll")] = 0.0
@@ -126,43 +103,23 @@ class PlatformSettings(Section):
     yaw_deg: Annotated[Angle, _amplitude("yaw")] = 0.0
     yaw_period_s: Annotated[Period, _period("yaw")] = 8.0
     yaw_phase_deg: Annotated[Phase, _phase("yaw")] = 0.0
-    heave_m: Annotated[
-        float,
-        Ge(0.0),
-        Le(20.0),
-        Meaning('Amplitude of heave; 0 unless motion = "sinusoidal".', unit="m", reason="an amplitude"),
-    ] = 0.0
+    heave_m: Annotated[float, Ge(0.0), Le(20.0), Meaning("m", "an amplitude")] = 0.0
+    """Amplitude of heave; 0 unless motion = "sinusoidal"."""
     heave_period_s: Annotated[Period, _period("heave")] = 5.0
     heave_phase_deg: Annotated[Phase, _phase("heave")] = 0.0
-    file: Annotated[
-        str | None,
-        Meaning(
-            "Path of a recorded motion: CSV with `time_s` and any of `roll_deg`, `pitch_deg`, `heading_deg`, "
-            "`heave_m`, `x_m`, `y_m`; a relative one counts from the scene file's folder.",
-            left_out='no file; needed with motion = "file"',
-        ),
-    ] = None
-    length_m: Annotated[
-        float,
-        Gt(0.1),
-        Le(300.0),
-        Meaning("Length of the boat, where it follows the waves.", unit="m", reason="of the boat's waterline"),
-    ] = 7.0
-    beam_m: Annotated[
-        float,
-        Gt(0.1),
-        Le(60.0),
-        Meaning("Beam of the boat, where it follows the waves.", unit="m", reason="of the boat's waterline"),
-    ] = 2.5
+    file: Annotated[str | None, Meaning(left_out='no file; needed with motion = "file"')] = None
+    """Path of a recorded motion: CSV with `time_s` and any of `roll_deg`, `pitch_deg`, `heading_deg`, `heave_m`, `x_m`,
+    `y_m`; a relative one counts from the scene file's folder."""
+    length_m: Annotated[float, Gt(0.1), Le(300.0), Meaning("m", "of the boat's waterline")] = 7.0
+    """Length of the boat, where it follows the waves."""
+    beam_m: Annotated[float, Gt(0.1), Le(60.0), Meaning("m", "of the boat's waterline")] = 2.5
+    """Beam of the boat, where it follows the waves."""
     lever_arm_m: Annotated[
-        Offset | None,
-        Meaning(
-            "Vector from the point about which the boat turns to the middle of the antennas: starboard, forward, up.",
-            unit="m",
-            left_out="that point lies at the waterline straight below the antennas",
-        ),
+        Offset | None, Meaning("m", left_out="that point lies at the waterline straight below the antennas")
     ] = None
-    sensors: Annotated[SensorSettings, Meaning("The motion sensors, `[platform.sensors]`.")] = SensorSettings()
+    """Vector from the point about which the boat turns to the middle of the antennas: starboard, forward, up."""
+    sensors: SensorSettings = SensorSettings()
+    """The motion sensors, `[platform.sensors]`."""
 
     @model_validator(mode="after")
     def _motion_and_its_keys_agree(self) -> Self:

@@ -7,12 +7,11 @@ from typing import Annotated, Literal, Self
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import model_validator
 
-from .limits import Meaning
-from .section import Direction, Section, compass
+from .section import Direction, Meaning, Section, compass
 
 
 def _size(text: str, shapes: str) -> Meaning:
-    return Meaning(f"{text}; of {shapes}.", unit="m", reason="sizes of boats", left_out="none: the shape needs no such")
+    return Meaning("m", "sizes of boats", left_out="none: the shape needs no such", text=f"{text}; of {shapes}.")
 
 
 Size = Annotated[float, Gt(0.0), Le(300.0)]
@@ -24,42 +23,24 @@ class VesselSettings(Section):
     `raft` follows the surface; `disc` is a buoy; `box` a box-shaped boat; `file` a NetCDF file of Capytaine.
     """
 
-    shape: Annotated[
-        Literal["none", "raft", "disc", "box", "file"], Meaning("Which vessel: none forecasts the water alone.")
-    ] = "none"
+    shape: Literal["none", "raft", "disc", "box", "file"] = "none"
+    """Which vessel: none forecasts the water alone."""
     length_m: Annotated[Size | None, _size("Length", "`box`")] = None
     beam_m: Annotated[Size | None, _size("Beam", "`box`; diameter of `disc`")] = None
     draught_m: Annotated[Size | None, _size("Draught", "`box` and `disc`")] = None
     roll_period_s: Annotated[
-        float | None,
-        Gt(0.0),
-        Le(60.0),
-        Meaning(
-            "Natural period of roll, of `box`.", unit="s", reason="periods of boats", left_out="by the box's stability"
-        ),
+        float | None, Gt(0.0), Le(60.0), Meaning("s", "periods of boats", left_out="by the box's stability")
     ] = None
-    file: Annotated[
-        str | None,
-        Meaning(
-            "Path of a NetCDF file of Capytaine, of `file`; a relative one counts from the scene file's folder.",
-            left_out="none: only the shape file needs one",
-        ),
-    ] = None
-    body: Annotated[
-        str | None,
-        Meaning(
-            "Which body of `file`: the name before `__Heave`. Others are there, and held fast.",
-            left_out="the only one there",
-        ),
-    ] = None
+    """Natural period of roll, of `box`."""
+    file: Annotated[str | None, Meaning(left_out="none: only the shape file needs one")] = None
+    """Path of a NetCDF file of Capytaine, of `file`; a relative one counts from the scene file's folder."""
+    body: Annotated[str | None, Meaning(left_out="the only one there")] = None
+    """Which body of `file`: the name before `__Heave`. Others are there, and held fast."""
     symmetry: Annotated[
-        Literal["sides", "sides_and_ends", "round"] | None,
-        Meaning(
-            "What gives the directions of waves that `file` leaves out: with `sides` port is like starboard, with "
-            "`sides_and_ends` bow like stern too, with `round` all directions are alike, and one is enough.",
-            left_out="none: the file has all directions",
-        ),
+        Literal["sides", "sides_and_ends", "round"] | None, Meaning(left_out="none: the file has all directions")
     ] = None
+    """What gives the directions of waves that `file` leaves out: with `sides` port is like starboard, with
+    `sides_and_ends` bow like stern too, with `round` all directions are alike, and one is enough."""
 
     @model_validator(mode="after")
     def _sizes_are_those_of_the_shape(self) -> Self:
@@ -76,7 +57,7 @@ class VesselSettings(Section):
 
 
 def _limit(text: str, unit: str) -> Meaning:
-    return Meaning(f"{text} stays below, in magnitude.", unit=unit, reason="a limit", left_out="it is not limited")
+    return Meaning(unit, "a limit", left_out="it is not limited", text=f"{text} stays below, in magnitude.")
 
 
 class QuietSettings(Section):
@@ -87,15 +68,10 @@ class QuietSettings(Section):
     heave_m: Annotated[float | None, Gt(0.0), Le(30.0), _limit("What the vessel's heave", "m")] = None
     roll_deg: Annotated[float | None, Gt(0.0), Le(90.0), _limit("What the vessel's roll", "°")] = None
     pitch_deg: Annotated[float | None, Gt(0.0), Le(90.0), _limit("What the vessel's pitch", "°")] = None
-    duration_s: Annotated[
-        float, Gt(0.0), Le(30.0), Meaning("How long a window lasts.", unit="s", reason="what is predictable")
-    ] = 5.0
-    confidence: Annotated[
-        float,
-        Gt(0.0),
-        Lt(1.0),
-        Meaning("Probability from which on a window is called.", unit="1", reason="a probability"),
-    ] = 0.9
+    duration_s: Annotated[float, Gt(0.0), Le(30.0), Meaning("s", "what is predictable")] = 5.0
+    """How long a window lasts."""
+    confidence: Annotated[float, Gt(0.0), Lt(1.0), Meaning("1", "a probability")] = 0.9
+    """Probability from which on a window is called."""
 
     @property
     def limits(self) -> dict[str, float]:
@@ -113,58 +89,34 @@ class QuietSettings(Section):
 class PredictionSettings(Section):
     """From maps to a forecast: of the sea, of a vessel in it, and of quiet windows."""
 
-    turns: Annotated[
-        int,
-        Ge(1),
-        Le(40),
-        Meaning("How many turns' maps a wave field rests on.", unit="1", reason="turns that the fit holds"),
-    ] = 10
-    lead_s: Annotated[
-        float,
-        Ge(0.0),
-        Le(60.0),
-        Meaning("How far ahead forecasts are made.", unit="s", reason="beyond it the sea is not predictable"),
-    ] = 30.0
+    turns: Annotated[int, Ge(1), Le(40), Meaning("1", "turns that the fit holds")] = 10
+    """How many turns' maps a wave field rests on."""
+    lead_s: Annotated[float, Ge(0.0), Le(60.0), Meaning("s", "beyond it the sea is not predictable")] = 30.0
+    """How far ahead forecasts are made."""
     sharpness: Annotated[
         float | None,
         Ge(0.0),
         Le(1.0),
-        Meaning(
-            "How far the water is moved by its own waves: 0 for waves of Airy, 1 for first-order Lagrangian ones.",
-            unit="1",
-            reason="from linear to first-order Lagrangian waves",
-            left_out="as the maps show it",
-        ),
+        Meaning("1", "from linear to first-order Lagrangian waves", left_out="as the maps show it"),
     ] = None
+    """How far the water is moved by its own waves: 0 for waves of Airy, 1 for first-order Lagrangian ones."""
     amplitude_dispersion: Annotated[
-        float | None,
-        Ge(0.0),
-        Le(1.0),
-        Meaning(
-            "How far waves run faster by the sea's own height: 0 for waves of Airy, 1 for the whole of what the third "
-            "order in steepness adds on deep water.",
-            unit="1",
-            reason="from linear to third-order waves",
-            left_out="as the maps show it",
-        ),
+        float | None, Ge(0.0), Le(1.0), Meaning("1", "from linear to third-order waves", left_out="as the maps show it")
     ] = None
+    """How far waves run faster by the sea's own height: 0 for waves of Airy, 1 for the whole of what the third order in
+    steepness adds on deep water."""
     heading_deg: Annotated[
         Direction | None,
         compass("Heading of the vessel while it runs on", left_out="the heading of the boat; north for maps alone"),
     ] = None
     speed_m_s: Annotated[
-        float | None,
-        Ge(0.0),
-        Le(30.0),
-        Meaning(
-            "Speed over ground along that heading.",
-            unit="m/s",
-            reason="of boats",
-            left_out="the speed of the boat; 0 for maps alone",
-        ),
+        float | None, Ge(0.0), Le(30.0), Meaning("m/s", "of boats", left_out="the speed of the boat; 0 for maps alone")
     ] = None
-    vessel: Annotated[VesselSettings, Meaning("What floats there.")] = VesselSettings()
-    quiet: Annotated[QuietSettings, Meaning("What counts as quiet.")] = QuietSettings()
+    """Speed over ground along that heading."""
+    vessel: VesselSettings = VesselSettings()
+    """What floats there."""
+    quiet: QuietSettings = QuietSettings()
+    """What counts as quiet."""
 
     @model_validator(mode="after")
     def _motions_are_of_a_vessel(self) -> Self:

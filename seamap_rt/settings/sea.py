@@ -8,8 +8,7 @@ from typing import Annotated, Literal, Self
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BeforeValidator, model_validator
 
-from .limits import Meaning
-from .section import Direction, Section, as_tuple, compass
+from .section import Direction, Meaning, Section, as_tuple, compass
 from .waves import RandomWaves, WaveSystem
 
 DEFAULT_RESOLUTION_M = 0.8
@@ -24,90 +23,54 @@ class SeaSettings(Section):
     on the surface but in the scattering; which waves are on the surface decides what hides behind crests.
     """
 
-    model: Annotated[
-        Literal["linear", "choppy", "recorded"],
-        Meaning(
-            "`linear` waves, or `choppy`: first-order Lagrangian waves, whose crests are sharper; a scene of which "
-            "more than 2 % of the water folds over at time 0 is refused. `recorded`: the surface of `file`."
-        ),
-    ] = "linear"
-    file: Annotated[
-        str,
-        Meaning(
-            "Of a recorded sea: NetCDF or Zarr of the elevation over time, y and x (metres east and north of the "
-            "antenna), HOS-ocean's `3d.dat`, a stereo camera's grids. Side, spacing, depth and spectrum are the file's "
-            "where they are left out.",
-        ),
-    ] = ""
-    beyond: Annotated[
-        Literal["refused", "level", "mirrored"],
-        Meaning(
-            "Beyond a recorded patch that ends within the range circle: `refused`, or the sea goes on `level`, or "
-            "`mirrored` at the patch's edges. Nothing there is judged: no metric, gauge or forecast takes a cell of it."
-        ),
-    ] = "refused"
+    model: Literal["linear", "choppy", "recorded"] = "linear"
+    """`linear` waves, or `choppy`: first-order Lagrangian waves, whose crests are sharper; a scene of which more than 2
+    % of the water folds over at time 0 is refused. `recorded`: the surface of `file`."""
+    file: str = ""
+    """Of a recorded sea: NetCDF or Zarr of the elevation over time, y and x (metres east and north of the antenna),
+    HOS-ocean's `3d.dat`, a stereo camera's grids. Side, spacing, depth and spectrum are the file's where they are left
+    out."""
+    beyond: Literal["refused", "level", "mirrored"] = "refused"
+    """Beyond a recorded patch that ends within the range circle: `refused`, or the sea goes on `level`, or `mirrored`
+    at the patch's edges. Nothing there is judged: no metric, gauge or forecast takes a cell of it."""
     start_s: Annotated[
         float | None,
         Ge(-1e9),
         Le(1e9),
         Meaning(
-            "Time of a recorded sea's file, of dates from its first, that is the scene's time 0.",
-            unit="s",
-            reason="times of a record; it must hold the run",
+            "s",
+            "times of a record; it must hold the run",
             left_out="as early as the record allows: what is interpolated and heard before time 0 takes its beginning",
         ),
     ] = None
-    depth_m: Annotated[
-        float,
-        Ge(0.05),
-        Meaning("Depth of the water; inf is deep.", unit="m", reason="water has a depth; inf is deep", infinite=True),
-    ] = math.inf
+    """Time of a recorded sea's file, of dates from its first, that is the scene's time 0."""
+    depth_m: Annotated[float, Ge(0.05), Meaning("m", "water has a depth; inf is deep", infinite=True)] = math.inf
+    """Depth of the water; inf is deep."""
     resolution_m: Annotated[
         float | None,
         Gt(0.0),
         Le(100.0),
         Meaning(
-            "Spacing of the grid of resolved waves: the shortest wave on the surface is twice as long.",
-            unit="m",
-            reason="spacing of the resolved waves' grid",
-            left_out=f"{DEFAULT_RESOLUTION_M}, or by `energy_fraction`",
+            "m", "spacing of the resolved waves' grid", left_out=f"{DEFAULT_RESOLUTION_M}, or by `energy_fraction`"
         ),
     ] = None
+    """Spacing of the grid of resolved waves: the shortest wave on the surface is twice as long."""
     energy_fraction: Annotated[
         float | None,
         Gt(0.0),
         Lt(1.0),
-        Meaning(
-            "Share of the waves' variance that is to be on the surface: asks for the resolution that keeps it, in "
-            "place of `resolution_m`.",
-            unit="1",
-            reason="share of the waves' variance that is resolved",
-            left_out="by `resolution_m`",
-        ),
+        Meaning("1", "share of the waves' variance that is resolved", left_out="by `resolution_m`"),
     ] = None
-    extent_m: Annotated[
-        float,
-        Ge(10.0),
-        Le(20_000.0),
-        Meaning(
-            "Side of the periodic patch of sea; it must hold the range circle, unless the waves do not repeat "
-            "(`sinusoid`, `flat`, `long_crested`).",
-            unit="m",
-            reason="side of the periodic patch",
-        ),
-    ] = 1024.0
-    current_m_s: Annotated[
-        float,
-        Ge(0.0),
-        Le(10.0),
-        Meaning("Speed of a uniform current, which carries the waves.", unit="m/s", reason="a uniform current"),
-    ] = 0.0
+    """Share of the waves' variance that is to be on the surface: asks for the resolution that keeps it, in place of
+    `resolution_m`."""
+    extent_m: Annotated[float, Ge(10.0), Le(20_000.0), Meaning("m", "side of the periodic patch")] = 1024.0
+    """Side of the periodic patch of sea; it must hold the range circle, unless the waves do not repeat (`sinusoid`,
+    `flat`, `long_crested`)."""
+    current_m_s: Annotated[float, Ge(0.0), Le(10.0), Meaning("m/s", "a uniform current")] = 0.0
+    """Speed of a uniform current, which carries the waves."""
     current_toward_deg: Annotated[Direction, compass("Direction to which the current flows")] = 0.0
-    waves: Annotated[
-        tuple[WaveSystem, ...],
-        BeforeValidator(as_tuple),
-        Meaning("Wave systems, `[[sea.waves]]`: wind sea and swells, each with its own spectrum."),
-    ] = ()
+    waves: Annotated[tuple[WaveSystem, ...], BeforeValidator(as_tuple)] = ()
+    """Wave systems, `[[sea.waves]]`: wind sea and swells, each with its own spectrum."""
 
     @model_validator(mode="before")
     @classmethod

@@ -1,24 +1,121 @@
-"""A section of a scene file, and what the sections share."""
+"""A section of a scene file, and how its keys state what they are.
+
+A key is one declaration: its type, its limits (`annotated_types`, which pydantic checks and writes into the JSON
+schema), its `Meaning` (unit, and the reason of its limits), its default, and below it what it is:
+
+    width_m: Annotated[float, Gt(0.0), Le(20.0), Meaning("m", "aperture width")] = 1.0
+    # and a docstring: Width of the aperture.
+
+The form, the manual, `seamap-rt keys`, refusals and units are made of these.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, get_args
 
 from annotated_types import Ge, Le
-from pydantic import BaseModel, ConfigDict, GetJsonSchemaHandler
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+)
+from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema
+from pydantic_core import CoreSchema, core_schema
 
 from ..errors import InputError
-from .limits import INFINITE, Meaning
+
+INFINITE = "inf"  # an infinite number in JSON, which has none: TOML's own word, which overrides read as a number
+_WITHOUT_END = 1e9  # m, s or Hz: what is more is infinite, and products with it do not overflow
+_WORDS = {
+    "greater_than": ("must be greater than", "gt"),
+    "greater_than_equal": ("must be at least", "ge"),
+    "less_than": ("must be less than", "lt"),
+    "less_than_equal": ("must be at most", "le"),
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Meaning:
+    """What a key's type and limits do not say.
+
+    unit: of a number, "1" if it has none; None for names, switches and tables.
+    reason: why the limits are there; the refusal gives it in brackets.
+    left_out: what holds where an optional key is not given.
+    infinite: whether inf is taken, as what numbers above 1e9 stand for. In the schema it is the text "inf".
+    items, pattern: what a validator of the key's own checks, of a list's entries and of a text, as JSON Schema puts it.
+    text: a sentence or two, of keys that share them; else they stand below the key.
+    """
+
+    unit: str | None = None
+    reason: str = ""
+    left_out: str = ""
+    infinite: bool = False
+    items: tuple[Mapping[str, float], ...] = ()
+    pattern: str = ""
+    text: str = ""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        schema = handler(source)
+        if schema["type"] == "nullable":
+            return {**schema, "schema": self._worded(schema["schema"])}
+        return self._worded(schema)
+
+    def _worded(self, schema: CoreSchema) -> CoreSchema:
+        if schema["type"] == "int":
+            return core_schema.no_info_wrap_validator_function(self._check, schema)
+        if schema["type"] == "float":
+            schema = {**schema, "allow_inf_nan": self.infinite}
+            return core_schema.no_info_wrap_validator_function(self._check_number, schema)
+        return schema
+
+    def _check_number(self, value: Any, check: ValidatorFunctionWrapHandler) -> Any:
+        if isinstance(value, float) and math.isnan(value):  # which no comparison refuses
+            raise ValueError("is not a number; give a finite value")
+        checked = self._check(value, check)
+        return math.inf if self.infinite and checked > _WITHOUT_END else checked
+
+    def _check(self, value: Any, check: ValidatorFunctionWrapHandler) -> Any:
+        try:
+            return check(value)
+        except ValidationError as refusal:
+            (error,) = refusal.errors(include_url=False)
+            if error["type"] == "finite_number":
+                raise ValueError("must be finite") from None
+            if error["type"] not in _WORDS:
+                raise
+        words, name = _WORDS[error["type"]]
+        limit = error.get("ctx", {})[name]
+        raise ValueError(f"{words} {limit:g}" + (f" ({self.reason})" if self.reason else ""))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        stated = handler(schema)
+        for entry, bounds in zip(stated.get("prefixItems", ()), self.items, strict=False):
+            entry.update(bounds)
+        if self.infinite:
+            stated = {"anyOf": [*stated.get("anyOf", [stated]), {"const": INFINITE, "type": "string"}]}
+        said = {"description": self.text, "pattern": self.pattern, "reason": self.reason, "left_out": self.left_out}
+        return {**stated, "unit": self.unit, **{name: words for name, words in said.items() if words}}
+
+
+def meaning_of(field: FieldInfo) -> Meaning:
+    """Of a key, its sentences with it, on one line."""
+    meaning = next((each for each in field.metadata if isinstance(each, Meaning)), Meaning())
+    return replace(meaning, text=" ".join((meaning.text or field.description or "").split()))
 
 
 class Section(BaseModel):
     """A section of a scene file: frozen, strict about types, and closed to unknown keys."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, validate_default=False)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, validate_default=False, use_attribute_docstrings=True
+    )
 
     def __setattr__(self, name: str, value: Any) -> None:
         """InputError: what has been checked together stays so."""
@@ -47,6 +144,9 @@ class Section(BaseModel):
         for name, field in cls.model_fields.items():
             key = body["properties"][name]
             key.pop("title", None)
+            key.setdefault("unit", None)
+            if text := meaning_of(field).text:
+                key["description"] = text
             if isinstance(field.default, BaseModel):
                 key["default"] = {}
             elif isinstance(field.default, float) and math.isinf(field.default):
@@ -87,4 +187,4 @@ Phase = Annotated[float, Ge(-3600.0), Le(3600.0)]
 
 def compass(text: str, left_out: str = "") -> Meaning:
     """The meaning of a Direction."""
-    return Meaning(f"{text}, clockwise from north.", unit="°", reason="a compass direction", left_out=left_out)
+    return Meaning("°", "a compass direction", left_out=left_out, text=f"{text}, clockwise from north.")

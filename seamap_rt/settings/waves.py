@@ -7,8 +7,7 @@ from typing import Annotated, Literal, Self
 from annotated_types import Ge, Gt, Le
 from pydantic import Discriminator, model_validator
 
-from .limits import Meaning
-from .section import Direction, Phase, Section, compass
+from .section import Direction, Meaning, Phase, Section, compass
 
 Spreading = Literal["cos2s", "mitsuyasu", "hasselmann", "donelan_banner", "elfouhaily", "long_crested"]
 HIGHEST_SEA_M = 30.0  # significant wave height
@@ -18,16 +17,17 @@ Fetch = Annotated[float, Ge(1.0), Le(5e6)]
 
 _FROM = compass("Direction from which the waves come")
 _SPREADING = Meaning(
-    "How the waves' directions spread about the main one: `cos2s` with a fixed exponent, `mitsuyasu`, `hasselmann`, "
-    "`donelan_banner` and `elfouhaily` by those papers, `long_crested` not at all."
+    text="How the waves' directions spread about the main one: `cos2s` with a fixed exponent, `mitsuyasu`, "
+    "`hasselmann`, `donelan_banner` and `elfouhaily` by those papers, `long_crested` not at all."
 )
-_WIND = Meaning("Wind speed 10 m above the sea, which raises this system.", unit="m/s", reason="10 m above the sea")
+_WIND = Meaning("m/s", "10 m above the sea", text="Wind speed 10 m above the sea, which raises this system.")
 
 
 class FlatWaves(Section):
     """No waves at all."""
 
-    spectrum: Annotated[Literal["flat"], Meaning("No waves.")]
+    spectrum: Literal["flat"]
+    """No waves."""
 
 
 class SinusoidWaves(Section):
@@ -36,14 +36,14 @@ class SinusoidWaves(Section):
     Its steepness height_m/wavelength_m is at most 0.142: a steeper wave breaks (Michell 1893).
     """
 
-    spectrum: Annotated[Literal["sinusoid"], Meaning("One regular wave.")]
-    height_m: Annotated[
-        float, Ge(0.0), Le(50.0), Meaning("Height, crest to trough.", unit="m", reason="crest to trough; 0 is flat")
-    ]
-    wavelength_m: Annotated[float, Gt(0.0), Le(1e5), Meaning("Wavelength.", unit="m", reason="a wave has a length")]
-    phase_deg: Annotated[Phase, Meaning("Phase at the origin at time 0; 0 is a crest.", unit="°", reason="a phase")] = (
-        0.0
-    )
+    spectrum: Literal["sinusoid"]
+    """One regular wave."""
+    height_m: Annotated[float, Ge(0.0), Le(50.0), Meaning("m", "crest to trough; 0 is flat")]
+    """Height, crest to trough."""
+    wavelength_m: Annotated[float, Gt(0.0), Le(1e5), Meaning("m", "a wave has a length")]
+    """Wavelength."""
+    phase_deg: Annotated[Phase, Meaning("°", "a phase")] = 0.0
+    """Phase at the origin at time 0; 0 is a crest."""
     wave_from_deg: Annotated[Direction, _FROM] = 270.0
 
     @model_validator(mode="after")
@@ -65,59 +65,39 @@ class SpreadWaves(RandomWaves):
 
     wave_from_deg: Annotated[Direction, _FROM] = 270.0
     spreading: Annotated[Spreading, _SPREADING] = "cos2s"
-    spreading_exponent: Annotated[
-        float,
-        Gt(0.0),
-        Le(500.0),
-        Meaning('Exponent s of `spreading = "cos2s"`; larger is narrower.', unit="1", reason="the s of cos^2s(θ/2)"),
-    ] = 10.0
+    spreading_exponent: Annotated[float, Gt(0.0), Le(500.0), Meaning("1", "the s of cos^2s(θ/2)")] = 10.0
+    """Exponent s of `spreading = "cos2s"`; larger is narrower."""
     inverse_wave_age: Annotated[
         float | None,
         Ge(0.1),
         Le(10.0),
         Meaning(
-            "U10 over the phase speed of the spectrum's peak; `mitsuyasu`, `hasselmann` and `elfouhaily` depend on it.",
-            unit="1",
-            reason="U10 over the peak's phase speed; 0.84 is fully developed",
+            "1",
+            "U10 over the peak's phase speed; 0.84 is fully developed",
             left_out="follows from the wind where the system is given by a wind, else 0.84, a fully developed sea",
         ),
     ] = None
+    """U10 over the phase speed of the spectrum's peak; `mitsuyasu`, `hasselmann` and `elfouhaily` depend on it."""
 
 
 class SpectralWaves(SpreadWaves):
     """A system with a peak, given by its height and period or by the wind."""
 
     significant_wave_height_m: Annotated[
-        float | None,
-        Ge(0.0),
-        Le(HIGHEST_SEA_M),
-        Meaning(
-            "Significant wave height Hs = 4σ; together with `peak_period_s`.",
-            unit="m",
-            reason="0 is flat; no sea above 30 m",
-            left_out="by the wind",
-        ),
+        float | None, Ge(0.0), Le(HIGHEST_SEA_M), Meaning("m", "0 is flat; no sea above 30 m", left_out="by the wind")
     ] = None
+    """Significant wave height Hs = 4σ; together with `peak_period_s`."""
     peak_period_s: Annotated[
         float | None,
         Ge(PERIODS_S[0]),
         Le(PERIODS_S[1]),
-        Meaning(
-            "Period Tp of the spectrum's peak, as one meets it who drifts with the current.",
-            unit="s",
-            reason="wind waves and swell lie between 0.3 and 40 s",
-            left_out="by the wind",
-        ),
+        Meaning("s", "wind waves and swell lie between 0.3 and 40 s", left_out="by the wind"),
     ] = None
+    """Period Tp of the spectrum's peak, as one meets it who drifts with the current."""
     wind_speed_m_s: Annotated[
-        WindSpeed | None,
-        Meaning(
-            "Wind speed 10 m above the sea, in place of height and period (jonswap and tma: together with `fetch_m`).",
-            unit="m/s",
-            reason="10 m above the sea",
-            left_out="by height and period",
-        ),
+        WindSpeed | None, Meaning("m/s", "10 m above the sea", left_out="by height and period")
     ] = None
+    """Wind speed 10 m above the sea, in place of height and period (jonswap and tma: together with `fetch_m`)."""
 
     @model_validator(mode="after")
     def _size_is_given_once(self) -> Self:
@@ -134,24 +114,19 @@ class SpectralWaves(SpreadWaves):
 class PiersonMoskowitzWaves(SpectralWaves):
     """A fully developed sea (Pierson & Moskowitz 1964), by wind speed or scaled to Hs and Tp."""
 
-    spectrum: Annotated[Literal["pierson_moskowitz"], Meaning("A fully developed sea.")]
+    spectrum: Literal["pierson_moskowitz"]
+    """A fully developed sea."""
 
 
 class GrowingWaves(SpectralWaves):
     """A sea with an enhanced peak, by wind and fetch or scaled to Hs, Tp and γ."""
 
-    peak_enhancement: Annotated[
-        float, Ge(1.0), Le(20.0), Meaning("Peak enhancement γ.", unit="1", reason="γ of the JONSWAP spectrum")
-    ] = 3.3
+    peak_enhancement: Annotated[float, Ge(1.0), Le(20.0), Meaning("1", "γ of the JONSWAP spectrum")] = 3.3
+    """Peak enhancement γ."""
     fetch_m: Annotated[
-        Fetch | None,
-        Meaning(
-            "Distance over which the wind has blown; together with `wind_speed_m_s`.",
-            unit="m",
-            reason="distance to the windward shore",
-            left_out="by height and period",
-        ),
+        Fetch | None, Meaning("m", "distance to the windward shore", left_out="by height and period")
     ] = None
+    """Distance over which the wind has blown; together with `wind_speed_m_s`."""
 
     @model_validator(mode="after")
     def _wind_needs_fetch(self) -> Self:
@@ -163,41 +138,39 @@ class GrowingWaves(SpectralWaves):
 class JonswapWaves(GrowingWaves):
     """A growing sea (Hasselmann et al. 1973)."""
 
-    spectrum: Annotated[Literal["jonswap"], Meaning("A growing sea.")]
+    spectrum: Literal["jonswap"]
+    """A growing sea."""
 
 
 class TmaWaves(GrowingWaves):
     """A growing sea in water of finite depth, JONSWAP × Φ (Bouws et al. 1985). Hs is that of the sea itself."""
 
-    spectrum: Annotated[Literal["tma"], Meaning("A growing sea in water of finite depth.")]
+    spectrum: Literal["tma"]
+    """A growing sea in water of finite depth."""
 
 
 class ElfouhailyWaves(SpreadWaves):
     """The whole wind sea, from its peak to the ripples (Elfouhaily et al. 1997), by wind and wave age or fetch."""
 
-    spectrum: Annotated[Literal["elfouhaily"], Meaning("A wind sea from its peak to the ripples.")]
+    spectrum: Literal["elfouhaily"]
+    """A wind sea from its peak to the ripples."""
     wind_speed_m_s: Annotated[WindSpeed, _WIND]
     fetch_m: Annotated[
-        Fetch | None,
-        Meaning(
-            "Distance over which the wind has blown; in place of `inverse_wave_age`.",
-            unit="m",
-            reason="distance to the windward shore",
-            left_out="by `inverse_wave_age`",
-        ),
+        Fetch | None, Meaning("m", "distance to the windward shore", left_out="by `inverse_wave_age`")
     ] = None
+    """Distance over which the wind has blown; in place of `inverse_wave_age`."""
     spreading: Annotated[Spreading, _SPREADING] = "elfouhaily"
     inverse_wave_age: Annotated[
         float | None,
         Ge(0.8),
         Le(5.0),
         Meaning(
-            "U10 over the phase speed of the spectrum's peak; in place of `fetch_m`.",
-            unit="1",
-            reason="Elfouhaily et al. 1997; 0.84 is fully developed",
+            "1",
+            "Elfouhaily et al. 1997; 0.84 is fully developed",
             left_out="by `fetch_m`, else 0.84, a fully developed sea",
         ),
     ] = None
+    """U10 over the phase speed of the spectrum's peak; in place of `fetch_m`."""
 
     @model_validator(mode="after")
     def _age_is_given_once(self) -> Self:
@@ -209,51 +182,36 @@ class ElfouhailyWaves(SpreadWaves):
 class FileWaves(RandomWaves):
     """A measured or modelled directional spectrum, read from a file."""
 
-    spectrum: Annotated[Literal["file"], Meaning("A spectrum from a file.")]
-    file: Annotated[str, Meaning("Path of the file; a relative one counts from the scene file's folder.")]
-    kind: Annotated[
-        Literal[
-            "auto",
-            "ndbc",
-            "swan",
-            "ncswan",
-            "ww3",
-            "ww3_station",
-            "era5",
-            "datawell",
-            "spotter",
-            "triaxys",
-            "octopus",
-            "wavespectra",
-            "json",
-            "recorded",
-        ],
-        Meaning(
-            "Format: NDBC; SWAN's text or NetCDF; WAVEWATCH III's NetCDF or text; ERA5; Datawell's .spt; Spotter; "
-            "TRIAXYS; Octopus; wavespectra's own NetCDF, Zarr or JSON. `auto` recognises them. `recorded`: the "
-            "spectrum of a recorded sea (`sea.file`)."
-        ),
+    spectrum: Literal["file"]
+    """A spectrum from a file."""
+    file: str
+    """Path of the file; a relative one counts from the scene file's folder."""
+    kind: Literal[
+        "auto",
+        "ndbc",
+        "swan",
+        "ncswan",
+        "ww3",
+        "ww3_station",
+        "era5",
+        "datawell",
+        "spotter",
+        "triaxys",
+        "octopus",
+        "wavespectra",
+        "json",
+        "recorded",
     ] = "auto"
-    time: Annotated[
-        str | None,
-        Meaning(
-            "Time as ISO text, such as `2020-01-01T06:00`; the nearest in the file is taken.", left_out="the first"
-        ),
-    ] = None
-    site: Annotated[
-        int, Ge(0), Meaning("Number of the file's station.", unit="1", reason="stations are numbered from 0")
-    ] = 0
-    tail_exponent: Annotated[
-        float,
-        Ge(0.0),
-        Le(12.0),
-        Meaning(
-            "Beyond the last frequency the spectrum goes on as f to the minus this; 0 ends it there, else it must be "
-            "at least 3 (4 to 5 is usual).",
-            unit="1",
-            reason="a tail falls off; 0 is none",
-        ),
-    ] = 5.0
+    """Format: NDBC; SWAN's text or NetCDF; WAVEWATCH III's NetCDF or text; ERA5; Datawell's .spt; Spotter; TRIAXYS;
+    Octopus; wavespectra's own NetCDF, Zarr or JSON. `auto` recognises them. `recorded`: the spectrum of a recorded sea
+    (`sea.file`)."""
+    time: Annotated[str | None, Meaning(left_out="the first")] = None
+    """Time as ISO text, such as `2020-01-01T06:00`; the nearest in the file is taken."""
+    site: Annotated[int, Ge(0), Meaning("1", "stations are numbered from 0")] = 0
+    """Number of the file's station."""
+    tail_exponent: Annotated[float, Ge(0.0), Le(12.0), Meaning("1", "a tail falls off; 0 is none")] = 5.0
+    """Beyond the last frequency the spectrum goes on as f to the minus this; 0 ends it there, else it must be at least
+    3 (4 to 5 is usual)."""
 
     @model_validator(mode="after")
     def _tail_holds_little(self) -> Self:

@@ -20,7 +20,7 @@ from ..errors import InputError
 from ..io.scenefile import apply_overrides
 from ..io.text import parse_number
 from ..scene import Scene, load_scene
-from ..settings import Meaning
+from ..settings import Meaning, meaning_of
 
 _NAMES = {
     "radar.height_m": "antenna height",
@@ -86,7 +86,7 @@ def _meaning(model: type[BaseModel], path: list[str]) -> Meaning | None:
     if field is None:
         return None
     if not rest:
-        return next((each for each in field.metadata if isinstance(each, Meaning)), None)
+        return meaning_of(field)
     return next((found for each in _models(field.annotation) if (found := _meaning(each, rest)) is not None), None)
 
 

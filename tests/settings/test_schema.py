@@ -136,11 +136,17 @@ class Planted(Section):
     """Keys that state too little."""
 
     bare_m: float = 0.0
-    unitless_m: Annotated[float, Meaning("A length.")] = 0.0
-    wrong_m: Annotated[float, Meaning("A length.", unit="s")] = 0.0
-    unset_m: Annotated[float | None, Meaning("A length.", unit="m")] = None
-    unreasoned_m: Annotated[float, Ge(0.0), Meaning("A length.", unit="m")] = 0.0
-    whole_m: Annotated[float, Ge(0.0), Meaning("A length.", unit="m", reason="a length")] = 0.0
+    unitless_m: float = 0.0
+    """A length."""
+    wrong_m: Annotated[float, Meaning("s")] = 0.0
+    """A length."""
+    unset_m: Annotated[float | None, Meaning("m")] = None
+    """A length."""
+    unreasoned_m: Annotated[float, Ge(0.0), Meaning("m")] = 0.0
+    """A length."""
+    undescribed_m: Annotated[float, Ge(0.0), Meaning("m", "a length")] = 0.0
+    whole_m: Annotated[float, Ge(0.0), Meaning("m", "a length")] = 0.0
+    """A length."""
 
 
 def test_a_key_that_states_too_little_is_reported() -> None:
