@@ -22,36 +22,17 @@ from .validation import validate
 
 Header = Mapping[str, Any] | str | os.PathLike[str]
 
-# Key → the values that it can have [SI], and units in which others give it. Outside, one of them is meant.
-USUAL: dict[str, tuple[float, float, str, dict[str, float]]] = {
-    "frequency_hz": (1e8, 1e12, "hertz", {"GHz": 1e9, "MHz": 1e6}),
-    "pulse_width_s": (0.0, 1e-2, "seconds", {"ns": 1e-9, "µs": 1e-6}),
-    "bandwidth_hz": (1e4, 1e11, "hertz", {"MHz": 1e6, "GHz": 1e9}),
-    "chirp_bandwidth_hz": (1e4, 1e11, "hertz", {"MHz": 1e6, "GHz": 1e9}),
-    "prf_hz": (5.0, 1e7, "hertz", {"kHz": 1e3}),
-}
+PRF_HZ = (5.0, 1e7)  # a rate outside is in another unit
 
 
 class RecordingHeader(Section):
-    """What the arrays of a recording do not say.
+    """What the arrays of a recording do not say; limits are those of the SI, so that another unit is told."""
 
-    Left out, `prf_hz` and `rotation_rpm` follow from the times and azimuths, `noise_power_w` from pulses without
-    transmission or the farthest gates, and `sector_deg` is the full circle from where the recording begins.
-    `conjugate`: the recorder's time factor is exp(−jωt), its phases grow with distance. `azimuth` is in degrees, or in
-    counts of an encoder with `encoder_counts` a turn; it counts from north or from the bow. `range_offset_m` is what
-    cables and trigger add to every range, `phase_offset_deg` what they add to the lower receiver's phase over the
-    upper one's (after `conjugate`). `lever_arm_m` leads from the point whose motion the sensors measure to the
-    middle of the antennas: starboard, forward, up. `partial_turns`: of a first and a last turn that are not whole.
-    `transmitter`: a magnetron starts each pulse with a random phase; `coherent_on_receive` says that the recorder has
-    taken it off. Without it phases are compared between the receivers of one pulse alone, and maps have no velocities.
-    `sensors`: what is known of the motion sensors' errors, which error bars then hold.
-    """
-
-    frequency_hz: Annotated[float, Gt(0.0), Le(1e12), Meaning("Hz", "a carrier")]
+    frequency_hz: Annotated[float, Ge(1e8), Le(1e12), Meaning("Hz", "a carrier")]
     """Carrier frequency."""
     pulse_width_s: Annotated[float, Gt(0.0), Le(1e-2), Meaning("s", "as long as the transmitter is on")]
     """Length of the transmitted pulse."""
-    bandwidth_hz: Annotated[float, Gt(0.0), Le(1e11), Meaning("Hz", "noise bandwidth of the receiver")]
+    bandwidth_hz: Annotated[float, Ge(1e4), Le(1e11), Meaning("Hz", "noise bandwidth of the receiver")]
     """Noise bandwidth of the receiver."""
     height_m: Annotated[float, Gt(0.0), Le(1e4), Meaning("m", "of the antennas' middle over the sea")]
     """Mean height of the antennas over mean sea level."""
@@ -74,28 +55,33 @@ class RecordingHeader(Section):
     tilt_deg: Annotated[float, Ge(-60.0), Le(60.0), Meaning("°", "top towards the look")] = 0.0
     """Tilt of the antennas, top towards the look."""
     lever_arm_m: Annotated[tuple[float, float, float], BeforeValidator(as_tuple)] | None = None
+    """From the point whose motion the sensors measure to the middle of the antennas: starboard, forward, up."""
     heading_deg: Annotated[float, Ge(-360.0), Le(360.0), Meaning("°", "if no attitude is given")] = 0.0
     """Heading of the boat, where the recording has no attitude."""
     polarization: Literal["VV", "HH"] = "VV"
     transmit: Literal["single", "switched"] = "single"
     interferogram: Literal["single_pulse", "alternating_pulse"] = "single_pulse"
     transmitter: Literal["coherent", "magnetron"] = "coherent"
+    """A magnetron starts each pulse with a random phase: phases are then compared between the receivers of one pulse
+    alone, and maps have no velocities, unless coherent_on_receive."""
     coherent_on_receive: bool = False
+    """The recorder has taken the phase of each pulse off."""
     transmit_phase_error_deg: Annotated[float, Ge(0.0), Le(180.0), Meaning("°", "of the phase that is taken off")] = 0.0
     """Error of the phase that is taken off each pulse, rms."""
     waveform: Literal["pulse", "chirp"] = "pulse"
     chirp_bandwidth_hz: Annotated[float, Ge(0.0), Le(1e11), Meaning("Hz", "swept by a chirp")] = 0.0
     """Bandwidth that a chirp sweeps."""
     compression_weighting: Literal["none", "hann", "hamming", "taylor"] = "none"
-    prf_hz: Annotated[float | None, Gt(0.0), Le(1e7), Meaning("Hz", "pulses per second", left_out="by the times")] = (
-        None
-    )
+    prf_hz: Annotated[
+        float | None, Ge(PRF_HZ[0]), Le(PRF_HZ[1]), Meaning("Hz", "pulses per second", left_out="by the times")
+    ] = None
     """Pulse repetition frequency."""
     rotation_rpm: Annotated[
         float | None, Gt(0.0), Le(1e4), Meaning("1/min", "the antenna turns clockwise", left_out="by the azimuths")
     ] = None
     """Rotation of the antenna."""
     sector_deg: Annotated[tuple[float, float], BeforeValidator(as_tuple)] | None = None
+    """Left out, the full circle from where the recording begins."""
     noise_power_w: Annotated[
         float | None,
         Ge(0.0),
@@ -103,10 +89,11 @@ class RecordingHeader(Section):
     ] = None
     """Noise power of a gate and receiver."""
     conjugate: bool = False
+    """The recorder's time factor is exp(−jωt): its phases grow with distance."""
     phase_offset_deg: Annotated[
         float, Ge(-360.0), Le(360.0), Meaning("°", "what is taken off the phase between the receivers")
     ] = 0.0
-    """Phase of the lower receiver over the upper one's that cables and amplifiers add."""
+    """Phase of the lower receiver over the upper one's that cables and amplifiers add, after `conjugate`."""
     voltage_scale: Annotated[float, Gt(0.0), Meaning("√W", "√W of one unit of the recording")] = 1.0
     """√W of one unit of the recording."""
     dc_offset: Literal["keep", "remove"] = "keep"
@@ -119,37 +106,27 @@ class RecordingHeader(Section):
     encoder_counts: Annotated[int | None, Ge(2), Meaning("1", "of a turn", left_out="the azimuths are in degrees")] = (
         None
     )
-    """Counts of the encoder in a turn."""
+    """Counts of the encoder in a turn, where `azimuth` is in counts."""
     encoder_zero_deg: Annotated[float, Ge(-360.0), Le(360.0), Meaning("°", "where the encoder reads 0")] = 0.0
     """Azimuth at which the encoder reads 0."""
     encoder_clockwise: bool = True
+    """Its counts grow clockwise."""
     azimuth_from: Literal["north", "bow"] = "north"
+    """Where the azimuths count from."""
     partial_turns: Literal["drop", "keep"] = "drop"
+    """A first and a last turn that are not whole."""
     sensors: SensorErrors = SensorErrors()
-
-    @model_validator(mode="before")
-    @classmethod
-    def _in_its_unit(cls, given: Any) -> Any:
-        for key, (least, most, unit, others) in USUAL.items():
-            value = given.get(key) if isinstance(given, Mapping) else None
-            if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0.0:
-                continue
-            if not least <= value <= most:
-                meant = [
-                    f"{value * factor:g} for {value:g} {name}"
-                    for name, factor in others.items()
-                    if least <= value * factor <= most
-                ]
-                remedy = f"write {' or '.join(meant)}" if meant else "correct it"
-                raise ValueError(f"{key} = {value:g}: must be {least:g} to {most:g}, in {unit}; {remedy}")
-        return given
+    """What is known of the motion sensors' errors, which error bars then hold."""
 
     @model_validator(mode="after")
     def _hangs_together(self) -> Self:
         if (self.first_gate_m is None) != (self.gate_m is None):
             raise ValueError("give first_gate_m and gate_m together, or neither and the array ranges")
-        if self.waveform == "chirp" and not self.chirp_bandwidth_hz:
-            raise ValueError("chirp_bandwidth_hz = 0: must be greater than 0 with waveform = 'chirp'; give the sweep")
+        if self.chirp_bandwidth_hz < 1e4 and (self.chirp_bandwidth_hz or self.waveform == "chirp"):
+            raise ValueError(
+                f"chirp_bandwidth_hz = {self.chirp_bandwidth_hz:g}: must be at least 10000 with waveform = 'chirp'; "
+                "give the sweep in hertz"
+            )
         for name in ("sector_deg", "lever_arm_m"):
             if not all(math.isfinite(each) for each in getattr(self, name) or ()):
                 raise ValueError(f"{name} = {shown(getattr(self, name))}: must be finite; correct it")

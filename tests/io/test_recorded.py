@@ -384,12 +384,16 @@ TIME, AZIMUTH = clock()
         ({"head": {"azimuth_from": "stern"}}, "azimuth_from"),
         (
             {"head": {"frequency_hz": 9.41}},
-            "frequency_hz = 9.41: must be 1e+08 to 1e+12, in hertz; write 9.41e+09 for 9.41 GHz",
+            "frequency_hz = 9.41: must be at least 1e+08 (a carrier); did you mean 9.41e9 (Hz)?",
         ),
-        ({"head": {"frequency_hz": 9410.0}}, "write 9.41e+09 for 9410 MHz"),
-        ({"head": {"pulse_width_s": 20}}, "write 2e-08 for 20 ns"),
-        ({"head": {"bandwidth_hz": 50.0}}, "write 5e+07 for 50 MHz"),
-        ({"head": {"prf_hz": 1.0}}, "write 1000 for 1 kHz"),
+        ({"head": {"frequency_hz": 9410.0}}, "did you mean 9.41e9 (Hz)?"),
+        ({"head": {"pulse_width_s": 20}}, "did you mean 2e-5 or 2e-8 (s)?"),
+        ({"head": {"bandwidth_hz": 50.0}}, "5e7 or 50000 (Hz)?"),
+        ({"head": {"chirp_bandwidth_hz": 50.0}}, "must be at least 10000 with waveform = 'chirp'"),
+        (
+            {"head": {"prf_hz": 1.0}},
+            "prf_hz = 1.0: must be at least 5 (pulses per second); did you mean 1e6 or 1000 (Hz)?",
+        ),
     ],
 )
 def test_one_line_says_what_is_wrong(given: dict[str, Any], said: str) -> None:

@@ -23,7 +23,7 @@ from ...conventions import SPEED_OF_LIGHT
 from ...dataset import QUALITY_FLAGS, build
 from ...errors import InputError
 from ...io.recorded import pairs_of, read_recording
-from ...io.recording_header import USUAL, Header, RecordingHeader, read_header
+from ...io.recording_header import PRF_HZ, Header, RecordingHeader, read_header
 from ...radar.pose import antenna_axes, bearing, boat_axes, scan_of_bearing
 from .turns import Turns, turns_of
 
@@ -359,7 +359,7 @@ def _prf(head: RecordingHeader, time: Array) -> float:
             raise InputError("prf_hz: is missing: must be given with a single pulse; add it to the header")
         return head.prf_hz
     heights = 1.0 / float(np.median(np.diff(time)))
-    least, most, *_ = USUAL["prf_hz"]
+    least, most = PRF_HZ
     if not least <= heights <= most:
         raise InputError(
             f"time: pulses are {1.0 / heights:.4g} s apart, a PRF of {heights:.4g} Hz: must be {least:g} to {most:g}; "
