@@ -1,24 +1,18 @@
-"""One frozen model per section of a scene file, a module each: limits, default, unit and meaning of every key.
+"""One frozen model per section of a scene file: limits, default, unit and meaning of every key.
 
 Keys carry their unit as a suffix; unknown keys are refused. A check that needs one section alone stands beside that
 section. Settings lie below `radar`, `scattering`, `sea` and `mesh`, which take them as arguments; checks across
 sections need those subpackages, so they lie above them, in `seamap_rt.scene`: two on purpose.
 """
 
-from .antenna import WIDEST_DEG, AntennaSettings, PlacedAntenna
-from .gauges import GaugeSettings
-from .objects import ObjectSettings
+from .objects import GaugeSettings, ObjectSettings
 from .platform import PlatformSettings, SensorErrors, SensorSettings
-from .prediction import PredictionSettings, QuietSettings, VesselSettings
-from .radar import RadarSettings
-from .receiver import ReceiverSettings
-from .retrieval import RetrievalSettings
-from .scattering import ScatteringSettings
-from .sea import DEFAULT_RESOLUTION_M, MOST_POINTS_A_SIDE, SeaSettings, check_grid
-from .section import Meaning, Section, as_tuple, meaning_of
-from .tracing import TracingSettings
-from .waves import (
+from .processing import PredictionSettings, QuietSettings, RetrievalSettings, VesselSettings
+from .radar import WIDEST_DEG, AntennaSettings, PlacedAntenna, RadarSettings, ReceiverSettings
+from .sea import (
+    DEFAULT_RESOLUTION_M,
     HIGHEST_SEA_M,
+    MOST_POINTS_A_SIDE,
     PERIODS_S,
     ElfouhailyWaves,
     FileWaves,
@@ -27,12 +21,16 @@ from .waves import (
     JonswapWaves,
     PiersonMoskowitzWaves,
     RandomWaves,
+    SeaSettings,
     SinusoidWaves,
     SpectralWaves,
     SpreadWaves,
     TmaWaves,
     WaveSystem,
+    check_grid,
 )
+from .section import Meaning, Section, as_tuple, meaning_of
+from .surface import ScatteringSettings, TracingSettings
 
 __all__ = [
     "DEFAULT_RESOLUTION_M",

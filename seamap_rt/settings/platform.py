@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from annotated_types import Ge, Gt, Le
 from pydantic import model_validator
 
-from .antenna import Offset
+from .radar import Offset
 from .section import Direction, Meaning, Phase, Section, compass
 
 Period = Annotated[float, Ge(0.5), Le(300.0)]

@@ -1,4 +1,5 @@
-"""[sea]: the water, its wave systems, and how much of them the surface resolves."""
+"""[sea] and [[sea.waves]]: the water, its wave systems, one model for each `spectrum`, and how much of them the surface
+resolves."""
 
 from __future__ import annotations
 
@@ -6,10 +7,229 @@ import math
 from typing import Annotated, Literal, Self
 
 from annotated_types import Ge, Gt, Le, Lt
-from pydantic import BeforeValidator, model_validator
+from pydantic import BeforeValidator, Discriminator, model_validator
 
-from .section import Direction, Meaning, Section, as_tuple, compass
-from .waves import RandomWaves, WaveSystem
+from .section import Direction, Meaning, Phase, Section, as_tuple, compass
+
+Spreading = Literal["cos2s", "mitsuyasu", "hasselmann", "donelan_banner", "elfouhaily", "long_crested"]
+HIGHEST_SEA_M = 30.0  # significant wave height
+PERIODS_S = (0.3, 40.0)  # of a peak: wind waves and swell
+WindSpeed = Annotated[float, Ge(0.01), Le(60.0)]
+Fetch = Annotated[float, Ge(1.0), Le(5e6)]
+
+_FROM = compass("Direction from which the waves come")
+_SPREADING = Meaning(
+    text="How the waves' directions spread about the main one: `cos2s` with a fixed exponent, `mitsuyasu`, "
+    "`hasselmann`, `donelan_banner` and `elfouhaily` by those papers, `long_crested` not at all."
+)
+_WIND = Meaning("m/s", "10 m above the sea", text="Wind speed 10 m above the sea, which raises this system.")
+
+
+class FlatWaves(Section):
+    """No waves at all."""
+
+    spectrum: Literal["flat"]
+    """No waves."""
+
+
+class SinusoidWaves(Section):
+    """One regular wave, η = (height_m/2) cos(k·x − ωt + phase).
+
+    Its steepness height_m/wavelength_m is at most 0.142: a steeper wave breaks (Michell 1893).
+    """
+
+    spectrum: Literal["sinusoid"]
+    """One regular wave."""
+    height_m: Annotated[float, Ge(0.0), Le(50.0), Meaning("m", "crest to trough; 0 is flat")]
+    """Height, crest to trough."""
+    wavelength_m: Annotated[float, Gt(0.0), Le(1e5), Meaning("m", "a wave has a length")]
+    """Wavelength."""
+    phase_deg: Annotated[Phase, Meaning("°", "a phase")] = 0.0
+    """Phase at the origin at time 0; 0 is a crest."""
+    wave_from_deg: Annotated[Direction, _FROM] = 270.0
+
+    @model_validator(mode="after")
+    def _not_broken(self) -> Self:
+        if self.height_m / self.wavelength_m > 0.142:
+            raise ValueError(
+                f"height_m/wavelength_m = {self.height_m / self.wavelength_m:.3g}: must be at most 0.142 "
+                "(a steeper wave breaks, Michell 1893)"
+            )
+        return self
+
+
+class RandomWaves(Section):
+    """A wave system that is drawn from a spectrum."""
+
+
+class SpreadWaves(RandomWaves):
+    """A main direction, and how the waves spread about it."""
+
+    wave_from_deg: Annotated[Direction, _FROM] = 270.0
+    spreading: Annotated[Spreading, _SPREADING] = "cos2s"
+    spreading_exponent: Annotated[float, Gt(0.0), Le(500.0), Meaning("1", "the s of cos^2s(θ/2)")] = 10.0
+    """Exponent s of `spreading = "cos2s"`; larger is narrower."""
+    inverse_wave_age: Annotated[
+        float | None,
+        Ge(0.1),
+        Le(10.0),
+        Meaning(
+            "1",
+            "U10 over the peak's phase speed; 0.84 is fully developed",
+            left_out="follows from the wind where the system is given by a wind, else 0.84, a fully developed sea",
+        ),
+    ] = None
+    """U10 over the phase speed of the spectrum's peak; `mitsuyasu`, `hasselmann` and `elfouhaily` depend on it."""
+
+
+class SpectralWaves(SpreadWaves):
+    """A system with a peak, given by its height and period or by the wind."""
+
+    significant_wave_height_m: Annotated[
+        float | None, Ge(0.0), Le(HIGHEST_SEA_M), Meaning("m", "0 is flat; no sea above 30 m", left_out="by the wind")
+    ] = None
+    """Significant wave height Hs = 4σ; together with `peak_period_s`."""
+    peak_period_s: Annotated[
+        float | None,
+        Ge(PERIODS_S[0]),
+        Le(PERIODS_S[1]),
+        Meaning("s", "wind waves and swell lie between 0.3 and 40 s", left_out="by the wind"),
+    ] = None
+    """Period Tp of the spectrum's peak, as one meets it who drifts with the current."""
+    wind_speed_m_s: Annotated[
+        WindSpeed | None, Meaning("m/s", "10 m above the sea", left_out="by height and period")
+    ] = None
+    """Wind speed 10 m above the sea, in place of height and period (jonswap and tma: together with `fetch_m`)."""
+
+    @model_validator(mode="after")
+    def _size_is_given_once(self) -> Self:
+        by_height = (self.significant_wave_height_m is not None, self.peak_period_s is not None)
+        by_wind = self.wind_speed_m_s is not None
+        if by_wind == all(by_height) or any(by_height) != all(by_height):
+            raise ValueError(
+                "give either significant_wave_height_m and peak_period_s, or wind_speed_m_s "
+                "(and fetch_m for jonswap and tma), not a mixture"
+            )
+        return self
+
+
+class PiersonMoskowitzWaves(SpectralWaves):
+    """A fully developed sea (Pierson & Moskowitz 1964), by wind speed or scaled to Hs and Tp."""
+
+    spectrum: Literal["pierson_moskowitz"]
+    """A fully developed sea."""
+
+
+class GrowingWaves(SpectralWaves):
+    """A sea with an enhanced peak, by wind and fetch or scaled to Hs, Tp and γ."""
+
+    peak_enhancement: Annotated[float, Ge(1.0), Le(20.0), Meaning("1", "γ of the JONSWAP spectrum")] = 3.3
+    """Peak enhancement γ."""
+    fetch_m: Annotated[
+        Fetch | None, Meaning("m", "distance to the windward shore", left_out="by height and period")
+    ] = None
+    """Distance over which the wind has blown; together with `wind_speed_m_s`."""
+
+    @model_validator(mode="after")
+    def _wind_needs_fetch(self) -> Self:
+        if (self.wind_speed_m_s is None) != (self.fetch_m is None):
+            raise ValueError("give wind_speed_m_s and fetch_m together: jonswap and tma by wind need both")
+        return self
+
+
+class JonswapWaves(GrowingWaves):
+    """A growing sea (Hasselmann et al. 1973)."""
+
+    spectrum: Literal["jonswap"]
+    """A growing sea."""
+
+
+class TmaWaves(GrowingWaves):
+    """A growing sea in water of finite depth, JONSWAP × Φ (Bouws et al. 1985). Hs is that of the sea itself."""
+
+    spectrum: Literal["tma"]
+    """A growing sea in water of finite depth."""
+
+
+class ElfouhailyWaves(SpreadWaves):
+    """The whole wind sea, from its peak to the ripples (Elfouhaily et al. 1997), by wind and wave age or fetch."""
+
+    spectrum: Literal["elfouhaily"]
+    """A wind sea from its peak to the ripples."""
+    wind_speed_m_s: Annotated[WindSpeed, _WIND]
+    fetch_m: Annotated[
+        Fetch | None, Meaning("m", "distance to the windward shore", left_out="by `inverse_wave_age`")
+    ] = None
+    """Distance over which the wind has blown; in place of `inverse_wave_age`."""
+    spreading: Annotated[Spreading, _SPREADING] = "elfouhaily"
+    inverse_wave_age: Annotated[
+        float | None,
+        Ge(0.8),
+        Le(5.0),
+        Meaning(
+            "1",
+            "Elfouhaily et al. 1997; 0.84 is fully developed",
+            left_out="by `fetch_m`, else 0.84, a fully developed sea",
+        ),
+    ] = None
+    """U10 over the phase speed of the spectrum's peak; in place of `fetch_m`."""
+
+    @model_validator(mode="after")
+    def _age_is_given_once(self) -> Self:
+        if self.inverse_wave_age is not None and self.fetch_m is not None:
+            raise ValueError("give fetch_m or inverse_wave_age, not both: each says how old the sea is")
+        return self
+
+
+class FileWaves(RandomWaves):
+    """A measured or modelled directional spectrum, read from a file."""
+
+    spectrum: Literal["file"]
+    """A spectrum from a file."""
+    file: str
+    """Path of the file; a relative one counts from the scene file's folder."""
+    kind: Literal[
+        "auto",
+        "ndbc",
+        "swan",
+        "ncswan",
+        "ww3",
+        "ww3_station",
+        "era5",
+        "datawell",
+        "spotter",
+        "triaxys",
+        "octopus",
+        "wavespectra",
+        "json",
+        "recorded",
+    ] = "auto"
+    """Format: NDBC; SWAN's text or NetCDF; WAVEWATCH III's NetCDF or text; ERA5; Datawell's .spt; Spotter; TRIAXYS;
+    Octopus; wavespectra's own NetCDF, Zarr or JSON. `auto` recognises them. `recorded`: the spectrum of a recorded sea
+    (`sea.file`)."""
+    time: Annotated[str | None, Meaning(left_out="the first")] = None
+    """Time as ISO text, such as `2020-01-01T06:00`; the nearest in the file is taken."""
+    site: Annotated[int, Ge(0), Meaning("1", "stations are numbered from 0")] = 0
+    """Number of the file's station."""
+    tail_exponent: Annotated[float, Ge(0.0), Le(12.0), Meaning("1", "a tail falls off; 0 is none")] = 5.0
+    """Beyond the last frequency the spectrum goes on as f to the minus this; 0 ends it there, else it must be at least
+    3 (4 to 5 is usual)."""
+
+    @model_validator(mode="after")
+    def _tail_holds_little(self) -> Self:
+        if 0.0 < self.tail_exponent < 3.0:
+            raise ValueError(
+                f"tail_exponent = {self.tail_exponent:g}: must be 0 or at least 3 (a flatter tail would hold most "
+                "of the waves); 4 to 5 is usual"
+            )
+        return self
+
+
+WaveSystem = Annotated[
+    FlatWaves | SinusoidWaves | PiersonMoskowitzWaves | JonswapWaves | TmaWaves | ElfouhailyWaves | FileWaves,
+    Discriminator("spectrum"),
+]
+
 
 DEFAULT_RESOLUTION_M = 0.8
 MOST_POINTS_A_SIDE = 4096

@@ -16,7 +16,7 @@ from declared_sea import DIRECTION, FREQUENCY, FROM_DEG, HS, PEAK_HZ, assert_the
 
 from seamap_rt.errors import InputError
 from seamap_rt.io.spectrumfile import KINDS, read_directional_spectrum
-from seamap_rt.settings.waves import FileWaves
+from seamap_rt.settings.sea import FileWaves
 
 WIDTH = 5.0  # degrees
 ENERGY = true_density().sum(axis=1) * WIDTH  # m²/Hz
