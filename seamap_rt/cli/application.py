@@ -34,11 +34,12 @@ _LEFT = "what is complete, if anything, stays readable"
 @command("doctor", "run tiny --tracer horizon", name="doctor", need=A_TABLE)
 def doctor_command() -> int:
     """Tell which backend is used, what it has, and what mends what is missing; "info" is no fault."""
-    from ..compute.backend import doctor_checks, doctor_lines
+    from ..compute.backend import checks, doctor_lines
 
-    for line in doctor_lines():
+    rows = checks()
+    for line in doctor_lines(rows):
         console.print(line)
-    return 0 if all(check.ok for check in doctor_checks() if check.item == "backend") else NO_BACKEND
+    return 0 if all(check.ok for check in rows if check.item == "backend") else NO_BACKEND
 
 
 def _print_anywhere() -> None:

@@ -1,8 +1,6 @@
 """The backend that Dr.Jit runs on: CUDA or an LLVM library, tested before it is used."""
 
-from .choose import prepare
-from .doctor import Check, doctor_lines
-from .doctor import checks as doctor_checks
-from .kinds import VARIABLE, Backend
+from .choose import Backend, Check, checks, doctor_lines, prepare
+from .trial import VARIABLE
 
-__all__ = ["VARIABLE", "Backend", "Check", "doctor_checks", "doctor_lines", "prepare"]
+__all__ = ["VARIABLE", "Backend", "Check", "checks", "doctor_lines", "prepare"]

@@ -9,19 +9,17 @@ import platform
 import re
 import shlex
 import shutil
-import struct
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 from ..scratch import scratch_folder
-from . import memory, probe, search
-from .kinds import WHEEL, Candidate, package_version
+from . import trial
+from .trial import Candidate
 
-LINK_LIMIT_S = 300.0
-
-
+WHEEL = "mlc-llvm-static"
+_LIMIT_S = 300.0
 log = logging.getLogger(__name__)
 
 
@@ -31,11 +29,12 @@ class _CannotBuild(Exception):
 
 def own_llvm(notes: list[str]) -> Iterator[Candidate]:
     """The library linked earlier; if there is none, or it failed its test, a new one."""
-    wheel = package_version(WHEEL)
+    wheel = trial.package_version(WHEEL)
     try:
-        folder = memory.cache_folder()
-        for library in _cached_builds(folder, wheel):
-            yield Candidate("llvm", library, "cached build")
+        folder = trial.cache_folder()
+        builds = [path for path in folder.glob(build_name(wheel or "*")) if path.is_file()]
+        if builds:  # where no wheel is installed any more, the newest that one has left
+            yield Candidate("llvm", max(builds, key=_version), "cached build")
         yield Candidate("llvm", link_wheel(folder, wheel), f"built from {WHEEL}")
     except _CannotBuild as error:
         notes.append(str(error))
@@ -43,27 +42,27 @@ def own_llvm(notes: list[str]) -> Iterator[Candidate]:
         notes.append(f"no LLVM can be kept in a cache: {error}")
 
 
-def _build_name(wheel: str) -> str:
+def build_name(wheel: str) -> str:
     return f"libLLVM-{wheel}-{platform.machine()}.so"
 
 
-def _cached_builds(folder: Path, wheel: str | None) -> list[Path]:
-    """The installed wheel's build; where no wheel is installed any more, the newest that one has left."""
-    builds = [path for path in folder.glob(_build_name(wheel or "*")) if path.is_file()]
-    return sorted(builds, key=search.version_in_name, reverse=True)[:1]
+def _version(build: Path) -> list[int]:
+    return [int(part) for part in re.findall(r"\d+", build.name)]
 
 
 def link_wheel(folder: Path, wheel: str | None) -> Path:
     """Link the wheel's archives into one shared library, which appears in the folder whole or not at all."""
     if sys.platform != "linux":
         raise _CannotBuild(f"{WHEEL} is linked on Linux only")
-    archives = _archives()
+    archives = archives_of_wheel()
     if wheel is None or not archives:
         raise _CannotBuild(f"the wheel {WHEEL} is not installed")
-    linker = _linker()
+    # A C++ compiler driver knows where its own runtime library lies, which a bare ld does not.
+    drivers = (shlex.split(name) for name in (os.environ.get("CXX", ""), "c++", "g++", "clang++"))
+    linker = next((each for each in drivers if each and shutil.which(each[0])), None)
     if linker is None:
         raise _CannotBuild(f"no g++ to link {WHEEL} with")
-    library = folder / _build_name(wheel)
+    library = folder / build_name(wheel)
     log.info("linking LLVM from %s into %s (once)", WHEEL, library)
     with scratch_folder(".link-", folder) as scratch:
         whole = scratch / library.name
@@ -72,20 +71,11 @@ def link_wheel(folder: Path, wheel: str | None) -> Path:
     return library
 
 
-def _archives() -> list[Path]:
+def archives_of_wheel() -> list[Path]:
     """The wheel's static archives, found without importing it."""
     spec = importlib.util.find_spec("mlc_llvm_static")
     roots = (spec.submodule_search_locations or []) if spec else []
     return [path for root in roots for path in sorted(Path(root, "static", "lib").glob("*.a"))]
-
-
-def _linker() -> list[str] | None:
-    """A C++ compiler driver: it knows where its own runtime library lies, which a bare ld does not."""
-    for name in (os.environ.get("CXX", ""), "c++", "g++", "clang++"):
-        command = shlex.split(name)
-        if command and shutil.which(command[0]):
-            return command
-    return None
 
 
 def _run_linker(linker: list[str], archives: list[Path], output: Path) -> None:
@@ -96,7 +86,7 @@ def _run_linker(linker: list[str], archives: list[Path], output: Path) -> None:
         *linker,
         *("-shared", "-s", "-o", str(output)),
         # Dr.Jit asks for its functions by name at run time, so no object file asks for them: name them here.
-        *(f"-Wl,-u,{symbol}" for symbol in _c_interface(archives)),
+        *(f"-Wl,-u,{symbol}" for symbol in c_interface(archives)),
         f"-Wl,--version-script={exports}",
         "-Wl,--gc-sections",
         "-Wl,-z,defs",  # what is missing shall show now, not when the library is loaded
@@ -105,23 +95,22 @@ def _run_linker(linker: list[str], archives: list[Path], output: Path) -> None:
         *("-lpthread", "-ldl", "-lm"),
     ]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=LINK_LIMIT_S)
+        done = trial.run(command, _LIMIT_S)
     except (OSError, subprocess.SubprocessError) as error:
         raise _CannotBuild(f"{linker[0]} did not link {WHEEL}: {type(error).__name__}") from error
     if done.returncode != 0:
-        raise _CannotBuild(f"{linker[0]} did not link {WHEEL}: {probe.reason(done.returncode, done.stderr)}")
+        raise _CannotBuild(f"{linker[0]} did not link {WHEEL}: {trial.reason(done)}")
 
 
-def _c_interface(archives: list[Path]) -> list[str]:
+def c_interface(archives: list[Path]) -> list[str]:
     """LLVM's whole C interface, of which Dr.Jit resolves about sixty functions, other ones with each release.
 
     All of it makes the library 4 % larger than the sixty do. Only the initialisers of other machines' targets
     stay out: where the wheel's extra targets are installed each would draw in a whole code generator.
     """
     target = {"x86_64": "X86", "aarch64": "AArch64", "arm64": "AArch64"}.get(platform.machine(), "")
-    foreign = re.compile(rf"LLVMInitialize(?!{target}(?:Target|Asm|Disassembler))")
-    symbols = {name for archive in archives for name in _symbols(archive)}
-    return sorted(name for name in symbols if re.match("LLVM[A-Z]", name) and not foreign.match(name))
+    wanted = re.compile(rf"LLVM(?!Initialize(?!{target}(?:Target|Asm|Disassembler)))[A-Z].*")
+    return sorted({name for archive in archives for name in _symbols(archive) if wanted.fullmatch(name)})
 
 
 def _symbols(archive: Path) -> list[str]:
@@ -136,5 +125,5 @@ def _symbols(archive: Path) -> list[str]:
         if head[:8] != b"!<arch>\n" or head[8:24].rstrip() != b"/":
             return []
         index = file.read(int(head[56:66]))
-    (count,) = struct.unpack_from(">I", index)
-    return [name.decode("ascii", "replace") for name in index[4 + 4 * count :].split(b"\0")[:count]]
+    count = int.from_bytes(index[:4])
+    return index[4 + 4 * count :].decode("ascii", "replace").split("\0")[:count]
