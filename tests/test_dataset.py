@@ -20,7 +20,7 @@ from seamap_rt.errors import SchemaError
 from seamap_rt.interferometry import open_echoes
 from seamap_rt.io.appendable import AppendableNetCDF
 from seamap_rt.io.echo_store import EchoStore
-from seamap_rt.io.interrupts import uninterrupted
+from seamap_rt.io.process import uninterrupted
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
 from seamap_rt.scene import load_scene

@@ -13,7 +13,7 @@ from nicegui import ui
 
 from ..conventions import turn_name
 from ..errors import SchemaError
-from ..io.csv_text import csv_text
+from ..io.text import csv_text
 from ..report import curves, style
 from ..report import maps as report_maps
 from ..report.page_elements import Picture

@@ -11,7 +11,7 @@ from typing import Any
 
 from ..errors import InputError, one_line
 from ..io.scenefile import find_scene, list_shipped, read_toml, to_toml, tree_to_toml
-from ..io.toml_text import toml_value
+from ..io.text import toml_value
 from ..io.validation import without
 from ..scene import Scene, anchored, scene_of
 from .fields import parts_of

@@ -13,8 +13,7 @@ from nicegui import ui
 from ..conventions import written
 from ..errors import InputError
 from ..forecast_errors import warm
-from ..io.growing_file import GrowingFile, read_whole_turns
-from ..io.turn_files import part_of
+from ..io.turn_files import GrowingFile, part_of, read_whole_turns
 from ..report.forecast_figures import Ahead, ahead_picture, by_lead, verified_picture
 from ..report.window_figures import window_picture
 from ..settings import QuietSettings

@@ -10,7 +10,7 @@ import xarray as xr
 from nicegui import ui
 
 from ..gauges import judge_one
-from ..io.growing_file import GrowingFile, read_whole_turns
+from ..io.turn_files import GrowingFile, read_whole_turns
 from ..report.gauge_figures import gauge_picture
 from . import drawing
 from .images import Image, Images, drawn

@@ -28,7 +28,7 @@ from pydantic import TypeAdapter
 from ..compute.machine import cores
 from ..errors import InputError, one_line
 from ..io.opening import open_file, read_bytes
-from ..io.progress_file import VARIABLE
+from ..io.process import VARIABLE
 from ..io.results_folder import write_whole
 from .progress import Progress, read_progress
 
@@ -253,7 +253,7 @@ class Queue:
 
     def _saved(self, job: Job) -> str:
         """What of a killed run is put under its own name."""
-        from ..io.recovery import recover  # takes half a second
+        from ..io.results_folder import recover  # takes half a second
 
         try:
             found = recover(self._runs / job.folder)

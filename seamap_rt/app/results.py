@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..io.growing_file import GrowingFile, read_whole_turns
 from ..io.opening import LONG, read_json
 from ..io.scenefile import read_toml
-from ..io.turn_files import part_of
+from ..io.turn_files import GrowingFile, part_of, read_whole_turns
 from ..scene import Scene, scene_of
 
 Array = NDArray[np.float32]

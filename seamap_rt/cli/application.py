@@ -14,7 +14,7 @@ from cyclopts import CycloptsError, UnknownCommandError
 from ..compute.asyncio_log import filter_asyncio_log
 from ..compute.machine import A_TABLE
 from ..errors import InputError, NoBackend, ResourceError, SchemaError, one_line, shortage
-from ..io.toml_text import shown
+from ..io.text import shown
 from . import (  # noqa: F401  their commands join the application
     beginning,
     paging,

@@ -16,7 +16,7 @@ def recover(folder: Path, /) -> int:
     folder
         Of the run.
     """
-    from ..io.recovery import recover as recover_folder
+    from ..io.results_folder import recover as recover_folder
 
     found = recover_folder(folder)
     if found is None:

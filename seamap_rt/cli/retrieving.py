@@ -15,8 +15,7 @@ from .shell import Names, Number, Settings, command, console, overrides_of, sect
 if TYPE_CHECKING:
     import xarray as xr  # loaded where it is used: it takes half a second
 
-    from ..io.exports import Kind
-    from ..io.geography import Origin
+    from ..io.exports import Kind, Origin
 
 _EXPORTS: dict[Kind, str] = {"netcdf": "ground.nc", "geotiff": "ground.tif", "csv": "ground.csv"}
 _EXPORT = re.compile(r"ground(-\d+)?\.(nc|tif|csv)")
@@ -125,7 +124,7 @@ def retrieve(
 
 def _exports(to: list[str] | None, at: str | None) -> tuple[list[Kind], Origin | str]:
     """Kinds of files that are wanted beside maps.nc, and where on Earth they are."""
-    from ..io.geography import origin_of
+    from ..io.exports import origin_of
 
     kinds = [kind.strip() for each in to or [] for kind in each.split(",")]
     for kind in kinds:

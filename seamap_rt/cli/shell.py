@@ -13,7 +13,7 @@ from rich.console import Console
 from .. import __version__
 from ..compute.machine import A_MODEL, A_RUN, Need, check_memory
 from ..errors import InputError
-from ..io.progress_file import progress_file
+from ..io.process import progress_file
 from ..io.text import parse_number
 
 app = App(

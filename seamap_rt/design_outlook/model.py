@@ -14,7 +14,7 @@ from scipy.special import gammaincc
 from ..compute.machine import one_blas_thread
 from ..conventions import db, from_db, written
 from ..errors import InputError
-from ..io.toml_text import shown
+from ..io.text import shown
 from ..measured import FULLY_MEASURED, LEVEL, Rings
 from ..radar import link
 from ..radar.array import as_it_looks

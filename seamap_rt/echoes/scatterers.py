@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..io.numbers import numbers
+from ..io.text import numbers
 from ..radar.array import antenna_array
 from ..radar.receiver import amplitude_constant
 from ..radar.scan import BEAMS_BEYOND, Pulses, pulses

@@ -13,8 +13,8 @@ from typing import Any, Self
 import numpy as np
 import xarray as xr
 
-from .interrupts import uninterrupted
 from .opening import open_tree
+from .process import uninterrupted
 from .results_folder import write_whole
 from .turn_files import join_turns, part_of, turn_files, write_turn
 

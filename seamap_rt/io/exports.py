@@ -1,15 +1,20 @@
 """Ground maps for other programs: CF NetCDF, GeoTIFF and CSV, with latitude, longitude, and the antenna's position.
 
-`maps.nc` counts metres from the antenna; these say where that was on Earth.
+`maps.nc` counts metres from the antenna; these say where that was on Earth. The projection is azimuthal equidistant
+about the origin (Snyder 1987, USGS professional paper 1395, chapter 25, on the WGS 84 ellipsoid): distance and azimuth
+from the radar, which is what a radar measures, are those of the geodesic. A GeoTIFF holds one turn, a band a field, row
+0 in the north, no data NaN; its keys are those of OGC 19-008r4 (GeoTIFF 1.1).
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from io import StringIO
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from io import BytesIO, StringIO
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
+from xml.sax.saxutils import escape
 
 import numpy as np
 import xarray as xr
@@ -17,9 +22,137 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..dataset import attributed, group_of
 from ..errors import InputError
-from .geography import Origin, origin_of
-from .geotiff import geotiff
 from .results_folder import write_whole
+from .text import parse_number
+
+if TYPE_CHECKING:
+    from pyproj import CRS
+
+
+Array = NDArray[np.float64]
+
+_NEAREST_POLE = 89.9  # deg of latitude: nearer to it east and north turn within a map
+_FARTHEST_M = 1e6
+
+
+@dataclass(frozen=True)
+class Origin:
+    """The point that maps count metres from: below the antenna at time 0. WGS 84, degrees north and east."""
+
+    latitude: float
+    longitude: float
+
+    def __post_init__(self) -> None:
+        for name, value, most in (("latitude", self.latitude, _NEAREST_POLE), ("longitude", self.longitude, 180.0)):
+            if not abs(value) <= most:  # NaN too
+                raise InputError(f"{name} = {value:g}: must be −{most:g} to {most:g}, in degrees; correct it")
+
+    @property
+    def crs(self) -> CRS:
+        """The coordinate reference system of the maps' x and y."""
+        from pyproj.crs import ProjectedCRS
+        from pyproj.crs.coordinate_operation import AzimuthalEquidistantConversion
+
+        about = AzimuthalEquidistantConversion(self.latitude, self.longitude)
+        return ProjectedCRS(about, name="azimuthal equidistant about the radar")
+
+    def cf(self) -> dict[str, Any]:
+        """Attributes of a CF grid mapping."""
+        return self.crs.to_cf()
+
+    def places(self, x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
+        """Latitude and longitude [deg] of x metres east and y metres north; NaN where these are."""
+        from pyproj import Transformer
+
+        east, north = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64))
+        if np.nanmax(np.hypot(east, north), initial=0.0) > _FARTHEST_M:
+            raise InputError(f"x, y: must be within {_FARTHEST_M:g} m of the origin; correct the maps")
+        known = np.isfinite(east) & np.isfinite(north)
+        longitude, latitude = np.full(east.shape, np.nan), np.full(east.shape, np.nan)
+        inverse = Transformer.from_crs(self.crs, "EPSG:4326", always_xy=True)
+        longitude[known], latitude[known] = inverse.transform(east[known], north[known])
+        return latitude, longitude
+
+
+def origin_of(at: Origin | tuple[float, float] | str, name: str = "at") -> Origin:
+    """From LAT,LON as a text, or a pair of degrees. Raises InputError."""
+    if isinstance(at, Origin):
+        return at
+    parts = at.split(",") if isinstance(at, str) else at
+    try:
+        latitude, longitude = (parse_number(part) for part in parts)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} = {at!r}: must be LAT,LON in degrees north and east, as 54.32,-7.5") from None
+    try:
+        return Origin(latitude, longitude)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+_PIXEL_SCALE, _TIE_POINT, _GEO_KEYS, _GEO_DOUBLES, _GEO_TEXTS = 33550, 33922, 34735, 34736, 34737
+_GDAL_METADATA, _GDAL_NO_DATA = 42112, 42113  # GDAL's own: names of the bands, and what stands for no data
+_DOUBLE, _SHORT, _TEXT = 12, 3, 2  # types of TIFF 6.0
+_PROJECTED, _PIXEL_IS_AREA, _USER_DEFINED, _WGS84, _EQUIDISTANT, _METRE, _DEGREE = 1, 1, 32767, 4326, 12, 9001, 9102
+
+
+def geotiff(bands: Mapping[str, NDArray], x: NDArray, y: NDArray, origin: Origin, facts: Mapping[str, object]) -> bytes:
+    """The file. bands: name → (y, x). x, y: metres east and north of the cells' middles, both ascending and evenly
+    spaced. facts: what else the file is to say, name → value."""
+    from tifffile import imwrite
+
+    dx, dy = ((float(axis[-1] - axis[0]) / (axis.size - 1)) for axis in (x, y))
+    image = np.stack([np.asarray(band, dtype=np.float32)[::-1] for band in bands.values()])
+    names = [
+        f'<Item name="DESCRIPTION" sample="{number}" role="description">{escape(name)}</Item>'
+        for number, name in enumerate(bands)
+    ]
+    items = [f'<Item name="{escape(name)}">{escape(str(value))}</Item>' for name, value in facts.items()]
+    tags = [
+        (_PIXEL_SCALE, _DOUBLE, 3, (dx, dy, 0.0)),
+        (_TIE_POINT, _DOUBLE, 6, (0.0, 0.0, 0.0, float(x[0]) - 0.5 * dx, float(y[-1]) + 0.5 * dy, 0.0)),
+        *_keys(origin),
+        (_GDAL_METADATA, _TEXT, 0, f"<GDALMetadata>{''.join([*items, *names])}</GDALMetadata>"),
+        (_GDAL_NO_DATA, _TEXT, 0, "nan"),
+    ]
+    file = BytesIO()
+    imwrite(
+        file,
+        image,
+        photometric="minisblack",
+        planarconfig="separate",
+        compression="zlib",
+        metadata=None,
+        software="seamap_rt",
+        extratags=[(code, kind, count, value, True) for code, kind, count, value in tags],
+    )
+    return file.getvalue()
+
+
+def _keys(origin: Origin) -> list[tuple[int, int, int, object]]:
+    doubles = (origin.longitude, origin.latitude, 0.0, 0.0)
+    text = "azimuthal equidistant about the radar|"
+    keys = [  # key, where its value is (0: here), how many, value or its place
+        (1024, 0, 1, _PROJECTED),  # model
+        (1025, 0, 1, _PIXEL_IS_AREA),
+        (2048, 0, 1, _WGS84),  # geodetic system
+        (2054, 0, 1, _DEGREE),
+        (3072, 0, 1, _USER_DEFINED),  # projected system
+        (3073, _GEO_TEXTS, len(text), 0),
+        (3074, 0, 1, _USER_DEFINED),  # projection
+        (3075, 0, 1, _EQUIDISTANT),
+        (3076, 0, 1, _METRE),
+        (3082, _GEO_DOUBLES, 1, 2),  # false easting
+        (3083, _GEO_DOUBLES, 1, 3),  # false northing
+        (3088, _GEO_DOUBLES, 1, 0),  # longitude of the centre
+        (3089, _GEO_DOUBLES, 1, 1),  # latitude of the centre
+    ]
+    directory = (1, 1, 1, len(keys), *(number for key in keys for number in key))
+    return [
+        (_GEO_KEYS, _SHORT, len(directory), directory),
+        (_GEO_DOUBLES, _DOUBLE, len(doubles), doubles),
+        (_GEO_TEXTS, _TEXT, 0, text),
+    ]
+
 
 Kind = Literal["netcdf", "geotiff", "csv"]
 KINDS: tuple[Kind, ...] = get_args(Kind)

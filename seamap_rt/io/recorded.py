@@ -6,6 +6,9 @@ and `azimuth` (pulse,); and, where there are any, `ranges` (gate,), `attitude`, 
 (NumPy), .mat (MATLAB), and HDF5 or NetCDF (.h5, .hdf5, .nc); what has other names in them is found by saying which.
 What attributes there say of packing, missing values and units is obeyed.
 
+MATLAB's files are read in the shapes that MATLAB shows: versions 4 to 7 (SciPy) and 7.3 (HDF5, which counts dimensions
+from the other end, so its arrays are transposed). Fields of structs are reached by paths, as `rx/lower`.
+
 The header, a TOML or JSON file or a dict, says what the arrays do not: RecordingHeader (recording_header.py). Whatever
 is wrong becomes an InputError of one line.
 """
@@ -16,22 +19,24 @@ import difflib
 import json
 import math
 import os
+import struct
 import zipfile
-from collections.abc import Mapping
+import zlib
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import h5py
 import numpy as np
+import scipy.io
 from numpy.typing import NDArray
 
 from ..errors import InputError, must_be
 from .declared import decoded, in_unit
-from .matlab import plain_value, read_matlab
-from .opening import load, open_dataset, open_file, open_hdf5, read_npz, weigh_arrays
-from .plain_json import plain_attribute
+from .opening import bytes_held, load, open_dataset, open_file, open_hdf5, read_npz, weigh, weigh_arrays
 from .recording_header import Header, RecordingHeader, as_in_toml, header_object, read_header, validated
+from .text import plain_attribute
 
 NEEDED = ("lower", "upper", "time", "azimuth")
 ARRAYS = (*NEEDED, "ranges", "attitude", "attitude_time", "position", "position_time", "transmitter", "turn", "quality")
@@ -254,3 +259,82 @@ def _refuse_slips(path: Path, held: list[str], names: Mapping[str, str]) -> None
         near = difflib.get_close_matches(name, [each for each in meant - set(held) if "/" not in each], 1, 0.8)
         if name not in meant and near:
             raise InputError(f"{path}: '{name}' is no array of a recording; did you mean {near[0]}?")
+
+
+_PACKED = 15  # type of a packed variable
+
+
+def read_matlab(
+    path: Path, wanted: Collection[str], read: Callable[[h5py.Dataset, str], NDArray]
+) -> tuple[list[str], dict[str, Any]]:
+    """Names of all variables, and those of `wanted` that are there: arrays, texts, and structs as dicts.
+
+    read: how an array of an HDF5 dataset is read; it may refuse one. Raises what SciPy and h5py raise for damage."""
+    with open_file(path, "a recording") as opened:
+        if not h5py.is_hdf5(path):
+            _weigh(opened, path)
+            held = [name for name, _, _ in scipy.io.whosmat(opened) if not name.startswith("__")]
+            names = {name.split("/")[0] for name in wanted}
+            tree = scipy.io.loadmat(opened, chars_as_strings=True, variable_names=names)
+            found = {name: _at(tree, name.split("/")) for name in wanted}
+            return held, {name: _value(node) for name, node in found.items() if node is not None}
+    with open_hdf5(path, "a recording") as file:
+        weigh_arrays(file, wanted, str(path))
+        held = [str(name) for name in file if not str(name).startswith("#")]
+        return held, {name: _hdf5_value(file[name], name, read) for name in wanted if name in file}
+
+
+def _weigh(opened: BinaryIO, path: Path) -> None:
+    """Raise InputError for a file whose variables are too large, those of version 5 once they are unpacked: it is done,
+    piece by piece, since what they say of their length may be wrong."""
+    held, mark = bytes_held(path), opened.read(128)[126:]
+    total = float(os.fstat(opened.fileno()).st_size)
+    while mark in (b"IM", b"MI") and len(tag := opened.read(8)) == 8:
+        kind, left = struct.unpack("<II" if mark == b"IM" else ">II", tag)
+        after, unpack = opened.tell() + left, zlib.decompressobj()
+        while kind == _PACKED and left and (piece := opened.read(min(left, 1 << 20))):
+            left -= len(piece)
+            while piece:
+                total += len(unpack.decompress(piece, 1 << 20))
+                piece = unpack.unconsumed_tail
+                weigh(str(path), total, held)
+        opened.seek(after)
+    weigh(str(path), total, held)
+    opened.seek(0)
+
+
+def _at(node: Any, way: list[str]) -> Any:
+    """What lies at a path of structs' fields; None where there is nothing."""
+    for field in way:
+        if isinstance(node, dict):
+            node = node.get(field)
+        elif isinstance(node, np.ndarray) and node.dtype.names and field in node.dtype.names and node.size == 1:
+            node = node[field].flat[0]
+        else:
+            return None
+    return node
+
+
+def _value(node: Any) -> Any:
+    if isinstance(node, np.ndarray) and node.dtype.names and node.size == 1:
+        return {name: _value(node[name].flat[0]) for name in node.dtype.names}
+    if isinstance(node, np.ndarray) and node.dtype.kind in "US":
+        return str(node.flat[0]) if node.size else ""
+    return node
+
+
+def _hdf5_value(node: Any, name: str, read: Callable[[h5py.Dataset, str], NDArray]) -> Any:
+    if isinstance(node, h5py.Group):
+        return {field: _hdf5_value(node[field], f"{name}/{field}", read) for field in node}
+    values = read(node, name)
+    kind = node.attrs.get("MATLAB_class", b"")
+    if kind in (b"char", "char"):
+        return "".join(chr(each) for each in values.T.ravel(order="C"))
+    return values.T
+
+
+def plain_value(value: Any) -> Any:
+    """A field of a struct as a text, a number or a list of numbers."""
+    if isinstance(value, np.ndarray):
+        return value.flat[0].item() if value.size == 1 else [each.item() for each in value.ravel(order="F")]
+    return value

@@ -23,10 +23,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from .declared import to_unit
 from .gaps import filled, half_width, largest_square, unseen_edges
 from .opening import bytes_held, weigh
 from .recorded_layouts import open_layout
-from .units import to_unit
 
 NAMES = ("elevation", "eta", "sea_surface_elevation", "surface_elevation", "zeta", "ssh", "height", "z", "zgrid")
 POTENTIAL = "surface_potential"

@@ -15,9 +15,8 @@ from pydantic import BeforeValidator, model_validator
 from ..errors import InputError
 from ..settings import Meaning, Section, SensorErrors, as_tuple
 from .opening import read_json
-from .plain_json import plain, plain_attribute
 from .scenefile import read_toml
-from .toml_text import shown
+from .text import plain, plain_attribute, shown
 from .validation import validate
 
 Header = Mapping[str, Any] | str | os.PathLike[str]

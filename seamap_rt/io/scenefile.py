@@ -19,9 +19,7 @@ from pydantic import BaseModel
 
 from ..errors import InputError, must_be
 from .opening import read_bytes
-from .plain_json import plain
-from .text import decode_text, is_underscored
-from .toml_text import key_text, quoted, shown, toml_value
+from .text import decode_text, is_underscored, key_text, plain, quoted, shown, toml_value
 
 _DEEPEST = 16  # tables in tables: a scene has three
 _TOO_DEEP = "is nested too deeply; a scene file has tables two or three deep"

@@ -24,24 +24,25 @@ from numpy.typing import NDArray
 
 from ..conventions import GRAVITY, WATER_DENSITY
 from ..errors import InputError
-from .declared import within_valid_range
-from .declared_spectrum import DensityUnit, density_unit, frequencies_hz, wave_from_degrees
+from .declared import to_unit, within_valid_range
 from .opening import bytes_held, check_unpacked, open_dataset, open_file, read_unpacked, weigh
-from .plain_json import plain_attribute
-from .quiet import quietly, without_complaints
+from .process import quietly, without_complaints
 from .spectrum_layouts import (
     NETCDF,
     TEXT,
     WANTED,
+    DensityUnit,
     as_declared,
+    density_unit,
+    frequencies_hz,
     netcdf_density,
     open_netcdf,
     plain_copy,
     read_text,
     text_kind,
+    wave_from_degrees,
 )
-from .text import is_wide, refuse_underscores
-from .units import to_unit
+from .text import is_wide, plain_attribute, refuse_underscores
 
 KINDS = ("ndbc", "swan", *NETCDF, *TEXT)
 """ndbc: a buoy of the US National Data Buoy Center, five text files or NetCDF; swan, ncswan: SWAN's text, NetCDF; ww3,

@@ -1,10 +1,23 @@
-"""Text that people write: its encoding, its numbers, and what parts its columns."""
+"""Text as people write it and files hold it: encodings, numbers, TOML, CSV, JSON; and values as a refusal shows them.
+
+A limit that a refusal names must satisfy its check when it is typed in.
+"""
 
 from __future__ import annotations
 
+import csv
+import io
+import json
+import math
 import re
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
+
+if TYPE_CHECKING:  # loaded where it is used: the command line does without
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
 
 _UNDERSCORED = re.compile(r"(?<![^\s,;\[])[-+]?(?=[^\s,;\]]*\d_\d)[\d.][-+\d._eE]*(?![^\s,;\]])")
 
@@ -53,3 +66,147 @@ def refuse_semicolons(header: str, called: str) -> None:
         raise InputError(
             f"{called}: has ';' between its columns; save it with commas between them and points in its numbers"
         )
+
+
+_FORMULA = tuple("=+-@\t＝＋－＠")  # that spreadsheets begin one with, some of them in full width
+
+
+def csv_text(rows: Iterable[Iterable[Any]], digits: int = 10) -> str:
+    """Rows of cells, each on one line: floats with so many digits, empty for NaN, all else as `str` has it.
+
+    A text that a spreadsheet would take for a formula gets an apostrophe before it; a number, also a negative one as
+    text, stays as it is.
+    """
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([_cell(cell, digits) for cell in row] for row in rows)
+    return text.getvalue()
+
+
+def _cell(value: Any, digits: int) -> str:
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value:.{digits}g}"
+    text = " ".join(str(value).splitlines())
+    if not text.lstrip(" ").startswith(_FORMULA):
+        return text
+    try:
+        float(text)
+    except ValueError:
+        return f"'{text}"
+    return text
+
+
+LONGEST_VALUE = 60  # characters of a refused value that are shown
+
+
+def key_text(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else quoted(name)
+
+
+def toml_value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return int.__repr__(value)
+    if isinstance(value, float):
+        return float.__repr__(value)  # the shortest digits that read back to the same bits; inf is TOML's too
+    if isinstance(value, str):
+        return quoted(value)
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(toml_value(entry) for entry in value) + "]"
+    raise TypeError(f"{type(value).__name__} has no form in a scene file")
+
+
+def quoted(text: str) -> str:
+    """A TOML basic string; characters that would break the line or not print are escaped."""
+    return '"' + "".join(_escaped(letter) for letter in text) + '"'
+
+
+def _escaped(letter: str) -> str:
+    if letter in '"\\':
+        return f"\\{letter}"
+    if letter.isprintable():
+        return letter
+    return f"\\u{ord(letter):04x}" if ord(letter) <= 0xFFFF else f"\\U{ord(letter):08x}"
+
+
+def shown(value: Any) -> str:
+    """A value as a refusal shows it: a list as one types it for --set, where a shell takes a space for its end."""
+    try:
+        text = _without_spaces(value) if isinstance(value, list | tuple) else toml_value(value)
+    except TypeError:
+        text = str(value)
+    return text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 1] + "…"
+
+
+def number_text(value: float) -> str:
+    """A number as one types it: 9.4e9, 2e-8, 15."""
+    mantissa, exponent, power = f"{value:.6g}".partition("e")
+    return f"{mantissa}e{int(power)}" if exponent else mantissa
+
+
+def _without_spaces(values: list[Any] | tuple[Any, ...]) -> str:
+    entries = (_without_spaces(each) if isinstance(each, list | tuple) else toml_value(each) for each in values)
+    return f"[{','.join(entries)}]"
+
+
+def rounded_up(value: float) -> str:
+    """Four digits of a finite number, rounded up: the least that may be typed in where `value` is the least allowed."""
+    return _four_digits(value, math.ceil)
+
+
+def rounded_down(value: float) -> str:
+    """Four digits of a finite number, rounded down: the most that may be typed in where `value` is the most allowed."""
+    return _four_digits(value, math.floor)
+
+
+def _four_digits(value: float, towards: Callable[[float], int]) -> str:
+    if value == 0.0:
+        return "0"
+    scale = 10.0 ** (3 - math.floor(math.log10(abs(value))))
+    return f"{towards(value * scale) / scale:.6g}"
+
+
+def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """An array of what a caller gives; InputError for what is none of numbers."""
+    import numpy as np
+
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: is a {type(values).__name__}, must be numbers; give a list or an array") from None
+
+
+def plain(value: Any) -> Any:
+    """Numpy's scalars and arrays, tuples and mappings as Python's own numbers, lists and dictionaries, at any depth;
+    all else as it is."""
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {key: plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    return value
+
+
+def plain_attribute(value: Any) -> Any:
+    """A value of an attribute as it was meant: HDF5 and JSON may make an array or list of one entry of it, or bytes."""
+    import numpy as np
+
+    while isinstance(value, np.ndarray | list | tuple) and np.size(value) == 1 and np.ndim(value) > 0:
+        value = value[0]
+    if isinstance(value, np.generic | np.ndarray):
+        value = value.tolist() if value.dtype.kind != "V" else value
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
+
+
+def to_json(value: Any) -> str:
+    """Strict JSON of plain or numpy values; what is not finite becomes null."""
+    return json.dumps(_finite(plain(value)), indent=1, allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _finite(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_finite(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -18,7 +18,7 @@ from pydantic_core import ErrorDetails
 
 from ..errors import InputError
 from ..settings import Meaning
-from .toml_text import key_text, number_text, quoted, shown, toml_value
+from .text import key_text, number_text, quoted, shown, toml_value
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 Model = TypeVar("Model", bound=BaseModel)

@@ -12,8 +12,8 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
+from ..io.declared import to_unit
 from ..io.opening import load, open_dataset
-from ..io.units import to_unit
 from ..physics.dispersion import wavenumber
 from .vessel import Complex, Met, Real, Responses, Vessel, meeting
 

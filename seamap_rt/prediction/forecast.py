@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 from ..conventions import unit_from_azimuth
 from ..dataset import build
 from ..errors import InputError, must_be
-from ..io.numbers import numbers
+from ..io.text import numbers
 from .field import WaveField
 from .quantity import MOTIONS, Course
 from .vessel import Vessel

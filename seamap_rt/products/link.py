@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import db
 from ..errors import InputError
-from ..io.interrupts import uninterrupted
+from ..io.process import uninterrupted
 from ..io.results_folder import clear_folder, results_folder, write_whole
 from ..io.text import parse_number
 from ..radar import link

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import db, written
-from ..io.csv_text import csv_text
+from ..io.text import csv_text
 from ..radar import link
 from ..radar.antenna import antenna
 from ..radar.link import Budget, LinkBudget

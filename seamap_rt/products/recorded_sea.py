@@ -21,7 +21,7 @@ from ..conventions import unit_from_azimuth
 from ..dataset import build
 from ..errors import InputError, LargerThanMachine, telling_what_is_left
 from ..io.appendable import AppendableNetCDF
-from ..io.interrupts import uninterrupted
+from ..io.process import uninterrupted
 from ..io.results_folder import clear_folder, growing, held_folder, results_folder
 from ..resolved_scene import run_sea
 from ..scene import Scene

@@ -13,7 +13,7 @@ from matplotlib.image import imsave
 from ..dataset import build
 from ..errors import InputError, NoBackend, telling_what_is_left
 from ..io.appendable import AppendableNetCDF
-from ..io.interrupts import uninterrupted
+from ..io.process import uninterrupted
 from ..io.results_folder import clear_folder, growing, results_folder, write_whole
 from ..physics import dispersion
 from ..report import reduce, sea_figures, spectrum_figures, style

@@ -7,7 +7,7 @@ import os
 from itertools import combinations
 
 from ..conventions import SPEED_OF_LIGHT
-from ..io.numbers import rounded_down, rounded_up
+from ..io.text import rounded_down, rounded_up
 from ..settings import WIDEST_DEG, RadarSettings
 from .array import antenna_array
 from .chirp import Chirp

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..conventions import db
 from ..echoes.radar_cross_section import SeaSurface
-from ..io.plain_json import plain
+from ..io.text import plain
 from ..scattering import ShortWaves
 from ..scene import Scene
 from ..sea import Sea, spectral_system

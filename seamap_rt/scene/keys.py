@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from ..errors import InputError
-from ..io.toml_text import quoted
+from ..io.text import quoted
 from .model import Scene
 
 Schema = Mapping[str, Any]

@@ -15,7 +15,7 @@ from pydantic import AfterValidator, BeforeValidator, model_validator
 from ..conventions import SPEED_OF_LIGHT
 from ..errors import InputError
 from ..io import scenefile
-from ..io.toml_text import number_text
+from ..io.text import number_text
 from ..settings import (
     GaugeSettings,
     Meaning,

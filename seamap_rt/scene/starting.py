@@ -14,7 +14,7 @@ from pydantic import BaseModel
 from ..errors import InputError
 from ..io.results_folder import write_whole
 from ..io.scenefile import find_scene, read_toml
-from ..io.toml_text import key_text, quoted, toml_value
+from ..io.text import key_text, quoted, toml_value
 from .keys import KeyRow, KeySection, key_sections
 from .loading import load_scene
 from .model import Scene, is_name

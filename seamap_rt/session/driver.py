@@ -15,7 +15,7 @@ import xarray as xr
 
 from ..compute.machine import gc_frozen, one_blas_thread
 from ..interferometry import retrieve_one
-from ..io.interrupts import uninterrupted
+from ..io.process import uninterrupted
 from ..scene import SceneLike, as_scene
 from ..simulation import Simulator, Stopwatch, Turn
 from .pace import Pace

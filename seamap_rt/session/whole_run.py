@@ -20,8 +20,8 @@ from ..gauges import judge
 from ..interferometry import open_echoes
 from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
-from ..io.plain_json import to_json
 from ..io.results_folder import FULL, clear_folder, growing, results_folder, write_whole
+from ..io.text import to_json
 from ..measured import Rings
 from ..metrics import error_figures
 from ..report.facts import run_facts

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, telling_what_is_left
-from ..io.csv_text import csv_text
-from ..io.interrupts import uninterrupted
+from ..io.process import uninterrupted
 from ..io.results_folder import results_folder
+from ..io.text import csv_text
 from ..mesh import polar_grid
 from ..report.reduce import main_waves
 from ..resolved_scene import masts

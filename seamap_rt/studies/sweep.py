@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any
 
 from .. import __version__
 from ..errors import InputError, must_be
-from ..io.interrupts import uninterrupted
 from ..io.opening import open_file, read_json
+from ..io.process import uninterrupted
 from ..io.results_folder import clear_folder, remove_hidden, results_folder, write_whole
 from ..io.scenefile import apply_overrides
 from ..scene import Scene

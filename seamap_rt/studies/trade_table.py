@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from .. import __version__
-from ..io.csv_text import csv_text
+from ..io.text import csv_text
 from ..measured import LEVEL
 from ..metrics import BIN_M
 from .point import Outcome

@@ -18,7 +18,7 @@ import pytest
 from seamap_rt.app import jobs
 from seamap_rt.app.jobs import Job, Queue, State
 from seamap_rt.app.progress import read_progress
-from seamap_rt.io.progress_file import VARIABLE
+from seamap_rt.io.process import VARIABLE
 
 _PROGRAM = """
 import os, signal, sys, time

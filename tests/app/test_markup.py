@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from jinja2 import nodes
 
 from seamap_rt.app.runs import address
-from seamap_rt.io.toml_text import quoted
+from seamap_rt.io.text import quoted
 
 _PACKAGE = Path(__file__).parents[2] / "seamap_rt"
 _CODE = {"props", "classes", "style", "default_props", "default_classes", "default_style"}

@@ -29,7 +29,6 @@ from seamap_rt.compute.locks import holder_of
 from seamap_rt.compute.machine import forget_peak_memory, peak_memory
 from seamap_rt.errors import InputError
 from seamap_rt.interferometry import open_echoes
-from seamap_rt.io.growing_file import read_whole_turns
 from seamap_rt.io.meshfile import ENDINGS, load_mesh
 from seamap_rt.io.motionfile import read_motion
 from seamap_rt.io.patternfile import read_pattern
@@ -40,6 +39,7 @@ from seamap_rt.io.recording_header import read_header
 from seamap_rt.io.results_folder import unfinished
 from seamap_rt.io.scenefile import read_toml
 from seamap_rt.io.spectrumfile import read_directional_spectrum
+from seamap_rt.io.turn_files import read_whole_turns
 from seamap_rt.prediction import read_capytaine
 from seamap_rt.products.recorded_progress import kept, state_file
 from seamap_rt.scene import load_scene

@@ -13,7 +13,7 @@ import xarray as xr
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from seamap_rt.io.csv_text import csv_text
+from seamap_rt.io.text import csv_text
 from seamap_rt.studies import trade_table
 
 _FORMULA = re.compile(r"\s*[=+\-@\t\r\n＝＋－＠]")
@@ -89,4 +89,4 @@ def test_tables_are_written_in_one_place() -> None:
     words = ("csv.writer", "DictWriter", ".to_csv(", "savetxt(")
     found = {(str(path.relative_to(package)), word) for path in package.rglob("*.py") for word in words
              if word in path.read_text()}  # fmt: skip
-    assert found == {("io/csv_text.py", "csv.writer"), ("io/exports.py", "savetxt(")}
+    assert found == {("io/text.py", "csv.writer"), ("io/exports.py", "savetxt(")}

@@ -14,7 +14,7 @@ from declared_sea import DIRECTION, FREQUENCY, HS, assert_the_sea, true_density
 from numpy.typing import NDArray
 
 from seamap_rt.errors import InputError
-from seamap_rt.io.declared_spectrum import density_unit
+from seamap_rt.io.spectrum_layouts import density_unit
 from seamap_rt.io.spectrumfile import read_directional_spectrum
 from seamap_rt.io.text import parse_number
 

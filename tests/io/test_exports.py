@@ -14,8 +14,7 @@ from pyproj import CRS, Geod, Transformer
 
 import seamap_rt as sr
 from seamap_rt.dataset import build
-from seamap_rt.io.exports import FIELDS, headings
-from seamap_rt.io.geography import Origin
+from seamap_rt.io.exports import FIELDS, Origin, headings
 
 AT = (54.32, -7.5)
 SIDE, CELL = 41, 25.0

@@ -12,8 +12,7 @@ import pytest
 import xarray as xr
 
 from seamap_rt.io.appendable import AppendableNetCDF
-from seamap_rt.io.growing_file import GrowingFile, read_whole_turns
-from seamap_rt.io.turn_files import part_of
+from seamap_rt.io.turn_files import GrowingFile, part_of, read_whole_turns
 
 _SIDE = 40
 

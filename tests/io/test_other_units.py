@@ -10,7 +10,7 @@ import pytest
 from annotated_types import Ge, Gt, Le, Lt
 
 from seamap_rt.errors import InputError
-from seamap_rt.io.toml_text import number_text, shown
+from seamap_rt.io.text import number_text, shown
 from seamap_rt.io.validation import validate
 from seamap_rt.scene import load_scene
 from seamap_rt.settings import (

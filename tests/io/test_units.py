@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from seamap_rt.errors import InputError
-from seamap_rt.io.units import conversion, to_unit
+from seamap_rt.io.declared import conversion, to_unit
 from validation.fuzz import declarations as fuzz
 
 TABLES = {

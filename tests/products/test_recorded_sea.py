@@ -19,7 +19,7 @@ from seamap_rt.cli import main
 from seamap_rt.dataset import check
 from seamap_rt.errors import InputError, LargerThanMachine
 from seamap_rt.io.recorded_sea import recorded_sea as recorded_sea_file
-from seamap_rt.io.recovery import recover
+from seamap_rt.io.results_folder import recover
 from seamap_rt.products import recorded_sea
 from seamap_rt.products.recorded_sea import RecordedSea, write_recorded_sea
 from seamap_rt.resolved_scene import run_sea

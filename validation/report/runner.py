@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from seamap_rt.errors import is_interruption
-from seamap_rt.io.interrupts import uninterrupted
+from seamap_rt.io.process import uninterrupted
 from seamap_rt.io.results_folder import clear_folder, results_folder, write_whole
 from seamap_rt.report import style
 

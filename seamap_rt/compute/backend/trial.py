@@ -125,7 +125,7 @@ def reason(done: subprocess.CompletedProcess) -> str:
     return lines[-1][:200] if lines else f"the process ended with code {done.returncode}"
 
 
-# --------------------------------------------------------------------------------------------------- what is remembered
+# ------------------------------------------------------------------------------------------------ what is remembered
 
 
 def cache_folder() -> Path:

@@ -16,8 +16,7 @@ import xarray as xr
 from ...conventions import turn_name
 from ...dataset import ECHO_ATTRIBUTES, FURTHER_ECHO_ATTRIBUTES
 from ...errors import SchemaError
-from ...io.numbers import rounded_up
-from ...io.plain_json import plain_attribute
+from ...io.text import plain_attribute, rounded_up
 from ...radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS, ground_cells, least_ground_side
 from ...radar.transmitter import comparing_pulses
 from ...settings import RetrievalSettings

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...conventions import SPEED_OF_LIGHT
 from ...errors import SchemaError
-from ...io.toml_text import shown
+from ...io.text import shown
 from ...radar.waveform import RangeResponse
 from ...settings import SensorErrors
 

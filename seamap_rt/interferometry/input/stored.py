@@ -16,9 +16,8 @@ import zarr
 from ...compute.asyncio_log import filter_asyncio_log
 from ...dataset import check
 from ...errors import InputError, SchemaError
-from ...io.echo_store import PULSES
+from ...io.echo_store import EVERY_CHUNK, PULSES, check_chunks, names_of
 from ...io.opening import bytes_held, check_store, weigh
-from ...io.stored_chunks import EVERY_CHUNK, check_chunks, names_of
 from .checks import check_attributes
 
 _BULK = ("voltage", "saturated")  # read turn by turn, all else at once

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ...errors import refuse
-from ...io.numbers import rounded_down, rounded_up
+from ...io.text import rounded_down, rounded_up
 from ...settings import GaugeSettings, PlatformSettings, RadarSettings, RetrievalSettings, SeaSettings
 
 

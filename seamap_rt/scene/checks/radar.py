@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 from ...conventions import SPEED_OF_LIGHT
 from ...errors import refuse
-from ...io.numbers import rounded_down, rounded_up
+from ...io.text import rounded_down, rounded_up
 from ...radar.array import antenna_array
 from ...radar.checks import pulses_of_a_look, pulses_of_a_turn
 from ...radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES

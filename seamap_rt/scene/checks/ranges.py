@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...conventions import SPEED_OF_LIGHT
-from ...io.numbers import rounded_down, rounded_up
+from ...io.text import rounded_down, rounded_up
 from ...radar.grid import MOST_GROUND_CELLS, ground_cells, least_ground_side
 from ...radar.waveform import RangeResponse, gate_spacing_m
 from ...settings import RadarSettings, RandomWaves, RetrievalSettings, SeaSettings

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ...io.numbers import rounded_down, rounded_up
+from ...io.text import rounded_down, rounded_up
 from ...scattering import MEAN_MODELS, wind_from_sea_state
 from ...scattering.permittivity import permittivity_of
 from ...settings import RadarSettings, ScatteringSettings

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from ...conventions import GRAVITY
 from ...errors import refuse
-from ...io.numbers import rounded_down, rounded_up
+from ...io.text import rounded_down, rounded_up
 from ...mesh.sizing import MOST_TRIANGLES, MeshDetail, triangles
 from ...settings import PlatformSettings, RadarSettings, SeaSettings, SinusoidWaves
 

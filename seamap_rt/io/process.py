@@ -1,0 +1,91 @@
+"""The process while files are written and read: interruptions that wait for a turn, libraries that are kept silent, and
+what tells others of a command's steps."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import signal
+import sys
+import threading
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ..errors import one_line
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Hold Ctrl-C and SIGTERM back while a turn is written, so that every file ends with the same turn."""
+    held: list[int] = []
+    before = {}
+    if threading.current_thread() is threading.main_thread():  # only there do signals interrupt
+        before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    for number in before:
+        signal.signal(number, lambda number, _: held.append(number))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for number in held[:1]:
+            signal.raise_signal(number)
+
+
+@contextmanager
+def without_complaints() -> Iterator[None]:
+    """No line of a file that its library cannot even close: h5netcdf's destructor raises then, and Python prints it."""
+    hook, sys.unraisablehook = sys.unraisablehook, _pass_over(sys.unraisablehook)
+    try:
+        yield
+    finally:
+        sys.unraisablehook = hook
+
+
+def _pass_over(hook: Callable[[sys.UnraisableHookArgs], object]) -> Callable[[sys.UnraisableHookArgs], None]:
+    def heard(lost: sys.UnraisableHookArgs) -> None:
+        if issubclass(lost.exc_type, KeyboardInterrupt):  # nor is an interruption lost
+            hook(lost)
+
+    return heard
+
+
+@contextmanager
+def without_log(library: str) -> Iterator[None]:
+    """Nothing of what a library logs."""
+    logger = logging.getLogger(library)
+    level = logger.level
+    logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
+
+
+@contextmanager
+def quietly() -> Iterator[None]:
+    """Neither complaints nor warnings."""
+    with without_complaints(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+VARIABLE = "SEAMAP_RT_PROGRESS"  # of the environment: names the file
+
+
+def progress_file() -> Callable[[str], None] | None:
+    """What appends a line to the file that the environment names; None where it names none."""
+    named = os.environ.get(VARIABLE)
+    if not named:
+        return None
+    path = Path(named)
+
+    def note(line: str) -> None:
+        with contextlib.suppress(OSError), path.open("a", encoding="utf-8") as file:  # telling must not end a run
+            file.write(f"{time.time():.3f} {one_line(line)}\n")
+
+    return note
