@@ -15,15 +15,7 @@ from ..compute.asyncio_log import filter_asyncio_log
 from ..compute.machine import A_TABLE
 from ..errors import InputError, NoBackend, ResourceError, SchemaError, one_line, shortage
 from ..io.text import shown
-from . import (  # noqa: F401  their commands join the application
-    beginning,
-    paging,
-    predicting,
-    recovering,
-    retrieving,
-    simulating,
-    studying,
-)
+from . import beginning, retrieving, simulating, studying  # noqa: F401  their commands join the application
 from .shell import app, command, console
 from .stops import INTERRUPTED, Stops
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import wraps
 from typing import Annotated, Any
 
@@ -66,6 +67,17 @@ def command(
 
 
 Settings = Annotated[list[str], Parameter(name="--set", negative=(), consume_multiple=False)]
+SceneName = Annotated[str, Parameter(help="Path of a scene file, or the name of a shipped scene.")]
+Turns = Annotated[Count | None, Parameter(help="Turns of the antenna.")]
+Seed = Annotated[Whole | None, Parameter(help="Of all random numbers.")]
+Tracer = Annotated[str | None, Parameter(help="facets, horizon or paths.")]
+Overwrite = Annotated[bool, Parameter(help="Replace earlier results in that folder.")]
+_ANY_KEY = "KEY=VALUE, any key of the scene file"
+SceneKeys = Annotated[Settings | None, Parameter(help=f"{_ANY_KEY}, as often as wanted.")]
+KeysOfHorizon = Annotated[
+    Settings | None,
+    Parameter(help=f"{_ANY_KEY}. Shadows are found by the horizon; tracing.tracer=facets traces rays."),
+]
 errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 console = Console(soft_wrap=True, highlight=False, markup=False)  # a path may hold [brackets]
 
@@ -107,14 +119,15 @@ def scene_of(name: str, pairs: list[str] | None, **direct: Any):
     return load_scene(name, overrides=overrides_of(pairs, **{k.replace("__", "."): v for k, v in direct.items()}))
 
 
-def progress() -> tuple[Callable[[str], None], Callable[[], None]]:
-    """A status line on a terminal, nothing elsewhere, whatever the environment wants coloured; or lines in the file
-    that the environment names."""
+@contextmanager
+def progress() -> Iterator[Callable[[str], None]]:
+    """What shows a line: on a terminal as its status, nothing elsewhere, whatever the environment wants coloured; or in
+    the file that the environment names."""
     note = progress_file()
     if note is not None:
-        return note, (lambda: None)
-    if not (errors.is_terminal and errors.file.isatty()):
-        return (lambda _: None), (lambda: None)
-    status = errors.status("starting")
-    status.start()
-    return status.update, status.stop
+        yield note
+    elif errors.is_terminal and errors.file.isatty():
+        with errors.status("starting") as status:
+            yield status.update
+    else:
+        yield lambda _: None

@@ -9,7 +9,21 @@ from rich.text import Text
 
 from ..compute.machine import A_MODEL
 from ..errors import InputError
-from .shell import Count, Number, Settings, Whole, command, console, progress, scene_of
+from .shell import (
+    Count,
+    KeysOfHorizon,
+    Number,
+    Overwrite,
+    SceneKeys,
+    SceneName,
+    Seed,
+    Tracer,
+    Turns,
+    command,
+    console,
+    progress,
+    scene_of,
+)
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -56,8 +70,7 @@ def tell_of_record(scene: Scene) -> None:
     if scene.sea.model == "recorded":
         from ..scene.checks.ranges import told_of_record
 
-        for line in told_of_record(scene.sea, scene.radar):
-            console.print(line)
+        console.print(*told_of_record(scene.sea, scene.radar), sep="\n")
 
 
 @command("run choppy_sea", "run mine.toml --turns 3 --set radar.height_m=8 --out runs/8m")
@@ -65,13 +78,13 @@ def run(
     scene: str,
     *,
     out: Path | None = None,
-    turns: Count | None = None,
-    seed: Whole | None = None,
-    tracer: str | None = None,
+    turns: Turns = None,
+    seed: Seed = None,
+    tracer: Tracer = None,
     predict: bool = False,
     account: bool = False,
     overwrite: bool = False,
-    set_: Settings | None = None,
+    set_: SceneKeys = None,
 ) -> int:
     """Simulate a scene, retrieve its heights, compare them with the truth, and draw a report.
 
@@ -81,31 +94,20 @@ def run(
         Path of a scene file, or the name of a shipped scene (see `scenes`).
     out
         Folder for the results; default runs/SCENE-SEED.
-    turns
-        Turns of the antenna.
-    seed
-        Of all random numbers.
-    tracer
-        facets, horizon or paths.
     predict
         Forecast the sea beside the run, from its maps: prediction.nc.
     account
         Print what was modelled, with its cost, and what was left out, with its error.
     overwrite
         Replace another run's results in that folder.
-    set_
-        KEY=VALUE, any key of the scene file, as often as wanted.
     """
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
     tell_of_record(loaded)
     from ..report.headline import forecast_line, verdict, window_line
     from ..session import run as run_scene
 
-    say, stop = progress()
-    try:
+    with progress() as say:
         result = run_scene(loaded, out, predict=predict, overwrite=overwrite, progress=say)
-    finally:
-        stop()
     if words := verdict(result.metrics):
         console.print(words)
     console.print(_headline(result.metrics))
@@ -125,51 +127,36 @@ def run(
 
 @command("simulate tiny --out tiny", "simulate mine.toml --out night --turns 60 --seed 2")
 def simulate(
-    scene: str,
+    scene: SceneName,
     *,
     out: Path,
-    turns: Count | None = None,
-    seed: Whole | None = None,
-    tracer: str | None = None,
-    overwrite: bool = False,
-    set_: Settings | None = None,
+    turns: Turns = None,
+    seed: Seed = None,
+    tracer: Tracer = None,
+    overwrite: Overwrite = False,
+    set_: SceneKeys = None,
 ) -> int:
     """Simulate a scene's echoes and the truth beside them: echoes.zarr and truth.nc.
 
     Parameters
     ----------
-    scene
-        Path of a scene file, or the name of a shipped scene.
     out
         Folder for the results.
-    turns
-        Turns of the antenna.
-    seed
-        Of all random numbers.
-    tracer
-        facets, horizon or paths.
-    overwrite
-        Replace earlier results in that folder.
-    set_
-        KEY=VALUE, any key of the scene file, as often as wanted.
     """
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
     tell_of_record(loaded)
     from ..session import simulate as simulate_scene
 
-    say, stop = progress()
-    try:
+    with progress() as say:
         say("sea: drawing it, and preparing the tracer")
         simulate_scene(loaded, out, overwrite=overwrite, progress=say)
-    finally:
-        stop()
     console.print(f"{out / 'echoes.zarr'}, {out / 'truth.nc'}")
     return 0
 
 
 @command("sea choppy_sea --out sea --times 0:5:0.5", "sea mine.toml --out steep --nonlinear --times 0:60:0.25")
 def sea(
-    scene: str,
+    scene: SceneName,
     *,
     out: Path,
     times: str | None = None,
@@ -178,9 +165,9 @@ def sea(
     nonlinear: bool = False,
     order: Count | None = None,
     resume: bool = False,
-    seed: Whole | None = None,
-    overwrite: bool = False,
-    set_: Settings | None = None,
+    seed: Seed = None,
+    overwrite: Overwrite = False,
+    set_: KeysOfHorizon = None,
 ) -> int:
     """Write a scene's sea itself: heights, slopes, velocities and radar cross-sections in time, and pictures of them.
 
@@ -189,8 +176,6 @@ def sea(
 
     Parameters
     ----------
-    scene
-        Path of a scene file, or the name of a shipped scene.
     out
         Folder for the results.
     times
@@ -207,12 +192,6 @@ def sea(
         Of the nonlinear sea in the steepness, 1 (linear) to 5; default 3.
     resume
         Go on with a nonlinear sea that a kill or Ctrl-C stopped.
-    seed
-        Of all random numbers.
-    overwrite
-        Replace earlier results in that folder.
-    set_
-        KEY=VALUE, any key of the scene file. Shadows are found by the horizon; tracing.tracer=facets traces rays.
     """
     if nonlinear and side is not None:
         raise InputError("--side: a nonlinear sea fills its patch; leave it out, or set sea.extent_m")
@@ -229,8 +208,7 @@ def sea(
         )
     from ..products.writing import DEFAULT_TIMES, write_sea
 
-    say, stop = progress()
-    try:
+    with progress() as say:
         made = write_sea(
             loaded,
             out,
@@ -240,62 +218,44 @@ def sea(
             overwrite=overwrite,
             progress=say,
         )
-    finally:
-        stop()
-    for note in made.notes:
-        console.print(note)
-    console.print(made.headline())
     first, *others = made.files
-    console.print(f"{made.folder / first} (with {', '.join(others)})")
+    console.print(*made.notes, made.headline(), f"{made.folder / first} (with {', '.join(others)})", sep="\n")
     return 0
 
 
 def _nonlinear_sea(scene: Scene, out: Path, **options: Any) -> int:
     from ..products.recorded_sea import write_recorded_sea
 
-    say, stop = progress()
-    try:
+    with progress() as say:
         given = {name: value for name, value in options.items() if value is not None}
         made = write_recorded_sea(scene, out, progress=say, **given)
-    finally:
-        stop()
-    for note in made.notes:
-        console.print(note)
-    console.print(made.headline())
-    console.print(str(made.file))
+    console.print(*made.notes, made.headline(), made.file, sep="\n")
     return 0
 
 
 @command("link choppy_sea", "link mine.toml --ranges 50,100,200 --out link", need=A_MODEL)
 def link(
-    scene: str,
+    scene: SceneName,
     *,
     ranges: str | None = None,
     out: Path | None = None,
-    overwrite: bool = False,
-    set_: Settings | None = None,
+    overwrite: Overwrite = False,
+    set_: SceneKeys = None,
 ) -> int:
     """Print a scene's link budget: echo, noise and the weakest sea against range, by the textbook and as simulated.
 
     Parameters
     ----------
-    scene
-        Path of a scene file, or the name of a shipped scene.
     ranges
         R,R,… slant ranges in metres; default a handful across the range window.
     out
         Folder for link.csv and link.png; default none.
-    overwrite
-        Replace earlier results in that folder.
-    set_
-        KEY=VALUE, any key of the scene file, as often as wanted.
     """
     loaded = scene_of(scene, set_)
     from ..products.link import write_link
 
     made = write_link(loaded, out, ranges=ranges, overwrite=overwrite)
-    for line in made.lines:
-        console.print(line)
+    console.print(*made.lines, sep="\n")
     if made.files:
         console.print(", ".join(map(str, made.files)))
     return 0

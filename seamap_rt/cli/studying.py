@@ -10,7 +10,19 @@ from cyclopts import Parameter
 from ..compute.machine import A_MODEL
 from ..errors import InputError
 from ..io.text import parse_number
-from .shell import Count, Number, Settings, Whole, command, console, progress, scene_of
+from .shell import (
+    Count,
+    KeysOfHorizon,
+    Number,
+    Overwrite,
+    SceneName,
+    Settings,
+    Whole,
+    command,
+    console,
+    progress,
+    scene_of,
+)
 
 FAILED = 1
 Varied = Annotated[list[str], Parameter(name="--vary", negative=(), consume_multiple=False)]
@@ -20,21 +32,19 @@ Cases = Annotated[list[str], Parameter(name="--only", negative=(), consume_multi
 
 @command("shadowing choppy_sea --heights 3,5,10", "shadowing mine.toml --seeds 8 --out seen")
 def shadowing(
-    scene: str,
+    scene: SceneName,
     *,
     heights: str | None = None,
     seeds: Count = 4,
     bin_m: Bin = 10.0,
     out: Path | None = None,
-    overwrite: bool = False,
-    set_: Settings | None = None,
+    overwrite: Overwrite = False,
+    set_: KeysOfHorizon = None,
 ) -> int:
     """How much of a scene's sea a radar sees against range, look and height, beside the analytic curves.
 
     Parameters
     ----------
-    scene
-        Path of a scene file, or the name of a shipped scene.
     heights
         H,H,… of the antennas in metres; default the scene's own.
     seeds
@@ -43,25 +53,16 @@ def shadowing(
         Metres of a range bin.
     out
         Folder for shadowing.nc, shadowing.csv and figures; default runs/SCENE-shadowing.
-    overwrite
-        Replace earlier results in that folder.
-    set_
-        KEY=VALUE, any key of the scene file. Shadows are found by the horizon; tracing.tracer=facets traces rays.
     """
     loaded = scene_of(scene, ["tracing.tracer=horizon", *(set_ or [])])
     heights_m = [loaded.radar.height_m] if heights is None else _metres(heights)
     from ..studies.shadowing import write_shadowing
 
     folder = out or Path("runs") / f"{loaded.name}-shadowing"
-    say, stop = progress()
-    try:
+    with progress() as say:
         lines = write_shadowing(loaded, folder, heights_m, seeds, overwrite, say, bin_m)
-    finally:
-        stop()
-    for line in lines:
-        console.print(line)
     others = "shadowing.nc, shadowing.csv, shadowing.png, shadowing_seen.png, scene.toml"
-    console.print(f"{folder / 'shadowing.html'} (with {others})")
+    console.print(*lines, f"{folder / 'shadowing.html'} (with {others})", sep="\n")
     return 0
 
 
@@ -75,14 +76,12 @@ def _metres(text: str) -> list[float]:
 
 @command("outlook choppy_sea", "outlook mine.toml --vary radar.height_m=3:20:1", need=A_MODEL)
 def outlook(
-    scene: str, *, vary: Varied | None = None, at_most: Number | None = None, set_: Settings | None = None
+    scene: SceneName, *, vary: Varied | None = None, at_most: Number | None = None, set_: Settings | None = None
 ) -> int:
     """What a scene's radar is likely to measure, at once: a model, not a simulation.
 
     Parameters
     ----------
-    scene
-        Path of a scene file, or the name of a shipped scene.
     vary
         KEY=START:STOP:STEP or KEY=VALUE,VALUE,… for a line a design, and what a trade would choose of them.
     at_most
@@ -104,8 +103,7 @@ def outlook(
         from ..design_outlook.model import outlook_rows
 
         lines = list(outlook_rows(likely(loaded)))
-    for line in lines:
-        console.print(line)
+    console.print(*lines, sep="\n")
     return 0
 
 
@@ -114,7 +112,7 @@ def outlook(
     "trade mine.toml --vary radar.height_m=3:9:2 --seeds 3 --out heights",
 )
 def trade(
-    scene: str,
+    scene: SceneName,
     *,
     vary: Varied,
     seeds: Count = 1,
@@ -132,8 +130,6 @@ def trade(
 
     Parameters
     ----------
-    scene
-        Path of a scene file, or the name of a shipped scene.
     vary
         KEY=START:STOP:STEP or KEY=VALUE,VALUE,…, any key of the scene file, as often as wanted.
     seeds
@@ -164,8 +160,7 @@ def trade(
     from ..studies.vary import parse_varies
 
     varied, budget_s = parse_varies(vary), seconds(budget) if budget is not None else None
-    say, stop = progress()
-    try:
+    with progress() as say:
         made = write_trade(
             loaded,
             out,
@@ -180,12 +175,8 @@ def trade(
             overwrite=overwrite,
             progress=say,
         )
-    finally:
-        stop()
-    for line in made.lines:
-        console.print(line)
     first, *others = made.files
-    console.print(f"{made.folder / first} (with {', '.join(others)})")
+    console.print(*made.lines, f"{made.folder / first} (with {', '.join(others)})", sep="\n")
     return 0
 
 
@@ -212,11 +203,8 @@ def validate(*, full: bool = False, only: Cases | None = None, out: Path | None 
             "another folder, or take that one off PYTHONPATH"
         ) from None
 
-    say, stop = progress()
-    try:
+    with progress() as say:
         result = run_cases(out or Path("runs/validation"), full=full, only=only, overwrite=overwrite, progress=say)
-    finally:
-        stop()
     for done in result.done:
         if done.passed is False:
             console.print(f"red: {done.case.name}: {done.case.title}")
