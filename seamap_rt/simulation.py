@@ -34,7 +34,7 @@ from .radar.scan import Pulses, pulses
 from .resolved_scene import resolve, sea_key
 from .scattering.sea_spikes import sea_spikes
 from .scene import Scene, SceneLike, as_scene
-from .scene.memory import run_bytes
+from .scene.agreement import run_bytes
 from .sea import Sea
 from .tracing import Illumination, RayScenes, UnresolvedWaves, tracer
 from .tracing.circle import circle_grid

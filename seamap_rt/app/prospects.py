@@ -21,7 +21,7 @@ from ..radar.antenna import antenna
 from ..radar.precision import height_per_radian, noise_height_error
 from ..radar.waveform import RangeResponse
 from ..scene import Scene
-from ..scene.memory import run_bytes
+from ..scene.agreement import run_bytes
 from ..sea import directional_density, spectral_system, wave_facts
 from ..sea.realisation import resolution
 from ..sea.resolved_waves import ResolvedWaves

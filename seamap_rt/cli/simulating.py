@@ -68,7 +68,7 @@ def _warn(metrics: dict[str, Any]) -> None:
 def tell_of_record(scene: Scene) -> None:
     """Before anything runs, how far a recorded sea reaches."""
     if scene.sea.model == "recorded":
-        from ..scene.checks.ranges import told_of_record
+        from ..scene.checks.radar import told_of_record
 
         console.print(*told_of_record(scene.sea, scene.radar), sep="\n")
 

@@ -25,7 +25,7 @@ from ..radar.waveform import blind_range_m, unambiguous_range_m
 from ..report import style
 from ..scattering import MEAN_MODELS, mean_level
 from ..scene import Scene
-from ..scene.checks.scattering import STEEPEST
+from ..scene.checks.water import STEEPEST_SINE
 from ..settings import RadarSettings
 from .link_words import link_lines, link_table, nrcs_words
 
@@ -119,7 +119,7 @@ def ranges_of(text: str | None, scene: Scene) -> NDArray[np.float64]:
 def window_of(scene: Scene) -> tuple[float, float]:
     """The range window [m] without what lies under the mast, steeper than the clutter models go."""
     (near, far), height = scene.radar.range_m, scene.radar.height_m
-    return min(max(near, height / STEEPEST), 0.5 * (height + far)), far
+    return min(max(near, height / STEEPEST_SINE), 0.5 * (height + far)), far
 
 
 # ------------------------------------------------------------------------------------------------- products

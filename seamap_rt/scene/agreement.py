@@ -1,31 +1,37 @@
-"""The checks across sections, in their order, and what each relies on: all that is wrong is told in one go."""
+"""The checks across sections, in their order, and what each relies on: all that is wrong is told in one go; and the
+memory that a run takes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ..compute.machine import A_RUN
 from ..errors import InputError, ResourceError
 from ..io.validation import Key, without
 from ..radar import checks as radars
-from .checks import gauges, radar, ranges, scattering, sea
+from ..radar.array import antenna_array
+from ..radar.grid import BYTES_PER_VOLTAGE
+from ..sea.realisation import resolution
+from .checks import radar, water
 
 if TYPE_CHECKING:
     from .model import Scene
 
 
 class Check(NamedTuple):
-    """made: raises ValueError, a line a problem. relies_on: names of checks without which it has no meaning."""
+    """made: gives the lines of what is wrong, or raises ValueError with them. relies_on: names of checks without which
+    it has no meaning."""
 
     name: str
-    made: Callable[[Scene], object]
+    made: Callable[[Scene], Iterable[str] | None]
     relies_on: tuple[str, ...] = ()
 
 
 _SIZE = ("antennas", "overlap", "waveform", "height", "patch", "pulses", "window", "echo memory", "ground map")
 CHECKS = (
-    Check("steepness", lambda s: sea.check_steepness(s.sea)),
-    Check("record", lambda s: sea.check_record(s.sea, s.platform)),
+    Check("steepness", lambda s: water.check_steepness(s.sea)),
+    Check("record", lambda s: water.check_record(s.sea, s.platform)),
     Check("apertures", lambda s: radar.check_apertures(s.radar)),
     Check("antennas", lambda s: radars.check_antennas(s.radar), ("apertures",)),
     Check("mode", lambda s: radars.check_mode(s.radar), ("antennas",)),
@@ -37,22 +43,22 @@ CHECKS = (
     Check("receivers", lambda s: radar.check_receivers(s.radar, s.retrieval), ("antennas",)),
     Check("motion", lambda s: radar.check_motion(s.platform, s.radar, s.turns), ("antennas",)),
     Check("meshes", lambda s: radar.check_meshes(s.objects)),
-    Check("height", lambda s: ranges.check_height(s.radar)),
+    Check("height", lambda s: radar.check_height(s.radar)),
     Check("above water", lambda s: radar.check_above_water(s.radar), ("antennas",)),
-    Check("patch", lambda s: ranges.check_patch(s.radar, s.sea), ("waveform", "receiver")),
-    Check("record's start", lambda s: ranges.check_start(s.sea)),
-    Check("gates", lambda s: ranges.check_gates(s.radar, s.retrieval), ("waveform", "receiver")),
+    Check("patch", lambda s: radar.check_patch(s.radar, s.sea), ("waveform", "receiver")),
+    Check("record's start", lambda s: radar.check_start(s.sea)),
+    Check("gates", lambda s: radar.check_gates(s.radar, s.retrieval), ("waveform", "receiver")),
     Check("pulses", lambda s: radar.check_pulses(s.radar, s.retrieval), ("antennas", "mode")),
-    Check("window", lambda s: ranges.check_window(s.radar, s.retrieval), ("height", "gates")),
+    Check("window", lambda s: radar.check_window(s.radar, s.retrieval), ("height", "gates")),
     Check("echo memory", lambda s: radar.check_echo_memory(s.radar), ("antennas", "window")),
-    Check("ground map", lambda s: ranges.check_ground_map(s.radar, s.retrieval)),
-    Check("permittivity", lambda s: scattering.check_permittivity(s.scattering, s.radar)),
-    Check("mean model", lambda s: scattering.check_mean_model(s.scattering, s.radar), ("height",)),
-    Check("wave on mesh", lambda s: sea.check_waves(s.detail, s.sea), _SIZE),
-    Check("mesh memory", lambda s: sea.check_memory(s.detail, s.radar), _SIZE),
-    Check("gauges", lambda s: gauges.check_names_and_rates(s.gauges)),
-    Check("gauges known", lambda s: gauges.check_known(s.gauges, s.sea), ("patch",)),
-    Check("gauges' places", lambda s: gauges.check_positions(s.gauges, s.radar, s.platform, s.retrieval), ("height",)),
+    Check("ground map", lambda s: radar.check_ground_map(s.radar, s.retrieval)),
+    Check("permittivity", lambda s: water.check_permittivity(s.scattering, s.radar)),
+    Check("mean model", lambda s: water.check_mean_model(s.scattering, s.radar), ("height",)),
+    Check("wave on mesh", lambda s: water.check_waves(s.detail, s.sea), _SIZE),
+    Check("mesh memory", lambda s: water.check_memory(s.detail, s.radar), _SIZE),
+    Check("gauges", lambda s: water.check_names_and_rates(s.gauges)),
+    Check("gauges known", lambda s: water.check_known(s.gauges, s.sea), ("patch",)),
+    Check("gauges' places", lambda s: water.check_positions(s.gauges, s.radar, s.platform, s.retrieval), ("height",)),
 )
 
 
@@ -66,19 +72,34 @@ def disagreements(scene: Scene, whole: bool = True) -> list[str]:
             failed.add(check.name)
             continue
         try:
-            check.made(scene)
+            wrong = tuple(check.made(scene) or ())
         except ResourceError:
             raise
         except ValueError as refusal:
-            failed.add(check.name)
-            told += refusal.problems if isinstance(refusal, InputError) else (str(refusal),)
+            wrong = refusal.problems if isinstance(refusal, InputError) else (str(refusal),)
         except Exception:
             if whole and not failed:
                 raise  # nothing was wrong that the check could have met
+            wrong = ()
             failed.add(check.name)
+        if wrong:
+            failed.add(check.name)
+            told += wrong
     return told
 
 
 def disagreements_of_the_rest(scene: type[Scene], tree: Mapping[str, Any], wrong: frozenset[Key]) -> list[str]:
     """The same of the tree of a scene with wrong keys, as far as it can be told without them."""
     return disagreements(without(scene, tree, wrong), whole=False)
+
+
+_BYTES_A_POINT = 100.0  # of the sea's grid
+
+
+def run_bytes(scene: Scene) -> float:
+    """Memory of a run, about."""
+    (near, far), receivers = scene.radar.range_m, len(antenna_array(scene.radar).receivers)
+    gates = (far - near) / scene.radar.range_sampling_m + 1.0
+    echoes = BYTES_PER_VOLTAGE * receivers * radars.pulses_of_a_turn(scene.radar) * gates
+    grid = (scene.sea.extent_m / resolution(scene.sea)) ** 2 if scene.sea.waves else 0.0
+    return A_RUN.memory + water.BYTES_PER_TRIANGLE * scene.detail.facets + echoes + _BYTES_A_POINT * grid

@@ -15,7 +15,7 @@ from seamap_rt.errors import InputError, LargerThanMachine, ResourceError, short
 from seamap_rt.io.meshfile import load_mesh
 from seamap_rt.io.opening import weigh
 from seamap_rt.scene import load_scene
-from seamap_rt.scene.memory import run_bytes
+from seamap_rt.scene.agreement import run_bytes
 from seamap_rt.settings import ObjectSettings
 from seamap_rt.simulation import Simulator
 from validation.hard_cases.limits import keeps_the_law, under

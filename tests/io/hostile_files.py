@@ -24,7 +24,7 @@ from seamap_rt.app.results import Results
 from seamap_rt.app.runs import find_runs
 from seamap_rt.app.study_views import read_shadowing
 from seamap_rt.app.trading import read_points
-from seamap_rt.cli.retrieving import _opened
+from seamap_rt.cli.retrieving import _opened_maps
 from seamap_rt.compute.locks import holder_of
 from seamap_rt.compute.machine import forget_peak_memory, peak_memory
 from seamap_rt.errors import InputError
@@ -122,7 +122,7 @@ READERS: dict[str, tuple[str, Callable[[Path], Any]]] = {  # the file's name, an
     },
     "polar image": ("a.pol", read_polar_images),
     "polar image, packed": ("a.pol.gz", read_polar_images),
-    "maps": ("maps.nc", _opened),
+    "maps": ("maps.nc", _opened_maps),
     "echoes": ("echoes.zarr/zarr.json", lambda path: open_echoes(path.parent)),
     "run of the page": ("run/maps.nc", _listed),
     "scene of a run": ("run/scene.toml", lambda path: _listed(_named(path, "maps.nc"))),

@@ -19,7 +19,7 @@ from seamap_rt.io.recorded_sea import RecordedSea, recorded_sea
 from seamap_rt.measured import Rings
 from seamap_rt.metrics import error_figures
 from seamap_rt.scene import Scene
-from seamap_rt.scene.checks.ranges import told_of_record
+from seamap_rt.scene.checks.radar import told_of_record
 from seamap_rt.scene.loading import scene_of
 from seamap_rt.sea import Sea, realize
 from seamap_rt.sea.recorded import first_frame

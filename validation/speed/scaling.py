@@ -53,7 +53,7 @@ from seamap_rt.report.style import (
     png,
     styled,
 )
-from seamap_rt.scene.checks.sea import BYTES_PER_TRIANGLE
+from seamap_rt.scene.checks.water import BYTES_PER_TRIANGLE
 from seamap_rt.session import run, simulate
 from seamap_rt.simulation import Simulator
 from validation import FIGURES
