@@ -14,13 +14,10 @@ import xarray as xr
 from ..dataset import check, group_of
 from ..interferometry import open_echoes, retrieve
 from ..settings import RetrievalSettings
-from .heights import Finding, heights
+from .findings import Finding, heights, scan, signal
 from .level import Level, offsets, sign
 from .motion import motion
-from .receivers import receivers
-from .scan import scan
-from .signal import signal
-from .transmitter import transmitter
+from .receivers import receivers, transmitter
 
 _ORDER = ("wrong", "doubtful", "good", "unknown")
 

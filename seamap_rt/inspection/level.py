@@ -19,7 +19,7 @@ from ..conventions import SPEED_OF_LIGHT
 from ..dataset import QUALITY_FLAGS
 from ..interferometry.retrieval import retrieve_one
 from ..settings import RetrievalSettings
-from .heights import Finding, judged
+from .findings import Finding, judged
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from ..conventions import unit_from_azimuth, wrap_degrees
 from ..dataset import group_of
 from ..wavefield.sea_state import TurnSpectrum, sea_state, water_of
 from ..wavefield.wave_direction import wavevectors
-from .heights import Finding
+from .findings import Finding
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,6 @@ import os
 import shutil
 from collections.abc import Hashable, Iterator, Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -100,13 +99,11 @@ class AppendableNetCDF:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *raised: Any) -> None:
         try:
             self.close()
         except OSError:
-            if error is None:  # else that is what is told
+            if raised[1] is None:  # else that is what is told
                 raise
 
     def _go_on(self) -> None:

@@ -17,7 +17,6 @@ import shutil
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import product
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -143,9 +142,7 @@ class EchoStore:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *raised: Any) -> None:
         turns, pulses = self._length
         if self._arrays and not turns:
             shutil.rmtree(self.path, ignore_errors=True)
@@ -153,7 +150,7 @@ class EchoStore:
             try:
                 _cut(self.path, self._arrays.values(), turns, pulses, growing=False)
             except OSError:
-                if error is None:  # else that is what is told
+                if raised[1] is None:  # else that is what is told
                     raise
 
     def _create(self, turn: xr.Dataset) -> None:

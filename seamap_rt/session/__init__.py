@@ -8,8 +8,7 @@ from ..lazy import lazy_attributes
 
 if TYPE_CHECKING:
     from .driver import FinishedTurn, Sink, TurnFigures, deliver, iterate
-    from .simulating import Simulation, simulate
-    from .sinks import FileSink, Memory
+    from .simulating import FileSink, Memory, Simulation, simulate
     from .whole_run import RunResult, run
 
 __all__ = [
@@ -30,8 +29,7 @@ __getattr__ = lazy_attributes(
     __name__,
     {
         "driver": "FinishedTurn Sink TurnFigures deliver iterate",
-        "simulating": "Simulation simulate",
-        "sinks": "FileSink Memory",
+        "simulating": "FileSink Memory Simulation simulate",
         "whole_run": "RunResult run",
     },
 )

@@ -5,9 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -66,7 +65,7 @@ def real_time_factor(turn_s: float, figures: Sequence[TurnFigures]) -> float | N
     return None if wall is None else (len(figures) - 1) * turn_s / wall
 
 
-class Sink(Protocol):
+class Sink(AbstractContextManager[Any], Protocol):
     """What takes finished turns: a context manager, entered before the first turn and left after the last.
 
     `stage` names what it does in the run's timing. Left by an exception it keeps the turns that it has taken.
@@ -81,12 +80,6 @@ class Sink(Protocol):
     def take_back(self) -> None:
         """Forget the turn taken last: another sink could not take it."""
         ...
-
-    def __enter__(self) -> Any: ...
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> bool | None: ...
 
 
 def iterate(

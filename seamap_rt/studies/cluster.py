@@ -11,11 +11,11 @@ that starts them must stand under `if __name__ == "__main__":`, since spawned pr
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import multiprocessing
 import os
 import signal
-import socket
 import uuid
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -26,7 +26,8 @@ from urllib.parse import urlsplit
 from dask import config
 from distributed import Client, Future, KilledWorker, LocalCluster, Security, Worker, WorkerPlugin, as_completed
 from distributed.client import FutureCancelledError, FuturesCancelledError
-from distributed.utils import silence_logging_cmgr
+from distributed.comm.core import connect
+from distributed.utils import LoopRunner, silence_logging_cmgr
 
 from ..compute.asyncio_log import filter_asyncio_log
 from ..compute.machine import cores
@@ -41,7 +42,6 @@ _KEYS = (
     *(f"tls_{role}_{what}" for role in ("client", "scheduler", "worker") for what in ("key", "cert")),
 )
 _TLS = {"ca-file": "CA_FILE", "client.cert": "CLIENT__CERT", "client.key": "CLIENT__KEY"}
-_GREETING = 1 << 20  # bytes; a scheduler's takes some hundred
 _GUARD = 'start sweeps under `if __name__ == "__main__":`, or give workers=0'
 _LOST = (OSError, TimeoutError, FutureCancelledError, FuturesCancelledError)
 _DIED = (
@@ -148,11 +148,12 @@ def existing_client(scheduler: str, connect_s: float = 10.0) -> Iterator[Client]
     address = _address(scheduler)
     _refuse_without_certificates(scheduler, address)
     try:
-        _check_reachable(address, connect_s)
+        _reach(address, connect_s)
         client = Client(address, timeout=connect_s, set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:  # TypeError: a worker, or TLS without keys
+    except Exception as error:  # what something else greets with makes errors of many types
+        why = (isinstance(error, OSError) and str(error)) or "something else does"
         raise InputError(
-            f"--scheduler = '{scheduler}': no scheduler answers at {address} ({error}); start one, or leave "
+            f"--scheduler = '{scheduler}': no scheduler answers at {address} ({why}); start one, or leave "
             "--scheduler out to compute here"
         ) from None
     with silence_logging_cmgr(logging.CRITICAL), client:
@@ -186,22 +187,20 @@ def _refuse_without_certificates(scheduler: str, address: str) -> None:
         )
 
 
-def _check_reachable(address: str, connect_s: float) -> None:
-    """OSError where no scheduler answers a connection: a client would wait for ever, or accept any answer.
+def _reach(address: str, connect_s: float) -> None:
+    """Raise where no scheduler answers: a client would wait for ever for its greeting."""
 
-    Its first message is a length in bytes, and so many bytes.
-    """
-    url = urlsplit(address)
-    with (
-        socket.create_connection((url.hostname, url.port or 0), connect_s) as connection,
-        connection.makefile("rb") as greeting,
-    ):
-        if url.scheme != "tcp":
-            return  # other schemes begin with a handshake
-        length = greeting.read(8)
-        size = int.from_bytes(length, "little")
-        if not (len(length) == 8 and 0 < size < _GREETING and len(greeting.read(size)) == size):
-            raise OSError("something else does")
+    async def greeted() -> None:
+        security = Security().get_connection_args("client")
+        comm = await asyncio.wait_for(connect(address, connect_s, **security), connect_s)
+        comm.abort()
+
+    loop = LoopRunner()
+    loop.start()
+    try:
+        loop.run_sync(greeted)
+    finally:
+        loop.stop()
 
 
 def _address(scheduler: str) -> str:

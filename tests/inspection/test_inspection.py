@@ -13,11 +13,9 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.inspection import Finding, Level, inspect
-from seamap_rt.inspection.heights import heights
+from seamap_rt.inspection.findings import heights, scan
 from seamap_rt.inspection.motion import motion
-from seamap_rt.inspection.receivers import receivers
-from seamap_rt.inspection.scan import scan
-from seamap_rt.inspection.transmitter import transmitter
+from seamap_rt.inspection.receivers import receivers, transmitter
 
 Voltage = NDArray[np.complex64]
 MAST = 5.0

@@ -1,14 +1,145 @@
-"""The voltages of a turn: gaps, balance of the receivers, saturation, what they have in common, power by range."""
+"""What a finding is; and those on the heights themselves, on the scan (missing pulses, an uneven turn), and
+on a turn's voltages (gaps, balance, saturation, what the receivers have in common, power by range)."""
 
 from __future__ import annotations
+
+from typing import Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..conventions import db
+from ..conventions import db, wrap_degrees
 from ..dataset import QUALITY_FLAGS
-from .heights import Finding, judged
+
+Verdict = Literal["good", "doubtful", "wrong", "unknown"]
+
+
+class Finding(NamedTuple):
+    """Of one thing. "wrong" is sure, "doubtful" probable; "unknown" cannot be told from this data."""
+
+    what: str
+    verdict: Verdict
+    says: str  # with the figure that it rests on
+    remedy: str = ""
+
+    @property
+    def line(self) -> str:
+        return f"{self.what}: {self.says}{f'; {self.remedy}' if self.remedy else ''}"
+
+
+def judged(what: str, doubtful: bool, says: str, remedy: str) -> Finding:
+    """A finding that is good, or doubtful and has a remedy."""
+    return Finding(what, "doubtful", says, remedy) if doubtful else Finding(what, "good", says)
+
+
+_FEWEST = 0.05  # of the cells
+_STEEPEST = 0.5  # of the mast's height, by the waves' standard deviation: as high a sea washes over the antenna
+
+
+def heights(polar: xr.Dataset, mast: float) -> list[Finding]:
+    """Of polar maps; mast: height of the antennas, m."""
+    height = polar["height"].values
+    known = np.isfinite(height)
+    share = float(known.mean())
+    flags = polar["quality"].values
+    why = {name: float(np.mean((flags & bit) != 0)) for name, bit in QUALITY_FLAGS.items()}
+    worst = max(why, key=lambda name: why[name])
+    answered = judged(
+        "cells",
+        share < _FEWEST,
+        f"{100.0 * share:.2g} % hold a height"
+        + (f", {100.0 * why[worst]:.0f} % are flagged {worst}" if share < 1.0 else ""),
+        "look whether the echoes stand clear of the noise, and of what stands still",
+    )
+    if not known.any():
+        return [answered]
+    middle = np.median(height[known])
+    spread = 1.4826 * float(np.median(np.abs(height[known] - middle)))
+    return [
+        answered,
+        judged(
+            "heights",
+            spread > _STEEPEST * mast,
+            f"they scatter by {spread:.2f} m (of a standard deviation) under a mast of {mast:.3g} m",
+            "no such sea leaves it dry: check baseline_m, frequency_hz, gate_m, first_gate_m and phase_offset_deg",
+        ),
+    ]
+
+
+_MOST_MISSING = 0.01
+_UNEVEN = 0.25  # of the beam's width, rms: as much blurs the map by 3 %
+_TURNS = 2.0, 150.0  # a minute
+_LEAST_PRF = 100.0  # Hz
+_JUMP = 1.0  # beam widths
+
+
+def scan(echoes: xr.Dataset) -> list[Finding]:
+    """Of all turns; time and azimuth are read, voltages are not."""
+    time, azimuth = (np.asarray(echoes[name].values, dtype=np.float64) for name in ("time", "azimuth"))
+    turn = np.asarray(echoes["turn"].values)
+    found = [_missing(echoes, time, turn)]
+    if str(echoes.attrs.get("scan", "turning")) == "turning":
+        found += [_speed(echoes), _evenness(echoes, time, azimuth, turn)]
+    return found
+
+
+def _speed(echoes: xr.Dataset) -> Finding:
+    """Times in another unit than seconds make an antenna that no radar has."""
+    rpm, rate = (float(echoes.attrs[name]) for name in ("rotation_rpm", "prf_hz"))
+    least, most = _TURNS
+    return judged(
+        "speed of the scan",
+        not least <= rpm <= most or rate < _LEAST_PRF,
+        f"{rpm:.3g} turns a minute, {rate:.4g} pulses a second",
+        "check that time is in seconds and azimuth in degrees, and rotation_rpm",
+    )
+
+
+def _missing(echoes: xr.Dataset, time: np.ndarray, turn: np.ndarray) -> Finding:
+    """Against the pulses that the repetition frequency has room for, turn by turn."""
+    wanted = held = 0.0
+    longest = 0.0
+    for number in np.unique(turn):
+        here = np.sort(time[turn == number])
+        if here.size > 1:
+            wanted += (here[-1] - here[0]) * float(echoes.attrs["prf_hz"]) + 1.0
+            held += here.size
+            longest = max(longest, float(np.diff(here).max()))
+    share = max(0.0, 1.0 - held / wanted) if wanted else 0.0
+    share = share if share * wanted > 1.5 else 0.0  # the end of an interval is no pulse
+    return judged(
+        "missing pulses",
+        share > _MOST_MISSING,
+        f"{100.0 * share:.2g} % are missing, the longest gap is {1e3 * longest:.3g} ms" if share else "none",
+        "pulses without a time, an azimuth or an attitude are left out; mend what reads them",
+    )
+
+
+def _evenness(echoes: xr.Dataset, time: np.ndarray, azimuth: np.ndarray, turn: np.ndarray) -> Finding:
+    """Azimuths beside the straight line through each turn."""
+    beam = float(echoes.attrs["azimuth_beamwidth_deg"])
+    rate = 6.0 * float(echoes.attrs["rotation_rpm"])
+    left, largest = [], 0.0
+    for number in np.unique(turn):
+        rows = np.flatnonzero(turn == number)
+        if rows.size < 3:
+            continue
+        since = time[rows] - time[rows[0]]
+        way = np.cumsum(np.concatenate(([0.0], wrap_degrees(np.diff(azimuth[rows]) - rate * np.diff(since)))))
+        line = np.polynomial.Polynomial.fit(since, way, 1)
+        left.append(way - line(since))
+        largest = max(largest, float(np.abs(left[-1]).max()))
+    if not left:
+        return Finding("evenness of the scan", "unknown", "the turns hold too few pulses")
+    rms = float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
+    return judged(
+        "evenness of the scan",
+        rms > _UNEVEN * beam or largest > _JUMP * beam,
+        f"azimuths stray by {rms:.2g}° rms and {largest:.2g}° at most from even turns of {rate / 6.0:.4g} rpm",
+        "maps follow the azimuths as given: if the antenna did turn evenly, mend the encoder's readings",
+    )
+
 
 Array = NDArray[np.float64]
 
