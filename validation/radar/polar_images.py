@@ -22,11 +22,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..conventions import SPEED_OF_LIGHT
-from ..dataset import build
-from ..errors import InputError
-from .opening import read_unpacked
-from .text import parse_number
+from seamap_rt.conventions import SPEED_OF_LIGHT
+from seamap_rt.dataset import build
+from seamap_rt.errors import InputError
+from seamap_rt.io.opening import read_unpacked
+from seamap_rt.io.text import parse_number
 
 _MOST_BYTES = 256 << 20  # of a file, decompressed: some hundred turns
 _MOST_HEADER = 1 << 20
@@ -228,6 +228,3 @@ def _degrees(path: Path, words: NDArray[np.uint16]) -> NDArray[np.float64]:
     degrees[: at[0] + 1] = whole[0] + rate * (radial[: at[0] + 1] - where[0])
     degrees[at[-1] + 1 :] = whole[-1] + rate * (radial[at[-1] + 1 :] - where[-1])
     return degrees
-
-
-__all__ = ["read_polar_images"]
