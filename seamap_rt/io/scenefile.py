@@ -125,25 +125,7 @@ def _read_value(text: str) -> Any:
 
 def to_toml(model: BaseModel) -> str:
     """Every key of a model, defaults too, as TOML that reads back to an equal model with the same bits."""
-    lines: list[str] = []
-    _write_table(model, "", lines)
-    return "\n".join(lines) + "\n"
-
-
-def _write_table(model: BaseModel, prefix: str, lines: list[str]) -> None:
-    tables: list[tuple[str, str, BaseModel]] = []
-    for name in type(model).model_fields:
-        value = getattr(model, name)
-        key = f"{prefix}{key_text(name)}"
-        if isinstance(value, BaseModel):
-            tables.append((f"[{key}]", key, value))
-        elif isinstance(value, list | tuple) and any(isinstance(entry, BaseModel) for entry in value):
-            tables += [(f"[[{key}]]", key, entry) for entry in value]
-        elif value is not None:
-            lines.append(f"{key_text(name)} = {toml_value(value)}")
-    for header, key, table in tables:  # after the plain keys, which would else belong to the table
-        lines += ["", header]
-        _write_table(table, f"{key}.", lines)
+    return tree_to_toml(model.model_dump())
 
 
 def tree_to_toml(tree: Mapping[str, Any]) -> str:
@@ -163,7 +145,7 @@ def _write_tree(tree: Mapping[str, Any], prefix: str, lines: list[str]) -> None:
             tables += [(f"[[{key}]]", key, entry) for entry in value]
         elif value is not None:
             lines.append(f"{key_text(name)} = {toml_value(value)}")
-    for header, key, table in tables:
+    for header, key, table in tables:  # after the plain keys, which would else belong to the table
         lines += ["", header]
         _write_tree(table, f"{key}.", lines)
 
