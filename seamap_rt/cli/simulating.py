@@ -58,13 +58,6 @@ def _print_account(metrics: dict[str, Any]) -> None:
         console.print(Text.assemble((f"{kind}: ", "bold" if kind == "modelled" else "dim bold"), rest))
 
 
-def _warn(metrics: dict[str, Any]) -> None:
-    from ..report import warnings
-
-    for warning in warnings(metrics):
-        console.print(f"flag: {warning}")
-
-
 def tell_of_record(scene: Scene) -> None:
     """Before anything runs, how far a recorded sea reaches."""
     if scene.sea.model == "recorded":
@@ -103,6 +96,7 @@ def run(
     """
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
     tell_of_record(loaded)
+    from ..report import warnings
     from ..report.headline import forecast_line, verdict, window_line
     from ..session import run as run_scene
 
@@ -116,7 +110,8 @@ def run(
         console.print(forecast_line(result.metrics))
         if told := window_line(result.metrics):
             console.print(told)
-    _warn(result.metrics)
+    for warning in warnings(result.metrics):
+        console.print(f"flag: {warning}")
     if account:
         _print_account(result.metrics)
     else:

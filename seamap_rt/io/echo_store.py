@@ -79,13 +79,10 @@ def _keys(array: zarr.Array, lengths: Mapping[str, int]) -> Iterator[str]:
     """Names of the files of an array's chunks, or shards, one by one: a damaged shape may promise 10¹⁸ of them."""
     names = names_of(array) or [""] * array.ndim
     lengths_here = [min(size, lengths.get(str(name), size)) for size, name in zip(array.shape, names, strict=True)]
-    counts = [math.ceil(length / max(1, chunk)) for length, chunk in zip(lengths_here, _stored(array), strict=True)]
+    stored = array.shards or array.chunks
+    counts = [math.ceil(length / max(1, chunk)) for length, chunk in zip(lengths_here, stored, strict=True)]
     for place in product(*map(range, counts)):
         yield array.metadata.encode_chunk_key(place)
-
-
-def _stored(array: zarr.Array) -> tuple[int, ...]:
-    return array.shards or array.chunks
 
 
 def _plain_bytes(array: zarr.Array) -> int | None:

@@ -39,19 +39,17 @@ def uninterrupted() -> Iterator[None]:
 @contextmanager
 def without_complaints() -> Iterator[None]:
     """No line of a file that its library cannot even close: h5netcdf's destructor raises then, and Python prints it."""
-    hook, sys.unraisablehook = sys.unraisablehook, _pass_over(sys.unraisablehook)
-    try:
-        yield
-    finally:
-        sys.unraisablehook = hook
+    hook = sys.unraisablehook
 
-
-def _pass_over(hook: Callable[[sys.UnraisableHookArgs], object]) -> Callable[[sys.UnraisableHookArgs], None]:
     def heard(lost: sys.UnraisableHookArgs) -> None:
         if issubclass(lost.exc_type, KeyboardInterrupt):  # nor is an interruption lost
             hook(lost)
 
-    return heard
+    sys.unraisablehook = heard
+    try:
+        yield
+    finally:
+        sys.unraisablehook = hook
 
 
 @contextmanager

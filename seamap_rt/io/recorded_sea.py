@@ -167,19 +167,17 @@ class RecordedSea:
 
     def surface_potential(self, frame: int) -> NDArray[np.float64]:
         """(row, column) m²/s, gaps filled."""
-        values = self._read(POTENTIAL, frame)
-        gap = ~np.isfinite(values)
-        return filled(values, gap) if gap.any() and not gap.all() else np.nan_to_num(values)
+        return self._filled(POTENTIAL, frame)
 
     def surface_flow(self, frame: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The water's velocity at the surface to east and north, each (row, column) m/s, gaps filled."""
         assert self.flow is not None
-        made = []
-        for name in self.flow:
-            values = self._read(name, frame)
-            gap = ~np.isfinite(values)
-            made.append(filled(values, gap) if gap.any() and not gap.all() else np.nan_to_num(values))
-        return made[0], made[1]
+        return self._filled(self.flow[0], frame), self._filled(self.flow[1], frame)
+
+    def _filled(self, name: str, frame: int) -> NDArray[np.float64]:
+        values = self._read(name, frame)
+        gap = ~np.isfinite(values)
+        return filled(values, gap) if gap.any() and not gap.all() else np.nan_to_num(values)
 
     def _read(self, name: str, frame: int) -> NDArray[np.float64]:
         if not 0 <= frame < self.frames:

@@ -145,7 +145,8 @@ def read_header(header: Header | RecordingHeader) -> RecordingHeader:
         return validate(RecordingHeader, {str(key): as_in_toml(value) for key, value in header.items()})
     if not isinstance(header, str | os.PathLike):
         raise InputError(f"header = {header!r}: must be a dict, or the path of a TOML or JSON file; give one of these")
-    tree = _json(Path(header)) if Path(header).suffix == ".json" else read_toml(header, "a header")
+    is_json = Path(header).suffix == ".json"
+    tree = header_object(read_json(header, "a header"), str(header)) if is_json else read_toml(header, "a header")
     return validated(str(header), tree)
 
 
@@ -154,10 +155,6 @@ def validated(source: str, tree: Mapping[str, Any]) -> RecordingHeader:
         return validate(RecordingHeader, tree)
     except InputError as error:
         raise InputError(*(f"{source}: header: {problem}" for problem in error.problems)) from None
-
-
-def _json(path: Path) -> Mapping[str, Any]:
-    return header_object(read_json(path, "a header"), str(path))
 
 
 def header_object(tree: Any, what: str) -> dict[str, Any]:

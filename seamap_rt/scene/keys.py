@@ -102,9 +102,10 @@ def _key(section: KeySection, name: str) -> str:
 
 
 def _section(path: str, many: bool, meaning: str, section: Schema, schema: Schema) -> Iterator[KeySection]:
-    """A section, then those in it."""
-    inner = {name: key for name, key in section["properties"].items() if _sections(key, schema)}
-    plain = {name: key for name, key in section["properties"].items() if name not in inner}
+    """A section, then those in it; without keys that stand in another one, whose values they take when left out."""
+    keys = {n: key for n, key in section["properties"].items() if not key.get("left_out", "").startswith("that of ")}
+    inner = {name: key for name, key in keys.items() if _sections(key, schema)}
+    plain = {name: key for name, key in keys.items() if name not in inner}
     rows = tuple(_row(name, key, name in section.get("required", ())) for name, key in plain.items())
     yield KeySection(path, many, meaning, _paragraphs(section), rows)
     for name, key in inner.items():
@@ -113,17 +114,7 @@ def _section(path: str, many: bool, meaning: str, section: Schema, schema: Schem
         if len(sections) > 1:
             yield _kinds(below, key, sections)
         else:
-            yield from _section(below, listed, key.get("description", ""), _own(sections[0]), schema)
-
-
-def _own(section: Schema) -> Schema:
-    """Without keys that stand in another section, whose values they take when left out."""
-    keys = {name: key for name, key in section["properties"].items() if not _is_that_of_another(key)}
-    return {**section, "properties": keys}
-
-
-def _is_that_of_another(key: Schema) -> bool:
-    return key.get("left_out", "").startswith("that of ")
+            yield from _section(below, listed, key.get("description", ""), sections[0], schema)
 
 
 def _kinds(path: str, key: Schema, sections: list[Schema]) -> KeySection:

@@ -21,6 +21,7 @@ from .pace import Pace
 
 Progress = Callable[[str], None]
 _Retrieved = tuple[xr.DataTree, dict[str, float]]  # maps, and seconds by stage
+_COUNTS = ("facets", "rays", "slope_rms_look", "folded_share")
 
 
 @dataclass(frozen=True)
@@ -158,19 +159,10 @@ def _retrieved(simulator: Simulator, turn: Turn, told: Callable[[str], object] |
 
 def _finished(turn: Turn, retrieved: _Retrieved | None) -> FinishedTurn:
     maps, seconds = retrieved or (None, {})
-    counts = _counts(turn)
+    counts: dict[str, float] = {name: getattr(turn, name) for name in _COUNTS}
     if maps is not None:
         counts["ground_cells"] = int(np.isfinite(maps["ground"].to_dataset()["time"].values).sum())
     return FinishedTurn(turn.number, turn.echoes, turn.truth, maps, _added(turn.timing, seconds), counts, turn.begun)
-
-
-def _counts(turn: Turn) -> dict[str, float]:
-    return {
-        "facets": turn.facets,
-        "rays": turn.rays,
-        "slope_rms_look": turn.slope_rms_look,
-        "folded_share": turn.folded_share,
-    }
 
 
 def deliver(turns: Iterable[FinishedTurn], sinks: Sequence[Sink]) -> list[TurnFigures]:

@@ -26,7 +26,7 @@ from ..measured import Rings
 from ..metrics import error_figures
 from ..prediction import WaveField, issue, predictor_of, vessel_notes, vessel_of
 from ..report.facts import run_facts
-from ..scene import Scene, SceneLike, as_scene
+from ..scene import SceneLike, as_scene
 from ..simulation import Simulator
 from ..wavefield import sea_state
 from ..wavefield.sea_state import in_words
@@ -167,12 +167,14 @@ def run(
         ahead = ForecastSink(AppendableNetCDF(folder / "prediction.nc", ("issue",)), simulator) if predict else None
         clear_folder(folder, PRODUCTS)
         truth_file = AppendableNetCDF(folder / "truth.nc")
-        with _stating_what_is_left(truth_file, scene.turns), growing(folder, _growing_files(scene, predict)):
+        also = (*(["gauges.nc"] if scene.gauges else []), *(["prediction.nc"] if predict else []))
+        files = ("truth.nc", "maps.nc", *also, "echoes.zarr")
+        with _stating_what_is_left(truth_file, scene.turns), growing(folder, files):
             write_whole(folder / "scene.toml", scene.to_toml())
             sinks = _file_sinks(folder, simulator, truth_file, ahead)
             figures = deliver(iterate(scene, simulator=simulator, ahead=True, progress=progress), sinks)
         say("compare: maps with the truth")
-        gauges = _read_gauges(folder) if scene.gauges else None
+        gauges = xr.load_dataset(folder / "gauges.nc") if scene.gauges else None  # some hundred bytes a turn
         with _read(folder / "maps.nc") as maps, _read(folder / "truth.nc") as truth:
             metrics = _metrics(simulator, maps, truth, gauges, figures)
             verified = ahead.verified() if ahead else None
@@ -199,11 +201,6 @@ def _read(path: Path) -> Iterator[xr.DataTree]:
         if sum(node.to_dataset(inherit=False).nbytes for node in tree.subtree) <= _AT_ONCE:
             tree.load()
         yield tree
-
-
-def _growing_files(scene: Scene, predict: bool) -> tuple[str, ...]:
-    also = (("gauges.nc",) if scene.gauges else ()) + (("prediction.nc",) if predict else ())
-    return ("truth.nc", "maps.nc", *also, "echoes.zarr")
 
 
 def _file_sinks(
@@ -239,12 +236,6 @@ def _stating_what_is_left(file: AppendableNetCDF, turns: int) -> Iterator[None]:
         raise
 
 
-def _read_gauges(folder: Path) -> xr.Dataset:
-    """The gauges' whole record: some hundred bytes a turn."""
-    with xr.open_dataset(folder / "gauges.nc") as gauges:
-        return gauges.load()
-
-
 # ---------------------------------------------------------------------------------------------------- the metrics
 
 
@@ -256,14 +247,14 @@ def _metrics(
     figures: Sequence[TurnFigures],
 ) -> dict[str, Any]:
     """The content of metrics.json, but for `run_s`."""
-    scene, timing = simulator.scene, _timing(figures)
+    scene, timing, sigma = simulator.scene, _timing(figures), float(simulator.sea.resolved.elevation_std)
     return {
         "scene": scene.name,
         "seed": scene.seed,
         **error_figures(maps, truth),
-        "measured": _measured(simulator, maps, truth),
+        "measured": Rings.of(maps["polar"].to_dataset(), truth["polar"].to_dataset(), sigma).figures,
         **_sea_state(maps if simulator.sea.patch is None else _where_true(maps, truth)),
-        "hs_scene_m": 4.0 * float(simulator.sea.resolved.elevation_std),
+        "hs_scene_m": 4.0 * sigma,
         "gauges": judge(gauges) if gauges is not None else [],
         "timing_s": timing,
         "real_time_factor": real_time_factor(scene.turn_duration_s, figures),
@@ -271,12 +262,6 @@ def _metrics(
         "peak_memory_bytes": peak_memory(),
         **run_facts(scene, simulator.sea, simulator.surface, timing),
     }
-
-
-def _measured(simulator: Simulator, maps: xr.DataTree, truth: xr.DataTree) -> dict[str, float | None]:
-    """How much is measured, how far, how much of it wrongly, and how much is missed."""
-    sigma = float(simulator.sea.resolved.elevation_std)
-    return Rings.of(maps["polar"].to_dataset(), truth["polar"].to_dataset(), sigma).figures
 
 
 def _counts(counts: Sequence[dict[str, float]]) -> dict[str, float]:

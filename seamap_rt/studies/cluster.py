@@ -250,7 +250,7 @@ def answers_from(client: Client, tasks: Iterable[Task]) -> Iterator[tuple[Task, 
 
     def refill() -> None:
         busy = {worker for _, worker in running.values()}
-        idle = [worker for worker in _workers(client) if worker not in busy]
+        idle = [worker for worker in map(str, dict(client.nthreads())) if worker not in busy]
         for worker in idle if idle or running else [""]:  # without any the scheduler waits for one
             task = waiting.take(worker)
             if task is None:
@@ -271,11 +271,6 @@ def answers_from(client: Client, tasks: Iterable[Task]) -> Iterator[tuple[Task, 
         raise SchedulerLost from None
     finally:
         completed.clear()
-
-
-def _workers(client: Client) -> list[str]:
-    """Their addresses."""
-    return list(client.nthreads())  # pyright: ignore[reportArgumentType]
 
 
 def _outcome_of(future: Future, task: Task) -> Outcome:

@@ -114,7 +114,9 @@ def check_echo_memory(radar: RadarSettings) -> None:
     """A turn of echoes fits memory."""
     near, far = radar.range_m
     pulses = pulses_of_a_turn(radar)
-    gates = (far - near) / _sample_spacing(radar) + 1.0
+    digital = radar.receiver.chain == "digital"
+    spacing = SPEED_OF_LIGHT / (2.0 * radar.receiver.adc_rate_hz) if digital else radar.range_sampling_m
+    gates = (far - near) / spacing + 1.0
     needed = BYTES_PER_VOLTAGE * len(antenna_array(radar).receivers) * pulses * gates
     if needed > MOST_ECHO_BYTES:
         raise ValueError(
@@ -122,13 +124,6 @@ def check_echo_memory(radar: RadarSettings) -> None:
             f"and take {needed / 1e9:.3g} GB, and may take {MOST_ECHO_BYTES / 1e9:.3g}; lower radar.prf_hz, raise "
             "radar.rotation_rpm or radar.range_sampling_m, narrow radar.sector_deg or shorten radar.range_m"
         )
-
-
-def _sample_spacing(radar: RadarSettings) -> float:
-    """Spacing in range [m] of the receiver's samples."""
-    if radar.receiver.chain == "digital":
-        return SPEED_OF_LIGHT / (2.0 * radar.receiver.adc_rate_hz)
-    return radar.range_sampling_m
 
 
 def check_motion(platform: PlatformSettings, radar: RadarSettings, turns: int) -> None:
