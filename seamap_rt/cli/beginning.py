@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 from rich.table import Table
 from rich.text import Text
 
 from ..compute.machine import A_TABLE
 from ..errors import InputError
-from .shell import Whole, app, command, console
+from .shell import Whole, about, app, command, console
 
 Shell = Literal["bash", "zsh", "fish"]
 _WIDEST = 36  # characters of a column in a pipe; what is longer moves its line's rest
@@ -102,14 +102,10 @@ def scenes() -> int:
 
 
 @command("--install-completion", "--install-completion --shell zsh", name="--install-completion", need=A_TABLE)
-def install_completion(*, shell: Shell | None = None) -> int:
-    """Let bash, zsh or fish complete commands and options by Tab.
-
-    Parameters
-    ----------
-    shell
-        Default the one from which this is called.
-    """
+def install_completion(
+    *, shell: Annotated[Shell | None, about("Default the one from which this is called.")] = None
+) -> int:
+    """Let bash, zsh or fish complete commands and options by Tab."""
     from cyclopts.completion.detect import ShellDetectionError
 
     try:
@@ -121,22 +117,19 @@ def install_completion(*, shell: Shell | None = None) -> int:
 
 
 @command("app", "app --port 0 --runs night", name="app")
-def page(*, port: Whole = 8322, runs: Path = Path("runs"), host: str = "127.0.0.1", browser: bool = True) -> int:
+def page(
+    *,
+    port: Annotated[Whole, about("Of the page; 0 takes a free one.")] = 8322,
+    runs: Annotated[Path, about("Folder in which runs are kept and looked for.")] = Path("runs"),
+    host: Annotated[
+        str, about("Address to listen on; another one than the default lets other machines in, unencrypted.")
+    ] = "127.0.0.1",
+    browser: Annotated[bool, about("Open the browser, where there is a screen.")] = True,
+) -> int:
     """Open the page: choose waves and radar, see what that is likely to do, run it, and look at what it gave.
 
     It answers this machine alone, and who has the address that is printed. Ctrl-C ends it, and its runs keep their
     whole turns.
-
-    Parameters
-    ----------
-    port
-        Of the page; 0 takes a free one.
-    runs
-        Folder in which runs are kept and looked for.
-    host
-        Address to listen on; another one than the default lets other machines in, unencrypted.
-    browser
-        Open the browser, where there is a screen.
     """
     if not 0 <= port <= 65535:
         raise InputError(f"--port = {port}: must be 0 to 65535; 0 takes a free one")

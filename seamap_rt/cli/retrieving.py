@@ -12,7 +12,7 @@ from cyclopts import Parameter
 
 from ..errors import InputError
 from ..io.text import parse_number
-from .shell import Names, Number, Settings, command, console, overrides_of, section_of
+from .shell import Names, Number, Settings, about, command, console, overrides_of, section_of
 
 if TYPE_CHECKING:
     import numpy as np  # loaded where they are used: they take half a second
@@ -29,31 +29,22 @@ _FARTHEST_M = 10_000.0
 
 @command("predict runs/choppy_sea-1/maps.nc", "predict maps.nc --lead 0:20:0.5 --at -100,0 --at 0,50")
 def predict(
-    maps: Path,
+    maps: Annotated[Path, about("A maps.nc, as run and retrieve write it.")],
     *,
-    lead: str = "0:30:1",
-    at: Annotated[list[str] | None, Parameter(negative=(), allow_leading_hyphen=True)] = None,
-    out: Path | None = None,
-    overwrite: bool = False,
-    set_: Settings | None = None,
+    lead: Annotated[str, about("START:STOP:STEP, seconds after the last that was seen.")] = "0:30:1",
+    at: Annotated[
+        list[str] | None,
+        Parameter(
+            negative=(),
+            allow_leading_hyphen=True,
+            help="EAST,NORTH, a place in metres; as often as wanted, default where the antennas are.",
+        ),
+    ] = None,
+    out: Annotated[Path | None, about("Folder for prediction.nc; default beside the maps.")] = None,
+    overwrite: Annotated[bool, about("Replace an earlier prediction.nc.")] = False,
+    set_: Annotated[Settings | None, about("prediction.KEY=VALUE, as often as wanted.")] = None,
 ) -> int:
-    """Forecast the sea from maps (prediction.nc): one forecast for each turn, from what was seen up to then.
-
-    Parameters
-    ----------
-    maps
-        A maps.nc, as run and retrieve write it.
-    lead
-        START:STOP:STEP, seconds after the last that was seen.
-    at
-        EAST,NORTH, a place in metres; as often as wanted, default where the antennas are.
-    out
-        Folder for prediction.nc; default beside the maps.
-    overwrite
-        Replace an earlier prediction.nc.
-    set_
-        prediction.KEY=VALUE, as often as wanted.
-    """
+    """Forecast the sea from maps (prediction.nc): one forecast for each turn, from what was seen up to then."""
     from ..settings import PredictionSettings
 
     leads, places = _leads(lead), [_place(each) for each in at] if at else None
@@ -140,14 +131,9 @@ def _headlines(last: xr.Dataset, issued: int, turns: int) -> list[str]:
 
 
 @command("recover runs/choppy_sea-1", "recover night")
-def recover(folder: Path, /) -> int:
-    """Put what a kill or a full disk has left of a run under its own names: every turn that is whole in all its files.
-
-    Parameters
-    ----------
-    folder
-        Of the run.
-    """
+def recover(folder: Annotated[Path, about("Of the run.")], /) -> int:
+    """Put what a kill or a full disk has left of a run under its own names: every turn that is whole in all its
+    files."""
     from ..io.results_folder import recover as recover_folder
 
     found = recover_folder(folder)

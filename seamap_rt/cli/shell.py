@@ -24,6 +24,13 @@ app = App(
     help_format="plaintext",
     suppress_keyboard_interrupt=False,  # `main` says what an interrupted run leaves
 )
+
+
+def about(text: str) -> Parameter:
+    """What --help says of an option."""
+    return Parameter(help=text)
+
+
 Names = Annotated[list[str], Parameter(name="--name", negative=(), consume_multiple=False)]
 
 
@@ -67,11 +74,11 @@ def command(
 
 
 Settings = Annotated[list[str], Parameter(name="--set", negative=(), consume_multiple=False)]
-SceneName = Annotated[str, Parameter(help="Path of a scene file, or the name of a shipped scene.")]
-Turns = Annotated[Count | None, Parameter(help="Turns of the antenna.")]
-Seed = Annotated[Whole | None, Parameter(help="Of all random numbers.")]
-Tracer = Annotated[str | None, Parameter(help="facets, horizon or paths.")]
-Overwrite = Annotated[bool, Parameter(help="Replace earlier results in that folder.")]
+SceneName = Annotated[str, about("Path of a scene file, or the name of a shipped scene.")]
+Turns = Annotated[Count | None, about("Turns of the antenna.")]
+Seed = Annotated[Whole | None, about("Of all random numbers.")]
+Tracer = Annotated[str | None, about("facets, horizon or paths.")]
+Overwrite = Annotated[bool, about("Replace earlier results in that folder.")]
 _ANY_KEY = "KEY=VALUE, any key of the scene file"
 SceneKeys = Annotated[Settings | None, Parameter(help=f"{_ANY_KEY}, as often as wanted.")]
 KeysOfHorizon = Annotated[

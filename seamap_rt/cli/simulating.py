@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from rich.text import Text
 
@@ -19,6 +19,7 @@ from .shell import (
     Seed,
     Tracer,
     Turns,
+    about,
     command,
     console,
     progress,
@@ -68,32 +69,20 @@ def tell_of_record(scene: Scene) -> None:
 
 @command("run choppy_sea", "run mine.toml --turns 3 --set radar.height_m=8 --out runs/8m")
 def run(
-    scene: str,
+    scene: Annotated[str, about("Path of a scene file, or the name of a shipped scene (see `scenes`).")],
     *,
-    out: Path | None = None,
+    out: Annotated[Path | None, about("Folder for the results; default runs/SCENE-SEED.")] = None,
     turns: Turns = None,
     seed: Seed = None,
     tracer: Tracer = None,
-    predict: bool = False,
-    account: bool = False,
-    overwrite: bool = False,
+    predict: Annotated[bool, about("Forecast the sea beside the run, from its maps: prediction.nc.")] = False,
+    account: Annotated[
+        bool, about("Print what was modelled, with its cost, and what was left out, with its error.")
+    ] = False,
+    overwrite: Annotated[bool, about("Replace another run's results in that folder.")] = False,
     set_: SceneKeys = None,
 ) -> int:
-    """Simulate a scene, retrieve its heights, compare them with the truth, and draw a report.
-
-    Parameters
-    ----------
-    scene
-        Path of a scene file, or the name of a shipped scene (see `scenes`).
-    out
-        Folder for the results; default runs/SCENE-SEED.
-    predict
-        Forecast the sea beside the run, from its maps: prediction.nc.
-    account
-        Print what was modelled, with its cost, and what was left out, with its error.
-    overwrite
-        Replace another run's results in that folder.
-    """
+    """Simulate a scene, retrieve its heights, compare them with the truth, and draw a report."""
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
     tell_of_record(loaded)
     from ..report import warnings
@@ -124,20 +113,14 @@ def run(
 def simulate(
     scene: SceneName,
     *,
-    out: Path,
+    out: Annotated[Path, about("Folder for the results.")],
     turns: Turns = None,
     seed: Seed = None,
     tracer: Tracer = None,
     overwrite: Overwrite = False,
     set_: SceneKeys = None,
 ) -> int:
-    """Simulate a scene's echoes and the truth beside them: echoes.zarr and truth.nc.
-
-    Parameters
-    ----------
-    out
-        Folder for the results.
-    """
+    """Simulate a scene's echoes and the truth beside them: echoes.zarr and truth.nc."""
     loaded = scene_of(scene, set_, turns=turns, seed=seed, tracing__tracer=tracer)
     tell_of_record(loaded)
     from ..session import simulate as simulate_scene
@@ -232,20 +215,14 @@ def _nonlinear_sea(scene: Scene, out: Path, **options: Any) -> int:
 def link(
     scene: SceneName,
     *,
-    ranges: str | None = None,
-    out: Path | None = None,
+    ranges: Annotated[
+        str | None, about("R,R,… slant ranges in metres; default a handful across the range window.")
+    ] = None,
+    out: Annotated[Path | None, about("Folder for link.csv and link.png; default none.")] = None,
     overwrite: Overwrite = False,
     set_: SceneKeys = None,
 ) -> int:
-    """Print a scene's link budget: echo, noise and the weakest sea against range, by the textbook and as simulated.
-
-    Parameters
-    ----------
-    ranges
-        R,R,… slant ranges in metres; default a handful across the range window.
-    out
-        Folder for link.csv and link.png; default none.
-    """
+    """Print a scene's link budget: echo, noise and the weakest sea against range, by the textbook and as simulated."""
     loaded = scene_of(scene, set_)
     from ..products.link import write_link
 

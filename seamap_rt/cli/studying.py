@@ -18,6 +18,7 @@ from .shell import (
     SceneName,
     Settings,
     Whole,
+    about,
     command,
     console,
     progress,
@@ -34,26 +35,16 @@ Cases = Annotated[list[str], Parameter(name="--only", negative=(), consume_multi
 def shadowing(
     scene: SceneName,
     *,
-    heights: str | None = None,
-    seeds: Count = 4,
-    bin_m: Bin = 10.0,
-    out: Path | None = None,
+    heights: Annotated[str | None, about("H,H,… of the antennas in metres; default the scene's own.")] = None,
+    seeds: Annotated[Count, about("Seas to draw; their spread gives the confidence bands.")] = 4,
+    bin_m: Annotated[Bin, about("Metres of a range bin.")] = 10.0,
+    out: Annotated[
+        Path | None, about("Folder for shadowing.nc, shadowing.csv and figures; default runs/SCENE-shadowing.")
+    ] = None,
     overwrite: Overwrite = False,
     set_: KeysOfHorizon = None,
 ) -> int:
-    """How much of a scene's sea a radar sees against range, look and height, beside the analytic curves.
-
-    Parameters
-    ----------
-    heights
-        H,H,… of the antennas in metres; default the scene's own.
-    seeds
-        Seas to draw; their spread gives the confidence bands.
-    bin_m
-        Metres of a range bin.
-    out
-        Folder for shadowing.nc, shadowing.csv and figures; default runs/SCENE-shadowing.
-    """
+    """How much of a scene's sea a radar sees against range, look and height, beside the analytic curves."""
     loaded = scene_of(scene, ["tracing.tracer=horizon", *(set_ or [])])
     heights_m = [loaded.radar.height_m] if heights is None else _metres(heights)
     from ..studies.shadowing import write_shadowing
@@ -76,19 +67,19 @@ def _metres(text: str) -> list[float]:
 
 @command("outlook choppy_sea", "outlook mine.toml --vary radar.height_m=3:20:1", need=A_MODEL)
 def outlook(
-    scene: SceneName, *, vary: Varied | None = None, at_most: Number | None = None, set_: Settings | None = None
+    scene: SceneName,
+    *,
+    vary: Annotated[
+        Varied | None,
+        about("KEY=START:STOP:STEP or KEY=VALUE,VALUE,… for a line a design, and what a trade would choose of them."),
+    ] = None,
+    at_most: Annotated[
+        Number | None,
+        about("Highest antenna (or greatest value of the key that is chosen) to recommend; says what that costs."),
+    ] = None,
+    set_: Annotated[Settings | None, about("KEY=VALUE, any key of the scene file.")] = None,
 ) -> int:
-    """What a scene's radar is likely to measure, at once: a model, not a simulation.
-
-    Parameters
-    ----------
-    vary
-        KEY=START:STOP:STEP or KEY=VALUE,VALUE,… for a line a design, and what a trade would choose of them.
-    at_most
-        Highest antenna (or greatest value of the key that is chosen) to recommend; says what that costs.
-    set_
-        KEY=VALUE, any key of the scene file.
-    """
+    """What a scene's radar is likely to measure, at once: a model, not a simulation."""
     loaded = scene_of(scene, set_)
     if vary:
         from ..studies.choices import outlook_lines, outlook_table, outlooks  # takes a second to load
@@ -181,20 +172,14 @@ def trade(
 
 
 @command("validate", "validate --only claim_4_shadowing --out checked")
-def validate(*, full: bool = False, only: Cases | None = None, out: Path | None = None, overwrite: bool = False) -> int:
-    """Hold the program against closed forms, tables, peers and the claims of 2004; exit 1 if a case fails.
-
-    Parameters
-    ----------
-    full
-        The long cases too.
-    only
-        Names of cases, as often as wanted; default all.
-    out
-        Folder for validation.html and metrics.json; default runs/validation.
-    overwrite
-        Replace an earlier report in that folder.
-    """
+def validate(
+    *,
+    full: Annotated[bool, about("The long cases too.")] = False,
+    only: Annotated[Cases | None, about("Names of cases, as often as wanted; default all.")] = None,
+    out: Annotated[Path | None, about("Folder for validation.html and metrics.json; default runs/validation.")] = None,
+    overwrite: Annotated[bool, about("Replace an earlier report in that folder.")] = False,
+) -> int:
+    """Hold the program against closed forms, tables, peers and the claims of 2004; exit 1 if a case fails."""
     try:
         from validation.report import validate as run_cases
     except ImportError as error:
