@@ -159,18 +159,18 @@ _EXPORT = re.compile(r"ground(-\d+)?\.(nc|tif|csv)")
     "retrieve night.npz --header header.toml --to geotiff --at 54.32,-7.5",
 )
 def retrieve(
-    echoes: Path,
+    echoes: Annotated[Path, about("A Zarr store, or a recording as .npz, .mat, .h5, .hdf5 or .nc.")],
     *,
     header: Path | None = None,
     name: Names | None = None,
-    out: Path | None = None,
+    out: Annotated[Path | None, about("Folder for maps.nc and retrieval.html; default beside the echoes.")] = None,
     follow: Number = 0.0,
     wind_from: Number | None = None,
     to: Annotated[list[str] | None, Parameter(negative=(), consume_multiple=False)] = None,
     at: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,  # the south is negative
     even_if_wrong: Annotated[bool, Parameter(negative=())] = False,
-    overwrite: bool = False,
-    set_: Settings | None = None,
+    overwrite: Annotated[bool, about("Replace an earlier maps.nc.")] = False,
+    set_: Annotated[Settings | None, about("retrieval.KEY=VALUE, as often as wanted.")] = None,
 ) -> int:
     """Heights and slopes (maps.nc) from echoes that keep the schema, or a recording. Never opens a truth file.
 
@@ -179,14 +179,10 @@ def retrieve(
 
     Parameters
     ----------
-    echoes
-        A Zarr store, or a recording as .npz, .mat, .h5, .hdf5 or .nc.
     header
         Of a recording: a TOML or JSON file that describes the radar, where the recording does not.
     name
         Of a recording: ARRAY=NAME, what it calls an array, as in lower=rx/1; as often as wanted.
-    out
-        Folder for maps.nc and retrieval.html; default beside the echoes.
     follow
         Go on while the echoes grow, until no new turn has come for so many seconds.
     wind_from
@@ -197,10 +193,6 @@ def retrieve(
         LAT,LON of the antenna at time 0, degrees north and east, for --to.
     even_if_wrong
         Retrieve what is surely wrong as well.
-    overwrite
-        Replace an earlier maps.nc.
-    set_
-        retrieval.KEY=VALUE, as often as wanted.
     """
     from ..settings import RetrievalSettings
 

@@ -27,7 +27,7 @@ app = App(
 
 
 def about(text: str) -> Parameter:
-    """What --help says of an option."""
+    """What --help says of an option, where it fits into its line; longer words stand in the docstring."""
     return Parameter(help=text)
 
 

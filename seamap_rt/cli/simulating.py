@@ -136,13 +136,13 @@ def simulate(
 def sea(
     scene: SceneName,
     *,
-    out: Path,
+    out: Annotated[Path, about("Folder for the results.")],
     times: str | None = None,
     side: Number | None = None,
     spacing: Number | None = None,
     nonlinear: bool = False,
-    order: Count | None = None,
-    resume: bool = False,
+    order: Annotated[Count | None, about("Of the nonlinear sea in the steepness, 1 (linear) to 5; default 3.")] = None,
+    resume: Annotated[bool, about("Go on with a nonlinear sea that a kill or Ctrl-C stopped.")] = False,
     seed: Seed = None,
     overwrite: Overwrite = False,
     set_: KeysOfHorizon = None,
@@ -154,8 +154,6 @@ def sea(
 
     Parameters
     ----------
-    out
-        Folder for the results.
     times
         START:STOP:STEP or T,T,… in seconds, default 0:5:0.5; write --times=-5:0:1 for times before 0. Of a nonlinear
         sea even ones, default 0:60:0.25.
@@ -166,10 +164,6 @@ def sea(
         wave, m; default 8 wavenumbers of the steepest system's peak, or what is resolved where that is coarser.
     nonlinear
         Write recorded_sea.nc, a nonlinear sea by the high-order spectral method.
-    order
-        Of the nonlinear sea in the steepness, 1 (linear) to 5; default 3.
-    resume
-        Go on with a nonlinear sea that a kill or Ctrl-C stopped.
     """
     if nonlinear and side is not None:
         raise InputError("--side: a nonlinear sea fills its patch; leave it out, or set sea.extent_m")

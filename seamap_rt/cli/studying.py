@@ -107,15 +107,15 @@ def trade(
     *,
     vary: Varied,
     seeds: Count = 1,
-    until: Number | None = None,
-    budget: str | None = None,
+    until: Annotated[Number | None, about("Add seeds until each choice has this confidence, as 0.95.")] = None,
+    budget: Annotated[str | None, about("Add seeds as long as they end in this time, as 10min.")] = None,
     at_most: Number | None = None,
     workers: Whole | None = None,
     scheduler: str | None = None,
     out: Path | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
-    set_: Settings | None = None,
+    resume: Annotated[bool, about("Go on with the points that are missing in that folder.")] = False,
+    overwrite: Annotated[bool, about("Replace another sweep in that folder.")] = False,
+    set_: Annotated[Settings | None, about("KEY=VALUE, any key of the scene file, for all points.")] = None,
 ) -> int:
     """Run a grid of scenes and compare what each one's maps are worth; one table, one figure.
 
@@ -125,10 +125,6 @@ def trade(
         KEY=START:STOP:STEP or KEY=VALUE,VALUE,…, any key of the scene file, as often as wanted.
     seeds
         Seas and noises to draw for each point of the grid; with until or budget, to begin with.
-    until
-        Add seeds until each choice has this confidence, as 0.95.
-    budget
-        Add seeds as long as they end in this time, as 10min.
     at_most
         Highest antenna (or greatest value of the key that is chosen) to recommend; says what that costs.
     workers
@@ -138,12 +134,6 @@ def trade(
         tcp://HOST:PORT (on a network that you trust), or its scheduler file.
     out
         Folder for the points, trade.csv, trade.nc and figures; default runs/SCENE-trade.
-    resume
-        Go on with the points that are missing in that folder.
-    overwrite
-        Replace another sweep in that folder.
-    set_
-        KEY=VALUE, any key of the scene file, for all points.
     """
     loaded = scene_of(scene, set_)
     from ..studies.paired import seconds

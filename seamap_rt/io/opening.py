@@ -126,16 +126,6 @@ def read_json(path: PathLike, wanted: str = "a JSON file", **rules: Any) -> Any:
 
 def read_unpacked(path: PathLike, wanted: str = "a file", *, most: float = LONG, **rules: Any) -> bytes:
     """All of a file, unpacked where it ends in .gz, .bz2, .xz or .zst; at most `most` bytes. Raises InputError."""
-    return b"".join(_unpacked(path, wanted, most, rules))
-
-
-def check_unpacked(path: PathLike, wanted: str = "a file", *, most: float = LONG, **rules: Any) -> None:
-    """Raise InputError where `read_unpacked` would: before a library unpacks the file by its path."""
-    for _ in _unpacked(path, wanted, most, rules):
-        pass
-
-
-def _unpacked(path: PathLike, wanted: str, most: float, rules: dict[str, Any]) -> Iterator[bytes]:
     import zstandard
 
     called = rules.get("named") or os.fspath(path)
@@ -144,7 +134,7 @@ def _unpacked(path: PathLike, wanted: str, most: float, rules: dict[str, Any]) -
         opener = openers.get(Path(path).suffix.lower())
         try:
             with packed if opener is None else closing(opener(packed, "rb")) as file:
-                yield from _pieces(file, called, most)
+                return b"".join(_pieces(file, called, most))
         except (OSError, EOFError, lzma.LZMAError, zlib.error, zstandard.ZstdError) as error:
             raise InputError(f"{called}: cannot be read ({error}); give a whole file") from None
 

@@ -9,7 +9,7 @@ import os
 import re
 import shutil
 from collections.abc import Container, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import NamedTuple
 from zipfile import BadZipFile
@@ -21,26 +21,20 @@ from .opening import read_json
 
 # What a folder of each kind of results is known by. Retrievals and forecasts may stand in a run's.
 KINDS = {
-    "a run's": frozenset(
-        ("echoes.zarr", "maps.nc", "truth.nc", "gauges.nc", "prediction.nc", "report.html", "evolution.gif")
-    ),
-    "a trade's": frozenset(("trade.html", "trade.json", "trade.csv", "trade.nc", "trade.png")),
-    "a shadowing study's": frozenset(
-        ("shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png", "shadowing.html")
-    ),
-    "a sea's": frozenset(
-        (
-            "sea.nc",
-            "recorded_sea.nc",
-            "statistics.txt",
-            "directional_spectrum.png",
-            "sea_surface.png",
-            "sea.gif",
-            "from_mast.png",
-        )
-    ),
-    "a link budget's": frozenset(("link.csv", "link.png")),
-    "a validation's": frozenset(("validation.html",)),
+    "a run's": ["echoes.zarr", "maps.nc", "truth.nc", "gauges.nc", "prediction.nc", "report.html", "evolution.gif"],
+    "a trade's": ["trade.html", "trade.json", "trade.csv", "trade.nc", "trade.png"],
+    "a shadowing study's": ["shadowing.nc", "shadowing.csv", "shadowing.png", "shadowing_seen.png", "shadowing.html"],
+    "a sea's": [
+        "sea.nc",
+        "recorded_sea.nc",
+        "statistics.txt",
+        "directional_spectrum.png",
+        "sea_surface.png",
+        "sea.gif",
+        "from_mast.png",
+    ],
+    "a link budget's": ["link.csv", "link.png"],
+    "a validation's": ["validation.html"],
 }
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # of a disk, or what it takes of a file
 _LOCK, _MARKER = ".seamap-rt.lock", ".seamap-rt.unfinished"
@@ -83,17 +77,14 @@ def results_folder(folder: Path, overwrite: bool, products: tuple[str, ...], opt
 @contextmanager
 def held_folder(folder: Path, option: str) -> Iterator[None]:
     """Nobody else writes results into the folder meanwhile. InputError, which names the process, where one does."""
-    lock = locked(folder / _LOCK)
-    try:
-        lock.__enter__()
-    except Held as held:
-        raise InputError(
-            f"{option} = '{folder}': {held} writes there; choose another folder, or wait until it has ended"
-        ) from None
-    try:
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(locked(folder / _LOCK))
+        except Held as held:
+            raise InputError(
+                f"{option} = '{folder}': {held} writes there; choose another folder, or wait until it has ended"
+            ) from None
         yield
-    finally:
-        lock.__exit__(None, None, None)
 
 
 @contextmanager
@@ -147,7 +138,7 @@ def finished(folder: Path) -> None:
 def _refuse_foreign(folder: Path, products: tuple[str, ...], option: str) -> None:
     """Also with --overwrite, which means results of the same kind: others would stay in part, among the new ones."""
     for kind, names in KINDS.items():
-        if names.isdisjoint(products):
+        if set(names).isdisjoint(products):
             for name in sorted(names):
                 if (folder / name).exists():
                     raise InputError(f"{option} = '{folder}': holds {kind} {name}; choose another folder")

@@ -6,7 +6,6 @@ only when a file is read.
 
 from __future__ import annotations
 
-import gzip
 import os
 import re
 import warnings
@@ -14,9 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from itertools import islice
 from pathlib import Path
-from typing import IO
 
 import numpy as np
 import xarray as xr
@@ -25,7 +22,7 @@ from numpy.typing import NDArray
 from ..conventions import GRAVITY, WATER_DENSITY
 from ..errors import InputError
 from .declared import to_unit, within_valid_range
-from .opening import bytes_held, check_unpacked, open_dataset, open_file, read_unpacked, weigh
+from .opening import bytes_held, open_dataset, open_file, read_unpacked, weigh
 from .process import quietly, without_complaints
 from .spectrum_layouts import (
     NETCDF,
@@ -139,9 +136,8 @@ def _kind_of(path: Path) -> str | None:
             raise InputError(f"{path}: is text in UTF-16; save it as UTF-8")
         if start[:3] == b"CDF" or start[:8] == b"\x89HDF\r\n\x1a\n":
             return _netcdf_kind(path)
-        with _text(path) as file:
-            begin = file.read(4_000_000)
-    except (OSError, EOFError) as error:
+        begin = _text(path)[:4_000_000]
+    except OSError as error:
         raise InputError(f"{path}: cannot be read ({error}); give a readable file") from None
     if begin.startswith("SWAN"):
         return "swan"
@@ -162,9 +158,9 @@ def _netcdf_kind(path: Path) -> str | None:
     return next((kind for kind, each in NETCDF.items() if any(mark <= names for mark in each.marks)), None)
 
 
-def _text(path: Path) -> IO[str]:
+def _text(path: Path) -> str:
     """A text file, packed or not, without a byte-order mark; letters of another encoding are marked as such."""
-    return (gzip.open if path.suffix == ".gz" else open)(path, "rt", encoding="utf-8-sig", errors="replace")
+    return read_unpacked(path, WANTED).decode("utf-8-sig", "replace").replace("\r\n", "\n").replace("\r", "\n")
 
 
 # -------------------------------------------------------------------------------------------------- one time, one site
@@ -285,14 +281,14 @@ def _opened(path: Path, kind: str) -> Iterator[Spectra]:
 
 @contextmanager
 def _open_swan(path: Path) -> Iterator[xr.DataArray]:
-    check_unpacked(path, WANTED)
-    with _text(path) as file:
-        lines = [line.split(maxsplit=1)[:1] or [""] for line in islice(file, 100_000)]
-        most = len(lines) + sum(1 for _ in file)
-    header = [line[:8] for (line,) in lines]
-    for word, (count,) in zip(header, lines[1:], strict=False):
-        if word in _COUNTED and count.isdecimal() and int(count[:18]) > most:  # wavespectra would read on for ever
-            raise InputError(f"{path}: declares {count} of {word} in {most} lines; give a whole file")
+    lines = _text(path).split("\n")
+    begins = [(line.split(maxsplit=1) or [""])[0] for line in lines[:100_000]]
+    header = [word[:8] for word in begins]
+    for word, count in zip(header, begins[1:], strict=False):
+        if (
+            word in _COUNTED and count.isdecimal() and int(count[:18]) > len(lines)
+        ):  # wavespectra would read on for ever
+            raise InputError(f"{path}: declares {count} of {word} in {len(lines)} lines; give a whole file")
     if "ITER" in header:
         raise InputError(
             f"{path}: holds the iterations of a test point (ITER), none of which is the sea; give the file that SWAN's "
@@ -306,7 +302,7 @@ def _open_swan(path: Path) -> Iterator[xr.DataArray]:
             raise InputError(f"{path}: has neither {one} nor {other} in its header; give the file as SWAN writes it")
     from wavespectra.core.swan import SwanSpecFile
 
-    scale = _swan_unit(path, header)
+    scale = _swan_unit(path, header, lines)
     with plain_copy(path, "spectrum.spc") as plain:
         swan = SwanSpecFile(plain)
         try:
@@ -323,14 +319,13 @@ def _open_swan(path: Path) -> Iterator[xr.DataArray]:
         yield xr.DataArray(density, dims=("time", "site", "freq", "dir"), coords={"time": times, **coordinates})
 
 
-def _swan_unit(path: Path, header: list[str]) -> DensityUnit:
+def _swan_unit(path: Path, header: list[str], lines: list[str]) -> DensityUnit:
     """Of the density, by the two lines that QUANT has for it: its name, and its unit. wavespectra has divided energy by
     ρg already."""
     if "QUANT" not in header:
         return DensityUnit(1.0)
     begin = header.index("QUANT") + 2  # past how many quantities there are
-    with _text(path) as file:
-        name, unit = ([*re.split(r"\s{2,}|\t", line.strip()), ""][0] for line in islice(file, begin, begin + 2))
+    name, unit = ([*re.split(r"\s{2,}|\t", line.strip()), ""][0] for line in lines[begin : begin + 2])
     name, unit = name.split()[0] if name else "", unit.removesuffix(" unit")
     if name.lower() not in ("vadens", "endens", "acdens"):
         raise InputError(f"{path}: holds '{name}', not VaDens, EnDens or AcDens; give a directional spectrum")

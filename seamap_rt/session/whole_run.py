@@ -20,7 +20,7 @@ from ..gauges import judge
 from ..interferometry import open_echoes
 from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
-from ..io.results_folder import FULL, clear_folder, growing, results_folder, write_whole
+from ..io.results_folder import FULL, KINDS, clear_folder, growing, results_folder, write_whole
 from ..io.text import to_json
 from ..measured import Rings
 from ..metrics import error_figures
@@ -118,17 +118,7 @@ def _together(forecasts: list[xr.Dataset]) -> xr.Dataset:
     return xr.concat(forecasts, "issue", data_vars="minimal", coords="minimal")
 
 
-PRODUCTS = (
-    "scene.toml",
-    "echoes.zarr",
-    "maps.nc",
-    "truth.nc",
-    "gauges.nc",
-    "prediction.nc",
-    "metrics.json",
-    "report.html",
-    "evolution.gif",
-)
+PRODUCTS = ("scene.toml", *KINDS["a run's"], "metrics.json")
 _AT_ONCE = 2e8  # bytes of a file that is read whole
 
 
