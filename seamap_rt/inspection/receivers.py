@@ -12,7 +12,6 @@ points anywhere: of random phases the mean direction of N pairs is 1/√N long.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -41,19 +40,15 @@ def receivers(turn: xr.Dataset) -> Finding:
     """Of one turn's echoes, voltages loaded. The gravest of what is found, in this order."""
     lower, upper, both = _samples(turn)
     turning = str(turn.attrs.get("scan", "turning")) == "turning"
-    checks: list[Callable[[], Finding | None]] = [lambda: _silent(lower, upper)]
-    if both:
-        checks += [lambda: _same(lower, upper), lambda: _one_conjugated(lower, upper)]
-    if turning:
-        checks += [lambda: _constant(lower, upper)]
-    checks += [lambda: _real(lower, upper)]
-    if both:
-        checks += [lambda: _displaced(lower, upper)]
-    for check in checks:
-        found = check()
-        if found is not None:
-            return found
-    return Finding(_WHAT, "good", "two complex voltages of the same gates")
+    return (
+        _silent(lower, upper)
+        or (_same(lower, upper) if both else None)
+        or (_one_conjugated(lower, upper) if both else None)
+        or (_constant(lower, upper) if turning else None)
+        or _real(lower, upper)
+        or (_displaced(lower, upper) if both else None)
+        or Finding(_WHAT, "good", "two complex voltages of the same gates")
+    )
 
 
 def _samples(turn: xr.Dataset) -> tuple[Complex, Complex, bool]:

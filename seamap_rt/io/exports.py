@@ -56,10 +56,6 @@ class Origin:
         about = AzimuthalEquidistantConversion(self.latitude, self.longitude)
         return ProjectedCRS(about, name="azimuthal equidistant about the radar")
 
-    def cf(self) -> dict[str, Any]:
-        """Attributes of a CF grid mapping."""
-        return self.crs.to_cf()
-
     def places(self, x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
         """Latitude and longitude [deg] of x metres east and y metres north; NaN where these are."""
         from pyproj import Transformer
@@ -242,7 +238,7 @@ def placed_maps(
     placed = ground[[*FIELDS, "time"]].assign_coords(
         lat=(("y", "x"), latitude, _attributes("latitude", "degrees_north", "latitude of the cell's middle")),
         lon=(("y", "x"), longitude, _attributes("longitude", "degrees_east", "longitude of the cell's middle")),
-        crs=((), np.int32(0), origin.cf()),
+        crs=((), np.int32(0), origin.crs.to_cf()),
     )
     for name in (*FIELDS, "time"):
         placed[name].attrs["grid_mapping"] = "crs"

@@ -114,16 +114,7 @@ def _hdf5(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Map
     with open_hdf5(path, _WANTED) as file:
         _refuse_slips(path, list(file), names)
         weigh_arrays(file, (*_inside(names).values(), "header"), str(path))
-        arrays = {
-            name: _in_its_unit(
-                _dataset(_of_three(file[inside], name, inside), inside, name in MAY_LACK),
-                file[inside].attrs,
-                name,
-                inside,
-            )
-            for name, inside in _inside(names).items()
-            if inside in file
-        }
+        arrays = {name: _array(file[inside], name, inside) for name, inside in _inside(names).items() if inside in file}
         held: Any = file.get("header", file.attrs.get("header"))
         if isinstance(held, h5py.Group):
             return arrays, {key: _of_kind(key, as_in_toml(value)) for key, value in held.attrs.items()}
@@ -196,20 +187,17 @@ def _inside(names: Mapping[str, str]) -> dict[str, str]:
     return {name: names.get(name, name) for name in ARRAYS}
 
 
-def _of_three(node: Any, name: str, inside: str) -> Any:
-    """The same, if its shape is right: a wrong one may be too large to be read first."""
+def _array(node: Any, name: str, inside: str) -> NDArray:
+    """An array of HDF5. A wrong shape may be too large to be read first."""
+    may_lack = name in MAY_LACK
     if name in ("attitude", "position") and isinstance(node, h5py.Dataset) and node.shape[1:] != (3,):
         raise InputError(f"{inside}: has the shape {node.shape}: must be (·, 3); give three numbers for each")
-    return node
-
-
-def _dataset(node: Any, name: str, may_lack: bool) -> NDArray:
     if isinstance(node, h5py.Group):
-        pieces = [node[piece] for piece in _pieces(list(node), name)]
-        return np.stack(
-            [_values(piece, f"{name}{str(piece.name).removeprefix(str(node.name))}", may_lack) for piece in pieces], -1
-        )
-    return pairs_of(_values(node, name, may_lack), name)
+        pieces = {f"{inside}/{piece}": node[piece] for piece in _pieces(list(node), inside)}
+        values = np.stack([_values(piece, called, may_lack) for called, piece in pieces.items()], -1)
+    else:
+        values = pairs_of(_values(node, inside, may_lack), inside)
+    return _in_its_unit(values, node.attrs, name, inside)
 
 
 def _values(node: Any, name: str, may_lack: bool) -> NDArray:

@@ -43,8 +43,13 @@ def scene_of(tree: Mapping[str, Any]) -> Scene:
 
 def _with_recorded(tree: Mapping[str, Any]) -> Mapping[str, Any]:
     """The tree with what it leaves out of a recorded sea, by its file."""
-    sea = _table(tree.get("sea"))
-    if sea.get("model") != "recorded" or not isinstance(sea.get("file"), str) or not sea["file"]:
+    sea = tree.get("sea")
+    if (
+        not isinstance(sea, Mapping)
+        or sea.get("model") != "recorded"
+        or not isinstance(sea.get("file"), str)
+        or not sea["file"]
+    ):
         return tree
     from ..io.recorded_sea import recorded_sea
 
@@ -76,23 +81,11 @@ def as_scene(scene: SceneLike) -> Scene:
 
 
 def anchored(tree: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The tree with the paths of its files made absolute, so that the scene means the same everywhere."""
-    radar = _table(tree.get("radar"))
-    holders = [("file", each) for each in _tables(_table(tree.get("sea")).get("waves"))]
-    holders += [("file", _table(tree.get("sea")))]
-    holders += [("file", _table(tree.get("platform"))), ("file", _table(radar.get("antenna")))]
-    holders += [("file", each) for each in _tables(radar.get("antennas"))]
-    holders += [("mesh", each) for each in _tables(tree.get("objects"))]
-    holders += [("file", _table(_table(tree.get("prediction")).get("vessel")))]
-    for key, holder in holders:
-        if isinstance(holder.get(key), str) and holder[key] and "\0" not in holder[key]:  # that is refused later
-            holder[key] = str((folder / holder[key]).resolve())
+    """The tree with the paths of its files (`file`, `mesh`) made absolute, so that the scene means the same everywhere."""
+    for key, value in tree.items():
+        for table in value if isinstance(value, list | tuple) else [value]:
+            if isinstance(table, dict):
+                anchored(table, folder)
+        if key in ("file", "mesh") and isinstance(value, str) and value and "\0" not in value:  # that is refused later
+            tree[key] = str((folder / value).resolve())
     return tree
-
-
-def _table(value: Any) -> dict[str, Any]:
-    return value if isinstance(value, dict) else {}
-
-
-def _tables(value: Any) -> list[dict[str, Any]]:
-    return [_table(entry) for entry in value] if isinstance(value, list | tuple) else []

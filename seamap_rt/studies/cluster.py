@@ -37,10 +37,6 @@ from ..io.opening import read_json
 from .point import Outcome, SchedulerLost, Task, compute, ended
 from .trade import BySea
 
-_KEYS = (
-    "tls_ca_file",
-    *(f"tls_{role}_{what}" for role in ("client", "scheduler", "worker") for what in ("key", "cert")),
-)
 _TLS = {"ca-file": "CA_FILE", "client.cert": "CLIENT__CERT", "client.key": "CLIENT__KEY"}
 _GUARD = 'start sweeps under `if __name__ == "__main__":`, or give workers=0'
 _LOST = (OSError, TimeoutError, FutureCancelledError, FuturesCancelledError)
@@ -98,18 +94,6 @@ def local_client(workers: int) -> Iterator[Client]:
             yield client
 
 
-def own_keys(folder: Path) -> Security:
-    """Keys made for one cluster, in a folder that its user alone can read. dask itself would put them into folders
-    that a killed process leaves."""
-    made, files = Security.temporary(), dict[str, str]()
-    for field in _KEYS:
-        file = folder / f"{field}.pem"
-        file.touch(mode=0o600)
-        file.write_text(getattr(made, field), encoding="ascii")
-        files[field] = str(file)
-    return Security(require_encryption=True, **files)
-
-
 def _local_cluster(workers: int, scratch: Path) -> LocalCluster:
     try:
         return LocalCluster(
@@ -121,7 +105,7 @@ def _local_cluster(workers: int, scratch: Path) -> LocalCluster:
             # The scheduler always opens a port for HTTP; this one is free, local, and serves nothing.
             scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
             local_directory=str(scratch),
-            security=own_keys(scratch),
+            security=Security.temporary(),  # keys of its own
             silence_logs=logging.CRITICAL,
         )
     except RuntimeError as error:
