@@ -340,14 +340,11 @@ def _cut(
 ) -> NDArray[np.float64]:
     """Points (row, column) of a frame from the first row and column on, rows to the north and columns to the east."""
     axes = _axes(values)
-    way = {axis: _direction(opened, axes[axis]) for axis in ("y", "x")}
-    taken = {
-        axes[axis]: slice(start, start + count) if way[axis] > 0 else slice(most - start - count, most - start)
-        for axis, start, count in zip(("y", "x"), first, size, strict=True)
-        for most in (values.sizes[axes[axis]],)
-    }
-    cut = values.isel({axes["time"]: frame, **taken}).transpose(axes["y"], axes["x"]).values.astype(np.float64)
-    return cut[:: way["y"], :: way["x"]]
+    one = values.isel({axes["time"]: frame}).transpose(axes["y"], axes["x"])
+    falling = [axis for axis in one.dims if opened[axis].values[-1] < opened[axis].values[0]]
+    one = one.isel({axis: slice(None, None, -1) for axis in falling})
+    taken = (slice(start, start + count) for start, count in zip(first, size, strict=True))
+    return one.isel(dict(zip(one.dims, taken, strict=True))).values.astype(np.float64)
 
 
 def _elevation_of(opened: xr.Dataset) -> str | None:
@@ -382,11 +379,6 @@ def _axes(values: xr.DataArray) -> dict[str, str]:
             if str(dimension).lower() in names or by_cf & set(_CF_AXES[axis]):
                 found[axis] = str(dimension)
     return found
-
-
-def _direction(opened: xr.Dataset, axis: str) -> int:
-    values = opened[axis].values
-    return 1 if values[-1] >= values[0] else -1
 
 
 def _scale(values: xr.DataArray, unit: str, wrong: str) -> float:

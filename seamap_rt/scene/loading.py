@@ -44,12 +44,9 @@ def scene_of(tree: Mapping[str, Any]) -> Scene:
 def _with_recorded(tree: Mapping[str, Any]) -> Mapping[str, Any]:
     """The tree with what it leaves out of a recorded sea, by its file."""
     sea = tree.get("sea")
-    if (
-        not isinstance(sea, Mapping)
-        or sea.get("model") != "recorded"
-        or not isinstance(sea.get("file"), str)
-        or not sea["file"]
-    ):
+    if not isinstance(sea, Mapping) or sea.get("model") != "recorded":
+        return tree
+    if not isinstance(sea.get("file"), str) or not sea["file"]:
         return tree
     from ..io.recorded_sea import recorded_sea
 
@@ -81,7 +78,7 @@ def as_scene(scene: SceneLike) -> Scene:
 
 
 def anchored(tree: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The tree with the paths of its files (`file`, `mesh`) made absolute, so that the scene means the same everywhere."""
+    """The tree with the paths of its files (`file`, `mesh`) made absolute, so that it means the same everywhere."""
     for key, value in tree.items():
         for table in value if isinstance(value, list | tuple) else [value]:
             if isinstance(table, dict):

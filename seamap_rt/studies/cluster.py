@@ -234,7 +234,8 @@ def answers_from(client: Client, tasks: Iterable[Task]) -> Iterator[tuple[Task, 
 
     def refill() -> None:
         busy = {worker for _, worker in running.values()}
-        idle = [worker for worker in map(str, dict(client.nthreads())) if worker not in busy]
+        addresses: list[str] = list(client.nthreads())  # pyright: ignore[reportArgumentType]
+        idle = [worker for worker in addresses if worker not in busy]
         for worker in idle if idle or running else [""]:  # without any the scheduler waits for one
             task = waiting.take(worker)
             if task is None:
