@@ -39,10 +39,11 @@ def validate(model_class: type[Model], tree: Mapping[str, Any], further: Further
     except ValidationError as refusal:
         # An unknown key comes first: a misspelt key is also missing under its right name.
         errors = sorted(refusal.errors(), key=lambda error: error["type"] != "extra_forbidden")
-    meant = frozenset(key for error in errors for key in _meant(model_class, error))
-    errors = [error for error in errors if not (error["type"] == "missing" and _key_of(model_class, error) in meant)]
-    told = [line for error in errors for line in _lines(model_class, error)]
-    wrong = meant | {_key_of(model_class, error) for error in errors}
+    located = [(_locate(model_class, error["loc"]), error) for error in errors]
+    meant = frozenset(key for location, error in located if error["type"] == "extra_forbidden" for key in location.near)
+    located = [(at, error) for at, error in located if not (error["type"] == "missing" and at.key in meant)]
+    told = [line for location, error in located for line in _lines(model_class, location, error)]
+    wrong = meant | {location.key for location, _ in located}
     if further is not None and () not in wrong:  # () is what the model's own checks say
         told += further(tree, wrong)
     raise InputError(*told)
@@ -110,6 +111,16 @@ class _Location:
     condition: str  # which member of a union the section is, in words
     stated: Any  # the type with its limits and its meaning
 
+    @property
+    def known(self) -> list[str]:
+        """Keys that may stand there."""
+        return list(self.section.model_fields) if self.section else []
+
+    @property
+    def near(self) -> list[Key]:
+        """The key for which an unknown one probably stands: what it was to be is not known."""
+        return [(*self.key[:-1], each) for each in difflib.get_close_matches(str(self.key[-1]), self.known, 1)]
+
 
 def _bare(kind: Any) -> tuple[Any, str | None]:
     """A type stripped of Annotated and None, and the discriminator if it is a tagged union."""
@@ -161,42 +172,27 @@ def _tags(member: Any, discriminator: str) -> tuple[Any, ...]:
     return get_args(_bare(member.model_fields[discriminator].annotation)[0]) if _is_model(member) else ()
 
 
-def _key_of(model: type[BaseModel], error: ErrorDetails) -> Key:
-    return _locate(model, error["loc"]).key
-
-
-def _meant(model: type[BaseModel], error: ErrorDetails) -> Iterator[Key]:
-    """The key for which an unknown one probably stands: what it was to be is not known."""
-    if error["type"] == "extra_forbidden":
-        location = _locate(model, error["loc"])
-        known = list(location.section.model_fields) if location.section else []
-        for near in difflib.get_close_matches(str(location.key[-1]), known, 1):
-            yield (*location.key[:-1], near)
-
-
 # -------------------------------------------------------------------------------------------------- what it says
 
 
-def _lines(model: type[BaseModel], error: ErrorDetails) -> Iterator[str]:
+def _lines(model: type[BaseModel], location: _Location, error: ErrorDetails) -> Iterator[str]:
     said = error.get("ctx", {}).get("error")
     if isinstance(said, InputError):  # it may tell of several
-        yield from (_about(_key_of(model, error), error["input"], line) for line in said.problems)
+        yield from (_about(location.key, error["input"], line) for line in said.problems)
     else:
-        yield _sentence(model, error)
+        yield _sentence(model, location, error)
 
 
-def _sentence(model: type[BaseModel], error: ErrorDetails) -> str:
-    location, value, kind = _locate(model, error["loc"]), error["input"], error["type"]
+def _sentence(model: type[BaseModel], location: _Location, error: ErrorDetails) -> str:
+    value, kind = error["input"], error["type"]
     key, context = location.key, error.get("ctx", {})
     if kind in ("value_error", "assertion_error"):
         return _about(key, value, str(context.get("error", error["msg"])) + _in_other_units(location, value))
     if kind == "extra_forbidden":
-        known = list(location.section.model_fields) if location.section else []
-        return _about(key, value, f"unknown key{location.condition}; {_nearest(str(key[-1]), known, model)}")
+        return _about(key, value, f"unknown key{location.condition}; {_nearest(str(key[-1]), location.known, model)}")
     if kind in ("union_tag_invalid", "union_tag_not_found"):
         tag_key = str(context["discriminator"]).strip("'")
-        union, _ = _bare(_locate(model, error["loc"]).kind)
-        choices = [tag for member in get_args(union) for tag in _tags(member, tag_key)]
+        choices = [tag for member in get_args(location.kind) for tag in _tags(member, tag_key)]
         written = value.get(tag_key) if isinstance(value, Mapping) else None
         if written is None:
             return f"{_dotted((*key, tag_key))}: is missing; add it, {_one_of(choices)}"

@@ -5,6 +5,7 @@ section. Settings lie below `radar`, `scattering`, `sea` and `mesh`, which take 
 sections need those subpackages, so they lie above them, in `seamap_rt.scene`: two on purpose.
 """
 
+# ruff: noqa: F401 - the names of the package
 from .objects import GaugeSettings, ObjectSettings
 from .platform import PlatformSettings, SensorErrors, SensorSettings
 from .processing import PredictionSettings, QuietSettings, RetrievalSettings, VesselSettings
@@ -31,44 +32,3 @@ from .sea import (
 )
 from .section import Meaning, Section, as_tuple, meaning_of
 from .surface import ScatteringSettings, TracingSettings
-
-__all__ = [
-    "DEFAULT_RESOLUTION_M",
-    "HIGHEST_SEA_M",
-    "MOST_POINTS_A_SIDE",
-    "PERIODS_S",
-    "WIDEST_DEG",
-    "AntennaSettings",
-    "ElfouhailyWaves",
-    "FileWaves",
-    "FlatWaves",
-    "GaugeSettings",
-    "GrowingWaves",
-    "JonswapWaves",
-    "Meaning",
-    "ObjectSettings",
-    "PiersonMoskowitzWaves",
-    "PlacedAntenna",
-    "PlatformSettings",
-    "PredictionSettings",
-    "QuietSettings",
-    "RadarSettings",
-    "RandomWaves",
-    "ReceiverSettings",
-    "RetrievalSettings",
-    "ScatteringSettings",
-    "SeaSettings",
-    "Section",
-    "SensorErrors",
-    "SensorSettings",
-    "SinusoidWaves",
-    "SpectralWaves",
-    "SpreadWaves",
-    "TmaWaves",
-    "TracingSettings",
-    "VesselSettings",
-    "WaveSystem",
-    "as_tuple",
-    "check_grid",
-    "meaning_of",
-]
