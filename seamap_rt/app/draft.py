@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..errors import InputError, one_line
-from ..io.scenefile import find_scene, list_shipped, read_toml, to_toml, tree_to_toml
+from ..io.scenefile import find_scene, list_shipped, read_toml, tree_to_toml
 from ..io.text import toml_value
 from ..io.validation import without
 from ..scene import Scene, anchored, scene_of
@@ -169,7 +169,7 @@ class Draft:
 
     def toml(self) -> str:
         """The whole scene with every key, or where it is refused what is written of it."""
-        return to_toml(self.scene) if self.scene is not None else tree_to_toml(self.tree)
+        return self.scene.to_toml() if self.scene is not None else tree_to_toml(self.tree)
 
     def command(self) -> str:
         """The line that runs the same scene in a shell: a shipped one with its changes, else a saved file."""

@@ -15,8 +15,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel
-
 from ..errors import InputError, must_be
 from .opening import read_bytes
 from .text import decode_text, is_underscored, key_text, plain, quoted, shown, toml_value
@@ -123,13 +121,8 @@ def _read_value(text: str) -> Any:
 # --------------------------------------------------------------------------------------------------- writing
 
 
-def to_toml(model: BaseModel) -> str:
-    """Every key of a model, defaults too, as TOML that reads back to an equal model with the same bits."""
-    return tree_to_toml(model.model_dump())
-
-
 def tree_to_toml(tree: Mapping[str, Any]) -> str:
-    """A tree of tables as TOML, as `read_toml` gives it back."""
+    """A tree of tables as TOML, as `read_toml` gives it back, with the same bits."""
     lines: list[str] = []
     _write_tree(tree, "", lines)
     return "\n".join(lines).lstrip("\n") + "\n"

@@ -14,7 +14,7 @@ from pydantic import AfterValidator, BeforeValidator, model_validator
 
 from ..conventions import SPEED_OF_LIGHT
 from ..errors import InputError
-from ..io import scenefile
+from ..io.scenefile import tree_to_toml
 from ..io.text import number_text
 from ..settings import (
     GaugeSettings,
@@ -153,7 +153,7 @@ class Scene(Section):
 
     def to_toml(self) -> str:
         """The scene file with every key resolved: it reads back to an equal scene."""
-        return scenefile.to_toml(self)
+        return tree_to_toml(self.model_dump())
 
     def __repr__(self) -> str:
         """The keys that one asks for first, by section."""

@@ -37,6 +37,10 @@ from ..io.opening import read_json
 from .point import Outcome, SchedulerLost, Task, compute, ended
 from .trade import BySea
 
+_KEYS = (
+    "tls_ca_file",
+    *(f"tls_{role}_{what}" for role in ("client", "scheduler", "worker") for what in ("key", "cert")),
+)
 _TLS = {"ca-file": "CA_FILE", "client.cert": "CLIENT__CERT", "client.key": "CLIENT__KEY"}
 _GUARD = 'start sweeps under `if __name__ == "__main__":`, or give workers=0'
 _LOST = (OSError, TimeoutError, FutureCancelledError, FuturesCancelledError)
@@ -94,6 +98,16 @@ def local_client(workers: int) -> Iterator[Client]:
             yield client
 
 
+def _own_keys(folder: Path) -> Security:
+    """Keys made for one cluster, in a folder that its user alone can read. dask itself would put them into folders
+    that a killed process leaves."""
+    made, files = Security.temporary(), {field: folder / f"{field}.pem" for field in _KEYS}
+    for field, file in files.items():
+        file.touch(mode=0o600)
+        file.write_text(getattr(made, field), encoding="ascii")
+    return Security(require_encryption=True, **{field: str(file) for field, file in files.items()})
+
+
 def _local_cluster(workers: int, scratch: Path) -> LocalCluster:
     try:
         return LocalCluster(
@@ -105,7 +119,7 @@ def _local_cluster(workers: int, scratch: Path) -> LocalCluster:
             # The scheduler always opens a port for HTTP; this one is free, local, and serves nothing.
             scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
             local_directory=str(scratch),
-            security=Security.temporary(),  # keys of its own
+            security=_own_keys(scratch),
             silence_logs=logging.CRITICAL,
         )
     except RuntimeError as error:
