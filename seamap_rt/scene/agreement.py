@@ -3,12 +3,11 @@ memory that a run takes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..compute.machine import A_RUN
 from ..errors import InputError, ResourceError
-from ..io.validation import Key, without
 from ..radar import checks as radars
 from ..radar.array import antenna_array
 from ..radar.grid import BYTES_PER_VOLTAGE
@@ -86,11 +85,6 @@ def disagreements(scene: Scene, whole: bool = True) -> list[str]:
             failed.add(check.name)
             told += wrong
     return told
-
-
-def disagreements_of_the_rest(scene: type[Scene], tree: Mapping[str, Any], wrong: frozenset[Key]) -> list[str]:
-    """The same of the tree of a scene with wrong keys, as far as it can be told without them."""
-    return disagreements(without(scene, tree, wrong), whole=False)
 
 
 _BYTES_A_POINT = 100.0  # of the sea's grid

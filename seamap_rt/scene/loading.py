@@ -9,7 +9,7 @@ from typing import Any
 
 from ..errors import must_be
 from ..io import scenefile
-from ..io.validation import Key, validate
+from ..io.validation import Key, validate, without
 from .model import Scene
 
 SceneLike = Scene | str | os.PathLike[str]  # a scene, the path of its file, or a shipped one's name
@@ -64,9 +64,10 @@ def _with_recorded(tree: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _further(tree: Mapping[str, Any], wrong: frozenset[Key]) -> list[str]:
-    from .agreement import disagreements_of_the_rest  # loads what computes
+    """What is wrong between the sections of a scene with wrong keys, as far as it can be told without them."""
+    from .agreement import disagreements  # loads what computes
 
-    return disagreements_of_the_rest(Scene, tree, wrong)
+    return disagreements(without(Scene, tree, wrong), whole=False)
 
 
 def as_scene(scene: SceneLike) -> Scene:
