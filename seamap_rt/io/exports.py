@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..dataset import attributed, group_of
 from ..errors import InputError
-from .results_folder import write_whole
+from .results_folder import whole_file, write_whole
 from .text import parse_number
 
 if TYPE_CHECKING:
@@ -283,12 +283,8 @@ def _headings(given: ArrayLike | None, turns: int) -> NDArray[np.float64] | None
 def _netcdf(path: Path, placed: xr.Dataset) -> None:
     kept = {name: {"zlib": True, "complevel": 4, "_FillValue": np.nan} for name in (*FIELDS, "time")}
     plain = {str(name): {"_FillValue": None} for name in (*placed.coords, *placed.data_vars) if name not in kept}
-    part = path.with_name(f".{path.name}.part")
-    try:
+    with whole_file(path) as part:
         placed.to_netcdf(part, engine="h5netcdf", encoding=kept | plain)
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _tiff(path: Path, placed: xr.Dataset) -> None:

@@ -18,6 +18,7 @@ import math
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -50,14 +51,10 @@ class MotionRecord:
     time: NDArray[np.float64]  # (reading,) s, increasing
     position: NDArray[np.float64]  # (reading, 3) m east north up
     attitude: NDArray[np.float64]  # (reading, 3) deg roll pitch heading, which does not jump at 360°
-    _spline: scipy.interpolate.CubicSpline
 
-    @staticmethod
-    def of(
-        name: str, time: NDArray[np.float64], position: NDArray[np.float64], attitude: NDArray[np.float64]
-    ) -> MotionRecord:
-        spline = scipy.interpolate.CubicSpline(time, np.concatenate((position, attitude), axis=1))
-        return MotionRecord(name, time, position, attitude, spline)
+    @cached_property
+    def _spline(self) -> scipy.interpolate.CubicSpline:
+        return scipy.interpolate.CubicSpline(self.time, np.concatenate((self.position, self.attitude), axis=1))
 
     def at(self, times: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Positions (n, 3) and attitudes (n, 3) at times (n,) s. Raises InputError for a time beyond the record."""
@@ -95,9 +92,9 @@ def read_motion(path: str | os.PathLike[str], heading_deg: float = 0.0) -> Motio
     position = np.stack([table.get(name, zero) for name in ("x_m", "y_m", "heave_m")], axis=-1)
     heading = np.unwrap(table.get("heading_deg", zero + heading_deg), period=360.0)
     attitude = np.stack((table.get("roll_deg", zero), table.get("pitch_deg", zero), heading), axis=-1)
-    record = MotionRecord.of(str(path), time, position, attitude)
+    record = MotionRecord(str(path), time, position, attitude)
     start = record.at([0.0])[0][0] if time[0] <= 0.0 <= time[-1] else position[0]
-    return MotionRecord.of(str(path), time, position - start * (1.0, 1.0, 0.0), attitude)
+    return MotionRecord(str(path), time, position - start * (1.0, 1.0, 0.0), attitude)
 
 
 def _read(path: Path) -> tuple[list[int], dict[str, NDArray[np.float64]]]:

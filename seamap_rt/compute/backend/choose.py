@@ -98,11 +98,10 @@ def _candidates(notes: list[str]) -> Iterator[Candidate]:
 def _explain(notes: list[str]) -> str:
     """One line: what was tried, why it failed, what to run."""
     reasons = "; ".join(notes)
+    remedy = f"unset {VARIABLE} or name another file; else {_REMEDY}" if os.environ.get(VARIABLE) else _REMEDY
     if "libatomic" in reasons:  # nothing works without it, and nothing else is missing as far as can be seen
-        return f"no usable Dr.Jit backend ({reasons}): {_REMEDY_ATOMIC}"
-    if os.environ.get(VARIABLE):
-        return f"no usable Dr.Jit backend ({reasons}): unset {VARIABLE} or name another file; else {_REMEDY}"
-    return f"no usable Dr.Jit backend ({reasons}): {_REMEDY}"
+        remedy = _REMEDY_ATOMIC
+    return f"no usable Dr.Jit backend ({reasons}): {remedy}"
 
 
 # ---------------------------------------------------------------------------------------------------------- the search
