@@ -2,7 +2,7 @@
 
 Its sections, with the checks that need one of them alone, are in `seamap_rt.settings`, below the subpackages that take
 them. The checks across sections stand in `scene.checks`: they need `radar`, `scattering` and the mesh's sizing, and so
-lie above them: two subpackages on purpose. `python -m seamap_rt.scene.reference` writes the manual of all keys.
+lie above them: two subpackages on purpose. `python -m seamap_rt.scene.keys` writes the manual of all keys.
 """
 
 from .loading import SceneLike, anchored, as_scene, load_scene, scene_of

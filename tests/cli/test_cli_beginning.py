@@ -14,7 +14,7 @@ from rich.console import Console
 from seamap_rt.cli import beginning
 from seamap_rt.io.scenefile import read_toml
 from seamap_rt.scene import load_scene
-from seamap_rt.scene.reference import manual
+from seamap_rt.scene.keys import manual
 
 call, elsewhere = command_line.call, command_line.elsewhere  # fixtures
 pytestmark = pytest.mark.usefixtures("elsewhere")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from seamap_rt.io.scenefile import list_shipped
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.scene.reference import manual
+from seamap_rt.scene.keys import manual
 
 PAGE = (Path(__file__).parents[2] / "scenes" / "README.md").read_text(encoding="utf-8")
 
@@ -19,7 +19,7 @@ def blocks(language: str) -> list[str]:
 
 
 def test_the_page_is_up_to_date() -> None:
-    assert manual() == PAGE, "run python -m seamap_rt.scene.reference > scenes/README.md"
+    assert manual() == PAGE, "run python -m seamap_rt.scene.keys > scenes/README.md"
 
 
 def test_the_scene_that_it_shows_is_one(tmp_path: Path) -> None:
