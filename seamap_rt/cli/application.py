@@ -78,13 +78,11 @@ def _answer_to(error: Exception, stops: Stops) -> int:
         raise error
     except InputError as error:
         return _refuse(error.problems, BAD_INPUT)
-    except SchemaError as error:
-        return _refuse(str(error), BAD_INPUT)
     except NoBackend as error:
         return _refuse(str(error), NO_BACKEND)
     except UnknownCommandError as error:
         return _refuse(_commands_in_words(error.unused_tokens or [""]), BAD_INPUT)
-    except CycloptsError as error:
+    except (SchemaError, CycloptsError) as error:
         return _refuse(str(error), BAD_INPUT)
     except OSError as error:
         if stops.asked:

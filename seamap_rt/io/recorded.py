@@ -102,9 +102,7 @@ def _npz(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapp
     held, found = read_npz(path, {*inside.values(), "header"}, _WANTED)
     _refuse_slips(path, held, names)
     arrays = {name: pairs_of(found[stored], stored) for name, stored in inside.items() if stored in found}
-    if "header" not in found:
-        return arrays, None
-    return arrays, header_object(json.loads(str(found["header"])), f"{path}: header")
+    return arrays, _header_text(found.get("header"), path)
 
 
 def _hdf5(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], Mapping[str, Any] | None]:
@@ -155,10 +153,8 @@ def _matlab(path: Path, names: Mapping[str, str]) -> tuple[dict[str, NDArray], M
     _refuse_slips(path, held, names)
     arrays = {name: _of_matlab(found[stored], name, stored) for name, stored in inside.items() if stored in found}
     header = found.get("header")
-    if isinstance(header, str):
-        return arrays, header_object(json.loads(header), f"{path}: header")
-    if header is None:
-        return arrays, None
+    if header is None or isinstance(header, str):
+        return arrays, _header_text(header, path)
     return arrays, {key: _of_kind(key, plain_value(value)) for key, value in header_object(header, str(path)).items()}
 
 
