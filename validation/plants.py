@@ -152,7 +152,7 @@ PLANTS = (
     Plant("edges that bend waves of twice the length", "tracing.diffraction:diffract",
           asks(lambda light, mesh, wavelength: (light, mesh, 2.0 * wavelength)),
           "tracing/test_diffraction.py::test_one_ridge"),
-    Plant("the Earth falling away by its own radius", "physics.propagation:earth_drop_m", times(4.0 / 3.0),
+    Plant("the Earth falling away by its own radius", "physics.shadowing:earth_drop_m", times(4.0 / 3.0),
           "physics/test_propagation.py::test_the_earth_falls_away_as_a_sphere"),
     # Radar
     Plant("a beam 5 % too wide", "radar.antenna:antenna_of", part("azimuth", widened),
@@ -220,7 +220,7 @@ PLANTS = (
     Plant("maps' waves that run where they come from", "wavefield.wave_direction:travel",
           answers(lambda found: replace(found, east=-found.east, north=-found.north)),
           "wavefield/test_wave_direction.py::test_the_direction_is_found_without_its_ambiguity"),
-    Plant("waves that shift each other 10 % too little", "physics.amplitude_dispersion:mutual_shift", times(0.9),
+    Plant("waves that shift each other 10 % too little", "physics.dispersion:mutual_shift", times(0.9),
           "physics/test_amplitude_dispersion.py::test_a_strong_wave_shifts_weak_ones_as_in_the_nonlinear_sea"),
     Plant("observations that weigh four times too much", "prediction.assimilation:weights", each(4.0, 1.0),
           "prediction/test_fit.py::"

@@ -10,8 +10,7 @@ import numpy as np
 from ...conventions import db
 from ...echoes.between_nodes import interpolation_loss
 from ...echoes.truncation import beam_truncation, speckle_truncation, truncation_error_m, truncation_share
-from ...physics.propagation import earth_drop_m, edge_blur_m
-from ...physics.shadowing import second_bounce_share
+from ...physics.shadowing import earth_drop_m, edge_blur_m, second_bounce_share
 from ...radar import link, precision
 from ...radar.array import antenna_array
 from ...radar.scan import BEAMS_BEYOND, sector_width
