@@ -11,8 +11,7 @@ from typing import NamedTuple
 from .errors import InputError
 from .radar.array import as_it_looks
 from .radar.mast import Mast
-from .radar.platform import boat_motion
-from .radar.sensors import Sensors
+from .radar.platform import Sensors, boat_motion
 from .random_streams import Stream, branch
 from .scattering.modulation import memory_rate
 from .scene import Scene

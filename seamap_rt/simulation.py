@@ -18,16 +18,15 @@ from .conventions import unit_from_azimuth
 from .dataset import build
 from .echoes import expected_look_gates
 from .echoes.dataset import echo_dataset
-from .echoes.radar_cross_section import Returns, SeaSurface
+from .echoes.radar_cross_section import Returns, SeaSurface, TurnAccumulator
 from .echoes.receiving import Received
+from .echoes.response import truncation_share
 from .echoes.scenery import Scenery
 from .echoes.spike_field import SpikeField
-from .echoes.truncation import truncation_share
 from .echoes.turn import turn_echoes
-from .echoes.turn_accumulator import TurnAccumulator
 from .errors import InputError
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
-from .mesh.grid import PolarGrid
+from .mesh.grid import PolarGrid, circle_grid
 from .mesh.surface import sea_on_grid, submerged_lines
 from .radar.array import antenna_array
 from .radar.scan import Pulses, pulses
@@ -37,7 +36,6 @@ from .scene import Scene, SceneLike, as_scene
 from .scene.memory import run_bytes
 from .sea import Sea
 from .tracing import Illumination, RayScenes, UnresolvedWaves, tracer
-from .tracing.circle import circle_grid
 from .truth import ground_truth, polar_truth, where_known
 
 _FOLD_LINES = 8  # one line of the mesh in so many is searched for folds

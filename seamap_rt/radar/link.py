@@ -23,8 +23,7 @@ from ..physics.shadowing import shadowing_smith67
 from ..settings import RadarSettings
 from .antenna import antenna
 from .array import antenna_array
-from .receiver import noise_power
-from .transmitter import pulse_coherence
+from .receiver import noise_power, pulse_coherence
 from .waveform import RangeResponse, blind_range_m, receiver_filter, window_weight
 
 _BEAMS = 3.0  # beam widths to either side over which an azimuth pattern counts, as everywhere in the simulation

@@ -22,12 +22,18 @@ import scipy
 from numpy.typing import NDArray
 
 from ..compute.machine import threads
-from .accuracy import TIME_ORDER, InterpolationError, interpolation_error, kept_base, longest_time_step
-from .fields import Kind, per_elevation
+from .fields import DERIVATIVES, Kind, Sums, Term, per_elevation, sums_of
 from .knots import KeptKnots, Knot, Strip
 from .lattice import Lattice
-from .spline import bspline_polynomials, bspline_transform
-from .sums import DERIVATIVES, Sums, Term, sums_of
+from .spline import (
+    TIME_ORDER,
+    InterpolationError,
+    bspline_polynomials,
+    bspline_transform,
+    interpolation_error,
+    kept_base,
+    longest_time_step,
+)
 
 Coefficients = dict[Knot, NDArray[np.float32]]  # the rows of one strip
 Making = dict[Knot, Future[NDArray[np.float32]]]

@@ -17,11 +17,10 @@ from .choppy import ChoppySurface, Displacement, check_folding, height_keeping_s
 from .facts import choppy_facts, resolved_facts
 from .fields import Kind, Relaxed
 from .lattice import LINE_REPEATS, Lattice, draw_amplitudes, line_variance, plane_variance
-from .linear import LinearSurface
 from .moving_field import MovingField
 from .surface import Sea
 from .systems import SpectralSystem, spectral_system, travel_direction
-from .wave_trains import LineTrain, PlaneTrain, RegularTrain, WaveTrain
+from .wave_trains import LinearSurface, LineTrain, PlaneTrain, RegularTrain, WaveTrain
 
 SPLINE_ORDER, OVERSAMPLING = 7, 1.25  # chosen from validation/sea/sea_speed.py
 FASTER = 5, 1.125  # a fifth less time, six times the error

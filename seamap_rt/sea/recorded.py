@@ -30,19 +30,16 @@ from ..io.recorded_sea import RecordedSea, recorded_sea
 from ..physics.dispersion import angular_frequency, group_speed
 from ..settings import SeaSettings
 from ..settings.sea import MOST_POINTS_A_SIDE
-from .accuracy import InterpolationError, interpolation_error
 from .continued import Continued
 from .facts import resolved_facts
-from .fields import Kind
+from .fields import Kind, Term
 from .lattice import Lattice
-from .linear import LinearSurface
 from .moving_field import MovingField, grid_size
-from .spline import bspline_transform
-from .sums import Term
+from .spline import InterpolationError, bspline_transform, interpolation_error
 from .surface import Sea
 from .systems import SpectralSystem
 from .tabulated import TabulatedSpectrum
-from .wave_trains import PlaneTrain, Points, Quantity
+from .wave_trains import LinearSurface, PlaneTrain, Points, Quantity
 
 TAPS = range(-2, 4)  # the frames around an interval that its points take from
 _ORDER, _OVERSAMPLING = 7, 1.25  # of the spline in space, as of a drawn sea

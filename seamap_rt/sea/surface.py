@@ -16,10 +16,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .components import Components
 from .facts import Resolved, spectrum_dataset
-from .linear import Surface
-from .wave_trains import Quantity, WaveTrain
+from .wave_trains import Components, Quantity, Surface, WaveTrain
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -29,7 +29,7 @@ from ..settings import (
     TmaWaves,
     WaveSystem,
 )
-from . import elfouhaily, spectra, spreading
+from . import spectra, spreading
 from .lattice import Radial, Spreading
 from .tabulated import TabulatedSpectrum
 
@@ -91,8 +91,8 @@ def _system(waves: RandomWaves, depth: float) -> SpectralSystem:
             return SpectralSystem(table.radial, table.spreading, _EAST, depth)
         case ElfouhailyWaves():
             wind, age = waves.wind_speed_m_s, _elfouhaily_age(waves)
-            radial = partial(elfouhaily.elfouhaily97, wind_speed=wind, inverse_wave_age=age)
-            peak = elfouhaily.elfouhaily97_peak_wavenumber(wind, age)
+            radial = partial(spectra.elfouhaily97, wind_speed=wind, inverse_wave_age=age)
+            peak = spectra.elfouhaily97_peak_wavenumber(wind, age)
             spread = _spreading(waves, _Peak(peak, depth, age, wind))
             return SpectralSystem(radial, spread, travel_direction(waves), depth, _SHORTEST)
         case SpectralWaves():
@@ -193,8 +193,8 @@ def _frequency_spectrum(waves: SpectralWaves, depth: float) -> Callable[..., NDA
 
 def _elfouhaily_age(waves: ElfouhailyWaves) -> float:
     if waves.fetch_m is None:
-        return waves.inverse_wave_age or elfouhaily.DEVELOPED_INVERSE_WAVE_AGE
-    age = elfouhaily.elfouhaily97_inverse_wave_age(waves.wind_speed_m_s, waves.fetch_m)
+        return waves.inverse_wave_age or spectra.DEVELOPED_INVERSE_WAVE_AGE
+    age = spectra.elfouhaily97_inverse_wave_age(waves.wind_speed_m_s, waves.fetch_m)
     if age > 5.0:
         raise InputError(
             f"fetch_m = {waves.fetch_m:g}: gives U10/cp = {age:.3g}, must be at most 5 (Elfouhaily et al. 1997); "
@@ -285,7 +285,7 @@ def _peak(waves: SpectralWaves, depth: float) -> _Peak:
     omega = _peak_frequency(waves)
     k = float(wavenumber(omega, depth))
     speed, wind = omega / k, waves.wind_speed_m_s
-    age = waves.inverse_wave_age or (wind / speed if wind else elfouhaily.DEVELOPED_INVERSE_WAVE_AGE)
+    age = waves.inverse_wave_age or (wind / speed if wind else spectra.DEVELOPED_INVERSE_WAVE_AGE)
     return _Peak(k, depth, age, wind or age * speed)
 
 
@@ -323,5 +323,5 @@ def _spreading(waves: SpreadWaves, peak: _Peak) -> Spreading | None:
             )
         case "elfouhaily":
             return lambda k, along, across: spreading.half_plane_elfouhaily_of_cosine(
-                along, elfouhaily.elfouhaily97_contrast(k, peak.wind_speed, peak.wavenumber)
+                along, spectra.elfouhaily97_contrast(k, peak.wind_speed, peak.wavenumber)
             )

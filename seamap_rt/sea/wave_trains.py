@@ -1,4 +1,8 @@
-"""Wave trains, whose sum is the sea: a regular wave, a plane of short-crested waves, a line of long-crested ones."""
+"""Wave trains, whose sum is the sea: a regular wave, a plane of short-crested waves, a line of long-crested ones.
+
+`LinearSurface` adds trains up. `Components` are the sea as a list of waves, and `direct_sum` their exact sum: slow, and
+the reference of all that is fast.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +11,72 @@ from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..physics.dispersion import angular_frequency, orbital_ratio
-from .components import Components
-from .fields import Relaxed
+from .fields import Relaxed, Term
 from .lattice import Lattice
 from .moving_field import MovingField
-from .sums import Term
+
+
+@dataclass(frozen=True)
+class Components:
+    """Waves η = Re Σ a exp(i(k·x − ωt)), each array (wave,)."""
+
+    east: NDArray[np.float64]  # kx, rad/m
+    north: NDArray[np.float64]  # ky, rad/m
+    omega: NDArray[np.float64]  # rad/s
+    orbital: NDArray[np.float64]  # horizontal over vertical amplitude of the water's orbit, coth kh
+    amplitude: NDArray[np.complex128]  # m
+
+    @staticmethod
+    def joined(pieces: list[Components]) -> Components:
+        """All waves of several lists."""
+
+        def join(name: str) -> NDArray:
+            return np.concatenate([getattr(part, name) for part in pieces] or [np.zeros(0)])
+
+        return Components(join("east"), join("north"), join("omega"), join("orbital"), join("amplitude"))
+
+
+@dataclass(frozen=True)
+class SurfaceState:
+    """Elevation (…) m, its rate (…) m/s, slopes (…, 2) east north, the water's velocity (…, 3) m/s east north up."""
+
+    elevation: NDArray[np.float64]
+    elevation_rate: NDArray[np.float64]
+    slopes: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+
+
+def direct_sum(waves: Components, x: ArrayLike, y: ArrayLike, t: ArrayLike) -> SurfaceState:
+    """Linear (Airy 1845) surface and surface velocity, wave by wave in float64. Time grows as points × waves."""
+    x, y, t = np.broadcast_arrays(*(np.asarray(v, dtype=np.float64) for v in (x, y, t)))
+    k = np.hypot(waves.east, waves.north)
+    horizontal = waves.omega * waves.orbital / np.where(k > 0.0, k, 1.0)
+    in_phase = np.stack((np.ones_like(k), horizontal * waves.east, horizontal * waves.north))
+    in_quadrature = np.stack((waves.omega, -waves.east, -waves.north))
+    # A lattice has few distinct kx and ky: one exponential for each, not for every wave.
+    east, east_index = np.unique(waves.east, return_inverse=True)
+    north, north_index = np.unique(waves.north, return_inverse=True)
+
+    result = np.empty((x.size, 6))
+    for time in np.unique(t):
+        moved = waves.amplitude * np.exp(-1j * np.remainder(waves.omega * time, 2.0 * np.pi))
+        for point in np.flatnonzero(t.ravel() == time):
+            across = np.exp(1j * east * x.flat[point])[east_index]
+            along = np.exp(1j * north * y.flat[point])[north_index]
+            wave = moved * across * along
+            result[point, :3] = in_phase @ wave.real
+            result[point, 3:] = in_quadrature @ wave.imag
+    elevation, flow_east, flow_north, rate, slope_east, slope_north = (column.reshape(x.shape) for column in result.T)
+    return SurfaceState(
+        elevation,
+        rate,
+        np.stack((slope_east, slope_north), axis=-1),
+        np.stack((flow_east, flow_north, rate), axis=-1),
+    )
+
 
 Quantity = Literal[
     "elevation",  # m
@@ -195,3 +257,50 @@ def _lattice_components(lattice: Lattice, amplitude: NDArray[np.complex128], axi
         orbital_ratio(k, lattice.depth),
         amplitude[rows, columns],
     )
+
+
+class Surface(Protocol):
+    """A surface at fixed places, still water otherwise: x, y [m], t [s] are (n,)."""
+
+    def sample(
+        self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity], rate: float = 0.0
+    ) -> NDArray[np.float64]:
+        """Quantities (quantity, n); "rate" is the rise of the water particle, w; rate: μ of the relaxed ones, 1/s."""
+        ...
+
+    def elevation_rate(self, x: Points, y: Points, t: Points, current: tuple[float, float]) -> NDArray[np.float64]:
+        """∂η/∂t (n,) m/s at places that are fixed while the water is carried along by the current [m/s] east, north."""
+        ...
+
+    def folded(self, x: Points, y: Points, t: Points) -> NDArray[np.bool_]:
+        """(n,): the surface stands there more than once."""
+        ...
+
+
+@dataclass(frozen=True)
+class LinearSurface:
+    """First-order (Airy 1845) waves."""
+
+    trains: tuple[WaveTrain, ...]
+
+    def sample(
+        self, x: Points, y: Points, t: Points, quantities: Sequence[Quantity], rate: float = 0.0
+    ) -> NDArray[np.float64]:
+        """Quantities (quantity, n); "rate" is ∂η/∂t, and to first order the rise of the water particle."""
+        if not self.trains or x.size == 0:
+            return np.zeros((len(quantities), x.size))
+        total = self.trains[0].sample(x, y, t, quantities, rate)
+        for train in self.trains[1:]:
+            total += train.sample(x, y, t, quantities, rate)
+        return total
+
+    def elevation_rate(self, x: Points, y: Points, t: Points, current: tuple[float, float]) -> NDArray[np.float64]:
+        """∂η/∂t (n,) m/s, w − U·∇η."""
+        if current == (0.0, 0.0):
+            return self.sample(x, y, t, ("rate",))[0]
+        rise, slope_east, slope_north = self.sample(x, y, t, ("rate", "slope_east", "slope_north"))
+        return rise - current[0] * slope_east - current[1] * slope_north
+
+    def folded(self, x: Points, y: Points, t: Points) -> NDArray[np.bool_]:
+        """(n,): never."""
+        return np.zeros(x.size, dtype=bool)

@@ -12,8 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from seamap_rt import sea as sea_package
 from seamap_rt.conventions import SPEED_OF_LIGHT, unit_from_azimuth
-from seamap_rt.echoes.motion import MovingSpeckle
-from seamap_rt.echoes.speckle import StillSpeckle, speckle_weights
+from seamap_rt.echoes.speckle import MovingSpeckle, StillSpeckle, speckle_weights
 from seamap_rt.echoes.summation.gaussian import gaussians, key_of
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.mesh.surface import sea_on_grid

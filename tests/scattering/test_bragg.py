@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from seamap_rt.conventions import SPEED_OF_LIGHT, db
 from seamap_rt.scattering import bragg_coefficients, fresnel, nrcs_bragg, nrcs_two_scale, permittivity_meissner_wentz12
 from seamap_rt.scattering.bragg import bragg_speed
-from seamap_rt.sea.elfouhaily import elfouhaily97, elfouhaily97_plane
+from seamap_rt.sea.spectra import elfouhaily97, elfouhaily97_plane
 
 F = 10e9
 K = 2.0 * np.pi * F / SPEED_OF_LIGHT

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seamap_rt.sea.elfouhaily import (
+from seamap_rt.sea.spectra import (
     elfouhaily97,
     elfouhaily97_inverse_wave_age,
     elfouhaily97_peak_wavenumber,

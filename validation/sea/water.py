@@ -40,7 +40,7 @@ from seamap_rt.report.style import (
     styled,
 )
 from seamap_rt.sea import Sea, realize, spectra, spectral_system, spreading
-from seamap_rt.sea.elfouhaily import elfouhaily97, elfouhaily97_contrast, elfouhaily97_spreading
+from seamap_rt.sea.spectra import elfouhaily97, elfouhaily97_contrast, elfouhaily97_spreading
 from seamap_rt.settings import ElfouhailyWaves, JonswapWaves, PiersonMoskowitzWaves, RandomWaves, SeaSettings, TmaWaves
 from validation import FIGURES
 

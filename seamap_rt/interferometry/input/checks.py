@@ -19,7 +19,7 @@ from ...errors import SchemaError
 from ...io.numbers import rounded_up
 from ...io.plain_json import plain_attribute
 from ...radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS, ground_cells, least_ground_side
-from ...radar.transmitter import comparing_pulses
+from ...radar.receiver import comparing_pulses
 from ...settings import RetrievalSettings
 from ...settings.radar import FARTHEST_M
 from .description import RadarDescription

@@ -15,8 +15,8 @@ from ...radar.array import antenna_array
 from ...radar.checks import pulses_of_a_look, pulses_of_a_turn
 from ...radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES
 from ...radar.platform import boat_motion
+from ...radar.receiver import comparing_pulses, pulse_coherence
 from ...radar.scan import BEAMS_BEYOND, sector_width, turn_duration
-from ...radar.transmitter import comparing_pulses, pulse_coherence
 from ...settings import AntennaSettings, ObjectSettings, PlatformSettings, RadarSettings, RetrievalSettings
 
 HALF_POWER = 0.442947  # sinc² is ½ there: half a uniform aperture's beam, as (aperture/λ) · direction cosine
