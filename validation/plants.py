@@ -135,7 +135,7 @@ PLANTS = (
     # Scattering
     Plant("HH taken for VV", "scattering.bragg:bragg_coefficients", answers(lambda found: found[::-1]),
           "scattering/test_bragg.py::test_vv_is_never_below_hh_and_they_meet_at_the_vertical"),
-    Plant("sea clutter 0.5 dB too weak", "scattering.gregers_hansen12:nrcs_gregers_hansen12", decibels(-0.5),
+    Plant("sea clutter 0.5 dB too weak", "scattering.empirical:nrcs_gregers_hansen12", decibels(-0.5),
           "case nrl_sea_clutter"),
     Plant("strain that thins the waves which it gathers", "scattering.modulation:action_modulation",
           answers(np.reciprocal),

@@ -7,7 +7,6 @@ coefficients and the two-scale law. σ0 here is per unit of the facet's TRUE are
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -71,10 +70,6 @@ def facet_view(sine: Array, cosine: Array, slope_range: Array, slope_cross: Arra
         a2=1.0 - np.minimum(q * b, 1.0),
         ab=away * b,
     )
-
-
-_NODES = 4096  # steps of the table in cos θi: σ0 is then good to 1e-4, and to 3e-3 within 3° of the normal
-_BLOCK = 1 << 15  # facets handled at once, so that the temporaries stay in the processor's cache
 
 
 def bragg_coefficients(
@@ -149,80 +144,23 @@ def nrcs_two_scale(
     Towards θi = 0 the Bragg waves grow as long as the facet is and first-order theory diverges. What a rough
     facet seen squarely does return is specular, at most |R(0)|²/mss (Barrick 1968; Cox & Munk's mean square
     slope of the wind), so σ0 = σ_B/(1 + σ_B/σ_max): 1 % below Bragg where that is 20 dB below σ_max, and
-    never above σ_max. Waves longer than the spectrum's peak count as the peak. It takes 0.05 s per million
-    facets on one core, and returns float32.
+    never above σ_max. Waves longer than the spectrum's peak count as the peak.
     """
-    table = _two_scale_table(
-        float(frequency_hz),
-        complex(permittivity),
-        _known(polarization),
-        ShortWaves(float(wind_speed), float(resolved_below), float(inverse_wave_age)),
-    )
-    inputs = [np.asarray(each) for each in (incidence, slope_range, slope_cross, wind_angle)]
-    shape = np.broadcast_shapes(*(each.shape for each in inputs))
-    flat = [each if each.ndim == 0 else np.broadcast_to(each, shape).reshape(-1) for each in inputs]
-    sigma = np.empty(int(np.prod(shape)), dtype=np.float32)
-    for start in range(0, sigma.size, _BLOCK):
-        block = slice(start, start + _BLOCK)
-        sigma[block] = _two_scale_block(table, *(each if each.ndim == 0 else each[block] for each in flat))
-    return sigma.reshape(shape)
-
-
-class _Table(NamedTuple):
-    """What depends on cos θi alone, by equal steps of it: σ_B = cos⁴θi (1 + Δ cos 2φ) Σ (first three)."""
-
-    like: NDArray[np.float32]  # W |g_pp|², times A⁴;  W = 16π k⁴ S(k_B)/(2π k_B)
-    mixed: NDArray[np.float32]  # 2 W Re(g_pp g_qq*), times A² B²
-    other: NDArray[np.float32]  # W |g_qq|², times B⁴
-    spreading: NDArray[np.float32]  # Δ(k_B)
-    ceiling: np.float32  # σ_max
-
-
-@lru_cache(maxsize=32)
-def _two_scale_table(frequency_hz: float, permittivity: complex, polarization: str, waves: ShortWaves) -> _Table:
-    cosine = np.minimum(np.arange(_NODES + 2) / _NODES, 1.0)
-    theta = np.arccos(cosine)
+    waves = ShortWaves(float(wind_speed), float(resolved_below), float(inverse_wave_age))
+    inputs = (incidence, slope_range, slope_cross, wind_angle)
+    theta, along, across, wind = (np.asarray(each, dtype=np.float64) for each in inputs)
+    view = facet_view(np.sin(theta), np.cos(theta), along, across)
+    wind_axis, _ = view.wind_double(np.cos(wind), np.sin(wind))
+    local = np.arccos(np.maximum(view.cos_local, 0.0))
+    g_hh, g_vv = bragg_coefficients(local, permittivity)
+    like, other = (g_hh, g_vv) if _known(polarization) == "HH" else (g_vv, g_hh)
     k = radar_wavenumber(frequency_hz)
-    k_bragg = np.maximum(2.0 * k * np.sin(theta), waves.longest)
-    isotropic = waves.spectrum(k_bragg) / (2.0 * np.pi * k_bragg)
-    weight = 16.0 * np.pi * k**4 * isotropic
-    g_hh, g_vv = bragg_coefficients(theta, permittivity)
-    like, other = (g_hh, g_vv) if polarization == "HH" else (g_vv, g_hh)
-    specular = abs(complex(fresnel(0.0, permittivity)[0])) ** 2
-    return _Table(
-        like=(weight * np.abs(like) ** 2).astype(np.float32),
-        mixed=(2.0 * weight * (like * other.conj()).real).astype(np.float32),
-        other=(weight * np.abs(other) ** 2).astype(np.float32),
-        spreading=waves.contrast(k_bragg).astype(np.float32),
-        ceiling=np.float32(specular / waves.mean_square_slope),
-    )
-
-
-def _two_scale_block(
-    table: _Table,
-    incidence: NDArray[np.floating],
-    slope_range: NDArray[np.floating],
-    slope_cross: NDArray[np.floating],
-    wind_angle: NDArray[np.floating],
-) -> NDArray[np.floating]:
-    single = [each.astype(np.float32) for each in (np.sin(incidence), np.cos(incidence), slope_range, slope_cross)]
-    view = facet_view(*single)
-    wind_axis, _ = view.wind_double(np.cos(wind_angle).astype(np.float32), np.sin(wind_angle).astype(np.float32))
-    cos_local, a2 = np.maximum(view.cos_local, 0.0), view.a2
-    b2 = 1.0 - a2
-
-    position = cos_local * np.float32(_NODES)
-    index = position.astype(np.int32)
-    part = position - index.astype(np.float32)
-
-    def look_up(values: NDArray[np.float32]) -> NDArray[np.floating]:
-        low = values[index]
-        return low + part * (values[index + 1] - low)
-
-    polarized = look_up(table.like) * a2 * a2 + look_up(table.mixed) * a2 * b2 + look_up(table.other) * b2 * b2
-    cos2 = cos_local * cos_local
-    sigma = cos2 * cos2 * polarized * (1.0 + look_up(table.spreading) * wind_axis)
-    return sigma / (1.0 + sigma / table.ceiling)
+    k_bragg = np.maximum(2.0 * k * np.sin(local), waves.longest)
+    plane_spectrum = waves.spectrum(k_bragg) / (2.0 * np.pi * k_bragg) * (1.0 + waves.contrast(k_bragg) * wind_axis)
+    mixed = view.a2 * like + (1.0 - view.a2) * other
+    sigma = 16.0 * np.pi * k**4 * np.cos(local) ** 4 * np.abs(mixed) ** 2 * plane_spectrum
+    ceiling = abs(complex(fresnel(0.0, permittivity)[0])) ** 2 / waves.mean_square_slope
+    return np.asarray(sigma / (1.0 + sigma / ceiling), dtype=np.float32)
 
 
 def radar_wavenumber(frequency_hz: float) -> float:
