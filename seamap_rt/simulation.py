@@ -128,10 +128,10 @@ class Simulator:
 
     def _mesh(self, grid: PolarGrid, clock: Stopwatch) -> SurfaceMesh:
         with clock("sea"):
-            elevation, velocity, *shift = sea_on_grid(self.sea, grid, self._scattering.memory_rate)
+            water = sea_on_grid(self.sea, grid, self._scattering.memory_rate)
         with clock("mesh"):
-            mesh = surface_mesh(grid, elevation, velocity, *shift)
-            del elevation, velocity, shift  # most of it is not the mesh's
+            mesh = surface_mesh(grid, *water)
+            del water  # most of it is not the mesh's
             _ = mesh.facets
         return mesh
 

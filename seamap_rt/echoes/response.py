@@ -12,15 +12,13 @@ summed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..radar.antenna import pattern_stamps
+from ..radar.antenna import kept_of_radar
 from ..radar.array import Array, antenna_array
 from ..radar.chirp import Chirp
 from ..radar.digital import DigitalReceiver
@@ -69,15 +67,11 @@ class Tabulated:
     step: float = RESPONSE_STEP  # m
 
 
+@kept_of_radar(maxsize=8)
 def tabulated(radar: RadarSettings, neglected: float = 0.0) -> Tabulated:
     """The samples that the radar's receiver is given, and their response, but for that share of the power that comes
     from farthest off their middles; of a chirp's, which are still to be compressed, all."""
-    return _tabulated(cast(Hashable, radar), pattern_stamps(radar), neglected)  # frozen, and so hashable
-
-
-@lru_cache(maxsize=8)
-def _tabulated(settings: Hashable, _: Hashable, neglected: float) -> Tabulated:
-    samples = received_samples(cast(RadarSettings, settings))
+    samples = received_samples(radar)
     tables = response_tables(samples)
     table = np.array(tables[:1] if all(table is tables[0] for table in tables) else tables)
     if samples.compress is not None or neglected == 0.0:
@@ -149,14 +143,10 @@ class TwoWayBeams:
         return np.max(1.0 - within / summed[:, -1:], axis=0)
 
 
+@kept_of_radar(maxsize=8)
 def two_way_beams(radar: RadarSettings) -> TwoWayBeams:
     """Those of the radar's mode."""
-    return _two_way_beams(cast(Hashable, radar), pattern_stamps(radar))  # frozen, and so hashable
-
-
-@lru_cache(maxsize=8)
-def _two_way_beams(settings: Hashable, _: Hashable) -> TwoWayBeams:
-    array = antenna_array(cast(RadarSettings, settings))
+    array = antenna_array(radar)
     reach = float(np.sin(np.radians(min(90.0, _REACH * array.beam_deg))))
     alike = len({element.antenna.azimuth for element in array.elements}) == 1
     on_axis = np.ptp(array.offsets[:, 0]) == 0.0 and array.offsets[0, 0] == 0.0
@@ -187,14 +177,10 @@ def truncation_share(elevation_std_m: float, height_error_m: float) -> float:
     return float(min(_MOST, (_WITHIN * height_error_m / max(elevation_std_m, 1e-9)) ** 2))
 
 
+@kept_of_radar(maxsize=8)
 def beam_truncation(radar: RadarSettings, share: float) -> float:
     """Beam widths to either side of the boresight, 1 to 3, beyond which no more than that share of the power lies."""
-    return _beam_truncation(cast(Hashable, radar), pattern_stamps(radar), share)  # frozen, and so hashable
-
-
-@lru_cache(maxsize=8)
-def _beam_truncation(settings: Hashable, _: Hashable, share: float) -> float:
-    enough = np.flatnonzero(share_aside(cast(RadarSettings, settings), _BEAMS) <= share)
+    enough = np.flatnonzero(share_aside(radar, _BEAMS) <= share)
     return float(_BEAMS[enough[0]]) if share > 0.0 and enough.size else BEAMS_BEYOND
 
 

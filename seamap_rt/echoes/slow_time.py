@@ -15,10 +15,9 @@ which all are taken to be alike: the seas' speeds are nearer to 0, and of them l
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +25,7 @@ from numpy.typing import NDArray
 from ..compute.compiled import compiled
 from ..compute.machine import pool
 from ..mesh import Facets
-from ..radar.antenna import pattern_stamps
+from ..radar.antenna import kept_of_radar
 from ..radar.array import antenna_array
 from ..radar.scan import Pulses
 from ..settings import RadarSettings
@@ -84,7 +83,7 @@ def interpolation_weights(correlation: Correlation, pulse_s: float, stride: int,
 def correlation_of(radar: RadarSettings, sweep_deg_s: float, doppler_hz: float, time_constant_s: float) -> Correlation:
     """ρ of what a beam hears that turns so fast [°/s], with the fastest scatterer's Doppler frequency and the shortest
     decorrelation time τc of any, which may be infinite."""
-    step, beam = _beam_correlation(cast(Hashable, radar), pattern_stamps(radar))
+    step, beam = _beam_correlation(radar)
     turned = np.arange(beam.size) * (step / max(np.radians(sweep_deg_s), 1e-12))  # s
 
     def correlation(lag: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -94,11 +93,11 @@ def correlation_of(radar: RadarSettings, sweep_deg_s: float, doppler_hz: float, 
     return correlation
 
 
-@lru_cache(maxsize=8)
-def _beam_correlation(settings: Hashable, _: Hashable) -> tuple[float, NDArray[np.float64]]:
+@kept_of_radar(maxsize=8)
+def _beam_correlation(radar: RadarSettings) -> tuple[float, NDArray[np.float64]]:
     """Size of a step [rad], and the two-way beam's correlation with itself turned by so many; of all paths' beams, that
     which changes fastest."""
-    beams = two_way_beams(cast(RadarSettings, settings))
+    beams = two_way_beams(radar)
     voltage = beams.tables.astype(np.float64).prod(axis=1)
     changes = np.sum(np.diff(voltage, axis=1) ** 2, axis=1) / np.sum(voltage**2, axis=1)
     spectrum = np.abs(np.fft.rfft(voltage[np.argmax(changes)], 2 * voltage.shape[1])) ** 2

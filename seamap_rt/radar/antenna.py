@@ -16,10 +16,11 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, wraps
 from pathlib import Path
+from typing import Concatenate, ParamSpec, TypeAlias, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +29,10 @@ from ..compute.quadrature import gauss_legendre
 from ..conventions import SPEED_OF_LIGHT, from_db
 from ..io.patternfile import read_pattern
 from ..settings import AntennaSettings, RadarSettings
+
+P = ParamSpec("P")
+T = TypeVar("T")
+OfRadar: TypeAlias = Callable[Concatenate[RadarSettings, P], T]
 
 _MOST = 100  # steps; bisections alone take some 50
 _ROUNDING = 4.0 * sys.float_info.epsilon
@@ -171,9 +176,23 @@ def _measured(file: str, stamp: tuple[int, int]) -> tuple[Cut, Cut, float]:
     return pattern.azimuth, pattern.elevation, directivity(pattern.azimuth, pattern.elevation)
 
 
-def pattern_stamps(radar: RadarSettings) -> tuple[tuple[int, int], ...]:
-    """What changes when a pattern's file does: part of the key of whatever is kept of a radar."""
-    return tuple(_stamp(each.file) for each in (radar.antenna, *radar.antennas) if each.file is not None)
+def kept_of_radar(maxsize: int) -> Callable[[OfRadar[P, T]], OfRadar[P, T]]:
+    """Keep the latest results of a function of a radar, and of more that can be hashed, until a pattern's file changes.
+    Settings are frozen, and so hashable."""
+
+    def decorate(function: OfRadar[P, T]) -> OfRadar[P, T]:
+        @lru_cache(maxsize)
+        def known(_: Hashable, radar: RadarSettings, *rest: P.args, **named: P.kwargs) -> T:
+            return function(radar, *rest, **named)
+
+        @wraps(function)
+        def kept(radar: RadarSettings, *rest: P.args, **named: P.kwargs) -> T:
+            files = [each.file for each in (radar.antenna, *radar.antennas) if each.file is not None]
+            return known(tuple(map(_stamp, files)), cast(Hashable, radar), *rest, **named)
+
+        return kept
+
+    return decorate
 
 
 def _stamp(file: str) -> tuple[int, int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -47,10 +47,12 @@ class MeanModel(ModelRange):
 
 
 MEAN_MODELS: dict[str, MeanModel] = {
-    "nrl": MeanModel(*astuple(NRL), "Gregers-Hansen & Mittal 2012", nrcs_gregers_hansen12, False),
-    "git": MeanModel(*astuple(GIT), "Horst, Dyer & Tuley 1978", nrcs_horst78),
-    "tsc": MeanModel(*astuple(TSC), "Technology Service Corporation 1990", nrcs_tsc90),
-    "hybrid": MeanModel(*astuple(HYBRID), "Reilly & Dockery 1990", nrcs_reilly90),
+    "nrl": MeanModel(
+        **vars(NRL), paper="Gregers-Hansen & Mittal 2012", function=nrcs_gregers_hansen12, knows_wind_direction=False
+    ),
+    "git": MeanModel(**vars(GIT), paper="Horst, Dyer & Tuley 1978", function=nrcs_horst78),
+    "tsc": MeanModel(**vars(TSC), paper="Technology Service Corporation 1990", function=nrcs_tsc90),
+    "hybrid": MeanModel(**vars(HYBRID), paper="Reilly & Dockery 1990", function=nrcs_reilly90),
 }
 
 

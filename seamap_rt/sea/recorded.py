@@ -347,7 +347,7 @@ def _train(
     widest = widest_gap(lattice, variance)
     field = RecordedField(source, lattice, variance, widest, first)
     amplitude = amplitude * np.exp(-1j * lattice.unfold(lattice.omega) * late_s)
-    return RecordedTrain(lattice, variance, amplitude, field, late_s), float(variance.sum()) + level, gap
+    return RecordedTrain(lattice, variance, amplitude, field, late_s=late_s), float(variance.sum()) + level, gap
 
 
 def gap_error(lattice: Lattice, variance: NDArray[np.float64], half_width: float) -> float:

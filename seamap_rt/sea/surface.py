@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .choppy import ChoppySurface
 from .facts import Resolved, spectrum_dataset
-from .wave_trains import Components, Quantity, Surface, WaveTrain
+from .wave_trains import Components, LinearSurface, Quantity, WaveTrain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,7 +67,7 @@ class Sea:
     def __init__(
         self,
         trains: Sequence[WaveTrain],
-        surface: Surface,
+        surface: LinearSurface | ChoppySurface,
         resolved: Resolved,
         current: tuple[float, float] = (0.0, 0.0),
         ends_s: float = np.inf,

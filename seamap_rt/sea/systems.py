@@ -76,12 +76,7 @@ def spectral_system(waves: RandomWaves, depth: float) -> SpectralSystem:
     """The functions of one random system of the scene. Raises ValueError where they are not defined."""
     if isinstance(waves, FileWaves):  # a file may be written anew
         return _system(waves, depth)
-    return _remembered(cast(Hashable, waves), depth)
-
-
-@lru_cache(maxsize=64)
-def _remembered(waves: Hashable, depth: float) -> SpectralSystem:
-    return _system(cast(RandomWaves, waves), depth)
+    return _kept_system(cast(Hashable, waves), depth)
 
 
 def _system(waves: RandomWaves, depth: float) -> SpectralSystem:
@@ -99,6 +94,9 @@ def _system(waves: RandomWaves, depth: float) -> SpectralSystem:
             radial = partial(spectra.wavenumber_spectrum, _frequency_spectrum(waves, depth), depth=depth)
             return SpectralSystem(radial, _spreading(waves, _peak(waves, depth)), travel_direction(waves), depth)
     raise TypeError(f"spectrum of {type(waves).__name__}: not known to the sea")
+
+
+_kept_system = lru_cache(maxsize=64)(_system)
 
 
 def travel_direction(waves: SpreadWaves | SinusoidWaves) -> tuple[float, float]:
@@ -208,7 +206,9 @@ def _table(waves: FileWaves, depth: float) -> TabulatedSpectrum:
         from .recorded import recorded_spectrum
 
         return recorded_spectrum(waves.file, depth)
-    frequency, direction, density = _file_content(waves.file, waves.kind, waves.time, waves.site)
+    frequency, direction, density = _read_content(
+        waves.file, waves.kind, waves.time, waves.site, _version(Path(waves.file))
+    )
     table = TabulatedSpectrum(frequency, direction, density, depth, waves.tail_exponent)
     with np.errstate(over="ignore"):
         height = table.hs
@@ -226,15 +226,6 @@ def _table(waves: FileWaves, depth: float) -> TabulatedSpectrum:
     return table
 
 
-def _file_content(file: str, kind: str, time: str | None, site: int) -> tuple[NDArray[np.float64], ...]:
-    try:
-        path = Path(file).resolve()
-        result = path.stat()
-    except (OSError, ValueError):  # the reader says what is wrong
-        return _read_content(file, kind, time, site, (0, 0))
-    return _read_content(str(path), kind, time, site, (result.st_mtime_ns, result.st_size))
-
-
 def file_versions(settings: SeaSettings) -> tuple[object, ...]:
     """What tells the files that a sea is made of from those of the same names that are written later."""
     files = [waves.file for waves in settings.waves if isinstance(waves, FileWaves)]
@@ -246,14 +237,14 @@ def _version(path: Path) -> tuple[object, ...]:
     try:
         members = sorted(path.rglob("*")) if path.is_dir() else [path]
         states = [(member, member.stat()) for member in members]
-    except OSError:
+    except (OSError, ValueError):  # the reader says what is wrong
         return (path,)
     return path, *((str(member), state.st_mtime_ns, state.st_size) for member, state in states)
 
 
 @lru_cache(maxsize=8)
 def _read_content(
-    file: str, kind: str, time: str | None, site: int, _version: tuple[int, int]
+    file: str, kind: str, time: str | None, site: int, _: tuple[object, ...]
 ) -> tuple[NDArray[np.float64], ...]:
     """Content of a file of one version: a file that is written anew is read anew."""
     from ..io.spectrumfile import read_directional_spectrum  # loads xarray

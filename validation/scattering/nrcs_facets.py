@@ -163,8 +163,7 @@ def looks_by_wind(wind_speed: float, polarization: str, seeds: tuple[int, ...]) 
 def _mesh(sea: Sea, radar: RadarSettings, rate: float | None) -> tuple[SurfaceMesh, NDArray[np.bool_]]:
     """The meshed sea around the mast, and those of its columns that count."""
     grid, columns = circle_grid(radar, TracingSettings())
-    elevation, velocity, *shift = sea_on_grid(sea, grid, rate)
-    return surface_mesh(grid, elevation, velocity, *shift), columns
+    return surface_mesh(grid, *sea_on_grid(sea, grid, rate)), columns
 
 
 def _sea(sea_state: float, seed: int) -> Sea:

@@ -21,6 +21,11 @@ from .evolution import CUT_OFF, PER_PERIOD, Evolution, LowPass, State
 from .rates import HIGHEST_ORDER, Band, Rates
 
 _OFF_LATTICE = 1e-6  # of a wavenumber step: so far a regular wave may be from one that repeats on the patch
+RELAXING_PERIODS = 5.0  # Ta of the slow beginning, in peak periods of the longest system
+BEFORE = 1.6  # of Ta, for which the sea evolves before its record begins: by then 99.9 % of the nonlinear rates act
+_STEPS_A_PERIOD = 30.0  # of the steepest system's peak
+_MOST_TURN = 0.5  # rad, by which the orbits of the long waves (three standard deviations) carry the shortest in a step
+_FEWEST_WAVES = 8  # to either side, of which a patch must carry so many
 _ALONG_AN_AXIS = 1e-9
 
 
@@ -52,19 +57,15 @@ class LinearStart:
     @property
     def axes(self) -> tuple[bool, bool]:
         """Whether all waves run along x, or all along y."""
-        towards = [None if isinstance(train, PlaneTrain) else train.toward for train in self._known]
+        towards = [None if isinstance(train, PlaneTrain) else train.toward for train in self.sea.trains]
         return tuple(
             all(toward is not None and abs(toward[across]) < _ALONG_AN_AXIS for toward in towards) for across in (1, 0)
         )  # type: ignore[return-value]
 
     @property
-    def _known(self) -> list[PlaneTrain | LineTrain | RegularTrain]:
-        return [train for train in self.sea.trains if isinstance(train, PlaneTrain | LineTrain | RegularTrain)]
-
-    @property
     def lengths(self) -> tuple[float, float]:
         """Of the rectangle along x and y, m."""
-        longest = max((train.lattice.length for train in self._known if isinstance(train, LineTrain)), default=0.0)
+        longest = max((train.lattice.length for train in self.sea.trains if isinstance(train, LineTrain)), default=0.0)
         length = max(self.extent, longest)
         return length, length
 
@@ -79,7 +80,7 @@ class LinearStart:
         """The linear waves at a time [s], as far as the band carries them."""
         rows, columns = band.most_y, band.most_x
         amplitude = np.zeros((2 * rows + 1, 2 * columns + 1), dtype=np.complex128)
-        for train in self._known:
+        for train in self.sea.trains:
             _add(amplitude, train, self.lengths)
         whole = np.concatenate((np.arange(rows + 1), np.arange(-rows, 0))) + rows
         ahead = 0.5 * amplitude[whole][:, columns:]
@@ -100,7 +101,6 @@ def _add(amplitude: NDArray[np.complex128], train: WaveTrain, lengths: tuple[flo
         given, at = train.amplitude[:, :: east or north], (0, 0)
         given = given if east else given.T
     else:
-        assert isinstance(train, PlaneTrain)
         given, at = train.amplitude, (0, 0)
     here, there = [], []
     for size, number, shift in zip(amplitude.shape, given.shape, at, strict=True):
@@ -125,13 +125,6 @@ def _indices(train: RegularTrain, lengths: tuple[float, float]) -> tuple[int, in
             "wavelength_m and wave_from_deg so"
         )
     return whole[0], whole[1]
-
-
-RELAXING_PERIODS = 5.0  # Ta of the slow beginning, in peak periods of the longest system
-BEFORE = 1.6  # of Ta, for which the sea evolves before its record begins: by then 99.9 % of the nonlinear rates act
-_STEPS_A_PERIOD = 30.0  # of the steepest system's peak
-_MOST_TURN = 0.5  # rad, by which the orbits of the long waves (three standard deviations) carry the shortest in a step
-_FEWEST_WAVES = 8  # to either side, of which a patch must carry so many
 
 
 @dataclass(frozen=True)
