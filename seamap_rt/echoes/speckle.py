@@ -30,7 +30,6 @@ from ..compute.compiled import compiled, compiled_strict
 from ..compute.machine import in_blocks
 from ..mesh import Facets
 from ..random_streams import Stream
-from .summation.gaussian import gaussians, key_of
 
 LEFT_OUT = 1e-4  # share of the power that modes leave out, where no error asks for less
 _MOST_LEFT_OUT = 1e-3  # of the power: covariances of pulses err by no more
@@ -140,13 +139,6 @@ def _strongest_modes(
 def speckle_stream(seed: int, draw: tuple[int, ...] = ()) -> np.uint64:
     """Key of the speckle's random source; draw: names another, independent draw of the same facets."""
     return random_streams.key(seed, Stream.SPECKLE, *draw)
-
-
-def speckle_weights(
-    seed: int, column_number: int, modes: int, facets: int, draw: tuple[int, ...] = ()
-) -> NDArray[np.complex64]:
-    """(mode, facet) unit complex Gaussians of one column; a facet keeps its numbers however the work is cut up."""
-    return gaussians(np.uint64(key_of(speckle_stream(seed, draw), column_number)), facets, modes)
 
 
 _BREAKERS = (1,)  # the draw of a column that is theirs; the Bragg waves have its first

@@ -102,11 +102,6 @@ def gain_towards_sea(radar: RadarSettings, range_m: ArrayLike) -> NDArray[np.flo
     return aerial.gain * aerial.voltage(0.0, -grazing_angle(radar, range_m)) ** 2
 
 
-def aperture_gain(radar: RadarSettings, efficiency: float = 1.0) -> float:
-    """4π A η/λ² of the aperture's own area, the gain (a ratio) that textbooks start from."""
-    return 4.0 * np.pi * efficiency * radar.antenna.width_m * radar.antenna.height_m / wavelength(radar) ** 2
-
-
 # ------------------------------------------------------------------------------------------- power from the sea
 
 

@@ -186,24 +186,6 @@ def elfouhaily97_contrast(k: ArrayLike, wind_speed: float, peak_wavenumber: floa
     return np.where(carries, contrast, 1.0)
 
 
-def elfouhaily97_plane(
-    k: ArrayLike,
-    angle_to_wind: ArrayLike,
-    wind_speed: float,
-    inverse_wave_age: float = DEVELOPED_INVERSE_WAVE_AGE,
-) -> NDArray[np.float64]:
-    """Symmetric plane spectrum Ψ(k, φ) = S(k)/k · (1 + Δ(k) cos 2φ)/2π [m⁴], with ∫Ψ d²k the height variance.
-
-    k: rad/m, angle_to_wind: rad between the wave vector and the wind's axis (up- and down-wind are the same);
-    they broadcast. 0 where k ≤ 0. Raises as `elfouhaily97`.
-    """
-    k = np.asarray(k, dtype=np.float64)
-    angle = np.asarray(angle_to_wind, dtype=np.float64)
-    spread = 1.0 + elfouhaily97_spreading(k, wind_speed, inverse_wave_age) * np.cos(2.0 * angle)
-    isotropic = elfouhaily97(k, wind_speed, inverse_wave_age) / (2.0 * np.pi * np.where(k > 0.0, k, 1.0))
-    return isotropic * spread
-
-
 def elfouhaily97_inverse_wave_age(wind_speed: float, fetch_m: float) -> float:
     """Inverse wave age Ωc at a distance fetch_m [m] from the windward shore: 0.84 for a very long one."""
     if not (wind_speed > 0.0 and fetch_m > 0.0):

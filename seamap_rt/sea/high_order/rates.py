@@ -154,12 +154,6 @@ class Rates:
             fast_size((self.order + 1) * self.band.most_x + 1),
         )
 
-    @property
-    def transforms(self) -> int:
-        """FFTs over `points` that one call takes."""
-        order = self.order
-        return 0 if order == 1 else 5 + order * (order + 1) // 2 - 1 + (order - 1) + 2
-
     def __call__(self, elevation: Waves, potential: Waves) -> tuple[Waves, Waves]:
         """What is added to the linear ∂η/∂t [m/s] and ∂φs/∂t [m²/s²], as waves."""
         if self.order == 1:
