@@ -41,7 +41,6 @@ Evidence: validation/README.md, "Scattering" and "Scattering options".
 """
 
 from seamap_rt.scattering.bragg import bragg_coefficients, nrcs_bragg, nrcs_two_scale
-from seamap_rt.scattering.calibration import calibration_scale
 from seamap_rt.scattering.composite import FacetNrcs, nrcs_composite
 from seamap_rt.scattering.empirical import (
     nrcs_gregers_hansen12,
@@ -69,7 +68,6 @@ __all__ = [
     "MeanModel",
     "ShortWaves",
     "bragg_coefficients",
-    "calibration_scale",
     "clutter_shape_watts_wicks90",
     "fresnel",
     "mean_level",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
@@ -136,6 +137,8 @@ class WaveFacts:
     height: float  # m: significant, of a regular wave crest to trough
     peak_period: float  # s
     from_deg: float  # mean direction, clockwise from north
+    wavenumber: float  # rad/m, of the peak
+    deviation: float  # m, of the elevation
 
 
 def wave_facts(waves: WaveSystem, depth: float) -> WaveFacts | None:
@@ -144,14 +147,15 @@ def wave_facts(waves: WaveSystem, depth: float) -> WaveFacts | None:
         case SinusoidWaves() if waves.height_m > 0.0:
             k = 2.0 * np.pi / waves.wavelength_m
             period = 2.0 * np.pi / float(angular_frequency(k, depth))
-            return WaveFacts(waves.height_m, period, waves.wave_from_deg % 360.0)
+            return WaveFacts(waves.height_m, period, waves.wave_from_deg % 360.0, k, waves.height_m / math.sqrt(8.0))
         case RandomWaves():
             system = spectral_system(waves, depth)
             if system.variance <= 0.0:
                 return None
-            period = 2.0 * np.pi / float(angular_frequency(system.peak_wavenumber, depth))
+            k, deviation = system.peak_wavenumber, math.sqrt(system.variance)
+            period = 2.0 * np.pi / float(angular_frequency(k, depth))
             toward = travel_direction(waves) if isinstance(waves, SpreadWaves) else _mean_direction(system)
-            return WaveFacts(4.0 * float(np.sqrt(system.variance)), period, (azimuth_toward(toward) + 180.0) % 360.0)
+            return WaveFacts(4.0 * deviation, period, (azimuth_toward(toward) + 180.0) % 360.0, k, deviation)
     return None
 
 

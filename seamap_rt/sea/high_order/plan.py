@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...physics.dispersion import angular_frequency
-from ...settings import RandomWaves, SeaSettings, SinusoidWaves
+from ...settings import SeaSettings
 from ..realisation import resolution
 from ..surface import Sea
-from ..systems import spectral_system
+from ..systems import WaveFacts, wave_facts
 from ..wave_trains import LineTrain, PlaneTrain, RegularTrain, WaveTrain
 from .evolution import CUT_OFF, PER_PERIOD, Evolution, LowPass, State
 from .rates import HIGHEST_ORDER, Band, Rates
@@ -127,29 +126,9 @@ def _indices(train: RegularTrain, lengths: tuple[float, float]) -> tuple[int, in
     return whole[0], whole[1]
 
 
-@dataclass(frozen=True)
-class Peak:
-    """One system's peak: wavenumber [rad/m], period [s], standard deviation of the elevation [m]."""
-
-    wavenumber: float
-    period: float
-    deviation: float
-
-
-def peaks(settings: SeaSettings) -> list[Peak]:
+def peaks(settings: SeaSettings) -> list[WaveFacts]:
     """Of every wave system that has waves."""
-    found = []
-    for waves in settings.waves:
-        if isinstance(waves, RandomWaves):
-            system = spectral_system(waves, settings.depth_m)
-            k, deviation = system.peak_wavenumber, math.sqrt(system.variance)
-        elif isinstance(waves, SinusoidWaves):
-            k, deviation = 2.0 * math.pi / waves.wavelength_m, waves.height_m / math.sqrt(8.0)
-        else:
-            continue
-        if deviation > 0.0:
-            found.append(Peak(k, 2.0 * math.pi / float(angular_frequency(k, settings.depth_m)), deviation))
-    return found
+    return [facts for waves in settings.waves if (facts := wave_facts(waves, settings.depth_m)) is not None]
 
 
 @dataclass(frozen=True)
@@ -182,14 +161,14 @@ class Plan:
         return LinearStart(self.sea, self.settings.extent_m, self.settings.depth_m)
 
     @cached_property
-    def steepest(self) -> Peak:
+    def steepest(self) -> WaveFacts:
         """The system that breaks first."""
         return max(peaks(self.settings), key=lambda peak: peak.wavenumber * peak.deviation)
 
     @property
     def relaxing(self) -> float:
         """Ta, s."""
-        return RELAXING_PERIODS * max(peak.period for peak in peaks(self.settings))
+        return RELAXING_PERIODS * max(peak.peak_period for peak in peaks(self.settings))
 
     @cached_property
     def spacing(self) -> float:
@@ -208,14 +187,14 @@ class Plan:
     def breaking(self) -> LowPass | None:
         """The filter cuts where the waves end: at 8 wavenumbers of the peak, if the spacing is the default. None for
         linear waves."""
-        return None if self.order == 1 else LowPass(math.pi / self.spacing, PER_PERIOD / self.steepest.period)
+        return None if self.order == 1 else LowPass(math.pi / self.spacing, PER_PERIOD / self.steepest.peak_period)
 
     @property
     def longest_step(self) -> float:
         """The longest time step that follows the waves, s."""
-        orbits = 3.0 * math.hypot(*(2.0 * math.pi / peak.period * peak.deviation for peak in peaks(self.settings)))
+        orbits = 3.0 * math.hypot(*(2.0 * math.pi / peak.peak_period * peak.deviation for peak in peaks(self.settings)))
         carried = _MOST_TURN * self.spacing / (math.pi * orbits)
-        return min(self.steepest.period / _STEPS_A_PERIOD, carried)
+        return min(self.steepest.peak_period / _STEPS_A_PERIOD, carried)
 
     @property
     def memory(self) -> int:
