@@ -287,8 +287,15 @@ class MovingSpeckle:
 
         begin (column,) s: the first node after the beam's passing, from which breakers' phases are reckoned.
         """
-        bragg = self.bragg_of(columns)
-        return (bragg, self.breakers_of(columns, begin)) if self.breaks else (bragg,)
+        strength = 1.0 + (2.0 * self.motion.approaching[columns, None] - 1.0) * self.contrast
+        rows = self.bragg * np.sqrt(strength)[..., None]
+        rows /= np.sqrt(np.sum(np.abs(rows) ** 2, axis=1, keepdims=True))  # unit variance at every node, exactly
+        bragg = rows.astype(np.complex64)
+        if not self.breaks:
+            return (bragg,)
+        seconds = begin[:, None] + self.spacing_s * np.arange(self.breakers.shape[1])
+        rotation = np.exp(-2j * self.wavenumber * self.motion.breaker_speed[columns, None] * seconds)
+        return bragg, (self.breakers * rotation[:, None]).astype(np.complex64)
 
     @cached_property
     def streams(self) -> NDArray[np.uint64]:
@@ -301,19 +308,6 @@ class MovingSpeckle:
         if self.motion.breaking is None or not self.breaks:
             return np.ones((chosen[0].size, 1), dtype=np.float32)
         return _strengths(self.motion.breaking, *chosen)
-
-    def bragg_of(self, columns: slice) -> NDArray[np.complex64]:
-        """(column, mode, node)."""
-        strength = 1.0 + (2.0 * self.motion.approaching[columns, None] - 1.0) * self.contrast
-        rows = self.bragg * np.sqrt(strength)[..., None]
-        rows /= np.sqrt(np.sum(np.abs(rows) ** 2, axis=1, keepdims=True))  # unit variance at every node, exactly
-        return rows.astype(np.complex64)
-
-    def breakers_of(self, columns: slice, begin: NDArray[np.float64]) -> NDArray[np.complex64]:
-        """(column, mode, node)."""
-        seconds = begin[:, None] + self.spacing_s * np.arange(self.breakers.shape[1])
-        rotation = np.exp(-2j * self.wavenumber * self.motion.breaker_speed[columns, None] * seconds)
-        return (self.breakers * rotation[:, None]).astype(np.complex64)
 
 
 @compiled

@@ -22,8 +22,9 @@ mast, under steep rays, errors may be three times as large, and single cells bes
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -84,21 +85,10 @@ class MeshDetail:
         """The settings with the spacings filled in."""
         return tracing.model_copy(update={"facet_m": self.facet_m, "columns_per_beam": self.columns_per_beam})
 
-    def facts(self) -> dict[str, object]:
+    def facts(self) -> dict[str, Any]:
         """The plain numbers, for metrics and report."""
-        return {
-            "facet_m": self.facet_m,
-            "columns_per_beam": self.columns_per_beam,
-            "facets": self.facets,
-            "height_error_m": self.height_error_m,
-            "power_error_db": self.power_error_db,
-            "visible_error": self.visible_error,
-            "limited_by": self.limited_by,
-            "by_range": [
-                dict(zip(("range_m", "height_error_m", "power_error_db", "visible_error"), row, strict=True))
-                for row in self.by_range
-            ],
-        }
+        columns = ("range_m", "height_error_m", "power_error_db", "visible_error")
+        return asdict(self) | {"by_range": [dict(zip(columns, row, strict=True)) for row in self.by_range]}
 
     def words(self) -> str:
         """One sentence."""

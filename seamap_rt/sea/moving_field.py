@@ -35,7 +35,6 @@ from .spline import (
     longest_time_step,
 )
 
-Coefficients = dict[Knot, NDArray[np.float32]]  # the rows of one strip
 Making = dict[Knot, Future[NDArray[np.float32]]]
 Run = tuple[int, int, int]  # time interval, first and last + 1 of its points
 
@@ -104,7 +103,8 @@ class MovingField:
         starts = np.flatnonzero(np.diff(in_order, prepend=in_order[:1] - 1)).tolist()
         runs: list[Run] = list(zip(in_order[starts].tolist(), starts, [*starts[1:], t.size], strict=True))
         result = np.empty((len(terms), t.size))
-        sums, scale = sums_of(terms, self.base, self._time_weights(), self.time_step), self._in_space
+        sums = sums_of(terms, self.base, self._time_weights(), self.time_step)
+        scale = np.prod(np.power(self._per_metre, DERIVATIVES), axis=1)  # derivatives then are those per metre
         kernel = _kernel(0 if self.lattice.line else self.order, self.order, len(self.taps))
         strip = self._strip_of(y)
         rows = strip.first, self.shape[0]
@@ -136,14 +136,9 @@ class MovingField:
                     ]
                 for task in tasks:
                     task.result()
-                self._kept(making, strip)
+                self._cache.add({key: (strip, each.result()) for key, each in making.items()})
                 del making, tasks  # before the next ones take memory
         return result
-
-    @property
-    def _in_space(self) -> NDArray[np.float64]:
-        """What makes the kernel's derivatives those per metre."""
-        return np.prod(np.power(self._per_metre, DERIVATIVES), axis=1)
 
     @property
     def _per_metre(self) -> tuple[float, float]:
@@ -199,7 +194,7 @@ class MovingField:
     # ------------------------------------------------------------------------------------------------- knots
 
     def _knots(self, wanted: Sequence[Knot], strip: Strip, pool: ThreadPoolExecutor) -> Making:
-        """A strip's coefficients at the given knots, from the cache or being made: then `_kept` takes them up."""
+        """A strip's coefficients at the given knots, from the cache or being made."""
         known = self._cache.take(wanted, strip, 4 * self._columns, CACHE_BYTES)
         making: Making = {}
         for key, (has, rows) in known.items():
@@ -210,17 +205,8 @@ class MovingField:
         missing = [key for key in wanted if key not in making]
         states = {number: pool.submit(self._state_at, number) for number in sorted({number for number, _ in missing})}
         for number, kind in missing:
-            making[number, kind] = pool.submit(self._made, kind, states[number], strip)
+            making[number, kind] = pool.submit(self._coefficients, kind, states[number], strip)
         return making
-
-    def _kept(self, making: Making, strip: Strip) -> Coefficients:
-        """Those coefficients, when all are made; from now on the cache has them."""
-        made = {key: each.result() for key, each in making.items()}
-        self._cache.add({key: (strip, rows) for key, rows in made.items()})
-        return made
-
-    def _made(self, kind: Kind, state: Future[Any], strip: Strip) -> NDArray[np.float32]:
-        return self._coefficients(kind, state.result(), strip)
 
     def _part(self, strip: Strip, has: Strip, rows: NDArray[np.float32]) -> NDArray[np.float32] | None:
         """A strip's rows from those of another, if they are there."""
@@ -255,9 +241,9 @@ class MovingField:
         half_plane(self._ahead, self._behind, factor, half)
         return half
 
-    def _coefficients(self, kind: Kind, state: Any, strip: Strip) -> NDArray[np.float32]:
+    def _coefficients(self, kind: Kind, state: Future[Any], strip: Strip) -> NDArray[np.float32]:
         """The spline's coefficients of a field at a knot, in a strip, with their halo: by one real FFT."""
-        half = self._half_plane(kind, state)
+        half = self._half_plane(kind, state.result())
         half = np.asarray(scipy.fft.ifft(half, axis=0, norm="forward", overwrite_x=True))
         rows, columns = self.shape
         grid = np.empty((strip.count, self._columns), dtype=np.float32)
@@ -298,13 +284,13 @@ class MovingField:
         return ahead.astype(np.complex64), behind.astype(np.complex64)
 
     def _per_elevation(self, kind: Kind) -> NDArray[np.complex64]:
-        """What `_make_per_elevation` makes, once: whichever thread comes first, all use the same."""
+        """The field's amplitude per elevation on the quadrant, of a wave that runs along +k; made once: all threads use
+        that of the first."""
         known = self._factors.get(kind)
-        return self._factors.setdefault(kind, self._make_per_elevation(kind)) if known is None else known
-
-    def _make_per_elevation(self, kind: Kind) -> NDArray[np.complex64]:
-        """The field's amplitude per elevation on the quadrant, of a wave that runs along +k."""
-        return per_elevation(kind, self.lattice, self.base).astype(np.complex64)
+        if known is None:
+            made = per_elevation(kind, self.lattice, self.base).astype(np.complex64)
+            known = self._factors.setdefault(kind, made)
+        return known
 
 
 def grid_size(reach: int, oversampling: float, order: int) -> int:

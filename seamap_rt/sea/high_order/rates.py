@@ -117,13 +117,9 @@ class Band:
         return np.concatenate((waves[: self.most_y + 1], waves[-self.most_y :]))
 
 
+@lru_cache(maxsize=32)
 def widened(band: Band, reach: tuple[int, int]) -> Band:
     """The same water with waves up to i, j = reach."""
-    return _widened(band, reach)
-
-
-@lru_cache(maxsize=32)
-def _widened(band: Band, reach: tuple[int, int]) -> Band:
     return Band(band.length_x, band.length_y, *reach, band.depth)
 
 
