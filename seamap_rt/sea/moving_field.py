@@ -258,10 +258,11 @@ class MovingField:
         grid[:, columns:] = grid[:, : grid.shape[1] - columns]
         return grid
 
-    def _row_order(self) -> NDArray[np.int64]:
-        """|j| of the rows in the order of an FFT: 0 … m, −m … −1."""
+    @property
+    def _rows(self) -> NDArray[np.int64]:
+        """j of the rows in the order of an FFT: 0 … m, −m … −1."""
         most = self.lattice.reach[0]
-        return np.concatenate((np.arange(most + 1), np.arange(most, 0, -1)))
+        return np.concatenate((np.arange(most + 1), np.arange(-most, 0)))
 
     def _half(self, whole: NDArray) -> NDArray:
         """The columns i ≥ 0 of a lattice array, its rows in the order of an FFT."""
@@ -278,7 +279,7 @@ class MovingField:
             * bspline_transform(self.order, np.arange(columns + 1) / self.shape[1])
             * bspline_transform(self.order, np.arange(rows + 1) / self.shape[0])[:, None]
         )
-        sharpen = (0.5 / transform)[self._row_order()]
+        sharpen = (0.5 / transform)[np.abs(self._rows)]
         ahead = self._half(amplitude) * sharpen
         behind = self._half(np.conj(amplitude[::-1, ::-1])) * sharpen
         return ahead.astype(np.complex64), behind.astype(np.complex64)

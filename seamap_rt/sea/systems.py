@@ -317,6 +317,6 @@ def _spreading(waves: SpreadWaves, peak: _Peak) -> Spreading | None:
                 np.arctan2(across, along), spreading.donelan_banner_beta(peak.frequency_ratio(k))
             )
         case "elfouhaily":
-            return lambda k, along, across: spreading.half_plane_elfouhaily_of_cosine(
+            return lambda k, along, across: spreading.half_plane_elfouhaily(
                 along, spectra.elfouhaily97_contrast(k, peak.wind_speed, peak.wavenumber)
             )

@@ -243,7 +243,7 @@ def spreadings_at(ratio: float, angle: NDArray[np.float64]) -> Iterator[tuple[st
     yield "hasselmann", VERMILION, spreading.cos2s(angle, spreading.hasselmann_exponent(ratio, age))
     yield "donelan_banner", PURPLE, spreading.donelan_banner(angle, spreading.donelan_banner_beta(ratio))
     contrast = elfouhaily97_contrast(peak * ratio**2, wind, peak)
-    yield "elfouhaily", BLUE, spreading.half_plane_elfouhaily(angle, contrast)
+    yield "elfouhaily", BLUE, spreading.half_plane_elfouhaily(np.cos(angle), contrast)
 
 
 # ------------------------------------------------------------------------------------------------------- choppy waves
