@@ -5,20 +5,17 @@ Subpackages take these as arguments, so that no settings are resolved twice.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from .errors import InputError
 from .radar.array import as_it_looks
 from .radar.mast import Mast
-from .radar.platform import boat_motion
-from .radar.sensors import Sensors
+from .radar.platform import Sensors, boat_motion
 from .random_streams import Stream, branch
 from .scattering.modulation import memory_rate
 from .scene import Scene
 from .sea import Sea, realize
 from .sea.systems import file_versions
-from .settings import RadarSettings
 
 _LAST_BEAM_S = 0.1  # for which the last pulses hear what the beam has passed
 
@@ -31,34 +28,8 @@ class Masts(NamedTuple):
     sensed: Mast
 
 
-@dataclass(frozen=True)
-class ResolvedScene:
-    """What all turns of a run share.
-
-    radar: as it looks. sea: the run's own. mast: where the antennas are. sensed: where the boat's sensors say they are.
-    """
-
-    scene: Scene
-    radar: RadarSettings
-    sea: Sea
-    mast: Mast
-    sensed: Mast
-
-
-def resolve(scene: Scene, sea: Sea | None = None) -> ResolvedScene:
-    """The run's sea, drawn from the scene's seed, and the mast that rides on it.
-
-    sea: the run's own, where one with the same `sea_key` was drawn before.
-    Raises InputError for a sea that cannot be drawn, or a boat whose motion is not known for the whole of the scene.
-    """
-    sea = sea or run_sea(scene)
-    _check_record(scene, sea)
-    true, sensed = masts(scene, sea)
-    return ResolvedScene(scene, true.radar, sea, true, sensed)
-
-
-def _check_record(scene: Scene, sea: Sea) -> None:
-    """A recorded sea lasts as long as the run, and its last beam, and has no gap too wide in that time."""
+def check_record(scene: Scene, sea: Sea) -> None:
+    """Raise InputError for a recorded sea that ends before the run and its last beam, or has too wide a gap before."""
     turn = scene.turn_duration_s
     if scene.turns * turn + _LAST_BEAM_S > sea.ends_s:
         most = int((sea.ends_s - _LAST_BEAM_S) / turn)

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -18,26 +17,23 @@ from .conventions import unit_from_azimuth
 from .dataset import build
 from .echoes import expected_look_gates
 from .echoes.dataset import echo_dataset
-from .echoes.radar_cross_section import Returns, SeaSurface
-from .echoes.receiving import Received
+from .echoes.radar_cross_section import Returns, SeaSurface, TurnAccumulator
+from .echoes.response import truncation_share
 from .echoes.scenery import Scenery
 from .echoes.spike_field import SpikeField
-from .echoes.truncation import truncation_share
 from .echoes.turn import turn_echoes
-from .echoes.turn_accumulator import TurnAccumulator
 from .errors import InputError
 from .mesh import Facets, SurfaceMesh, polar_grid, surface_mesh
-from .mesh.grid import PolarGrid
+from .mesh.grid import PolarGrid, circle_grid
 from .mesh.surface import sea_on_grid, submerged_lines
 from .radar.array import antenna_array
 from .radar.scan import Pulses, pulses
-from .resolved_scene import resolve, sea_key
+from .resolved_scene import check_record, masts, run_sea, sea_key
 from .scattering.sea_spikes import sea_spikes
 from .scene import Scene, SceneLike, as_scene
 from .scene.agreement import run_bytes
 from .sea import Sea
 from .tracing import Illumination, RayScenes, UnresolvedWaves, tracer
-from .tracing.circle import circle_grid
 from .truth import ground_truth, polar_truth, where_known
 
 _FOLD_LINES = 8  # one line of the mesh in so many is searched for folds
@@ -76,15 +72,6 @@ class Turn:
     folded_share: float  # of the mesh's points that lie under a crest which folds over; 0 for linear waves
 
 
-class _ReceivedTurn(NamedTuple):
-    """What a turn's rays find, and what its receivers record."""
-
-    submerged: NDArray[np.bool_]  # (line,) the antenna is under water
-    received: Received
-    truth: xr.Dataset  # schema `truth/polar`
-    rays: int
-
-
 class Simulator:
     """Simulates a scene turn by turn; what turns share (the sea, the traced scene) is made once.
 
@@ -100,12 +87,13 @@ class Simulator:
                 "radar.antenna.pattern = 'isotropic': an isotropic antenna hears the whole circle at every pulse; "
                 "it serves from_scatterers only. Choose slotted_waveguide, gaussian or file to simulate a sea"
             )
-        with suppress(ValueError):  # of a sea that `resolve` refuses in its own words
+        with suppress(ValueError):  # of a sea that `run_sea` refuses in its own words
             check_memory(f"a run of {scene.name}", A_RUN._replace(memory=run_bytes(scene)))
         self._sea_key = sea_key(scene)
-        resolved = resolve(scene, sea)
-        self.scene, self.radar, self.sea = scene, resolved.radar, resolved.sea
-        self.mast, self.sensed = resolved.mast, resolved.sensed
+        self.scene, self.sea = scene, sea or run_sea(scene)
+        check_record(scene, self.sea)
+        self.mast, self.sensed = masts(scene, self.sea)
+        self.radar = self.mast.radar  # as it looks
         self.ray_scenes: RayScenes = {} if ray_scenes is None else ray_scenes
         self._trace = tracer(
             scene.tracing.tracer, scene.radar, scene.scattering, scene.tracing.diffraction, self.ray_scenes
@@ -130,10 +118,10 @@ class Simulator:
 
     def _mesh(self, grid: PolarGrid, clock: Stopwatch) -> SurfaceMesh:
         with clock("sea"):
-            elevation, velocity, *shift = sea_on_grid(self.sea, grid, self._scattering.memory_rate)
+            water = sea_on_grid(self.sea, grid, self._scattering.memory_rate)
         with clock("mesh"):
-            mesh = surface_mesh(grid, elevation, velocity, *shift)
-            del elevation, velocity, shift  # most of it is not the mesh's
+            mesh = surface_mesh(grid, *water)
+            del water  # most of it is not the mesh's
             _ = mesh.facets
         return mesh
 
@@ -170,10 +158,6 @@ class Simulator:
                     light = self.shaded(light)
         return light
 
-    @property
-    def _is_calibrated(self) -> bool:
-        return "surface" in self.__dict__ or not self._scattering.needs_calibration
-
     @cached_property
     def surface(self) -> SeaSurface:
         """How the sea scatters, its mean found once on samples of the whole circle, for all turns and any sector."""
@@ -197,17 +181,26 @@ class Simulator:
         begun = time.perf_counter()
         fired = pulses(self.radar, number, self.mast)
         clock.seconds["calibrate"] = 0.0
-        if not self._is_calibrated:
+        if self._scattering.needs_calibration and "surface" not in self.__dict__:
             with clock("calibrate"):
                 _ = self.surface  # of the whole circle, of which a sector's sea is then a part that is known
         mesh = self.mesh(number, clock)
-        submerged, received, truth, rays = self._receive(number, clock, mesh, fired)
-        facets = mesh.facets
+        light, returns, submerged = self.light(number, clock, mesh)
+        with clock("objects"):
+            objects = self.scenery.voltages(mesh, fired)
+        with clock("echoes"):
+            moving, neglected = light, truncation_share(self.sea.resolved.elevation_std, scene.tracing.height_error_m)
+            if returns.running is not None:
+                moving = replace(light, velocity_look=light.velocity_look + returns.running)
+            speckle = scene.seed, scene.scattering.decorrelation_time_s
+            received = turn_echoes(moving, returns.rcs, self.radar, fired, *speckle, returns.motion, objects, neglected)
+        with clock("truth"):
+            truth = polar_truth(light, returns.rcs, self.radar, scene.retrieval, number)
+        rays, facets = light.rays, mesh.facets
+        del light, returns, moving  # before more is made
         with clock("echoes"):
             under_water = _submerged_pulses(submerged, facets, fired)
-            if under_water.any():
-                received = received._replace(voltage=np.asarray(received.voltage))
-                received.voltage[under_water] = np.nan
+            received.voltage[under_water] = np.nan
             echoes = echo_dataset(
                 self.radar, [fired], [received], scene.scattering.polarization, [under_water], number, self.sensed
             )
@@ -221,34 +214,9 @@ class Simulator:
             both = xr.DataTree.from_dict({"/polar": known, "/ground": ground})
         with clock("sea"):
             folded = self._folded_share(facets)
-        count = int(facets.height.size)
         timing = {**clock.seconds, "total": time.perf_counter() - begun}
         slope = float(np.sqrt(np.mean(np.square(facets.slope_look, dtype=np.float64))))
-        return Turn(number, echoes, both, begun, timing, count, rays, slope, folded)
-
-    def _receive(self, number: int, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses) -> _ReceivedTurn:
-        """What a turn's rays find and its receivers record."""
-        facets, returns, submerged = self.light(number, clock, mesh)
-        objects = self._object_voltages(clock, mesh, fired)
-        with clock("echoes"):
-            moving = facets
-            if returns.running is not None:
-                moving = replace(facets, velocity_look=facets.velocity_look + returns.running)
-            speckle = self.scene.seed, self.scene.scattering.decorrelation_time_s
-            received = turn_echoes(
-                moving, returns.rcs, self.radar, fired, *speckle, returns.motion, objects, self._neglected_share
-            )
-        with clock("truth"):
-            truth = polar_truth(facets, returns.rcs, self.radar, self.scene.retrieval, number)
-        return _ReceivedTurn(submerged, received, truth, facets.rays)
-
-    def _object_voltages(self, clock: Stopwatch, mesh: SurfaceMesh, fired: Pulses) -> NDArray[np.complex64] | None:
-        with clock("objects"):
-            return self.scenery.voltages(mesh, fired)
-
-    @property
-    def _neglected_share(self) -> float:
-        return truncation_share(self.sea.resolved.elevation_std, self.scene.tracing.height_error_m)
+        return Turn(number, echoes, both, begun, timing, int(facets.height.size), rays, slope, folded)
 
     def _folded_share(self, facets: Facets) -> float:
         """Share of the mesh's points, on every eighth line, over which choppy waves fold."""

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from seamap_rt.echoes import expected_look_gates
+from seamap_rt.mesh.grid import circle_grid
 from seamap_rt.mesh.sizing import MOST_TRIANGLES, POWER_ERROR_DB, MeshDetail, chord_error, triangles
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator
-from seamap_rt.tracing.circle import circle_grid
 from seamap_rt.truth import polar_truth
 
 

@@ -14,8 +14,8 @@ from seamap_rt.compute import machine
 from seamap_rt.mesh import polar_grid
 from seamap_rt.mesh.facets import facets_of, velocities_of
 from seamap_rt.radar.array import antenna_array
-from seamap_rt.radar.dwell import dwell_power
 from seamap_rt.radar.grid import look_sweeps
+from seamap_rt.radar.scan import dwell_power
 from seamap_rt.radar.waveform import RangeResponse, gates
 from seamap_rt.settings import RadarSettings, RetrievalSettings, TracingSettings
 from seamap_rt.tracing import Illumination

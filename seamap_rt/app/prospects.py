@@ -23,8 +23,8 @@ from ..radar.waveform import RangeResponse
 from ..scene import Scene
 from ..scene.agreement import run_bytes
 from ..sea import directional_density, spectral_system, wave_facts
+from ..sea.facts import ResolvedWaves
 from ..sea.realisation import resolution
-from ..sea.resolved_waves import ResolvedWaves
 from ..settings import RandomWaves
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ from ..interferometry.phase.speckle import estimation_doubt
 from ..radar import link
 from ..radar.array import antenna_array
 from ..radar.precision import looks
-from ..radar.transmitter import pulse_coherence
+from ..radar.receiver import pulse_coherence
 from ..radar.waveform import RangeResponse, gates
 from ..settings import RadarSettings, RetrievalSettings
 

@@ -32,11 +32,10 @@ from ..interferometry.estimation.sensor_errors import variance_kept
 from ..io.motionfile import read_motion
 from ..physics import dispersion
 from ..radar.mast import Mast
-from ..radar.platform import boat_motion
+from ..radar.platform import Sensors, boat_motion
 from ..radar.pose import boat_axes
-from ..radar.sensors import Sensors
 from ..scene import Scene
-from ..sea.components import Components
+from ..sea.wave_trains import Components
 from ..settings import PlatformSettings, RadarSettings, SeaSettings, SensorSettings
 from .design import Design
 from .strips import STARTS, Waves, azimuths, directions

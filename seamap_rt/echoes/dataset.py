@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from ..dataset import build
 from ..radar.array import antenna_array
 from ..radar.mast import Mast
+from ..radar.platform import Sensors
+from ..radar.receiver import measures_phase, transmit_phase_error
 from ..radar.scan import Pulses
-from ..radar.sensors import Sensors
-from ..radar.transmitter import measures_phase, transmit_phase_error
 from ..radar.waveform import gates
 from ..settings import RadarSettings, SensorErrors
 from .receiving import Received, gate_noise_power

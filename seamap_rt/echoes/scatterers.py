@@ -15,9 +15,9 @@ from ..resolved_scene import masts
 from ..scene import SceneLike, as_scene
 from ..settings import RadarSettings
 from .dataset import echo_dataset
-from .gating import received_samples
 from .paths import wavenumber
 from .receiving import receive
+from .response import received_samples
 
 
 def from_scatterers(scene: SceneLike, xyz: ArrayLike, rcs: ArrayLike, velocity: ArrayLike | None = None) -> xr.Dataset:

@@ -3,6 +3,17 @@
 Over the few milliseconds for which the beam dwells on a column the process has few degrees of freedom: it is drawn in
 the basis of its own covariance matrix as the beam hears it, truncated where no more of its power than may be left out
 is discarded. Every node keeps its variance: what is lost is how speckle that is hardly heard goes with the rest.
+
+A facet's voltage turns as exp(−2jk × path): what comes nearer at speed c has the Doppler frequency +2c/λ. Bragg waves
+run both ways at their own phase speed, whether the water under them moves or not (Valenzuela & Laing 1970); breakers
+run ahead of the water with the wave that breaks, at speeds of their own (Lee et al. 1995). The two kinds are
+independent. Relative to the water, the covariance of a facet's speckle is
+
+    Bragg, share 1 − b    exp(−(τ/τc)²) [w exp(+2jkcτ) + (1 − w) exp(−2jkcτ)]
+    breakers, share b     exp(−(τ/τc)²) exp(−2jk v τ) exp(−½ (2kστ)²)
+
+Mirrors count with the Bragg waves, and speeds along the water as speeds along the ray: at grazing there are no mirrors,
+and 20° are 6 %.
 """
 
 from __future__ import annotations
@@ -15,10 +26,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import random_streams
+from ..compute.compiled import compiled, compiled_strict
+from ..compute.machine import in_blocks
+from ..mesh import Facets
 from ..random_streams import Stream
-from .summation.gaussian import gaussians, key_of
 
 LEFT_OUT = 1e-4  # share of the power that modes leave out, where no error asks for less
+_MOST_LEFT_OUT = 1e-3  # of the power: covariances of pulses err by no more
+
+
+def speckle_truncation(share: float) -> float:
+    """The share p of a facet's power that may go on in slow time otherwise than by its law, where that share of all
+    power may be left out. It is of the same water: no phase turns by √p, but what errs by chance errs by p of itself
+    more or less. So p σ is that tenth here, and p at most 1e-3; where nothing may be left out, 1e-4."""
+    return min(_MOST_LEFT_OUT, float(np.sqrt(share))) if share > 0.0 else LEFT_OUT
 
 
 class BeamWindow(NamedTuple):
@@ -120,8 +141,180 @@ def speckle_stream(seed: int, draw: tuple[int, ...] = ()) -> np.uint64:
     return random_streams.key(seed, Stream.SPECKLE, *draw)
 
 
-def speckle_weights(
-    seed: int, column_number: int, modes: int, facets: int, draw: tuple[int, ...] = ()
-) -> NDArray[np.complex64]:
-    """(mode, facet) unit complex Gaussians of one column; a facet keeps its numbers however the work is cut up."""
-    return gaussians(np.uint64(key_of(speckle_stream(seed, draw), column_number)), facets, modes)
+_BREAKERS = (1,)  # the draw of a column that is theirs; the Bragg waves have its first
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How a facet's scatterers move relative to the water.
+
+    Raises ValueError for shares outside 0 to 1, speeds that are not finite, and columns that do not fit each other.
+    """
+
+    bragg_speed: float  # m/s, phase speed of the Bragg waves
+    approaching: NDArray[np.float64]  # (column,) share of the Bragg power of waves that run towards the radar
+    breaking: NDArray[np.float32] | None  # (column, facet) share of the rcs that comes from breakers
+    breaker_speed: NDArray[np.float64]  # (column,) m/s outward
+    breaker_spread: float  # m/s rms
+
+    def __post_init__(self) -> None:
+        for name in ("bragg_speed", "breaker_spread"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ValueError(f"{name} = {getattr(self, name):g}: must be finite and at least 0 m/s")
+        for name in ("approaching", "breaking"):
+            share = getattr(self, name)
+            if share is not None and share.size and not (share.min() >= 0.0 and share.max() <= 1.0):
+                raise ValueError(f"{name} = {share.min():g} … {share.max():g}: must lie within 0 to 1; it is a share")
+        if not np.isfinite(self.breaker_speed).all():
+            raise ValueError("breaker_speed: must be finite; give columns without breakers 0 m/s")
+        if self.breaker_speed.shape != self.approaching.shape:
+            raise ValueError(
+                f"breaker_speed {self.breaker_speed.shape}: must be {self.approaching.shape} as approaching is; "
+                "give one value for each column"
+            )
+
+    def check(self, facets: Facets) -> None:
+        """Raise ValueError unless the shares are those of these facets."""
+        columns, count = facets.height.shape
+        if self.approaching.shape != (columns,):
+            raise ValueError(
+                f"motion's columns = {self.approaching.size}: must be the facets' {columns}; "
+                "make it from the grid of the same turn"
+            )
+        if self.breaking is not None and self.breaking.shape != (columns, count):
+            raise ValueError(f"breaking {self.breaking.shape}: must be ({columns}, {count}), one share for each facet")
+
+    def breaker_time(self, wavenumber: float, decorrelation_time_s: float) -> float:
+        """Decorrelation time of the breakers [s]: their spread of speeds shortens that of the facet."""
+        rate = np.hypot(1.0 / decorrelation_time_s, np.sqrt(2.0) * wavenumber * self.breaker_spread)
+        return 1.0 / float(rate) if rate > 0.0 else np.inf
+
+
+class SpeedBounds(NamedTuple):
+    """The greatest speeds of a turn's facets, m/s."""
+
+    water: float
+    breakers: float | None  # None where none break
+
+    @classmethod
+    def of(cls, facets: Facets, motion: Motion | None) -> SpeedBounds:
+        """Those of facets and of their scatterers' motion."""
+        columns = len(facets.height)
+        shares, runs = np.empty((0, 0), np.float32), np.empty(0, np.float32)  # where none break
+        if motion is not None and motion.breaking is not None:
+            shares, runs = motion.breaking, motion.breaker_speed.astype(np.float32)
+        squares, velocity = np.empty((2, columns), np.float32), (facets.velocity_look, facets.velocity_up)
+        in_blocks(lambda *block: _fastest(*block, *velocity, shares, runs, squares), columns)
+        water, breakers = squares.max(axis=1, initial=-1.0)
+        return cls(float(np.sqrt(max(water, 0.0))), float(np.sqrt(breakers)) if breakers >= 0.0 else None)
+
+
+def fastest_echo(
+    fastest: SpeedBounds,
+    wavenumber: float,
+    decorrelation_time_s: float,
+    motion: Motion | None,
+    drift: float = 0.0,
+) -> tuple[float, float]:
+    """Doppler frequency [Hz] beyond which no scatterer echoes, and the shortest decorrelation time [s] of any.
+
+    wavenumber: of the radar [rad/m]; drift: of the antennas [m/s], at most.
+    """
+    water = drift + fastest.water
+    if motion is None:
+        return wavenumber * water / np.pi, decorrelation_time_s
+    bragg = water + motion.bragg_speed
+    if fastest.breakers is None:
+        return wavenumber * bragg / np.pi, decorrelation_time_s
+    speed = max(bragg, drift + fastest.breakers)
+    return wavenumber * speed / np.pi, motion.breaker_time(wavenumber, decorrelation_time_s)
+
+
+@compiled_strict
+def _fastest(begin, end, look, up, breaking, runs, squares):
+    """Fill the columns from `begin` to `end` of squares (2, column) m²/s²: of the fastest water, and of the fastest
+    breakers, −1 where none are. Velocities and shares (column, facet); runs (column,) outward, of breakers."""
+    none = np.float32(-1.0)
+    for column in range(begin, end):
+        water = fastest = none
+        for facet in range(look.shape[1]):
+            speed, lift = look[column, facet], up[column, facet]
+            water = max(water, speed * speed + lift * lift)
+        if breaking.size:
+            for facet in range(look.shape[1]):
+                speed, lift = look[column, facet] + runs[column], up[column, facet]
+                square = speed * speed + lift * lift
+                fastest = max(fastest, square if breaking[column, facet] > np.float32(0.0) else none)
+        squares[0, column], squares[1, column] = water, fastest
+
+
+@dataclass(frozen=True)
+class MovingSpeckle:
+    """Speckle of Bragg waves and breakers, at nodes `spacing_s` apart."""
+
+    motion: Motion
+    bragg: NDArray[np.complex128]  # (mode, node)
+    contrast: NDArray[np.float64]  # (mode,) of the directions, as two_way_basis gives it
+    breakers: NDArray[np.float32]  # (mode, node) as they would be without their mean speed
+    spacing_s: float
+    wavenumber: float  # rad/m, of the radar
+    seed: int
+    breaks: bool  # there are breakers
+
+    @classmethod
+    def over(
+        cls,
+        nodes: int,
+        spacing_s: float,
+        wavenumber: float,
+        decorrelation_time_s: float,
+        motion: Motion,
+        seed: int,
+        breaks: bool | None = None,
+        window: BeamWindow = EVENLY,
+    ) -> MovingSpeckle:
+        """For a column of so many nodes, spacing_s [s] apart; wavenumber: of the radar [rad/m]; τc [s]; breaks: whether
+        anything does, where the motion does not hold the facets' shares; window: how the beam weighs the nodes."""
+        if breaks is None:
+            breaks = motion.breaking is not None and bool(motion.breaking.any())
+        turning = 2.0 * wavenumber * motion.bragg_speed
+        bragg, contrast = two_way_basis(nodes, spacing_s, decorrelation_time_s, turning, window)
+        breakers = speckle_basis(nodes, spacing_s, motion.breaker_time(wavenumber, decorrelation_time_s), window)
+        return cls(motion, bragg, contrast, breakers, spacing_s, wavenumber, seed, breaks)
+
+    def modes(self, columns: slice, begin: NDArray[np.float64]) -> tuple[NDArray[np.complex64], ...]:
+        """(column, mode, node) of Bragg waves and, where there are any, of breakers.
+
+        begin (column,) s: the first node after the beam's passing, from which breakers' phases are reckoned.
+        """
+        strength = 1.0 + (2.0 * self.motion.approaching[columns, None] - 1.0) * self.contrast
+        rows = self.bragg * np.sqrt(strength)[..., None]
+        rows /= np.sqrt(np.sum(np.abs(rows) ** 2, axis=1, keepdims=True))  # unit variance at every node, exactly
+        bragg = rows.astype(np.complex64)
+        if not self.breaks:
+            return (bragg,)
+        seconds = begin[:, None] + self.spacing_s * np.arange(self.breakers.shape[1])
+        rotation = np.exp(-2j * self.wavenumber * self.motion.breaker_speed[columns, None] * seconds)
+        return bragg, (self.breakers * rotation[:, None]).astype(np.complex64)
+
+    @cached_property
+    def streams(self) -> NDArray[np.uint64]:
+        """(kind,) keys of the random source for Bragg waves and breakers."""
+        draws = ((), _BREAKERS) if self.breaks else ((),)
+        return np.array([speckle_stream(self.seed, draw) for draw in draws], dtype=np.uint64)
+
+    def strengths(self, chosen: tuple[NDArray[np.intp], NDArray[np.intp]]) -> NDArray[np.float32]:
+        """(n, kind): voltage of Bragg waves and of breakers on the facets with these columns' and their own numbers."""
+        if self.motion.breaking is None or not self.breaks:
+            return np.ones((chosen[0].size, 1), dtype=np.float32)
+        return _strengths(self.motion.breaking, *chosen)
+
+
+@compiled
+def _strengths(breaking, column, facet):
+    """(n, kind): roots of the shares of Bragg waves and of breakers (column, facet)."""
+    made = np.empty((column.size, 2), np.float32)
+    for n in range(column.size):
+        share = breaking[column[n], facet[n]]
+        made[n, 0], made[n, 1] = np.sqrt(np.float32(1.0) - share), np.sqrt(share)
+    return made

@@ -29,13 +29,11 @@ from ..radar.mast import column_frame
 from ..radar.scan import BEAMS_BEYOND, Pulses
 from ..settings import RadarSettings
 from ..tracing import Illumination
-from .beams import TwoWayBeams, two_way_beams
-from .gating import Tabulated, tabulated
-from .motion import Motion, MovingSpeckle, SpeedBounds
 from .paths import facet_paths, wavenumber
 from .receiving import Received, receive
+from .response import Tabulated, TwoWayBeams, beam_truncation, tabulated, two_way_beams
 from .slow_time import Nodes, choose_nodes, nodes_first, pulses_from_nodes
-from .speckle import BeamWindow, StillSpeckle, speckle_basis
+from .speckle import BeamWindow, Motion, MovingSpeckle, SpeedBounds, StillSpeckle, speckle_basis, speckle_truncation
 from .summation import (
     BATCH_COLUMNS,
     Beam,
@@ -47,7 +45,6 @@ from .summation import (
     Speckle,
     sum_columns,
 )
-from .truncation import beam_truncation, speckle_truncation
 
 T = TypeVar("T")
 Sums = Callable[[slice], tuple[int, NDArray[np.float32]]]  # of columns: first node's number and their sum

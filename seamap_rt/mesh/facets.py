@@ -15,7 +15,8 @@ middle of the plane's path, the centroid to order (spacing/range). So a whole co
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,19 +52,10 @@ class Facets:
         """(column, facet) m above the frame's origin: below it, so mostly negative."""
         return self.height - self.grid.column_height
 
-    def part(self, columns: slice) -> Facets:
+    def part(self, columns: slice) -> Self:
         """Neighbouring columns alone."""
-        return Facets(
-            grid=self.grid.part(columns),
-            distance=self.distance,
-            horizontal_area=self.horizontal_area,
-            angle=self.angle,
-            height=self.height[columns],
-            slope_look=self.slope_look[columns],
-            slope_cross=self.slope_cross[columns],
-            velocity_look=self.velocity_look[columns],
-            velocity_up=self.velocity_up[columns],
-        )
+        by_column = ("height", "slope_look", "slope_cross", "velocity_look", "velocity_up")
+        return replace(self, grid=self.grid.part(columns), **{name: getattr(self, name)[columns] for name in by_column})
 
 
 # ------------------------------------------------------------------------------------------------- profiles

@@ -22,17 +22,16 @@ mast, under steep rays, errors may be three times as large, and single cells bes
 
 from __future__ import annotations
 
-from collections.abc import Hashable
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from typing import cast
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import SPEED_OF_LIGHT
 from ..physics.shadowing import shadowing_smith67
-from ..radar.antenna import pattern_stamps
+from ..radar.antenna import kept_of_radar
 from ..radar.array import antenna_array
 from ..radar.scan import BEAMS_BEYOND, sector_width
 from ..radar.waveform import RangeResponse
@@ -86,21 +85,10 @@ class MeshDetail:
         """The settings with the spacings filled in."""
         return tracing.model_copy(update={"facet_m": self.facet_m, "columns_per_beam": self.columns_per_beam})
 
-    def facts(self) -> dict[str, object]:
+    def facts(self) -> dict[str, Any]:
         """The plain numbers, for metrics and report."""
-        return {
-            "facet_m": self.facet_m,
-            "columns_per_beam": self.columns_per_beam,
-            "facets": self.facets,
-            "height_error_m": self.height_error_m,
-            "power_error_db": self.power_error_db,
-            "visible_error": self.visible_error,
-            "limited_by": self.limited_by,
-            "by_range": [
-                dict(zip(("range_m", "height_error_m", "power_error_db", "visible_error"), row, strict=True))
-                for row in self.by_range
-            ],
-        }
+        columns = ("range_m", "height_error_m", "power_error_db", "visible_error")
+        return asdict(self) | {"by_range": [dict(zip(columns, row, strict=True)) for row in self.by_range]}
 
     def words(self) -> str:
         """One sentence."""
@@ -132,17 +120,11 @@ def mesh_detail(
     scattering = scattering or ScatteringSettings()
     fade = _FADE[scattering.polarization if scattering.nrcs == "two_scale" else "plain"]
     if any(isinstance(waves, FileWaves) for waves in sea.waves):  # a file may be written anew
-        return _chosen(sea, radar, tracing, fade)
-    settings = cast(tuple[Hashable, Hashable, Hashable], (sea, radar, tracing))  # frozen
-    return _remembered(*settings, fade, pattern_stamps(radar))
+        return _chosen(radar, sea, tracing, fade)
+    return _kept_choice(radar, sea, tracing, fade)
 
 
-@lru_cache(maxsize=128)
-def _remembered(sea: Hashable, radar: Hashable, tracing: Hashable, fade: float, _: Hashable) -> MeshDetail:
-    return _chosen(cast(SeaSettings, sea), cast(RadarSettings, radar), cast(TracingSettings, tracing), fade)
-
-
-def _chosen(sea: SeaSettings, radar: RadarSettings, tracing: TracingSettings, fade: float) -> MeshDetail:
+def _chosen(radar: RadarSettings, sea: SeaSettings, tracing: TracingSettings, fade: float) -> MeshDetail:
     if not np.isfinite(antenna_array(radar).beam_deg):
         return radar_detail(radar, tracing)
     try:
@@ -177,6 +159,9 @@ def _chosen(sea: SeaSettings, radar: RadarSettings, tracing: TracingSettings, fa
     return errors.detail(cell, int(count[cell]), limited_by)
 
 
+_kept_choice = kept_of_radar(maxsize=128)(_chosen)
+
+
 def range_cell(radar: RadarSettings) -> float:
     """The radar's resolution in range [m]: c/2 over the lesser of the receiver's and the waveform's bandwidth."""
     swept = radar.chirp_bandwidth_hz if radar.waveform == "chirp" else 1.0 / radar.pulse_width_s
@@ -185,13 +170,12 @@ def range_cell(radar: RadarSettings) -> float:
 
 def level_facet(radar: RadarSettings) -> float:
     """The largest facet size [m], up to a third of the range cell, that costs a level sea no more than _LEVEL."""
-    return _level(cast(Hashable, radar), pattern_stamps(radar))[0]
+    return _level(radar)[0]
 
 
-@lru_cache(maxsize=64)
-def _level(settings: Hashable, _: Hashable) -> tuple[float, SamplingErrors]:
+@kept_of_radar(maxsize=64)
+def _level(radar: RadarSettings) -> tuple[float, SamplingErrors]:
     """`level_facet`, and its errors at `_ranges`."""
-    radar = cast(RadarSettings, settings)
     ranges = np.append(_ranges(radar), radar.range_m[0])
     facet, errors = _LEAST_FACET, SamplingErrors(*np.zeros((3, ranges.size, 1)))
     for facet in _facet_sizes(max(_two_digits(range_cell(radar) / _RUNGS_A_CELL), _LEAST_FACET)):
@@ -203,7 +187,7 @@ def _level(settings: Hashable, _: Hashable) -> tuple[float, SamplingErrors]:
 
 def _level_errors(radar: RadarSettings, facet: NDArray[np.float64]) -> SamplingErrors:
     """Those of facet sizes, (range, facet size). They fall with the square of the size at least."""
-    known, errors = _level(cast(Hashable, radar), pattern_stamps(radar))
+    known, errors = _level(radar)
     if facet[0] > known:
         known, errors = float(facet[0]), sampling_errors(radar, _ranges(radar), facet[:1])
     return SamplingErrors(*(each * np.square(facet / known) for each in errors))

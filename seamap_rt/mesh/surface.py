@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Protocol, overload
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from trimesh import Trimesh
 
 from ..conventions import unit_from_azimuth
+from ..sea import Sea
 from ..settings import RadarSettings, TracingSettings
 from .facets import Facets, facets_of, strain_of, velocities_of
 from .grid import INNERMOST_M, PolarGrid, polar_grid
@@ -25,14 +26,6 @@ class MovingSurface(Protocol):
     def elevation_and_velocity(
         self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float32]]: ...
-
-
-class StrainingSurface(MovingSurface, Protocol):
-    """A sea whose long waves strain the short ones: it also gives their relaxed shift (…, 2) m, for a rate [1/s]."""
-
-    def elevation_velocity_and_relaxed_shift(
-        self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64], rate: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float32], NDArray[np.float32]]: ...
 
 
 @dataclass(frozen=True)
@@ -161,15 +154,9 @@ class SurfaceMesh:
         return None if self.relaxed_shift is None else strain_of(self.relaxed_shift, self.grid)
 
 
-@overload
 def sea_on_grid(
-    sea: MovingSurface, grid: PolarGrid, rate: None = None
-) -> tuple[NDArray[np.float64], NDArray[np.float32]]: ...
-@overload
-def sea_on_grid(
-    sea: StrainingSurface, grid: PolarGrid, rate: float
-) -> tuple[NDArray[np.float64], NDArray[np.float32], NDArray[np.float32]]: ...
-def sea_on_grid(sea, grid: PolarGrid, rate: float | None = None):
+    sea: MovingSurface | Sea, grid: PolarGrid, rate: float | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float32], NDArray[np.float32] | None]:
     """Elevation (line, rung) m and velocity (line, rung, 3) m/s, each line at the time when the beam passes it.
 
     With the rate [1/s] at which short waves relax also their relaxed shift (line, rung, 2) m, for `SurfaceMesh.strain`.
@@ -178,8 +165,8 @@ def sea_on_grid(sea, grid: PolarGrid, rate: float | None = None):
     x = grid.pose.origin[:, :1] + east[:, None] * grid.ground_range
     y = grid.pose.origin[:, 1:2] + north[:, None] * grid.ground_range
     t = np.broadcast_to(grid.time[:, None], x.shape)
-    if rate is None:
-        return sea.elevation_and_velocity(x, y, t)
+    if rate is None or not isinstance(sea, Sea):
+        return *sea.elevation_and_velocity(x, y, t), None
     return sea.elevation_velocity_and_relaxed_shift(x, y, t, rate)
 
 

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import gaussian_filter1d, map_coordinates
 
-from ..physics.amplitude_dispersion import DEEP_ENOUGH, sea_shift
-from ..physics.dispersion import DEEP_WATER, Water
+from ..physics.dispersion import DEEP_ENOUGH, DEEP_WATER, Water, sea_shift
 from ..wavefield.sea_state import TurnSpectrum
 from ..wavefield.wave_systems import WaveSystems
 

@@ -154,8 +154,7 @@ class Camera:
     def _seen(self, t: float) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
         """NRCS [dB] of the facets over the points, NaN where none is lit, and how many antennas light them."""
         grid = replace(self._grid, time=np.full_like(self._grid.time, t))
-        elevation, velocity, *shift = sea_on_grid(self.sea, grid, self._scatterer.memory_rate)
-        mesh = surface_mesh(grid, elevation, velocity, *shift)
+        mesh = surface_mesh(grid, *sea_on_grid(self.sea, grid, self._scatterer.memory_rate))
         facets = self._trace(mesh.levelled)
         submerged = submerged_lines(mesh, self.sea)
         seen = facets.without((submerged[1:] | submerged[:-1])[:, None])

@@ -13,8 +13,7 @@ from ..io.text import csv_text
 from ..radar import link
 from ..radar.antenna import antenna
 from ..radar.link import Budget, LinkBudget
-from ..radar.receiver import data_rate, noise_power
-from ..radar.transmitter import pulse_coherence
+from ..radar.receiver import data_rate, noise_power, pulse_coherence
 from ..radar.waveform import RangeResponse, blind_range_m, gate_spacing_m, straddling_loss_db, unambiguous_range_m
 from ..scene import Scene
 from ..settings import RadarSettings

@@ -26,7 +26,7 @@ from ..io.results_folder import clear_folder, growing, held_folder, results_fold
 from ..resolved_scene import run_sea
 from ..scene import Scene
 from ..sea.high_order import Band, Evolution, Plan, State
-from ..sea.high_order.basin import fast_size
+from ..sea.high_order.rates import fast_size
 from .camera import refuse_if_too_large, times_of
 from .recorded_progress import Kept, keep, kept, state_file
 from .writing import Progress

@@ -6,7 +6,7 @@
     waveform            pulse: rectangular, through a Gaussian filter; chirp: linear FM, matched filter and
                         compression_window, its near range eclipsed sample by sample
     transmitter         coherent, or magnetron: each pulse starts with a random phase on a carrier that strays, which
-                        the receiver may measure and take off (coherent_on_receive); `transmitter.py` has the phases
+                        the receiver may measure and take off (coherent_on_receive); `receiver.py` has the phases
     [radar.antenna]     slotted_waveguide (Taylor's one-parameter taper), gaussian, file (CSV, MSI/Planet). The gain is
                         that of the pattern itself; feed = "end" squints off its design frequency
     [[radar.antennas]]  any number, each with offset_m, role, pattern, bandwidth, gain and phase of its channel, and an

@@ -7,21 +7,18 @@ which slots can follow, where a design with equal sidelobes may ask for bright e
 sidelobes fall as 1/u, as those of a lit end do. Its nulls lie at u = √(n² + B²); its first sidelobe, at √(1.4303² +
 B²), is 13.26 + 20 log₁₀(sinh πB/πB) dB down. Of the study's 1 m × 0.1 m at 10 GHz, 1.8° ask for B = 0.815, and so for a
 first sidelobe of −21.3 dB at 2.8°; 18° for B = 0.802, and −21.0 dB at 29°.
-
-The checks of a scene find a root by Brent's method (1973, chapter 4), written out: scipy.optimize takes longer to load
-than all of them to be made. A test holds it to SciPy's, bit for bit.
 """
 
 from __future__ import annotations
 
-import math
-import sys
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, wraps
 from pathlib import Path
+from typing import Concatenate, ParamSpec, TypeAlias, TypeVar, cast
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..compute.quadrature import gauss_legendre
@@ -29,43 +26,9 @@ from ..conventions import SPEED_OF_LIGHT, from_db
 from ..io.patternfile import read_pattern
 from ..settings import AntennaSettings, RadarSettings
 
-_MOST = 100  # steps; bisections alone take some 50
-_ROUNDING = 4.0 * sys.float_info.epsilon
-
-
-def bracketed_root(function: Callable[[float], float], low: float, high: float, tolerance: float = 1e-12) -> float:
-    """Where a function crosses 0 between two numbers, to half the tolerance. Raises ValueError where its signs at both
-    are the same, or it is so flat that there is no telling."""
-    before, best = low, high  # the last two places; across: the nearest with the other sign
-    f_before, f_best = function(before), function(best)
-    if f_before * f_best > 0.0:
-        raise ValueError(f"a function must change its sign between {low:g} and {high:g}")
-    across, f_across = before, f_before
-    step = last = best - before
-    for _ in range(_MOST):
-        if abs(f_across) < abs(f_best):
-            before, best, across = best, across, best
-            f_before, f_best, f_across = f_best, f_across, f_best
-        enough, half = 0.5 * (tolerance + _ROUNDING * abs(best)), 0.5 * (across - best)
-        if f_best == 0.0 or abs(half) < enough:
-            return best
-        last, step, earlier = half, half, (last, step)
-        if abs(earlier[0]) > enough and abs(f_best) < abs(f_before):
-            rise = (f_before - f_best) / (before - best)
-            guess = -f_best * (best - before) / (f_best - f_before)
-            if before != across:
-                beyond = (f_across - f_best) / (across - best)
-                guess = -f_best * (f_across * beyond - f_before * rise) / (beyond * rise * (f_across - f_before))
-            if 2.0 * abs(guess) < min(abs(earlier[0]), 3.0 * abs(half) - enough):
-                last, step = earlier[1], guess
-        before, f_before = best, f_best
-        best += step if abs(step) > enough else math.copysign(enough, half)
-        f_best = function(best)
-        if f_best * f_across > 0.0:
-            across, f_across = before, f_before
-            step = last = best - before
-    raise ValueError(f"a root between {low:g} and {high:g} was not reached")
-
+P = ParamSpec("P")
+T = TypeVar("T")
+OfRadar: TypeAlias = Callable[Concatenate[RadarSettings, P], T]
 
 _PATTERN_ANGLES = 20_001  # of the half circle before the aperture
 
@@ -171,9 +134,23 @@ def _measured(file: str, stamp: tuple[int, int]) -> tuple[Cut, Cut, float]:
     return pattern.azimuth, pattern.elevation, directivity(pattern.azimuth, pattern.elevation)
 
 
-def pattern_stamps(radar: RadarSettings) -> tuple[tuple[int, int], ...]:
-    """What changes when a pattern's file does: part of the key of whatever is kept of a radar."""
-    return tuple(_stamp(each.file) for each in (radar.antenna, *radar.antennas) if each.file is not None)
+def kept_of_radar(maxsize: int) -> Callable[[OfRadar[P, T]], OfRadar[P, T]]:
+    """Keep the latest results of a function of a radar, and of more that can be hashed, until a pattern's file changes.
+    Settings are frozen, and so hashable."""
+
+    def decorate(function: OfRadar[P, T]) -> OfRadar[P, T]:
+        @lru_cache(maxsize)
+        def known(_: Hashable, radar: RadarSettings, *rest: P.args, **named: P.kwargs) -> T:
+            return function(radar, *rest, **named)
+
+        @wraps(function)
+        def kept(radar: RadarSettings, *rest: P.args, **named: P.kwargs) -> T:
+            files = [each.file for each in (radar.antenna, *radar.antennas) if each.file is not None]
+            return known(tuple(map(_stamp, files)), cast(Hashable, radar), *rest, **named)
+
+        return kept
+
+    return decorate
 
 
 def _stamp(file: str) -> tuple[int, int]:
@@ -212,7 +189,7 @@ def _line_source(aperture_m: float, wavelength_m: float, beamwidth_deg: float) -
     top = 1.0
     while excess(top) < 0.0:
         top *= 2.0
-    taper = bracketed_root(excess, 0.0, top)
+    taper = scipy.optimize.brentq(excess, 0.0, top, xtol=1e-12)
     return lambda cosine: _one_parameter(length * np.asarray(cosine, dtype=np.float64), taper)
 
 
@@ -247,7 +224,8 @@ def _beamwidth_deg(cut: Cut) -> float:
     if before.size == 0 or after.size == 0:
         return np.inf
     start, stop = (
-        bracketed_root(excess, float(angle[index]), float(angle[index + 1])) for index in (before[-1], after[0] - 1)
+        scipy.optimize.brentq(excess, float(angle[index]), float(angle[index + 1]), xtol=1e-12)
+        for index in (before[-1], after[0] - 1)
     )
     return stop - start
 

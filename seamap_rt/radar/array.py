@@ -17,17 +17,15 @@ one that is fed at its end swings its beam away from the feed as the frequency r
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
-from typing import cast
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..conventions import SPEED_OF_LIGHT
 from ..settings import AntennaSettings, RadarSettings
-from .antenna import Antenna, antenna_of, pattern_stamps
+from .antenna import Antenna, antenna_of, kept_of_radar
 
 
 def squint_deg(settings: AntennaSettings, frequency_hz: float) -> float:
@@ -152,15 +150,9 @@ class Array:
         return [round(element.antenna.azimuth_beamwidth_deg, 9) for element in self.elements]
 
 
+@kept_of_radar(maxsize=64)
 def antenna_array(radar: RadarSettings) -> Array:
     """The array of a radar, lengths in metres. Raises ValueError for a mode that its antennas cannot serve."""
-    # Settings are frozen and so hashable, which pydantic's types do not state.
-    return _array(cast(Hashable, radar), pattern_stamps(radar))
-
-
-@lru_cache(maxsize=64)
-def _array(settings: Hashable, _: Hashable) -> Array:
-    radar = cast(RadarSettings, settings)
     elements = tuple(_listed(radar)) if radar.antennas else tuple(_stacked(radar))
     receivers = tuple(n for n, element in enumerate(elements) if element.receives)
     transmitters = [n for n, element in enumerate(elements) if element.transmits]

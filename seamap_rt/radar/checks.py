@@ -12,8 +12,8 @@ from ..settings import WIDEST_DEG, RadarSettings
 from .array import antenna_array
 from .chirp import Chirp
 from .digital import DigitalReceiver
+from .receiver import MOST_STRAY, stray_within_pulse
 from .scan import scanned_share, turn_duration
-from .transmitter import MOST_STRAY, stray_within_pulse
 from .waveform import blind_range_m, unambiguous_range_m
 
 

@@ -24,7 +24,6 @@ from ..conventions import SPEED_OF_LIGHT, db, from_db
 from ..settings import RadarSettings
 from .array import antenna_array
 from .receiver import noise_power
-from .waveform import RangeResponse
 
 _STOP_BAND_DB = 60.0  # the image of an echo's middle then turns its phase by 1e-3 rad at most
 _PASS_SHARE = 2.0 / 3.0  # of the stop band's edge
@@ -262,18 +261,6 @@ class DigitalReceiver:
         for block in self._blocks:
             weight[block.gates] = np.sum(np.abs(block.weights) ** 2, axis=0)
         return weight * float(quantisation_step(full_scale, self.radar.receiver.adc_bits)) ** 2 / 12.0
-
-    def noise_gains(self) -> tuple[float, float]:
-        """What the low-pass leaves of the thermal noise's mean power (kTBF in the envelope): of the band itself, and of
-        its image, from beyond the zone's edge. Their sum is the gates' thermal noise over kTBF."""
-        number = np.arange(self.taps.size)
-        spacing = 0.5 * SPEED_OF_LIGHT / self.radar.receiver.adc_rate_hz
-        apart = number[:, None] - number
-        pulse = RangeResponse(self.radar.pulse_width_s, self.radar.bandwidth_hz)  # before a chirp is compressed
-        correlation = pulse.noise_correlation(spacing * apart)
-        weight = np.outer(self.taps, self.taps) * correlation
-        cycles = 2.0 * self.zone.alias_hz / self.radar.receiver.adc_rate_hz
-        return float(weight.sum()), float(np.sum(weight * _phasor(cycles, apart).real))
 
     def _strongest(self, baseband: NDArray[np.complex64]) -> float:
         weakened = baseband * self._attenuation

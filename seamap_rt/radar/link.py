@@ -23,8 +23,7 @@ from ..physics.shadowing import shadowing_smith67
 from ..settings import RadarSettings
 from .antenna import antenna
 from .array import antenna_array
-from .receiver import noise_power
-from .transmitter import pulse_coherence
+from .receiver import noise_power, pulse_coherence
 from .waveform import RangeResponse, blind_range_m, receiver_filter, window_weight
 
 _BEAMS = 3.0  # beam widths to either side over which an azimuth pattern counts, as everywhere in the simulation
@@ -101,11 +100,6 @@ def gain_towards_sea(radar: RadarSettings, range_m: ArrayLike) -> NDArray[np.flo
     """One-way gain (a ratio) in the middle of the beam towards mean sea level at a slant range [m]."""
     aerial = antenna(radar)
     return aerial.gain * aerial.voltage(0.0, -grazing_angle(radar, range_m)) ** 2
-
-
-def aperture_gain(radar: RadarSettings, efficiency: float = 1.0) -> float:
-    """4π A η/λ² of the aperture's own area, the gain (a ratio) that textbooks start from."""
-    return 4.0 * np.pi * efficiency * radar.antenna.width_m * radar.antenna.height_m / wavelength(radar) ** 2
 
 
 # ------------------------------------------------------------------------------------------- power from the sea

@@ -3,18 +3,23 @@
 Pulse n is fired at n/prf. The turntable turns clockwise at a constant rate and points to sector_deg[0] at the start of
 each turn; outside the sector nothing is sent. A staring one points to the sector's middle all the time, and a turn is a
 stretch of `stare_s` seconds.
+
+While a look is recorded the boresight turns by the width of a cell. A fan that leans is heard where it meets the sea,
+and looks are made of pulses by where that is: offsets in azimuth are all that `dwell_power` and `DwellBeams` need, the
+antennas' azimuth patterns towards a column of the sea, averaged over the look's dwell.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..settings import RadarSettings
-from .array import antenna_array
+from .antenna import Cut
+from .array import Array, antenna_array
 from .grid import look_sweeps
 from .mast import ArrayPose, Mast, turn_duration
 
@@ -87,3 +92,73 @@ __all__ = [
     "sector_width",
     "turn_duration",
 ]
+
+
+Path = tuple[int, int]  # the two antennas
+_POINTS = 24  # of a dwell
+_TABLE = 4001  # entries over all directions that are heard
+
+
+def dwell_power(array: Array, offset_deg: NDArray[np.float64], cell_azimuth_deg: float) -> NDArray[np.float64]:
+    """Two-way power pattern of the first two receivers' antennas, averaged over a dwell of cell_azimuth_deg, for a look
+    whose middle lies offset_deg clockwise of the column (any shape). 0 beyond the beam's reach."""
+    return np.interp(offset_deg, *_power_table(array, cell_azimuth_deg), left=0.0, right=0.0)
+
+
+@lru_cache(maxsize=16)
+def _power_table(array: Array, cell_azimuth_deg: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Offsets [deg] and `dwell_power` there: the same for every turn."""
+    reach = BEAMS_BEYOND * array.beam_deg
+    table = np.linspace(-reach - cell_azimuth_deg, reach + cell_azimuth_deg, _TABLE)
+    pointing = np.clip(table[:, None] + _dwell(cell_azimuth_deg), -89.0, 89.0)
+    first, second = (array.elements[n].antenna.azimuth for n in array.receivers[:2])
+    cosine = -np.sin(np.radians(pointing))
+    return table, _mean((first(cosine) * second(cosine)) ** 2, np.abs(pointing) <= reach)
+
+
+class DwellBeams:
+    """The dwell's mean product of two paths' voltage patterns towards one column, (look, gate)."""
+
+    def __init__(
+        self, array: Array, sweeps: NDArray[np.float64], cell_azimuth_deg: float, column_sweep: float, level: NDArray
+    ) -> None:
+        """sweeps (look,) deg: middles of the looks; cell_azimuth_deg: what they turn by, 0 for a staring antenna;
+        column_sweep [deg]: where the column lies; level (gate,): cosine of the depression of the sea at each gate."""
+        reach = BEAMS_BEYOND * array.beam_deg + 1e-9  # rounding must not separate looks that stand alike
+        self.looks = np.flatnonzero(np.abs(sweeps - column_sweep) <= reach + 0.5 * cell_azimuth_deg)  # that hear it
+        dwell = _dwell(cell_azimuth_deg) if cell_azimuth_deg > 0.0 else np.zeros(1)
+        offset = sweeps[self.looks, None] + dwell - column_sweep
+        self._array = array
+        self._cosine = -np.sin(np.radians(offset))[..., None] * level
+        self._heard = np.abs(offset)[..., None] <= reach
+        # Beyond it no cosine lies; the same for all columns, so that looks are alike to the last digits.
+        self._span = float(np.sin(np.radians(min(90.0, reach + cell_azimuth_deg))))
+        self._cuts: dict[object, NDArray[np.float64]] = {}
+        self._products: dict[object, NDArray[np.float64]] = {}
+
+    def __call__(self, one: Path, other: Path) -> NDArray[np.float64]:
+        """Of two paths, for the looks that hear the column."""
+        cuts = sorted((self._array.elements[n].antenna.azimuth for n in (*one, *other)), key=id)
+        key = tuple(cuts)
+        if key not in self._products:
+            product = np.ones_like(self._cosine)
+            for cut in cuts:
+                product = product * self._voltage(cut)
+            self._products[key] = _mean(product, self._heard)
+        return self._products[key]
+
+    def _voltage(self, cut: Cut) -> NDArray[np.float64]:
+        if cut not in self._cuts:
+            table = np.linspace(-self._span, self._span, _TABLE)
+            self._cuts[cut] = np.interp(self._cosine, table, cut(table))
+        return self._cuts[cut]
+
+
+def _dwell(cell_azimuth_deg: float) -> NDArray[np.float64]:
+    """(point,) deg off the dwell's middle."""
+    return cell_azimuth_deg * ((np.arange(_POINTS) + 0.5) / _POINTS - 0.5)
+
+
+def _mean(pattern: NDArray[np.float64], heard: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Over the points of a dwell, the second axis, where they are heard."""
+    return np.where(heard, pattern, 0.0).mean(axis=1)

@@ -18,16 +18,12 @@ are asked for (see `sea.spline`).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..conventions import unit_from_azimuth
+from ..sea import Components, ResolvedWaves
 from ..sea.spline import bspline_polynomials, bspline_transform
-
-if TYPE_CHECKING:
-    from ..sea import Components, ResolvedWaves
 
 NEGLIGIBLE = 1e-4  # share of the variance of heave and of either slope that the waves left out hold at most
 _ORDER = 7

@@ -243,9 +243,3 @@ def blind_range_m(radar: RadarSettings) -> float:
 def unambiguous_range_m(radar: RadarSettings) -> float:
     """c/(2 prf) [m]: an echo from beyond comes after the next pulse."""
     return SPEED_OF_LIGHT / (2.0 * radar.prf_hz)
-
-
-def ambiguous_ranges(radar: RadarSettings, range_m: ArrayLike, count: int) -> NDArray[np.float64]:
-    """Ranges R + n c/(2 prf) [m], n = 1 … count, whose echoes fall into the gates at R = `range_m` (…): (…, count)."""
-    folds = unambiguous_range_m(radar) * np.arange(1, count + 1)
-    return np.asarray(range_m, dtype=np.float64)[..., None] + folds

@@ -41,12 +41,16 @@ Evidence: validation/README.md, "Scattering" and "Scattering options".
 """
 
 from seamap_rt.scattering.bragg import bragg_coefficients, nrcs_bragg, nrcs_two_scale
-from seamap_rt.scattering.calibration import calibration_scale
 from seamap_rt.scattering.composite import FacetNrcs, nrcs_composite
-from seamap_rt.scattering.gregers_hansen12 import nrcs_gregers_hansen12
-from seamap_rt.scattering.horst78 import nrcs_horst78
+from seamap_rt.scattering.empirical import (
+    nrcs_gregers_hansen12,
+    nrcs_horst78,
+    nrcs_reilly90,
+    nrcs_tsc90,
+    sea_state_from_wind,
+    wind_from_sea_state,
+)
 from seamap_rt.scattering.mean_models import MEAN_MODELS, MeanModel, mean_level, mean_nrcs
-from seamap_rt.scattering.model_range import sea_state_from_wind, wind_from_sea_state
 from seamap_rt.scattering.permittivity import (
     PERMITTIVITIES,
     fresnel,
@@ -54,10 +58,8 @@ from seamap_rt.scattering.permittivity import (
     permittivity_meissner_wentz04,
     permittivity_meissner_wentz12,
 )
-from seamap_rt.scattering.reilly90 import nrcs_reilly90
 from seamap_rt.scattering.sea_spikes import clutter_shape_watts_wicks90
 from seamap_rt.scattering.short_waves import ShortWaves
-from seamap_rt.scattering.tsc90 import nrcs_tsc90
 
 __all__ = [
     "MEAN_MODELS",
@@ -66,7 +68,6 @@ __all__ = [
     "MeanModel",
     "ShortWaves",
     "bragg_coefficients",
-    "calibration_scale",
     "clutter_shape_watts_wicks90",
     "fresnel",
     "mean_level",

@@ -7,7 +7,6 @@ coefficients and the two-scale law. σ0 here is per unit of the facet's TRUE are
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -15,13 +14,62 @@ from numpy.typing import ArrayLike, NDArray
 
 from seamap_rt.conventions import POLARIZATIONS, SPEED_OF_LIGHT
 from seamap_rt.physics.dispersion import angular_frequency
-from seamap_rt.scattering.facet_view import facet_view
 from seamap_rt.scattering.permittivity import fresnel
 from seamap_rt.scattering.short_waves import ShortWaves
-from seamap_rt.sea.elfouhaily import DEVELOPED_INVERSE_WAVE_AGE
+from seamap_rt.sea.spectra import DEVELOPED_INVERSE_WAVE_AGE
 
-_NODES = 4096  # steps of the table in cos θi: σ0 is then good to 1e-4, and to 3e-3 within 3° of the normal
-_BLOCK = 1 << 15  # facets handled at once, so that the temporaries stay in the processor's cache
+Array = NDArray[np.floating]
+
+
+class FacetView(NamedTuple):
+    """Arrays of one shape; θi is the incidence against the plane's own normal, χ the turn of the Bragg vector."""
+
+    cos_local: Array  # cos θi, negative from behind
+    inverse_sine2: Array  # 1/sin² θi; 0 for a plane seen squarely
+    along_range: Array  # the ray's projection on the plane, of length sin θi: down the plane's own range axis …
+    along_cross: Array  # … and anticlockwise
+    a2: Array  # A², the share of the polarization that stays: A = sin(θ − s_in) cos s_cross/sin θi
+    ab: Array  # A B, B = sin s_cross/sin θi, A² + B² = 1
+
+    def wind_double(self, along: Array, across: Array) -> tuple[Array, Array]:
+        """cos and sin of 2 (w − χ), from cos w and sin w: the wind's axis against the Bragg vector."""
+        square = self.inverse_sine2 == 0.0
+        cosine = np.where(square, 1.0, (self.along_range**2 - self.along_cross**2) * self.inverse_sine2)
+        sine = 2.0 * self.along_range * self.along_cross * self.inverse_sine2
+        wind_cosine, wind_sine = along * along - across * across, 2.0 * along * across
+        return wind_cosine * cosine + wind_sine * sine, wind_sine * cosine - wind_cosine * sine
+
+    def upwind(self, along: Array, across: Array) -> Array:
+        """sin θi cos(w − χ): what a tilt towards the wind's origin adds to cos θi, per slope and with its sign."""
+        return along * self.along_range + across * self.along_cross
+
+
+def facet_view(sine: Array, cosine: Array, slope_range: Array, slope_cross: Array) -> FacetView:
+    """The view along a ray with sin θ and cos θ against the vertical, for slopes outward and clockwise; they broadcast.
+
+    With s_in and s_cross the tilts, cos θi = cos(θ − s_in) cos s_cross; the Bragg vector is the ray's projection on the
+    plane, of length sin θi, and turns anticlockwise from the look by χ, tan χ = cos(θ − s_in) sin s_cross/sin(θ − s_in)
+    (Valenzuela, Boundary-Layer Meteorol. 13, 61–85, 1978). A plane seen squarely counts as A = 1, χ = 0.
+    """
+    p, q = slope_range, slope_cross
+    in_plane = 1.0 / (1.0 + p * p)  # cos² s_in
+    normal_up = 1.0 / (1.0 + p * p + q * q)  # (cos s_in cos s_cross)²
+    towards, away = cosine + p * sine, sine - p * cosine  # cos(θ − s_in), sin(θ − s_in), both over cos s_in
+    up = np.sqrt(normal_up)
+    root = np.sqrt(in_plane)
+    along_range, along_cross = away * root, towards * root * (q * up)
+    sine2 = along_range * along_range + along_cross * along_cross
+    square = sine2 < 1e-12
+    inverse = np.where(square, 0.0, 1.0 / np.where(square, 1.0, sine2))
+    b = q * normal_up * inverse
+    return FacetView(
+        cos_local=np.minimum(towards * up, 1.0),
+        inverse_sine2=inverse,
+        along_range=along_range,
+        along_cross=along_cross,
+        a2=1.0 - np.minimum(q * b, 1.0),
+        ab=away * b,
+    )
 
 
 def bragg_coefficients(
@@ -96,80 +144,23 @@ def nrcs_two_scale(
     Towards θi = 0 the Bragg waves grow as long as the facet is and first-order theory diverges. What a rough
     facet seen squarely does return is specular, at most |R(0)|²/mss (Barrick 1968; Cox & Munk's mean square
     slope of the wind), so σ0 = σ_B/(1 + σ_B/σ_max): 1 % below Bragg where that is 20 dB below σ_max, and
-    never above σ_max. Waves longer than the spectrum's peak count as the peak. It takes 0.05 s per million
-    facets on one core, and returns float32.
+    never above σ_max. Waves longer than the spectrum's peak count as the peak.
     """
-    table = _two_scale_table(
-        float(frequency_hz),
-        complex(permittivity),
-        _known(polarization),
-        ShortWaves(float(wind_speed), float(resolved_below), float(inverse_wave_age)),
-    )
-    inputs = [np.asarray(each) for each in (incidence, slope_range, slope_cross, wind_angle)]
-    shape = np.broadcast_shapes(*(each.shape for each in inputs))
-    flat = [each if each.ndim == 0 else np.broadcast_to(each, shape).reshape(-1) for each in inputs]
-    sigma = np.empty(int(np.prod(shape)), dtype=np.float32)
-    for start in range(0, sigma.size, _BLOCK):
-        block = slice(start, start + _BLOCK)
-        sigma[block] = _two_scale_block(table, *(each if each.ndim == 0 else each[block] for each in flat))
-    return sigma.reshape(shape)
-
-
-class _Table(NamedTuple):
-    """What depends on cos θi alone, by equal steps of it: σ_B = cos⁴θi (1 + Δ cos 2φ) Σ (first three)."""
-
-    like: NDArray[np.float32]  # W |g_pp|², times A⁴;  W = 16π k⁴ S(k_B)/(2π k_B)
-    mixed: NDArray[np.float32]  # 2 W Re(g_pp g_qq*), times A² B²
-    other: NDArray[np.float32]  # W |g_qq|², times B⁴
-    spreading: NDArray[np.float32]  # Δ(k_B)
-    ceiling: np.float32  # σ_max
-
-
-@lru_cache(maxsize=32)
-def _two_scale_table(frequency_hz: float, permittivity: complex, polarization: str, waves: ShortWaves) -> _Table:
-    cosine = np.minimum(np.arange(_NODES + 2) / _NODES, 1.0)
-    theta = np.arccos(cosine)
+    waves = ShortWaves(float(wind_speed), float(resolved_below), float(inverse_wave_age))
+    inputs = (incidence, slope_range, slope_cross, wind_angle)
+    theta, along, across, wind = (np.asarray(each, dtype=np.float64) for each in inputs)
+    view = facet_view(np.sin(theta), np.cos(theta), along, across)
+    wind_axis, _ = view.wind_double(np.cos(wind), np.sin(wind))
+    local = np.arccos(np.maximum(view.cos_local, 0.0))
+    g_hh, g_vv = bragg_coefficients(local, permittivity)
+    like, other = (g_hh, g_vv) if _known(polarization) == "HH" else (g_vv, g_hh)
     k = radar_wavenumber(frequency_hz)
-    k_bragg = np.maximum(2.0 * k * np.sin(theta), waves.longest)
-    isotropic = waves.spectrum(k_bragg) / (2.0 * np.pi * k_bragg)
-    weight = 16.0 * np.pi * k**4 * isotropic
-    g_hh, g_vv = bragg_coefficients(theta, permittivity)
-    like, other = (g_hh, g_vv) if polarization == "HH" else (g_vv, g_hh)
-    specular = abs(complex(fresnel(0.0, permittivity)[0])) ** 2
-    return _Table(
-        like=(weight * np.abs(like) ** 2).astype(np.float32),
-        mixed=(2.0 * weight * (like * other.conj()).real).astype(np.float32),
-        other=(weight * np.abs(other) ** 2).astype(np.float32),
-        spreading=waves.contrast(k_bragg).astype(np.float32),
-        ceiling=np.float32(specular / waves.mean_square_slope),
-    )
-
-
-def _two_scale_block(
-    table: _Table,
-    incidence: NDArray[np.floating],
-    slope_range: NDArray[np.floating],
-    slope_cross: NDArray[np.floating],
-    wind_angle: NDArray[np.floating],
-) -> NDArray[np.floating]:
-    single = [each.astype(np.float32) for each in (np.sin(incidence), np.cos(incidence), slope_range, slope_cross)]
-    view = facet_view(*single)
-    wind_axis, _ = view.wind_double(np.cos(wind_angle).astype(np.float32), np.sin(wind_angle).astype(np.float32))
-    cos_local, a2 = np.maximum(view.cos_local, 0.0), view.a2
-    b2 = 1.0 - a2
-
-    position = cos_local * np.float32(_NODES)
-    index = position.astype(np.int32)
-    part = position - index.astype(np.float32)
-
-    def look_up(values: NDArray[np.float32]) -> NDArray[np.floating]:
-        low = values[index]
-        return low + part * (values[index + 1] - low)
-
-    polarized = look_up(table.like) * a2 * a2 + look_up(table.mixed) * a2 * b2 + look_up(table.other) * b2 * b2
-    cos2 = cos_local * cos_local
-    sigma = cos2 * cos2 * polarized * (1.0 + look_up(table.spreading) * wind_axis)
-    return sigma / (1.0 + sigma / table.ceiling)
+    k_bragg = np.maximum(2.0 * k * np.sin(local), waves.longest)
+    plane_spectrum = waves.spectrum(k_bragg) / (2.0 * np.pi * k_bragg) * (1.0 + waves.contrast(k_bragg) * wind_axis)
+    mixed = view.a2 * like + (1.0 - view.a2) * other
+    sigma = 16.0 * np.pi * k**4 * np.cos(local) ** 4 * np.abs(mixed) ** 2 * plane_spectrum
+    ceiling = abs(complex(fresnel(0.0, permittivity)[0])) ** 2 / waves.mean_square_slope
+    return np.asarray(sigma / (1.0 + sigma / ceiling), dtype=np.float32)
 
 
 def radar_wavenumber(frequency_hz: float) -> float:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import GRAVITY, SPEED_OF_LIGHT, WATER_DENSITY
 from seamap_rt.physics.dispersion import angular_frequency
-from seamap_rt.sea.elfouhaily import elfouhaily97_peak_wavenumber, friction_velocity
+from seamap_rt.sea.spectra import elfouhaily97_peak_wavenumber, friction_velocity
 
 COVERAGE = 10.5  # c_q, a zone's length along its way times the breaking wave's k
 FRONT_POWER = 6.0  # n + 1: the fronts' length is proportional to that power of the breaking waves' spectrum, n = 5

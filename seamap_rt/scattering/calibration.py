@@ -44,26 +44,6 @@ class Scale:
         return _exponent(self.coefficients, depth, np.cos(np.asarray(wind_angle)))
 
 
-def calibration_scale(
-    raw_power: ArrayLike,
-    horizontal_area: ArrayLike,
-    target_nrcs: ArrayLike,
-    grazing: ArrayLike,
-    wind_angle: ArrayLike | None,
-    *,
-    degree: int = 3,
-    bins: tuple[int, int] = (24, 24),
-) -> NDArray[np.floating]:
-    """Factor per facet, so that over any broad patch Σ raw_power · scale = Σ target_nrcs · horizontal_area: that of
-    `fit_scale`, with the shape of all arguments together and raw_power's kind of float."""
-    power, area, target = (np.asarray(each) for each in (raw_power, horizontal_area, target_nrcs))
-    scale = fit_scale(power, area, target, grazing, wind_angle, degree=degree, bins=bins)
-    kind = power.dtype if np.issubdtype(power.dtype, np.floating) else np.dtype(np.float64)
-    angle = 0.0 if wind_angle is None else wind_angle
-    shape = np.broadcast_shapes(*(np.shape(each) for each in (power, area, target, grazing, angle)))
-    return np.broadcast_to(scale(grazing, angle), shape).astype(kind)
-
-
 def fit_scale(
     raw_power: ArrayLike,
     horizontal_area: ArrayLike,

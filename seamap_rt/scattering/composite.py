@@ -1,7 +1,7 @@
 """What a facet of the mesh returns, term by term: tilted Bragg waves, mirrors and breakers.
 
 The mesh carries the waves up to a wavenumber k_m; those beyond are statistics of the facet. Up to k_d, a quarter of the
-radar's wavenumber, they tilt it, beyond they scatter (`short_waves`, `tilted_bragg`, `quasi_specular`); some of all
+radar's wavenumber, they tilt it, beyond they scatter (`short_waves`, `tilted_bragg`); some of all
 lengths break (`breaking`); and the mesh's own waves gather them (`modulation`). σ0 is per unit of a facet's TRUE area.
 """
 
@@ -14,13 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from seamap_rt.compute.machine import pool
 from seamap_rt.conventions import POLARIZATIONS, db
+from seamap_rt.scattering.bragg import Array, facet_view
 from seamap_rt.scattering.breaking import Breakers, breakers, nrcs_breaker
-from seamap_rt.scattering.facet_view import Array, facet_view
 from seamap_rt.scattering.modulation import action_modulation, breaking_level, breaking_share, mean_action_modulation
 from seamap_rt.scattering.permittivity import permittivity_of
-from seamap_rt.scattering.quasi_specular import Mirror, mirror
 from seamap_rt.scattering.short_waves import ShortWaves
-from seamap_rt.scattering.tilted_bragg import TiltedBragg, tilted_bragg
+from seamap_rt.scattering.tilted_bragg import Mirror, TiltedBragg, mirror, tilted_bragg
 from seamap_rt.sea import Resolved
 from seamap_rt.settings import ScatteringSettings
 

@@ -20,8 +20,7 @@ from seamap_rt.compute.lanes import LANES, add, less, load, store
 from seamap_rt.scattering.breaking import ROUGHNESS, WALL, lean_of
 from seamap_rt.scattering.composite import CompositeSea
 from seamap_rt.scattering.modulation import ACTION_POWER, MOST_STRAIN
-from seamap_rt.scattering.quasi_specular import LEAST_COSINE
-from seamap_rt.scattering.tilted_bragg import NODES
+from seamap_rt.scattering.tilted_bragg import LEAST_COSINE, NODES
 
 COLUMNS = LANES  # of the table of Bragg scattering
 _FACETS, _ROWS = 64, 12  # worked on at a time, listed or not: whole groups of lanes; with so many numbers each

@@ -9,22 +9,30 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from seamap_rt.conventions import db, from_db
-from seamap_rt.scattering import gregers_hansen12, horst78, reilly90, tsc90
 from seamap_rt.scattering.composite import nrcs_level_sea
-from seamap_rt.scattering.model_range import ModelRange, sea_state_from_wind, wind_from_sea_state
+from seamap_rt.scattering.empirical import (
+    GIT,
+    HYBRID,
+    NRL,
+    TSC,
+    ModelRange,
+    nrcs_gregers_hansen12,
+    nrcs_horst78,
+    nrcs_reilly90,
+    nrcs_tsc90,
+    sea_state_from_wind,
+    wind_from_sea_state,
+)
 from seamap_rt.settings import ScatteringSettings
 
 
 @dataclass(frozen=True)
-class MeanModel:
+class MeanModel(ModelRange):
     """A published model, the values that it holds for, and whether it separates upwind from downwind."""
 
     paper: str
-    grazing_deg: tuple[float, float]
-    frequency_hz: tuple[float, float]
-    sea_state: tuple[float, float]
     function: Callable[..., NDArray[np.float64]]  # (grazing_deg, sea_state, frequency_hz, polarization, ...)
-    knows_wind_direction: bool
+    knows_wind_direction: bool = True
 
     @property
     def range_words(self) -> str:
@@ -38,19 +46,13 @@ class MeanModel:
         return min(max(wind_speed, calm), rough)
 
 
-def _model(
-    paper: str, holds: ModelRange, function: Callable[..., NDArray[np.float64]], knows_wind_direction: bool = True
-) -> MeanModel:
-    return MeanModel(paper, holds.grazing_deg, holds.frequency_hz, holds.sea_state, function, knows_wind_direction)
-
-
 MEAN_MODELS: dict[str, MeanModel] = {
-    "nrl": _model(
-        "Gregers-Hansen & Mittal 2012", gregers_hansen12.RANGE, gregers_hansen12.nrcs_gregers_hansen12, False
+    "nrl": MeanModel(
+        **vars(NRL), paper="Gregers-Hansen & Mittal 2012", function=nrcs_gregers_hansen12, knows_wind_direction=False
     ),
-    "git": _model("Horst, Dyer & Tuley 1978", horst78.RANGE, horst78.nrcs_horst78),
-    "tsc": _model("Technology Service Corporation 1990", tsc90.RANGE, tsc90.nrcs_tsc90),
-    "hybrid": _model("Reilly & Dockery 1990", reilly90.RANGE, reilly90.nrcs_reilly90),
+    "git": MeanModel(**vars(GIT), paper="Horst, Dyer & Tuley 1978", function=nrcs_horst78),
+    "tsc": MeanModel(**vars(TSC), paper="Technology Service Corporation 1990", function=nrcs_tsc90),
+    "hybrid": MeanModel(**vars(HYBRID), paper="Reilly & Dockery 1990", function=nrcs_reilly90),
 }
 
 

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.scattering.bragg import radar_wavenumber
 from seamap_rt.scattering.breaking import FRONT_POWER
-from seamap_rt.sea.elfouhaily import friction_velocity
+from seamap_rt.sea.spectra import friction_velocity
 from seamap_rt.settings import ScatteringSettings
 
 ACTION_POWER = 4.5  # N ∝ k^−4.5 of gravity waves with a spectrum k⁻⁴; ripples of 1 to 2 cm would have about 4

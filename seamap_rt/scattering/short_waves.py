@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ..sea.elfouhaily import (
+from ..sea.spectra import (
     DEVELOPED_INVERSE_WAVE_AGE,
     elfouhaily97,
     elfouhaily97_peak_wavenumber,

@@ -48,12 +48,11 @@ from ..lazy import lazy_attributes
 if TYPE_CHECKING:
     from ..physics import dispersion
     from . import spectra, spreading
-    from .components import Components, SurfaceState, direct_sum
-    from .facts import Resolved
+    from .facts import Resolved, ResolvedWaves
     from .realisation import realize, resolution
-    from .resolved_waves import ResolvedWaves
     from .surface import Sea
     from .systems import WaveFacts, directional_density, spectral_system, wave_facts
+    from .wave_trains import Components, SurfaceState, direct_sum
 
 __all__ = [
     "Components",
@@ -78,11 +77,10 @@ __getattr__ = lazy_attributes(
     {
         ".": "spectra spreading",
         "..physics.": "dispersion",
-        "components": "Components SurfaceState direct_sum",
-        "facts": "Resolved",
+        "facts": "Resolved ResolvedWaves",
         "realisation": "realize resolution",
-        "resolved_waves": "ResolvedWaves",
         "surface": "Sea",
         "systems": "WaveFacts directional_density spectral_system wave_facts",
+        "wave_trains": "Components SurfaceState direct_sum",
     },
 )

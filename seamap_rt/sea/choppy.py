@@ -20,8 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics.dispersion import orbital_ratio
-from .linear import LinearSurface
-from .wave_trains import Points, Quantity, RegularTrain
+from .wave_trains import LinearSurface, Points, Quantity, RegularTrain
 
 MOST_FOLDED = 0.02  # of the water, at time 0: beyond it first-order Lagrangian waves do not hold
 _PHASE_ERROR = 3e-3  # rad of the shortest wave, to which labels are found

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
@@ -144,39 +143,15 @@ def _integrated(
     rows, columns = _near(lattice)
     nodes, weights = gauss_legendre(_FINE_NODES)
     half = 0.5 * lattice.step
-    density = _radial_density(lattice, radial, half * nodes)
     total = np.zeros((rows.stop - rows.start, columns.stop - columns.start))
-    for a, (node_north, weight_north) in enumerate(zip(nodes, weights, strict=True)):
-        for b, (node_east, weight_east) in enumerate(zip(nodes, weights, strict=True)):
+    for node_north, weight_north in zip(nodes, weights, strict=True):
+        for node_east, weight_east in zip(nodes, weights, strict=True):
             north = lattice.north[rows, None] + half * node_north
             east = lattice.east[None, columns] + half * node_east
             k = np.hypot(north, east)
-            spread = density(a, b) * spreading(k, *_angle(east, north, k, toward))
+            spread = radial(k) / k * spreading(k, *_angle(east, north, k, toward))
             total += half**2 * weight_north * weight_east * spread
     return total
-
-
-def _radial_density(
-    lattice: Lattice, radial: Radial, nodes: NDArray[np.float64]
-) -> Callable[[int, int], NDArray[np.float64]]:
-    """radial(k)/k at node a north and b east [rad/m] of each cell of `_near`, as a function of a and b.
-
-    It costs most of a realisation's time. A plane is alike on both axes and both sides of them, −(x + node) = −x + the
-    node opposite: half a quadrant tells all.
-    """
-    rows, _ = lattice.reach
-    axis, last, quadrants = lattice.north[rows : _near(lattice)[0].stop], nodes.size - 1, {}
-    for a, b in combinations_with_replacement(range(nodes.size), 2):
-        k = np.hypot(axis[:, None] + nodes[a], axis + nodes[b])
-        quadrants[a, b] = radial(k) / k
-        quadrants[b, a] = quadrants[a, b].T
-
-    def density(a: int, b: int) -> NDArray[np.float64]:
-        upper = np.hstack((quadrants[a, last - b][:, :0:-1], quadrants[a, b]))
-        lower = np.hstack((quadrants[last - a, last - b][:0:-1, :0:-1], quadrants[last - a, b][:0:-1]))
-        return np.vstack((lower, upper))
-
-    return density
 
 
 def _angle(

@@ -22,14 +22,19 @@ import scipy
 from numpy.typing import NDArray
 
 from ..compute.machine import threads
-from .accuracy import TIME_ORDER, InterpolationError, interpolation_error, kept_base, longest_time_step
-from .fields import Kind, per_elevation
+from .fields import DERIVATIVES, Kind, Sums, Term, per_elevation, sums_of
 from .knots import KeptKnots, Knot, Strip
 from .lattice import Lattice
-from .spline import bspline_polynomials, bspline_transform
-from .sums import DERIVATIVES, Sums, Term, sums_of
+from .spline import (
+    TIME_ORDER,
+    InterpolationError,
+    bspline_polynomials,
+    bspline_transform,
+    interpolation_error,
+    kept_base,
+    longest_time_step,
+)
 
-Coefficients = dict[Knot, NDArray[np.float32]]  # the rows of one strip
 Making = dict[Knot, Future[NDArray[np.float32]]]
 Run = tuple[int, int, int]  # time interval, first and last + 1 of its points
 
@@ -98,7 +103,8 @@ class MovingField:
         starts = np.flatnonzero(np.diff(in_order, prepend=in_order[:1] - 1)).tolist()
         runs: list[Run] = list(zip(in_order[starts].tolist(), starts, [*starts[1:], t.size], strict=True))
         result = np.empty((len(terms), t.size))
-        sums, scale = sums_of(terms, self.base, self._time_weights(), self.time_step), self._in_space
+        sums = sums_of(terms, self.base, self._time_weights(), self.time_step)
+        scale = np.prod(np.power(self._per_metre, DERIVATIVES), axis=1)  # derivatives then are those per metre
         kernel = _kernel(0 if self.lattice.line else self.order, self.order, len(self.taps))
         strip = self._strip_of(y)
         rows = strip.first, self.shape[0]
@@ -130,14 +136,9 @@ class MovingField:
                     ]
                 for task in tasks:
                     task.result()
-                self._kept(making, strip)
+                self._cache.add({key: (strip, each.result()) for key, each in making.items()})
                 del making, tasks  # before the next ones take memory
         return result
-
-    @property
-    def _in_space(self) -> NDArray[np.float64]:
-        """What makes the kernel's derivatives those per metre."""
-        return np.prod(np.power(self._per_metre, DERIVATIVES), axis=1)
 
     @property
     def _per_metre(self) -> tuple[float, float]:
@@ -193,7 +194,7 @@ class MovingField:
     # ------------------------------------------------------------------------------------------------- knots
 
     def _knots(self, wanted: Sequence[Knot], strip: Strip, pool: ThreadPoolExecutor) -> Making:
-        """A strip's coefficients at the given knots, from the cache or being made: then `_kept` takes them up."""
+        """A strip's coefficients at the given knots, from the cache or being made."""
         known = self._cache.take(wanted, strip, 4 * self._columns, CACHE_BYTES)
         making: Making = {}
         for key, (has, rows) in known.items():
@@ -204,17 +205,8 @@ class MovingField:
         missing = [key for key in wanted if key not in making]
         states = {number: pool.submit(self._state_at, number) for number in sorted({number for number, _ in missing})}
         for number, kind in missing:
-            making[number, kind] = pool.submit(self._made, kind, states[number], strip)
+            making[number, kind] = pool.submit(self._coefficients, kind, states[number], strip)
         return making
-
-    def _kept(self, making: Making, strip: Strip) -> Coefficients:
-        """Those coefficients, when all are made; from now on the cache has them."""
-        made = {key: each.result() for key, each in making.items()}
-        self._cache.add({key: (strip, rows) for key, rows in made.items()})
-        return made
-
-    def _made(self, kind: Kind, state: Future[Any], strip: Strip) -> NDArray[np.float32]:
-        return self._coefficients(kind, state.result(), strip)
 
     def _part(self, strip: Strip, has: Strip, rows: NDArray[np.float32]) -> NDArray[np.float32] | None:
         """A strip's rows from those of another, if they are there."""
@@ -249,9 +241,9 @@ class MovingField:
         half_plane(self._ahead, self._behind, factor, half)
         return half
 
-    def _coefficients(self, kind: Kind, state: Any, strip: Strip) -> NDArray[np.float32]:
+    def _coefficients(self, kind: Kind, state: Future[Any], strip: Strip) -> NDArray[np.float32]:
         """The spline's coefficients of a field at a knot, in a strip, with their halo: by one real FFT."""
-        half = self._half_plane(kind, state)
+        half = self._half_plane(kind, state.result())
         half = np.asarray(scipy.fft.ifft(half, axis=0, norm="forward", overwrite_x=True))
         rows, columns = self.shape
         grid = np.empty((strip.count, self._columns), dtype=np.float32)
@@ -266,10 +258,11 @@ class MovingField:
         grid[:, columns:] = grid[:, : grid.shape[1] - columns]
         return grid
 
-    def _row_order(self) -> NDArray[np.int64]:
-        """|j| of the rows in the order of an FFT: 0 … m, −m … −1."""
+    @property
+    def _rows(self) -> NDArray[np.int64]:
+        """j of the rows in the order of an FFT: 0 … m, −m … −1."""
         most = self.lattice.reach[0]
-        return np.concatenate((np.arange(most + 1), np.arange(most, 0, -1)))
+        return np.concatenate((np.arange(most + 1), np.arange(-most, 0)))
 
     def _half(self, whole: NDArray) -> NDArray:
         """The columns i ≥ 0 of a lattice array, its rows in the order of an FFT."""
@@ -286,19 +279,19 @@ class MovingField:
             * bspline_transform(self.order, np.arange(columns + 1) / self.shape[1])
             * bspline_transform(self.order, np.arange(rows + 1) / self.shape[0])[:, None]
         )
-        sharpen = (0.5 / transform)[self._row_order()]
+        sharpen = (0.5 / transform)[np.abs(self._rows)]
         ahead = self._half(amplitude) * sharpen
         behind = self._half(np.conj(amplitude[::-1, ::-1])) * sharpen
         return ahead.astype(np.complex64), behind.astype(np.complex64)
 
     def _per_elevation(self, kind: Kind) -> NDArray[np.complex64]:
-        """What `_make_per_elevation` makes, once: whichever thread comes first, all use the same."""
+        """The field's amplitude per elevation on the quadrant, of a wave that runs along +k; made once: all threads use
+        that of the first."""
         known = self._factors.get(kind)
-        return self._factors.setdefault(kind, self._make_per_elevation(kind)) if known is None else known
-
-    def _make_per_elevation(self, kind: Kind) -> NDArray[np.complex64]:
-        """The field's amplitude per elevation on the quadrant, of a wave that runs along +k."""
-        return per_elevation(kind, self.lattice, self.base).astype(np.complex64)
+        if known is None:
+            made = per_elevation(kind, self.lattice, self.base).astype(np.complex64)
+            known = self._factors.setdefault(kind, made)
+        return known
 
 
 def grid_size(reach: int, oversampling: float, order: int) -> int:

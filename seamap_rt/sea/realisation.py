@@ -17,11 +17,10 @@ from .choppy import ChoppySurface, Displacement, check_folding, height_keeping_s
 from .facts import choppy_facts, resolved_facts
 from .fields import Kind, Relaxed
 from .lattice import LINE_REPEATS, Lattice, draw_amplitudes, line_variance, plane_variance
-from .linear import LinearSurface
 from .moving_field import MovingField
 from .surface import Sea
 from .systems import SpectralSystem, spectral_system, travel_direction
-from .wave_trains import LineTrain, PlaneTrain, RegularTrain, WaveTrain
+from .wave_trains import LinearSurface, LineTrain, PlaneTrain, RegularTrain, WaveTrain
 
 SPLINE_ORDER, OVERSAMPLING = 7, 1.25  # chosen from validation/sea/sea_speed.py
 FASTER = 5, 1.125  # a fifth less time, six times the error
@@ -181,7 +180,9 @@ def _draw(
             variance, share = line_variance(line, system.radial, resolved)
             lines.append(_Random(line, variance, draw_amplitudes(line, variance, child), system.toward, share))
         else:
-            variance, share = _plane_variance(plane, system, resolved)
+            of_system = system.radial, system.spreading, system.toward, resolved
+            small = plane.reach[0] <= _KEPT_REACH
+            variance, share = (_kept_plane_variance if small else plane_variance)(plane, *of_system)
             plane_waves.append((variance, draw_amplitudes(plane, variance, child)))
             carried = min(carried, share)
     if not plane_waves:
@@ -191,18 +192,7 @@ def _draw(
     return [_Random(plane, variance, amplitude, (1.0, 0.0), carried), *lines]
 
 
-def _plane_variance(lattice: Lattice, system: SpectralSystem, total: float) -> tuple[NDArray[np.float64], float]:
-    """`plane_variance`, kept for the next seed of a sea that does not fill the memory."""
-    small = lattice.reach[0] <= _KEPT_REACH
-    return (_kept_plane_variance if small else _kept_plane_variance.__wrapped__)(lattice, system, total)
-
-
-@lru_cache(maxsize=4)
-def _kept_plane_variance(lattice: Lattice, system: SpectralSystem, total: float) -> tuple[NDArray[np.float64], float]:
-    assert system.spreading is not None
-    variance, share = plane_variance(lattice, system.radial, system.spreading, system.toward, total)
-    variance.flags.writeable = False
-    return variance, share
+_kept_plane_variance = lru_cache(maxsize=4)(plane_variance)  # for the next seed of a sea that does not fill the memory
 
 
 def _keeping_height(random: list[_Random], regular: list[RegularTrain]) -> tuple[list[_Random], float]:

@@ -30,19 +30,16 @@ from ..io.recorded_sea import RecordedSea, recorded_sea
 from ..physics.dispersion import angular_frequency, group_speed
 from ..settings import SeaSettings
 from ..settings.sea import MOST_POINTS_A_SIDE
-from .accuracy import InterpolationError, interpolation_error
 from .continued import Continued
 from .facts import resolved_facts
-from .fields import Kind
+from .fields import Kind, Term
 from .lattice import Lattice
-from .linear import LinearSurface
 from .moving_field import MovingField, grid_size
-from .spline import bspline_transform
-from .sums import Term
+from .spline import InterpolationError, bspline_transform, interpolation_error
 from .surface import Sea
 from .systems import SpectralSystem
 from .tabulated import TabulatedSpectrum
-from .wave_trains import PlaneTrain, Points, Quantity
+from .wave_trains import LinearSurface, PlaneTrain, Points, Quantity
 
 TAPS = range(-2, 4)  # the frames around an interval that its points take from
 _ORDER, _OVERSAMPLING = 7, 1.25  # of the spline in space, as of a drawn sea
@@ -99,17 +96,11 @@ class RecordedField(MovingField):
         turn = np.exp(
             -1j * self.lattice.step * (file.west_m * np.arange(columns + 1) + file.south_m * self._rows[:, None])
         )
-        self._sharpen = (turn / transform[self._row_order()]).astype(np.complex64)
+        self._sharpen = (turn / transform[np.abs(self._rows)]).astype(np.complex64)
         self._keep_nothing()
         self._lock = Lock()
         self._spectra: OrderedDict[tuple[str, int], NDArray[np.complex64]] = OrderedDict()
         self._first = first_frame(file) if first is None else first
-
-    @property
-    def _rows(self) -> NDArray[np.int64]:
-        """j of the rows in the order of an FFT."""
-        most = self.lattice.reach[0]
-        return np.concatenate((np.arange(most + 1), np.arange(-most, 0)))
 
     @cached_property
     def error(self) -> InterpolationError:
@@ -122,21 +113,15 @@ class RecordedField(MovingField):
         self, x: NDArray[np.float64], y: NDArray[np.float64], t: NDArray[np.float64], terms: Sequence[Term]
     ) -> NDArray[np.float64]:
         """As of a drawn sea; NaN before the record, and beyond its end. Beyond the patch as it is continued."""
-        level = self.source.is_level(x, y)
-        if level.any():
-            found = np.zeros((len(terms), t.size))
-            inside = ~level
-            if inside.any():
-                found[:, inside] = self.evaluate(x[inside], y[inside], t[inside], terms)
-            return found
-        number = np.floor(t / self.time_step)
+        level, number = self.source.is_level(x, y), np.floor(t / self.time_step)
         first, last = TAPS[0] - _BESIDE, TAPS[-1] + _BESIDE
         known = (number + self._first + first >= 0) & (number + self._first + last < self.file.frames)
-        if known.all():
+        inside = known & ~level
+        if inside.all():
             return super().evaluate(x, y, t, terms)
-        found = np.full((len(terms), t.size), np.nan)
-        if known.any():
-            found[:, known] = super().evaluate(x[known], y[known], t[known], terms)
+        found = np.tile(np.where(level, 0.0, np.nan), (len(terms), 1))
+        if inside.any():
+            found[:, inside] = super().evaluate(x[inside], y[inside], t[inside], terms)
         return found
 
     def _state_at(self, number: int) -> Frame:
@@ -201,8 +186,8 @@ class RecordedField(MovingField):
         if kind == "potential" and state.potential is not None:
             return state.potential
         # Waves along k take the factor, those against it its conjugate.
-        factor = self._per_elevation(kind)[self._row_order()]
-        omega = self.lattice.omega[self._row_order()]
+        factor = self._per_elevation(kind)[np.abs(self._rows)]
+        omega = self.lattice.omega[np.abs(self._rows)]
         omega = np.where(omega > 0.0, omega, np.inf).astype(np.float32)
         made = factor.real * state.elevation - (factor.imag / omega) * state.rate
         return np.asarray(made, dtype=np.complex64)
@@ -350,7 +335,7 @@ def _train(
     widest = widest_gap(lattice, variance)
     field = RecordedField(source, lattice, variance, widest, first)
     amplitude = amplitude * np.exp(-1j * lattice.unfold(lattice.omega) * late_s)
-    return RecordedTrain(lattice, variance, amplitude, field, late_s), float(variance.sum()) + level, gap
+    return RecordedTrain(lattice, variance, amplitude, field, late_s=late_s), float(variance.sum()) + level, gap
 
 
 def gap_error(lattice: Lattice, variance: NDArray[np.float64], half_width: float) -> float:

@@ -83,20 +83,14 @@ def donelan_banner_beta(frequency_ratio: ArrayLike) -> NDArray[np.float64]:
 # ------------------------------------------------------------------------------------------------------- half planes
 
 
-def half_plane_elfouhaily(angle: ArrayLike, contrast: ArrayLike) -> NDArray[np.float64]:
+def half_plane_elfouhaily(cosine: ArrayLike, contrast: ArrayLike) -> NDArray[np.float64]:
     """Density (1 + Δ cos 2θ)/π [1/rad] of a sea that travels, for |θ| < π/2; nothing runs back.
 
     Elfouhaily et al. (1997) give (1 + Δ cos 2θ)/2π over the whole circle, which does not separate to from fro: this is
-    its forward half, doubled. Exactly across the wind it is not doubled.
+    its forward half, doubled. Exactly across the wind, at cos θ = 0, it is not doubled.
 
-    angle: θ from the mean direction [rad], any turn; contrast: Δ, 0 to 1. Raises ValueError outside.
+    cosine: cos θ, θ from the mean direction; contrast: Δ, 0 to 1. Raises ValueError outside.
     """
-    cosine = np.cos(np.asarray(angle, dtype=np.float64))
-    return half_plane_elfouhaily_of_cosine(np.where(np.abs(cosine) < 1e-15, 0.0, cosine), contrast)  # cos(π/2) = 6e-17
-
-
-def half_plane_elfouhaily_of_cosine(cosine: ArrayLike, contrast: ArrayLike) -> NDArray[np.float64]:
-    """`half_plane_elfouhaily` from cos θ: across the wind is cos θ = 0, exactly."""
     contrast = np.asarray(contrast, dtype=np.float64)
     if np.any(~((contrast >= 0.0) & (contrast <= 1.0))):
         worst = contrast.flat[np.argmax(np.abs(contrast - 0.5))]

@@ -16,10 +16,9 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .components import Components
+from .choppy import ChoppySurface
 from .facts import Resolved, spectrum_dataset
-from .linear import Surface
-from .wave_trains import Quantity, WaveTrain
+from .wave_trains import Components, LinearSurface, Quantity, WaveTrain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,6 +54,7 @@ class Patch(Protocol):
     def holds(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]: ...
 
 
+@dataclass(eq=False)
 class Sea:
     """A realised sea. x, y, t broadcast; results carry the broadcast shape first. Asking changes nothing.
 
@@ -65,25 +65,13 @@ class Sea:
     few places of a linear sea `direct_sum(sea.components(), x, y, t)` is the quicker way.
     """
 
-    def __init__(
-        self,
-        trains: Sequence[WaveTrain],
-        surface: Surface,
-        resolved: Resolved,
-        current: tuple[float, float] = (0.0, 0.0),
-        ends_s: float = np.inf,
-        patch: Patch | None = None,
-    ) -> None:
-        """current: m/s east, north. Waves ride on it: the whole surface is carried along (Doppler shift). ends_s: time
-        after which nothing is known of it. patch: beyond which it is continued, and not known; None: it is
-        everywhere."""
-        self.trains = tuple(trains)
-        self.surface = surface
-        self.resolved = resolved
-        self.current = current
-        self.ends_s = ends_s
-        self.patch = patch
-        self._memory: Memory | None = None
+    trains: Sequence[WaveTrain]
+    surface: LinearSurface | ChoppySurface
+    resolved: Resolved
+    current: tuple[float, float] = (0.0, 0.0)  # m/s east, north. Waves ride on it: the whole surface is carried along
+    ends_s: float = np.inf  # after which nothing is known of it
+    patch: Patch | None = None  # beyond which it is continued, and not known; None: it is everywhere
+    _memory: Memory | None = None
 
     def remember(self, most_bytes: float) -> None:
         """From here on keep the values that were asked for last, in so many bytes. They stay what they are."""
@@ -97,11 +85,6 @@ class Sea:
         """Where (…) the surface is that of the sea, and may be judged by: not where a record was continued."""
         east, north = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64))
         return np.ones(east.shape, dtype=bool) if self.patch is None else self.patch.holds(east, north)
-
-    def known_elevation(self, x: ArrayLike, y: ArrayLike, t: ArrayLike) -> NDArray[np.float64]:
-        """`elevation`, NaN where it is not known."""
-        height = self.elevation(x, y, t)
-        return height if self.patch is None else np.where(self.known(x, y), height, np.nan)
 
     @property
     def judge(self) -> KnownSea:
@@ -207,7 +190,8 @@ class KnownSea:
 
     def elevation(self, x: ArrayLike, y: ArrayLike, t: ArrayLike) -> NDArray[np.float64]:
         """Height above mean sea level, (…) m."""
-        return self.sea.known_elevation(x, y, t)
+        height = self.sea.elevation(x, y, t)
+        return height if self.sea.patch is None else np.where(self.sea.known(x, y), height, np.nan)
 
 
 def _single(values: NDArray[np.float64]) -> NDArray[np.float32]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
@@ -29,7 +30,7 @@ from ..settings import (
     TmaWaves,
     WaveSystem,
 )
-from . import elfouhaily, spectra, spreading
+from . import spectra, spreading
 from .lattice import Radial, Spreading
 from .tabulated import TabulatedSpectrum
 
@@ -76,12 +77,7 @@ def spectral_system(waves: RandomWaves, depth: float) -> SpectralSystem:
     """The functions of one random system of the scene. Raises ValueError where they are not defined."""
     if isinstance(waves, FileWaves):  # a file may be written anew
         return _system(waves, depth)
-    return _remembered(cast(Hashable, waves), depth)
-
-
-@lru_cache(maxsize=64)
-def _remembered(waves: Hashable, depth: float) -> SpectralSystem:
-    return _system(cast(RandomWaves, waves), depth)
+    return _kept_system(cast(Hashable, waves), depth)
 
 
 def _system(waves: RandomWaves, depth: float) -> SpectralSystem:
@@ -91,14 +87,17 @@ def _system(waves: RandomWaves, depth: float) -> SpectralSystem:
             return SpectralSystem(table.radial, table.spreading, _EAST, depth)
         case ElfouhailyWaves():
             wind, age = waves.wind_speed_m_s, _elfouhaily_age(waves)
-            radial = partial(elfouhaily.elfouhaily97, wind_speed=wind, inverse_wave_age=age)
-            peak = elfouhaily.elfouhaily97_peak_wavenumber(wind, age)
+            radial = partial(spectra.elfouhaily97, wind_speed=wind, inverse_wave_age=age)
+            peak = spectra.elfouhaily97_peak_wavenumber(wind, age)
             spread = _spreading(waves, _Peak(peak, depth, age, wind))
             return SpectralSystem(radial, spread, travel_direction(waves), depth, _SHORTEST)
         case SpectralWaves():
             radial = partial(spectra.wavenumber_spectrum, _frequency_spectrum(waves, depth), depth=depth)
             return SpectralSystem(radial, _spreading(waves, _peak(waves, depth)), travel_direction(waves), depth)
     raise TypeError(f"spectrum of {type(waves).__name__}: not known to the sea")
+
+
+_kept_system = lru_cache(maxsize=64)(_system)
 
 
 def travel_direction(waves: SpreadWaves | SinusoidWaves) -> tuple[float, float]:
@@ -138,6 +137,8 @@ class WaveFacts:
     height: float  # m: significant, of a regular wave crest to trough
     peak_period: float  # s
     from_deg: float  # mean direction, clockwise from north
+    wavenumber: float  # rad/m, of the peak
+    deviation: float  # m, of the elevation
 
 
 def wave_facts(waves: WaveSystem, depth: float) -> WaveFacts | None:
@@ -146,14 +147,15 @@ def wave_facts(waves: WaveSystem, depth: float) -> WaveFacts | None:
         case SinusoidWaves() if waves.height_m > 0.0:
             k = 2.0 * np.pi / waves.wavelength_m
             period = 2.0 * np.pi / float(angular_frequency(k, depth))
-            return WaveFacts(waves.height_m, period, waves.wave_from_deg % 360.0)
+            return WaveFacts(waves.height_m, period, waves.wave_from_deg % 360.0, k, waves.height_m / math.sqrt(8.0))
         case RandomWaves():
             system = spectral_system(waves, depth)
             if system.variance <= 0.0:
                 return None
-            period = 2.0 * np.pi / float(angular_frequency(system.peak_wavenumber, depth))
+            k, deviation = system.peak_wavenumber, math.sqrt(system.variance)
+            period = 2.0 * np.pi / float(angular_frequency(k, depth))
             toward = travel_direction(waves) if isinstance(waves, SpreadWaves) else _mean_direction(system)
-            return WaveFacts(4.0 * float(np.sqrt(system.variance)), period, (azimuth_toward(toward) + 180.0) % 360.0)
+            return WaveFacts(4.0 * deviation, period, (azimuth_toward(toward) + 180.0) % 360.0, k, deviation)
     return None
 
 
@@ -193,8 +195,8 @@ def _frequency_spectrum(waves: SpectralWaves, depth: float) -> Callable[..., NDA
 
 def _elfouhaily_age(waves: ElfouhailyWaves) -> float:
     if waves.fetch_m is None:
-        return waves.inverse_wave_age or elfouhaily.DEVELOPED_INVERSE_WAVE_AGE
-    age = elfouhaily.elfouhaily97_inverse_wave_age(waves.wind_speed_m_s, waves.fetch_m)
+        return waves.inverse_wave_age or spectra.DEVELOPED_INVERSE_WAVE_AGE
+    age = spectra.elfouhaily97_inverse_wave_age(waves.wind_speed_m_s, waves.fetch_m)
     if age > 5.0:
         raise InputError(
             f"fetch_m = {waves.fetch_m:g}: gives U10/cp = {age:.3g}, must be at most 5 (Elfouhaily et al. 1997); "
@@ -208,7 +210,9 @@ def _table(waves: FileWaves, depth: float) -> TabulatedSpectrum:
         from .recorded import recorded_spectrum
 
         return recorded_spectrum(waves.file, depth)
-    frequency, direction, density = _file_content(waves.file, waves.kind, waves.time, waves.site)
+    frequency, direction, density = _read_content(
+        waves.file, waves.kind, waves.time, waves.site, _version(Path(waves.file))
+    )
     table = TabulatedSpectrum(frequency, direction, density, depth, waves.tail_exponent)
     with np.errstate(over="ignore"):
         height = table.hs
@@ -226,15 +230,6 @@ def _table(waves: FileWaves, depth: float) -> TabulatedSpectrum:
     return table
 
 
-def _file_content(file: str, kind: str, time: str | None, site: int) -> tuple[NDArray[np.float64], ...]:
-    try:
-        path = Path(file).resolve()
-        result = path.stat()
-    except (OSError, ValueError):  # the reader says what is wrong
-        return _read_content(file, kind, time, site, (0, 0))
-    return _read_content(str(path), kind, time, site, (result.st_mtime_ns, result.st_size))
-
-
 def file_versions(settings: SeaSettings) -> tuple[object, ...]:
     """What tells the files that a sea is made of from those of the same names that are written later."""
     files = [waves.file for waves in settings.waves if isinstance(waves, FileWaves)]
@@ -246,14 +241,14 @@ def _version(path: Path) -> tuple[object, ...]:
     try:
         members = sorted(path.rglob("*")) if path.is_dir() else [path]
         states = [(member, member.stat()) for member in members]
-    except OSError:
+    except (OSError, ValueError):  # the reader says what is wrong
         return (path,)
     return path, *((str(member), state.st_mtime_ns, state.st_size) for member, state in states)
 
 
 @lru_cache(maxsize=8)
 def _read_content(
-    file: str, kind: str, time: str | None, site: int, _version: tuple[int, int]
+    file: str, kind: str, time: str | None, site: int, _: tuple[object, ...]
 ) -> tuple[NDArray[np.float64], ...]:
     """Content of a file of one version: a file that is written anew is read anew."""
     from ..io.spectrumfile import read_directional_spectrum  # loads xarray
@@ -285,7 +280,7 @@ def _peak(waves: SpectralWaves, depth: float) -> _Peak:
     omega = _peak_frequency(waves)
     k = float(wavenumber(omega, depth))
     speed, wind = omega / k, waves.wind_speed_m_s
-    age = waves.inverse_wave_age or (wind / speed if wind else elfouhaily.DEVELOPED_INVERSE_WAVE_AGE)
+    age = waves.inverse_wave_age or (wind / speed if wind else spectra.DEVELOPED_INVERSE_WAVE_AGE)
     return _Peak(k, depth, age, wind or age * speed)
 
 
@@ -322,6 +317,6 @@ def _spreading(waves: SpreadWaves, peak: _Peak) -> Spreading | None:
                 np.arctan2(across, along), spreading.donelan_banner_beta(peak.frequency_ratio(k))
             )
         case "elfouhaily":
-            return lambda k, along, across: spreading.half_plane_elfouhaily_of_cosine(
-                along, elfouhaily.elfouhaily97_contrast(k, peak.wind_speed, peak.wavenumber)
+            return lambda k, along, across: spreading.half_plane_elfouhaily(
+                along, spectra.elfouhaily97_contrast(k, peak.wind_speed, peak.wavenumber)
             )

@@ -69,12 +69,6 @@ class TabulatedSpectrum:
         """The table's frequency [Hz] at which most energy is, over all directions."""
         return float(self._frequency[np.argmax(self._energy)])
 
-    @property
-    def tail_share(self) -> float:
-        """Share of the variance that lies above the last frequency, which was not measured."""
-        total = self._variance + self._tail_variance
-        return self._tail_variance / total if total > 0.0 else 0.0
-
     @cached_property
     def _variance(self) -> float:
         return float(np.trapezoid(self._energy, self._frequency))

@@ -95,7 +95,7 @@ class Illumination(Facets):
         if columns == slice(0, self.grid.columns):
             return self
         own = {name: None if each is None else each[..., columns, :] for name, each in self.light.items()}
-        return replace(self.on(super().part(columns)), **own, rays=0 if columns.start else self.rays)
+        return replace(super().part(columns), **own, rays=0 if columns.start else self.rays)
 
     def on(self, facets: Facets) -> Illumination:
         """The same light on facets of the same mesh with other heights and slopes."""

@@ -157,11 +157,6 @@ def placed(mesh: trimesh.Trimesh, settings: ObjectSettings) -> trimesh.Trimesh:
     return trimesh.Trimesh(vertices=vertices, faces=mesh.faces, process=False, validate=False)
 
 
-def encloses(mesh: trimesh.Trimesh, point: ArrayLike) -> bool:
-    """Whether no ray escapes from the point (3,), save through seams: the mesh need not be closed."""
-    return _Body(mesh).encloses(np.asarray(point, dtype=np.float64))
-
-
 def refuse_if_enclosing(occluder: Occluder, antennas: ArrayLike) -> None:
     """Raise ValueError, in one line, if an object encloses an antenna at one of its positions (…, 3) in the frame."""
     positions = np.asarray(antennas, dtype=np.float64).reshape(-1, 3)

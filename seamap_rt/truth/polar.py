@@ -18,8 +18,8 @@ from ..dataset import build
 from ..echoes.radar_cross_section import two_way_power
 from ..mesh import Facets, PolarGrid
 from ..radar.array import antenna_array
-from ..radar.dwell import dwell_power
 from ..radar.grid import look_sweeps
+from ..radar.scan import dwell_power
 from ..radar.waveform import RangeResponse, gates
 from ..settings import RadarSettings, RetrievalSettings
 from ..tracing import Illumination

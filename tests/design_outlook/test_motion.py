@@ -16,11 +16,10 @@ from seamap_rt.design_outlook.motion import Motion
 from seamap_rt.design_outlook.strips import snr_of_unity, waves_of
 from seamap_rt.measured import Rings
 from seamap_rt.metrics import counted_cells
-from seamap_rt.radar.platform import BoatState
-from seamap_rt.radar.sensors import Sensors
+from seamap_rt.radar.platform import BoatState, Sensors
 from seamap_rt.radar.wave_following import wave_tilt_std
 from seamap_rt.scene import Scene
-from seamap_rt.sea.resolved_waves import ResolvedWaves
+from seamap_rt.sea.facts import ResolvedWaves
 from seamap_rt.settings import SensorSettings
 from seamap_rt.simulation import Simulator
 

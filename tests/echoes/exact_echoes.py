@@ -12,8 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from seamap_rt import sea as sea_package
 from seamap_rt.conventions import SPEED_OF_LIGHT, unit_from_azimuth
-from seamap_rt.echoes.motion import MovingSpeckle
-from seamap_rt.echoes.speckle import StillSpeckle, speckle_weights
+from seamap_rt.echoes.speckle import MovingSpeckle, StillSpeckle, speckle_stream
 from seamap_rt.echoes.summation.gaussian import gaussians, key_of
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.mesh.surface import sea_on_grid
@@ -66,6 +65,11 @@ def sea_seen(
     facets = trace_horizon(surface_mesh(grid, *sea_on_grid(sea, grid)))
     rcs = np.broadcast_to(1e-3 * facets.horizontal_area, facets.height.shape).astype(np.float32)
     return facets, rcs, pulses(radar, turn, mast)
+
+
+def speckle_weights(seed: int, column_number: int, modes: int, facets: int) -> NDArray[np.complex64]:
+    """(mode, facet) unit complex Gaussians of one column; a facet keeps its numbers however the work is cut up."""
+    return gaussians(np.uint64(key_of(speckle_stream(seed), column_number)), facets, modes)
 
 
 def still_speckle(facets: Illumination) -> list[NDArray[np.complex128]]:

@@ -9,9 +9,8 @@ import pytest
 from test_echo_kernel import SEED, at_nodes, radar_of, seen_by
 
 from seamap_rt.echoes import turn as summing
-from seamap_rt.echoes.between_nodes import correlation_of, interpolation_weights, widest
-from seamap_rt.echoes.gating import tabulated
-from seamap_rt.echoes.slow_time import choose_nodes
+from seamap_rt.echoes.response import tabulated
+from seamap_rt.echoes.slow_time import choose_nodes, correlation_of, interpolation_weights, widest
 from seamap_rt.echoes.turn import turn_echoes
 from seamap_rt.settings import RadarSettings
 

@@ -13,8 +13,15 @@ from seamap_rt import sea as sea_package
 from seamap_rt.compute import machine
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.echoes import turn, turn_voltages
-from seamap_rt.echoes.motion import Motion, MovingSpeckle, SpeedBounds, fastest_echo
-from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis, two_way_basis
+from seamap_rt.echoes.speckle import (
+    Motion,
+    MovingSpeckle,
+    SpeedBounds,
+    StillSpeckle,
+    fastest_echo,
+    speckle_basis,
+    two_way_basis,
+)
 from seamap_rt.echoes.summation.gaussian import draw_all, key_of
 from seamap_rt.echoes.turn import choose_nodes
 from seamap_rt.mesh import mesh_turn, polar_grid, surface_mesh

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from seamap_rt import random_streams
 from seamap_rt.conventions import SPEED_OF_LIGHT, unit_from_azimuth
 from seamap_rt.echoes import turn_voltages
-from seamap_rt.echoes.gating import received_samples
-from seamap_rt.echoes.motion import Motion, SpeedBounds, fastest_echo
+from seamap_rt.echoes.response import received_samples
 from seamap_rt.echoes.slow_time import Nodes, choose_nodes
+from seamap_rt.echoes.speckle import Motion, SpeedBounds, fastest_echo
 from seamap_rt.echoes.summation.gaussian import gaussians, key_of
 from seamap_rt.echoes.turn import ReceiveGeometry
 from seamap_rt.mesh import polar_grid, surface_mesh

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from seamap_rt.echoes.beams import two_way_beams
-from seamap_rt.echoes.gating import tabulated
+from seamap_rt.echoes.response import tabulated, two_way_beams
 from seamap_rt.radar.array import antenna_array
 from seamap_rt.settings import AntennaSettings, RadarSettings
 

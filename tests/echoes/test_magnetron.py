@@ -13,9 +13,9 @@ from scipy.stats import kstest
 import seamap_rt as sr
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.echoes import expected_look_gates, turn_voltages
-from seamap_rt.echoes.transmitting import Magnetron
+from seamap_rt.echoes.receiving import Magnetron
+from seamap_rt.radar.receiver import MOST_STRAY, pulse_coherence, stray_within_pulse
 from seamap_rt.radar.scan import pulses
-from seamap_rt.radar.transmitter import MOST_STRAY, pulse_coherence, stray_within_pulse
 from seamap_rt.radar.waveform import gates
 from seamap_rt.scene import Scene
 from seamap_rt.settings import RadarSettings

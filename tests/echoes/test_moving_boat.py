@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from seamap_rt.compute import machine
 from seamap_rt.conventions import SPEED_OF_LIGHT, wrap_degrees
 from seamap_rt.echoes import from_scatterers, slow_time, turn_voltages
-from seamap_rt.echoes.between_nodes import widest
+from seamap_rt.echoes.slow_time import widest
 from seamap_rt.echoes.turn import choose_nodes
 from seamap_rt.radar.scan import Pulses
 from seamap_rt.scene import Scene

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from seamap_rt.conventions import db, wrap_degrees
 from seamap_rt.echoes.radar_cross_section import SeaSurface, two_way_power
-from seamap_rt.mesh.grid import polar_grid
+from seamap_rt.mesh.grid import circle_grid, polar_grid
 from seamap_rt.mesh.surface import sea_on_grid, surface_mesh
 from seamap_rt.scattering import MEAN_MODELS, ShortWaves, mean_nrcs, nrcs_composite, permittivity_meissner_wentz12
 from seamap_rt.scattering.composite import CompositeSea
@@ -20,7 +20,6 @@ from seamap_rt.scattering.composite_kernel import FacetGeometry, Numbers, expone
 from seamap_rt.scene import Scene, load_scene
 from seamap_rt.simulation import Simulator
 from seamap_rt.tracing import Illumination, tracer
-from seamap_rt.tracing.circle import circle_grid
 
 
 def scene(**keys: Any) -> Scene:

@@ -7,10 +7,17 @@ import pytest
 from exact_echoes import ROCKING, SEED, radar_of, sea_seen
 from numpy.typing import NDArray
 
-from seamap_rt.echoes.motion import Motion, MovingSpeckle
-from seamap_rt.echoes.speckle import EVENLY, BeamWindow, StillSpeckle, speckle_basis
+from seamap_rt.echoes.response import truncation_share
+from seamap_rt.echoes.speckle import (
+    EVENLY,
+    BeamWindow,
+    Motion,
+    MovingSpeckle,
+    StillSpeckle,
+    speckle_basis,
+    speckle_truncation,
+)
 from seamap_rt.echoes.summation import ListedFacets
-from seamap_rt.echoes.truncation import speckle_truncation, truncation_share
 from seamap_rt.echoes.turn import ReceiveGeometry, best_towards_any_gate
 
 NODES, SPACING_S, K = 21, 8e-4, 209.6

@@ -10,7 +10,7 @@ from exact_echoes import ROCKING, SEED, radar_of, sea_seen
 from numpy.typing import NDArray
 
 from seamap_rt.echoes import turn, turn_voltages
-from seamap_rt.echoes.motion import Motion
+from seamap_rt.echoes.speckle import Motion
 from seamap_rt.echoes.summation import (
     Beam,
     ColumnBatch,

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from seamap_rt.echoes import slow_time
-from seamap_rt.echoes.between_nodes import widest
-from seamap_rt.echoes.gating import tabulated
-from seamap_rt.echoes.truncation import beam_truncation, truncation_error_m, truncation_share
+from seamap_rt.echoes.response import beam_truncation, tabulated, truncation_error_m, truncation_share
+from seamap_rt.echoes.slow_time import widest
 from seamap_rt.echoes.turn import turn_echoes, turn_voltages
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.array import antenna_array

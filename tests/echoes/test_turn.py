@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from exact_echoes import speckle_weights
 from numpy.typing import NDArray
 
 from seamap_rt import sea as sea_package
 from seamap_rt.compute import machine
 from seamap_rt.conventions import BOLTZMANN, SPEED_OF_LIGHT
 from seamap_rt.echoes import turn_voltages
-from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis, speckle_weights
+from seamap_rt.echoes.speckle import StillSpeckle, speckle_basis
 from seamap_rt.echoes.turn import ReceiveGeometry, choose_nodes
 from seamap_rt.mesh import mesh_turn, polar_grid, surface_mesh
 from seamap_rt.radar.antenna import antenna

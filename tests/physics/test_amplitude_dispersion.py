@@ -6,7 +6,7 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from seamap_rt.conventions import GRAVITY
-from seamap_rt.physics.amplitude_dispersion import mutual_shift, sea_shift
+from seamap_rt.physics.dispersion import mutual_shift, sea_shift
 from seamap_rt.sea.high_order import Band, Evolution, State
 
 K = np.geomspace(0.02, 6.0, 40)

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from seamap_rt.conventions import EARTH_RADIUS
-from seamap_rt.physics.propagation import earth_drop_m, edge_blur_m
+from seamap_rt.physics.shadowing import earth_drop_m, edge_blur_m
 
 
 def test_the_earth_falls_away_as_a_sphere() -> None:

@@ -21,7 +21,7 @@ from seamap_rt.products.camera import square, times_of
 from seamap_rt.products.writing import directional_spectrum
 from seamap_rt.report import style
 from seamap_rt.scene import Scene, load_scene
-from seamap_rt.sea.elfouhaily import elfouhaily97
+from seamap_rt.sea.spectra import elfouhaily97
 from seamap_rt.simulation import Simulator
 
 without_pictures = sea_products.without_pictures  # a fixture of every test

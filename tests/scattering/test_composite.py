@@ -16,8 +16,8 @@ from seamap_rt.scattering.bragg import nrcs_two_scale
 from seamap_rt.scattering.breaking import breakers
 from seamap_rt.scattering.composite import FacetNrcs, FacingFacets, facing_facets, nrcs_composite
 from seamap_rt.scattering.permittivity import permittivity_meissner_wentz12
-from seamap_rt.scattering.quasi_specular import mirror
 from seamap_rt.scattering.short_waves import ShortWaves
+from seamap_rt.scattering.tilted_bragg import mirror
 from seamap_rt.scene import load_scene
 from seamap_rt.sea import realize
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from seamap_rt.conventions import POLARIZATIONS, db
 from seamap_rt.scattering import nrcs_horst78, nrcs_reilly90, nrcs_tsc90
 from seamap_rt.scattering.composite import nrcs_level_sea
+from seamap_rt.scattering.empirical import sea_state_from_wind, wind_factor, wind_from_sea_state
 from seamap_rt.scattering.mean_models import MEAN_MODELS, mean_level, mean_nrcs, models_spread_db, wind_contrast_db
-from seamap_rt.scattering.model_range import sea_state_from_wind, wind_factor, wind_from_sea_state
 from seamap_rt.settings import ScatteringSettings
 
 TABLE = Path(__file__).parents[2] / "validation" / "reference" / "nathanson_9p3ghz.csv"

@@ -7,8 +7,8 @@ import pytest
 
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.scattering.permittivity import fresnel, permittivity_meissner_wentz12
-from seamap_rt.scattering.quasi_specular import Mirror, mirror
 from seamap_rt.scattering.short_waves import ShortWaves
+from seamap_rt.scattering.tilted_bragg import Mirror, mirror
 
 F = 10e9
 K = 2.0 * np.pi * F / SPEED_OF_LIGHT

@@ -10,7 +10,7 @@ from seamap_rt.scattering import ShortWaves, nrcs_two_scale, permittivity_meissn
 from seamap_rt.scattering.modulation import approaching_share
 from seamap_rt.scene import load_scene
 from seamap_rt.sea import realize, spectral_system
-from seamap_rt.sea.elfouhaily import elfouhaily97
+from seamap_rt.sea.spectra import elfouhaily97
 from seamap_rt.settings import ElfouhailyWaves, JonswapWaves, SeaSettings
 
 EPS = complex(permittivity_meissner_wentz12(10e9, 20.0, 35.0))

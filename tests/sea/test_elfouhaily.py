@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seamap_rt.sea.elfouhaily import (
+from seamap_rt.sea.spectra import (
     elfouhaily97,
     elfouhaily97_inverse_wave_age,
     elfouhaily97_peak_wavenumber,
-    elfouhaily97_plane,
     elfouhaily97_spreading,
 )
 
@@ -30,21 +29,9 @@ def test_moments_meet_the_check_values(wind: float, hs: float, mss: float, up: f
     np.testing.assert_allclose(over_k(K**2 * s * (1.0 + spread / 2.0) / 2.0), up, rtol=0, atol=5.5e-6)
 
 
-def test_plane_spectrum_holds_the_variance_and_is_symmetric() -> None:
-    azimuth = np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)
-    plane = elfouhaily97_plane(K[:, None], azimuth, 8.0)
-    ring = plane.mean(axis=1) * 2.0 * np.pi * K  # the trapezoid is exact for one harmonic
-    np.testing.assert_allclose(ring, elfouhaily97(K, 8.0), rtol=1e-12)
-    np.testing.assert_allclose(plane, np.roll(plane, 32, axis=1), rtol=1e-12)  # Ψ(−k) = Ψ(k)
-    assert np.all(plane >= 0.0)
-
-
 def test_spreading_is_a_contrast_and_has_its_two_lobes() -> None:
     spread = elfouhaily97_spreading(K, 10.0)
     assert np.all((spread > 0.0) & (spread <= 1.0))
-    some = elfouhaily97(K, 10.0) > 0.0
-    up, cross = elfouhaily97_plane(K[some], 0.0, 10.0), elfouhaily97_plane(K[some], np.pi / 2.0, 10.0)
-    np.testing.assert_allclose((up - cross) / (up + cross), spread[some], rtol=1e-9)
     peak = elfouhaily97_peak_wavenumber(10.0)
     np.testing.assert_allclose(elfouhaily97_spreading(peak, 10.0), np.tanh(np.log(2.0) / 4.0 + 4.0), atol=1e-6)
     # at U10 = 10 and k = 30, by hand: c = 0.5737, cp = 11.905; a0 = ln2/2 would give 0.34
@@ -78,7 +65,6 @@ def test_fetch_gives_the_wave_age() -> None:
 def test_ends_of_the_scale_are_quiet_and_zero() -> None:
     far = np.array([-1.0, 0.0, 1e-300, 1e-100, 1e-6, 1e6, 1e12, np.inf])
     np.testing.assert_array_equal(elfouhaily97(far, 10.0), 0.0)
-    np.testing.assert_array_equal(elfouhaily97_plane(far, 0.3, 10.0), 0.0)
 
 
 @pytest.mark.parametrize(("wind", "age"), [(0.0, 0.84), (-1.0, 0.84), (np.nan, 0.84), (10.0, 0.5), (10.0, 6.0)])

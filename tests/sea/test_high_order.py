@@ -12,7 +12,7 @@ from small_seas import jonswap, sea_of, sinusoid
 
 from seamap_rt.conventions import GRAVITY
 from seamap_rt.sea import direct_sum, realize
-from seamap_rt.sea.high_order import Band, Evolution, LowPass, Plan, Rates, State, basin
+from seamap_rt.sea.high_order import Band, Evolution, LowPass, Plan, Rates, State, rates
 from seamap_rt.settings import SeaSettings
 from validation.sea.published_waves import DOMMERMUTH_YUE, HOS_OCEAN, velocity_error
 from validation.sea.steady_waves import SteadyWave, fastest_mode, fenton85, steady_wave
@@ -477,7 +477,7 @@ def test_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
     band = Band(100.0, 100.0, 64, 64, np.inf)  # so many that several threads are worth their while
     state, ends = random_state(band, 0.1), []
     for threads in (1, 2, 3):
-        monkeypatch.setattr(basin, "threads", lambda threads=threads: threads)
+        monkeypatch.setattr(rates, "threads", lambda threads=threads: threads)
         ends.append(Rates(band, 3)(state.elevation, state.potential))
     for other in ends[1:]:
         assert_array_equal(np.array(other), np.array(ends[0]))

@@ -21,7 +21,7 @@ def small(**changes: Any) -> Sea:
 @pytest.fixture
 def evaluated(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """How many points each evaluation of linear waves was of."""
-    from seamap_rt.sea.linear import LinearSurface
+    from seamap_rt.sea.wave_trains import LinearSurface
 
     sizes: list[int] = []
     sample = LinearSurface.sample

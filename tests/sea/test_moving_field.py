@@ -11,13 +11,12 @@ from numba.core import config
 from small_seas import PARTS
 
 from seamap_rt.compute.lanes import LANES
-from seamap_rt.sea import accuracy, moving_field, realize
-from seamap_rt.sea.fields import Relaxed, flow_missed
+from seamap_rt.sea import moving_field, realize, spline
+from seamap_rt.sea.fields import DERIVATIVES, Relaxed, flow_missed
 from seamap_rt.sea.lattice import Lattice
 from seamap_rt.sea.moving_field import MovingField
 from seamap_rt.sea.spline import bspline_polynomials
 from seamap_rt.sea.spline_kernel import in_lanes, spline_kernel
-from seamap_rt.sea.sums import DERIVATIVES
 from seamap_rt.sea.wave_trains import PlaneTrain, Quantity
 from seamap_rt.settings import JonswapWaves, SeaSettings
 
@@ -171,7 +170,7 @@ def test_errors_fall_with_the_time_step_as_the_order_says(base, derived):
     in_time: dict[Quantity, int] = {"elevation": derived, "slope_east": derived, "rate": derived + 1}
     in_time["flow_north"] = max(derived - 1, 0)
     for quantity, derivatives in in_time.items():
-        order = accuracy.TIME_ORDER + 1 - derivatives
+        order = spline.TIME_ORDER + 1 - derivatives
         assert 1.5**order < errors[0][quantity] / errors[1][quantity] < (1.14 * 1.5) ** order
 
 
@@ -187,13 +186,13 @@ def test_a_finer_budget_is_kept_by_a_shorter_step(base, monkeypatch):
     plane = part_of("plane")
     lattice, folded = plane.lattice, plane.field._variance
     for elevation, velocity in ((3e-4, 5e-3), (3e-4, 1e-3), (1e-5, 5e-3)):
-        monkeypatch.setattr(accuracy, "ELEVATION_BUDGET", elevation)
-        monkeypatch.setattr(accuracy, "VELOCITY_BUDGET", velocity)
-        step = accuracy.longest_time_step(lattice, folded, base)
-        in_time = accuracy.interpolation_error(lattice, folded, (4096, 4096), 7, step, base=base)
+        monkeypatch.setattr(spline, "ELEVATION_BUDGET", elevation)
+        monkeypatch.setattr(spline, "VELOCITY_BUDGET", velocity)
+        step = spline.longest_time_step(lattice, folded, base)
+        in_time = spline.interpolation_error(lattice, folded, (4096, 4096), 7, step, base=base)
         assert in_time.elevation < elevation
         assert in_time.vertical_velocity < velocity
-        longer = accuracy.interpolation_error(lattice, folded, (4096, 4096), 7, 1.0 / (1.0 / step - 1.0), base=base)
+        longer = spline.interpolation_error(lattice, folded, (4096, 4096), 7, 1.0 / (1.0 / step - 1.0), base=base)
         assert longer.elevation > elevation or longer.vertical_velocity > velocity
 
 
@@ -213,7 +212,7 @@ def test_a_run_takes_heights_flow_and_relaxed_shift_from_one_field():
     assert {kind for _, kind in own._cache} == {"elevation", "potential", Relaxed(rate)}
     rms = np.sqrt(np.mean((found - expected) ** 2, axis=1))
     # Both have the same grid in space. In time the rise is the worst: its budget is 1.2 mm/s, the heights' 0.3 mm.
-    budget = np.array([accuracy.ELEVATION_BUDGET, *4 * [accuracy.VELOCITY_BUDGET]])
+    budget = np.array([spline.ELEVATION_BUDGET, *4 * [spline.VELOCITY_BUDGET]])
     assert np.all(rms[:5] < budget)
     # A base is scaled by the heights: its shift is as much too small as the flow of waves without tension.
     assert rms[5] < flow_missed(part.lattice.limit) * expected[5].std() + 1e-6
@@ -228,7 +227,7 @@ def test_a_base_is_kept_where_what_follows_from_it_is_as_exact():
         folded = np.zeros((most + 1, most + 1))
         for (row, column), variance in variance_at.items():
             folded[row, column] = variance
-        return accuracy.kept_base(lattice, folded, base)
+        return spline.kept_base(lattice, folded, base)
 
     for base in BASES[1:]:
         assert kept(500.0, 60, {(0, 10): 0.1, (0, 50): 1e-4}, base) == base

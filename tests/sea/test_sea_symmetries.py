@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 
 from seamap_rt.physics.dispersion import angular_frequency
 from seamap_rt.sea import Sea, direct_sum, realize
-from seamap_rt.sea.linear import LinearSurface
 from seamap_rt.sea.moving_field import MovingField
 from seamap_rt.sea.realisation import OVERSAMPLING, SPLINE_ORDER
-from seamap_rt.sea.wave_trains import PlaneTrain
+from seamap_rt.sea.wave_trains import LinearSurface, PlaneTrain
 from seamap_rt.settings import (
     ElfouhailyWaves,
     FileWaves,

@@ -7,7 +7,7 @@ import pytest
 
 from seamap_rt.physics.dispersion import wavenumber
 from seamap_rt.sea import directional_density, realize, spectral_system, wave_facts
-from seamap_rt.sea.elfouhaily import elfouhaily97_spreading
+from seamap_rt.sea.spectra import elfouhaily97_spreading
 from seamap_rt.settings import ElfouhailyWaves, FileWaves, JonswapWaves, SeaSettings, SinusoidWaves, TmaWaves
 
 WW3 = Path(__file__).parent.parent / "io" / "spectra" / "ww3.nc"

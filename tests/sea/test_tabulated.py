@@ -56,7 +56,6 @@ def test_the_variance_is_the_tables(depth: float, tail: float | None) -> None:
     inside = np.trapezoid(energy, FREQUENCY) + 0.5 * energy[0] * (FREQUENCY[1] - FREQUENCY[0])
     beyond = energy[-1] * FREQUENCY[-1] / (tail - 1.0) if tail else 0.0
     np.testing.assert_allclose(table.hs, 4.0 * np.sqrt(inside + beyond), rtol=1e-13)
-    np.testing.assert_allclose(table.tail_share, beyond / (inside + beyond), rtol=1e-12, atol=1e-300)
     np.testing.assert_allclose(over_k(table), inside + beyond, rtol=1e-12)
     assert table.peak_frequency_hz == FREQUENCY[np.argmax(energy)]
 
@@ -66,7 +65,6 @@ def test_the_tail_goes_on_as_a_power() -> None:
     table = TabulatedSpectrum(np.array([0.1, 0.2]), FROM, flat)
     # 0.36 between the two, 0.18 in the triangle below, 3.6 · 0.2/4 = 0.18 above.
     np.testing.assert_allclose(table.hs, 4.0 * np.sqrt(0.72), rtol=1e-13)
-    np.testing.assert_allclose(table.tail_share, 0.25, rtol=1e-13)
     np.testing.assert_allclose(density_at(table, 0.4, FROM), 0.01 / 32.0, rtol=1e-12)
     np.testing.assert_allclose(density_at(table, 0.05, FROM), 0.005, rtol=1e-12)
     ended = TabulatedSpectrum(np.array([0.1, 0.2]), FROM, flat, tail_exponent=None)
@@ -174,7 +172,6 @@ def test_an_even_circle_where_there_are_no_waves() -> None:
     np.testing.assert_array_equal(table.radial(np.array([0.0, 1e-6, 1e9])), 0.0)
     calm = TabulatedSpectrum(FREQUENCY, FROM, np.zeros((28, 36)))
     assert calm.hs == 0.0
-    assert calm.tail_share == 0.0
     np.testing.assert_array_equal(
         calm.spreading(np.array(0.1), np.array([1.0, 0.0]), np.array([0.0, 1.0])), 0.5 / np.pi
     )

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from seamap_rt.conventions import SPEED_OF_LIGHT
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes import from_scatterers, turn_voltages
-from seamap_rt.echoes.speckle import speckle_weights
+from seamap_rt.echoes.speckle import speckle_stream
+from seamap_rt.echoes.summation.gaussian import gaussians, key_of
 from seamap_rt.interferometry import retrieve
 from seamap_rt.mesh import polar_grid, surface_mesh
 from seamap_rt.radar.scan import pulses
@@ -103,7 +104,8 @@ def test_phase_of_a_facet_at_20_km(baseline: float, height: float, transmit: str
         worst = max(abs(wrapped(phase, angle)) for angle in np.angle(lower * np.conj(upper))[strong])
         # The lower antenna's own path on pulses that it sends itself; its speckle is one number for ever.
         itself = strong & (pulses(radar, 0).transmitter == 0)
-        drawn = speckle_weights(1, int(grid.column_number[column]), 1, facets.distance.size)[0, facet]
+        key = key_of(speckle_stream(1), int(grid.column_number[column]))
+        drawn = gaussians(np.uint64(key), facets.distance.size, 1)[0, facet]
         own = -2 * K * mpmath.hypot(x, height - half) + mpmath.mpf(float(np.angle(complex(drawn))))
         alone = max(abs(wrapped(own, angle)) for angle in np.angle(lower)[itself])
     assert worst < 1e-5

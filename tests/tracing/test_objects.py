@@ -14,11 +14,15 @@ from numpy.typing import NDArray
 from seamap_rt.io.meshfile import load_mesh
 from seamap_rt.radar.pose import boat_axes
 from seamap_rt.settings import ObjectSettings
-from seamap_rt.tracing.objects import Occluder, encloses, placed, refuse_if_enclosing, to_boat, to_world
+from seamap_rt.tracing.objects import Occluder, placed, refuse_if_enclosing, to_boat, to_world
 
 Array = NDArray[np.float64]
 OBJECTS = Path(__file__).parents[2] / "scenes" / "objects"
 DISAGREEMENT = 1e-4  # share of rays: those within a hair, 2e-6 of its size, of an object's outline
+
+
+def encloses(mesh: trimesh.Trimesh, point: tuple[float, float, float]) -> bool:
+    return Occluder([mesh]).bodies[0].encloses(np.array(point))
 
 
 def box(extents: tuple[float, float, float], centre: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> trimesh.Trimesh:

@@ -13,7 +13,7 @@ from seamap_rt.compute.scratch import scratch_folder
 from seamap_rt.io.spectrumfile import read_directional_spectrum
 from seamap_rt.physics import dispersion
 from seamap_rt.report import style
-from seamap_rt.sea import elfouhaily, spectra, spreading
+from seamap_rt.sea import spectra, spreading
 from seamap_rt.sea.tabulated import TabulatedSpectrum
 from validation.report import Case, Check, Outcome
 from validation.report.checks import at_most, recorded, relative, within
@@ -107,7 +107,7 @@ def slopes(full: bool) -> Outcome:
 def _moments(wind: float) -> tuple[float, float, float]:
     """Hs [m], mean square slope and its up-wind part."""
     k = np.geomspace(1e-3, 2e4, 20_001)
-    density, contrast = elfouhaily.elfouhaily97(k, wind), elfouhaily.elfouhaily97_spreading(k, wind)
+    density, contrast = spectra.elfouhaily97(k, wind), spectra.elfouhaily97_spreading(k, wind)
 
     def over(values: Array) -> float:
         return float(np.trapezoid(values * k, np.log(k)))

@@ -19,7 +19,7 @@ from seamap_rt.radar.antenna import Cut, antenna
 from seamap_rt.radar.waveform import RangeResponse
 from seamap_rt.settings import AntennaSettings, RadarSettings
 from validation.claims.data_rate import CLAIM, claim_data_rate
-from validation.claims.weakest_sea import claim_minimum_nrcs
+from validation.claims.weakest_sea import aperture_gain, claim_minimum_nrcs
 
 REPRODUCED, ONLY_IF, NOT = "reproduced", "only if", "not reproduced"
 STUDY = RadarSettings()  # its defaults are the study's radar
@@ -81,7 +81,7 @@ def beam() -> Claim:
         (
             f"evenly lit {_APERTURE[0]:g} m × {_APERTURE[1]:g} m",
             f"{even[0]:.2f}° × {even[1]:.1f}°, first sidelobes "
-            f"{_first_sidelobe(lambda cosine: np.sinc(10.0 * cosine)):.1f} dB, {db(link.aperture_gain(STUDY)):.2f} dBi",
+            f"{_first_sidelobe(lambda cosine: np.sinc(10.0 * cosine)):.1f} dB, {db(aperture_gain(STUDY)):.2f} dBi",
         )
     ]
     worst = 0.0

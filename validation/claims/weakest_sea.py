@@ -26,6 +26,11 @@ class MinimumNrcs(NamedTuple):
     reached_m: float  # range at which σ0 of the claim has a signal to noise ratio of 0 dB
 
 
+def aperture_gain(radar: RadarSettings, efficiency: float = 1.0) -> float:
+    """4π A η/λ² of the aperture's own area, the gain (a ratio) that textbooks start from."""
+    return 4.0 * np.pi * efficiency * radar.antenna.width_m * radar.antenna.height_m / link.wavelength(radar) ** 2
+
+
 def claim_minimum_nrcs(
     radar: RadarSettings, decorrelation_time_s: float = 0.010, claim_db: float = -55.0, range_m: float = 100.0
 ) -> list[MinimumNrcs]:
@@ -39,8 +44,8 @@ def claim_minimum_nrcs(
     echoes: list[tuple[str, float, Callable[[NDArray[np.float64]], NDArray[np.float64]]]] = [
         (words, gain, lambda r, gain=gain: link.textbook_power(radar, 1.0, r, gain))
         for words, gain in (
-            ("textbook, 100 % of the aperture", link.aperture_gain(radar)),
-            ("textbook, 60 % of the aperture", link.aperture_gain(radar, 0.6)),
+            ("textbook, 100 % of the aperture", aperture_gain(radar)),
+            ("textbook, 60 % of the aperture", aperture_gain(radar, 0.6)),
             ("textbook, gain of the pattern", own),
         )
     ]

@@ -1,4 +1,4 @@
-"""What the pulses between slow-time nodes cost, beside what the law of `echoes.between_nodes` expects.
+"""What the pulses between slow-time nodes cost, beside what the law of `echoes.slow_time` expects.
 
 python -m validation.radar.between_nodes [--height-errors 0.005,0.01,0.02,0.05,0.1,0.2]
 
@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.echoes import turn as summing
+from seamap_rt.echoes.response import truncation_share
 from seamap_rt.echoes.slow_time import Nodes, choose_nodes
-from seamap_rt.echoes.truncation import truncation_share
 from seamap_rt.interferometry import retrieve_one
 from seamap_rt.metrics import HALF_VISIBLE
 from seamap_rt.radar.scan import BEAMS_BEYOND

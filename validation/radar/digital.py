@@ -86,10 +86,22 @@ def against_bits(changes: list[str], pulses: int) -> None:
         )
 
 
+def noise_gains(receiver: DigitalReceiver) -> tuple[float, float]:
+    """What the low-pass leaves of the thermal noise's mean power (kTBF in the envelope): of the band itself, and of
+    its image, from beyond the zone's edge. Their sum is the gates' thermal noise over kTBF."""
+    radar, number = receiver.radar, np.arange(receiver.taps.size)
+    apart = number[:, None] - number
+    pulse = RangeResponse(radar.pulse_width_s, radar.bandwidth_hz)  # before a chirp is compressed
+    correlation = pulse.noise_correlation(0.5 * SPEED_OF_LIGHT / radar.receiver.adc_rate_hz * apart)
+    weight = np.outer(receiver.taps, receiver.taps) * correlation
+    turns = 2.0 * receiver.zone.alias_hz / radar.receiver.adc_rate_hz * apart
+    return float(weight.sum()), float(np.sum(weight * np.cos(2.0 * np.pi * turns)))
+
+
 def zone_and_image(changes: list[str]) -> None:
     radar = radar_of(changes)
     receiver = DigitalReceiver(radar)
-    zone, (band, image) = receiver.zone, receiver.noise_gains()
+    zone, (band, image) = receiver.zone, noise_gains(receiver)
     print(
         f"IF {1e-6 * radar.receiver.if_hz:g} MHz at {1e-6 * radar.receiver.adc_rate_hz:g} MS/s: zone {zone.number}, "
         f"{'mirrored' if zone.mirrored else 'upright'}, alias {1e-6 * zone.alias_hz:g} MHz, "

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 import seamap_rt as sr
 from seamap_rt.echoes import turn as summing
-from seamap_rt.echoes.beams import TwoWayBeams, two_way_beams
-from seamap_rt.echoes.truncation import share_aside
+from seamap_rt.echoes.response import TwoWayBeams, share_aside, two_way_beams
 from seamap_rt.interferometry import retrieve_one
 from seamap_rt.metrics import HALF_VISIBLE
 from seamap_rt.radar.array import antenna_array

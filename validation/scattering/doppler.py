@@ -23,8 +23,8 @@ from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
 import seamap_rt as sr
 from seamap_rt.echoes import turn_voltages
-from seamap_rt.echoes.motion import Motion
 from seamap_rt.echoes.paths import facet_paths, wavenumber
+from seamap_rt.echoes.speckle import Motion
 from seamap_rt.radar.scan import pulses
 from seamap_rt.radar.waveform import gates
 from seamap_rt.report.style import (

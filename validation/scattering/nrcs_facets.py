@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from seamap_rt.conventions import POLARIZATIONS, SPEED_OF_LIGHT
 from seamap_rt.echoes.radar_cross_section import SeaSurface, two_way_power
 from seamap_rt.mesh import SurfaceMesh
+from seamap_rt.mesh.grid import circle_grid
 from seamap_rt.mesh.surface import sea_on_grid, surface_mesh
 from seamap_rt.scattering import nrcs_bragg, sea_state_from_wind, wind_from_sea_state
 from seamap_rt.scattering.calibration import fit_scale
 from seamap_rt.sea import Sea, realize
 from seamap_rt.settings import ElfouhailyWaves, RadarSettings, ScatteringSettings, SeaSettings, TracingSettings
 from seamap_rt.tracing import Illumination, tracer
-from seamap_rt.tracing.circle import circle_grid
 
 FREQUENCY_HZ = 9.3e9
 FAR = RadarSettings(frequency_hz=FREQUENCY_HZ, height_m=10.0, range_m=(280.0, 6300.0))
@@ -163,8 +163,7 @@ def looks_by_wind(wind_speed: float, polarization: str, seeds: tuple[int, ...]) 
 def _mesh(sea: Sea, radar: RadarSettings, rate: float | None) -> tuple[SurfaceMesh, NDArray[np.bool_]]:
     """The meshed sea around the mast, and those of its columns that count."""
     grid, columns = circle_grid(radar, TracingSettings())
-    elevation, velocity, *shift = sea_on_grid(sea, grid, rate)
-    return surface_mesh(grid, elevation, velocity, *shift), columns
+    return surface_mesh(grid, *sea_on_grid(sea, grid, rate)), columns
 
 
 def _sea(sea_state: float, seed: int) -> Sea:

@@ -24,7 +24,7 @@ from scipy.ndimage import map_coordinates
 
 from seamap_rt.conventions import GRAVITY
 from seamap_rt.io.recorded_sea import RecordedSea, recorded_sea
-from seamap_rt.physics.amplitude_dispersion import sea_shift
+from seamap_rt.physics.dispersion import sea_shift
 
 Waves = NDArray[np.complex128]
 LAG_S, EACH_S = 16.0, 2.0

@@ -75,7 +75,7 @@ def cost(side: float, order: int, repeats: int) -> Cost:
     points = band.to_points(before.elevation, rates.points)
 
     def transforms() -> None:
-        for _ in range(rates.transforms - backward):
+        for _ in range(5 + order * (order + 1) // 2 - 1 + (order - 1) + 2 - backward):
             band.to_points(before.elevation, rates.points)
         for _ in range(backward):
             band.to_waves(points)

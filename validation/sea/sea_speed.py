@@ -49,11 +49,10 @@ from seamap_rt.report.style import (
     styled,
 )
 from seamap_rt.sea import direct_sum, realize
-from seamap_rt.sea.accuracy import TIME_ORDER
+from seamap_rt.sea.fields import DERIVATIVES
 from seamap_rt.sea.moving_field import TAPS, MovingField
-from seamap_rt.sea.spline import bspline_polynomials, bspline_transform
+from seamap_rt.sea.spline import TIME_ORDER, bspline_polynomials, bspline_transform
 from seamap_rt.sea.spline_kernel import in_lanes, spline_kernel
-from seamap_rt.sea.sums import DERIVATIVES
 from seamap_rt.sea.wave_trains import PlaneTrain, Quantity
 from seamap_rt.settings import JonswapWaves, SeaSettings, TracingSettings
 from validation import FIGURES

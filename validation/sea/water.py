@@ -40,7 +40,7 @@ from seamap_rt.report.style import (
     styled,
 )
 from seamap_rt.sea import Sea, realize, spectra, spectral_system, spreading
-from seamap_rt.sea.elfouhaily import elfouhaily97, elfouhaily97_contrast, elfouhaily97_spreading
+from seamap_rt.sea.spectra import elfouhaily97, elfouhaily97_contrast, elfouhaily97_spreading
 from seamap_rt.settings import ElfouhailyWaves, JonswapWaves, PiersonMoskowitzWaves, RandomWaves, SeaSettings, TmaWaves
 from validation import FIGURES
 
@@ -243,7 +243,7 @@ def spreadings_at(ratio: float, angle: NDArray[np.float64]) -> Iterator[tuple[st
     yield "hasselmann", VERMILION, spreading.cos2s(angle, spreading.hasselmann_exponent(ratio, age))
     yield "donelan_banner", PURPLE, spreading.donelan_banner(angle, spreading.donelan_banner_beta(ratio))
     contrast = elfouhaily97_contrast(peak * ratio**2, wind, peak)
-    yield "elfouhaily", BLUE, spreading.half_plane_elfouhaily(angle, contrast)
+    yield "elfouhaily", BLUE, spreading.half_plane_elfouhaily(np.cos(angle), contrast)
 
 
 # ------------------------------------------------------------------------------------------------------- choppy waves

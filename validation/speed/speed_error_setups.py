@@ -19,7 +19,7 @@ import seamap_rt as sr
 from seamap_rt.dataset import QUALITY_FLAGS
 from seamap_rt.echoes import expected_look_gates
 from seamap_rt.echoes.dataset import echo_dataset
-from seamap_rt.echoes.truncation import truncation_share
+from seamap_rt.echoes.response import truncation_share
 from seamap_rt.echoes.turn import turn_echoes
 from seamap_rt.mesh import SurfaceMesh
 from seamap_rt.metrics import HALF_VISIBLE, HEADLINE_M

@@ -18,7 +18,7 @@ from ...dataset import ECHO_ATTRIBUTES, FURTHER_ECHO_ATTRIBUTES
 from ...errors import SchemaError
 from ...io.text import plain_attribute, rounded_up
 from ...radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS, ground_cells, least_ground_side
-from ...radar.transmitter import comparing_pulses
+from ...radar.receiver import comparing_pulses
 from ...settings import RetrievalSettings
 from ...settings.radar import FARTHEST_M
 from .description import RadarDescription

@@ -8,14 +8,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...conventions import db
-from ...echoes.between_nodes import interpolation_loss
-from ...echoes.truncation import beam_truncation, speckle_truncation, truncation_error_m, truncation_share
-from ...physics.propagation import earth_drop_m, edge_blur_m
-from ...physics.shadowing import second_bounce_share
+from ...echoes.response import beam_truncation, truncation_error_m, truncation_share
+from ...echoes.slow_time import interpolation_loss
+from ...echoes.speckle import speckle_truncation
+from ...physics.shadowing import earth_drop_m, edge_blur_m, second_bounce_share
 from ...radar import link, precision
 from ...radar.array import antenna_array
+from ...radar.receiver import stray_within_pulse
 from ...radar.scan import BEAMS_BEYOND, sector_width
-from ...radar.transmitter import stray_within_pulse
 from ...scattering import MEAN_MODELS, mean_level, sea_state_from_wind
 from ...scattering.bragg import bragg_speed
 from ...scattering.mean_models import models_spread_db, wind_contrast_db
@@ -76,7 +76,7 @@ def _truncated(case: Case) -> Iterator[Row]:
     missed = interpolation_loss(share)
     says = f"nodes lie so far apart that up to {float(db(missed)):.2g} dB of the power is missed between them; "
     says += "lower tracing.height_error_m"
-    source = "√p σ, p of the power (`echoes.between_nodes`)"
+    source = "√p σ, p of the power (`echoes.slow_time`)"
     yield row("pulses between slow-time nodes", math.sqrt(missed) * sigma, error, source, says)
     lost, source = speckle_truncation(share), "p σ, p of the power (`echoes.truncation.speckle_truncation`)"
     says = f"speckle's modes hold all but {float(db(lost)):.2g} dB of what the beam hears; lower tracing.height_error_m"

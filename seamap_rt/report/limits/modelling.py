@@ -12,9 +12,8 @@ from ...interferometry.phase.interferogram import LASTING
 from ...radar import link, precision
 from ...radar.array import antenna_array, common_squint_deg
 from ...radar.digital import decimation, full_scale_w, quantisation_db
-from ...radar.receiver import noise_power
+from ...radar.receiver import measures_phase, noise_power, pulse_coherence, transmit_phase_error
 from ...radar.scan import scanned_share
-from ...radar.transmitter import measures_phase, pulse_coherence, transmit_phase_error
 from ...radar.waveform import RangeResponse, blind_range_m
 from ...scattering import MEAN_MODELS
 from ...scattering.bragg import bragg_speed

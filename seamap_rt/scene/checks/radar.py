@@ -13,8 +13,8 @@ from ...radar.array import antenna_array
 from ...radar.checks import pulses_of_a_look, pulses_of_a_turn
 from ...radar.grid import BYTES_PER_VOLTAGE, MOST_ECHO_BYTES, MOST_GROUND_CELLS, ground_cells, least_ground_side
 from ...radar.platform import boat_motion
+from ...radar.receiver import comparing_pulses, pulse_coherence
 from ...radar.scan import BEAMS_BEYOND, sector_width, turn_duration
-from ...radar.transmitter import comparing_pulses, pulse_coherence
 from ...radar.waveform import RangeResponse, gate_spacing_m
 from ...settings import (
     AntennaSettings,

@@ -17,8 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from .basin import Band, Waves
-from .rates import Rates
+from .rates import Band, Rates, Waves
 
 CUT_OFF = 8.0  # of the filter, in wave numbers of the peak
 SHARPNESS = 30.0
