@@ -108,26 +108,27 @@ def _gather(column, surface, bins, position, height, sums):
 
     position, height (part, facet): as `_place` fills them.
     """
-    parts = position.shape[0]
-    for facet in range(surface.distance.size):
-        area, arriving = surface.area[facet], np.float64(surface.arriving[column, facet])
-        seen, echo = surface.lit[column, facet] * area, surface.rcs[column, facet] * arriving / parts
-        look, cross = area * surface.slope_look[column, facet], area * surface.slope_cross[column, facet]
+    parts, area_of, lit, rcs, light = position.shape[0], surface.area, surface.lit, surface.rcs, surface.arriving
+    slope_look, slope_cross, last = surface.slope_look, surface.slope_cross, bins.size - 1
+    for facet in range(area_of.size):
+        area, arriving = area_of[facet], np.float64(light[column, facet])
+        seen, echo = lit[column, facet] * area, rcs[column, facet] * arriving / parts
+        look, cross = area * slope_look[column, facet], area * slope_cross[column, facet]
         for part in range(parts):
-            at = position[part, facet]
-            if not 0.0 <= at < bins.size - 1:
+            at, level = position[part, facet], height[part, facet]
+            if not 0.0 <= at < last:
                 continue
-            number, level = np.uint64(at), height[part, facet]
-            share = at - number
-            for bin_, weight in ((number, 1.0 - share), (number + np.uint64(1), share)):
-                sums[AREA, bin_] += weight * area
-                sums[SEEN, bin_] += weight * seen
-                sums[HEIGHT, bin_] += weight * (level * area)
-                sums[HEIGHT_SEEN, bin_] += weight * (level * seen)
-                sums[SLOPE_LOOK, bin_] += weight * look
-                sums[SLOPE_CROSS, bin_] += weight * cross
-                sums[ECHO, bin_] += weight * echo
-                sums[LIGHT, bin_] += weight * (area * arriving)
+            number = np.uint64(at)
+            value = area, seen, level * area, level * seen, look, cross, echo, area * arriving  # in their order
+            _add(sums, number, 1.0 - (at - number), value)
+            _add(sums, number + np.uint64(1), at - number, value)
+
+
+@compiled_step
+def _add(sums, number, weight, value):
+    """Add a facet's quantities to a bin."""
+    for quantity in range(QUANTITIES):
+        sums[quantity, number] += weight * value[quantity]
 
 
 @compiled

@@ -30,10 +30,11 @@ class HalfTurns(NamedTuple):
 class Sums(NamedTuple):
     """Of products, and of the squares of either factor; (kind, look, gate)."""
 
-    cross: NDArray[np.complex128]
+    real: NDArray[np.float64]
+    imaginary: NDArray[np.float64]
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
-    count: NDArray[np.float64]
+    products: NDArray[np.float64]  # how many
 
 
 @compiled_fused
@@ -42,49 +43,58 @@ def add_products(rows, look, table, turns, low, high, sums):
     voltages of a pulse and receiver; look (pulse, gate or 1), −1 for none. Those that are not finite are left out."""
     for block in range(table.begin.shape[1] - 1):
         for kind in range(table.begin.shape[0]):
-            for n in range(table.begin[kind, block], table.begin[kind, block + 1]):
-                one, other, looks = table.first[n], table.second[n], look[table.owner[n]]
+            n, end = table.begin[kind, block], table.begin[kind, block + 1]
+            while n < end:
+                looks, last = look[table.owner[n]], n + 1
+                while looks.size == 1 and last < end and look[table.owner[last], 0] == looks[0]:
+                    last += 1
                 gate = low
-                while gate < high:  # those of the same look that lie together are taken together
+                while gate < high:  # what is of the same look and lies together is taken together
                     here, stop = looks[min(gate, looks.size - 1)], gate + 1
                     while stop < high and (looks.size == 1 or looks[stop] == here):
                         stop = stop + 1 if looks.size > 1 else high
-                    number = turns.number[kind]
-                    if here >= 0 and number < 0:
-                        _add(rows[one], rows[other], gate, stop, kind, here, sums)
-                    elif here >= 0:
-                        turn = turns.phasor[number, one // turns.receivers]
-                        its = turns.phasor[number, other // turns.receivers]
-                        _add_turned(rows[one], rows[other], turn, its, gate, stop, kind, here, sums)
+                    if here >= 0:
+                        _add(rows, table, turns, n, last, gate, stop, kind, here, sums)
                     gate = stop
+                n = last
+
+
+@compiled_fused
+def _add(rows, table, turns, begin, end, start, stop, kind, look, sums):
+    """Add products begin … end of gates start … stop to the sums of a look."""
+    real, imaginary = sums.real[kind, look], sums.imaginary[kind, look]
+    lower, upper = sums.lower[kind, look], sums.upper[kind, look]
+    count, number = sums.products[kind, look], turns.number[kind]
+    for n in range(begin, end):
+        first, second = rows[table.first[n]], rows[table.second[n]]
+        if number >= 0:
+            turn = turns.phasor[number, table.first[n] // turns.receivers]
+            its = turns.phasor[number, table.second[n] // turns.receivers]
+            for gate in range(np.uint64(start), np.uint64(stop)):
+                value, power, other = _product(first[gate], second[gate])
+                good = power + other < np.inf
+                value *= turn[gate] * its[gate]
+                real[gate] += value.real if good else 0.0
+                imaginary[gate] += value.imag if good else 0.0
+                lower[gate] += power if good else 0.0
+                upper[gate] += other if good else 0.0
+                count[gate] += 1.0 if good else 0.0
+        else:
+            for gate in range(np.uint64(start), np.uint64(stop)):  # unsigned: what may be negative is not vectorised
+                value, power, other = _product(first[gate], second[gate])
+                good = power + other < np.inf
+                real[gate] += value.real if good else 0.0
+                imaginary[gate] += value.imag if good else 0.0
+                lower[gate] += power if good else 0.0
+                upper[gate] += other if good else 0.0
+                count[gate] += 1.0 if good else 0.0
 
 
 @compiled_step_fused
-def _add(first, second, start, stop, kind, look, sums):
-    cross, lower, upper = sums.cross[kind, look], sums.lower[kind, look], sums.upper[kind, look]
-    count = sums.count[kind, look]
-    for gate in range(np.uint64(start), np.uint64(stop)):  # unsigned: an index that may be negative is not vectorised
-        a, b = np.complex128(first[gate]), np.complex128(second[gate])
-        power, other = a.real * a.real + a.imag * a.imag, b.real * b.real + b.imag * b.imag
-        good = power + other < np.inf
-        cross[gate] += a * np.conj(b) if good else 0.0j
-        lower[gate] += power if good else 0.0
-        upper[gate] += other if good else 0.0
-        count[gate] += 1.0 if good else 0.0
-
-
-@compiled_step_fused
-def _add_turned(first, second, turn, other_turn, start, stop, kind, look, sums):
-    cross, lower, upper = sums.cross[kind, look], sums.lower[kind, look], sums.upper[kind, look]
-    count = sums.count[kind, look]
-    for gate in range(np.uint64(start), np.uint64(stop)):
-        a, b = np.complex128(first[gate]), np.complex128(second[gate])
-        power, other = a.real * a.real + a.imag * a.imag, b.real * b.real + b.imag * b.imag
-        good = power + other < np.inf
-        cross[gate] += a * np.conj(b) * (turn[gate] * other_turn[gate]) if good else 0.0j
-        lower[gate] += power if good else 0.0
-        upper[gate] += other if good else 0.0
-        count[gate] += 1.0 if good else 0.0
+def _product(first, second):
+    """Of two voltages a b*, and their powers."""
+    a, b = np.complex128(first), np.complex128(second)
+    return a * np.conj(b), a.real * a.real + a.imag * a.imag, b.real * b.real + b.imag * b.imag
 
 
 @compiled

@@ -62,12 +62,13 @@ def dwell_means(
     phasor = np.stack(list(different.values())) if different else np.zeros((0, 0, 0), dtype=np.complex64)
     number = np.array([-1 if turn is None else list(different).index(id(turn)) for turn in turns])
     shape = len(kinds), dwells.looks, gates
-    sums = Sums(np.zeros(shape, dtype=np.complex128), *np.zeros((3, *shape)))
+    sums = Sums(*(np.zeros(shape) for _ in Sums._fields))
     given = rows, dwells.look.reshape(pulses, -1), table, HalfTurns(phasor, number, receivers)
     with pool() as workers:  # each has gates of its own, so that their number changes no bit
         count = workers.count
         edges = [*(gates * n // count // _GATES * _GATES for n in range(count)), gates]
         for each in [workers.submit(add_products, *given, low, high, sums) for low, high in pairwise(edges)]:
             each.result()
-    share = 1.0 / np.where(sums.count > 0.0, sums.count, np.nan)
-    return [Covariance(*each) for each in zip(*(part * share for part in sums[:3]), strict=True)]
+    share = 1.0 / np.where(sums.products > 0.0, sums.products, np.nan)
+    cross = (sums.real + 1j * sums.imaginary) * share
+    return [Covariance(*each) for each in zip(cross, sums.lower * share, sums.upper * share, strict=True)]

@@ -25,11 +25,18 @@ class PhaseSlopes:
     per_look: NDArray[np.float64]
     level: Level | None = None
 
+    def phasors(self, shape: tuple[int, ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """What turns a neighbour's phase back by either (part, look or 1, gate) of a map's shape (look, gate): kept,
+        for windows come in several sizes."""
+        if shape not in self._kept:
+            phases = (np.atleast_2d(each) for each in (self.per_gate, self.per_look))
+            wide = (np.broadcast_to(each, (len(each), shape[1])) for each in phases)
+            self._kept[shape] = tuple(_parts(np.exp(-1j * each)) for each in wide)
+        return self._kept[shape]
+
     @cached_property
-    def phasors(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """What turns a neighbour's phase back by either (look or 1, gate or 1): kept, for windows come in several
-        sizes."""
-        return np.atleast_2d(np.exp(-1j * self.per_gate)), np.atleast_2d(np.exp(-1j * self.per_look))
+    def _kept(self) -> dict[tuple[int, ...], Any]:
+        return {}
 
 
 @dataclass(frozen=True)
@@ -61,36 +68,35 @@ class Covariance:
         of a circle do not meet: they lie a turn apart in time. Unknown cells stay NaN.
         """
         half, level, cells = range_weights.size // 2, along.level, self._cells
-        beside = np.empty((0, 1, 1), dtype=np.complex128)
+        beside = np.empty((2, 0, 1, 1))
         if level is not None:
-            beside = np.exp(1j * np.stack([level(gate) for gate in range(-half, half + 1)]))
-            cells = cells._replace(cross=cells.cross * np.exp(-1j * level(0)))
-        gates = cells.known.shape[1]
-        phasors = (np.ascontiguousarray(np.broadcast_to(each, (len(each), gates))) for each in along.phasors)
-        turns, means, weights = Phasors(*phasors, beside), _unfilled(cells.known.shape), (range_weights, look_weights)
-        in_blocks(lambda *looks: window_means(*looks, cells, *weights, turns, *means), len(cells.known))
-        return Covariance(*means)
+            beside = _parts(np.exp(1j * np.stack([level(gate) for gate in range(-half, half + 1)])))
+            turned = _parts(np.where(self.known, self.cross, 0.0) * np.exp(-1j * level(0)))
+            cells = Cells(np.concatenate((turned, cells.fields[2:])), cells.known)
+        phasors, weights = Phasors(*along.phasors(self.cross.shape), beside), (range_weights, look_weights)
+        means = np.empty(cells.fields.shape)
+        in_blocks(lambda *looks: window_means(*looks, cells, *weights, phasors, means), len(cells.known))
+        return _covariance(means)
 
     def windowed(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> Covariance:
         """Means over such a window as they are: no phase is turned, and cells that are not known are left out one by
         one. They stay NaN."""
-        cells, weights = self._cells, (range_weights, look_weights)
-        means = _unfilled(cells.known.shape)
-        in_blocks(lambda *looks: window_means_as_they_are(*looks, cells, *weights, *means), len(cells.known))
-        return Covariance(*means)
+        cells, means, weights = self._cells, np.empty((4, *self.cross.shape)), (range_weights, look_weights)
+        in_blocks(lambda *looks: window_means_as_they_are(*looks, cells, *weights, means), len(cells.known))
+        return _covariance(means)
 
     def power_in(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> NDArray[np.float64]:
         """Mean power [W] (look, gate) of both receivers over such a window."""
         cells, weights = self._cells, (range_weights, look_weights)
-        power, means = 0.5 * (cells.lower + cells.upper), np.empty(cells.known.shape)
+        power, means = cells.fields[2:].mean(axis=0), np.empty(cells.known.shape)
         in_blocks(lambda *looks: window_powers(*looks, power, cells.known, *weights, means), len(means))
         return means
 
     @cached_property
     def _cells(self) -> Cells:
         """Kept, for windows come in several sizes."""
-        parts = (np.where(self.known, part, 0.0) for part in (self.cross, self.lower, self.upper))
-        return Cells(*parts, self.known.astype(np.float64))
+        parts = self.cross.real, self.cross.imag, self.lower, self.upper
+        return Cells(np.where(self.known, np.stack(parts), 0.0), self.known.astype(np.float64))
 
     def rotated(self, phase: NDArray[np.float64]) -> Covariance:
         """The same with a phase [rad], (look, gate), added to that between the receivers."""
@@ -103,8 +109,14 @@ class Covariance:
             return np.abs(self.cross) / np.sqrt(self.lower * self.upper)
 
 
-def _unfilled(shape: tuple[int, ...]) -> tuple[NDArray[np.complex128], NDArray[np.float64], NDArray[np.float64]]:
-    return np.empty(shape, dtype=np.complex128), np.empty(shape), np.empty(shape)
+def _covariance(means: NDArray[np.float64]) -> Covariance:
+    """Of real and imaginary part and both powers (4, look, gate)."""
+    return Covariance(means[0] + 1j * means[1], means[2], means[3])
+
+
+def _parts(values: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Real and imaginary part (2, …)."""
+    return np.stack((values.real, values.imag))
 
 
 def without_noise(covariance: Covariance, noise_power: float) -> Covariance:
