@@ -71,15 +71,16 @@ class SeaSurface:
             return Returns(self._scaled(facets, self._mean_power(facets)), self.motion_of(facets, None))
         lit = None if self.spikes is None else self.spikes.on(facets)
         rcs, breaking = (np.zeros(facets.height.shape, dtype=np.float32) for _ in range(2))
-        scale, parts = self.scale, ()
+        scale, parts = self.scale, None
         if scale is not None:
-            parts = [each.astype(np.float32) for each in scale.terms(self.grazing(facets), self.wind(facets)[:, 0])]
+            given = scale.terms(self.grazing(facets), self.wind(facets)[:, 0])
+            parts = tuple(each.astype(np.float32) for each in given)
 
         def fill(number: tuple[NDArray[np.intp], ...], terms: Terms) -> None:
             broken = terms.breaking if lit is None else terms.breaking * lit.factor[number]
             total = terms.bragg + terms.specular + broken
             breaking[number] = broken / np.maximum(total, _DARK)
-            if scale is not None:
+            if scale is not None and parts is not None:
                 column, facet = number
                 level, depth, flat, lean = parts
                 total = total * scale.factor(level[facet], depth[facet], flat[column], lean[column])

@@ -59,7 +59,7 @@ def add_products(rows, look, table, turns, low, high, sums):
                 n = last
 
 
-@compiled_fused
+@compiled_step_fused
 def _add(rows, table, turns, begin, end, start, stop, kind, look, sums):
     """Add products begin … end of gates start … stop to the sums of a look."""
     real, imaginary = sums.real[kind, look], sums.imaginary[kind, look]

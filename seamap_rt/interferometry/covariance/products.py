@@ -57,7 +57,7 @@ def dwell_means(
         second.append(np.concatenate([p.second[0] * receivers + p.second[1] for p in kind])[order])
         begin[number] = start + np.searchsorted(owner[-1], ends)
         start += owners.size
-    table = Table(*(np.concatenate(part) for part in (first, second, owner)), begin)
+    table = Table(np.concatenate(first), np.concatenate(second), np.concatenate(owner), begin)
     different = {id(turn): turn for turn in turns if turn is not None}
     phasor = np.stack(list(different.values())) if different else np.zeros((0, 0, 0), dtype=np.complex64)
     number = np.array([-1 if turn is None else list(different).index(id(turn)) for turn in turns])
