@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compute.compiled import compiled, compiled_step
+from ...compute.compiled import compiled, compiled_fused, compiled_step
 
 BLOCK = 3  # gates that share their neighbours
 _GATES = 3  # neighbouring gates to either side
@@ -63,7 +63,7 @@ class ErrorTables(NamedTuple):
 def interpolate(cells, sea_tables, half, errors, first, last, estimate):
     """Blocks of gates first … last − 1 of estimate (look, gate): mean, its variance, those of the mean slopes outward
     and clockwise, and their covariance, which a few looks of a block have of one cell."""
-    height, parts, points, wanted, looks = cells
+    height, points, wanted, looks = cells.height, cells.points, cells.wanted, cells.looks
     tables, level, spacing = sea_tables
     (along, across), (together, beside) = half, errors
     rows, gates = height.shape
@@ -254,7 +254,7 @@ def _add_errors(row, i, near, index, along, beside):
         j -= 1
 
 
-@compiled
+@compiled_fused
 def _eliminate(given, count, error, left, inverse, first):
     """Gauss's elimination of the covariances `given` (row, right-hand sides from `first` on and columns up to its own),
     from the last row to the first: what is left of each, and one over what is left of its own variance.
