@@ -13,7 +13,7 @@ from ...compute.machine import pool
 from .dwell_kernel import HalfTurns, Sums, Table, add_products
 from .dwells import Dwells
 from .pairs import Rows
-from .windows import Covariance
+from .windows import Covariance, complex_of
 
 _BLOCK = 64  # pulses whose voltages are gone through for all products at once: they stay in the processor's cache
 _GATES = 64  # at a multiple of which each thread begins
@@ -70,5 +70,5 @@ def dwell_means(
         for each in [workers.submit(add_products, *given, low, high, sums) for low, high in pairwise(edges)]:
             each.result()
     share = 1.0 / np.where(sums.products > 0.0, sums.products, np.nan)
-    cross = (sums.real + 1j * sums.imaginary) * share
+    cross = complex_of(sums.real * share, sums.imaginary * share)
     return [Covariance(*each) for each in zip(cross, sums.lower * share, sums.upper * share, strict=True)]

@@ -29,9 +29,9 @@ class PhaseSlopes:
         """What turns a neighbour's phase back by either (part, look or 1, gate) of a map's shape (look, gate): kept,
         for windows come in several sizes."""
         if shape not in self._kept:
-            phases = (np.atleast_2d(each) for each in (self.per_gate, self.per_look))
-            wide = (np.broadcast_to(each, (len(each), shape[1])) for each in phases)
-            self._kept[shape] = tuple(_parts(np.exp(-1j * each)) for each in wide)
+            phasors = (_phasor(-np.atleast_2d(each)) for each in (self.per_gate, self.per_look))
+            wide = (np.broadcast_to(each, (*each.shape[:2], shape[1])) for each in phasors)
+            self._kept[shape] = tuple(map(np.ascontiguousarray, wide))
         return self._kept[shape]
 
     @cached_property
@@ -70,9 +70,9 @@ class Covariance:
         half, level, cells = range_weights.size // 2, along.level, self._cells
         beside = np.empty((2, 0, 1, 1))
         if level is not None:
-            beside = _parts(np.exp(1j * np.stack([level(gate) for gate in range(-half, half + 1)])))
-            turned = _parts(np.where(self.known, self.cross, 0.0) * np.exp(-1j * level(0)))
-            cells = Cells(np.concatenate((turned, cells.fields[2:])), cells.known)
+            beside = _phasor(np.stack([level(gate) for gate in range(-half, half + 1)]))
+            turned = np.where(self.known, self.cross, 0.0) * np.exp(-1j * level(0))
+            cells = Cells(np.concatenate(([turned.real, turned.imag], cells.fields[2:])), cells.known)
         phasors, weights = Phasors(*along.phasors(self.cross.shape), beside), (range_weights, look_weights)
         means = np.empty(cells.fields.shape)
         in_blocks(lambda *looks: window_means(*looks, cells, *weights, phasors, means), len(cells.known))
@@ -111,12 +111,18 @@ class Covariance:
 
 def _covariance(means: NDArray[np.float64]) -> Covariance:
     """Of real and imaginary part and both powers (4, look, gate)."""
-    return Covariance(means[0] + 1j * means[1], means[2], means[3])
+    return Covariance(complex_of(*means[:2]), means[2], means[3])
 
 
-def _parts(values: NDArray[np.complex128]) -> NDArray[np.float64]:
+def complex_of(real: NDArray[np.float64], imaginary: NDArray[np.float64]) -> NDArray[np.complex128]:
+    made = np.empty(real.shape, dtype=np.complex128)
+    made.real, made.imag = real, imaginary
+    return made
+
+
+def _phasor(phase: NDArray[np.float64]) -> NDArray[np.float64]:
     """Real and imaginary part (2, …)."""
-    return np.stack((values.real, values.imag))
+    return np.stack((np.cos(phase), np.sin(phase)))
 
 
 def without_noise(covariance: Covariance, noise_power: float) -> Covariance:
