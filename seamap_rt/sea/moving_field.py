@@ -152,7 +152,7 @@ class MovingField:
     @cached_property
     def _columns(self) -> int:
         """Columns of a field at one knot, with their halo."""
-        from ..compute.lanes import LANES
+        from .spline_kernel import LANES
 
         return self.shape[1] + LANES - 1
 

@@ -18,8 +18,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ..compute.compiled import compiled
-from ..compute.lanes import LANES, add, dot, load, prefetch, store, zeros
+from ..compute.lanes import add, dot, load, prefetch, store, zeros
 
+LANES = 8  # neighbours that are summed together
 _TILE = 2 * LANES  # rows and columns: more are too far from a diagonal column's points, fewer are shared by too few
 
 
@@ -77,9 +78,9 @@ def spline_kernel(
                     start, to = (top + i) * stride + beside, i * _TILE + beside - left
                     start_next = start + stride if i + 1 < height else start
                     for n in range(0, sums, 2):
-                        first = second = first_next = second_next = zeros()
+                        first = second = first_next = second_next = zeros(LANES)
                         for tap in range(time_taps):
-                            near, next_ = load(grids[tap], start), load(grids[tap], start_next)
+                            near, next_ = load(grids[tap], start, LANES), load(grids[tap], start_next, LANES)
                             first = add(first, time_weight[n, tap], near)
                             second = add(second, time_weight[n + 1, tap], near)
                             first_next = add(first_next, time_weight[n, tap], next_)
@@ -97,9 +98,9 @@ def spline_kernel(
                 of_columns_x = _weights(column_polynomials, 1, east)
                 start = (row[number] - top) * _TILE + column[number] - left
                 for each in range(sums):
-                    s = s_y = s_yy = zeros()
+                    s = s_y = s_yy = zeros(LANES)
                     for i in range(rows):
-                        coefficients = load(tile, each * _TILE * _TILE + start + i * _TILE)
+                        coefficients = load(tile, each * _TILE * _TILE + start + i * _TILE, LANES)
                         s = add(s, row_weight[0, i], coefficients)
                         if most[each] > 0:
                             s_y = add(s_y, row_weight[1, i], coefficients)
@@ -168,7 +169,7 @@ def _weights(polynomials, derivative, fraction):
     """The polynomials of a derivative's taps at a fraction of a step, by Horner's rule."""
     powers = polynomials.shape[1]
     start = derivative * powers * LANES
-    value = load(polynomials, start + (powers - 1) * LANES)
+    value = load(polynomials, start + (powers - 1) * LANES, LANES)
     for power in range(powers - 2, -1, -1):
-        value = add(load(polynomials, start + power * LANES), fraction, value)
+        value = add(load(polynomials, start + power * LANES, LANES), fraction, value)
     return value

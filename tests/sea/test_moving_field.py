@@ -10,13 +10,12 @@ import pytest
 from numba.core import config
 from small_seas import PARTS
 
-from seamap_rt.compute.lanes import LANES
 from seamap_rt.sea import accuracy, moving_field, realize
 from seamap_rt.sea.fields import Relaxed, flow_missed
 from seamap_rt.sea.lattice import Lattice
 from seamap_rt.sea.moving_field import MovingField
 from seamap_rt.sea.spline import bspline_polynomials
-from seamap_rt.sea.spline_kernel import in_lanes, spline_kernel
+from seamap_rt.sea.spline_kernel import LANES, in_lanes, spline_kernel
 from seamap_rt.sea.sums import DERIVATIVES
 from seamap_rt.sea.wave_trains import PlaneTrain, Quantity
 from seamap_rt.settings import JonswapWaves, SeaSettings

@@ -31,7 +31,6 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from seamap_rt.compute.lanes import LANES
 from seamap_rt.physics.dispersion import orbital_ratio
 from seamap_rt.report.style import (
     BLACK,
@@ -52,7 +51,7 @@ from seamap_rt.sea import direct_sum, realize
 from seamap_rt.sea.accuracy import TIME_ORDER
 from seamap_rt.sea.moving_field import TAPS, MovingField
 from seamap_rt.sea.spline import bspline_polynomials, bspline_transform
-from seamap_rt.sea.spline_kernel import in_lanes, spline_kernel
+from seamap_rt.sea.spline_kernel import LANES, in_lanes, spline_kernel
 from seamap_rt.sea.sums import DERIVATIVES
 from seamap_rt.sea.wave_trains import PlaneTrain, Quantity
 from seamap_rt.settings import JonswapWaves, SeaSettings, TracingSettings
