@@ -3,8 +3,8 @@
 A variable of a compiled function can hold so many numbers of single precision, and the functions below act on all of
 them at once. Where a processor's registers are shorter, LLVM splits them. Python itself can call nothing here.
 
-Two kernels sum short rows many times over. Of a warm turn of choppy_sea (0.91 s of the processor, on a Zen 4) plain loops
-took 0.11 s more in the sea's splines (12 %) and 0.05 s more in `echoes.summation` (5 %). All other kernels are plain.
+Two kernels sum short rows many times over. Of a warm turn of choppy_sea (0.91 s of the processor, on a Zen 4) plain
+loops took 0.11 s more in the sea's splines (12 %) and 0.05 s more in `echoes.summation` (5 %). All others are plain.
 """
 
 from __future__ import annotations

@@ -37,15 +37,16 @@ def spline_kernel(
     row_polynomials, column_polynomials = in_lanes(row_weights), in_lanes(column_weights)
 
     # The loops have constant lengths and keep their sums in registers: that is what makes the compiled code fast.
-    def kernel(grids, x, y, knot_time, per_metre, periodic_rows, points, in_time, scale, output_row, result):
+    def kernel(grids, places, per_metre, periodic_rows, points, in_time, scale, output_row, result):
         """Write the values of `points` times `scale` into the rows `output_row` of the result; −1 leaves one out.
 
-        grids: one (row, column) with its halo for each knot around the points' time interval. x, y in metres,
-        per_metre: grid points along rows and columns; periodic_rows: the number of the grids' first row, and how many
-        there are until they come again; knot_time: t in time steps. in_time: weights of the knots (sum, power, tap in
+        grids: one (row, column) with its halo for each knot around the points' time interval. places: x and y in
+        metres, t in time steps. per_metre: grid points along rows and columns; periodic_rows: the number of the grids'
+        first row, and how many there are until they come again. in_time: weights of the knots (sum, power, tap in
         LANES), of each sum over them that is wanted. scale: one for each of `sums.DERIVATIVES`, and output_row (sum,
         derivative).
         """
+        x, y, knot_time = places
         sums, stride = in_time.shape[0], grids[0].shape[1]
         row_weight, time_weight = np.empty((3, LANES), np.float32), np.zeros((sums + 1, LANES), np.float32)
         most = np.array([_highest(output_row, n) for n in range(sums)])

@@ -230,7 +230,7 @@ def plain_methods(plane: PlaneTrain, mesh: Mesh) -> Iterator[Method]:
                 for name, kernel in kernels.items():
                     spare = PLAIN_ROWS + 1 - PLAIN_WEIGHTS[name][0].shape[2]  # rows of halo that it does not take
                     taken = tuple(grid[: grid.shape[0] - spare] for grid in grids.values())
-                    known = (taken, mesh.x, mesh.y, knot_time, scale, (0, size))
+                    known = (taken, (mesh.x, mesh.y, knot_time), scale, (0, size))
                     unit, in_time = np.ones(len(DERIVATIVES)), in_lanes(PLAIN_WEIGHTS[name][2][:1])
                     gathering[name] += median_seconds(
                         lambda: on_all_cores(kernel, *known, points, in_time, unit, output_row, values[name])  # noqa: B023

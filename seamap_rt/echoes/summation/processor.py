@@ -83,7 +83,7 @@ def _add_columns(batch, modes, column_sum, taps, out):
                 for path in range(paths):
                     if phasor_of[path, n] == path:
                         _fill_phasor(turn[path, n], phasor, path)
-                _add_facet(n, modes, column, numbers, phasor, phasor_of, constant, heard, response, weight, column_sum)
+                _add_facet(n, modes[column], numbers, phasor, phasor_of, constant, heard, response, weight, column_sum)
         _add_column(column_sum, taps, columns.first_node[column], out)
 
 
@@ -175,19 +175,19 @@ def _gates_by_phase(table, taps):
 
 
 @compiled_step
-def _add_facet(n, modes, column, numbers, phasor, phasor_of, constant, heard, response, weight, column_sum):
+def _add_facet(n, modes, numbers, phasor, phasor_of, constant, heard, response, weight, column_sum):
     """Add facet n of those at work to column_sum (path, gate, component, node).
 
     Its numbers (facet, component, mode) times the column's modes, rotated by the phasors (path, component, node), the
     one that each path uses (path, facet), times each path's constant (path, component, facet), the weight (path or 1,
     gate, node) of the beam at the facet's own gate, and the response of the gates that hear it (see _find_phases).
     """
-    count, whole = modes.shape[2], modes.shape[3]
+    count, whole = modes.shape[1], modes.shape[2]
     gates, rows, weights, paths = weight.shape[1], column_sum.shape[1], weight.shape[0], phasor_of.shape[0]
     taps = np.uint64((rows - gates) // 2)
     for node in range(0, whole, NODES):
         xa = yb = xb = ya = zeros(NODES)  # separate sums: no addition waits for another
-        index = column * 2 * count * whole + node
+        index = node
         for mode in range(count):
             x, y = numbers[0, mode, n], numbers[1, mode, n]
             a, b = load(modes, index, NODES), load(modes, index + count * whole, NODES)
