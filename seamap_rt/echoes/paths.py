@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +24,8 @@ from ..settings import RadarSettings
 from ..tracing import Illumination
 
 _FACETS = 64  # worked on at a time
-_SQUARE, _FLOW, _SINE, _FIRST, _RANGE, _LONGER, _COMING, _ROWS = range(
-    6, 14
-)  # what is noted of each, behind `_gather`'s
+_DISTANCE, _AHEAD, _ASIDE, _RISE, _LOOK, _LIFT = range(6)  # what is noted of each, by `_gather` …
+_SQUARE, _FLOW, _SINE, _FIRST, _RANGE, _LONGER, _COMING, _ROWS = range(6, 14)  # … and then
 
 Path = tuple[int, int]  # the two antennas
 Chosen = tuple[NDArray[np.intp], NDArray[np.intp]]  # numbers of columns and of facets, which broadcast
@@ -83,9 +83,7 @@ def facet_paths(
         *flat,
         positions,
         velocities,
-        grid.antenna_positions,
-        grid.drift,
-        grid.array_up,
+        _Array(grid.antenna_positions, grid.drift, grid.array_up),
         ranges,
         difference,
         coming,
@@ -99,15 +97,21 @@ def facet_paths(
     return FacetPaths(paths, *(shaped(each) for each in (ranges, difference, coming, amplitude)))
 
 
+class _Array(NamedTuple):
+    antennas: NDArray[np.float64]  # (column, antenna, 3) m
+    drift: NDArray[np.float64]  # (column, antenna, 3) m/s
+    up: NDArray[np.float64]  # (column, 3)
+
+
 @compiled
-def _to_antennas(column, facet, positions, velocities, antennas, drift, up, ranges, difference, coming, sine):
+def _to_antennas(column, facet, positions, velocities, array, ranges, difference, coming, sine):
     """Fill ranges [m], their differences to the first antenna's and radial velocities [m/s], (antenna, n), and the
     direction cosines up the array (n,) of facets with these numbers (n,).
 
     positions: distance, ahead and aside (facet,), height (column, facet), the frame's height (column,). velocities:
-    along the look and up (column, facet). antennas (column, antenna, 3) m; drift (column, antenna, 3) m/s; up
-    (column, 3).
+    along the look and up (column, facet).
     """
+    antennas, drift, up = array
     room, begin = np.zeros((_ROWS, _FACETS)), 0
     while begin < column.size:
         c, count = column[begin], _of_one_column(column, begin)
@@ -140,23 +144,17 @@ def _gather(column, facet, begin, count, positions, velocities, room):
     level = origin[column]
     for n in range(count):
         f = facet[begin + n]
-        room[0, n], room[1, n], room[2, n] = distance[f], ahead[f], aside[f]
-        room[3, n] = height[column, f] - level
-        room[4, n], room[5, n] = look[column, f], lift[column, f]
+        room[_DISTANCE, n], room[_AHEAD, n], room[_ASIDE, n] = distance[f], ahead[f], aside[f]
+        room[_RISE, n] = height[column, f] - level
+        room[_LOOK, n], room[_LIFT, n] = look[column, f], lift[column, f]
 
 
 @compiled_step_fused
 def _look_up(x, y, z, room):
     """Fill the rows that all antennas share; x, y, z: the array's direction up."""
     for n in range(_FACETS):  # of one column or not: whole groups of lanes
-        distance, ahead, aside, rise, look, lift = (
-            room[0, n],
-            room[1, n],
-            room[2, n],
-            room[3, n],
-            room[4, n],
-            room[5, n],
-        )
+        distance, ahead, aside = room[_DISTANCE, n], room[_AHEAD, n], room[_ASIDE, n]
+        rise, look, lift = room[_RISE, n], room[_LOOK, n], room[_LIFT, n]
         square = distance * distance + rise * rise
         room[_SQUARE, n], room[_FLOW, n] = square, look * distance + lift * rise
         room[_SINE, n] = (x * ahead + y * aside + z * rise) / np.sqrt(square)
@@ -171,12 +169,12 @@ def _look_at(position, first, moves, is_first, room):
     its_square, drifts = x * x + y * y + z * z, u * x + v * y + w * z
     first_square = x_first * x_first + y_first * y_first + z_first * z_first
     for n in range(_FACETS):
-        ahead, aside, rise = room[1, n], room[2, n], room[3, n]
+        ahead, aside, rise = room[_AHEAD, n], room[_ASIDE, n], room[_RISE, n]
         along, first_along = x * ahead + y * aside + z * rise, x_first * ahead + y_first * aside + z_first * rise
         range_m = np.sqrt(room[_SQUARE, n] - 2.0 * along + its_square)
         squares = (its_square - first_square) - 2.0 * (along - first_along)
         # (u − d)·(r − a), with the facet's velocity u and position r, and the antenna's d and a.
-        product = room[_FLOW, n] - room[4, n] * x - room[5, n] * z
+        product = room[_FLOW, n] - room[_LOOK, n] * x - room[_LIFT, n] * z
         product -= u * ahead + v * aside + w * rise - drifts
         room[_FIRST, n] = range_m if is_first else room[_FIRST, n]
         room[_LONGER, n] = squares / (range_m + room[_FIRST, n])
@@ -199,7 +197,7 @@ def _amplitudes(
     constants = np.array([amplitude_constant(radar, gain) for gain in gains])
     out = np.empty((len(paths), sine.size), dtype=np.float32)
     lit = facets.lit if facets.field is None else np.ones_like(facets.lit)
-    _fill_amplitudes(*chosen, np.array(paths), constants, rcs, lit, ranges, sine, tables, which, out)
+    _fill_amplitudes(*chosen, np.array(paths), constants, rcs, lit, ranges, sine, (tables, which), out)
     if facets.field is None:
         return out
     return np.stack(
@@ -208,11 +206,12 @@ def _amplitudes(
 
 
 @compiled
-def _fill_amplitudes(column, facet, paths, constants, rcs, lit, ranges, sine, tables, which, out):
+def _fill_amplitudes(column, facet, paths, constants, rcs, lit, ranges, sine, cuts, out):
     """Fill out (path, n): constant · root of rcs (column, facet) · cuts / ranges (antenna, n), where lit for both.
 
-    tables (cut, entry): over direction cosines from −1 to 1; which (antenna,): its table.
+    cuts: tables (cut, entry) over direction cosines from −1 to 1, and which of them (antenna,) is whose.
     """
+    tables, which = cuts
     antennas, begin = ranges.shape[0], 0
     root, heard = np.zeros(_FACETS), np.zeros((antennas, _FACETS))
     while begin < column.size:

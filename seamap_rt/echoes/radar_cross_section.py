@@ -7,6 +7,7 @@ returns may differ from the mean, as at sea.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -22,17 +23,16 @@ from ..scattering.bragg import bragg_speed
 from ..scattering.breaking import breaker_motion
 from ..scattering.calibration import Scale, fit_scale
 from ..scattering.composite import CompositeSea
-from ..scattering.composite_kernel import Brought, FacetGeometry, Numbers, fill_returns, fill_terms
 from ..scattering.modulation import approaching_share, memory_rate
 from ..scattering.permittivity import permittivity_of
 from ..settings import RadarSettings, ScatteringSettings
 from ..tracing import Illumination
 from .speckle import Motion
-from .spike_field import IlluminatedFacets, SpikeField
+from .spike_field import SpikeField
 
 _NEAREST = 0.8  # of the near gate's range, from which on facets count for the calibration
 _DEGREE = 5  # of the scale in log grazing: within 0.3 dB of the mean over two decades (`validation/scattering/nrcs.py`)
-_NONE = np.empty((0, 0), dtype=np.float32)  # facets' values that are not there
+_DARK = np.float32(1e-30)  # m², of which there is no share
 
 
 class Returns(NamedTuple):
@@ -70,9 +70,23 @@ class SeaSurface:
         if self.scattering.nrcs != "two_scale":
             return Returns(self._scaled(facets, self._mean_power(facets)), self.motion_of(facets, None))
         lit = None if self.spikes is None else self.spikes.on(facets)
-        seen, numbers, brought = self._seen(facets, strain), Numbers.of(self.composite), self._brought(facets, lit)
-        rcs, breaking = (np.empty(facets.height.shape, dtype=np.float32) for _ in range(2))
-        in_blocks(lambda *block: fill_returns(*block, seen, numbers, brought, rcs, breaking), len(rcs))
+        rcs, breaking = (np.zeros(facets.height.shape, dtype=np.float32) for _ in range(2))
+        scale, parts = self.scale, None
+        if scale is not None:
+            given = scale.terms(self.grazing(facets), self.wind(facets)[:, 0])
+            parts = tuple(each.astype(np.float32) for each in given)
+
+        def fill(number: tuple[NDArray[np.intp], ...], terms: Terms) -> None:
+            broken = terms.breaking if lit is None else terms.breaking * lit.factor[number]
+            total = terms.bragg + terms.specular + broken
+            breaking[number] = broken / np.maximum(total, _DARK)
+            if scale is not None and parts is not None:
+                column, facet = number
+                level, depth, flat, lean = parts
+                total = total * scale.factor(level[facet], depth[facet], flat[column], lean[column])
+            rcs[number] = total
+
+        self._each_block(facets, strain, fill)
         motion = self.motion_of(facets, breaking if self.scattering.breaking else None)
         running = None
         if lit is not None and motion is not None:
@@ -121,41 +135,46 @@ class SeaSurface:
 
     def terms(self, facets: Illumination, strain: NDArray[np.float32] | None) -> Terms:
         """What theory gives, by what scatters. strain (column, facet): of the facets' mesh; None for none."""
-        seen, numbers = self._seen(facets, strain), Numbers.of(self.composite)
-        terms = Terms(*(np.empty(facets.height.shape, dtype=np.float32) for _ in Terms._fields))
-        in_blocks(lambda *block: fill_terms(*block, seen, numbers, *terms), len(facets.height))
+        terms = Terms(*(np.zeros(facets.height.shape, dtype=np.float32) for _ in Terms._fields))
+
+        def fill(number: tuple[NDArray[np.intp], ...], found: Terms) -> None:
+            for term, values in zip(terms, found, strict=True):
+                term[number] = values
+
+        self._each_block(facets, strain, fill)
         return terms
 
-    def _seen(self, facets: Illumination, strain: NDArray[np.float32] | None) -> FacetGeometry:
-        wind = self.wind(facets)[:, 0]
+    def _each_block(
+        self,
+        facets: Illumination,
+        strain: NDArray[np.float32] | None,
+        take: Callable[[tuple[NDArray[np.intp], ...], Terms], None],
+    ) -> None:
+        """Give away the terms of the facets that some ray reaches, block by block of columns, with their numbers
+        (column and facet)."""
+        sea, reached, wind = self.composite, _reached(facets), self.wind(facets)[:, 0]
+        level = facets.grid.column_height[:, 0]
+        along, across = np.cos(wind).astype(np.float32), np.sin(wind).astype(np.float32)
+        distance, area = facets.distance.astype(np.float32), facets.horizontal_area.astype(np.float32)
 
-        def single(values: NDArray[Any] | None) -> NDArray[np.float32]:
-            return _NONE if values is None else np.ascontiguousarray(values, dtype=np.float32)
+        def work(begin: int, end: int) -> None:
+            column, facet = np.nonzero(reached[begin:end])
+            number = column + begin, facet
+            if facets.ray_slope is None:
+                fall = (level[number[0]] - facets.height[number]).astype(np.float32) / distance[facet]
+            else:
+                fall = facets.ray_slope[number].astype(np.float32)
+            look, cross = (each[number].astype(np.float32) for each in (facets.slope_look, facets.slope_cross))
+            sine = 1.0 / np.sqrt(1.0 + fall * fall)  # of the incidence
+            squeezed = np.zeros(1, dtype=np.float32) if strain is None else strain[number]
+            wind_axis = along[number[0]], across[number[0]]
+            levels = sea.nrcs(sine, fall * sine, look, cross, *wind_axis, squeezed)
+            true_area = area[facet] * np.sqrt(1.0 + look * look + cross * cross)
+            if facets.facing_in_sight is not None:  # tilts that turn away are among those that σ0 is the mean of
+                true_area *= facets.facing_in_sight[number]
+            take(number, Terms(*(each * true_area for each in levels)))
 
-        return FacetGeometry(
-            reached=_reached(facets),
-            distance=single(facets.distance),
-            area=single(facets.horizontal_area),
-            level=np.ascontiguousarray(facets.grid.column_height[:, 0], dtype=np.float64),
-            wind=single(np.stack((np.cos(wind), np.sin(wind)))),
-            height=np.ascontiguousarray(facets.height),
-            look=single(facets.slope_look),
-            cross=single(facets.slope_cross),
-            strain=single(strain),
-            ray_slope=single(facets.ray_slope),
-            facing=single(facets.facing_in_sight),  # tilts that turn away are among those that σ0 is the mean of
-        )
-
-    def _brought(self, facets: Facets, lit: IlluminatedFacets | None) -> Brought:
-        """To the measured mean, with the breakers that there are."""
-        scale, spikes = self.scale, _NONE if lit is None else lit.factor
-        if scale is None:
-            nothing = np.empty(0, dtype=np.float32)
-            return Brought(nothing, nothing, nothing, nothing, np.float32(0.0), np.float32(0.0), spikes)
-        terms = scale.terms(self.grazing(facets), self.wind(facets)[:, 0])
-        level, depth, flat, lean = (each.astype(np.float32) for each in terms)
-        least, most = (np.float32(limit) for limit in scale.limits)
-        return Brought(level, depth, flat, lean, least, most, spikes)
+        in_blocks(work, len(reached))
 
     def mean(self, facets: Facets) -> NDArray[np.float64]:
         """The empirical model's mean σ0 (column or 1, facet), linear, at the grazing of mean sea level.

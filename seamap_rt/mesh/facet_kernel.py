@@ -2,21 +2,32 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ..compute.compiled import compiled
 
 
+class Edges(NamedTuple):
+    """Of the facets of a column."""
+
+    chord: NDArray[np.float64]  # (rung,) m, across the column
+    step: NDArray[np.float64]  # (rung − 1,) m, along it
+    half: float  # rad, half the column's width
+
+
 @compiled
-def fill_planes(
-    begin, end, elevation, near_fraction, near_share, far_fraction, far_share, chord, step, half,
-    height, slope_look, slope_cross,
-):  # fmt: skip
+def fill_planes(begin, end, elevation, near_plane, far_plane, edges, height, slope_look, slope_cross):
     """Heights of the facets' points and their planes' slopes (column, facet).
 
-    A plane's slopes come from its rung edge (purely across, of length chord) and its radial edge (half a column askew).
+    near_plane, far_plane: `facets.Plane` of the facets' points. A plane's slopes come from its rung edge (purely
+    across, of length chord) and its radial edge (half a column askew).
     """
-    sine, cosine = np.sin(half), np.cos(half)
+    chord, step, sine, cosine = edges.chord, edges.step, np.sin(edges.half), np.cos(edges.half)
+    near_fraction, near_share = near_plane.fraction, near_plane.share
+    far_fraction, far_share = far_plane.fraction, far_plane.share
     for column in range(begin, end):
         first, second = elevation[column], elevation[column + 1]
         for rung in range(step.size):
@@ -47,12 +58,12 @@ def fill_velocities(begin, end, vertex, velocity):
 
 
 @compiled
-def fill_strain(begin, end, relaxed_shift, look, chord, step, half, strain):
+def fill_strain(begin, end, relaxed_shift, look, edges, strain):
     """−∂D/∂l of the relaxed shift D (line, rung, 2) along each column's look l (column, 2).
 
     All corners along the column's own look: each along its line's would make a uniform shift diverge by D/range.
     """
-    sine, cosine = np.sin(half), np.cos(half)
+    chord, step, sine, cosine = edges.chord, edges.step, np.sin(edges.half), np.cos(edges.half)
     for column in range(begin, end):
         east, north = look[column]
         first, second = relaxed_shift[column], relaxed_shift[column + 1]

@@ -16,14 +16,14 @@ middle of the plane's path, the centroid to order (spacing/range). So a whole co
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..compute.machine import in_blocks
 from ..conventions import unit_from_azimuth
-from .facet_kernel import fill_planes, fill_strain, fill_velocities
+from .facet_kernel import Edges, fill_planes, fill_strain, fill_velocities
 from .grid import PolarGrid
 
 FAR_FRACTION, NEAR_FRACTION = 1.0 / 3.0, 2.0 / 3.0
@@ -68,8 +68,7 @@ def chord_point(fraction: float, spacing_deg: float) -> tuple[float, float]:
     return float(np.hypot(across, along)), float(np.arctan2(across, along))
 
 
-@dataclass(frozen=True)
-class Plane:
+class Plane(NamedTuple):
     """Where a plane that cuts every chord of a column at one fraction meets its rungs and diagonals."""
 
     fraction: float
@@ -133,13 +132,10 @@ def facets_of(
     shape = grid.columns, 2 * step.size
     height = np.empty(shape)
     slope_look, slope_cross = (np.empty(shape, dtype=np.float32) for _ in range(2))
+    edges = Edges(chord, step, half)
     in_blocks(
-        lambda *block: fill_planes(
-            *block, elevation, near.fraction, near.share, far.fraction, far.share, chord, step, half,
-            height, slope_look, slope_cross,
-        ),
-        grid.columns,
-    )  # fmt: skip
+        lambda *block: fill_planes(*block, elevation, near, far, edges, height, slope_look, slope_cross), grid.columns
+    )
     velocity_look, velocity_up = velocity
     return Facets(
         grid=grid,
@@ -177,5 +173,5 @@ def strain_of(relaxed_shift: NDArray[np.float32], grid: PolarGrid) -> NDArray[np
     step, half = np.diff(grid.ground_range), 0.5 * np.radians(grid.spacing_deg)
     look, chord = np.stack(unit_from_azimuth(grid.column_azimuth), axis=1), 2.0 * grid.ground_range * np.sin(half)
     strain = np.empty((grid.columns, 2 * step.size), dtype=np.float32)
-    in_blocks(lambda *block: fill_strain(*block, relaxed_shift, look, chord, step, half, strain), grid.columns)
+    in_blocks(lambda *block: fill_strain(*block, relaxed_shift, look, Edges(chord, step, half), strain), grid.columns)
     return strain

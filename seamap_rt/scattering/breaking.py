@@ -100,15 +100,10 @@ def nrcs_breaker(
     cos; here the zone is turned. The second term is its side, a wall of height ε per length. The paper gives it no
     direction, so that at grazing the zone's front and back return the same.
     """
-    lean = lean_of(direction)
-    cosine = (cos_local + lean * upwind) * (1.0 / np.sqrt(1.0 + lean * lean))
+    lean = float(np.tan(_LEAN * direction))  # slope in the mean, of fronts of that direction
+    cosine = (cos_local + lean * upwind) * float(1.0 / np.sqrt(1.0 + lean * lean))
     secant2 = 1.0 / np.square(np.maximum(cosine, 0.05))  # beyond, the exponential is nothing
     return secant2 * secant2 * (1.0 / ROUGHNESS) * np.exp((1.0 - secant2) * (1.0 / ROUGHNESS)) + WALL / ROUGHNESS
-
-
-def lean_of(direction: float) -> float:
-    """Slope by which the zones lean forwards in the mean, of fronts of that `Breakers.direction`."""
-    return float(np.tan(_LEAN * direction))
 
 
 def _growth(k: NDArray[np.float64], angle: NDArray[np.float64], u_star: float) -> NDArray[np.float64]:

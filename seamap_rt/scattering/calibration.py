@@ -28,14 +28,18 @@ class Scale:
 
     def __call__(self, grazing: ArrayLike, wind_angle: ArrayLike) -> NDArray[np.floating]:
         """Factor at a grazing [rad, against mean sea level] and angle to the wind [rad]; they broadcast."""
-        level, depth, flat, lean = self.terms(grazing, wind_angle)
-        return np.exp(np.clip((level + flat) + depth * lean, *self.limits))
+        return self.factor(*self.terms(grazing, wind_angle))
 
-    @property
-    def limits(self) -> tuple[float, float]:
-        """Of the exponent."""
+    def factor(
+        self,
+        level: NDArray[np.floating],
+        depth: NDArray[np.floating],
+        flat: NDArray[np.floating],
+        lean: NDArray[np.floating],
+    ) -> NDArray[np.floating]:
+        """Of parts of `terms`; they broadcast."""
         low, high = self.exponents
-        return low - _MARGIN, high + _MARGIN
+        return np.exp(np.clip((level + flat) + depth * lean, low - _MARGIN, high + _MARGIN))
 
     def terms(self, grazing: ArrayLike, wind_angle: ArrayLike) -> tuple[NDArray[np.floating], ...]:
         """The exponent in parts that are separate, level + flat + depth · lean: level and depth are the grazing's

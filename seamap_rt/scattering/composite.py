@@ -79,7 +79,10 @@ def nrcs_composite(
     def work(start: int) -> None:
         block = slice(start, start + _BLOCK)
         single = (np.asarray(each if each.ndim == 0 else each[block], dtype=np.float32) for each in flat)
-        sigma[0, block], sigma[1, block], sigma[2, block] = sea.nrcs(*single)
+        theta, outward, clockwise, wind, squeezed = single
+        sigma[0, block], sigma[1, block], sigma[2, block] = sea.nrcs(
+            np.sin(theta), np.cos(theta), outward, clockwise, np.cos(wind), np.sin(wind), squeezed
+        )
 
     with pool() as workers:
         list(workers.map(work, range(0, sigma.shape[1], _BLOCK)))
@@ -190,11 +193,18 @@ class CompositeSea(NamedTuple):
         )
 
     def nrcs(
-        self, incidence: Array, slope_range: Array, slope_cross: Array, wind_angle: Array, strain: Array
+        self,
+        sine: Array,
+        cosine: Array,
+        slope_range: Array,
+        slope_cross: Array,
+        along: Array,
+        across: Array,
+        strain: Array,
     ) -> tuple[Array, Array, Array]:
-        """The terms of some facets, in float32."""
-        view = facet_view(np.sin(incidence), np.cos(incidence), slope_range, slope_cross)
-        along, across = np.cos(wind_angle), np.sin(wind_angle)
+        """The terms of some facets, in float32. sine, cosine: of the incidence; along, across: cosine and sine of the
+        look against the wind."""
+        view = facet_view(sine, cosine, slope_range, slope_cross)
         wind_cosine, wind_sine = view.wind_double(along, across)
         crowded = action_modulation(strain)
         bragg = self.bragg.nrcs(view, wind_cosine, wind_sine) * (crowded * (1.0 / self.mean_action_modulation))

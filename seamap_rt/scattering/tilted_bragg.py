@@ -44,7 +44,7 @@ class TiltedBragg(NamedTuple):
     def nrcs(self, view: FacetView, wind_cosine: Array, wind_sine: Array) -> Array:
         """σ0 per unit true area, for a view in float32 and the cos 2φ and sin 2φ of the wind."""
         scale = float(np.float32(NODES / (1.0 - self.low)))
-        position = np.maximum(view.cos_local - float(np.float32(self.low)), 0.0) * scale
+        position = np.fmax(view.cos_local - float(np.float32(self.low)), 0.0) * scale  # of what is no number 0
         index = position.astype(np.intp)
         part = position - index.astype(np.float32)
 

@@ -112,7 +112,7 @@ class MovingField:
         def work(first: int, points: NDArray[np.int64], knots: Making, chosen: Sequence[Sums]) -> None:
             for each in chosen:
                 grids = tuple(knots[first + tap, each.kind].result() for tap in self.taps)
-                of_points = x, y, knot_time, self._per_metre, rows, points
+                of_points = (x, y, knot_time), self._per_metre, rows, points
                 kernel(grids, *of_points, each.in_lanes, scale, each.output_row, result)
 
         pool = _pool()
@@ -153,7 +153,7 @@ class MovingField:
     @cached_property
     def _columns(self) -> int:
         """Columns of a field at one knot, with their halo."""
-        from ..compute.lanes import LANES
+        from .spline_kernel import LANES
 
         return self.shape[1] + LANES - 1
 

@@ -18,8 +18,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ..compute.compiled import compiled
-from ..compute.lanes import LANES, add, dot, load, prefetch, store, zeros
+from ..compute.lanes import add, dot, load, prefetch, store, zeros
 
+LANES = 8  # neighbours that are summed together
 _TILE = 2 * LANES  # rows and columns: more are too far from a diagonal column's points, fewer are shared by too few
 
 
@@ -36,15 +37,16 @@ def spline_kernel(
     row_polynomials, column_polynomials = in_lanes(row_weights), in_lanes(column_weights)
 
     # The loops have constant lengths and keep their sums in registers: that is what makes the compiled code fast.
-    def kernel(grids, x, y, knot_time, per_metre, periodic_rows, points, in_time, scale, output_row, result):
+    def kernel(grids, places, per_metre, periodic_rows, points, in_time, scale, output_row, result):
         """Write the values of `points` times `scale` into the rows `output_row` of the result; −1 leaves one out.
 
-        grids: one (row, column) with its halo for each knot around the points' time interval. x, y in metres,
-        per_metre: grid points along rows and columns; periodic_rows: the number of the grids' first row, and how many
-        there are until they come again; knot_time: t in time steps. in_time: weights of the knots (sum, power, tap in
+        grids: one (row, column) with its halo for each knot around the points' time interval. places: x and y in
+        metres, t in time steps. per_metre: grid points along rows and columns; periodic_rows: the number of the grids'
+        first row, and how many there are until they come again. in_time: weights of the knots (sum, power, tap in
         LANES), of each sum over them that is wanted. scale: one for each of `sums.DERIVATIVES`, and output_row (sum,
         derivative).
         """
+        x, y, knot_time = places
         sums, stride = in_time.shape[0], grids[0].shape[1]
         row_weight, time_weight = np.empty((3, LANES), np.float32), np.zeros((sums + 1, LANES), np.float32)
         most = np.array([_highest(output_row, n) for n in range(sums)])
@@ -77,9 +79,9 @@ def spline_kernel(
                     start, to = (top + i) * stride + beside, i * _TILE + beside - left
                     start_next = start + stride if i + 1 < height else start
                     for n in range(0, sums, 2):
-                        first = second = first_next = second_next = zeros()
+                        first = second = first_next = second_next = zeros(LANES)
                         for tap in range(time_taps):
-                            near, next_ = load(grids[tap], start), load(grids[tap], start_next)
+                            near, next_ = load(grids[tap], start, LANES), load(grids[tap], start_next, LANES)
                             first = add(first, time_weight[n, tap], near)
                             second = add(second, time_weight[n + 1, tap], near)
                             first_next = add(first_next, time_weight[n, tap], next_)
@@ -97,9 +99,9 @@ def spline_kernel(
                 of_columns_x = _weights(column_polynomials, 1, east)
                 start = (row[number] - top) * _TILE + column[number] - left
                 for each in range(sums):
-                    s = s_y = s_yy = zeros()
+                    s = s_y = s_yy = zeros(LANES)
                     for i in range(rows):
-                        coefficients = load(tile, each * _TILE * _TILE + start + i * _TILE)
+                        coefficients = load(tile, each * _TILE * _TILE + start + i * _TILE, LANES)
                         s = add(s, row_weight[0, i], coefficients)
                         if most[each] > 0:
                             s_y = add(s_y, row_weight[1, i], coefficients)
@@ -168,7 +170,7 @@ def _weights(polynomials, derivative, fraction):
     """The polynomials of a derivative's taps at a fraction of a step, by Horner's rule."""
     powers = polynomials.shape[1]
     start = derivative * powers * LANES
-    value = load(polynomials, start + (powers - 1) * LANES)
+    value = load(polynomials, start + (powers - 1) * LANES, LANES)
     for power in range(powers - 2, -1, -1):
-        value = add(load(polynomials, start + power * LANES), fraction, value)
+        value = add(load(polynomials, start + power * LANES, LANES), fraction, value)
     return value

@@ -16,6 +16,7 @@ antenna, near the mast and on low waves nearly all of it goes, and the tree with
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,9 +75,10 @@ def _fill_slice(
     lowest = np.empty((antennas.shape[1], antennas.shape[0], ranges.size), dtype=np.float32)
     ends = rays.front[:, own], rays.rise[:, own], mesh.facets.distance, antennas
     in_blocks(lambda *block: _fill_lowest(*block, *ends, wedge, margin, lowest), antennas.shape[0])
-    sea = ranges, mesh.elevation[lines] - grid.pose.origin[lines, 2:], rays.facing[own], rays.facing_away[own], lowest
-    near = reach.start, reach.straying
-    in_blocks(lambda *block: _fill_hiding(*block, *sea, least, most, wedge, margin, *near, hiding), antennas.shape[0])
+    height = mesh.elevation[lines] - grid.pose.origin[lines, 2:]
+    sheet = _Sheet(ranges, height, rays.facing[own], rays.facing_away[own], lowest)
+    passing = _Passing(least, most, wedge, margin, reach.start, reach.straying)
+    in_blocks(lambda *block: _fill_hiding(*block, sheet, passing, hiding), antennas.shape[0])
 
 
 @compiled_step
@@ -124,15 +126,30 @@ def _fill_lowest(begin, end, front, rise, distance, antennas, wedge, margin, low
                 low[rung] = min(low[rung + 1], min(seen[2 * rung], seen[2 * rung + 1]))
 
 
-@compiled
-def _fill_hiding(
-    begin, end, ranges, height, facing, facing_away, lowest, least, most, wedge, margin, start, straying, hiding
-):
-    """Fill hiding (column, facet).
+class _Sheet(NamedTuple):
+    ranges: NDArray[np.float64]  # (rung,) m
+    height: NDArray[np.float64]  # (line, rung) m above the frames' origins
+    facing: NDArray[np.bool_]  # (column, facet)
+    facing_away: NDArray[np.bool_]  # (column, facet)
+    lowest: NDArray[np.float32]  # (antenna, column, rung) of `_fill_lowest`
 
-    height (line, rung) m above the frames' origins. least, most (column, antenna, 2) m: of the places, along the column
-    and up, of the antennas whose rays may pass a column.
-    """
+
+class _Passing(NamedTuple):
+    """The rays that may pass a column."""
+
+    least: NDArray[np.float64]  # (column, antenna, 2) m, of their antennas' places along the column and up
+    most: NDArray[np.float64]
+    wedge: tuple[float, float, float]  # cosine and angle of a column's half width, m beside its axis
+    margin: float  # m
+    start: int  # see `_Reach`
+    straying: NDArray[np.intp]
+
+
+@compiled
+def _fill_hiding(begin, end, sheet, passing, hiding):
+    """Fill hiding (column, facet)."""
+    ranges, height, facing, facing_away, lowest = sheet
+    least, most, wedge, margin, start, straying = passing
     rungs = ranges.size
     low, before, beyond, closest, furthest, first, second = np.empty((7, rungs))
     turned, near, far = np.empty((3, rungs), dtype=np.bool_)

@@ -26,8 +26,7 @@ def trace_horizon(mesh: SurfaceMesh) -> Illumination:
 
     def work(begin: int, end: int) -> None:
         for first, plane in enumerate(planes):
-            corners = plane.rung_distance, plane.diagonal_distance, plane.fraction, plane.share
-            _light(begin, end, first, mesh.elevation, *corners, facets.distance, facets.height, along, above, lit)
+            _light(begin, end, first, mesh.elevation, plane, facets.distance, facets.height, along, above, lit)
 
     in_blocks(work, grid.columns)
     return Illumination.of(facets, lit)
@@ -59,14 +58,13 @@ class Skyline:
 
 
 @compiled_strict
-def _light(
-    begin, end, first, elevation, rung_distance, diagonal_distance, fraction, share, distance, height, along, above, lit
-):
+def _light(begin, end, first, elevation, plane, distance, height, along, above, lit):
     """Fill lit (antenna, column, facet) of the facets first, first + 2 …, which lie on the plane.
 
     Corners alternate rung, diagonal, rung …: the last one before a near facet (first = 0) is its rung, before a far
     facet (first = 1) its diagonal. along, above: (column, antenna) of the antennas.
     """
+    fraction, rung_distance, diagonal_distance, share = plane
     for column in range(begin, end):
         here, there = elevation[column], elevation[column + 1]
         for antenna in range(lit.shape[0]):

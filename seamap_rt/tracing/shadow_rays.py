@@ -15,7 +15,7 @@ from __future__ import annotations
 import importlib
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -117,9 +117,8 @@ def shadow_rays(mesh: SurfaceMesh, facets: Facets, sheet: tuple[slice, ...]) -> 
     along, across, up = np.moveaxis(grid.antenna_positions, -1, 0)
     reach = float(np.hypot(along, across).max()), float(up.min()), float(up.max())
     surface = facets.height, grid.column_height[:, 0], facets.slope_look, facets.slope_cross
-    rays = _find_fronts(
-        columns, facets.distance, *bearing, *surface, positions, *reach, front, facing, facing_away, rise, number
-    )
+    sea, antennas = _Facets(facets.distance, *bearing, *surface), _Antennas(positions, *reach)
+    rays = _find_fronts(columns, sea, antennas, front, facing, facing_away, rise, number)
     return ShadowRays(
         columns,
         front,
@@ -140,11 +139,25 @@ def _short(facets: Facets, grid: PolarGrid) -> NDArray[np.float64]:
     return _STOP_SHORT * (facets.distance - np.stack((near[:-1], far), axis=1).ravel())
 
 
+class _Facets(NamedTuple):
+    distance: NDArray[np.float64]  # (facet,) m
+    cosine: NDArray[np.float64]  # (facet,) of the angle between the look and the facet's point
+    sine: NDArray[np.float64]
+    height: NDArray[np.float64]  # (column, facet) m
+    level: NDArray[np.float64]  # (column,) m, of the frame's origin
+    slope_look: NDArray[np.float32]  # (column, facet)
+    slope_cross: NDArray[np.float32]
+
+
+class _Antennas(NamedTuple):
+    positions: NDArray[np.float64]  # (n, antenna, 3) m from the frame's origin
+    aside: float  # m, furthest from the axis
+    lowest: float  # m
+    highest: float  # m
+
+
 @compiled
-def _find_fronts(
-    columns, distance, cosine, sine, height, level, slope_look, slope_cross, positions, aside, lowest, highest,
-    front, facing, facing_away, rise, number,
-):  # fmt: skip
+def _find_fronts(columns, facets, antennas, front, facing, facing_away, rise, number):
     """Fill front, facing, facing_away, rise and number, which has room for one more; give the number of rays.
 
     An antenna lies above a facet's plane by slope · reach − rise. For facing it is taken to stand wherever that is
@@ -152,8 +165,10 @@ def _find_fronts(
     may cross facets of other columns than its own.
     Short loops that fill one row each, because these run in the processor's lanes.
     """
-    antennas, cells = front.shape[0], facing_away.size
-    slope, faced, rays = np.empty(distance.size), front.reshape(antennas, cells), 0
+    distance, cosine, sine, height, level, slope_look, slope_cross = facets
+    positions, aside, lowest, highest = antennas
+    count, cells = front.shape[0], facing_away.size
+    slope, faced, rays = np.empty(distance.size), front.reshape(count, cells), 0
     for n in range(columns.size):
         column = columns[n]
         look, cross, point = slope_look[column], slope_cross[column], height[column]
@@ -165,7 +180,7 @@ def _find_fronts(
             over = slope[facet] * distance[facet] - (point[facet] - level[column])
             shown[facet] = over - doubt + lowest > 0.0
             away[facet] = over + doubt + highest < 0.0
-        for antenna in range(antennas):
+        for antenna in range(count):
             along, origin = positions[n, antenna, 0], level[column] + positions[n, antenna, 2]
             above, faces = rise[antenna, n], front[antenna, n]
             for facet in range(distance.size):
@@ -175,7 +190,7 @@ def _find_fronts(
                 faces[facet] = (reach > 0.0) & (slope[facet] * reach - (point[facet] - origin) > 0.0)
         # Every facet is written down, and written over if it has no ray: to leave it out would be a branch.
         for facet in range(n * distance.size, (n + 1) * distance.size):
-            for antenna in range(antennas):
+            for antenna in range(count):
                 number[rays] = antenna * cells + facet
                 rays += faced[antenna, facet]
     return rays

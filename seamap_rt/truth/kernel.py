@@ -7,12 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compute.compiled import compiled
-from ..compute.lanes import LANES, add, add_product, dot, load, packed, spread, store
+from ..compute.compiled import compiled, compiled_step
 
 # What is summed over the facets of a cell, each times the facet's horizontal area, but for the echo.
 AREA, SEEN, HEIGHT, HEIGHT_SEEN, SLOPE_LOOK, SLOPE_CROSS, ECHO, LIGHT = range(8)
-QUANTITIES = LANES
+QUANTITIES = 8
 
 
 class Surface(NamedTuple):
@@ -68,38 +67,26 @@ def fill_mean_heights(begin, end, slope_look, slope_cross, step, width, height, 
 def fill_cells(begin, end, surface, bins, box, response, cells, weighted):
     """Fill cells (column, gate, quantity) with the sums by the weights of the box, and weighted (column, gate, 2) with
     those of area and height by the gates' response."""
-    sums = np.empty((bins.size, QUANTITIES))
-    area, height = np.zeros(bins.size + LANES), np.zeros(bins.size + LANES)
+    sums = np.empty((QUANTITIES, bins.size))
     position, level = np.empty(surface.apart.shape), np.empty(surface.apart.shape)
-    heard = _in_whole_lanes(response.weight)
     for column in range(begin, end):
         sums[:] = 0.0
         _place(column, surface, bins, position, level)
         _gather(column, surface, bins, position, level, sums)
-        for number in range(bins.size):
-            area[number], height[number] = sums[number, AREA], sums[number, HEIGHT]
-        for gate in range(cells.shape[1]):
-            total, first = spread(0.0), box.first[gate]
-            for n in range(box.weight.shape[1]):
-                total = add(total, box.weight[gate, n], load(sums, (first + n) * QUANTITIES))
-            store(cells, (column * cells.shape[1] + gate) * QUANTITIES, total)
-            of_area, of_height, first = spread(0.0), spread(0.0), response.first[gate]
-            for n in range(0, heard.shape[1], LANES):
-                weight = load(heard, gate * heard.shape[1] + n)
-                of_area = add_product(of_area, weight, load(area, first + n))
-                of_height = add_product(of_height, weight, load(height, first + n))
-            weighted[column, gate, 0] = dot(of_area, spread(1.0))
-            weighted[column, gate, 1] = dot(of_height, spread(1.0))
+        for quantity in range(QUANTITIES):
+            _add_bins(sums[quantity], box, cells[column, :, quantity])
+        _add_bins(sums[AREA], response, weighted[column, :, 0])
+        _add_bins(sums[HEIGHT], response, weighted[column, :, 1])
 
 
-@compiled
-def _in_whole_lanes(weight):
-    """Weights (gate, bin) with zeros behind, to whole groups of lanes."""
-    padded = np.zeros((weight.shape[0], (weight.shape[1] + LANES - 1) // LANES * LANES))
-    for gate in range(weight.shape[0]):
-        for n in range(weight.shape[1]):
-            padded[gate, n] = weight[gate, n]
-    return padded
+@compiled_step
+def _add_bins(values, band, out):
+    """Fill out (gate,) with the sums of values (bin,) by a band's weights."""
+    for gate in range(out.size):
+        total, first = 0.0, np.uint64(band.first[gate])
+        for n in range(np.uint64(band.weight.shape[1])):
+            total += band.weight[gate, n] * values[first + n]
+        out[gate] = total
 
 
 @compiled
@@ -117,26 +104,31 @@ def _place(column, surface, bins, position, height):
 
 @compiled
 def _gather(column, surface, bins, position, height, sums):
-    """Add a column's facets to sums (bin, quantity), divided between the two bins whose middles are nearest.
+    """Add a column's facets to sums (quantity, bin), divided between the two bins whose middles are nearest.
 
     position, height (part, facet): as `_place` fills them.
     """
-    parts = position.shape[0]
-    for facet in range(surface.distance.size):
-        area, arriving = surface.area[facet], np.float64(surface.arriving[column, facet])
-        seen, echo = surface.lit[column, facet] * area, surface.rcs[column, facet] * arriving / parts
-        look, cross = area * surface.slope_look[column, facet], area * surface.slope_cross[column, facet]
-        level = packed((area, seen, 0.0, 0.0, look, cross, echo, area * arriving))  # in the order of the quantities
-        rising = packed((0.0, 0.0, area, seen, 0.0, 0.0, 0.0, 0.0))
+    parts, area_of, lit, rcs, light = position.shape[0], surface.area, surface.lit, surface.rcs, surface.arriving
+    slope_look, slope_cross, last = surface.slope_look, surface.slope_cross, bins.size - 1
+    for facet in range(area_of.size):
+        area, arriving = area_of[facet], np.float64(light[column, facet])
+        seen, echo = lit[column, facet] * area, rcs[column, facet] * arriving / parts
+        look, cross = area * slope_look[column, facet], area * slope_cross[column, facet]
         for part in range(parts):
-            at = position[part, facet]
-            if not 0.0 <= at < bins.size - 1:
+            at, level = position[part, facet], height[part, facet]
+            if not 0.0 <= at < last:
                 continue
-            value = add(level, height[part, facet], rising)
             number = np.uint64(at)
-            share, here = at - number, number * np.uint64(QUANTITIES)
-            store(sums, here, add(load(sums, here), 1.0 - share, value))
-            store(sums, here + QUANTITIES, add(load(sums, here + QUANTITIES), share, value))
+            value = area, seen, level * area, level * seen, look, cross, echo, area * arriving  # in their order
+            _add(sums, number, 1.0 - (at - number), value)
+            _add(sums, number + np.uint64(1), at - number, value)
+
+
+@compiled_step
+def _add(sums, number, weight, value):
+    """Add a facet's quantities to a bin."""
+    for quantity in range(QUANTITIES):
+        sums[quantity, number] += weight * value[quantity]
 
 
 @compiled

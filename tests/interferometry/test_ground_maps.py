@@ -53,7 +53,7 @@ def test_squares_are_means_of_bilinear_values() -> None:
     middle = SECTOR.sweep_of(grid.x - centre[0], (grid.y - centre[1])[:, None])
     found = square_means(SECTOR, laid, DISTANCE, grid, centre, middle)
     angle, away = (np.degrees(np.arctan2(x, y)) - 310.0) % 360.0, np.hypot(x, y)
-    for n in range(9):  # more than the lanes take together
+    for n in range(9):  # of several fields
         asked = RegularGridInterpolator((SECTOR.sweep, DISTANCE), laid[..., n], bounds_error=False)
         within = np.abs(angle - 64.1) <= 45.0
         points = np.stack((np.clip(angle, SECTOR.sweep[0], SECTOR.sweep[-1]), away), axis=-1)

@@ -10,13 +10,12 @@ import pytest
 from numba.core import config
 from small_seas import PARTS
 
-from seamap_rt.compute.lanes import LANES
 from seamap_rt.sea import moving_field, realize, spline
 from seamap_rt.sea.fields import DERIVATIVES, Relaxed, flow_missed
 from seamap_rt.sea.lattice import Lattice
 from seamap_rt.sea.moving_field import MovingField
 from seamap_rt.sea.spline import bspline_polynomials
-from seamap_rt.sea.spline_kernel import in_lanes, spline_kernel
+from seamap_rt.sea.spline_kernel import LANES, in_lanes, spline_kernel
 from seamap_rt.sea.wave_trains import PlaneTrain, Quantity
 from seamap_rt.settings import JonswapWaves, SeaSettings
 
@@ -375,7 +374,7 @@ def test_the_kernel_is_the_sum_of_weights_times_grid_points_across_every_seam():
     y[100:150] = np.linspace(17.0, 3.0, 50)
     scale, place = np.arange(1.0, 1.0 + len(DERIVATIVES)), np.arange(3 * len(DERIVATIVES)).reshape(3, -1)
     found = np.empty((place.size, 200))
-    known = x, y, t, (1.0, 1.0), (0, 9)
+    known = (x, y, t), (1.0, 1.0), (0, 9)
     kernel(grids, *known, np.arange(200), in_lanes(in_time), scale, place, found)
 
     def weights(order, position):
@@ -427,7 +426,7 @@ def test_the_kernel_runs_where_compiled_code_cannot_be_kept(monkeypatch):
     result = np.zeros((1, 2))
     place, scale = np.where(np.arange(len(DERIVATIVES)) == 0, 0, -1)[None], np.ones(len(DERIVATIVES))
     x, y, t = np.array([0.5, 3.5]), np.array([1.0, 2.5]), np.array([0.25, 0.0])
-    known = x, y, t, (1.0, 1.0), (0, 3), np.arange(2)
+    known = (x, y, t), (1.0, 1.0), (0, 3), np.arange(2)
     kernel((grid, grid + 1.0), *known, in_lanes(linear[:1]), scale, place, result)
     np.testing.assert_allclose(result[0], [4.75, (8.0 + 11.0 + 0.0 + 3.0) / 4.0], rtol=1e-6)
 

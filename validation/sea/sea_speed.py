@@ -31,7 +31,6 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from seamap_rt.compute.lanes import LANES
 from seamap_rt.physics.dispersion import orbital_ratio
 from seamap_rt.report.style import (
     BLACK,
@@ -52,7 +51,7 @@ from seamap_rt.sea import direct_sum, realize
 from seamap_rt.sea.fields import DERIVATIVES
 from seamap_rt.sea.moving_field import TAPS, MovingField
 from seamap_rt.sea.spline import TIME_ORDER, bspline_polynomials, bspline_transform
-from seamap_rt.sea.spline_kernel import in_lanes, spline_kernel
+from seamap_rt.sea.spline_kernel import LANES, in_lanes, spline_kernel
 from seamap_rt.sea.wave_trains import PlaneTrain, Quantity
 from seamap_rt.settings import JonswapWaves, SeaSettings, TracingSettings
 from validation import FIGURES
@@ -230,7 +229,7 @@ def plain_methods(plane: PlaneTrain, mesh: Mesh) -> Iterator[Method]:
                 for name, kernel in kernels.items():
                     spare = PLAIN_ROWS + 1 - PLAIN_WEIGHTS[name][0].shape[2]  # rows of halo that it does not take
                     taken = tuple(grid[: grid.shape[0] - spare] for grid in grids.values())
-                    known = (taken, mesh.x, mesh.y, knot_time, scale, (0, size))
+                    known = (taken, (mesh.x, mesh.y, knot_time), scale, (0, size))
                     unit, in_time = np.ones(len(DERIVATIVES)), in_lanes(PLAIN_WEIGHTS[name][2][:1])
                     gathering[name] += median_seconds(
                         lambda: on_all_cores(kernel, *known, points, in_time, unit, output_row, values[name])  # noqa: B023

@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compute.compiled import compiled, compiled_step
-from ...compute.lanes import LANES, add, less, load, load_as, plus, product, store, zeros, zeros_of_two
+from ...compute.lanes import add, less, load, plus, product, store, zeros
 from .batch import ALIKE, ColumnBatch
 from .gaussian import key_of, normals, unit_phasor
 
 _CYCLES_PER_RAD = 1.0 / (2.0 * np.pi)
 _FACETS = 32  # worked on at a time
+NODES = 16  # taken together
 BATCH_COLUMNS = 32  # of which the sums stay near the cache
 
 
@@ -49,7 +50,7 @@ def _most_gates(batch: ColumnBatch) -> int:
 @compiled
 def _whole(count):
     """So many in whole groups of lanes."""
-    return (count + LANES - 1) // LANES * LANES
+    return (count + NODES - 1) // NODES * NODES
 
 
 @compiled
@@ -82,7 +83,7 @@ def _add_columns(batch, modes, column_sum, taps, out):
                 for path in range(paths):
                     if phasor_of[path, n] == path:
                         _fill_phasor(turn[path, n], phasor, path)
-                _add_facet(n, modes, column, numbers, phasor, phasor_of, constant, heard, response, weight, column_sum)
+                _add_facet(n, modes[column], numbers, phasor, phasor_of, constant, heard, response, weight, column_sum)
         _add_column(column_sum, taps, columns.first_node[column], out)
 
 
@@ -174,85 +175,48 @@ def _gates_by_phase(table, taps):
 
 
 @compiled_step
-def _add_facet(n, modes, column, numbers, phasor, phasor_of, constant, heard, response, weight, column_sum):
+def _add_facet(n, modes, numbers, phasor, phasor_of, constant, heard, response, weight, column_sum):
     """Add facet n of those at work to column_sum (path, gate, component, node).
 
     Its numbers (facet, component, mode) times the column's modes, rotated by the phasors (path, component, node), the
     one that each path uses (path, facet), times each path's constant (path, component, facet), the weight (path or 1,
     gate, node) of the beam at the facet's own gate, and the response of the gates that hear it (see _find_phases).
     """
-    whole = modes.shape[3]
-    for node in range(0, whole - LANES, 2 * LANES):  # in registers twice as wide, where a processor has such
-        _add_nodes(
-            zeros_of_two(),
-            node,
-            n,
-            modes,
-            column,
-            numbers,
-            phasor,
-            phasor_of,
-            constant,
-            heard,
-            response,
-            weight,
-            column_sum,
-        )
-    if whole // LANES % 2:
-        _add_nodes(
-            zeros(),
-            whole - LANES,
-            n,
-            modes,
-            column,
-            numbers,
-            phasor,
-            phasor_of,
-            constant,
-            heard,
-            response,
-            weight,
-            column_sum,
-        )
-
-
-@compiled_step
-def _add_nodes(none, node, n, modes, column, numbers, phasor, phasor_of, constant, heard, response, weight, column_sum):
-    """`_add_facet` at as many nodes as the lanes of zeros `none` are, from `node` on."""
-    count, whole = modes.shape[2], modes.shape[3]
+    count, whole = modes.shape[1], modes.shape[2]
     gates, rows, weights, paths = weight.shape[1], column_sum.shape[1], weight.shape[0], phasor_of.shape[0]
     taps = np.uint64((rows - gates) // 2)
-    xa = yb = xb = ya = none  # separate sums: no addition waits for another
-    index = column * 2 * count * whole + node
-    for mode in range(count):
-        x, y = numbers[0, mode, n], numbers[1, mode, n]
-        a, b = load_as(none, modes, index), load_as(none, modes, index + count * whole)
-        xa, yb, xb, ya = add(xa, x, a), add(yb, y, b), add(xb, x, b), add(ya, y, a)
-        index += whole
-    re, im = less(xa, yb), plus(xb, ya)
-    rotated_re, rotated_im = re, im
-    last = -1
-    for path in range(paths):
-        if heard[2, path, n] < 0:
-            continue
-        if phasor_of[path, n] != last:
-            last = phasor_of[path, n]
-            place = 2 * last * whole + node
-            c, d = load_as(none, phasor, place), load_as(none, phasor, place + whole)
-            rotated_re = less(product(re, c), product(im, d))
-            rotated_im = plus(product(re, d), product(im, c))
-        u, v = constant[path, 0, n], constant[path, 1, n]
-        row = path if weights > 1 else 0
-        pattern = load_as(none, weight, (row * gates + heard[1, path, n]) * whole + node)
-        echo_re = product(pattern, add(add(none, u, rotated_re), -v, rotated_im))
-        echo_im = product(pattern, add(add(none, u, rotated_im), v, rotated_re))
-        index = (path * rows + heard[0, path, n]) * 2 * whole + node
-        first = np.uint64(heard[2, path, n])  # unsigned: an index that is not looked at for its sign
-        for tap in range(taps):
-            height = response[first + tap]
-            store(column_sum, index, add(load_as(none, column_sum, index), height, echo_re))
-            store(column_sum, index + whole, add(load_as(none, column_sum, index + whole), height, echo_im))
-            index += 2 * whole
+    for node in range(0, whole, NODES):
+        xa = yb = xb = ya = zeros(NODES)  # separate sums: no addition waits for another
+        index = node
+        for mode in range(count):
+            x, y = numbers[0, mode, n], numbers[1, mode, n]
+            a, b = load(modes, index, NODES), load(modes, index + count * whole, NODES)
+            xa, yb, xb, ya = add(xa, x, a), add(yb, y, b), add(xb, x, b), add(ya, y, a)
+            index += whole
+        re, im = less(xa, yb), plus(xb, ya)
+        rotated_re, rotated_im = re, im
+        last = -1
+        for path in range(paths):
+            if heard[2, path, n] < 0:
+                continue
+            if phasor_of[path, n] != last:
+                last = phasor_of[path, n]
+                place = 2 * last * whole + node
+                c, d = load(phasor, place, NODES), load(phasor, place + whole, NODES)
+                rotated_re = less(product(re, c), product(im, d))
+                rotated_im = plus(product(re, d), product(im, c))
+            u, v = constant[path, 0, n], constant[path, 1, n]
+            row = path if weights > 1 else 0
+            pattern = load(weight, (row * gates + heard[1, path, n]) * whole + node, NODES)
+            echo_re = product(pattern, add(add(zeros(NODES), u, rotated_re), -v, rotated_im))
+            echo_im = product(pattern, add(add(zeros(NODES), u, rotated_im), v, rotated_re))
+            index = (path * rows + heard[0, path, n]) * 2 * whole + node
+            first = np.uint64(heard[2, path, n])  # unsigned: an index that is not looked at for its sign
+            for tap in range(taps):
+                height = response[first + tap]
+                store(column_sum, index, add(load(column_sum, index, NODES), height, echo_re))
+                store(column_sum, index + whole, add(load(column_sum, index + whole, NODES), height, echo_im))
+                index += 2 * whole
 
 
 @compiled
@@ -260,14 +224,14 @@ def _add_column(column_sum, taps, start, out):
     """Add a column's sum (path, gate, component, node) to out (component, path, gate, node) from node `start` on, and
     make it zero again."""
     whole, nodes = column_sum.shape[3], out.shape[3]
-    paths, gates = out.shape[1], out.shape[2]
+    paths, gates, flat, sums = out.shape[1], out.shape[2], out.ravel(), column_sum.ravel()
     for path in range(paths):
         for gate in range(gates):
             for component in range(2):
                 place = ((component * paths + path) * gates + gate) * nodes + start
                 index = ((path * column_sum.shape[1] + taps + gate) * 2 + component) * whole
-                for node in range(0, whole, LANES):
-                    store(out, place + node, plus(load(out, place + node), load(column_sum, index + node)))
+                for node in range(np.uint64(whole)):
+                    flat[np.uint64(place) + node] += sums[np.uint64(index) + node]
     column_sum[:] = 0.0
 
 

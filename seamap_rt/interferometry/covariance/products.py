@@ -9,14 +9,14 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compute.lanes import LANES
 from ...compute.machine import pool
-from .dwell_kernel import add_products, means_of
+from .dwell_kernel import HalfTurns, Sums, Table, add_products
 from .dwells import Dwells
 from .pairs import Rows
-from .windows import Covariance
+from .windows import Covariance, complex_of
 
 _BLOCK = 64  # pulses whose voltages are gone through for all products at once: they stay in the processor's cache
+_GATES = 64  # at a multiple of which each thread begins
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def dwell_means(
     pulses, receivers, gates = voltage.shape
     rows = np.ascontiguousarray(voltage).reshape(pulses * receivers, gates)
     ends = np.minimum(_BLOCK * np.arange(-(-pulses // _BLOCK) + 1), pulses)
-    first, second, owner, begin, start = [], [], [], np.zeros((len(kinds), ends.size), dtype=np.uint64), 0
+    first, second, owner, begin, start = [], [], [], np.zeros((len(kinds), ends.size), dtype=np.int64), 0
     turns = [next((p.level for p in kind if p.level is not None), None) for kind in kinds]
     for number, kind in enumerate(kinds):
         owners = np.concatenate([p.owner for p in kind])
@@ -57,23 +57,18 @@ def dwell_means(
         second.append(np.concatenate([p.second[0] * receivers + p.second[1] for p in kind])[order])
         begin[number] = start + np.searchsorted(owner[-1], ends)
         start += owners.size
-    look = dwells.look.reshape(pulses, -1)
-    table = np.stack([np.concatenate(part) for part in (first, second, owner)]).astype(np.int64)
-    totals, counts = np.zeros((len(kinds), dwells.looks, 4, 2 * gates)), np.zeros((len(kinds), dwells.looks, gates))
+    table = Table(np.concatenate(first), np.concatenate(second), np.concatenate(owner), begin)
     different = {id(turn): turn for turn in turns if turn is not None}
-    stack = np.stack(list(different.values())) if different else np.zeros((0, 0, 0), dtype=np.complex64)
-    which = np.array([-1 if turn is None else list(different).index(id(turn)) for turn in turns])
-    turned = stack, which, receivers
-    with pool() as workers:
-        count = workers.count  # each has gates of its own, so that their number changes no bit
-        edges = [*(gates * n // count // LANES * LANES for n in range(count)), gates]
-        work = [
-            workers.submit(add_products, rows, look, table, begin, *turned, low, high, totals, counts)
-            for low, high in pairwise(edges)
-        ]
-        for each in work:
+    phasor = np.stack(list(different.values())) if different else np.zeros((0, 0, 0), dtype=np.complex64)
+    number = np.array([-1 if turn is None else list(different).index(id(turn)) for turn in turns])
+    shape = len(kinds), dwells.looks, gates
+    sums = Sums(*(np.zeros(shape) for _ in Sums._fields))
+    given = rows, dwells.look.reshape(pulses, -1), table, HalfTurns(phasor, number, receivers)
+    with pool() as workers:  # each has gates of its own, so that their number changes no bit
+        count = workers.count
+        edges = [*(gates * n // count // _GATES * _GATES for n in range(count)), gates]
+        for each in [workers.submit(add_products, *given, low, high, sums) for low, high in pairwise(edges)]:
             each.result()
-        cross = np.empty(counts.shape, dtype=np.complex128)
-        powers = np.empty((2, *counts.shape))
-        list(workers.map(means_of, totals, counts, cross, *powers))
-    return [Covariance(*each) for each in zip(cross, *powers, strict=True)]
+    share = 1.0 / np.where(sums.products > 0.0, sums.products, np.nan)
+    cross = complex_of(sums.real * share, sums.imaginary * share)
+    return [Covariance(*each) for each in zip(cross, sums.lower * share, sums.upper * share, strict=True)]

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compute.lanes import LANES
 from ...compute.machine import in_blocks
-from .window_kernel import window_means, window_means_as_they_are, window_powers
+from .window_kernel import Cells, Phasors, window_means, window_means_as_they_are, window_powers
 
 Level = Callable[[int], NDArray[np.float64]]
 
@@ -26,14 +25,17 @@ class PhaseSlopes:
     per_look: NDArray[np.float64]
     level: Level | None = None
 
-    def turns(self, gates: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """What turns a neighbour's phase back by either, see `_turns`: kept, for windows come in several sizes."""
-        if gates not in self._kept:
-            self._kept[gates] = _turns(self.per_gate, gates), _turns(self.per_look, gates)
-        return self._kept[gates]
+    def phasors(self, shape: tuple[int, ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """What turns a neighbour's phase back by either (part, look or 1, gate) of a map's shape (look, gate): kept,
+        for windows come in several sizes."""
+        if shape not in self._kept:
+            phasors = (_phasor(-np.atleast_2d(each)) for each in (self.per_gate, self.per_look))
+            wide = (np.broadcast_to(each, (*each.shape[:2], shape[1])) for each in phasors)
+            self._kept[shape] = tuple(map(np.ascontiguousarray, wide))
+        return self._kept[shape]
 
     @cached_property
-    def _kept(self) -> dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    def _kept(self) -> dict[tuple[int, ...], Any]:
         return {}
 
 
@@ -65,50 +67,36 @@ class Covariance:
         the window shrinks on both sides alike: half a gate's shift would cost centimetres. The first and the last look
         of a circle do not meet: they lie a turn apart in time. Unknown cells stay NaN.
         """
-        known, half, level = self.known, range_weights.size // 2, along.level
-        margin = _whole(half)
-        fields, counted = self._wide(margin)
-        here = np.empty((2, 0, 1, 1))
+        half, level, cells = range_weights.size // 2, along.level, self._cells
+        beside = np.empty((2, 0, 1, 1))
         if level is not None:
-            here = _turns(np.stack([-level(gate) for gate in range(-half, half + 1)]), known.shape[1])
-            turned = self.cross * np.exp(-1j * level(0))
-            parts = (np.where(known, part, 0.0) for part in (turned.real, turned.imag))
-            fields = np.concatenate((_widened(margin, *parts), fields[2:]))
-        turns, weights = (*along.turns(known.shape[1]), here), (range_weights, look_weights)
-        means = np.empty((4, known.shape[0], _whole(known.shape[1])))
-        in_blocks(lambda *looks: window_means(*looks, margin, fields, counted, *weights, *turns, means), known.shape[0])
-        return _covariance(means[..., : known.shape[1]])
+            beside = _phasor(np.stack([level(gate) for gate in range(-half, half + 1)]))
+            turned = np.where(self.known, self.cross, 0.0) * np.exp(-1j * level(0))
+            cells = Cells(np.concatenate(([turned.real, turned.imag], cells.fields[2:])), cells.known)
+        phasors, weights = Phasors(*along.phasors(self.cross.shape), beside), (range_weights, look_weights)
+        means = np.empty(cells.fields.shape)
+        in_blocks(lambda *looks: window_means(*looks, cells, *weights, phasors, means), len(cells.known))
+        return _covariance(means)
 
     def windowed(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> Covariance:
         """Means over such a window as they are: no phase is turned, and cells that are not known are left out one by
         one. They stay NaN."""
-        known, margin = self.known, _whole(range_weights.size // 2)
-        weights, means = (range_weights, look_weights), np.empty((4, known.shape[0], _whole(known.shape[1])))
-        wide = self._wide(margin)
-        in_blocks(lambda *looks: window_means_as_they_are(*looks, margin, *wide, *weights, means), known.shape[0])
-        return _covariance(means[..., : known.shape[1]])
+        cells, means, weights = self._cells, np.empty((4, *self.cross.shape)), (range_weights, look_weights)
+        in_blocks(lambda *looks: window_means_as_they_are(*looks, cells, *weights, means), len(cells.known))
+        return _covariance(means)
 
     def power_in(self, range_weights: NDArray[np.float64], look_weights: NDArray[np.float64]) -> NDArray[np.float64]:
         """Mean power [W] (look, gate) of both receivers over such a window."""
-        known, margin = self.known, _whole(range_weights.size // 2)
-        fields, counted = self._wide(margin)
-        power = 0.5 * (fields[2] + fields[3])
-        weights, means = (range_weights, look_weights), np.empty((known.shape[0], _whole(known.shape[1])))
-        in_blocks(lambda *looks: window_powers(*looks, margin, power, counted, *weights, means), known.shape[0])
-        return means[:, : known.shape[1]]
-
-    def _wide(self, margin: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Real and imaginary part and both powers, 0 where not known, and where they are known, with that margin: kept,
-        for windows come in several sizes."""
-        if margin not in self._kept:
-            known = self.known
-            parts = self.cross.real, self.cross.imag, self.lower, self.upper
-            self._kept[margin] = _widened(margin, *(np.where(known, p, 0.0) for p in parts)), _widened(margin, known)[0]
-        return self._kept[margin]
+        cells, weights = self._cells, (range_weights, look_weights)
+        power, means = cells.fields[2:].mean(axis=0), np.empty(cells.known.shape)
+        in_blocks(lambda *looks: window_powers(*looks, power, cells.known, *weights, means), len(means))
+        return means
 
     @cached_property
-    def _kept(self) -> dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]]:
-        return {}
+    def _cells(self) -> Cells:
+        """Kept, for windows come in several sizes."""
+        parts = self.cross.real, self.cross.imag, self.lower, self.upper
+        return Cells(np.where(self.known, np.stack(parts), 0.0), self.known.astype(np.float64))
 
     def rotated(self, phase: NDArray[np.float64]) -> Covariance:
         """The same with a phase [rad], (look, gate), added to that between the receivers."""
@@ -123,31 +111,18 @@ class Covariance:
 
 def _covariance(means: NDArray[np.float64]) -> Covariance:
     """Of real and imaginary part and both powers (4, look, gate)."""
-    cross = np.empty(means.shape[1:], dtype=np.complex128)
-    cross.real, cross.imag = means[:2]
-    return Covariance(cross, means[2], means[3])
+    return Covariance(complex_of(*means[:2]), means[2], means[3])
 
 
-def _whole(gates: int) -> int:
-    """So many in whole groups of lanes."""
-    return -(-gates // LANES) * LANES
+def complex_of(real: NDArray[np.float64], imaginary: NDArray[np.float64]) -> NDArray[np.complex128]:
+    made = np.empty(real.shape, dtype=np.complex128)
+    made.real, made.imag = real, imaginary
+    return made
 
 
-def _widened(margin: int, *fields: NDArray[Any]) -> NDArray[np.float64]:
-    """Fields (look, gate) in whole groups of lanes with a margin of zeros, (field, look, margin + gate + margin)."""
-    looks, gates = fields[0].shape
-    wide = np.zeros((len(fields), looks, margin + _whole(gates) + margin))
-    for one, each in zip(wide, fields, strict=True):
-        one[:, margin : margin + gates] = each
-    return wide
-
-
-def _turns(phase: NDArray[np.float64], gates: int) -> NDArray[np.float64]:
-    """What turns back by a phase [rad] (…, look or 1, gate or 1): real and imaginary parts (2, …, look or 1, lane)."""
-    phase = np.atleast_2d(phase)
-    turns = np.zeros((2, *phase.shape[:-1], _whole(gates)))
-    turns[0, ..., :gates], turns[1, ..., :gates] = np.cos(phase), -np.sin(phase)
-    return turns
+def _phasor(phase: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Real and imaginary part (2, …)."""
+    return np.stack((np.cos(phase), np.sin(phase)))
 
 
 def without_noise(covariance: Covariance, noise_power: float) -> Covariance:

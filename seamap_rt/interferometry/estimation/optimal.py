@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from ...compute.machine import pool
 from .error_covariance import ErrorCovariance
-from .optimal_kernel import BLOCK, MOST_LOOKS, interpolate
+from .optimal_kernel import BLOCK, MOST_LOOKS, Cells, ErrorTables, HalfCell, SeaTables, interpolate
 from .sea_covariance import SeaCovariance
 
 Map = NDArray[np.float64]
@@ -66,19 +66,21 @@ def optimal_heights(
     points = np.stack([np.where(lying, each, 0.0) for each in (x, y, east, north)])
     width = cell[1] * ranges
     looks = np.clip(np.round(ACROSS_M / np.maximum(width, 1e-9)), 1, MOST_LOOKS).astype(np.int64)
-    along = np.ascontiguousarray(measured.errors.along)
-    half = 0.5 * _GAUSS * cell[0], 0.5 * _GAUSS * width  # of the cell's four sample points
+    half = HalfCell(0.5 * _GAUSS * cell[0], 0.5 * _GAUSS * width)
     blurs = np.linspace(measured.blur.min(), measured.blur.max(), _BLURS)
     level = np.abs(measured.blur[:, None] - blurs).argmin(axis=1)
     tables = np.stack([np.stack((sea.table, sea.blurred(blur), sea.blurred(2.0 * blur))) for blur in blurs])
     estimate = np.full((5, *shape), np.nan)
 
-    cells = measured.height, parts, points, wanted & lying
+    given = (
+        Cells(measured.height, parts, points, wanted & lying, looks),
+        SeaTables(tables, level, sea.spacing),
+        half,
+        ErrorTables(np.ascontiguousarray(measured.errors.along), measured.errors.beside),
+    )
 
     def blocks(first: int, last: int) -> None:
-        interpolate(
-            *cells, tables, level, sea.spacing, *half, looks, along, measured.errors.beside, first, last, estimate
-        )
+        interpolate(*given, first, last, estimate)
 
     edges = np.linspace(0, -(-shape[1] // BLOCK), tasks + 1).astype(int)
     with pool() as workers:

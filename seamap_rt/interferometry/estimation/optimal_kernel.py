@@ -8,11 +8,12 @@ neighbours are kept in that order.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ...compute.compiled import compiled, compiled_step
-from ...compute.lanes import LANES, add, load, store
+from ...compute.compiled import compiled, compiled_fused, compiled_step
 
 BLOCK = 3  # gates that share their neighbours
 _GATES = 3  # neighbouring gates to either side
@@ -23,23 +24,56 @@ _SIDES = _MEASURED + 1 + BLOCK  # and the covariances with each gate's cell
 _ALIKE = math.cos(math.radians(8.0))  # of the angle between looks whose slopes err alike
 _GAUSS = 0.5 / math.sqrt(3.0)  # of a cell's side, from its middle to its sample points
 _STRIPS = 4  # of a cell, of which its slopes are means
-_WIDE = _SIDES + _MOST + 3 * LANES  # with room for whole groups of lanes behind
+_WIDE = _SIDES + _MOST
+
+
+class Cells(NamedTuple):
+    """What is known of each cell; points in the plane."""
+
+    height: NDArray[np.float64]  # (look, gate) m
+    parts: NDArray[np.float64]  # (3, look, gate) roots of its error's variance, by kind; NaN of one that has no weight
+    points: NDArray[np.float64]  # (4, look, gate) m east and north, and the direction outward
+    wanted: NDArray[np.bool_]  # (look, gate)
+    looks: NDArray[np.int64]  # (gate,) neighbouring looks to either side
+
+
+class SeaTables(NamedTuple):
+    """Covariance of the sea's height by lag."""
+
+    tables: NDArray[np.float64]  # (blur, 3, lag north, lag east) of points, of a point and a mean, of two means
+    level: NDArray[np.int64]  # (gate,) which blur
+    spacing: float  # m
+
+
+class HalfCell(NamedTuple):
+    """Half the distance between a cell's sample points."""
+
+    along: float  # m
+    across: NDArray[np.float64]  # (gate,) m
+
+
+class ErrorTables(NamedTuple):
+    """Covariance of neighbours' errors over the product of their roots."""
+
+    along: NDArray[np.float64]  # (kind, lag in gates) of one look
+    beside: float  # of the same gate's neighbouring looks
 
 
 @compiled
-def interpolate(
-    height, parts, points, wanted, tables, level, spacing, along, across, looks, together, beside, first, last, estimate
-):
+def interpolate(cells, sea_tables, half, errors, first, last, estimate):
     """Blocks of gates first … last − 1 of estimate (look, gate): mean, its variance, those of the mean slopes outward
     and clockwise, and their covariance, which a few looks of a block have of one cell."""
+    height, points, wanted, looks = cells.height, cells.points, cells.wanted, cells.looks
+    tables, level, spacing = sea_tables
+    (along, across), (together, beside) = half, errors
     rows, gates = height.shape
     per_spacing = 1.0 / spacing
     sea, middle = tables[0, 0], tables.shape[2] // 2
     # Between its entries the table is linear: of an arc of curvature κ the middle of a chord of length h lies κ h²/8
     # away, a quarter of what the covariance loses over h.
     rounding = 0.25 * (sea[middle, middle] - min(sea[middle + 1, middle], sea[middle, middle + 1]))
-    given, left = np.zeros((_MOST, _WIDE)), np.zeros((_MOST, _WIDE))
-    near, index, inverse = np.empty((6, _MOST)), np.empty((2, _MOST), np.int64), np.empty(_MOST)
+    given, left = np.zeros((_MOST + 4, _WIDE)), np.zeros((_MOST + 4, _WIDE))
+    near, index, inverse = np.empty((6, _MOST)), np.empty((2, _MOST), np.int64), np.empty(_MOST + 4)
     row, corner, shares = np.empty(_MOST), np.empty(_MOST, np.uint32), np.empty((3, _MOST))
     slope, of_slopes, weights = np.empty((2, 3)), np.empty((2, 3, rows)), np.empty((2, _MOST))
     for block in range(first, last):
@@ -54,9 +88,8 @@ def interpolate(
                 continue
             low, high = max(0, look - looks[start]), min(rows, look + looks[start] + 1)
             kept = _without_looks(given, near, index, count, high)
-            count = _with_looks(
-                height, parts, points, low, min(high, lowest), start, stop, rounding, given, near, index, kept
-            )
+            gates_near = max(0, start - _GATES), min(gates, stop + _GATES)
+            count = _with_looks(cells, (low, min(high, lowest)), gates_near, rounding, given, near, index, kept)
             lowest = low
             for i in range(kept, count):
                 row[: i + 1] = 0.0
@@ -118,8 +151,8 @@ def _without_looks(given, near, index, count, high):
     if out > 0:
         for i in range(kept):
             given[i, _MEASURED] = given[i + out, _MEASURED]
-            for j in range(_SIDES, _SIDES + i + 1, LANES):
-                store(given, i * _WIDE + j, load(given, (i + out) * _WIDE + out + j))
+            for j in range(_SIDES, _SIDES + i + 1):
+                given[i, j] = given[i + out, out + j]
         for i in range(kept):  # loops: to copy parts of arrays takes the compiler eight seconds
             for n in range(near.shape[0]):
                 near[n, i] = near[n, i + out]
@@ -129,12 +162,12 @@ def _without_looks(given, near, index, count, high):
 
 
 @compiled_step
-def _with_looks(height, parts, points, low, high, start, stop, rounding, given, near, index, count):
-    """Append the neighbours of looks high − 1 … low: near (east, north, error variance, its parts' roots), index (look,
-    gate) and what was measured; how many there are now."""
-    gates = height.shape[1]
-    for n in range(high - 1, low - 1, -1):
-        for m in range(min(gates, stop + _GATES) - 1, max(0, start - _GATES) - 1, -1):
+def _with_looks(cells, looks, gates, rounding, given, near, index, count):
+    """Append the neighbours of looks and gates (first, end), from the last: near (east, north, error variance, its
+    parts' roots), index (look, gate) and what was measured; how many there are now."""
+    height, parts, points = cells.height, cells.parts, cells.points
+    for n in range(looks[1] - 1, looks[0] - 1, -1):
+        for m in range(gates[1] - 1, gates[0] - 1, -1):
             if parts[2, n, m] >= 0.0:
                 index[0, count], index[1, count] = n, m
                 near[0, count], near[1, count] = points[0, n, m], points[1, n, m]
@@ -221,7 +254,7 @@ def _add_errors(row, i, near, index, along, beside):
         j -= 1
 
 
-@compiled
+@compiled_fused
 def _eliminate(given, count, error, left, inverse, first):
     """Gauss's elimination of the covariances `given` (row, right-hand sides from `first` on and columns up to its own),
     from the last row to the first: what is left of each, and one over what is left of its own variance.
@@ -230,26 +263,20 @@ def _eliminate(given, count, error, left, inverse, first):
     together with its neighbours' errors. A height of which less than half of that is left, by the table's steps and its
     end at long lags, is left out.
     """
+    inverse[count : count + 4] = 0.0
+    flat, begin = left.ravel(), np.uint64(first)
     for i in range(count - 1, -1, -1):
-        own, end, at = i * _WIDE, _SIDES + i + 1, first
-        while at < end:
-            a, b = load(given, own + at), load(given, own + at + LANES)
-            if end - at > 2 * LANES:
-                c, d = load(given, own + at + 2 * LANES), load(given, own + at + 3 * LANES)
-                for k in range(count - 1, i, -1):
-                    factor, there = -inverse[k] * left[k, _SIDES + i], k * _WIDE + at
-                    a, b = add(a, factor, load(left, there)), add(b, factor, load(left, there + LANES))
-                    c = add(c, factor, load(left, there + 2 * LANES))
-                    d = add(d, factor, load(left, there + 3 * LANES))
-                store(left, own + at + 2 * LANES, c)
-                store(left, own + at + 3 * LANES, d)
-            else:
-                for k in range(count - 1, i, -1):
-                    factor, there = -inverse[k] * left[k, _SIDES + i], k * _WIDE + at
-                    a, b = add(a, factor, load(left, there)), add(b, factor, load(left, there + LANES))
-            store(left, own + at, a)
-            store(left, own + at + LANES, b)
-            at += 4 * LANES if end - at > 2 * LANES else 2 * LANES
+        end, own, own_column = np.uint64(_SIDES + i + 1), np.uint64(i * _WIDE), np.uint64(_SIDES + i)
+        for j in range(begin, end):
+            flat[own + j] = given[i, j]
+        for k in range(i + 1, count, 4):  # four at a time: what is left of a row is loaded and stored less often
+            one = np.uint64(k * _WIDE)
+            two, three, four = one + np.uint64(_WIDE), one + np.uint64(2 * _WIDE), one + np.uint64(3 * _WIDE)
+            a, b = inverse[k] * flat[one + own_column], inverse[k + 1] * flat[two + own_column]
+            c, d = inverse[k + 2] * flat[three + own_column], inverse[k + 3] * flat[four + own_column]
+            for j in range(begin, end):
+                known = a * flat[one + j] + b * flat[two + j] + c * flat[three + j] + d * flat[four + j]
+                flat[own + j] -= known
         mine = left[i, _SIDES + i]
         inverse[i] = 1.0 / mine if mine > 0.5 * error[i] else 0.0
 

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from ...compute.compiled import compiled, compiled_step
-from ...compute.lanes import LANES, add, load, plus, product, spread, store, where_known
+from ...compute.compiled import compiled
 
 
 @compiled
@@ -50,60 +49,46 @@ def mean_of_samples(begin, end, laid, fan, middle, x, y, sweep, result):
     laid (look, distance, field); fan: the first look's angle and the spacing [deg], whether it closes, the first
     distance and their spacing [m]. middle (row, column): angle of the squares' centres [deg]; x and y [m] from the
     fan's centre of evenly many columns and rows of samples in each, and the angle (y, x) of each, whole turns apart.
-    A sample's fields are taken together, as many as fill the lanes; what lies behind them there is not used.
     """
-    looks, distances, pieces = laid.shape
+    looks, distances, fields = laid.shape
     high, wide = sweep.shape[0] // middle.shape[0], sweep.shape[1] // middle.shape[1]
     per_look, per_metre, closed = 1.0 / fan[1], 1.0 / fan[4], fan[2] > 0.0
-    totals, counts, corners, flat = np.empty(LANES), np.empty(LANES), np.zeros(4 * LANES), laid.ravel()
+    flat, corner, share = laid.ravel(), np.empty((4, high * wide), np.uint64), np.empty((4, high * wide))
     for row in range(begin, end):
         for column in range(middle.shape[1]):
-            for part in range(0, pieces, LANES):
-                total, count = spread(0.0), spread(0.0)
-                for n in range(row * high, (row + 1) * high):
-                    for m in range(column * wide, (column + 1) * wide):
-                        reach = (math.sqrt(x[m] * x[m] + y[n] * y[n]) - fan[3]) * per_metre
-                        # A square that straddles the start of the turn stays on its centre's side: beyond it is a turn
-                        # ago.
-                        beside = sweep[n, m] - middle[row, column]
-                        beside -= 360.0 * math.floor(beside * (1.0 / 360.0) + 0.5)
-                        number = (middle[row, column] + beside - fan[0]) * per_look
-                        # Before the first look and after the last the nearest of them serves, as far as half a look;
-                        # all the way in a full circle, whose ends lie a turn apart in time and are not blended.
-                        inside = closed or -0.5 <= number <= looks - 0.5
-                        if not (inside and 0.0 <= reach <= distances - 1.0):
-                            continue
-                        number = min(max(number, 0.0), looks - 1.0)
-                        low, near = int(number), min(int(reach), distances - 2)
-                        across, along = number - low, reach - near
-                        first = (low * distances + near) * pieces + part
-                        second = first + distances * pieces if across > 0.0 else first
-                        if second + pieces + LANES <= flat.size:
-                            value = _bilinear(flat, first, second, pieces, across, along)
-                        else:
-                            _set_apart(flat, first, second, pieces, corners)
-                            value = _bilinear(corners, 0, 2 * LANES, LANES, across, along)
-                        total = plus(total, where_known(value, value))
-                        count = plus(count, where_known(value, spread(1.0)))
-                store(totals, 0, total)
-                store(counts, 0, count)
-                for field in range(min(LANES, pieces - part)):
-                    if 2.0 * counts[field] > high * wide:
-                        result[part + field, row, column] = totals[field] / counts[field]
-
-
-@compiled_step
-def _bilinear(flat, first, second, step, across, along):
-    """Of two numbers in a row each from flat indices `first` and `second` on, `step` apart: all lanes' alike."""
-    value = product(spread((1.0 - across) * (1.0 - along)), load(flat, first))
-    value = add(value, (1.0 - across) * along, load(flat, first + step))
-    value = add(value, across * (1.0 - along), load(flat, second))
-    return add(value, across * along, load(flat, second + step))
-
-
-@compiled_step
-def _set_apart(flat, first, second, step, corners):
-    """Copy four corners to where whole lanes can be read, as they cannot at an array's end."""
-    for n, start in enumerate((first, first + step, second, second + step)):
-        for lane in range(LANES):
-            corners[n * LANES + lane] = flat[start + lane] if start + lane < flat.size else 0.0
+            samples = 0
+            for n in range(row * high, (row + 1) * high):
+                for m in range(column * wide, (column + 1) * wide):
+                    reach = (math.sqrt(x[m] * x[m] + y[n] * y[n]) - fan[3]) * per_metre
+                    # A square that straddles the start of the turn stays on its centre's side: beyond it is a turn ago.
+                    beside = sweep[n, m] - middle[row, column]
+                    beside -= 360.0 * math.floor(beside * (1.0 / 360.0) + 0.5)
+                    number = (middle[row, column] + beside - fan[0]) * per_look
+                    # Before the first look and after the last the nearest of them serves, as far as half a look; all
+                    # the way in a full circle, whose ends lie a turn apart in time and are not blended.
+                    inside = closed or -0.5 <= number <= looks - 0.5
+                    if not (inside and 0.0 <= reach <= distances - 1.0):
+                        continue
+                    number = min(max(number, 0.0), looks - 1.0)
+                    low, near = int(number), min(int(reach), distances - 2)
+                    across, along = number - low, reach - near
+                    first = (low * distances + near) * fields
+                    second = first + distances * fields if across > 0.0 else first
+                    corner[0, samples], corner[1, samples] = first, first + fields
+                    corner[2, samples], corner[3, samples] = second, second + fields
+                    share[0, samples], share[1, samples] = (1.0 - across) * (1.0 - along), (1.0 - across) * along
+                    share[2, samples], share[3, samples] = across * (1.0 - along), across * along
+                    samples += 1
+            if 2 * samples <= high * wide:
+                continue
+            for field in range(np.uint64(fields)):
+                total, count = 0.0, 0
+                for sample in range(np.uint64(samples)):
+                    value = 0.0
+                    for n in range(4):
+                        value += share[n, sample] * flat[corner[n, sample] + field]
+                    if value == value:
+                        total += value
+                        count += 1
+                if 2 * count > high * wide:
+                    result[field, row, column] = total / count
