@@ -12,13 +12,12 @@ from ..conventions import turn_name
 from ..errors import InputError
 from . import drawing
 from .comparing import Figure, RangeVerdict, drawing_of, in_words
-from .drawing import Canvas, grey_of
-from .images import Images
 from .maps_panel import MapsPanel
 from .prospects_view import number
 from .results import Results
 from .runs import find_runs
 from .views import Source
+from .widgets import Canvas, Images, grey_of
 
 if TYPE_CHECKING:
     from .page import Page

@@ -15,9 +15,9 @@ from ..metrics import BIN_M, HALF_VISIBLE, HEADLINE_M
 from ..report import style
 from .curve_panels import range_pictures
 from .draft import flat
-from .images import Image, drawn
 from .pictures import Panel, Scale, Shown, ground_raster
 from .views import Source
+from .widgets import Image, drawn
 
 Array = NDArray[np.floating]
 

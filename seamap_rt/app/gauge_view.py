@@ -13,9 +13,9 @@ from ..gauges import judge_one
 from ..io.growing_file import GrowingFile, read_whole_turns
 from ..report.gauge_figures import gauge_picture
 from . import drawing
-from .images import Image, Images, drawn
 from .prospects_view import number
 from .results import Results
+from .widgets import Image, Images, drawn
 
 if TYPE_CHECKING:
     from .see_view import SeeView

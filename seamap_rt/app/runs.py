@@ -18,7 +18,7 @@ from ..io.turn_files import part_of
 from .safety import is_text, unreadable_product
 
 if TYPE_CHECKING:
-    from .desk import Desk
+    from .page import Desk
 
 
 _DEEPEST = 3

@@ -16,12 +16,12 @@ from nicegui import ui
 from ..conventions import turn_name
 from ..errors import InputError
 from . import drawing
-from .drawing import Canvas, grey_of
 from .maps_panel import MapsPanel
 from .pictures import Shown
 from .results import Results
 from .runs import MAPPED, address, find_runs, headline_of, kind_of, products_of
 from .views import MAP_VIEWS, Source
+from .widgets import Canvas, grey_of
 
 if TYPE_CHECKING:
     from .page import Page

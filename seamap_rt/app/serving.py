@@ -53,9 +53,8 @@ def _server(runs: Path, gate: Gate) -> Any:
     from nicegui import ui
 
     from . import design_view  # noqa: F401  what is seen first: it is ready when the browser comes
-    from .desk import Desk
     from .fields import scene_schema
-    from .page import show
+    from .page import Desk, show
     from .runs import give_files
 
     desk = Desk.of(runs)

@@ -15,8 +15,8 @@ from ..io.opening import load, open_dataset, open_file
 from ..report.page_elements import Picture
 from ..studies.shadowing_figures import LOOK_WORDS, draw_shadowing
 from . import drawing
-from .images import Image, Images, drawn
 from .runs import address
+from .widgets import Image, Images, drawn
 
 if TYPE_CHECKING:
     from .see_view import SeeView

@@ -22,8 +22,7 @@ from ..scene import Scene, SceneLike, as_scene
 from ..settings import PlatformSettings
 from ..settings.sea import DEFAULT_RESOLUTION_M
 from ..tracing.unresolved_waves import UnresolvedWaves
-from .design import Design
-from .error import Spectrum, ambiguous_share, error_variance, information, score
+from .error import Design, Spectrum, ambiguous_share, error_variance, information, score
 from .motion import Motion
 from .strips import (
     LOOKS,

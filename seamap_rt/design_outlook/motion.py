@@ -38,7 +38,7 @@ from ..radar.sensors import Sensors
 from ..scene import Scene
 from ..sea.components import Components
 from ..settings import PlatformSettings, RadarSettings, SeaSettings, SensorSettings
-from .design import Design
+from .error import Design
 from .strips import STARTS, Waves, azimuths, directions
 
 Array = NDArray[np.float64]

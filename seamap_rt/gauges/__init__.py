@@ -9,7 +9,6 @@ correlation. On any maps, recorded ones too, without a wire:
 Evidence: validation/README.md, "Wave gauges".
 """
 
-from .judging import GaugeSpectra, NoSpectrum, aliasing, judge, judge_one, spectra
-from .reading import gauge_series
+from .judging import GaugeSpectra, NoSpectrum, aliasing, gauge_series, judge, judge_one, spectra
 
 __all__ = ["GaugeSpectra", "NoSpectrum", "aliasing", "gauge_series", "judge", "judge_one", "spectra"]

@@ -23,7 +23,7 @@ from . import curves, evolution, forecast_figures, gauge_figures, reduce, style,
 from .headline import headline, run_line, summary, verdict
 from .page_elements import NOTHING, Table, count, digits, metres, percent
 from .pictures import pictures
-from .sea_words import fold_warning, sea_rows, warnings
+from .sea_statistics import fold_warning, sea_rows, warnings
 
 REPORT = "report.html"
 _PACKAGES = ("seamap_rt", "numpy", "scipy", "xarray", "matplotlib", "sionna-rt", "mitsuba", "drjit")

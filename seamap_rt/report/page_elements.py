@@ -6,14 +6,16 @@ import base64
 import importlib.resources
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jinja2
 import numpy as np
-from matplotlib.figure import Figure
 
 from ..conventions import written
 from . import reduce
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 NOTHING = "—"
 

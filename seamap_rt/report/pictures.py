@@ -17,7 +17,7 @@ from ..window_errors import Windows
 from . import curves, evolution, forecast_figures, gauge_figures, maps, reduce, spectrum_figures, window_figures
 from .headline import headline
 from .page_elements import Picture, digits
-from .sea_words import ground_warning
+from .sea_statistics import ground_warning
 
 
 def pictures(

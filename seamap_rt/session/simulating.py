@@ -14,7 +14,7 @@ from ..interferometry import open_echoes
 from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
 from ..io.results_folder import clear_folder, growing, results_folder
-from ..report.facts import run_facts
+from ..report.headline import run_facts
 from ..scene import SceneLike, as_scene
 from ..simulation import Simulator
 from .driver import Progress, deliver, iterate

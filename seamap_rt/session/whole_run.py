@@ -24,7 +24,7 @@ from ..io.plain_json import to_json
 from ..io.results_folder import FULL, clear_folder, growing, results_folder, write_whole
 from ..measured import Rings
 from ..metrics import error_figures
-from ..report.facts import run_facts
+from ..report.headline import run_facts
 from ..scene import Scene, SceneLike, as_scene
 from ..simulation import Simulator
 from ..wavefield import sea_state

@@ -18,13 +18,12 @@ from matplotlib.text import Text
 from PIL import Image as Opened
 
 from seamap_rt.app.curve_panels import range_pictures
-from seamap_rt.app.forecast_view import read_ahead
+from seamap_rt.app.forecast_view import came_of, read_ahead
 from seamap_rt.app.gauge_view import read_gauges
-from seamap_rt.app.images import drawn
 from seamap_rt.app.results import Results
 from seamap_rt.app.study_views import read_shadowing
 from seamap_rt.app.views import Source
-from seamap_rt.app.what_came import came_of
+from seamap_rt.app.widgets import drawn
 from seamap_rt.report import curves, style
 from seamap_rt.report.forecast_figures import ahead_picture, next_seconds, verified_picture
 from seamap_rt.report.gauge_figures import gauge_picture

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from seamap_rt.app.sea_light import lambert, mast_picture, seen_from_mast, sun
+from seamap_rt.app.sea_view import lambert, mast_picture, seen_from_mast, sun
 
 _SIDE = np.arange(-200.0, 201.0, 2.0)
 _FLAT = np.zeros((_SIDE.size, _SIDE.size))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from made_folders import OFFSET_M, STATED_M, forecasts
 
-from seamap_rt.app.what_came import Came, came_of, what_came
+from seamap_rt.app.forecast_view import Came, came_of, what_came
 from seamap_rt.errors import InputError
 from seamap_rt.forecast_errors import warm
 from seamap_rt.report.forecast_figures import by_lead, sea_that_came

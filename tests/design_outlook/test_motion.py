@@ -11,7 +11,7 @@ import xarray as xr
 
 import seamap_rt as sr
 from seamap_rt.cli import main
-from seamap_rt.design_outlook.design import Design
+from seamap_rt.design_outlook.error import Design
 from seamap_rt.design_outlook.motion import Motion
 from seamap_rt.design_outlook.strips import snr_of_unity, waves_of
 from seamap_rt.measured import Rings

@@ -12,8 +12,7 @@ from scipy.integrate import quad
 import seamap_rt as sr
 from seamap_rt.conventions import db
 from seamap_rt.design_outlook import likely
-from seamap_rt.design_outlook.design import Design
-from seamap_rt.design_outlook.error import Spectrum, ambiguous_share, error_variance, information, score
+from seamap_rt.design_outlook.error import Design, Spectrum, ambiguous_share, error_variance, information, score
 from seamap_rt.design_outlook.model import outlook_rows
 from seamap_rt.design_outlook.strips import (
     LOOKS,

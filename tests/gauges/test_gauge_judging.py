@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 from seamap_rt.dataset import build
 from seamap_rt.gauges import GaugeSpectra, NoSpectrum, judge, judge_one, spectra
-from seamap_rt.gauges.reading import sample_times
+from seamap_rt.gauges.judging import sample_times
 
 # ------------------------------------------------------------------------------------------------------ what is said
 

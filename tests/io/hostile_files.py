@@ -18,8 +18,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from seamap_rt.app.jobs import FOLDER, Queue
-from seamap_rt.app.progress import _lines
+from seamap_rt.app.jobs import FOLDER, Queue, _lines
 from seamap_rt.app.results import Results
 from seamap_rt.app.runs import find_runs
 from seamap_rt.app.study_views import read_shadowing
@@ -41,7 +40,7 @@ from seamap_rt.io.results_folder import unfinished
 from seamap_rt.io.scenefile import read_toml
 from seamap_rt.io.spectrumfile import read_directional_spectrum
 from seamap_rt.prediction import read_capytaine
-from seamap_rt.products.recorded_progress import kept, state_file
+from seamap_rt.products.recorded_sea import kept, state_file
 from seamap_rt.scene import load_scene
 from seamap_rt.settings import ObjectSettings
 from seamap_rt.studies.cluster import _address

@@ -12,8 +12,7 @@ import xarray as xr
 
 from seamap_rt.report.style import png
 from seamap_rt.studies.paired import seeds_for, significant_difference
-from seamap_rt.studies.trade_figures import draw_pareto, draw_quality, draw_shares, draw_trade, pareto_front
-from seamap_rt.studies.trade_page import trade_page
+from seamap_rt.studies.trade_figures import draw_pareto, draw_quality, draw_shares, draw_trade, pareto_front, trade_page
 from seamap_rt.studies.trade_table import Criterion, trade_table
 from seamap_rt.studies.vary import words_of
 
