@@ -74,7 +74,7 @@ class CompareView:
         ui.timer(0.01, self._enter, once=True)
 
     async def _enter(self) -> None:
-        entries = await asyncio.to_thread(find_runs, self.page.desk.roots.runs)
+        entries = await asyncio.to_thread(find_runs, self.page.server.roots.runs)
         names = [entry.name for entry in entries if entry.kind in ("run", "retrieval")]
         if len(names) < 2:
             self._said.set_text("Two runs are needed: run a design, change it, and run it again.")
@@ -104,7 +104,7 @@ class CompareView:
 
     def _source(self, name: str) -> Source:
         if name not in self._sources or self._sources[name].results.growing:
-            self._sources[name] = Source(Results(self.page.desk.roots.run(name)))
+            self._sources[name] = Source(Results(self.page.server.roots.run(name)))
         return self._sources[name]
 
     def _redraw(self) -> None:

@@ -33,11 +33,11 @@ if TYPE_CHECKING:
 
 
 _MOST_KEPT = 8
-_KEPT: OrderedDict[tuple[str, int], asyncio.Future[Came]] = OrderedDict()
+_KEPT: OrderedDict[tuple[str, int], asyncio.Future[Verification]] = OrderedDict()
 
 
 @dataclass(frozen=True)
-class Came:
+class Verification:
     """Forecasts at the boat beside the sea that came (without a field), and their quiet windows beside those that came.
 
     told: as metrics.json has the windows.
@@ -67,7 +67,7 @@ class Came:
         return found
 
 
-async def what_came(folder: Path) -> Came:
+async def verify_forecasts(folder: Path) -> Verification:
     """Of a finished run that forecast; some seconds the first time, then kept. However many ask, it is drawn once.
 
     Raises InputError where there is nothing to tell of, or the sea cannot be drawn again; OSError where no memory is.
@@ -76,13 +76,13 @@ async def what_came(folder: Path) -> Came:
     if key is None:
         raise InputError("no finished forecasts are here")
     if key not in _KEPT or (_KEPT[key].done() and kept(folder) is None):
-        _KEPT[key] = asyncio.ensure_future(drawing.alone(came_of, folder))
+        _KEPT[key] = asyncio.ensure_future(drawing.alone(verify_folder, folder))
         while len(_KEPT) > _MOST_KEPT:
             _KEPT.popitem(last=False)
     return await asyncio.shield(_KEPT[key])
 
 
-def kept(folder: Path) -> Came | None:
+def kept(folder: Path) -> Verification | None:
     """What is known of a folder already."""
     held = _KEPT.get(_key(folder) or ("", 0))
     known = held is not None and held.done() and not held.cancelled() and held.exception() is None
@@ -96,7 +96,7 @@ def _key(folder: Path) -> tuple[str, int] | None:
         return None
 
 
-def came_of(folder: Path) -> Came:
+def verify_folder(folder: Path) -> Verification:
     """Of a folder, in this process. InputError where there is nothing to tell of, or a file is damaged."""
     from ..io.opening import load, open_dataset
     from ..io.scenefile import read_toml
@@ -117,7 +117,7 @@ def came_of(folder: Path) -> Came:
     sea = run_sea(scene)
     windows = observed_windows(sea, forecasts)
     told = judge_windows(windows, scene.prediction.quiet.confidence) if windows is not None else {}
-    return Came(Verified(forecasts, came(sea.judge, forecasts), xr.Dataset()), windows, told)
+    return Verification(Verified(forecasts, came(sea.judge, forecasts), xr.Dataset()), windows, told)
 
 
 _LEAD_S = 10.0  # of the forecasts that are drawn first, as in the report
@@ -184,7 +184,7 @@ class Told(NamedTuple):
 
 
 def forecast_of(
-    folder: Path, number: int, quiet: QuietSettings, came: Came | None, lead: int, dark: bool
+    folder: Path, number: int, quiet: QuietSettings, came: Verification | None, lead: int, dark: bool
 ) -> Told | None:
     """The last forecast up to a turn by its number, beside what came of it and of those before where that is known.
 
@@ -240,7 +240,7 @@ class ForecastPanel:
         await self._show(folder, number, QuietSettings(), None)
         self._past.set_visibility(False)
 
-    async def _show(self, folder: Path, number: int, quiet: QuietSettings, came: Came | None) -> bool:
+    async def _show(self, folder: Path, number: int, quiet: QuietSettings, came: Verification | None) -> bool:
         """Whether there is a forecast."""
         if came is not None:
             self._fill_leads(came)
@@ -263,7 +263,7 @@ class ForecastPanel:
             self._windows.show(told.windows)
         return True
 
-    async def _ask(self, source: Source) -> Came | None:
+    async def _ask(self, source: Source) -> Verification | None:
         """What came of a run, drawn again in a process of its own, once; None where nobody knows."""
         if source.results.growing:
             self._said.set_text("Past forecasts are held against the sea that came when the run has ended.")
@@ -272,12 +272,12 @@ class ForecastPanel:
         else:
             self._said.set_text("Drawing the sea that came …")
             try:
-                return await what_came(source.results.folder)
+                return await verify_forecasts(source.results.folder)
             except (InputError, OSError) as refusal:
                 self._said.set_text(f"What came is not known: {refusal}")
         return None
 
-    def _fill_leads(self, came: Came) -> None:
+    def _fill_leads(self, came: Verification) -> None:
         if self._lead.value is not None:
             return
         leads = came.verified.forecasts["lead"].values
@@ -310,7 +310,7 @@ def _words(ahead: Ahead) -> str:
     return f"{window}. {crest}"
 
 
-def _in_words(came: Came, lead: int) -> str:
+def _in_words(came: Verification, lead: int) -> str:
     """How well the forecasts of one lead did."""
     forecasts, told = came.verified.forecasts, by_lead(came.verified)
     judged = warm(forecasts)

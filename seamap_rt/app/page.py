@@ -38,7 +38,7 @@ class Tab:
 
 
 @dataclass
-class Desk:
+class ServerState:
     """The page's own state, one a server."""
 
     roots: Roots
@@ -46,7 +46,7 @@ class Desk:
     tabs: dict[str, Tab] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, runs: Path) -> Desk:
+    def of(cls, runs: Path) -> ServerState:
         """runs: a folder that is there."""
         shipped = next(iter(list_shipped().values())).parent
         roots = Roots(runs.resolve(), (shipped,))
@@ -128,8 +128,8 @@ window.addEventListener("unhandledrejection", (event) => {
 class Page:
     """One open page. The views ask it to go elsewhere, and it asks them to look again while something runs."""
 
-    def __init__(self, desk: Desk, tab: Tab, width: int, dark: bool) -> None:
-        self.desk, self.tab, self.width, self.dark = desk, tab, width, dark
+    def __init__(self, server: ServerState, tab: Tab, width: int, dark: bool) -> None:
+        self.server, self.tab, self.width, self.dark = server, tab, width, dark
         self._holders: dict[str, ui.column] = {}
         self._made: dict[str, Any] = {}
         self._build()
@@ -201,7 +201,7 @@ class Page:
         self._went(self.tab.place)
 
 
-async def show(desk: Desk) -> None:
+async def show(server: ServerState) -> None:
     """Build the page for a browser that has just opened it."""
     client = ui.context.client
     with ui.column().classes("absolute-center items-center") as waiting:
@@ -213,4 +213,4 @@ async def show(desk: Desk) -> None:
         "[window.innerWidth, window.matchMedia('(prefers-color-scheme: dark)').matches]", timeout=10
     )
     waiting.delete()
-    Page(desk, desk.tab(client.tab_id or client.id), int(width), bool(dark))
+    Page(server, server.tab(client.tab_id or client.id), int(width), bool(dark))

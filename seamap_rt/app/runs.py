@@ -18,7 +18,7 @@ from ..io.turn_files import part_of
 from .safety import is_text, unreadable_product
 
 if TYPE_CHECKING:
-    from .page import Desk
+    from .page import ServerState
 
 
 _DEEPEST = 3
@@ -141,7 +141,7 @@ PRODUCTS = {  # that may be downloaded, with their types; a page of ours is show
 }
 
 
-def give_files(app: FastAPI, desk: Desk) -> None:
+def give_files(app: FastAPI, server: ServerState) -> None:
     """Adds the address `/files/RUN/NAME`."""
 
     @app.get("/files/{path:path}")
@@ -150,10 +150,10 @@ def give_files(app: FastAPI, desk: Desk) -> None:
         if name not in PRODUCTS or not run:
             return PlainTextResponse(f"no such product; there are {', '.join(PRODUCTS)}\n", 404)
         try:
-            file = desk.roots.run(run) / name
+            file = server.roots.run(run) / name
         except InputError as refusal:
             return PlainTextResponse(f"{refusal}\n", 404)
-        if not file.is_file() or not desk.roots.holds(file):
+        if not file.is_file() or not server.roots.holds(file):
             return PlainTextResponse(f"{name}: not there yet\n", 404)
         kind = PRODUCTS[name]
         shown = kind.startswith("text/html")

@@ -30,7 +30,7 @@ class RunsView:
     """Jobs above, results below. Looks again while something runs."""
 
     def __init__(self, page: Page) -> None:
-        self.page, self.queue = page, page.desk.queue
+        self.page, self.queue = page, page.server.queue
         self._shown: tuple[tuple[str, str], ...] = ()
         self._rows: dict[str, _Row] = {}
         ui.label("Queue").classes("text-base font-bold")
@@ -40,7 +40,7 @@ class RunsView:
         self._recorded.classes("w-full section").props("dense").mark("recordings")
         with ui.row().classes("w-full items-center"):
             ui.label("Results").classes("text-base font-bold")
-            ui.label(f"in {page.desk.roots.runs}").classes("text-xs opacity-80 break-all")
+            ui.label(f"in {page.server.roots.runs}").classes("text-xs opacity-80 break-all")
             ui.button(icon="refresh", on_click=self._find).props('flat dense round aria-label="Refresh the list"')
         self._results = ui.column().classes("w-full gap-1").mark("results")
         ui.timer(_LOOK_S, self._look)
@@ -83,7 +83,7 @@ class RunsView:
                 self._rows[job.name].update(job)
 
     async def _find(self) -> None:
-        entries = await asyncio.to_thread(find_runs, self.page.desk.roots.runs)
+        entries = await asyncio.to_thread(find_runs, self.page.server.roots.runs)
         self._results.clear()
         with self._results:
             for entry in entries:
@@ -94,7 +94,7 @@ class RunsView:
                 )
 
     def _entry(self, entry: RunEntry) -> None:
-        folder = self.page.desk.roots.runs / entry.name
+        folder = self.page.server.roots.runs / entry.name
         with (
             ui.card().classes("w-full p-2 gap-0").props("flat bordered"),
             ui.row().classes("w-full items-center gap-2"),
@@ -118,8 +118,8 @@ class RunsView:
     def _retrieve(self, name: str) -> None:
         """Maps from the echoes of a simulation, in a folder beside it."""
         taken = {job.folder for job in self.queue.jobs() if not job.over}
-        folder = free_name(self.page.desk.roots.runs, f"{name}-maps", taken)
-        echoes = self.page.desk.roots.run(name) / "echoes.zarr"
+        folder = free_name(self.page.server.roots.runs, f"{name}-maps", taken)
+        echoes = self.page.server.roots.run(name) / "echoes.zarr"
         self.queue.add(f"maps from the echoes of {name}", folder, "", ["retrieve", str(echoes), "--out", "{out}"])
 
 
@@ -146,11 +146,11 @@ class _Row:
                     ui.label(job.title).classes("text-xs opacity-80")
                     self._line = ui.label(job.reason).classes("text-sm").props("role=status")
                 if not job.over:
-                    ui.button("Cancel", on_click=lambda: page.desk.queue.cancel(job.name)).props(
+                    ui.button("Cancel", on_click=lambda: page.server.queue.cancel(job.name)).props(
                         "flat dense no-caps"
                     ).mark(f"cancel-{job.folder}")
                 else:
-                    ui.button(icon="close", on_click=lambda: page.desk.queue.forget(job.name)).props(
+                    ui.button(icon="close", on_click=lambda: page.server.queue.forget(job.name)).props(
                         'flat dense round aria-label="Remove from the list; results stay"'
                     )
                 if job.state != "queued":
@@ -162,7 +162,7 @@ class _Row:
 
     def update(self, job: Job) -> None:
         """How far it is."""
-        now = self.page.desk.queue.progress(job)
+        now = self.page.server.queue.progress(job)
         self._bar.value = round(now.share, 3)
         left = "" if now.left_s is None else f" · about {duration(now.left_s)} left"
         asked = " · asked to end: whole turns stay" if job.reason else ""

@@ -52,7 +52,7 @@ def lambert(height: Array, x: Array, y: Array, to_sun: Array, exaggerated: float
 
 
 @dataclass(frozen=True)
-class Seen:
+class SightLines:
     """What each point (line, pixel) of a picture from the mast shows: distance ahead [m], infinite where it is the flat
     sea beyond the map, NaN in the sky; its place east and north [m]."""
 
@@ -61,7 +61,7 @@ class Seen:
     north: Array
 
 
-def seen_from_mast(height: Array, x: Array, y: Array, mast_m: float, look_deg: float) -> Seen:
+def sight_lines(height: Array, x: Array, y: Array, mast_m: float, look_deg: float) -> SightLines:
     """height (y, x) [m]; what is not known counts as mean sea level. mast_m: of the eye. look_deg: of the picture's
     middle."""
     along, aside, rows = _rays(look_deg)
@@ -77,12 +77,12 @@ def seen_from_mast(height: Array, x: Array, y: Array, mast_m: float, look_deg: f
     known = (number >= 0) & (number < _STEPS)
     ahead = np.where(known, steps[np.clip(number, 0, _STEPS - 1)], np.where(number >= _STEPS, np.inf, np.nan))
     reach = np.where(np.isfinite(ahead), ahead, 0.0)
-    return Seen(ahead, *(reach * (along[i] + aside[i]) for i in (0, 1)))
+    return SightLines(ahead, *(reach * (along[i] + aside[i]) for i in (0, 1)))
 
 
 def mast_picture(height: Array, x: Array, y: Array, known: NDArray[np.bool_], mast_m: float, look_deg: float) -> bytes:
     """A JPEG. known (y, x): where there is a height; in the looked-at area the others are grey."""
-    seen = seen_from_mast(height, x, y, mast_m, look_deg)
+    seen = sight_lines(height, x, y, mast_m, look_deg)
     along, aside, rows = _rays(look_deg)
     sun_high = sun(look_deg + 20.0)
     sight = np.stack([
@@ -254,14 +254,14 @@ class SeaPanel:
         if self._source is None or self._source[0].scene is None:
             return
         source, turn = self._source
-        scene, desk = source.scene, self.view.page.desk
+        scene, server = source.scene, self.view.page.server
         assert scene is not None
         number = source.results.turns()[turn]
-        name = source.results.folder.relative_to(desk.roots.runs).as_posix()
+        name = source.results.folder.relative_to(server.roots.runs).as_posix()
         folder = f"{name}_sea_{turn_name(number).replace(' ', '')}"
-        if not desk.awaited(folder):
+        if not server.awaited(folder):
             words = ["sea", "{scene}", "--out", "{out}", f"--times={source.results.time(turn):.3f}"]
-            desk.queue.add(f"the sea of {name} from the mast", folder, scene.to_toml(), words, 15.0)
+            server.queue.add(f"the sea of {name} from the mast", folder, scene.to_toml(), words, 15.0)
         self.view.page.see(folder)
 
 

@@ -93,7 +93,7 @@ class PicturedPanel:
 
     async def show_folder(self, folder: Path) -> None:
         """Of a folder below the runs."""
-        name = folder.relative_to(self.view.page.desk.roots.runs).as_posix()
+        name = folder.relative_to(self.view.page.server.roots.runs).as_posix()
         there = [each for each in PICTURES if (folder / each).is_file()]
         text = await asyncio.to_thread(_text, folder / "statistics.txt")
         self._place.clear()

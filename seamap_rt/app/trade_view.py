@@ -90,9 +90,9 @@ class TradeView:
         ui.timer(0.01, self._enter, once=True)
 
     async def _enter(self) -> None:
-        entries = await asyncio.to_thread(find_runs, self.page.desk.roots.runs)
+        entries = await asyncio.to_thread(find_runs, self.page.server.roots.runs)
         names = [entry.name for entry in entries if entry.kind == "trade"]
-        queued = [job.folder for job in self.page.desk.queue.jobs() if job.words[0] == "trade"]
+        queued = [job.folder for job in self.page.server.queue.jobs() if job.words[0] == "trade"]
         names = list(dict.fromkeys([*queued, *names]))
         wanted = self.tab.trade or self._choice.value
         chosen = wanted if wanted in names else next(iter(names), None)
@@ -120,13 +120,13 @@ class TradeView:
             self._said.set_text(str(refusal))
 
     def _time(self, guess_s: float) -> str:
-        pace = self.page.desk.queue.pace("trade")
+        pace = self.page.server.queue.pace("trade")
         if pace is None:
             return f"; guessed to take {duration(guess_s)} (no trade was run here)"
         return f", about {duration(guess_s * pace)}"
 
     def _trade(self) -> None:
-        scene, desk = self.tab.draft.scene, self.page.desk
+        scene, server = self.tab.draft.scene, self.page.server
         if scene is None:
             self._said.set_text("The design does not stand yet: mend in Design what is marked.")
             return
@@ -139,10 +139,12 @@ class TradeView:
         except (InputError, ValueError) as refusal:
             self._said.set_text(str(refusal))
             return
-        taken = {job.folder for job in desk.queue.jobs() if not job.over}
-        folder = free_name(desk.roots.runs, f"{scene.name}-trade", taken)
+        taken = {job.folder for job in server.queue.jobs() if not job.over}
+        folder = free_name(server.roots.runs, f"{scene.name}-trade", taken)
         guess = count * run_seconds(scene) / 2.0
-        desk.queue.add(", ".join(vary), folder, scene.to_toml(), ["trade", "{scene}", *words, "--out", "{out}"], guess)
+        server.queue.add(
+            ", ".join(vary), folder, scene.to_toml(), ["trade", "{scene}", *words, "--out", "{out}"], guess
+        )
         self._choice.set_options({folder: folder, **dict(self._choice.options)}, value=folder)
         self._count = -1
         self._said.set_text(f"Queued as {folder}: its points appear below.")
@@ -166,11 +168,11 @@ class TradeView:
             self._plot.set_visibility(False)
             self._chosen_row.set_visibility(False)
             return
-        folder = self.page.desk.roots.runs / str(name)
+        folder = self.page.server.roots.runs / str(name)
         points = await asyncio.to_thread(read_points, folder)
-        job = self.page.desk.queue.of_folder(str(name))
+        job = self.page.server.queue.of_folder(str(name))
         if job is not None and not job.over:
-            self._said.set_text(self.page.desk.queue.progress(job).line)
+            self._said.set_text(self.page.server.queue.progress(job).line)
         elif job is not None and job.reason:
             self._said.set_text(f"{job.state}: {job.reason}")
         if len(points) == self._count:
@@ -225,7 +227,7 @@ class TradeView:
         if point is None:
             self._point_said.set_text("")
             return
-        there = self.page.desk.awaited(folder_of_point(trade, point))
+        there = self.page.server.awaited(folder_of_point(trade, point))
         self._maps.set_text("See its maps" if there else "Run this point")
         self._point_said.set_text(
             "Its maps are there, or come." if there else
@@ -235,18 +237,18 @@ class TradeView:
 
     def _open_maps(self) -> None:
         """Of a run of the point: the one that is there, else one that is queued now."""
-        point, trade, desk = self._chosen_point, str(self._choice.value), self.page.desk
+        point, trade, server = self._chosen_point, str(self._choice.value), self.page.server
         if point is None:
             return
         name = folder_of_point(trade, point)
-        if not desk.awaited(name):
+        if not server.awaited(name):
             try:
-                scene = scene_of_point(desk.roots.runs / trade, point, desk.roots)
+                scene = scene_of_point(server.roots.runs / trade, point, server.roots)
             except InputError as refusal:
                 self._point_said.set_text(str(refusal))
                 return
             title = f"{trade}: {words_of_point(point)}"
-            desk.queue.add(title, name, scene.to_toml(), ["run", "{scene}", "--out", "{out}"], run_seconds(scene))
+            server.queue.add(title, name, scene.to_toml(), ["run", "{scene}", "--out", "{out}"], run_seconds(scene))
         self.page.see(name)
 
     def _into_design(self) -> None:

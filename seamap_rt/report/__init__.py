@@ -35,6 +35,6 @@ __getattr__ = lazy_attributes(
         "curves": "error_against_range height_scatter timing visible_share",
         "maps": "echo_power height_maps slope_maps",
         "page": "write_report",
-        "sea_words": "fold_warning ground_warning warnings",
+        "sea_statistics": "fold_warning ground_warning warnings",
     },
 )

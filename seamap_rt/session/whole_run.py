@@ -22,7 +22,7 @@ from ..io.appendable import AppendableNetCDF
 from ..io.echo_store import EchoStore
 from ..io.plain_json import to_json
 from ..io.results_folder import FULL, clear_folder, growing, results_folder, write_whole
-from ..measured import Rings
+from ..measured import CoverageProfile
 from ..metrics import error_figures
 from ..report.headline import run_facts
 from ..scene import Scene, SceneLike, as_scene
@@ -192,7 +192,7 @@ def _metrics(
 def _measured(simulator: Simulator, maps: xr.DataTree, truth: xr.DataTree) -> dict[str, float | None]:
     """How much is measured, how far, how much of it wrongly, and how much is missed."""
     sigma = float(simulator.sea.resolved.elevation_std)
-    return Rings.of(maps["polar"].to_dataset(), truth["polar"].to_dataset(), sigma).figures
+    return CoverageProfile.of(maps["polar"].to_dataset(), truth["polar"].to_dataset(), sigma).figures
 
 
 def _counts(counts: Sequence[dict[str, float]]) -> dict[str, float]:

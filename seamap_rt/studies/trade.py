@@ -23,7 +23,7 @@ from ..scene import SceneLike, as_scene
 from ..session.pace import duration
 from .choices import headline, least_confidence
 from .paired import Goal
-from .point import KEPT, Outcome, SchedulerLost, Task, compute, keep, load_point
+from .point import CACHE, Outcome, SchedulerLost, Task, compute, keep, load_point
 from .sweep import PRODUCTS, Sweep
 from .trade_table import Criterion
 from .vary import chosen_key, refuse_limit
@@ -195,7 +195,7 @@ def _here(tasks: Iterable[Task]) -> Iterator[tuple[Task, Outcome]]:
         while (task := waiting.take("here")) is not None:
             yield task, compute(task)
     finally:
-        KEPT.forget()
+        CACHE.forget()
 
 
 def _swept(

@@ -18,7 +18,7 @@ from matplotlib.text import Text
 from PIL import Image as Opened
 
 from seamap_rt.app.curve_panels import range_pictures
-from seamap_rt.app.forecast_view import came_of, read_ahead
+from seamap_rt.app.forecast_view import read_ahead, verify_folder
 from seamap_rt.app.gauge_view import read_gauges
 from seamap_rt.app.results import Results
 from seamap_rt.app.study_views import read_shadowing
@@ -66,7 +66,7 @@ def pictures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Picture]:
     folder = tmp_path_factory.mktemp("runs")
     write_run(folder / "run")
     write_shadowing(folder / "study")
-    source, came = Source(Results(folder / "run")), came_of(folder / "run")
+    source, came = Source(Results(folder / "run")), verify_folder(folder / "run")
     told, ahead = source.by_range(11), read_ahead(folder / "run", 11, QuietSettings())
     assert ahead is not None
     errors, shares = range_pictures({"": told}, source.expected())
@@ -172,7 +172,7 @@ def test_both_spectra_are_on_one_scale_from_where_the_waves_come(pictures: dict[
 
 def test_bars_of_windows_are_their_chances_filled_where_a_quiet_one_came(tmp_path: Path) -> None:
     write_run(tmp_path / "run")
-    ahead, came = read_ahead(tmp_path / "run", 11, QuietSettings(elevation_m=0.3)), came_of(tmp_path / "run")
+    ahead, came = read_ahead(tmp_path / "run", 11, QuietSettings(elevation_m=0.3)), verify_folder(tmp_path / "run")
     assert ahead is not None
     quiet = came.quiet(11)
     assert quiet is not None
