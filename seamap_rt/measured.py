@@ -35,7 +35,7 @@ _BESIDE, _FEWEST = 0.2, 5  # of the reach, and rings: through which a line is dr
 class CoverageProfile:
     """range_m (ring,), of even steps; score (ring,), the sum over the cells of a ring; cells (ring,), all of them; and
     of those with a height that counts: sure (ring,), how many, and gross (ring,), how many of these are wrong by more
-    than GROSS. CoverageProfile of several turns add."""
+    than GROSS. Those of several turns add."""
 
     range_m: Array
     score: Array

@@ -55,7 +55,7 @@ def test_radii_of_a_score_that_falls_evenly() -> None:
 
 
 def test_reach_has_no_threshold_that_noise_trips() -> None:
-    # CoverageProfile that scatter by 0.1 about an even fall: 40 of them lie beside the reach, and their line's slope is 1/300.
+    # Rings that scatter by 0.1 about an even fall: 40 of them lie beside the reach, and their line's slope is 1/300.
     stream = np.random.default_rng(4)
     found = [rings(lambda r: 1.0 - r / 300.0 + 0.1 * stream.normal(size=r.size)).reach[0] for _ in range(200)]
     assert np.mean(found) == pytest.approx(216.0, abs=4.0)

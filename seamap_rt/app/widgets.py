@@ -6,35 +6,17 @@ A figure of the report is drawn in a process that draws, and shown as the same i
 from __future__ import annotations
 
 import asyncio
-import base64
 from collections.abc import Callable, Coroutine, Iterable
-from typing import Any, NamedTuple
+from typing import Any
 
 from nicegui import ui
 
-from ..report import style
-from ..report.page_elements import Picture
-
-
-class Image(NamedTuple):
-    """A figure that is drawn. source: the address of a PNG."""
-
-    name: str
-    title: str
-    alt: str
-    caption: str
-    source: str
+from ..report.page_elements import Image, Picture
 
 
 def drawn(pictures: Iterable[Picture], dark: bool) -> list[Image]:
     """Draw, for a light or a dark page; some tenths of a second each."""
-    made = []
-    for each in pictures:
-        figure = each.draw()
-        assert not isinstance(figure, bytes)
-        source = f"data:image/png;base64,{base64.b64encode(style.png(figure, dark)).decode('ascii')}"
-        made.append(Image(each.name, each.title, each.alt, each.caption, source))
-    return made
+    return [each.image(dark) for each in pictures]
 
 
 class Images:

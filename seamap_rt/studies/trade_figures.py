@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from ..conventions import written
 from ..measured import FULLY_MEASURED, LEVEL
 from ..report import style
-from ..report.page_elements import Cell, answer_page, cell
+from ..report.page_elements import Cell, Fold, Image, Table, cell, html_page
 from .choices import along_of, headline, recommendations
 from .paired import ASKED_M, FEWEST_SEEDS, means, seeds_for, significant_difference, with_band
 from .vary import CIRCUMSTANCES, chosen_key, words_of
@@ -352,21 +352,18 @@ def trade_page(table: xr.Dataset, figure: bytes) -> str:
     keys = [str(dim) for dim in table["status"].dims if dim != "seed"]
     said = list(recommendations(table)) if done else []
     words = [(key, words_of(key)) for key in keys]
-    return answer_page(
-        title=f"Trade of {', '.join(words_of(key).name for key in keys if table.sizes[key] > 1) or 'one design'}",
-        said=[line[0].upper() + line[1:] for line in said],
+    small_print = [(f"{FULLY_MEASURED[0].upper()}{FULLY_MEASURED[1:]}.", "")]
+    small_print += [(f"{each.label}: {each.meaning}", key) for key, each in words]
+    heads = [*(each.label for _, each in words), *(label for label, _ in _COLUMNS.values())]
+    note = "Means over the seeds, with their 95 % bands from three seeds on."
+    return html_page(
+        f"Trade of {', '.join(words_of(key).name for key in keys if table.sizes[key] > 1) or 'one design'}",
+        [f"{line[0].upper()}{line[1:]}." for line in said] or ["Nothing has a result yet."],
+        [Image.of(*each) for each in drawn],
+        [Fold("Words, keys and the scene", notes=small_print, text=table.attrs.get("scene", ""))],
         notes=[_seeds(table), *(line for line in headline(table) if line not in (*said, FULLY_MEASURED))],
-        figures=drawn,
-        table_title="All designs",
-        table_note="Means over the seeds, with their 95 % bands from three seeds on.",
+        table=Table("All designs", heads, _rows(table, keys), note),
         files=["trade.csv", "trade.nc"],
-        heads=[*(each.label for _, each in words), *(label for label, _ in _COLUMNS.values())],
-        rows=_rows(table, keys),
-        small_print=[
-            (f"{FULLY_MEASURED[0].upper()}{FULLY_MEASURED[1:]}.", ""),
-            *((f"{each.label}: {each.meaning}", key) for key, each in words),
-        ],
-        scene=table.attrs.get("scene", ""),
     )
 
 
