@@ -20,12 +20,12 @@ from ..forecast_errors import Verified, came, warm
 from ..io.growing_file import GrowingFile, read_whole_turns
 from ..io.turn_files import part_of
 from ..report.forecast_figures import Ahead, ahead_picture, by_lead, verified_picture
+from ..report.keys import label_of
 from ..report.window_figures import window_picture
 from ..settings import QuietSettings
 from ..window_errors import Windows, judge_windows, observed_windows
 from . import drawing
 from .widgets import Image, Images, drawn
-from .words import label_of
 
 if TYPE_CHECKING:
     from .see_view import SeeView

@@ -17,6 +17,7 @@ from .trading import (
     MEASURES,
     Point,
     advice,
+    command_words,
     count_of,
     folder_of_point,
     graph,
@@ -24,7 +25,6 @@ from .trading import (
     place_of,
     read_points,
     scene_of_point,
-    words_of,
     words_of_point,
 )
 
@@ -110,7 +110,7 @@ class TradeView:
         """How many points that is, or why it is none."""
         try:
             vary, seeds = self._vary, int(self._seeds.value or 0)
-            words_of(vary, seeds, self._at_most.value)
+            command_words(vary, seeds, self._at_most.value)
             if not vary:
                 self._said.set_text("Choose a key, and its values in the units of the scene file.")
                 return
@@ -132,7 +132,7 @@ class TradeView:
             return
         try:
             vary, seeds = self._vary, int(self._seeds.value or 0)
-            words = words_of(vary, seeds, self._at_most.value)
+            words = command_words(vary, seeds, self._at_most.value)
             if not vary:
                 raise InputError("Choose a key, and its values.")
             count = count_of(vary, seeds)

@@ -15,14 +15,13 @@ import numpy as np
 from ..errors import InputError
 from ..io.opening import load, open_dataset, read_json
 from ..io.scenefile import apply_overrides
+from ..report.keys import words_of
 from ..scene import Scene, scene_of
 from ..studies.point import MANIFEST
 from ..studies.vary import parse_varies, parse_vary, refuse_limit
-from ..studies.vary import words_of as key_words
 from . import figures
 from .fields import Field, parts_of
 from .safety import Roots, safe_name
-from .words import label_of, shown_unit
 
 MEASURES = {
     "fully_measured_radius_m": "Fully measured radius (m)",
@@ -67,7 +66,7 @@ def numeric_fields(scene: Scene) -> list[Field]:
     return [field for part in parts_of(tree) for field in part.fields if field.kind == "number"]
 
 
-def words_of(vary: list[str], seeds: int, at_most: float | None = None) -> list[str]:
+def command_words(vary: list[str], seeds: int, at_most: float | None = None) -> list[str]:
     """The command's words for what is varied. InputError, as the command line says it, for what cannot be."""
     varied = parse_varies(vary)
     refuse_limit(varied, at_most)
@@ -104,7 +103,7 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
     keys = list(done[0].keys) if done else []
     if not keys:
         return None
-    first, others = keys[0], {key: key_words(key) for key in keys[1:]}
+    first, others = keys[0], {key: words_of(key) for key in keys[1:]}
     curves: dict[tuple[str, ...], dict[Any, list[float]]] = {}
     for each in done:
         name = tuple(f"{words.name} {words.value(each.keys[key])}" for key, words in others.items())
@@ -127,15 +126,10 @@ def graph(points: list[Point], measure: str, dark: bool) -> figures.Figure | Non
         })  # fmt: skip
     look = figures.layout(
         dark, "", 420, hovermode="closest", margin={"l": 56, "r": 10, "t": 10, "b": 70},
-        xaxis=figures.axis(key_words(first).label, dark),
+        xaxis=figures.axis(words_of(first).label, dark),
         yaxis=figures.axis(MEASURES[measure], dark, rangemode="tozero"),
     )  # fmt: skip
     return figures.figure(data, look, figures.CONFIG)
-
-
-def shown_unit_of(key: str) -> str:
-    """The unit of a key as a scene file has it: a trade's values are given so."""
-    return key_words(key).unit or shown_unit(key, "")
 
 
 def place_of(value: Any) -> Any:
@@ -163,8 +157,5 @@ def folder_of_point(trade: str, point: Point) -> str:
 
 def words_of_point(point: Point) -> str:
     """A point in words: its values with their units, and its seed."""
-    told = ", ".join(
-        f"{label_of(key)[:1].lower()}{label_of(key)[1:]} {value} {shown_unit_of(key)}".strip()
-        for key, value in point.keys.items()
-    )
+    told = ", ".join(f"{words_of(key).name} {value} {words_of(key).unit}".strip() for key, value in point.keys.items())
     return f"{told}, seed {point.seed}"

@@ -17,10 +17,11 @@ from matplotlib.figure import Figure
 from ..conventions import written
 from ..measured import FULLY_MEASURED, LEVEL
 from ..report import style
+from ..report.keys import words_of
 from ..report.page_elements import Cell, Fold, Image, Table, cell, html_page
 from .choices import along_of, headline, recommendations
 from .paired import ASKED_M, FEWEST_SEEDS, means, seeds_for, significant_difference, with_band
-from .vary import CIRCUMSTANCES, chosen_key, words_of
+from .vary import CIRCUMSTANCES, chosen_key
 
 QUANTITIES = {
     "fully_measured_radius_m": "Fully measured radius (m)",

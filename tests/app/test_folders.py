@@ -123,7 +123,7 @@ def test_a_point_is_run_with_the_scene_and_the_seed_that_the_trade_gave_it(tmp_p
         names.add(folder_of_point("trade", point))
     assert len(names) == 8
     last = Point({"radar.height_m": 8}, 2, "done", "", {})
-    assert words_of_point(last) == "antenna height above the sea 8 m, seed 2"
+    assert words_of_point(last) == "antenna height 8 m, seed 2"
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"scene": 3}', '{"scene": "a = ["}'])
