@@ -1,4 +1,8 @@
-"""Curves of a turn: the section along a look; the report's figures of errors by range, of the sea state, of spectra."""
+"""Curves of a turn: the section along a look; the report's figures of errors by range, of the sea state, of spectra.
+
+Spectra of maps and of the true sea in the same cells come through one estimator: what the retrieval's cells blur is
+taken back of the maps; the true sea is the plain mean over the cells.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,9 @@
 """The forecast of a run: the water at the boat in the next seconds with its band, quiet windows, the highest wave; and
-how past forecasts came out."""
+how past forecasts came out.
+
+What came is the sea of the run's scene at the moments and places of the forecasts. A sea of a million waves takes memory
+that a page should not hold: it is drawn again from the scene and its seed in a process of its own, which ends with that.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +23,8 @@ from ..errors import InputError
 from ..forecast_errors import Verified, came, warm
 from ..io.growing_file import GrowingFile, read_whole_turns
 from ..io.turn_files import part_of
-from ..report.forecast_figures import Ahead, ahead_picture, by_lead, verified_picture
+from ..report.forecast_figures import Ahead, ahead_picture, by_lead, verified_picture, window_picture
 from ..report.keys import label_of
-from ..report.window_figures import window_picture
 from ..settings import QuietSettings
 from ..window_errors import Windows, judge_windows, observed_windows
 from . import drawing

@@ -10,8 +10,7 @@ from typing import Any
 from nicegui import ui
 
 from ..report.keys import matters, read_value, shown_value, switches
-from .draft import Draft
-from .fields import Field, Part, growing_lists, parts_of
+from .draft import Draft, Field, Part, growing_lists, parts_of
 from .uploads import kind_of_field, upload_button
 
 _OPEN = ("", "sea.waves.0", "radar")

@@ -1,4 +1,4 @@
-"""The page: its head, its places, and the state of the browser tab that it is shown in."""
+"""The page: its head, its places, what all open pages share, and the state of the browser tab that it is shown in."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class ServerState:
 
 PLACES = {  # and what shows them: loaded when it is first gone to, which takes a second
     "Design": ("design_view", "DesignView"),
-    "Runs": ("runs_view", "RunsView"),
+    "Runs": ("runs", "RunsView"),
     "See": ("see_view", "SeeView"),
     "Compare": ("compare_view", "CompareView"),
     "Trade": ("trade_view", "TradeView"),

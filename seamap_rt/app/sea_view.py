@@ -1,4 +1,9 @@
-"""The sea itself in three dimensions, in the sun's light and the radar's shadow, or as one sees it from the mast."""
+"""The sea itself in three dimensions, in the sun's light and the radar's shadow, or as one sees it from the mast.
+
+From the mast a column of the picture is a vertical plane: along it, the first point that rises over all nearer ones is
+what is seen. Water mirrors the sky by Fresnel's law (Schlick 1994), and the sun about the direction in which it would
+be seen in a mirror; the rest is the light that comes back from within, lit as Lambert's law has it.
+"""
 
 from __future__ import annotations
 

@@ -399,7 +399,7 @@ _PANELS = {  # and what shows them: loaded when a view is first chosen
     "section": ("curve_panels", "SectionPanel"),
     "range": ("curve_panels", "RangePanel"),
     "state": ("curve_panels", "StatePanel"),
-    "gauges": ("gauge_view", "GaugePanel"),
+    "gauges": ("study_views", "GaugePanel"),
     "forecast": ("forecast_view", "ForecastPanel"),
     "sea": ("sea_view", "SeaPanel"),
 }

@@ -53,7 +53,7 @@ def _server(runs: Path, gate: Gate) -> Any:
     from nicegui import ui
 
     from . import design_view  # noqa: F401  what is seen first: it is ready when the browser comes
-    from .fields import scene_schema
+    from .draft import scene_schema
     from .page import ServerState, show
     from .runs import give_files
 

@@ -1,4 +1,4 @@
-"""The error that a height of a cell is expected to have, and what the cell then scores.
+"""The error that a height of a cell is expected to have by a radar's dwell, and what the cell then scores.
 
 A dwell's height has the variance of the noise and of speckle, which is large where the echo has faded. Dwells and
 gates around a cell are averaged as far as they help, which is Wiener's filter of a sea of known spectrum S: with n the

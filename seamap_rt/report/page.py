@@ -15,7 +15,7 @@ from ..forecast_errors import Verified
 from ..io.results_folder import write_whole
 from ..scene import Scene
 from ..window_errors import Windows
-from . import curves, evolution, forecast_figures, gauge_figures, reduce, window_figures
+from . import curves, evolution, forecast_figures, gauge_figures, reduce
 from .headline import headline, run_line, summary, verdict
 from .page_elements import NOTHING, Fold, Table, columns_table, count, decimals, digits, html_page, metres, percent
 from .pictures import pictures
@@ -88,7 +88,7 @@ def _account(entries: Any, columns: Mapping[str, str]) -> list[Table]:
 def tables(scene: Scene, retrieved: xr.DataTree, truth: xr.DataTree, metrics: Mapping[str, Any]) -> list[Table]:
     """The tables of the page."""
     made = [*evolution.turn_table(retrieved, truth), *forecast_figures.forecast_table(metrics.get("prediction") or [])]
-    made += [*window_figures.window_table(metrics.get("quiet_windows")), *gauge_figures.gauge_table(metrics)]
+    made += [*forecast_figures.window_table(metrics.get("quiet_windows")), *gauge_figures.gauge_table(metrics)]
     made += [_range_table(scene, metrics), _sea_table(metrics), *_calibration_table(metrics)]
     return [*made, *_mesh_table(metrics), _time_table(metrics), _run_table(scene, metrics)]
 

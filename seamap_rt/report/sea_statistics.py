@@ -1,4 +1,4 @@
-"""The drawn sea beside the settings: height, its distribution, slopes along and across the waves."""
+"""What the sea of a run was, in words, and the drawn sea beside the settings: heights, slopes, folds."""
 
 from __future__ import annotations
 

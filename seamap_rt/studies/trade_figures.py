@@ -1,4 +1,4 @@
-"""Pictures of a sweep: curves with bands over the seeds, maps of two keys, and what a larger radius costs."""
+"""Pictures of a sweep, curves with bands over the seeds, maps of two keys, what a larger radius costs; and its page."""
 
 from __future__ import annotations
 

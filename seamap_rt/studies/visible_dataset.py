@@ -1,4 +1,8 @@
-"""The dataset of a shadowing study: tallies of every realisation become shares, bands, half ranges and run lengths."""
+"""The dataset of a shadowing study: tallies of every realisation become shares, bands, half ranges and run lengths.
+
+Neighbouring azimuths and range bins share crests: they are not independent, and no band here counts them as if they
+were. One seed is one draw, whatever it holds; bands are Student's, with one degree of freedom less than seeds.
+"""
 
 from __future__ import annotations
 

@@ -11,8 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from seamap_rt.app.draft import Draft
-from seamap_rt.app.fields import growing_lists, parts_of, scene_schema
+from seamap_rt.app.draft import Draft, growing_lists, parts_of, scene_schema
 from seamap_rt.app.safety import Roots
 from seamap_rt.errors import InputError
 from seamap_rt.io.scenefile import list_shipped

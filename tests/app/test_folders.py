@@ -13,7 +13,7 @@ from seamap_rt.app.results import Results
 from seamap_rt.app.runs import find_runs, kind_of, products_of
 from seamap_rt.app.safety import Roots
 from seamap_rt.app.sea_view import sea_surface
-from seamap_rt.app.trading import Point, folder_of_point, scene_of_point, words_of_point
+from seamap_rt.app.trade_view import Point, folder_of_point, scene_of_point, words_of_point
 from seamap_rt.app.views import MAP_VIEWS, Source
 from seamap_rt.errors import InputError
 from seamap_rt.io.turn_files import part_of

@@ -19,17 +19,22 @@ from PIL import Image as Opened
 
 from seamap_rt.app.curve_panels import range_pictures
 from seamap_rt.app.forecast_view import read_ahead, verify_folder
-from seamap_rt.app.gauge_view import read_gauges
 from seamap_rt.app.results import Results
-from seamap_rt.app.study_views import read_shadowing
+from seamap_rt.app.study_views import read_gauges, read_shadowing
 from seamap_rt.app.views import Source
 from seamap_rt.app.widgets import drawn
 from seamap_rt.report import curves, style
-from seamap_rt.report.forecast_figures import ahead_picture, next_seconds, verified_picture
+from seamap_rt.report.forecast_figures import (
+    ahead_picture,
+    next_seconds,
+    quiet_windows,
+    verified_picture,
+    window_picture,
+    window_pictures,
+)
 from seamap_rt.report.gauge_figures import gauge_picture
 from seamap_rt.report.page_elements import Picture
 from seamap_rt.report.spectrum_figures import Density, map_spectra_picture, wave_height, wave_height_pictures
-from seamap_rt.report.window_figures import quiet_windows, window_picture, window_pictures
 from seamap_rt.settings import QuietSettings
 from seamap_rt.studies.shadowing_figures import draw_shadowing
 from seamap_rt.window_errors import Windows

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from seamap_rt.app.trading import advice, command_words
+from seamap_rt.app.trade_view import advice, command_words
 from seamap_rt.errors import InputError
 from seamap_rt.studies.choices import recommendations
 from tests.studies.test_trade_page import made_up

@@ -22,7 +22,7 @@ from seamap_rt.app.jobs import FOLDER, Queue, _lines
 from seamap_rt.app.results import Results
 from seamap_rt.app.runs import find_runs
 from seamap_rt.app.study_views import read_shadowing
-from seamap_rt.app.trading import read_points
+from seamap_rt.app.trade_view import read_points
 from seamap_rt.cli.predicting import _opened
 from seamap_rt.compute.locks import holder_of
 from seamap_rt.compute.machine import forget_peak_memory, peak_memory

@@ -1,4 +1,13 @@
-"""The radar's record against the wire's: how well they agree, their spectra, and what one height a turn misses."""
+"""Virtual wave gauges: a wire's record of the true surface, beside it the radar's map at the same place, judged.
+
+`[[gauges]]` puts them into the sea (`east_m`, `north_m`, or `ground_range_m` and `azimuth_deg`). `gauges.nc` and the
+report hold the wire's record, what the map says there once a turn with its error bar, both spectra, and the
+correlation. On any maps, recorded ones too, without a wire:
+
+    gauge_series(maps, None, [GaugeSettings(name="pier", east_m=80.0, north_m=0.0)], turn_s=1.0)
+
+Evidence: validation/README.md, "Wave gauges".
+"""
 
 from __future__ import annotations
 
@@ -9,11 +18,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from ..conventions import wrap_degrees
-from ..dataset import QUALITY_FLAGS, build, group_of
-from ..errors import InputError, must_be
-from ..sea import Sea
-from ..settings import GaugeSettings
+from .conventions import wrap_degrees
+from .dataset import QUALITY_FLAGS, build, group_of
+from .errors import InputError, must_be
+from .sea import Sea
+from .settings import GaugeSettings
 
 Array = NDArray[np.float64]
 
